@@ -1,0 +1,82 @@
+/// \file
+/// Drawing a scene through a projector's lens, and the room a bystander sees it in. Works on any
+/// OpenGL 4.5 core, Mesa's llvmpipe included.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+/// 8-bit sRGB, row by row from the top, no padding.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+};
+
+/// An OpenGL context without window or screen (EGL: surfaceless, then device, then default
+/// platform). Make it in the thread that draws; everything below is used in that thread alone and
+/// destroyed before it. Throws std::runtime_error naming the step that failed and what is missing.
+class GlContext {
+ public:
+  GlContext();
+  ~GlContext();
+  GlContext(const GlContext&) = delete;
+  GlContext& operator=(const GlContext&) = delete;
+  std::string description() const;  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What a projector has to show so that the scene's light lands where the scene says.
+/// Geometry is exact at vertices (placement, off-axis frustum from K with any principal point,
+/// distortion); edges are subdivided until the lens bends them by less than 0.1 px. Black where
+/// nothing is drawn. Content that the lens model folds back is clipped.
+class ProjectorRenderer {
+ public:
+  ProjectorRenderer(GlContext& context, const calib::Lens& lens);
+  ~ProjectorRenderer();
+  Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// A bystander's eye: pinhole, no distortion.
+struct ObserverView {
+  Rigid<World, Observer> T_world_observer;
+  int width = 1280, height = 720;
+  double vertical_fov = 0.9;  ///< radians
+};
+
+/// Light thrown into a room: one projector's image.
+struct ProjectedLight {
+  calib::Lens lens;
+  Rigid<Projector, World> T_projector_world;
+  Image image;
+};
+
+/// The room as a bystander sees it: solid things (every drawable opaque, colour its paint), soft room
+/// light with contact shadows left out, and the projector's light with occlusion, lens and falloff.
+class ObserverRenderer {
+ public:
+  explicit ObserverRenderer(GlContext& context);
+  ~ObserverRenderer();
+  Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
+               const ObserverView& view);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace afterglow::render

@@ -1,0 +1,114 @@
+/// \file
+/// What is to be drawn: plain values in world coordinates, RViz's terms, no GL. Semantics of every
+/// shape and style are RViz 1.14's (visualization_msgs/Marker, PointCloud2 and Path displays).
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "calib/frames.hpp"
+
+namespace afterglow::render {
+
+/// sRGB components and alpha, each 0..1. A projector adds light: alpha blends over black.
+struct Color {
+  float r = 1, g = 1, b = 1, a = 1;
+  friend bool operator==(const Color& x, const Color& y) {
+    return x.r == y.r && x.g == y.g && x.b == y.b && x.a == y.a;
+  }
+};
+
+using Points = std::vector<Eigen::Vector3f>;  ///< metres, in the drawable's frame
+using Colors = std::vector<Color>;            ///< empty, or one a point
+
+// ------------------------------------------------------------------------------------------ shapes
+/// Along +x from the origin: shaft 77 % of the length, head 23 %; diameters as given.
+struct Arrow {
+  float length = 1, shaft_diameter = 0.1f, head_diameter = 0.2f;
+  float head_length = 0.23f;
+};
+struct Cube { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };      ///< full sizes
+struct Sphere { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };    ///< full diameters
+struct Cylinder { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };  ///< x, y diameters, z height
+/// Width in metres, facing the viewer; strip: consecutive points joined; else pairs.
+struct Lines {
+  Points points;
+  Colors colors;
+  float width = 0.01f;
+  bool strip = true;
+};
+/// One cube or sphere of the same size at every point.
+struct ShapeList {
+  enum class Kind { Cubes, Spheres } kind = Kind::Cubes;
+  Points points;
+  Colors colors;
+  Eigen::Vector3f size = Eigen::Vector3f::Ones();
+};
+/// Triples of points; colours per point or per triangle (a third as many). Seen from both sides.
+struct Triangles {
+  Points points;
+  Colors colors;
+};
+
+enum class PointStyle {
+  Points,       ///< squares of `size` pixels
+  Squares,      ///< `size` metres, facing the viewer
+  FlatSquares,  ///< the same, unlit (RViz's default)
+  Spheres,
+  Boxes,
+};
+struct PointCloud {
+  Points points;
+  Colors colors;
+  PointStyle style = PointStyle::FlatSquares;
+  float size = 0.01f;  ///< metres; for PointStyle::Points pixels
+  /// Height of a square where it differs from its width (Marker POINTS); 0: the same.
+  float size_y = 0;
+};
+
+using Shape = std::variant<Arrow, Cube, Sphere, Cylinder, Lines, ShapeList, Triangles, PointCloud>;
+
+/// A shape somewhere in the world.
+struct Drawable {
+  Rigid<World, World> pose;  ///< carries shape coordinates into world coordinates
+  Shape shape;
+  Color color;  ///< where the shape has no colours of its own; its alpha multiplies theirs
+};
+
+// ---------------------------------------------------------------------------------- where it lands
+/// A flat part of the world that light may fall on: the z = 0 plane of its frame.
+struct SurfacePatch {
+  std::string name;
+  Rigid<World, Surface> T_world_surface;
+  std::vector<Eigen::Vector2d> polygon;  ///< outline, metres in the surface's frame; empty: unbounded
+};
+
+enum class Placement {
+  Direct,  ///< content lies where it says: the ray finds it
+  Drape,   ///< along the surface's normal onto its plane
+  Viewer,  ///< from a viewer's eye through the content onto the plane
+};
+
+/// Content of one topic.
+struct Layer {
+  std::string name;  ///< topic
+  std::vector<Drawable> drawables;
+  Placement placement = Placement::Direct;
+  std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
+  Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
+};
+
+/// One frame's worth, drawn in order.
+struct Scene {
+  std::vector<Layer> layers;
+};
+
+/// The 4x4 matrix that carries world points onto the layer's surface (identity for Direct).
+/// Throws std::logic_error if the placement needs a surface the layer does not have.
+Eigen::Matrix4d placementMatrix(const Layer& layer);
+
+}  // namespace afterglow::render

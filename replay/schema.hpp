@@ -1,0 +1,65 @@
+/// \file
+/// ROS message definitions, understood at run time: the tree of fields a definition text describes.
+/// Source of the grammar and of the concatenated form: genmsg (wiki.ros.org/msg), rosbag's
+/// message_definition connection header.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace afterglow::replay {
+
+/// A definition that cannot be understood, or bytes that do not fit one. The text names the type,
+/// the field path and, for bytes, the offset.
+class MessageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class FieldType : std::uint8_t {
+  Bool, Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64,
+  String, Time, Duration, Message
+};
+
+/// Serialized size of a scalar of this type; 0 for String and Message.
+std::size_t fixedSize(FieldType type);
+
+struct Field {
+  enum class Arity : std::uint8_t { Single, FixedArray, DynamicArray };
+  std::string name;
+  FieldType type = FieldType::Bool;
+  std::size_t message = 0;  ///< for FieldType::Message: index into Schema::types()
+  Arity arity = Arity::Single;
+  std::size_t length = 0;  ///< for FixedArray
+};
+
+struct MessageType {
+  std::string name;  ///< "package/Type"
+  std::vector<Field> fields;
+};
+
+/// A parsed definition; a value, cheap to move, valid once constructed.
+class Schema {
+ public:
+  /// `type` is "package/Type" of the outermost message, `definition` its full text with the
+  /// contained types behind lines of '='. Constants and comments are read over; `byte` and `char`
+  /// are int8 and uint8; `Header` is std_msgs/Header, and `Header header` in a definition that does
+  /// not bring it along is known all the same. Throws MessageError; also for a type that contains
+  /// itself.
+  static Schema parse(const std::string& type, std::string_view definition);
+
+  const std::vector<MessageType>& types() const { return types_; }
+  const MessageType& root() const { return types_.front(); }
+  /// Fewest bytes a value of this type can take: what counts are vetted against.
+  std::size_t minimumSize(std::size_t type_index) const { return minimum_sizes_[type_index]; }
+
+ private:
+  std::vector<MessageType> types_;  ///< [0] is the outermost
+  std::vector<std::size_t> minimum_sizes_;
+};
+
+}  // namespace afterglow::replay
