@@ -22,8 +22,8 @@ struct Color {
   }
 };
 
-using Points = std::vector<Eigen::Vector3f>;  ///< metres, in the drawable's frame
-using Colors = std::vector<Color>;            ///< empty, or one a point
+using PointList = std::vector<Eigen::Vector3f>;  ///< metres, in the drawable's frame
+using ColorList = std::vector<Color>;            ///< empty, or one a point
 
 // ------------------------------------------------------------------------------------------ shapes
 /// Along +x from the origin: shaft 77 % of the length, head 23 %; diameters as given.
@@ -36,22 +36,22 @@ struct Sphere { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };    ///< full 
 struct Cylinder { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };  ///< x, y diameters, z height
 /// Width in metres, facing the viewer; strip: consecutive points joined; else pairs.
 struct Lines {
-  Points points;
-  Colors colors;
+  PointList points;
+  ColorList colors;
   float width = 0.01f;
   bool strip = true;
 };
 /// One cube or sphere of the same size at every point.
 struct ShapeList {
   enum class Kind { Cubes, Spheres } kind = Kind::Cubes;
-  Points points;
-  Colors colors;
+  PointList points;
+  ColorList colors;
   Eigen::Vector3f size = Eigen::Vector3f::Ones();
 };
 /// Triples of points; colours per point or per triangle (a third as many). Seen from both sides.
 struct Triangles {
-  Points points;
-  Colors colors;
+  PointList points;
+  ColorList colors;
 };
 
 enum class PointStyle {
@@ -62,8 +62,8 @@ enum class PointStyle {
   Boxes,
 };
 struct PointCloud {
-  Points points;
-  Colors colors;
+  PointList points;
+  ColorList colors;
   PointStyle style = PointStyle::FlatSquares;
   float size = 0.01f;  ///< metres; for PointStyle::Points pixels
   /// Height of a square where it differs from its width (Marker POINTS); 0: the same.
