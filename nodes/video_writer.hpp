@@ -1,0 +1,49 @@
+/// \file
+/// Pictures into an MP4 file, through the ffmpeg command (H.264, yuv420p: every player shows it).
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::nodes {
+
+/// Frames go to `path` with ".part" before its ending; close() gives the finished file its name, so
+/// `path` is either whole or untouched. Destroyed without close(), nothing is left behind.
+/// One thread at a time. Everything throws std::runtime_error with the path and ffmpeg's own words.
+class VideoWriter {
+ public:
+  /// Frames of width x height pixels, `fps` a second (std::invalid_argument if one is not
+  /// positive).
+  VideoWriter(std::string path, int width, int height, int fps);
+  ~VideoWriter();
+  VideoWriter(const VideoWriter&) = delete;
+  VideoWriter& operator=(const VideoWriter&) = delete;
+
+  /// The next frame; blocks while the encoder is behind. Throws std::invalid_argument for a picture
+  /// of another size.
+  void write(const render::Image& image);
+  /// Waits for the encoder and puts the file in place; a video without a frame is an error. Call
+  /// once; write() no more after it.
+  void close();
+
+ private:
+  void start(int fps);
+  [[noreturn]] void fail(const std::string& what);
+  std::string encoderMessage() const;
+  int waitForEncoder();
+
+  std::string path_;
+  std::string part_path_;
+  int width_, height_;
+  std::size_t frames_ = 0;
+  pid_t encoder_ = -1;
+  int frames_fd_ = -1;    ///< a socket, so that a dead encoder is an error here and no signal
+  int messages_fd_ = -1;  ///< an unnamed file that catches ffmpeg's standard error
+};
+
+}  // namespace afterglow::nodes
