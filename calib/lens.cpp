@@ -1,1 +1,180 @@
 #include "calib/lens.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace afterglow::calib {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The radial part of Brown-Conrady, as functions of s = r^2: factor = N(s) / M(s).
+struct Radial {
+  double numerator, numerator_slope;
+  double denominator, denominator_slope;
+
+  Radial(const std::array<double, 8>& D, double s)
+      : numerator(1 + s * (D[0] + s * (D[1] + s * D[4]))),
+        numerator_slope(D[0] + s * (2 * D[1] + s * 3 * D[4])),
+        denominator(1 + s * (D[5] + s * (D[6] + s * D[7]))),
+        denominator_slope(D[5] + s * (2 * D[6] + s * 3 * D[7])) {}
+
+  double factor() const { return numerator / denominator; }
+  /// d factor / ds
+  double factorSlope() const {
+    return (numerator_slope * denominator - numerator * denominator_slope) /
+           (denominator * denominator);
+  }
+  /// Whether the distorted radius r * factor grows with r here, on this side of any pole.
+  bool grows(double s) const { return denominator > 0 && factor() + 2 * s * factorSlope() > 0; }
+};
+
+/// d distort / d undistorted
+Eigen::Matrix2d distortJacobian(const Lens& lens, const Eigen::Vector2d& n) {
+  const Radial radial(lens.D, n.squaredNorm());
+  const double x = n.x(), y = n.y(), p1 = lens.D[2], p2 = lens.D[3];
+  const double slope = 2 * radial.factorSlope();
+  Eigen::Matrix2d J;
+  J(0, 0) = radial.factor() + slope * x * x + 2 * p1 * y + 6 * p2 * x;
+  J(0, 1) = slope * x * y + 2 * p1 * x + 2 * p2 * y;
+  J(1, 0) = J(0, 1);
+  J(1, 1) = radial.factor() + slope * y * y + 6 * p1 * y + 2 * p2 * x;
+  return J;
+}
+
+/// Undistorted radius whose radially distorted radius is `target`; the fold's if none is.
+double undistortRadius(const Lens& lens, double target) {
+  const auto distorted = [&](double r) { return r * Radial(lens.D, r * r).factor(); };
+  double high = std::min(lens.fold_radius, 1.0);
+  while (high < lens.fold_radius && distorted(high) < target && high < 1e6) {
+    high = std::min(2 * high, lens.fold_radius);
+  }
+  double low = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (distorted(middle) < target ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// Newton with step halving: near the fold a full step would jump across it.
+std::optional<Eigen::Vector2d> undistort(const Lens& lens, const Eigen::Vector2d& distorted) {
+  constexpr double kTolerance = 1e-12;
+  const double radius = distorted.norm();
+  Eigen::Vector2d n = distorted;
+  if (radius > 0) n *= undistortRadius(lens, radius) / radius;
+  Eigen::Vector2d residual = distort(lens, n) - distorted;
+  for (int i = 0; i < 50 && residual.norm() > kTolerance; ++i) {
+    const Eigen::Vector2d step = distortJacobian(lens, n).inverse() * residual;
+    double scale = 1;
+    Eigen::Vector2d next = n - step, next_residual = distort(lens, next) - distorted;
+    while (!(next_residual.norm() < residual.norm()) && scale > 1e-6) {
+      scale *= 0.5;
+      next = n - scale * step;
+      next_residual = distort(lens, next) - distorted;
+    }
+    if (!(next_residual.norm() < residual.norm())) break;
+    n = next;
+    residual = next_residual;
+  }
+  // Rounding at large coordinates keeps the residual above the tolerance; 1e-9 is still < 1e-5 px.
+  if (!(residual.norm() <= 1e-9) || n.norm() > lens.fold_radius) return std::nullopt;
+  return n;
+}
+
+std::string text(double value) {
+  std::string digits = std::to_string(value);
+  return std::isfinite(value) ? digits : (std::isnan(value) ? "NaN" : "infinity");
+}
+
+}  // namespace
+
+std::vector<std::string> lensViolations(int width, int height, const Eigen::Matrix3d& K,
+                                        const std::vector<double>& D) {
+  std::vector<std::string> found;
+  if (width <= 0 || height <= 0) {
+    found.push_back("image size " + std::to_string(width) + " x " + std::to_string(height) +
+                    ": expected at least 1 x 1 pixels");
+  }
+  if (!K.allFinite()) found.push_back("K holds a number that is not finite");
+  if (!(K(0, 0) > 0)) found.push_back("K[0] (fx) is " + text(K(0, 0)) + ": expected > 0");
+  if (!(K(1, 1) > 0)) found.push_back("K[4] (fy) is " + text(K(1, 1)) + ": expected > 0");
+  if (K(1, 0) != 0) found.push_back("K[3] is " + text(K(1, 0)) + ": expected 0");
+  if (K(2, 0) != 0 || K(2, 1) != 0 || K(2, 2) != 1) {
+    found.push_back("K's last row is " + text(K(2, 0)) + ", " + text(K(2, 1)) + ", " +
+                    text(K(2, 2)) + ": expected 0, 0, 1");
+  }
+  if (D.size() != 0 && D.size() != 4 && D.size() != 5 && D.size() != 8) {
+    found.push_back("D has " + std::to_string(D.size()) + " numbers: expected 0, 4, 5 or 8");
+  }
+  if (!std::all_of(D.begin(), D.end(), [](double d) { return std::isfinite(d); })) {
+    found.push_back("D holds a number that is not finite");
+  }
+  return found;
+}
+
+Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector<double>& D) {
+  const std::vector<std::string> violations = lensViolations(width, height, K, D);
+  if (!violations.empty()) {
+    std::string message = "unusable lens: ";
+    for (const std::string& violation : violations) {
+      if (&violation != &violations.front()) message += "; ";
+      message += violation;
+    }
+    throw std::invalid_argument(message);
+  }
+  Lens lens;
+  lens.width = width;
+  lens.height = height;
+  lens.K = K;
+  std::copy(D.begin(), D.end(), lens.D.begin());
+  lens.fold_radius = foldRadius(lens);
+  return lens;
+}
+
+double foldRadius(const Lens& lens) {
+  // r = 100 is 0.6 degrees from the image plane: no lens looks there.
+  constexpr double kLargest = 100;
+  const auto grows = [&](double r) { return Radial(lens.D, r * r).grows(r * r); };
+  double low = 0, high = 0;
+  do {
+    low = high;
+    high += std::max(1e-3, 1e-3 * high);
+    if (high > kLargest) return kInfinity;
+  } while (grows(high));
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (grows(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted) {
+  const double x = undistorted.x(), y = undistorted.y(), s = undistorted.squaredNorm();
+  const double p1 = lens.D[2], p2 = lens.D[3];
+  return Radial(lens.D, s).factor() * undistorted +
+         Eigen::Vector2d(2 * p1 * x * y + p2 * (s + 2 * x * x),
+                         p1 * (s + 2 * y * y) + 2 * p2 * x * y);
+}
+
+std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& p_optical) {
+  if (!(p_optical.z() > 0)) return std::nullopt;
+  const Eigen::Vector2d n = p_optical.head<2>() / p_optical.z();
+  if (!(n.norm() <= lens.fold_radius)) return std::nullopt;
+  const Eigen::Vector2d d = distort(lens, n);
+  return Eigen::Vector2d(lens.K(0, 0) * d.x() + lens.K(0, 1) * d.y() + lens.K(0, 2),
+                         lens.K(1, 1) * d.y() + lens.K(1, 2));
+}
+
+std::optional<Eigen::Vector3d> unproject(const Lens& lens, const Eigen::Vector2d& pixel) {
+  Eigen::Vector2d d;
+  d.y() = (pixel.y() - lens.K(1, 2)) / lens.K(1, 1);
+  d.x() = (pixel.x() - lens.K(0, 2) - lens.K(0, 1) * d.y()) / lens.K(0, 0);
+  const std::optional<Eigen::Vector2d> n = undistort(lens, d);
+  if (!n) return std::nullopt;
+  return Eigen::Vector3d(n->x(), n->y(), 1);
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,197 @@
+#include "calib/camera_info_file.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace afterglow::calib {
+namespace {
+
+/// Where the two forms keep the same things.
+struct Keys {
+  std::string width, height, K, model, D, P;
+};
+const Keys kParsersForm{"image_width",
+                        "image_height",
+                        "camera_matrix",
+                        "distortion_model",
+                        "distortion_coefficients",
+                        "projection_matrix"};
+const Keys kMessageForm{"width", "height", "K", "distortion_model", "D", "P"};
+
+/// Collects what is wrong while reading, so that all of it can be said at once.
+class Reader {
+ public:
+  Reader(const YAML::Node& root, std::vector<std::string>& violations)
+      : root_(root), violations_(violations) {}
+
+  int integer(const std::string& key) {
+    const YAML::Node node = root_[key];
+    if (!node) {
+      violations_.push_back(key + ": missing");
+      return 0;
+    }
+    int value = 0;
+    if (!YAML::convert<int>::decode(node, value)) {
+      complain(key, node, "expected a whole number");
+    } else if (value <= 0) {
+      complain(key, node, "expected at least 1");
+    }
+    return value;
+  }
+
+  /// A list of numbers, either bare or the `data` of a matrix.
+  std::vector<double> numbers(const std::string& key, std::optional<std::size_t> count) {
+    const YAML::Node list = listAt(key);
+    std::vector<double> values;
+    if (!list) return values;
+    for (const YAML::Node& item : list) {
+      double value = 0;
+      if (!YAML::convert<double>::decode(item, value) || !std::isfinite(value)) {
+        complain(key, item, "expected a finite number");
+      }
+      values.push_back(value);
+    }
+    if (count && values.size() != *count) {
+      violations_.push_back(key + ": expected " + std::to_string(*count) + " numbers, found " +
+                            std::to_string(values.size()));
+      values.clear();
+    }
+    return values;
+  }
+
+  std::string text(const std::string& key) {
+    const YAML::Node node = root_[key];
+    return node && node.IsScalar() ? node.Scalar() : "";
+  }
+
+ private:
+  YAML::Node listAt(const std::string& key) {
+    YAML::Node node = root_[key];
+    if (!node) {
+      violations_.push_back(key + ": missing");
+      return YAML::Node(YAML::NodeType::Undefined);
+    }
+    if (node.IsMap()) node.reset(node["data"]);
+    if (!node || !node.IsSequence()) {
+      violations_.push_back(key + ": expected a list of numbers");
+      return YAML::Node(YAML::NodeType::Undefined);
+    }
+    return node;
+  }
+
+  void complain(const std::string& key, const YAML::Node& node, const std::string& expected) {
+    const std::string value = node.IsScalar() ? "\"" + node.Scalar() + "\"" : "no scalar";
+    violations_.push_back(key + ": line " + std::to_string(node.Mark().line + 1) + " has " + value +
+                          ", " + expected);
+  }
+
+  YAML::Node root_;
+  std::vector<std::string>& violations_;
+};
+
+void checkModel(const Keys& keys, const std::string& model, const std::vector<double>& D,
+                std::vector<std::string>& violations) {
+  const std::string found = std::to_string(D.size());
+  if (model == "plumb_bob") {
+    if (!D.empty() && D.size() != 4 && D.size() != 5) {
+      violations.push_back(keys.D + ": plumb_bob has 4 or 5 numbers, found " + found);
+    }
+  } else if (model == "rational_polynomial") {
+    if (D.size() != 8) {
+      violations.push_back(keys.D + ": rational_polynomial has 8 numbers, found " + found);
+    }
+  } else if (model.empty()) {
+    if (std::any_of(D.begin(), D.end(), [](double d) { return d != 0; })) {
+      violations.push_back(keys.model + ": missing, but " + keys.D + " is not zero");
+    }
+  } else {
+    violations.push_back(keys.model + ": \"" + model +
+                         "\" is not supported; expected plumb_bob or rational_polynomial");
+  }
+}
+
+/// A pixel counts as a disagreement from 0.5 px on: rectification alone may shift P a little.
+std::string compareWithP(const Eigen::Matrix3d& K, const std::vector<double>& P) {
+  if (P.size() != 12 || P[0] == 0) return "";
+  const struct {
+    const char* name;
+    double k, p;
+  } pairs[] = {
+      {"fx", K(0, 0), P[0]}, {"fy", K(1, 1), P[5]}, {"cx", K(0, 2), P[2]}, {"cy", K(1, 2), P[6]}};
+  std::ostringstream differences;
+  for (const auto& pair : pairs) {
+    if (std::abs(pair.k - pair.p) < 0.5) continue;
+    if (differences.tellp() > 0) differences << ", ";
+    differences << pair.name << " " << pair.k << " against " << pair.p;
+  }
+  if (differences.tellp() == 0) return "";
+  return "K and P disagree (" + differences.str() +
+         " px): K is used, P is for rectified images only";
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::vector<std::string>& violations) {
+  std::string message = path + ": ";
+  for (const std::string& violation : violations) {
+    if (&violation != &violations.front()) message += "; ";
+    message += violation;
+  }
+  throw std::runtime_error(message);
+}
+
+YAML::Node loadMap(const std::string& path) {
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(path);
+  } catch (const YAML::BadFile&) {
+    refuse(path, {"cannot be read"});
+  } catch (const YAML::Exception& error) {
+    refuse(path, {std::string("is not YAML: ") + error.what()});
+  }
+  if (!root.IsMap()) refuse(path, {"is not a camera_info file: expected camera_matrix or K"});
+  return root;
+}
+
+std::string nameOf(const YAML::Node& root) {
+  const YAML::Node name = root["camera_name"];
+  if (name && name.IsScalar()) return name.Scalar();
+  const YAML::Node header = root["header"];
+  if (header && header.IsMap() && header["frame_id"] && header["frame_id"].IsScalar()) {
+    return header["frame_id"].Scalar();
+  }
+  return "";
+}
+
+}  // namespace
+
+CameraInfoFile loadCameraInfo(const std::string& path) {
+  const YAML::Node root = loadMap(path);
+  if (!root["camera_matrix"] && !root["K"]) {
+    refuse(path, {"is not a camera_info file: expected camera_matrix or K"});
+  }
+  const Keys& keys = root["camera_matrix"] ? kParsersForm : kMessageForm;
+  std::vector<std::string> violations;
+  Reader reader(root, violations);
+  const int width = reader.integer(keys.width), height = reader.integer(keys.height);
+  const std::vector<double> k = reader.numbers(keys.K, 9);
+  const std::vector<double> D = reader.numbers(keys.D, std::nullopt);
+  checkModel(keys, reader.text(keys.model), D, violations);
+  const std::vector<double> P = root[keys.P] ? reader.numbers(keys.P, 12) : std::vector<double>{};
+  // Without a model D is all zero, however many it has.
+  const std::vector<double> used = reader.text(keys.model).empty() ? std::vector<double>{} : D;
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  if (k.size() == 9) K << k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8];
+  // Size and D have been judged above, with their keys.
+  for (const std::string& violation : lensViolations(1, 1, K, {})) {
+    violations.push_back(keys.K + ": " + violation);
+  }
+  if (!violations.empty()) refuse(path, violations);
+  return {makeLens(width, height, K, used), nameOf(root), compareWithP(K, P)};
+}
+
+}  // namespace afterglow::calib
