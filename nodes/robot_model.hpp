@@ -1,0 +1,113 @@
+/// \file
+/// A robot from its URDF: where every link is, what it looks like, and how to reach a pose or point
+/// something at a place. Metres, radians. Source of semantics: http://wiki.ros.org/urdf/XML.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "render/scene/scene.hpp"
+
+namespace afterglow::nodes {
+
+using JointPositions = std::map<std::string, double>;        ///< rad, or m for a prismatic joint
+using LinkPoses = std::map<std::string, Eigen::Isometry3d>;  ///< T_root_link of every link
+
+/// A joint of the tree, fixed ones included.
+struct Joint {
+  enum class Kind { Fixed, Revolute, Continuous, Prismatic } kind = Kind::Fixed;
+  std::string name, parent, child;  ///< child and parent are links
+  Eigen::Isometry3d T_parent_joint = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< in the joint's frame, of length 1
+  double lower = 0, upper = 0;                      ///< infinite for a continuous joint
+  double max_velocity = 0;                          ///< rad/s or m/s; infinite where none is given
+
+  bool moves() const { return kind != Kind::Fixed; }
+  /// The child's pose in the parent with the joint at `position` (ignored by a fixed joint).
+  Eigen::Isometry3d T_parent_child(double position) const;
+};
+
+/// One shape of a link, in its colour.
+struct LinkVisual {
+  std::string link;
+  Eigen::Isometry3d T_link_shape = Eigen::Isometry3d::Identity();
+  render::Shape shape;  ///< Cube, Cylinder or Sphere
+  render::Color color;
+};
+
+/// Two joints that point something: a pan-tilt turret or a head.
+struct PanTilt {
+  std::string pan_joint, tilt_joint;
+  std::string frame;  ///< the link that the pointed direction is given in
+};
+/// The projector's turret and the head (x of its camera link looks forward).
+PanTilt projectorTurret();
+PanTilt headTurret();
+
+/// A value: copy it freely; const members are safe from any thread.
+class RobotModel {
+ public:
+  /// Both throw std::runtime_error naming the file (or `name`) and what is wrong with it: not a
+  /// URDF, a mesh (primitive shapes only), an unsupported joint type.
+  static RobotModel fromFile(const std::string& path);
+  static RobotModel fromXml(const std::string& xml, const std::string& name = "robot_description");
+
+  const std::string& xml() const { return xml_; }  ///< what it was made from
+  const std::string& rootLink() const { return root_; }
+  /// Every joint, a parent's before its children's.
+  const std::vector<Joint>& joints() const { return joints_; }
+  /// Throws std::out_of_range naming the joint if there is none.
+  const Joint& joint(const std::string& name) const;
+  /// Every moving joint at 0, or at its limit nearest to 0.
+  JointPositions restPositions() const;
+
+  /// Forward kinematics. Joints missing from `positions` rest, unknown names are ignored.
+  LinkPoses linkPoses(const JointPositions& positions) const;
+  /// One link's pose in the root. Throws std::out_of_range naming the link if there is none.
+  Eigen::Isometry3d linkPose(const std::string& link, const JointPositions& positions) const;
+
+  const std::vector<LinkVisual>& visuals() const { return visuals_; }
+  /// The visuals as solids in the world; links that `T_world_link` lacks are left out.
+  std::vector<render::Drawable> drawables(const LinkPoses& T_world_link) const;
+
+  /// Joint positions that bring `tip_link` to `T_root_tip` (within 0.1 mm and 0.1 mrad) and obey
+  /// the limits: the nearest to `seed` found in a fixed number of deterministic starts. Joints in
+  /// `held` stay at their seed. The result holds the chain's joints only (root to tip, the moving
+  /// ones). Empty if none was found. Throws std::out_of_range for an unknown link.
+  std::optional<JointPositions> solveIk(const std::string& tip_link,
+                                        const Eigen::Isometry3d& T_root_tip,
+                                        const JointPositions& seed,
+                                        const std::set<std::string>& held = {}) const;
+
+  /// Pan and tilt that make the ray from the origin of `turret.frame` along `direction` (in that
+  /// frame, any length) hit `p_root`; `positions` says where the other joints are and seeds the
+  /// search. Empty if the limits do not allow it. Throws std::out_of_range for unknown names.
+  ///
+  /// To centre a projector's picture on a point, whatever its lens shift:
+  ///   aim(projectorTurret(), *calib::unproject(lens, image_centre_px), p_base, positions)
+  std::optional<JointPositions> aim(const PanTilt& turret, const Eigen::Vector3d& direction,
+                                    const Eigen::Vector3d& p_root,
+                                    const JointPositions& positions) const;
+
+ private:
+  /// Joints from the root to a link.
+  std::vector<const Joint*> chainTo(const std::string& link) const;
+
+  std::string xml_, root_;
+  std::vector<Joint> joints_;
+  std::vector<LinkVisual> visuals_;
+};
+
+/// The arm-with-torso controller's joints in its order, and the gripper's tip between the fingers.
+extern const std::vector<std::string> kArmWithTorsoJoints;
+constexpr const char* kGripperLink = "gripper_link";
+
+/// Arm and torso poses that the demo and the tests share.
+JointPositions tuckedArm();     ///< folded over the base, as a Fetch drives
+JointPositions armOverTable();  ///< gripper down, 20 cm above a 0.72 m table, 75 cm ahead
+
+}  // namespace afterglow::nodes
