@@ -38,10 +38,10 @@ struct BoolByte {
   std::uint8_t byte = 0;
 };
 
-class Value : public std::variant<BoolByte, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t,
-                                  std::int32_t, std::uint32_t, std::int64_t, std::uint64_t, float,
-                                  double, std::string, RosTime, RosDuration, NumberArray, Array,
-                                  Object> {
+class Value
+    : public std::variant<BoolByte, std::int8_t, std::uint8_t, std::int16_t, std::uint16_t,
+                          std::int32_t, std::uint32_t, std::int64_t, std::uint64_t, float, double,
+                          std::string, RosTime, RosDuration, NumberArray, Array, Object> {
  public:
   using variant::variant;
 };
@@ -54,7 +54,7 @@ Value decode(const Schema& schema, const Bytes& bytes);
 Bytes encode(const Schema& schema, const Value& document);
 
 struct JsonOptions {
-  /// Number arrays longer than this become {"type":..., "count":...}: large arrays stay in the bytes.
+  /// Arrays longer than this become {"type":..., "count":...}: large arrays stay in the bytes.
   std::size_t longest_array = 1024;
 };
 

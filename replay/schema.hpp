@@ -21,12 +21,28 @@ class MessageError : public std::runtime_error {
 };
 
 enum class FieldType : std::uint8_t {
-  Bool, Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64,
-  String, Time, Duration, Message
+  Bool,
+  Int8,
+  UInt8,
+  Int16,
+  UInt16,
+  Int32,
+  UInt32,
+  Int64,
+  UInt64,
+  Float32,
+  Float64,
+  String,
+  Time,
+  Duration,
+  Message
 };
 
 /// Serialized size of a scalar of this type; 0 for String and Message.
 std::size_t fixedSize(FieldType type);
+
+/// "uint8", "string", ...; "message" for Message.
+std::string_view name(FieldType type);
 
 struct Field {
   enum class Arity : std::uint8_t { Single, FixedArray, DynamicArray };
@@ -45,21 +61,29 @@ struct MessageType {
 /// A parsed definition; a value, cheap to move, valid once constructed.
 class Schema {
  public:
+  /// Far beyond any real message; they keep a hostile definition from taking stack or memory.
+  static constexpr std::size_t kDeepest = 256;
+  static constexpr std::size_t kMostFields = 65536;
+
   /// `type` is "package/Type" of the outermost message, `definition` its full text with the
   /// contained types behind lines of '='. Constants and comments are read over; `byte` and `char`
   /// are int8 and uint8; `Header` is std_msgs/Header, and `Header header` in a definition that does
   /// not bring it along is known all the same. Throws MessageError; also for a type that contains
-  /// itself.
+  /// itself, nests deeper than kDeepest or describes more than kMostFields fields in all.
   static Schema parse(const std::string& type, std::string_view definition);
 
   const std::vector<MessageType>& types() const { return types_; }
   const MessageType& root() const { return types_.front(); }
   /// Fewest bytes a value of this type can take: what counts are vetted against.
   std::size_t minimumSize(std::size_t type_index) const { return minimum_sizes_[type_index]; }
+  /// True if every value of this type takes exactly minimumSize bytes.
+  bool isFixedSize(std::size_t type_index) const { return fixed_sizes_[type_index]; }
 
  private:
+  friend class SchemaParser;
   std::vector<MessageType> types_;  ///< [0] is the outermost
   std::vector<std::size_t> minimum_sizes_;
+  std::vector<bool> fixed_sizes_;
 };
 
 }  // namespace afterglow::replay
