@@ -29,6 +29,8 @@ class GlContext {
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
+  /// Whatever needs the context calls this; several can take turns in a thread.
+  void makeCurrent();
   std::string description() const;  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
 
  private:
@@ -40,10 +42,18 @@ class GlContext {
 /// Geometry is exact at vertices (placement, off-axis frustum from K with any principal point,
 /// distortion); edges are subdivided until the lens bends them by less than 0.1 px. Black where
 /// nothing is drawn. Content that the lens model folds back is clipped.
+///
+/// Light, not ink: every shape has its full flat colour, where RViz's headlight shades solids; a
+/// shaded side would only be a darker projection. Alpha blends over black in sRGB values, as RViz's;
+/// of a translucent thing each pixel takes the nearest surface only. Edges: four samples a pixel,
+/// and the exact share of each pixel for PointStyle::Points (up to 250 px large).
+/// Direct layers hide each other by distance. A draped or viewer-placed one lies flat: it hides
+/// itself by height over the surface, and lies over the layers before it.
 class ProjectorRenderer {
  public:
   ProjectorRenderer(GlContext& context, const calib::Lens& lens);
   ~ProjectorRenderer();
+  /// Throws std::logic_error as placementMatrix does.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
 
  private:

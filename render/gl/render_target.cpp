@@ -1,0 +1,59 @@
+#include "render/gl/render_target.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace afterglow::render {
+namespace {
+
+constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
+
+void requireComplete(const Framebuffer& framebuffer, int width, int height) {
+  const GLenum status = glCheckNamedFramebufferStatus(framebuffer.id(), GL_FRAMEBUFFER);
+  if (status == GL_FRAMEBUFFER_COMPLETE) return;
+  throw std::runtime_error("GL cannot draw into an image of " + std::to_string(width) + " x " +
+                           std::to_string(height) + " with " + std::to_string(kSamples) +
+                           " samples (framebuffer status " + std::to_string(status) + ")");
+}
+
+}  // namespace
+
+RenderTarget::RenderTarget(int width, int height) : width_(width), height_(height) {
+  glNamedRenderbufferStorageMultisample(color_.id(), kSamples, GL_RGBA8, width, height);
+  glNamedRenderbufferStorageMultisample(depth_.id(), kSamples, GL_DEPTH24_STENCIL8, width, height);
+  glNamedRenderbufferStorage(resolved_color_.id(), GL_RGBA8, width, height);
+  glNamedFramebufferRenderbuffer(samples_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_.id());
+  glNamedFramebufferRenderbuffer(samples_.id(), GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER,
+                                 depth_.id());
+  glNamedFramebufferRenderbuffer(resolved_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                                 resolved_color_.id());
+  requireComplete(samples_, width, height);
+  requireComplete(resolved_, width, height);
+}
+
+void RenderTarget::begin(const float* background_rgb) {
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_.id());
+  glViewport(0, 0, width_, height_);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDepthMask(GL_TRUE);
+  glStencilMask(0xff);
+  glClearColor(background_rgb[0], background_rgb[1], background_rgb[2], 1);
+  glClearDepth(1);
+  glClearStencil(0);
+  glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+}
+
+Image RenderTarget::read() {
+  glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
+                         height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  Image image;
+  image.width = width_;
+  image.height = height_;
+  image.rgb.resize(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.id());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
+  return image;
+}
+
+}  // namespace afterglow::render

@@ -1,0 +1,30 @@
+/// \file
+/// An image to draw into with four samples a pixel, and to read back.
+#pragma once
+
+#include "render/gl/gl_handle.hpp"
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::render {
+
+class RenderTarget {
+ public:
+  /// Throws std::runtime_error if the driver cannot make it.
+  RenderTarget(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  /// Makes it what is drawn into, black and empty.
+  void begin(const float* background_rgb);
+  /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
+  Image read();
+
+ private:
+  int width_, height_;
+  Framebuffer samples_ = Framebuffer::make(), resolved_ = Framebuffer::make();
+  Renderbuffer color_ = Renderbuffer::make(), depth_ = Renderbuffer::make();
+  Renderbuffer resolved_color_ = Renderbuffer::make();
+};
+
+}  // namespace afterglow::render

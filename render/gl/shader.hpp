@@ -1,0 +1,37 @@
+/// \file
+/// The shaders of shaders/, embedded at build, compiled into programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "render/gl/gl_handle.hpp"
+
+namespace afterglow::render {
+
+struct EmbeddedShader {
+  const char* name;  ///< file name; nullptr ends the list
+  const char* text;
+};
+extern const EmbeddedShader kEmbeddedShaders[];
+
+/// One stage made of several files, in order: what comes first may be used by what follows. The
+/// files hold no #version; it is 4.5 core.
+struct ShaderStage {
+  GLenum stage;
+  std::vector<std::string> files;
+};
+
+/// Throws std::runtime_error with the compiler's words, file and line, or std::logic_error for a
+/// file that is not embedded.
+Program makeProgram(const std::vector<ShaderStage>& stages);
+
+/// Sets the uniforms of lens.glsl.
+void setLens(const Program& program, const calib::Lens& lens);
+
+inline GLint uniform(const Program& program, const char* name) {
+  return glGetUniformLocation(program.id(), name);
+}
+
+}  // namespace afterglow::render

@@ -1,0 +1,210 @@
+#include "render/scene/light_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow::render {
+namespace {
+
+constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
+
+Eigen::Vector4f asFloats(const Rgba& color) {
+  return Eigen::Vector4f(color.r, color.g, color.b, color.a);
+}
+
+Rgba asBytes(const Eigen::Vector4f& color) {
+  const auto byte = [](float value) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.f, 255.f)));
+  };
+  return {byte(color[0]), byte(color[1]), byte(color[2]), byte(color[3])};
+}
+
+bool isOpaque(const Rgba& color) { return color.a == 255; }
+bool isInvisible(const Rgba& color) { return color.a == 0; }
+
+/// Height over the surface's plane as a row: height = row . (p, 1).
+Eigen::Vector4d heightRow(const SurfacePatch& surface) {
+  const Eigen::Isometry3d& T = surface.T_world_surface.matrix();
+  const Eigen::Vector3d n = T.linear().col(2);
+  return {n.x(), n.y(), n.z(), -n.dot(T.translation())};
+}
+
+/// Any order of drawing shows the same if all have one opaque colour.
+bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
+  const Rgba color = points[first].center.color;
+  return !isOpaque(color) ||
+         std::any_of(points.begin() + static_cast<std::ptrdiff_t>(first), points.end(),
+                     [&](const LightPoint& point) { return point.center.color != color; });
+}
+
+}  // namespace
+
+LightComposer::LightComposer(const calib::Lens& lens)
+    : lens_(lens), domain_(lens), cutter_(domain_) {}
+
+const LightFrame& LightComposer::compose(const Scene& scene,
+                                         const Rigid<Projector, World>& T_projector_world) {
+  frame_.vertices.clear();
+  frame_.indices.clear();
+  frame_.points.clear();
+  frame_.layers.clear();
+  for (const Layer& layer : scene.layers) addLayer(layer, T_projector_world);
+  return frame_;
+}
+
+void LightComposer::addLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world) {
+  Placed placed;
+  placed.P_optical_world = T_projector_world.matrix().matrix() * placementMatrix(layer);
+  placed.flattened = layer.placement != Placement::Direct;
+  placed.height = layer.surface ? heightRow(*layer.surface) : Eigen::Vector4d::Zero();
+  LightLayer out;
+  out.flattened = placed.flattened;
+  if (layer.surface && !layer.surface->polygon.empty()) {
+    addMask(*layer.surface, T_projector_world, out);
+  }
+  const Eye eye = eyeOfLayer(layer, T_projector_world);
+  steps_.clear();
+  for (const Drawable& drawable : layer.drawables) {
+    tessellate(drawable, eye, tessellation_);
+    addDrawable(placed);
+  }
+  addSteps(out);
+  frame_.layers.push_back(std::move(out));
+}
+
+/// A fan over the outline: where an odd number of its triangles overlap is inside, whether the
+/// outline is convex or not.
+void LightComposer::addMask(const SurfacePatch& surface,
+                            const Rigid<Projector, World>& T_projector_world, LightLayer& out) {
+  mask_.clear();
+  for (const Eigen::Vector2d& corner : surface.polygon) {
+    mask_.points.push_back(surface.T_world_surface * Eigen::Vector3d(corner.x(), corner.y(), 0));
+    mask_.colors.push_back(Rgba{});
+  }
+  for (std::uint32_t i = 2; i < mask_.points.size(); ++i) mask_.triangles.push_back({0, i - 1, i});
+  Placed placed;
+  placed.P_optical_world = T_projector_world.matrix().matrix();
+  placed.height = Eigen::Vector4d::Zero();
+  out.masked = true;
+  out.mask_first = static_cast<std::uint32_t>(frame_.indices.size());
+  addMesh(mask_, placed);
+  out.mask_count = static_cast<std::uint32_t>(frame_.indices.size()) - out.mask_first;
+}
+
+void LightComposer::addDrawable(const Placed& placed) {
+  const auto meanDepth = [](auto first, auto last, auto depth) {
+    double sum = 0;
+    for (auto it = first; it != last; ++it) sum += depth(*it);
+    return sum / static_cast<double>(std::max<std::ptrdiff_t>(1, last - first));
+  };
+  const Mesh& mesh = tessellation_.mesh;
+  if (!std::all_of(mesh.colors.begin(), mesh.colors.end(), isInvisible)) {
+    const auto first = static_cast<std::uint32_t>(frame_.indices.size());
+    const auto vertex = static_cast<std::ptrdiff_t>(frame_.vertices.size());
+    addMesh(mesh, placed);
+    const auto count = static_cast<std::uint32_t>(frame_.indices.size()) - first;
+    const bool opaque = std::all_of(mesh.colors.begin(), mesh.colors.end(), isOpaque);
+    const LightStep step{opaque ? LightStep::Kind::Opaque : LightStep::Kind::Translucent, first,
+                         count};
+    const double depth = meanDepth(frame_.vertices.begin() + vertex, frame_.vertices.end(),
+                                   [](const LightVertex& v) { return v.depth; });
+    if (count > 0) steps_.push_back({step, depth});
+  }
+  const auto first = static_cast<std::uint32_t>(frame_.points.size());
+  addSplats(tessellation_.splats, placed);
+  const auto count = static_cast<std::uint32_t>(frame_.points.size()) - first;
+  if (count == 0) return;
+  const double depth = meanDepth(frame_.points.begin() + first, frame_.points.end(),
+                                 [](const LightPoint& p) { return p.center.depth; });
+  steps_.push_back({{LightStep::Kind::Points, first, count}, depth});
+}
+
+/// Opaque things in any order, in as few runs as possible; then the others, farthest first.
+void LightComposer::addSteps(LightLayer& out) {
+  std::stable_sort(steps_.begin(), steps_.end(), [](const Sorted& a, const Sorted& b) {
+    const bool a_opaque = a.step.kind == LightStep::Kind::Opaque;
+    const bool b_opaque = b.step.kind == LightStep::Kind::Opaque;
+    if (a_opaque || b_opaque) return a_opaque && !b_opaque;
+    return a.depth > b.depth;
+  });
+  for (const Sorted& sorted : steps_) {
+    const LightStep& step = sorted.step;
+    const bool joins = !out.steps.empty() && step.kind == LightStep::Kind::Opaque &&
+                       out.steps.back().kind == LightStep::Kind::Opaque &&
+                       out.steps.back().first + out.steps.back().count == step.first;
+    if (joins) {
+      out.steps.back().count += step.count;
+    } else {
+      out.steps.push_back(step);
+    }
+  }
+}
+
+void LightComposer::addMesh(const Mesh& mesh, const Placed& placed) {
+  const std::size_t count = mesh.points.size();
+  cut_vertices_.resize(count);
+  inside_.resize(count);
+  index_of_.assign(count, kNoIndex);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector4d p_world = mesh.points[i].homogeneous();
+    cut_vertices_[i] = {placed.P_optical_world * p_world, asFloats(mesh.colors[i]),
+                        placed.height.dot(p_world)};
+    inside_[i] = isInside(domain_, cut_vertices_[i]);
+  }
+  const auto straight = [&](const CutVertex& a, const CutVertex& b) {
+    return domain_.isStraight(normalized(a), normalized(b));
+  };
+  for (const auto& t : mesh.triangles) {
+    const CutVertex &a = cut_vertices_[t[0]], &b = cut_vertices_[t[1]], &c = cut_vertices_[t[2]];
+    if (inside_[t[0]] && inside_[t[1]] && inside_[t[2]] && straight(a, b) && straight(b, c) &&
+        straight(c, a)) {
+      for (const std::uint32_t i : t) {
+        if (index_of_[i] == kNoIndex) index_of_[i] = addVertex(cut_vertices_[i], placed);
+        frame_.indices.push_back(index_of_[i]);
+      }
+      continue;
+    }
+    for (const CutVertex& vertex : cutter_.cut(a, b, c)) {
+      frame_.indices.push_back(addVertex(vertex, placed));
+    }
+  }
+}
+
+void LightComposer::addSplats(const std::vector<Splat>& splats, const Placed& placed) {
+  const std::size_t first = frame_.points.size();
+  for (const Splat& splat : splats) {
+    if (isInvisible(splat.color)) continue;
+    const Eigen::Vector4d p_world = splat.p_world.homogeneous();
+    CutVertex vertex{placed.P_optical_world * p_world, asFloats(splat.color),
+                     placed.height.dot(p_world)};
+    if (!(vertex.p_optical.w() > 0)) continue;
+    vertex.p_optical /= vertex.p_optical.w();
+    if (!(vertex.p_optical.z() >= LensDomain::kNear)) continue;
+    const auto pixel = calib::project(lens_, vertex.p_optical.head<3>());
+    if (!pixel || (pixel->array() < -kPointMargin).any() ||
+        pixel->x() > lens_.width + kPointMargin || pixel->y() > lens_.height + kPointMargin) {
+      continue;
+    }
+    frame_.points.push_back({lightVertex(vertex, placed), splat.size_px});
+  }
+  if (first < frame_.points.size() && needsSorting(frame_.points, first)) {
+    std::stable_sort(
+        frame_.points.begin() + static_cast<std::ptrdiff_t>(first), frame_.points.end(),
+        [](const LightPoint& a, const LightPoint& b) { return a.center.depth > b.center.depth; });
+  }
+}
+
+LightVertex LightComposer::lightVertex(const CutVertex& vertex, const Placed& placed) const {
+  const Eigen::Vector4d p = vertex.p_optical / vertex.p_optical.w();
+  const double depth = placed.flattened ? -vertex.height / (1 + std::abs(vertex.height))
+                                        : 1 - 2 * LensDomain::kNear / p.z();
+  return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()),
+          static_cast<float>(depth), asBytes(vertex.color)};
+}
+
+std::uint32_t LightComposer::addVertex(const CutVertex& vertex, const Placed& placed) {
+  frame_.vertices.push_back(lightVertex(vertex, placed));
+  return static_cast<std::uint32_t>(frame_.vertices.size() - 1);
+}
+
+}  // namespace afterglow::render

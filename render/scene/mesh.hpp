@@ -1,0 +1,42 @@
+/// \file
+/// What shapes become before they are drawn: coloured triangles and pixel-sized points.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace afterglow::render {
+
+/// 8-bit sRGB and alpha.
+struct Rgba {
+  std::uint8_t r = 255, g = 255, b = 255, a = 255;
+  friend bool operator==(const Rgba& x, const Rgba& y) {
+    return x.r == y.r && x.g == y.g && x.b == y.b && x.a == y.a;
+  }
+  friend bool operator!=(const Rgba& x, const Rgba& y) { return !(x == y); }
+};
+
+/// World coordinates, metres. A vertex is shared by the triangles of one smooth or flat body;
+/// triangles have no winding: both sides are seen.
+struct Mesh {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Rgba> colors;  ///< one a point
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  void clear() {
+    points.clear();
+    colors.clear();
+    triangles.clear();
+  }
+};
+
+/// A square on the image, whatever its distance.
+struct Splat {
+  Eigen::Vector3d p_world;
+  Rgba color;
+  float size_px = 1;
+};
+
+}  // namespace afterglow::render

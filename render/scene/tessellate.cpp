@@ -1,0 +1,191 @@
+#include "render/scene/tessellate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/scene/ribbons.hpp"
+#include "render/scene/solids.hpp"
+
+namespace afterglow::render {
+namespace {
+
+/// From how many on the spheres of a list are coarse.
+constexpr std::size_t kManySpheres = 200;
+
+/// Draws one drawable's shape into a tessellation.
+class Tessellator {
+ public:
+  Tessellator(const Drawable& drawable, const Eye& eye, Tessellation& out)
+      : pose_(drawable.pose.matrix()), color_(drawable.color), eye_(eye), out_(out) {}
+
+  void operator()(const Arrow& arrow) {
+    const double head = std::min(arrow.head_length, arrow.length);
+    const double shaft = arrow.length - head, d = arrow.shaft_diameter, D = arrow.head_diameter;
+    Eigen::Affine3d along_x = Eigen::Affine3d::Identity();
+    along_x.linear() << 0, 0, shaft, d, 0, 0, 0, d, 0;
+    along_x.translation() = Eigen::Vector3d(shaft / 2, 0, 0);
+    if (shaft > 0) addSolid(unitCylinder(), along_x, packed(color_));
+    Eigen::Affine3d tip = Eigen::Affine3d::Identity();
+    tip.linear() = Eigen::Vector3d(head, D, D).asDiagonal();
+    tip.translation() = Eigen::Vector3d(shaft, 0, 0);
+    addSolid(unitCone(), tip, packed(color_));
+  }
+
+  void operator()(const Cube& cube) { addSolid(unitCube(), scaled(cube.size), packed(color_)); }
+  void operator()(const Sphere& sphere) {
+    addSolid(unitSphere(Roundness::Fine), scaled(sphere.size), packed(color_));
+  }
+  void operator()(const Cylinder& cylinder) {
+    addSolid(unitCylinder(), scaled(cylinder.size), packed(color_));
+  }
+
+  void operator()(const Lines& lines) {
+    std::vector<RibbonPoint> points(lines.points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      points[i] = {world(lines.points[i]), colorAt(lines.colors, i)};
+    }
+    if (lines.strip) {
+      addStrip(points, lines.width, eye_, out_.mesh);
+    } else {
+      addSegments(points, lines.width, eye_, out_.mesh);
+    }
+  }
+
+  void operator()(const ShapeList& list) {
+    addSolids(list.kind == ShapeList::Kind::Cubes, list.points, list.colors, list.size);
+  }
+
+  void operator()(const Triangles& triangles) {
+    const std::size_t count = triangles.points.size() / 3;
+    const bool per_face = triangles.colors.size() == count;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto* corner = &triangles.points[3 * i];
+      if (!corner[0].allFinite() || !corner[1].allFinite() || !corner[2].allFinite()) continue;
+      const std::uint32_t first = size();
+      for (std::size_t j = 0; j < 3; ++j) {
+        addPoint(world(corner[j]), colorAt(triangles.colors, per_face ? i : 3 * i + j));
+      }
+      out_.mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+  }
+
+  void operator()(const PointCloud& cloud) {
+    switch (cloud.style) {
+      case PointStyle::Points:
+        return addSplats(cloud);
+      case PointStyle::Squares:
+      case PointStyle::FlatSquares:  // they differ in RViz's lighting alone; light has none
+        return addSquares(cloud);
+      case PointStyle::Spheres:
+      case PointStyle::Boxes:
+        return addSolids(cloud.style == PointStyle::Boxes, cloud.points, cloud.colors,
+                         Eigen::Vector3f::Constant(cloud.size));
+    }
+  }
+
+ private:
+  static Rgba packed(const Color& color) {
+    const auto byte = [](float value) {  // authors send 255: clamp, and NaN is black
+      return static_cast<std::uint8_t>(std::lround(255 * (value > 0 ? std::min(value, 1.f) : 0)));
+    };
+    return {byte(color.r), byte(color.g), byte(color.b), byte(color.a)};
+  }
+
+  /// The drawable's colour where the shape has none; its alpha multiplies theirs.
+  Rgba colorAt(const ColorList& colors, std::size_t i) const {
+    if (i >= colors.size()) return packed(color_);
+    Color color = colors[i];
+    color.a *= color_.a;
+    return packed(color);
+  }
+
+  std::uint32_t size() const { return static_cast<std::uint32_t>(out_.mesh.points.size()); }
+  Eigen::Vector3d world(const Eigen::Vector3f& p) const { return pose_ * p.cast<double>(); }
+  static Eigen::Affine3d scaled(const Eigen::Vector3f& size) {
+    return Eigen::Affine3d(Eigen::Scaling(Eigen::Vector3d(size.cast<double>())));
+  }
+
+  void addPoint(const Eigen::Vector3d& p, const Rgba& color) {
+    out_.mesh.points.push_back(p);
+    out_.mesh.colors.push_back(color);
+  }
+
+  void addSolid(const Solid& solid, const Eigen::Affine3d& shape, const Rgba& color) {
+    const Eigen::Affine3d M = pose_ * shape;
+    if (!M.matrix().allFinite()) return;
+    const std::uint32_t first = size();
+    for (const Eigen::Vector3d& p : solid.points) addPoint(M * p, color);
+    for (const auto& t : solid.triangles) {
+      out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+
+  void addSolids(bool cubes, const PointList& points, const ColorList& colors,
+                 const Eigen::Vector3f& sizes) {
+    const Roundness roundness = points.size() > kManySpheres ? Roundness::Coarse : Roundness::Fine;
+    const Solid& solid = cubes ? unitCube() : unitSphere(roundness);
+    Eigen::Affine3d shape = scaled(sizes);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      shape.translation() = points[i].cast<double>();
+      addSolid(solid, shape, colorAt(colors, i));
+    }
+  }
+
+  void addSquares(const PointCloud& cloud) {
+    const double height = cloud.size_y > 0 ? cloud.size_y : cloud.size;
+    const Eigen::Vector3d x = eye_.R_world_eye.col(0) * (0.5 * cloud.size);
+    const Eigen::Vector3d y = eye_.R_world_eye.col(1) * (0.5 * height);
+    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+      if (!cloud.points[i].allFinite()) continue;
+      const Eigen::Vector3d p = world(cloud.points[i]);
+      const Rgba color = colorAt(cloud.colors, i);
+      const std::uint32_t first = size();
+      addPoint(p - x - y, color);
+      addPoint(p + x - y, color);
+      addPoint(p + x + y, color);
+      addPoint(p - x + y, color);
+      out_.mesh.triangles.push_back({first, first + 1, first + 2});
+      out_.mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+  }
+
+  void addSplats(const PointCloud& cloud) {
+    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+      if (!cloud.points[i].allFinite()) continue;
+      out_.splats.push_back({world(cloud.points[i]), colorAt(cloud.colors, i), cloud.size});
+    }
+  }
+
+  const Eigen::Isometry3d& pose_;
+  const Color color_;
+  const Eye& eye_;
+  Tessellation& out_;
+};
+
+}  // namespace
+
+Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world) {
+  Eye eye;
+  if (layer.placement == Placement::Direct || !layer.surface) {
+    const Rigid<World, Projector> T_world_projector = T_projector_world.inverse();
+    eye.R_world_eye = T_world_projector.matrix().linear();
+    eye.p_world = T_world_projector.matrix().translation();
+    return eye;
+  }
+  const Eigen::Matrix3d R_world_surface = layer.surface->T_world_surface.matrix().linear();
+  eye.R_world_eye.col(0) = R_world_surface.col(0);
+  eye.R_world_eye.col(1) = -R_world_surface.col(1);
+  eye.R_world_eye.col(2) = -R_world_surface.col(2);
+  eye.parallel = layer.placement == Placement::Drape;
+  eye.p_world = layer.p_viewer;
+  return eye;
+}
+
+void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
+  out.mesh.clear();
+  out.splats.clear();
+  if (!drawable.pose.matrix().matrix().allFinite()) return;
+  std::visit(Tessellator(drawable, eye, out), drawable.shape);
+}
+
+}  // namespace afterglow::render

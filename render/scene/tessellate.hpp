@@ -1,0 +1,34 @@
+/// \file
+/// Shapes into triangles and points. Sizes and forms are RViz's (scene.hpp).
+#pragma once
+
+#include <vector>
+
+#include "render/scene/mesh.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+/// Where flat things (lines, squares) turn to.
+struct Eye {
+  /// x right, y down, z forward: squares lie parallel to x and y.
+  Eigen::Matrix3d R_world_eye = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  bool parallel = false;  ///< looks along z from everywhere instead of from p_world
+};
+
+/// Direct: the projector. Drape and Viewer: flat things lie parallel to the surface, facing along
+/// its normal or towards the viewer.
+Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world);
+
+/// Reused from drawable to drawable, so that steady scenes allocate nothing.
+struct Tessellation {
+  Mesh mesh;
+  std::vector<Splat> splats;  ///< PointStyle::Points only
+};
+
+/// Replaces what `out` held. Points that are not finite are left out, and so is what they belong
+/// to.
+void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out);
+
+}  // namespace afterglow::render
