@@ -44,9 +44,6 @@ struct PanTilt {
   std::string pan_joint, tilt_joint;
   std::string frame;  ///< the link that the pointed direction is given in
 };
-/// The projector's turret and the head (x of its camera link looks forward).
-PanTilt projectorTurret();
-PanTilt headTurret();
 
 /// A value: copy it freely; const members are safe from any thread.
 class RobotModel {
@@ -88,7 +85,7 @@ class RobotModel {
   /// search. Empty if the limits do not allow it. Throws std::out_of_range for unknown names.
   ///
   /// To centre a projector's picture on a point, whatever its lens shift:
-  ///   aim(projectorTurret(), *calib::unproject(lens, image_centre_px), p_base, positions)
+  ///   aim(kProjectorTurret, *calib::unproject(lens, image_centre_px), p_base, positions)
   std::optional<JointPositions> aim(const PanTilt& turret, const Eigen::Vector3d& direction,
                                     const Eigen::Vector3d& p_root,
                                     const JointPositions& positions) const;
@@ -101,13 +98,5 @@ class RobotModel {
   std::vector<Joint> joints_;
   std::vector<LinkVisual> visuals_;
 };
-
-/// The arm-with-torso controller's joints in its order, and the gripper's tip between the fingers.
-extern const std::vector<std::string> kArmWithTorsoJoints;
-constexpr const char* kGripperLink = "gripper_link";
-
-/// Arm and torso poses that the demo and the tests share.
-JointPositions tuckedArm();     ///< folded over the base, as a Fetch drives
-JointPositions armOverTable();  ///< gripper down, 20 cm above a 0.72 m table, 75 cm ahead
 
 }  // namespace afterglow::nodes

@@ -1,0 +1,36 @@
+// Types that Debian lacks have to be the very ones a robot speaks, or roscpp will not connect them.
+// MD5s: the shared design's table, computed from the released packages.
+#include <control_msgs/FollowJointTrajectoryAction.h>
+#include <control_msgs/GripperCommandAction.h>
+#include <control_msgs/PointHeadAction.h>
+#include <gtest/gtest.h>
+#include <sound_play/SoundRequest.h>
+
+#include <string>
+
+namespace {
+
+template <typename Message>
+std::string md5() {
+  return ros::message_traits::MD5Sum<Message>::value();
+}
+
+TEST(ForeignMessages, haveTheMd5OfTheRealOnes) {
+  using namespace control_msgs;
+  EXPECT_EQ(md5<FollowJointTrajectoryActionGoal>(), "cff5c1d533bf2f82dd0138d57f4304bb");
+  EXPECT_EQ(md5<FollowJointTrajectoryActionResult>(), "c4fb3b000dc9da4fd99699380efcc5d9");
+  EXPECT_EQ(md5<GripperCommandActionGoal>(), "aa581f648a35ed681db2ec0bf7a82bea");
+  EXPECT_EQ(md5<GripperCommandActionResult>(), "143702cb2df0f163c5283cedc5efc6b6");
+  EXPECT_EQ(md5<PointHeadActionGoal>(), "b53a8323d0ba7b310ba17a2d3a82a6b8");
+  EXPECT_EQ(md5<PointHeadActionResult>(), "1eb06eeff08fa7ea874431638cb52332");
+  EXPECT_EQ(md5<sound_play::SoundRequest>(), "d098ce4a040686259137ece23a625167");
+}
+
+TEST(ForeignMessages, haveTheFullNamesOfTheRealOnes) {
+  using ros::message_traits::DataType;
+  EXPECT_STREQ(DataType<control_msgs::FollowJointTrajectoryActionGoal>::value(),
+               "control_msgs/FollowJointTrajectoryActionGoal");
+  EXPECT_STREQ(DataType<sound_play::SoundRequest>::value(), "sound_play/SoundRequest");
+}
+
+}  // namespace
