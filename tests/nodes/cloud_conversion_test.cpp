@@ -1,0 +1,207 @@
+#include "nodes/cloud_conversion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "nodes/geometry_conversion.hpp"
+#include "tests/support/cloud_messages.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using sensor_msgs::PointCloud2;
+using sensor_msgs::PointField;
+using test::cloudMessage;
+
+const std::vector<Eigen::Vector3f> kThree = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+
+PointField field(const std::string& name, std::uint32_t offset, std::uint8_t datatype) {
+  PointField f;
+  f.name = name;
+  f.offset = offset;
+  f.datatype = datatype;
+  f.count = 1;
+  return f;
+}
+
+std::string reasonFor(const PointCloud2& message, CloudStyle style = {}) {
+  const auto cloud = toPointCloud(message, style);
+  EXPECT_FALSE(cloud.value.has_value());
+  return cloud.reason;
+}
+
+CloudStyle colored(ColorSource source) {
+  CloudStyle style;
+  style.color = source;
+  return style;
+}
+
+template <typename T>
+void put(PointCloud2& message, std::size_t at, T value) {
+  std::memcpy(message.data.data() + at, &value, sizeof(T));
+}
+
+TEST(CloudConversion, readsPointsByNameAndOffset) {
+  PointCloud2 message = cloudMessage("map", kThree, 20);
+  std::swap(message.fields[0].name, message.fields[2].name);  // z y x
+  CloudStyle style;
+  style.style = render::PointStyle::Boxes;
+  style.size = 0.005f;
+  const auto cloud = toPointCloud(message, style);
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->points[1], Eigen::Vector3f(6, 5, 4));
+  EXPECT_EQ(cloud.value->style, render::PointStyle::Boxes);
+  EXPECT_EQ(cloud.value->size, 0.005f);
+  EXPECT_TRUE(cloud.value->colors.empty());
+}
+
+TEST(CloudConversion, honorsRowStep) {
+  PointCloud2 message = cloudMessage("map", kThree);
+  message.height = 3;
+  message.width = 1;
+  message.row_step = 16;  // four bytes of padding
+  message.data.assign(3 * 16, 0);
+  for (std::size_t i = 0; i < 3; ++i) std::memcpy(&message.data[i * 16], kThree[i].data(), 12);
+  const auto cloud = toPointCloud(message, {});
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->points, kThree);
+  message.data.resize(2 * 16 + 12);  // the last row's padding may be missing
+  EXPECT_TRUE(toPointCloud(message, {}).value);
+  message.row_step = 8;
+  EXPECT_EQ(reasonFor(message), "row_step is shorter than a row");
+}
+
+TEST(CloudConversion, readsDoublesAndBigEndian) {
+  PointCloud2 message = cloudMessage("map", {kThree[0]}, 24);
+  for (std::size_t i = 0; i < 3; ++i) {
+    message.fields[i] =
+        field(message.fields[i].name, static_cast<std::uint32_t>(8 * i), PointField::FLOAT64);
+    put(message, 8 * i, 0.5 + static_cast<double>(i));
+    std::reverse(message.data.begin() + static_cast<long>(8 * i),
+                 message.data.begin() + static_cast<long>(8 * i + 8));
+  }
+  message.is_bigendian = 1;
+  const auto cloud = toPointCloud(message, {});
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->points[0], Eigen::Vector3f(0.5f, 1.5f, 2.5f));
+}
+
+TEST(CloudConversion, dropsPointsThatAreNotFiniteOrAbsurdlyFar) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  PointCloud2 message = cloudMessage("map", {{nan, 0, 0}, {0, inf, 0}, {0, 0, 1e30f}, {1, 1, 1}});
+  message.is_dense = 1;  // which is not true
+  EXPECT_EQ(toPointCloud(message, {}).value->points.size(), 1u);
+}
+
+TEST(CloudConversion, takesAnEmptyCloudForAValueWhateverItsFields) {
+  const auto cloud = toPointCloud(PointCloud2(), {});
+  ASSERT_TRUE(cloud.value);
+  EXPECT_TRUE(cloud.value->points.empty());
+  EXPECT_TRUE(toPointCloud(cloudMessage("map", {}), {}).value);
+}
+
+TEST(CloudConversion, refusesSizesThatDoNotFit) {
+  PointCloud2 message = cloudMessage("map", kThree);
+  message.data.pop_back();
+  EXPECT_EQ(reasonFor(message), "data is shorter than declared");
+  message = cloudMessage("map", kThree);
+  message.point_step = 0;
+  EXPECT_EQ(reasonFor(message), "point_step is 0");
+  message = cloudMessage("map", kThree);
+  message.width = 65536;  // the product is 65536 in 32 bits
+  message.height = 65537;
+  EXPECT_EQ(reasonFor(message), "too many points");
+  message.width = message.height = message.point_step = message.row_step = 0xffffffffu;
+  EXPECT_EQ(reasonFor(message), "too many points");
+}
+
+TEST(CloudConversion, takesTheDeclaredPartOfLongerData) {
+  PointCloud2 message = cloudMessage("map", kThree);
+  message.data.push_back(1);
+  const auto cloud = toPointCloud(message, {});
+  ASSERT_TRUE(cloud.value);
+  EXPECT_EQ(cloud.value->points.size(), 3u);
+  EXPECT_EQ(cloud.reason, "data is longer than declared");
+}
+
+TEST(CloudConversion, refusesFieldsItCannotRead) {
+  PointCloud2 message = cloudMessage("map", kThree);
+  message.fields[2].offset = 9;
+  EXPECT_EQ(reasonFor(message), "field 'z' lies beyond the point");
+  message.fields[2].offset = 0xfffffffeu;
+  EXPECT_EQ(reasonFor(message), "field 'z' lies beyond the point");
+  message.fields.pop_back();
+  EXPECT_EQ(reasonFor(message), "no field 'z'");
+  message = cloudMessage("map", kThree);
+  message.fields[0].datatype = PointField::INT16;
+  EXPECT_EQ(reasonFor(message), "field 'x' is of another type than can be read");
+  message.fields[0].datatype = 77;
+  EXPECT_EQ(reasonFor(message), "field 'x' is of another type than can be read");
+}
+
+TEST(CloudConversion, takesTheFirstOfTwoFieldsOfOneName) {
+  PointCloud2 message = cloudMessage("map", {kThree[0]});
+  message.fields.push_back(field("x", 4, PointField::FLOAT32));
+  EXPECT_EQ(toPointCloud(message, {}).value->points[0].x(), 1);
+}
+
+TEST(CloudConversion, readsPackedColorsAsBits) {
+  PointCloud2 message = cloudMessage("map", {kThree[0]}, 16);
+  message.fields.push_back(field("rgb", 12, PointField::FLOAT32));
+  put<std::uint32_t>(message, 12, 0xff8000ffu);  // as a float this is a NaN's neighbor
+  auto cloud = toPointCloud(message, colored(ColorSource::Rgb8));
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{128 / 255.0f, 0, 1, 1}));
+  put<std::uint32_t>(message, 12, 0x7fc01020u);  // a NaN
+  cloud = toPointCloud(message, colored(ColorSource::Rgb8));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{192 / 255.0f, 16 / 255.0f, 32 / 255.0f, 1}));
+  message.fields.back().name = "rgba";
+  message.fields.back().datatype = PointField::UINT32;
+  cloud = toPointCloud(message, colored(ColorSource::Rgb8));
+  EXPECT_FLOAT_EQ(cloud.value->colors.at(0).a, 127 / 255.0f);
+  message.fields.pop_back();
+  EXPECT_EQ(reasonFor(message, colored(ColorSource::Rgb8)), "no field 'rgb'");
+}
+
+TEST(CloudConversion, colorsByIntensityFromRedToMagenta) {
+  PointCloud2 message = cloudMessage("map", kThree, 14);
+  message.fields.push_back(field("intensity", 12, PointField::UINT16));
+  put<std::uint16_t>(message, 12, 100);
+  put<std::uint16_t>(message, 26, 300);
+  put<std::uint16_t>(message, 40, 500);
+  const auto cloud = toPointCloud(message, colored(ColorSource::Intensity));
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(cloud.value->colors.at(1), (render::Color{0, 1, 0.5f, 1}));  // hue 150
+  EXPECT_EQ(cloud.value->colors.at(2), (render::Color{1, 0, 1, 1}));
+  message.fields.back().name = "intensities";
+  EXPECT_TRUE(toPointCloud(message, colored(ColorSource::Intensity)).value);
+  message.fields.pop_back();
+  EXPECT_EQ(reasonFor(message, colored(ColorSource::Intensity)), "no field 'intensity'");
+}
+
+TEST(CloudConversion, colorsByAnAxisOfTheFixedFrame) {
+  render::PointCloud cloud = *toPointCloud(cloudMessage("camera", kThree), {}).value;
+  Eigen::Isometry3d T_fixed_cloud = Eigen::Isometry3d::Identity();
+  T_fixed_cloud.rotate(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()));  // z points down
+  colorByAxis(cloud, ColorSource::AxisZ, T_fixed_cloud);
+  EXPECT_EQ(cloud.colors.front(), (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(cloud.colors.back(), (render::Color{1, 0, 0, 1}));
+}
+
+TEST(CloudConversion, colorsEqualAndUnusableValuesRed) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(rainbowOf({5, 5})[1], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(rainbowOf({nan, 1, 2})[0], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(rainbowOf({nan, 1, 2})[2], (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(rainbowOf({-1.7e308, 1.7e308})[1], (render::Color{1, 0, 1, 1}));
+}
+
+}  // namespace
+}  // namespace afterglow::nodes

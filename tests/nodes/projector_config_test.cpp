@@ -1,0 +1,167 @@
+#include "nodes/projector_config.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "nodes/yaml_map.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+const std::string kHead =
+    "fixed_frame: map\n"                                          // line 1
+    "projector: {camera_info: p.yaml, frame: optical}\n"          // line 2
+    "surfaces:\n"                                                 // line 3
+    "  floor: {frame: map, polygon: [[0, 0], [1, 0], [0, 1]]}\n"  // line 4
+    "layers:\n";                                                  // line 5
+const std::string kCloud = "  - {topic: /cloud, type: sensor_msgs/PointCloud2";
+const std::string kMarker = "  - {topic: /marker, type: visualization_msgs/Marker";
+
+class ProjectorConfigTest : public ::testing::Test {
+ protected:
+  ProjectorConfig load(const std::string& text, const std::string& calibration = "") {
+    std::ofstream(path_) << text;
+    return loadProjectorConfig(path_, calibration);
+  }
+  /// The message without the file's name.
+  std::string fault(const std::string& text) {
+    try {
+      load(text);
+    } catch (const std::runtime_error& error) {
+      const std::string message = error.what();
+      EXPECT_EQ(message.rfind(path_, 0), 0u) << message;
+      return message.substr(path_.size());
+    }
+    return "no fault";
+  }
+
+  test::TempFolder folder_;
+  std::string path_ = folder_.path("projector.yaml");
+};
+
+TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
+  const ProjectorConfig config = load(
+      "fixed_frame: map\n"
+      "projector: {camera_info: projector.yaml, frame: projector_optical_frame, latency_ms: 12.5}\n"
+      "surfaces:\n"
+      "  floor: {frame: map, polygon: [[-2, -2], [2, -2], [2, 2], [-2, 2]]}\n"
+      "  table: {frame: table}\n"
+      "layers:\n"
+      "  - {topic: /green, type: sensor_msgs/PointCloud2, style: boxes, size: 0.006,"
+      " color: \"#00ff00\", placement: direct}\n"
+      "  - {topic: /nav/path, type: visualization_msgs/MarkerArray, surface: floor,"
+      " placement: drape, alpha: 0.5}\n"
+      "  - {topic: /scan, type: sensor_msgs/LaserScan, color: [206, 92, 0], style: points}\n"
+      "  - {topic: /plan, type: nav_msgs/Path, size: 0.05, surface: table, placement: viewer,"
+      " viewer: {frame: head, position: [0, 0.5, 1]}}\n"
+      "  - {topic: /depth, type: sensor_msgs/PointCloud2, color: axis_z}\n",
+      "/calibration");
+  EXPECT_EQ(config.fixed_frame, "map");
+  EXPECT_EQ(config.camera_info, "/calibration/projector.yaml");
+  EXPECT_EQ(config.frame, "projector_optical_frame");
+  EXPECT_EQ(config.latency_ns, 12'500'000);
+  ASSERT_EQ(config.surfaces.size(), 2u);
+  EXPECT_EQ(config.surfaces[0].polygon.at(1), Eigen::Vector2d(2, -2));
+  EXPECT_TRUE(config.surfaces[1].polygon.empty());
+  ASSERT_EQ(config.layers.size(), 5u);
+  EXPECT_EQ(config.layers[0].cloud.style, render::PointStyle::Boxes);
+  EXPECT_EQ(config.layers[0].cloud.size, 0.006f);
+  EXPECT_EQ(config.layers[0].flat_color, (render::Color{0, 1, 0, 1}));
+  EXPECT_EQ(config.layers[1].type, LayerType::MarkerArray);
+  EXPECT_EQ(config.layers[1].placement, render::Placement::Drape);
+  EXPECT_EQ(config.layers[1].surface, 0u);
+  EXPECT_EQ(config.layers[1].alpha, 0.5f);
+  EXPECT_EQ(config.layers[2].cloud.size, 3);  // pixels
+  EXPECT_EQ(config.layers[2].flat_color, (render::Color{206 / 255.0f, 92 / 255.0f, 0, 1}));
+  EXPECT_EQ(config.layers[3].line_width, 0.05f);
+  EXPECT_EQ(config.layers[3].surface, 1u);
+  ASSERT_TRUE(config.layers[3].viewer);
+  EXPECT_EQ(config.layers[3].viewer->p_frame, Eigen::Vector3d(0, 0.5, 1));
+  EXPECT_EQ(config.layers[4].cloud.color, ColorSource::AxisZ);
+  EXPECT_EQ(config.layers[4].cloud.size, 0.01f);
+}
+
+TEST_F(ProjectorConfigTest, findsTheLensBesideItselfWithoutACalibrationFolder) {
+  EXPECT_EQ(load(kHead + kCloud + "}\n").camera_info, folder_.path("p.yaml"));
+}
+
+TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
+  EXPECT_EQ(fault(kHead + kCloud + "}\n" + kMarker + ", colour: red}\n"),
+            ":7: unknown key 'colour' in layer 2; did you mean 'color'?");
+  EXPECT_EQ(fault("fixed_fram: map\n"),
+            ":1: unknown key 'fixed_fram' in the configuration; did you mean 'fixed_frame'?");
+  EXPECT_EQ(fault(kHead + kCloud + ", wavelength: 5}\n"),
+            ":6: unknown key 'wavelength' in layer 1; known: topic, type, style, size, color, "
+            "alpha, placement, surface, viewer");
+  EXPECT_EQ(fault(kHead + kCloud + ", style: box}\n"),
+            ":6: unknown style 'box' in layer 1; did you mean 'boxes'?");
+  EXPECT_EQ(fault(kHead + "  - {topic: /a, type: sensor_msgs/PointCloud}\n"),
+            ":6: unknown type 'sensor_msgs/PointCloud' in layer 1; did you mean "
+            "'sensor_msgs/PointCloud2'?");
+  EXPECT_EQ(fault(kHead + kMarker + ", placement: drape, surface: flor}\n"),
+            ":6: unknown surface 'flor' in layer 1; did you mean 'floor'?");
+}
+
+TEST_F(ProjectorConfigTest, refusesValuesOfTheWrongKind) {
+  EXPECT_EQ(fault(kHead + kCloud + ", size: big}\n"),
+            ":6: 'size' of layer 1 should be a number from 0.0001 to 1000, not 'big'");
+  EXPECT_EQ(fault(kHead + kCloud + ", size: .nan}\n"),
+            ":6: 'size' of layer 1 should be a number from 0.0001 to 1000, not '.nan'");
+  EXPECT_EQ(fault(kHead + kCloud + ", style: points, size: 0.01}\n"),
+            ":6: 'size' of layer 1 should be a number from 1 to 1000, not '0.01'");
+  EXPECT_EQ(fault(kHead + kCloud + ", alpha: 2}\n"),
+            ":6: 'alpha' of layer 1 should be a number from 0 to 1, not '2'");
+  EXPECT_EQ(fault(kHead + kCloud + ", color: [1, 2]}\n"),
+            ":6: 'color' of layer 1 should be 3 numbers in brackets");
+  EXPECT_EQ(fault(kHead + kCloud + ", color: \"#12345g\"}\n"),
+            ":6: 'color' of layer 1 should be \"#rrggbb\", [r, g, b], rgb8, intensity, axis_x, "
+            "axis_y or axis_z, not '#12345g'");
+  EXPECT_EQ(fault(kHead + kCloud + ", color: [1, 2, 256]}\n"), ":6: a color goes from 0 to 255");
+  EXPECT_EQ(fault(kHead + "  - {topic: cloud, type: nav_msgs/Path}\n"),
+            ":6: topic 'cloud' should begin with '/'");
+  EXPECT_EQ(fault(kHead + "  - just text\n"), ":6: layer 1 should be a map of keys and values");
+  EXPECT_EQ(fault("fixed_frame: [map]\nprojector: {camera_info: p, frame: f}\nlayers: []\n"),
+            ":1: 'fixed_frame' of the configuration should be a text");
+}
+
+TEST_F(ProjectorConfigTest, refusesWhatIsMissingDoubledOrWithoutMeaning) {
+  EXPECT_EQ(fault("fixed_frame: map\n"), ":1: no 'projector' in the configuration");
+  EXPECT_EQ(fault(kHead), ":6: 'layers' should be a list of at least one layer");
+  EXPECT_EQ(fault(kHead + kCloud + "}\n" + kCloud + "}\n"), ":7: topic '/cloud' twice");
+  EXPECT_EQ(fault(kHead + kCloud + ", alpha: 1, alpha: 1}\n"), ":6: key 'alpha' twice in layer 1");
+  EXPECT_EQ(fault(kHead + kMarker + ", size: 1}\n"),
+            ":6: 'size' in layer 1 has no meaning for visualization_msgs/Marker");
+  EXPECT_EQ(fault(kHead + "  - {topic: /p, type: nav_msgs/Path, style: boxes}\n"),
+            ":6: 'style' in layer 1 has no meaning for nav_msgs/Path");
+  EXPECT_EQ(fault(kHead + "  - {topic: /p, type: sensor_msgs/LaserScan, color: rgb8}\n"),
+            ":6: sensor_msgs/LaserScan has no color 'rgb8'");
+  EXPECT_EQ(fault(kHead + kMarker + ", placement: drape}\n"),
+            ":6: 'placement' of layer 1 needs a 'surface'");
+  EXPECT_EQ(fault(kHead + kMarker + ", surface: floor}\n"),
+            ":6: 'surface' in layer 1 has no meaning without placement drape or viewer");
+  EXPECT_EQ(fault(kHead + kMarker + ", placement: viewer, surface: floor}\n"),
+            ":6: placement viewer of layer 1 needs a 'viewer'");
+  EXPECT_EQ(fault("fixed_frame: map\nprojector: {camera_info: p, frame: f}\n"
+                  "surfaces: {floor: {frame: map, polygon: [[0, 0], [1, 1]]}}\n"),
+            ":3: the polygon of surface 'floor' has no area");
+}
+
+TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {
+  EXPECT_EQ(fault("fixed_frame: [map\n").substr(0, 3), ":2:");
+  EXPECT_THROW(loadProjectorConfig(folder_.path("none.yaml"), ""), std::runtime_error);
+  EXPECT_THROW(loadProjectorConfig(folder_.path(""), ""), std::runtime_error);
+  EXPECT_EQ(fault(""), ": the configuration should be a map of keys and values");
+}
+
+TEST(EditDistance, countsChangedCharacters) {
+  EXPECT_EQ(editDistance("colour", "color"), 1u);
+  EXPECT_EQ(editDistance("", "abc"), 3u);
+  EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
+  EXPECT_EQ(editDistance("same", "same"), 0u);
+}
+
+}  // namespace
+}  // namespace afterglow::nodes

@@ -1,0 +1,363 @@
+#include "nodes/projector_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "nodes/geometry_conversion.hpp"
+#include "nodes/projector_pose.hpp"
+#include "tests/support/cloud_messages.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using test::cloudMessage;
+using visualization_msgs::Marker;
+
+constexpr std::size_t kCloud = 0, kMarkers = 1, kPath = 2;
+
+ros::Time at(double seconds) { return ros::Time(1000 + seconds); }
+
+ProjectorConfig config() {
+  ProjectorConfig config;
+  config.fixed_frame = "map";
+  config.frame = "projector";
+  config.layers.resize(3);
+  config.layers[kCloud].topic = "/cloud";
+  config.layers[kCloud].type = LayerType::PointCloud2;
+  config.layers[kMarkers].topic = "/markers";
+  config.layers[kMarkers].type = LayerType::MarkerArray;
+  config.layers[kPath].topic = "/path";
+  config.layers[kPath].type = LayerType::Path;
+  return config;
+}
+
+/// A scene on a hand-driven clock and hand-made transforms.
+class ProjectorSceneTest : public ::testing::Test {
+ protected:
+  void transform(const std::string& frame, double x, ros::Time stamp, bool is_static = false) {
+    geometry_msgs::TransformStamped message;
+    message.header.frame_id = "map";
+    message.child_frame_id = frame;
+    message.header.stamp = stamp;
+    message.transform.translation.x = x;
+    message.transform.rotation.w = 1;
+    buffer.setTransform(message, "test", is_static);
+  }
+
+  static Marker cube(int id, const std::string& frame = "map", const std::string& ns = "") {
+    Marker m;
+    m.header.frame_id = frame;
+    m.ns = ns;
+    m.id = id;
+    m.type = Marker::CUBE;
+    m.pose.orientation.w = 1;
+    m.scale.x = m.scale.y = m.scale.z = 0.1;
+    m.color.a = 1;
+    return m;
+  }
+
+  void add(const Marker& marker, ros::Time now) { scene.add(kMarkers, marker, now); }
+
+  std::vector<render::Drawable> drawn(std::size_t layer, ros::Time now) {
+    return scene.frame(now).scene.layers.at(layer).drawables;
+  }
+  double firstX(ros::Time now) {
+    const auto drawables = drawn(kMarkers, now);
+    return drawables.size() == 1 ? drawables[0].pose.matrix().translation().x() : -1;
+  }
+  std::map<std::string, std::uint64_t> dropped(std::size_t layer) {
+    return scene.status().at(layer).dropped;
+  }
+
+  tf2::BufferCore buffer;
+  ProjectorScene scene{config(), buffer};
+};
+
+// ------------------------------------------------------------------------------------------
+// markers
+TEST_F(ProjectorSceneTest, replacesAndDeletesByNamespaceAndId) {
+  add(cube(1), at(0));
+  add(cube(1, "map", "other"), at(0));
+  add(cube(2), at(0));
+  EXPECT_EQ(drawn(kMarkers, at(0)).size(), 3u);
+  Marker sphere = cube(1);
+  sphere.type = Marker::SPHERE;
+  add(sphere, at(1));
+  EXPECT_EQ(drawn(kMarkers, at(1)).size(), 3u);
+  Marker gone;  // no frame is needed to delete
+  gone.action = Marker::DELETE;
+  gone.id = 1;
+  add(gone, at(2));
+  EXPECT_EQ(drawn(kMarkers, at(2)).size(), 2u);
+  gone.id = 77;
+  add(gone, at(2));
+  EXPECT_EQ(drawn(kMarkers, at(2)).size(), 2u);
+  gone.action = Marker::DELETEALL;
+  gone.ns = "neither here nor there";
+  add(gone, at(3));
+  EXPECT_TRUE(drawn(kMarkers, at(3)).empty());
+  EXPECT_TRUE(dropped(kMarkers).empty());
+}
+
+TEST_F(ProjectorSceneTest, obeysTheOrderWithinAnArray) {
+  visualization_msgs::MarkerArray array;
+  array.markers = {cube(1), cube(2), Marker(), cube(3)};
+  array.markers[2].action = Marker::DELETEALL;
+  scene.add(kMarkers, array, at(0));
+  EXPECT_EQ(drawn(kMarkers, at(0)).size(), 1u);
+}
+
+TEST_F(ProjectorSceneTest, endsALifetimeCountedFromArrival) {
+  Marker m = cube(1);
+  m.lifetime = ros::Duration(2);
+  m.header.stamp = at(-500);  // an old stamp is no old age
+  add(m, at(0));
+  EXPECT_EQ(drawn(kMarkers, at(1.9)).size(), 1u);
+  add(m, at(1.9));  // sent again, it starts again
+  EXPECT_EQ(drawn(kMarkers, at(3.8)).size(), 1u);
+  EXPECT_TRUE(drawn(kMarkers, at(3.9)).empty());
+}
+
+TEST_F(ProjectorSceneTest, takesZeroNegativeAndHugeLifetimesForForever) {
+  for (const ros::Duration lifetime : {ros::Duration(0), ros::Duration(-5),
+                                       ros::Duration(0, 50'000), ros::Duration(0x7fffffff, 0)}) {
+    Marker m = cube(1);
+    m.lifetime = lifetime;
+    add(m, at(0));
+    EXPECT_EQ(drawn(kMarkers, at(1e6)).size(), 1u) << lifetime;
+    scene.clear();
+  }
+}
+
+TEST_F(ProjectorSceneTest, placesOnceUnlessFrameLocked) {
+  transform("arm", 1, at(0));
+  add(cube(1, "/arm"), at(0));  // tf's leading slash is no part of the name
+  Marker locked = cube(2, "arm");
+  locked.frame_locked = 1;
+  add(locked, at(0));
+  transform("arm", 5, at(1));
+  const auto drawables = drawn(kMarkers, at(1));
+  ASSERT_EQ(drawables.size(), 2u);
+  EXPECT_DOUBLE_EQ(drawables[0].pose.matrix().translation().x(), 1);
+  EXPECT_DOUBLE_EQ(drawables[1].pose.matrix().translation().x(), 5);
+}
+
+TEST_F(ProjectorSceneTest, takesStampZeroForTheNewestTransformAndOthersForTheirTime) {
+  transform("arm", 1, at(0));
+  transform("arm", 3, at(2));
+  Marker m = cube(1, "arm");
+  m.header.stamp = at(1);
+  add(m, at(2));
+  EXPECT_DOUBLE_EQ(firstX(at(2)), 2);
+  m.header.stamp = ros::Time(0);
+  add(m, at(2));
+  EXPECT_DOUBLE_EQ(firstX(at(2)), 3);
+}
+
+TEST_F(ProjectorSceneTest, hidesAFrameLockedMarkerWhileItsFrameIsGone) {
+  transform("arm", 1, at(0));
+  Marker m = cube(1, "arm");
+  m.frame_locked = 1;
+  add(m, at(0));
+  EXPECT_EQ(drawn(kMarkers, at(0)).size(), 1u);
+  buffer.clear();
+  const SceneFrame frame = scene.frame(at(1));
+  EXPECT_TRUE(frame.scene.layers[kMarkers].drawables.empty());
+  EXPECT_EQ(frame.problems.back(), "/markers: no transform from 'arm' to 'map'");
+  transform("arm", 7, at(2));
+  EXPECT_DOUBLE_EQ(firstX(at(2)), 7);
+}
+
+TEST_F(ProjectorSceneTest, waitsForATransformAndKeepsWhatWasShownMeanwhile) {
+  transform("arm", 1, at(0));
+  Marker m = cube(1, "arm");
+  m.header.stamp = at(0);
+  add(m, at(0));
+  m.header.stamp = at(1);
+  add(m, at(1));
+  EXPECT_DOUBLE_EQ(firstX(at(1)), 1);
+  EXPECT_EQ(scene.status()[kMarkers].waiting_for, "arm");
+  transform("arm", 4, at(1.5));
+  EXPECT_DOUBLE_EQ(firstX(at(1.5)), 3);
+  EXPECT_EQ(scene.status()[kMarkers].waiting, 0u);
+}
+
+TEST_F(ProjectorSceneTest, doesNotLetAnOldMarkerReplaceANewOne) {
+  add(cube(1, "late"), at(0));
+  Marker newer = cube(1);
+  newer.pose.position.x = 9;
+  add(newer, at(1));
+  transform("late", 1, at(2), true);
+  EXPECT_DOUBLE_EQ(firstX(at(2)), 9);
+}
+
+TEST_F(ProjectorSceneTest, forgetsWhatWaitsWhenItIsDeleted) {
+  add(cube(1, "late"), at(0));
+  Marker gone = cube(1);
+  gone.action = Marker::DELETE;
+  add(gone, at(1));
+  transform("late", 1, at(2), true);
+  EXPECT_TRUE(drawn(kMarkers, at(2)).empty());
+}
+
+TEST_F(ProjectorSceneTest, dropsWhatWaitsInVain) {
+  add(cube(1, "nowhere"), at(0));
+  scene.update(at(9));
+  EXPECT_EQ(scene.status()[kMarkers].waiting, 1u);
+  scene.update(at(10));
+  EXPECT_EQ(scene.status()[kMarkers].waiting, 0u);
+  EXPECT_EQ(dropped(kMarkers).at("no transform from 'nowhere' to 'map'"), 1u);
+}
+
+TEST_F(ProjectorSceneTest, refusesABadMarkerAndRemovesWhatItReplaces) {
+  add(cube(1), at(0));
+  Marker bad = cube(1);
+  bad.scale.x = std::numeric_limits<double>::quiet_NaN();
+  visualization_msgs::MarkerArray array;
+  array.markers = {bad, cube(2)};
+  scene.add(kMarkers, array, at(1));
+  EXPECT_EQ(drawn(kMarkers, at(1)).size(), 1u);  // the others in the array are kept
+  EXPECT_EQ(dropped(kMarkers).at("scale is not finite or absurdly large"), 1u);
+}
+
+TEST_F(ProjectorSceneTest, refusesHeadersWithoutAPlaceOrTime) {
+  add(cube(1, ""), at(0));
+  add(cube(2, "/"), at(0));
+  Marker m = cube(3);
+  m.header.stamp.sec = 5;
+  m.header.stamp.nsec = 2'000'000'000u;
+  add(m, at(0));
+  m = cube(4);
+  m.action = 99;
+  add(m, at(0));
+  EXPECT_TRUE(drawn(kMarkers, at(0)).empty());
+  EXPECT_EQ(dropped(kMarkers).at("frame_id is empty"), 2u);
+  EXPECT_EQ(dropped(kMarkers).at("stamp is no time"), 1u);
+  EXPECT_EQ(dropped(kMarkers).at("unknown action"), 1u);
+}
+
+TEST_F(ProjectorSceneTest, bearsStrangeFramesAndBoundsWhatItRemembers) {
+  for (int i = 0; i < 100; ++i) {
+    add(cube(i, std::string(65536, static_cast<char>('a' + i % 26)) + std::to_string(i)), at(0));
+    add(cube(i, "\xff\xfe frame " + std::to_string(i)), at(0));
+  }
+  scene.update(at(20));
+  EXPECT_LE(dropped(kMarkers).size(), 33u);
+  for (const auto& [reason, count] : dropped(kMarkers)) EXPECT_LT(reason.size(), 150u);
+}
+
+TEST_F(ProjectorSceneTest, boundsTheNumberOfMarkers) {
+  for (int i = 0; i < 20'100; ++i) add(cube(i), at(0));
+  EXPECT_EQ(scene.status()[kMarkers].shown, 20'000u);
+  EXPECT_EQ(dropped(kMarkers).at("too many markers"), 100u);
+}
+
+// ----------------------------------------------------------------------------------- clouds and
+// paths
+TEST_F(ProjectorSceneTest, keepsTheNewestCloudAndClearsOnAnEmptyOne) {
+  scene.add(kCloud, cloudMessage("map", {{1, 0, 0}, {2, 0, 0}}), at(0));
+  scene.add(kCloud, cloudMessage("map", {{3, 0, 0}}), at(1));
+  ASSERT_EQ(drawn(kCloud, at(100)).size(), 1u);
+  const auto cloud = std::get<render::PointCloud>(drawn(kCloud, at(100))[0].shape);
+  EXPECT_EQ(cloud.points.size(), 1u);
+  auto bad = cloudMessage("map", {{4, 0, 0}});
+  bad.data.clear();
+  scene.add(kCloud, bad, at(2));  // keeps the last
+  EXPECT_EQ(drawn(kCloud, at(2)).size(), 1u);
+  EXPECT_EQ(dropped(kCloud).at("data is shorter than declared"), 1u);
+  scene.add(kCloud, sensor_msgs::PointCloud2(), at(3));
+  EXPECT_TRUE(drawn(kCloud, at(3)).empty());
+}
+
+TEST_F(ProjectorSceneTest, keepsOnlyAsManyWaitingCloudsAsRViz) {
+  for (int i = 0; i < 15; ++i) scene.add(kCloud, cloudMessage("nowhere", {{1, 0, 0}}), at(i * 0.1));
+  EXPECT_EQ(scene.status()[kCloud].waiting, 10u);
+  EXPECT_EQ(dropped(kCloud).at("too many waiting for a transform from 'nowhere'"), 5u);
+}
+
+TEST_F(ProjectorSceneTest, drawsPathsAndClearsThem) {
+  nav_msgs::Path path;
+  path.header.frame_id = "map";
+  path.poses.resize(2);
+  path.poses[1].pose.position.x = 1;
+  scene.add(kPath, path, at(0));
+  EXPECT_EQ(drawn(kPath, at(0)).size(), 1u);
+  scene.add(kPath, nav_msgs::Path(), at(1));
+  EXPECT_TRUE(drawn(kPath, at(1)).empty());
+}
+
+// ----------------------------------------------------------------------------------------
+// projector
+TEST_F(ProjectorSceneTest, staysDarkWithoutTheProjectorsPose) {
+  SceneFrame frame = scene.frame(at(0));
+  EXPECT_FALSE(frame.T_projector_world);
+  EXPECT_EQ(frame.problems.at(0), "projector: no transform from 'projector' to 'map'");
+  transform("projector", 2, at(0));
+  frame = scene.frame(at(1));
+  ASSERT_TRUE(frame.T_projector_world);
+  EXPECT_DOUBLE_EQ(frame.T_projector_world->matrix().translation().x(), -2);
+  EXPECT_TRUE(frame.problems.empty());
+  frame = scene.frame(at(2.1));
+  EXPECT_FALSE(frame.T_projector_world);
+  EXPECT_EQ(frame.problems.at(0), "projector: the transform from 'projector' to 'map' is stale");
+}
+
+TEST_F(ProjectorSceneTest, trustsAStaticPoseForever) {
+  transform("projector", 2, at(0), true);
+  EXPECT_TRUE(scene.frame(at(1e6)).T_projector_world);
+}
+
+TEST_F(ProjectorSceneTest, drawsAMovingProjectorForWhenItsLightLeaves) {
+  ProjectorConfig late = config();
+  late.latency_ns = 100'000'000;
+  ProjectorScene late_scene(late, buffer);
+  for (int i = 0; i <= 10; ++i) transform("projector", i * 0.02, at(i * 0.01));  // 2 m/s
+  const auto T = late_scene.frame(at(0.12)).T_projector_world;
+  ASSERT_TRUE(T);
+  EXPECT_NEAR(T->inverse().matrix().translation().x(), 2 * 0.22, 1e-6);
+  EXPECT_NEAR(scene.frame(at(0.12)).T_projector_world->inverse().matrix().translation().x(), 0.2,
+              1e-9);  // without latency: the newest as it is
+}
+
+TEST(ProjectorPose, goesOnTurningAboutItsAxis) {
+  StampedPose a{Eigen::Isometry3d::Identity(), 1'000}, b = a;
+  b.stamp_ns = 2'000;
+  b.T_fixed_frame.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  b.T_fixed_frame.translation().x() = 1;
+  const Eigen::Isometry3d T = extrapolate(a, b, 5'000);
+  EXPECT_TRUE(T.linear().isApprox(
+      Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1e-9));
+  EXPECT_NEAR(T.translation().x(), 4, 1e-12);
+}
+
+// -----------------------------------------------------------------------------------------
+// surfaces
+TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
+  ProjectorConfig on_table = config();
+  on_table.surfaces = {{"table", "table_frame", {}}};
+  on_table.layers[kMarkers].surface = 0;
+  on_table.layers[kMarkers].placement = render::Placement::Viewer;
+  on_table.layers[kMarkers].viewer = ViewerConfig{"map", {0, 0, 1.6}};
+  tf2::BufferCore buffer;
+  ProjectorScene scene(on_table, buffer);
+  SceneFrame frame = scene.frame(at(0));
+  EXPECT_EQ(frame.scene.layers.size(), 2u);
+  EXPECT_EQ(frame.problems.back(), "surface 'table': no transform from 'table_frame' to 'map'");
+  geometry_msgs::TransformStamped table;
+  table.header.frame_id = "map";
+  table.child_frame_id = "table_frame";
+  table.transform.translation.z = 0.7;
+  table.transform.rotation.w = 1;
+  buffer.setTransform(table, "test", true);
+  frame = scene.frame(at(0));
+  ASSERT_EQ(frame.scene.layers.size(), 3u);
+  EXPECT_EQ(frame.scene.layers[kMarkers].p_viewer, Eigen::Vector3d(0, 0, 1.6));
+  table.transform.translation.z = 1.7;  // over the viewer's head
+  buffer.setTransform(table, "test", true);
+  frame = scene.frame(at(0));
+  EXPECT_EQ(frame.problems.back(), "viewer: not above surface 'table'");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
