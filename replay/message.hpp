@@ -46,7 +46,7 @@ struct Channel {
 struct Message {
   std::int64_t channel = 0;  ///< the store's id of its Channel
   Stamp received;            ///< ROS time of arrival
-  /// Order of arrival within one recording; equal stamps are told apart by it.
+  /// Order of arrival within one recording, unique in it; equal stamps are told apart by it.
   std::uint64_t sequence = 0;
   std::optional<Stamp> header_stamp;  ///< the message's own header.stamp, if it has a header
   Bytes bytes;

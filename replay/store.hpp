@@ -4,6 +4,7 @@
 /// never mix. A message is stored once, however many behaviors cover it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -38,11 +39,12 @@ struct Behavior {
   std::vector<std::string> topics; ///< the topics that belong to it, heard or not
 };
 
-/// Which behaviors; unset members match everything.
+/// Which behaviors; unset members match everything. A behavior without an end is taken to reach to
+/// its recording's last message.
 struct BehaviorFilter {
   std::optional<std::string> name;
   std::optional<std::string> outcome;
-  std::optional<std::string> topic;  ///< at least one message on this topic
+  std::optional<std::string> topic;  ///< its own, with at least one message
   std::optional<Stamp> since;        ///< end after this
   std::optional<Stamp> until;        ///< begin before this
 };
@@ -52,11 +54,14 @@ struct TopicSummary {
   std::string topic;
   std::string type;
   std::uint64_t count = 0;
+  Stamp first, last;  ///< of the first and the last message
 };
 
-/// Which of a behavior's messages.
+/// Which of the messages of a behavior's recording in a behavior's interval. Without an end it
+/// reaches to the recording's last message.
 struct MessageRange {
-  std::vector<std::string> topics;  ///< empty: all
+  /// Empty: the behavior's own. Others of the recording may be named: its context (/tf, ...).
+  std::vector<std::string> topics;
   std::optional<Stamp> begin;       ///< inclusive
   std::optional<Stamp> end;         ///< exclusive
 };
@@ -79,17 +84,25 @@ class Store {
   virtual std::int64_t addRecording(const std::string& source) = 0;
   /// Id of this channel in this recording, stored on first sight; definitions are stored once.
   virtual std::int64_t addChannel(std::int64_t recording, const Channel& channel) = 0;
-  /// All or none of these messages, in one transaction. Decoded documents are made here.
+  /// All or none of these messages, in one transaction. Decoded documents are made here. A message
+  /// whose sequence and stamp its channel has already is refused.
   virtual void append(const std::vector<Message>& messages) = 0;
   /// Stores a behavior (its id is ignored) and returns the new id.
   virtual std::int64_t addBehavior(const Behavior& behavior) = 0;
   virtual void endBehavior(std::int64_t id, Stamp end, const std::string& outcome) = 0;
+  /// Runs `work`, whose writes to this store are kept as a whole when it returns and dropped as a
+  /// whole when it throws; the exception goes on. Other threads and processes wait to write, and
+  /// read what was there before.
+  virtual void transaction(const std::function<void()>& work) = 0;
 
   // ---------------------------------------------------------------------------------- reading
   /// Newest first (by begin, then id).
   virtual std::vector<Behavior> behaviors(const BehaviorFilter& filter) const = 0;
   virtual std::optional<Behavior> behavior(std::int64_t id) const = 0;
+  /// What was heard on its own topics, by topic, then type.
   virtual std::vector<TopicSummary> topics(const Behavior& behavior) const = 0;
+  /// What its recording holds on other topics in its interval.
+  virtual std::vector<TopicSummary> contextTopics(const Behavior& behavior) const = 0;
   virtual Channel channel(std::int64_t id) const = 0;
   virtual std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
                                                   const MessageRange& range) const = 0;
@@ -101,5 +114,15 @@ enum class OpenMode { ReadOnly, ReadWrite };
 /// "sqlite:PATH" or a plain path; empty: $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db.
 /// ReadWrite creates file and folders; ReadOnly demands an existing store.
 std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
+
+/// A store that lives and dies with the object.
+std::unique_ptr<Store> openMemoryStore();
+
+/// The URI in full, defaults filled in: what messages call the store. Throws StoreError for a kind
+/// of store that there is not.
+std::string storeUri(const std::string& uri);
+
+/// The file of a store's URI.
+std::string storePath(const std::string& uri);
 
 }  // namespace afterglow::replay

@@ -1,0 +1,62 @@
+/// \file
+/// The store in one SQLite file. What is in the file: replay/sqlite_schema.hpp.
+#pragma once
+
+#include <map>
+#include <mutex>
+
+#include "replay/schema.hpp"
+#include "replay/sqlite.hpp"
+#include "replay/store.hpp"
+
+namespace afterglow::replay {
+
+/// One connection behind one lock. Several stores, in this process or others, may be open on one
+/// file: one writes at a time, readers never wait for it. What append() returned from is on disk.
+class SqliteStore final : public Store {
+ public:
+  /// Largest message; SQLite's largest row is 10^9 bytes, with the document in it.
+  static constexpr std::size_t kLargestMessage = 990'000'000;
+  static constexpr std::size_t kLongestDocument = 1 << 20;
+
+  SqliteStore(const std::string& path, OpenMode mode);
+
+  std::int64_t addRecording(const std::string& source) override;
+  std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
+  void append(const std::vector<Message>& messages) override;
+  std::int64_t addBehavior(const Behavior& behavior) override;
+  void endBehavior(std::int64_t id, Stamp end, const std::string& outcome) override;
+  void transaction(const std::function<void()>& work) override;
+
+  std::vector<Behavior> behaviors(const BehaviorFilter& filter) const override;
+  std::optional<Behavior> behavior(std::int64_t id) const override;
+  std::vector<TopicSummary> topics(const Behavior& behavior) const override;
+  std::vector<TopicSummary> contextTopics(const Behavior& behavior) const override;
+  Channel channel(std::int64_t id) const override;
+  std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
+                                          const MessageRange& range) const override;
+
+ private:
+  /// What appending to a channel needs to know of it.
+  struct ChannelInfo {
+    std::int64_t recording = 0;
+    std::shared_ptr<const Schema> schema;  ///< null: the definition cannot be understood
+  };
+  using Lock = std::unique_lock<std::recursive_mutex>;
+
+  [[noreturn]] void fail(const std::string& text) const;
+  void requireRecording(std::int64_t id);
+  std::int64_t definitionId(const Channel& channel);
+  ChannelInfo channelInfo(std::int64_t channel);
+  std::vector<ChannelInfo> channelInfos(const std::vector<Message>& messages);
+  void insert(const Message& message, const ChannelInfo& info,
+              const std::optional<std::string>& document);
+  std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
+
+  mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
+  std::unique_ptr<SqliteConnection> connection_;
+  std::unique_ptr<SqliteStatement> insert_message_;
+  std::map<std::int64_t, ChannelInfo> channel_infos_;  ///< of channels appended to
+};
+
+}  // namespace afterglow::replay
