@@ -77,10 +77,13 @@ struct ProjectedLight {
 
 /// The room as a bystander sees it: solid things (every drawable opaque, colour its paint), soft room
 /// light with contact shadows left out, and the projector's light with occlusion, lens and falloff.
+/// PointStyle::Points, which has no size in a room, is left out.
 class ObserverRenderer {
  public:
   explicit ObserverRenderer(GlContext& context);
   ~ObserverRenderer();
+  /// Without `light` (nullptr) the projector is off. Throws std::logic_error for a view without
+  /// size or angle and for an image whose size and bytes disagree.
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
                const ObserverView& view);
 

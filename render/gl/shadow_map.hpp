@@ -1,0 +1,32 @@
+/// \file
+/// How far a projector's light reaches: depths of the room from the projector's place.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "calib/lens.hpp"
+#include "render/gl/gl_handle.hpp"
+
+namespace afterglow::render {
+
+class ShadowMap {
+ public:
+  ShadowMap();
+
+  /// Pinhole frustum around all that the lens shows; distortion is left to the look-up of the
+  /// light.
+  static Eigen::Matrix4d clipFromOptical(const calib::Lens& lens);
+  /// Size of a texel at a metre, metres.
+  static double texelSize(const calib::Lens& lens);
+
+  /// Makes it what is drawn into, empty.
+  void begin();
+  const Texture& texture() const { return depth_; }
+
+ private:
+  static constexpr int kSize = 1024;
+  Texture depth_ = Texture::make(GL_TEXTURE_2D);
+  Framebuffer framebuffer_ = Framebuffer::make();
+};
+
+}  // namespace afterglow::render

@@ -1,0 +1,43 @@
+/// \file
+/// Solid things as triangles with normals, for a lit room.
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "render/scene/mesh.hpp"
+#include "render/scene/scene.hpp"
+#include "render/scene/tessellate.hpp"
+
+namespace afterglow::render {
+
+/// As it is uploaded.
+struct ShadedVertex {
+  float x, y, z;     ///< world, metres
+  float nx, ny, nz;  ///< unit normal; which side it points to says nothing
+  Rgba color;
+};
+
+struct ShadedMesh {
+  std::vector<ShadedVertex> vertices;
+  std::vector<std::uint32_t> indices;
+};
+
+/// Keeps its buffers from frame to frame.
+class ShadedMeshBuilder {
+ public:
+  /// All drawables, opaque. Edges that bend by more than 40 degrees are sharp, others are rounded.
+  /// Flat things face `eye`; PointStyle::Points, which has no size in a room, is left out.
+  const ShadedMesh& build(const std::vector<Drawable>& solids, const Eye& eye);
+
+ private:
+  void addMesh(const Mesh& mesh);
+
+  Tessellation tessellation_;
+  ShadedMesh shaded_;
+  std::vector<Eigen::Vector3d> face_normals_;
+  std::vector<std::vector<std::uint32_t>> faces_of_;  ///< by point
+};
+
+}  // namespace afterglow::render
