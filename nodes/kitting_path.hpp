@@ -1,0 +1,76 @@
+/// \file
+/// The demo's navigation: a path round what the laser saw, and a follower that turns it into wheel
+/// commands. Pure, no ROS. Frame: `map`; metres, radians, seconds.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace afterglow::nodes {
+
+/// A robot on the floor.
+struct FloorPose {
+  Eigen::Vector2d position = Eigen::Vector2d::Zero();
+  double yaw = 0;
+};
+
+using FloorPath = std::vector<Eigen::Vector2d>;
+
+/// Smallest turn from one heading to another, in (-pi, pi].
+double turnBetween(double from_yaw, double to_yaw);
+
+/// A path from start to goal with a point about every 5 cm: straight, or bent to the side that
+/// needs less of a detour so that it stays `clearance` from every obstacle point. It leaves and
+/// reaches its ends straight. Throws std::invalid_argument if an end is itself within `clearance`.
+FloorPath planDetour(const Eigen::Vector2d& start, const Eigen::Vector2d& goal,
+                     const std::vector<Eigen::Vector2d>& obstacle, double clearance);
+
+/// The point `distance` along the path, or its end.
+Eigen::Vector2d pointAlong(const FloorPath& path, double distance);
+
+/// How far along the path its point nearest to `position` is.
+double nearestAlong(const FloorPath& path, const Eigen::Vector2d& position);
+
+/// The arrows that show a path on the floor, metres.
+struct PathMarkerStyle {
+  double spacing = 0.1;                           ///< an arrow's length, and the gap to the next
+  double shaft = 0.06, head = 0.08, goal = 0.12;  ///< diameters; `goal` of the sphere at the end
+};
+
+/// What the wheels are told: m/s forward, rad/s counter-clockwise.
+struct WheelCommand {
+  double forward = 0, turn = 0;
+};
+
+struct DriveLimits {
+  double speed = 0.6, acceleration = 0.6;          ///< m/s, m/s^2
+  double turn_speed = 1.3, turn_acceleration = 2;  ///< rad/s, rad/s^2
+  double look_ahead = 0.35;                        ///< m
+};
+
+/// Turns to the path, follows it, turns to the final heading. Closed loop: tell it where the robot
+/// is, at a steady rate.
+class PathFollower {
+ public:
+  enum class Phase { TurnToPath, Follow, TurnToGoal, Done };
+
+  /// The path must have at least two points (std::invalid_argument).
+  PathFollower(FloorPath path, double final_yaw, const DriveLimits& limits);
+
+  /// The command for the next `period` seconds; zero once done.
+  WheelCommand step(const FloorPose& pose, double period);
+  Phase phase() const { return phase_; }
+
+ private:
+  WheelCommand turnTo(double yaw, const FloorPose& pose, double period, Phase next);
+  WheelCommand follow(const FloorPose& pose, double period);
+
+  FloorPath path_;
+  double length_;
+  double final_yaw_;
+  DriveLimits limits_;
+  Phase phase_ = Phase::TurnToPath;
+  WheelCommand last_;
+};
+
+}  // namespace afterglow::nodes
