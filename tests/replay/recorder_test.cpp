@@ -1,0 +1,188 @@
+#include "replay/recorder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/support/faulty_store.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+Channel channel(const std::string& topic, bool latching = false, const std::string& caller = "/a") {
+  return {topic,           "std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1",
+          "string data\n", latching,          caller};
+}
+
+Bytes text(const std::string& data) {
+  Bytes bytes = {static_cast<std::uint8_t>(data.size()), 0, 0, 0};
+  bytes.insert(bytes.end(), data.begin(), data.end());
+  return bytes;
+}
+
+Behavior behavior(const std::string& name, std::vector<std::string> topics, std::int64_t begin) {
+  Behavior made;
+  made.name = name;
+  made.topics = std::move(topics);
+  made.begin = {begin};
+  return made;
+}
+
+std::vector<std::string> texts(const Store& store, std::int64_t id) {
+  std::vector<std::string> found;
+  const Behavior stored = *store.behavior(id);
+  const auto cursor = store.messages(stored, {stored.topics, {}, {}});
+  while (const auto message = cursor->next()) {
+    found.emplace_back(message->bytes.begin() + 4, message->bytes.end());
+  }
+  return found;
+}
+
+struct RecorderTest : testing::Test {
+  static RecorderOptions options() {
+    RecorderOptions chosen;
+    chosen.batch_period = std::chrono::milliseconds(1);
+    chosen.context_topics = {"/tf", "/tf_static"};
+    chosen.robot = "fetch7";
+    return chosen;
+  }
+  test::FaultyStore store;
+};
+
+using Texts = std::vector<std::string>;
+
+TEST_F(RecorderTest, keepsWhatArrivesWhileABehaviorRuns) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  recorder.offer(a, {9}, text("before"));
+  const Behavior begun = recorder.begin(behavior("pick", {"/a", "/quiet"}, 10));
+  recorder.offer(a, {10}, text("first"));
+  recorder.offer(a, {10}, text("tied"));
+  recorder.offer(recorder.channelIndex(channel("/other")), {11}, text("not asked for"));
+  recorder.offer(recorder.channelIndex(channel("/tf")), {11}, text("context"));
+  recorder.offer(a, {19}, text("last"));
+  const RecordedCounts counts = recorder.end(begun.id, {20}, "success");
+  recorder.offer(a, {21}, text("after"));
+
+  EXPECT_EQ(texts(store, begun.id), (Texts{"first", "tied", "last"}));
+  EXPECT_EQ(counts.stored, 3u);
+  EXPECT_EQ(counts.dropped, 0u);
+  EXPECT_EQ(counts.silent_topics, Texts{"/quiet"});
+  const Behavior stored = *store.behavior(begun.id);
+  EXPECT_EQ(stored.outcome, "success");
+  EXPECT_EQ(stored.end, Stamp{20});
+  EXPECT_EQ(stored.robot, "fetch7");
+  ASSERT_EQ(store.contextTopics(stored).size(), 1u) << "the context, nothing else";
+  EXPECT_EQ(store.contextTopics(stored).front().topic, "/tf");
+}
+
+TEST_F(RecorderTest, losesNothingOnEndWhileManyThreadsOffer) {
+  RecorderOptions slow = options();
+  slow.batch_period = std::chrono::hours(1);  // only end() makes it write
+  Recorder recorder(store, slow);
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&recorder, i] {
+      const std::size_t index =
+          recorder.channelIndex(channel("/a", false, "/" + std::to_string(i)));
+      for (int n = 0; n < 500; ++n) recorder.offer(index, {n}, text("x"));
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(recorder.end(begun.id, {1000}, "success").stored, 2000u);
+  EXPECT_EQ(texts(store, begun.id).size(), 2000u);
+}
+
+TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
+  RecorderOptions small = options();
+  small.queue_bytes = 4000;
+  Recorder recorder(store, small);
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  store.is_stalled = true;
+  for (int n = 0; n < 100; ++n) recorder.offer(a, {n}, Bytes(1000));
+  EXPECT_GE(recorder.counts(begun.id).dropped, 96u);
+  store.is_stalled = false;
+  const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
+  EXPECT_EQ(counts.stored + counts.dropped, 100u);
+  EXPECT_GE(counts.stored, 1u);
+  EXPECT_EQ(texts(store, begun.id).size(), counts.stored);
+}
+
+TEST_F(RecorderTest, stopsWithTheReasonWhenTheStoreFails) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior first = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(a, {1}, text("kept"));
+  recorder.end(first.id, {5}, "success");
+  const Behavior second = recorder.begin(behavior("place", {"/a"}, 10));
+  store.failWith("disk full: /tmp/x.db");
+  recorder.offer(a, {11}, text("lost"));
+  EXPECT_THROW(recorder.end(second.id, {20}, "success"), StoreError);
+  EXPECT_EQ(recorder.failure(), "disk full: /tmp/x.db");
+  try {
+    recorder.begin(behavior("again", {"/a"}, 30));
+    FAIL() << "a broken recorder must not begin";
+  } catch (const StoreError& error) {
+    EXPECT_STREQ(error.what(), "disk full: /tmp/x.db");
+  }
+  EXPECT_EQ(texts(store, first.id), Texts{"kept"});
+}
+
+TEST_F(RecorderTest, recordsNestedBehaviorsOverOneLog) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const std::size_t b = recorder.channelIndex(channel("/b"));
+  Behavior outer = behavior("kitting", {"/a", "/b"}, 0);
+  outer.tree_path = "kitting";
+  outer = recorder.begin(outer);
+  recorder.offer(a, {1}, text("1"));
+  Behavior inner = behavior("pick", {"/b"}, 2);
+  inner.tree_path = "kitting/pick";
+  inner = recorder.begin(inner);
+  recorder.offer(a, {3}, text("3"));
+  recorder.offer(b, {4}, text("4"));
+  EXPECT_EQ(recorder.end(inner.id, {5}, "failure").stored, 1u);
+  recorder.offer(b, {6}, text("6"));
+  EXPECT_EQ(recorder.end(outer.id, {7}, "success").stored, 4u);
+
+  EXPECT_EQ(inner.parent, outer.id);
+  EXPECT_EQ(texts(store, inner.id), Texts{"4"});
+  EXPECT_EQ(texts(store, outer.id), (Texts{"1", "3", "4", "6"}));
+}
+
+TEST_F(RecorderTest, startsEveryBehaviorWithTheLatchedStateInForce) {
+  Recorder recorder(store, options());
+  const std::size_t map = recorder.channelIndex(channel("/map", true));
+  const std::size_t map_of_other = recorder.channelIndex(channel("/map", true, "/other"));
+  const std::size_t fixed = recorder.channelIndex(channel("/tf_static", true));
+  recorder.offer(map, {1}, text("old"));
+  recorder.offer(map, {2}, text("new"));
+  recorder.offer(map_of_other, {3}, text("other"));
+  recorder.offer(recorder.channelIndex(channel("/unlatched")), {3}, text("gone"));
+  recorder.offer(fixed, {3}, text("lens"));
+  recorder.offer(fixed, {3}, text("gripper"));
+  recorder.offer(fixed, {3}, text("lens"));
+  for (const std::int64_t begin : {10, 20}) {
+    const Behavior begun = recorder.begin(behavior("pick", {"/map", "/unlatched"}, begin));
+    const RecordedCounts counts = recorder.end(begun.id, {begin + 5}, "success");
+    EXPECT_EQ(texts(store, begun.id), (Texts{"new", "other"}));
+    EXPECT_EQ(counts.silent_topics, Texts{"/unlatched"});
+    EXPECT_EQ(store.contextTopics(*store.behavior(begun.id)).front().count, 2u)
+        << "both static transforms";
+  }
+  recorder.forgetLatched("/map");
+  const Behavior begun = recorder.begin(behavior("pick", {"/map"}, 30));
+  recorder.end(begun.id, {35}, "success");
+  EXPECT_TRUE(texts(store, begun.id).empty());
+}
+
+TEST_F(RecorderTest, refusesToEndWhatDoesNotRun) {
+  Recorder recorder(store, options());
+  EXPECT_THROW(recorder.end(7, {1}, "success"), std::logic_error);
+}
+
+}  // namespace
+}  // namespace afterglow::replay

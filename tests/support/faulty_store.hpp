@@ -1,0 +1,74 @@
+/// \file
+/// A store in memory that can be told to fail or to be slow.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "replay/store.hpp"
+
+namespace afterglow::test {
+
+class FaultyStore : public replay::Store {
+ public:
+  /// Every write from now on throws StoreError with this text.
+  void failWith(const std::string& text) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    failure_ = text;
+  }
+  /// append() waits while this is true.
+  std::atomic<bool> is_stalled{false};
+
+  std::int64_t addRecording(const std::string& source) override {
+    return checked().addRecording(source);
+  }
+  std::int64_t addChannel(std::int64_t recording, const replay::Channel& channel) override {
+    return checked().addChannel(recording, channel);
+  }
+  void append(const std::vector<replay::Message>& messages) override {
+    while (is_stalled) std::this_thread::yield();
+    checked().append(messages);
+  }
+  std::int64_t addBehavior(const replay::Behavior& behavior) override {
+    return checked().addBehavior(behavior);
+  }
+  void endBehavior(std::int64_t id, replay::Stamp end, const std::string& outcome) override {
+    checked().endBehavior(id, end, outcome);
+  }
+  void transaction(const std::function<void()>& work) override { checked().transaction(work); }
+
+  std::vector<replay::Behavior> behaviors(const replay::BehaviorFilter& filter) const override {
+    return store_->behaviors(filter);
+  }
+  std::optional<replay::Behavior> behavior(std::int64_t id) const override {
+    return store_->behavior(id);
+  }
+  std::vector<replay::TopicSummary> topics(const replay::Behavior& behavior) const override {
+    return store_->topics(behavior);
+  }
+  std::vector<replay::TopicSummary> contextTopics(const replay::Behavior& behavior) const override {
+    return store_->contextTopics(behavior);
+  }
+  replay::Channel channel(std::int64_t id) const override { return store_->channel(id); }
+  std::unique_ptr<replay::MessageCursor> messages(
+      const replay::Behavior& behavior, const replay::MessageRange& range) const override {
+    return store_->messages(behavior, range);
+  }
+
+ private:
+  replay::Store& checked() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!failure_.empty()) throw replay::StoreError(failure_);
+    return *store_;
+  }
+
+  std::mutex mutex_;
+  std::string failure_;
+  std::unique_ptr<replay::Store> store_ = replay::openMemoryStore();
+};
+
+}  // namespace afterglow::test
