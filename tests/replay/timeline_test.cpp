@@ -1,0 +1,81 @@
+#include "replay/timeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "replay/lateness.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+TEST(Timeline, keepsRecordedIntervals) {
+  const Timeline timeline({100}, 1.0, {5000});
+  EXPECT_EQ(timeline.deadline({100}), SteadyTime{5000});
+  EXPECT_EQ(timeline.deadline({101}), SteadyTime{5001});
+  EXPECT_EQ(timeline.position({5007}).ns, 7);
+}
+
+TEST(Timeline, doesNotDriftOverAYear) {
+  const std::int64_t begin = 1'700'000'000 * kSecond + 1;
+  const std::int64_t year = 365 * 24 * 3600 * kSecond;
+  Timeline timeline({begin}, 1.0, {3});
+  EXPECT_EQ(timeline.deadline({begin + year}), SteadyTime{year + 3});
+}
+
+TEST(Timeline, stretchesWithTheRate) {
+  const Timeline timeline({0}, 2.0, {0});
+  EXPECT_EQ(timeline.deadline({kSecond}), SteadyTime{kSecond / 2});
+  EXPECT_EQ(timeline.position({kSecond}).ns, 2 * kSecond);
+}
+
+TEST(Timeline, standsStillWhilePaused) {
+  Timeline timeline({0}, 1.0, {0});
+  timeline.pause({10});
+  EXPECT_EQ(timeline.deadline({20}), SteadyTime::forever());
+  EXPECT_EQ(timeline.position({1000}).ns, 10);
+  timeline.resume({5000});
+  EXPECT_EQ(timeline.deadline({20}), SteadyTime{5010});
+  timeline.resume({6000});
+  EXPECT_EQ(timeline.deadline({20}), SteadyTime{5010}) << "it ran already";
+}
+
+TEST(Timeline, refusesARateThatIsNone) {
+  EXPECT_THROW(Timeline({0}, 0.0, {0}), std::logic_error);
+  EXPECT_THROW(Timeline({0}, -1.0, {0}), std::logic_error);
+}
+
+TEST(SteadyClock, sleepsUntilTheDeadlineAndNotLess) {
+  SteadyClock clock;
+  const SteadyTime deadline = clock.now().after(2'000'000);
+  EXPECT_TRUE(clock.sleepUntil(deadline));
+  EXPECT_TRUE(deadline <= clock.now());
+  EXPECT_TRUE(clock.sleepUntil(deadline)) << "a deadline in the past is there at once";
+}
+
+TEST(SteadyClock, isWokenFromAnotherThread) {
+  SteadyClock clock;
+  std::thread waker([&clock] { clock.wake(); });
+  EXPECT_FALSE(clock.sleepUntil(SteadyTime::forever()));
+  waker.join();
+  EXPECT_TRUE(clock.sleepUntil(clock.now())) << "one wake, one early return";
+}
+
+TEST(Lateness, tellsQuantilesMaximumAndDrift) {
+  Lateness lateness;
+  for (int i = 0; i < 990; ++i) lateness.add(1000);
+  for (int i = 0; i < 10; ++i) lateness.add(1'000'000);
+  EXPECT_EQ(lateness.count(), 1000u);
+  EXPECT_NEAR(static_cast<double>(lateness.quantile(0.5)), 1000, 60);
+  EXPECT_NEAR(static_cast<double>(lateness.quantile(0.99)), 1000, 60);
+  EXPECT_NEAR(static_cast<double>(lateness.quantile(0.995)), 1e6, 6e4);
+  EXPECT_EQ(lateness.max(), 1'000'000);
+  EXPECT_NEAR(lateness.drift(), (10 * 1e6 + 54 * 1e3) / 64 - 1e3, 1);
+  EXPECT_EQ(Lateness().quantile(0.5), 0);
+}
+
+}  // namespace
+}  // namespace afterglow::replay
