@@ -1,0 +1,206 @@
+#include "nodes/fake_fetch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "nodes/fetch_facts.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using namespace std::chrono_literals;
+using Phase = TrajectoryStatus::Phase;
+
+constexpr Nanoseconds kNow = 1000s;
+constexpr DriveErrors kNoErrors = {1, 1, 0, 1};
+
+FakeFetch makeFetch(const DriveErrors& errors = kNoErrors, const Pose2& start = {}) {
+  static const RobotModel model = RobotModel::fromFile("assets/fetch.urdf");
+  return FakeFetch(model, {start, errors}, kNow);
+}
+
+void run(FakeFetch& fetch, Nanoseconds duration) { fetch.step(fetch.now() + duration); }
+
+/// Commands the base every 50 ms, as people do.
+void drive(FakeFetch& fetch, double linear, double angular, Nanoseconds duration) {
+  for (const Nanoseconds end = fetch.now() + duration; fetch.now() < end; run(fetch, 50ms))
+    fetch.drive(linear, angular);
+}
+
+TrajectoryGoal goalTo(const JointPositions& positions, Nanoseconds time) {
+  TrajectoryGoal goal;
+  goal.points.resize(1);
+  for (const auto& [name, position] : positions) {
+    goal.joints.push_back(name);
+    goal.points[0].positions.push_back(position);
+  }
+  goal.points[0].time_from_start = time;
+  return goal;
+}
+
+TEST(DiffDrive, acceleratesAsAFetchDoes) {
+  FakeFetch fetch = makeFetch();
+  drive(fetch, 0.6, 1.2, 100ms);
+  EXPECT_NEAR(fetch.base().linear(), 0.075, 1e-9);
+  EXPECT_NEAR(fetch.base().angular(), 0.3, 1e-9);
+  drive(fetch, 0.6, 1.2, 1s);
+  EXPECT_NEAR(fetch.base().linear(), 0.6, 1e-9);
+  EXPECT_NEAR(fetch.base().angular(), 1.2, 1e-9);
+}
+
+TEST(DiffDrive, brakesAQuarterSecondAfterTheLastCommand) {
+  FakeFetch fetch = makeFetch();
+  drive(fetch, 0.3, 0, 1s);  // the last command was 50 ms ago
+  run(fetch, 190ms);
+  EXPECT_NEAR(fetch.base().linear(), 0.3, 1e-9);
+  run(fetch, 10ms);
+  EXPECT_LT(fetch.base().linear(), 0.3);
+  run(fetch, 400ms);  // 0.3 m/s at 0.75 m/s^2
+  EXPECT_EQ(fetch.base().linear(), 0);
+}
+
+TEST(DiffDrive, refusesWhatIsNotFiniteAndKeepsToItsLimits) {
+  FakeFetch fetch = makeFetch();
+  EXPECT_FALSE(fetch.drive(NAN, 0));
+  EXPECT_FALSE(fetch.drive(0, INFINITY));
+  run(fetch, 1s);
+  EXPECT_EQ(fetch.base().truePose().x, 0);
+  drive(fetch, 50, 0, 5s);
+  EXPECT_EQ(fetch.base().linear(), 1.0);
+}
+
+TEST(DiffDrive, drivesArcs) {
+  FakeFetch fetch = makeFetch();
+  // Both ramps take 0.8 s, so the radius is 0.25 m throughout.
+  drive(fetch, 0.6, 2.4, 2s);
+  run(fetch, 5s);
+  const Pose2& pose = fetch.base().truePose();
+  EXPECT_NEAR(std::hypot(pose.x, pose.y - 0.25), 0.25, 1e-6);
+  EXPECT_NEAR(pose.y, 0.25 * (1 - std::cos(pose.yaw)), 1e-6);
+  EXPECT_GT(std::hypot(pose.x, pose.y), 0.1);
+}
+
+TEST(DiffDrive, driftsAFewCentimetersAndKnowsHowMuch) {
+  FakeFetch fetch = makeFetch(DriveErrors{}, {1, 2, 0.5});
+  drive(fetch, 0.5, 0, 6s);
+  run(fetch, 2s);
+  const Pose2 truth = fetch.base().truePose();
+  const Pose2 believed = compose({1, 2, 0.5}, fetch.base().odometry());
+  const double drift = std::hypot(truth.x - believed.x, truth.y - believed.y);
+  EXPECT_GT(drift, 0.005);
+  EXPECT_LT(drift, 0.08);
+  const Pose2 localized = compose(fetch.base().mapToOdom(), fetch.base().odometry());
+  EXPECT_NEAR(localized.x, truth.x, 1e-9);
+  EXPECT_NEAR(localized.y, truth.y, 1e-9);
+  EXPECT_NEAR(std::remainder(localized.yaw - truth.yaw, 2 * M_PI), 0, 1e-9);
+}
+
+TEST(DiffDrive, driftsTheSameWithTheSameSeed) {
+  const auto end = [](std::uint32_t seed) {
+    DriveErrors errors;
+    errors.seed = seed;
+    FakeFetch fetch = makeFetch(errors);
+    drive(fetch, 0.4, 0.3, 3s);
+    return fetch.base().truePose().x;
+  };
+  EXPECT_EQ(end(1), end(1));
+  EXPECT_NE(end(1), end(2));
+}
+
+TEST(FakeFetch, movesItsArmOverTheTable) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  run(fetch, 4s);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Succeeded);
+  for (const auto& [name, position] : armOverTable())
+    EXPECT_NEAR(fetch.joints().at(name).position, position, 1e-9) << name;
+  EXPECT_NEAR(fetch.joints().at("bellows_joint").position, 0.15, 1e-9);
+}
+
+TEST(FakeFetch, letsOneControllerTakeAJointFromAnother) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 8s));
+  run(fetch, 1s);
+  fetch.follow(kTorsoController, goalTo({{"torso_lift_joint", 0.05}}, 2s));
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Stopped);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().text,
+            "torso_controller took torso_lift_joint over");
+  run(fetch, 2s);
+  EXPECT_NEAR(fetch.joints().at("torso_lift_joint").position, 0.05, 1e-9);
+}
+
+TEST(FakeFetch, leavesAMovingArmAloneWhenAnotherControllersGoalIsRefused) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  run(fetch, 1s);
+  fetch.follow(kTorsoController, goalTo({{"elbow_flex_joint", 1}}, 2s));
+  EXPECT_EQ(fetch.controller(kTorsoController).status().error, TrajectoryError::InvalidJoints);
+  run(fetch, 3s);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Succeeded);
+}
+
+TEST(FakeFetch, pointsItsCameraAtAPlace) {
+  FakeFetch fetch = makeFetch();
+  const Eigen::Vector3d p_base(0.9, 0.3, 0.72);
+  ASSERT_TRUE(fetch.pointHead(p_base, 1s, 0));
+  run(fetch, 3s);
+  const Eigen::Isometry3d T = fetch.model().linkPose("head_camera_link", fetch.jointPositions());
+  EXPECT_LT(T.linear().col(0).cross((p_base - T.translation()).normalized()).norm(), 1e-6);
+  EXPECT_FALSE(fetch.pointHead({-1, 0, 1}, 1s, 0));
+}
+
+TEST(FakeFetch, turnsItsHeadNoFasterThanItIsTold) {
+  FakeFetch fetch = makeFetch();
+  ASSERT_TRUE(fetch.pointHead({0, 5, 1}, 0s, 0.3));
+  double fastest = 0;
+  while (fetch.controller(kPointHeadController).status().phase == Phase::Running) {
+    run(fetch, 10ms);
+    fastest = std::max(fastest, std::abs(fetch.joints().at("head_pan_joint").velocity));
+  }
+  EXPECT_LT(fastest, 0.301);
+  EXPECT_GT(fastest, 0.28);
+}
+
+TEST(FakeFetch, closesItsGripperAtFiveCentimetersASecondAFinger) {
+  FakeFetch fetch = makeFetch();
+  fetch.moveGripper(0.3);  // wider than it can
+  run(fetch, 500ms);
+  EXPECT_NEAR(fetch.gripper().gap, 0.05, 1e-6);
+  EXPECT_FALSE(fetch.gripper().reached);
+  run(fetch, 600ms);
+  EXPECT_NEAR(fetch.gripper().gap, 0.1, 1e-6);
+  EXPECT_TRUE(fetch.gripper().reached);
+}
+
+TEST(FakeFetch, isBackAtItsStartAfterAReset) {
+  const Pose2 start = {1, -1, 0.3};
+  FakeFetch fetch = makeFetch(DriveErrors{}, start);
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  fetch.moveGripper(0.1);
+  drive(fetch, 0.5, 0.5, 2s);
+  const Pose2 drift = fetch.base().mapToOdom();
+  fetch.reset();
+  run(fetch, 1s);
+  EXPECT_NEAR(fetch.base().truePose().x, start.x, 1e-9);
+  EXPECT_NEAR(fetch.base().truePose().yaw, start.yaw, 1e-9);
+  EXPECT_NEAR(fetch.base().mapToOdom().x, drift.x, 1e-9) << "the drift stays as it was";
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Stopped);
+  EXPECT_NEAR(fetch.joints().at("shoulder_pan_joint").position, 1.32, 1e-9);
+  EXPECT_NEAR(fetch.gripper().gap, 0, 1e-9);
+}
+
+TEST(FakeFetch, stopsEverythingWhenTheClockIsSetBack) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  drive(fetch, 0.5, 0, 1s);
+  const JointPositions before = fetch.jointPositions();
+  fetch.step(kNow - 500s);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().text, "the clock jumped");
+  run(fetch, 1s);
+  EXPECT_EQ(fetch.jointPositions().at("elbow_flex_joint"), before.at("elbow_flex_joint"));
+  EXPECT_EQ(fetch.base().linear(), 0);
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
