@@ -79,11 +79,13 @@ std::vector<FieldPath> paths(const std::vector<RewrittenField>& rules) {
   return parsed;
 }
 
-Stamp shifted(Stamp stamp, std::int64_t shift_ns) {
-  // Far outside of ROS time either way, so that writeTime refuses it instead of an overflow here.
+// Far outside of ROS time either way, so that writeTime refuses what an addition cannot hold.
+std::int64_t bounded(std::int64_t shift_ns) {
   constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max() / 2;
-  return {stamp.ns + std::clamp(shift_ns, -kFar, kFar)};
+  return std::clamp(shift_ns, -kFar, kFar);
 }
+
+Stamp shifted(Stamp stamp, std::int64_t shift_ns) { return {stamp.ns + bounded(shift_ns)}; }
 
 struct GoalId {
   std::string id;
@@ -143,7 +145,9 @@ struct Rewriter::State {
     const Stamp recorded = *readTime(bytes, span);
     switch (rule) {
       case RewriteRule::ShiftStamp:
-        if (recorded.ns != 0) writeTime(bytes, span, shifted(recorded, moment.shift_ns));
+        if (recorded.ns != 0 && moment.shift_ns != 0) {
+          writeTime(bytes, span, shifted(recorded, moment.shift_ns));
+        }
         break;
       case RewriteRule::CancelStamp:
         if (recorded.ns != 0) writeTime(bytes, span, cancelStamp(recorded, moment));
@@ -239,7 +243,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   if (id) editStrings(bytes, spans[*plan.id], [&](const std::string&) { return *id; });
   if (!plan.is_goal) return {};
   // A goal without a stamp is given the time of its arrival by the server.
-  if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -moment.shift_ns);
+  if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));
   state_->goals[recorded.id] = {*id, recorded.stamp, moment.now};
   return {true, SentGoal{recorded.id, *id}};
 }

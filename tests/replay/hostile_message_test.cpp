@@ -1,0 +1,123 @@
+// Messages and counts that lie must be refused before memory is taken for them. This program counts
+// what it allocates.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "replay/document.hpp"
+#include "replay/field_edit.hpp"
+#include "tests/support/message_definitions.hpp"
+
+namespace {
+std::atomic<std::size_t> largest_allocation{0};
+std::atomic<std::size_t> all_allocations{0};
+}  // namespace
+
+// Not inlined, or the compiler takes malloc and delete for a pair that do not match.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  std::size_t largest = largest_allocation;
+  while (size > largest && !largest_allocation.compare_exchange_weak(largest, size)) {
+  }
+  all_allocations += size;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace afterglow::replay {
+namespace {
+
+struct Spent {
+  bool refused = false;
+  std::string why;
+  std::size_t largest = 0, all = 0;
+};
+
+template <typename F>
+Spent spend(F&& f) {
+  Spent spent;
+  largest_allocation = all_allocations = 0;
+  try {
+    f();
+  } catch (const MessageError& error) {
+    spent.refused = true;
+    spent.largest = largest_allocation;
+    spent.all = all_allocations;
+    spent.why = error.what();
+    return spent;
+  }
+  spent.largest = largest_allocation;
+  spent.all = all_allocations;
+  return spent;
+}
+
+/// A count, and behind it as many zero bytes as to make `size`.
+Bytes counting(std::uint32_t count, std::size_t size) {
+  Bytes bytes(size);
+  for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(count >> 8 * i);
+  return bytes;
+}
+
+constexpr std::size_t kLittle = 4096;
+
+TEST(HostileMessage, isRefusedForACountBeforeMemoryIsTaken) {
+  for (const std::string type :
+       {"uint8[]", "float64[]", "bool[]", "string[]", "time[]", "duration[]", "P[]", "string"}) {
+    const Schema schema = Schema::parse("a/B", test::withTypes(type + " x\n", "a/P", test::kPoint));
+    for (const std::uint32_t count : {0xFFFFFFFFu, 0x7FFFFFFFu, 0x20000001u, 9u}) {
+      const Bytes bytes = counting(count, 12);
+      const Spent reading = spend([&] { decode(schema, bytes); });
+      EXPECT_TRUE(reading.refused) << type;
+      EXPECT_LT(reading.all, kLittle) << type;
+      const FieldPath path = FieldPath::parse(type == "string" ? "x"
+                                              : type == "P[]"  ? "x[].x"
+                                                               : "x[]");
+      const Spent finding = spend([&] { findField(schema, bytes, path); });
+      EXPECT_TRUE(finding.refused) << type;
+      EXPECT_LT(finding.all, kLittle) << type;
+    }
+  }
+}
+
+TEST(HostileMessage, saysWhatTheCountWasAndWhere) {
+  const Schema schema = Schema::parse("a/B", "int64 first\nfloat64[] x\n");
+  Bytes bytes(20);
+  for (int i = 8; i < 12; ++i) bytes[i] = 0xFF;
+  EXPECT_EQ(
+      spend([&] { decode(schema, bytes); }).why,
+      "a/B, field x[0], at byte 12: counts 4294967295 elements of at least 8 bytes; 8 are left");
+}
+
+TEST(HostileMessage, isRefusedForAFixedArrayThatCannotBeThere) {
+  const Schema schema = Schema::parse("a/B", "float64[4294967295] x\n");
+  const Spent spent = spend([&] { decode(schema, Bytes(12)); });
+  EXPECT_TRUE(spent.refused);
+  EXPECT_LT(spent.all, kLittle);
+}
+
+TEST(HostileMessage, isNotBelievedForElementsWithoutBytes) {
+  const Schema schema = Schema::parse("a/B", test::withTypes("E[] x\n", "a/E", ""));
+  const Spent spent = spend([&] { decode(schema, counting(0xFFFFFFFF, 4)); });
+  EXPECT_TRUE(spent.refused);
+  EXPECT_EQ(spent.why, "a/B, field x[65536], at byte 4: more than 65536 empty messages");
+  EXPECT_LT(spent.all, 32u << 20);
+  const Bytes three = counting(3, 4);
+  EXPECT_EQ(encode(schema, decode(schema, three)), three);
+  EXPECT_TRUE(findField(schema, counting(0xFFFFFFFF, 4), FieldPath::parse("x[]")).empty());
+}
+
+TEST(HostileMessage, isBelievedStepByStepWhenElementsGrowInMemory) {
+  // A million elements of at least 4 bytes could be there, but the first of them is cut off.
+  const Schema schema = Schema::parse("a/B", test::withTypes("S[] x\n", "a/S", "string text\n"));
+  Bytes bytes = counting(1'000'000, 4'000'004);
+  for (int i = 4; i < 8; ++i) bytes[i] = 0xFF;
+  const Spent spent = spend([&] { decode(schema, bytes); });
+  EXPECT_TRUE(spent.refused);
+  EXPECT_LT(spent.all, 128u << 10);
+}
+
+}  // namespace
+}  // namespace afterglow::replay

@@ -1,0 +1,233 @@
+#include "replay/rewrite.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "tests/support/document_fields.hpp"
+#include "tests/support/message_definitions.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+/// Recorded at 100 s, published at 5000 s: stamps move by 4900 s. Fresh ids are "new-1", "new-2",
+/// ...
+class RewriteTest : public testing::Test {
+ protected:
+  static Channel channel(const std::string& topic, const std::string& type,
+                         const std::string& definition) {
+    return {topic, type, "0123456789abcdef0123456789abcdef", definition, false, "/recorded"};
+  }
+
+  Rewritten rewrite(const Channel& on, Bytes& bytes) { return rewriter_.rewrite(on, now_, bytes); }
+
+  /// A trajectory goal, stamped at 100 s as its recorded sender did.
+  Bytes trajectoryGoal(const std::string& id, RosTime trajectory_start) const {
+    Value goal = test::zeroDocument(goal_schema_);
+    test::fieldAt(goal, "header.stamp") = RosTime{100, 1};
+    test::fieldAt(goal, "header.seq") = std::uint32_t{7};
+    test::fieldAt(goal, "goal_id.stamp") = RosTime{100, 2};
+    test::fieldAt(goal, "goal_id.id") = id;
+    test::fieldAt(goal, "goal.trajectory.header.stamp") = trajectory_start;
+    test::fieldAt(goal, "goal.trajectory.joint_names") = Array{std::string("elbow_flex_joint")};
+    test::fieldAt(goal, "goal.goal_time_tolerance") = RosDuration{5, 0};
+    return encode(goal_schema_, goal);
+  }
+
+  Bytes cancel(const std::string& id, RosTime stamp) const {
+    return encode(cancel_schema_, Object{{"stamp", stamp}, {"id", id}});
+  }
+
+  const Channel goals_ =
+      channel("/arm/follow_joint_trajectory/goal", "control_msgs/FollowJointTrajectoryActionGoal",
+              test::kTrajectoryActionGoal);
+  const Channel cancels_ =
+      channel("/arm/follow_joint_trajectory/cancel", "actionlib_msgs/GoalID", test::kGoalId);
+  const Schema goal_schema_ = Schema::parse(goals_.type, goals_.definition);
+  const Schema cancel_schema_ = Schema::parse(cancels_.type, cancels_.definition);
+  PublishMoment now_{{5000 * kSecond}, 4900 * kSecond};
+  int ids_ = 0;
+  Rewriter rewriter_{[this] { return "new-" + std::to_string(++ids_); }};
+};
+
+TEST_F(RewriteTest, shiftsEveryStampButZero) {
+  const Channel tf = channel("/shown_tf", "tf2_msgs/TFMessage", test::kTfMessage);
+  const Schema schema = Schema::parse(tf.type, tf.definition);
+  Bytes bytes(4 + 2 * schema.minimumSize(1));
+  bytes[0] = 2;
+  writeTime(bytes, findField(schema, bytes, FieldPath::parse("transforms[1].header.stamp")).at(0),
+            {100 * kSecond + 5});
+  EXPECT_TRUE(rewrite(tf, bytes).publish);
+  EXPECT_EQ(test::stampsAt(schema, bytes, "transforms[].header.stamp"),
+            (std::vector<std::int64_t>{0, 5000 * kSecond + 5}));
+}
+
+TEST_F(RewriteTest, leavesStampsWhereTimeIsReplayedToo) {
+  now_.shift_ns = 0;
+  const Channel times = channel("/t", "std_msgs/Time", "time data\n");
+  Bytes bytes = {7, 0, 0, 0, 255, 255, 255, 255};  // even one with too many nanoseconds
+  const Bytes before = bytes;
+  EXPECT_TRUE(rewrite(times, bytes).publish);
+  EXPECT_EQ(bytes, before);
+}
+
+TEST_F(RewriteTest, givesAGoalAFreshIdAndTheTimeOfPublishing) {
+  Bytes bytes = trajectoryGoal("/task-1-100.000", {0, 0});
+  const Rewritten result = rewrite(goals_, bytes);
+  EXPECT_TRUE(result.publish);
+  ASSERT_TRUE(result.goal);
+  EXPECT_EQ(result.goal->recorded_id, "/task-1-100.000");
+  EXPECT_EQ(result.goal->id, "new-1");
+  Value expected = decode(goal_schema_, trajectoryGoal("new-1", {0, 0}));
+  test::fieldAt(expected, "header.stamp") = RosTime{5000, 0};
+  test::fieldAt(expected, "goal_id.stamp") = RosTime{5000, 0};
+  EXPECT_EQ(bytes, encode(goal_schema_, expected));
+}
+
+TEST_F(RewriteTest, givesTheSameGoalAnotherIdEachTime) {
+  for (const std::string expected : {"new-1", "new-2"}) {
+    Bytes bytes = trajectoryGoal("/task-1-100.000", {0, 0});
+    EXPECT_EQ(rewrite(goals_, bytes).goal->id, expected);
+    EXPECT_EQ(test::stringAt(goal_schema_, bytes, "goal_id.id"), expected);
+  }
+}
+
+TEST_F(RewriteTest, letsNoStaleTrajectoryStampSurvive) {
+  Bytes goal = trajectoryGoal("a", {100, 3});
+  EXPECT_TRUE(rewrite(goals_, goal).publish);
+  EXPECT_EQ(test::stampsAt(goal_schema_, goal, "goal.trajectory.header.stamp"),
+            std::vector<std::int64_t>{0});
+  const Channel commands =
+      channel("/arm_controller/command", "trajectory_msgs/JointTrajectory", test::kBareTrajectory);
+  const Schema schema = Schema::parse(commands.type, commands.definition);
+  Value trajectory = test::zeroDocument(schema);
+  test::fieldAt(trajectory, "header.stamp") = RosTime{100, 0};
+  Bytes bytes = encode(schema, trajectory);
+  EXPECT_TRUE(rewrite(commands, bytes).publish);
+  EXPECT_EQ(headerStamp(schema, bytes), Stamp{0});
+}
+
+TEST_F(RewriteTest, shiftsTheStampsInAGoal) {
+  const Channel heads = channel("/head_controller/point_head/goal",
+                                "control_msgs/PointHeadActionGoal", test::kPointHeadActionGoal);
+  const Schema schema = Schema::parse(heads.type, heads.definition);
+  Value goal = test::zeroDocument(schema);
+  test::fieldAt(goal, "goal.target.header.stamp") = RosTime{99, 0};
+  Bytes bytes = encode(schema, goal);
+  EXPECT_TRUE(rewrite(heads, bytes).publish);
+  EXPECT_EQ(test::stampsAt(schema, bytes, "goal.target.header.stamp"),
+            std::vector<std::int64_t>{4999 * kSecond});
+  EXPECT_EQ(test::stampsAt(schema, bytes, "header.stamp"),
+            std::vector<std::int64_t>{5000 * kSecond});
+}
+
+TEST_F(RewriteTest, cancelsAGoalByTheIdItWasSentWith) {
+  Bytes goal = trajectoryGoal("a", {0, 0});
+  EXPECT_TRUE(rewrite(goals_, goal).publish);
+  Bytes bytes = cancel("a", {0, 0});
+  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
+  EXPECT_EQ(bytes, cancel("new-1", {0, 0}));
+}
+
+TEST_F(RewriteTest, doesNotPublishTheCancelOfAGoalItDidNotSend) {
+  Bytes bytes = cancel("a", {0, 0});
+  EXPECT_FALSE(rewrite(cancels_, bytes).publish);
+}
+
+TEST_F(RewriteTest, keepsACancelOfEverything) {
+  Bytes bytes = cancel("", {0, 0});
+  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
+  EXPECT_EQ(bytes, cancel("", {0, 0}));
+}
+
+TEST_F(RewriteTest, cancelsTheGoalsUpToAStampAsThen) {
+  now_.now = {5000 * kSecond + 3'000'000};  // the goal leaves 3 ms late
+  Bytes goal = trajectoryGoal("a", {0, 0});
+  EXPECT_TRUE(rewrite(goals_, goal).publish);
+  now_.now = {5001 * kSecond};
+  Bytes covering = cancel("", {100, 2});
+  EXPECT_TRUE(rewrite(cancels_, covering).publish);
+  EXPECT_EQ(covering, cancel("", {5000, 3'000'000}));
+  Bytes before = cancel("", {100, 1});
+  EXPECT_TRUE(rewrite(cancels_, before).publish);
+  EXPECT_EQ(before, cancel("", {5000, 1}));
+}
+
+TEST_F(RewriteTest, keepsTheStampOfACancelWhoseGoalIsUnknown) {
+  Bytes bytes = cancel("unknown", {100, 0});
+  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
+  EXPECT_EQ(bytes, cancel("", {5000, 0}));
+}
+
+TEST_F(RewriteTest, refusesStampsThatLeaveRosTime) {
+  const Channel times = channel("/t", "std_msgs/Time", "time data\n");
+  Bytes late = {255, 255, 255, 255, 0, 0, 0, 0};
+  EXPECT_THROW(static_cast<void>(rewrite(times, late)), MessageError);
+  now_.shift_ns = -200 * kSecond;
+  Bytes early = {100, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_THROW(static_cast<void>(rewrite(times, early)), MessageError);
+  now_.shift_ns = std::numeric_limits<std::int64_t>::min();
+  EXPECT_THROW(static_cast<void>(rewrite(times, early)), MessageError);
+}
+
+TEST_F(RewriteTest, refusesBytesThatDoNotFit) {
+  Bytes bytes = trajectoryGoal("a", {0, 0});
+  bytes.pop_back();
+  EXPECT_THROW(static_cast<void>(rewrite(goals_, bytes)), MessageError);
+  EXPECT_EQ(ids_, 0);
+}
+
+TEST_F(RewriteTest, leavesMessagesWithoutStampsAlone) {
+  const Channel strings = channel("/s", "std_msgs/String", "string data\n");
+  EXPECT_TRUE(rewriter_.rules(strings).empty());
+  Bytes bytes = {1, 0, 0, 0, 'a'};
+  EXPECT_TRUE(rewrite(strings, bytes).publish);
+  EXPECT_EQ(bytes, (Bytes{1, 0, 0, 0, 'a'}));
+}
+
+TEST_F(RewriteTest, saysWhatItDoes) {
+  std::map<std::string, std::string> rules;
+  for (const RewrittenField& field : rewriter_.rules(goals_)) {
+    rules[field.path] = describe(field.rule);
+  }
+  EXPECT_EQ(rules, (std::map<std::string, std::string>{
+                       {"header.stamp", "set to the time of publishing"},
+                       {"goal_id.stamp", "set to the time of publishing"},
+                       {"goal_id.id", "replaced by a fresh id"},
+                       {"goal.trajectory.header.stamp", "zeroed: starts on arrival"}}));
+}
+
+TEST_F(RewriteTest, followsAnotherDefinitionOfTheSameType) {
+  const Channel old_type = channel("/t", "a/Stamped", "time stamp\n");
+  const Channel new_type = channel("/t", "a/Stamped", "int8 version\ntime stamp\n");
+  Bytes old_bytes = {100, 0, 0, 0, 0, 0, 0, 0};
+  Bytes new_bytes = {1, 100, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_TRUE(rewrite(old_type, old_bytes).publish);
+  EXPECT_TRUE(rewrite(new_type, new_bytes).publish);
+  EXPECT_EQ(old_bytes, (Bytes{0x88, 0x13, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(new_bytes, (Bytes{1, 0x88, 0x13, 0, 0, 0, 0, 0, 0}));
+}
+
+TEST_F(RewriteTest, takesNoGoalForOneThatOnlyBearsTheName) {
+  const Channel odd = channel("/t", "a/OddActionGoal", "Header header\nint8 goal_id\nint8 goal\n");
+  for (const RewrittenField& field : rewriter_.rules(odd)) {
+    EXPECT_EQ(field.rule, RewriteRule::ShiftStamp) << field.path;
+  }
+}
+
+TEST(UniqueGoalIds, neverRepeat) {
+  const Rewriter::FreshId first = uniqueGoalIds("/player"), second = uniqueGoalIds("/player");
+  std::set<std::string> ids;
+  for (int i = 0; i < 100; ++i) {
+    ids.insert(first());
+    ids.insert(second());
+  }
+  EXPECT_EQ(ids.size(), 200u);
+  EXPECT_EQ(ids.begin()->substr(0, 8), "/player-");
+}
+
+}  // namespace
+}  // namespace afterglow::replay
