@@ -1,0 +1,12 @@
+/// \file
+/// `afterglow export`: a behavior as a bag.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace afterglow::nodes {
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
+void addExportVerb(CLI::App& app);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,12 @@
+/// \file
+/// `afterglow import`: a bag into the store.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace afterglow::nodes {
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
+void addImportVerb(CLI::App& app);
+
+}  // namespace afterglow::nodes

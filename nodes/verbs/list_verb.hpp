@@ -1,0 +1,12 @@
+/// \file
+/// `afterglow list`: the store's behaviors, by name, outcome, time, topic.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace afterglow::nodes {
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
+void addListVerb(CLI::App& app);
+
+}  // namespace afterglow::nodes

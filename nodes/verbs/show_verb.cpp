@@ -1,0 +1,210 @@
+#include "nodes/verbs/show_verb.hpp"
+
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "nodes/verbs/time_text.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "replay/document.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::Behavior;
+using replay::TopicSummary;
+
+struct Options {
+  std::int64_t id = 0;
+  std::string store;
+  bool json = false;
+  bool messages = false;
+  std::vector<std::string> topics;
+  std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
+};
+
+/// Empty for a single message.
+std::optional<double> rate_hz(const TopicSummary& topic) {
+  if (topic.count < 2 || topic.last <= topic.first) return std::nullopt;
+  return static_cast<double>(topic.count - 1) * 1e9 /
+         static_cast<double>(topic.last.ns - topic.first.ns);
+}
+
+// -------------------------------------------------------------------------------------------- JSON
+
+nlohmann::ordered_json summariesJson(const std::vector<TopicSummary>& topics) {
+  auto list = nlohmann::ordered_json::array();
+  for (const TopicSummary& topic : topics) {
+    nlohmann::ordered_json entry = {{"topic", topic.topic},       {"type", topic.type},
+                                    {"count", topic.count},       {"hz", nullptr},
+                                    {"first_ns", topic.first.ns}, {"last_ns", topic.last.ns}};
+    if (const auto hz = rate_hz(topic)) entry["hz"] = *hz;
+    list.push_back(entry);
+  }
+  return list;
+}
+
+void printJson(const replay::Store& store, const Behavior& behavior) {
+  const auto topics = store.topics(behavior);
+  auto json = behaviorJson(behavior, topics);
+  json["recording"] = behavior.recording;
+  json["calibration"] = nlohmann::ordered_json::parse(behavior.calibration);
+  json["topic_names"] = behavior.topics;
+  json["topic_details"] = summariesJson(topics);
+  json["context_topics"] = summariesJson(store.contextTopics(behavior));
+  std::cout << dumpJson(json, 2) << "\n";
+}
+
+// -------------------------------------------------------------------------------------------- text
+
+void printTopics(const std::string& title, const Behavior& behavior,
+                 const std::vector<TopicSummary>& topics) {
+  using Align = TextTable::Align;
+  TextTable table({{title, Align::Left},
+                   {"TYPE", Align::Left},
+                   {"MESSAGES", Align::Right},
+                   {"HZ", Align::Right},
+                   {"FIRST", Align::Right},
+                   {"LAST", Align::Right}});
+  const auto offset = [&](replay::Stamp stamp) {
+    return fixedText(static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9, 3) + " s";
+  };
+  for (const TopicSummary& topic : topics) {
+    const auto hz = rate_hz(topic);
+    table.add({topic.topic, topic.type, std::to_string(topic.count), hz ? fixedText(*hz, 2) : "-",
+               offset(topic.first), offset(topic.last)});
+  }
+  std::cout << "\n" << table.text("  ");
+}
+
+std::vector<std::string> unheardTopics(const Behavior& behavior,
+                                       const std::vector<TopicSummary>& topics) {
+  std::vector<std::string> unheard;
+  for (const std::string& name : behavior.topics) {
+    const bool is_heard = std::any_of(topics.begin(), topics.end(),
+                                      [&](const auto& topic) { return topic.topic == name; });
+    if (!is_heard) unheard.push_back(name);
+  }
+  return unheard;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void printField(const std::string& name, const std::string& value) {
+  if (value.empty() || value == "{}") return;
+  std::cout << "  " << name << std::string(12 - name.size(), ' ') << value << "\n";
+}
+
+void printText(const replay::Store& store, const Behavior& behavior) {
+  const auto topics = store.topics(behavior);
+  std::cout << "behavior " << behavior.id << " \"" << behavior.name << "\"\n";
+  printField("tree path", behavior.tree_path);
+  printField("parent", behavior.parent == 0 ? "" : std::to_string(behavior.parent));
+  printField("attempt", std::to_string(behavior.attempt));
+  printField("outcome", behavior.outcome);
+  printField("begin", timeText(behavior.begin));
+  printField("end", behavior.end ? timeText(*behavior.end) : "none: running, or cut off");
+  printField("duration", fixedText(durationSeconds(behavior, topics), 3) + " s");
+  printField("robot", behavior.robot);
+  printField("parameters", behavior.parameters);
+  printField("tags", joined(behavior.tags));
+  printField("calibration", behavior.calibration);
+  printField("not heard", joined(unheardTopics(behavior, topics)));
+  if (!topics.empty()) printTopics("TOPIC", behavior, topics);
+  const auto context = store.contextTopics(behavior);
+  if (!context.empty()) printTopics("CONTEXT", behavior, context);
+}
+
+// ---------------------------------------------------------------------------------------- messages
+
+struct KnownChannel {
+  replay::Channel channel;
+  std::optional<replay::Schema> schema;
+  std::string problem;  ///< why there is no schema
+};
+
+KnownChannel readChannel(const replay::Store& store, std::int64_t id) {
+  KnownChannel known{store.channel(id), std::nullopt, ""};
+  try {
+    known.schema = replay::Schema::parse(known.channel.type, known.channel.definition);
+  } catch (const replay::MessageError& error) {
+    known.problem = error.what();
+  }
+  return known;
+}
+
+nlohmann::ordered_json messageJson(const replay::Message& message, const KnownChannel& known) {
+  nlohmann::ordered_json json = {
+      {"topic", known.channel.topic},       {"type", known.channel.type},
+      {"received_ns", message.received.ns}, {"sequence", message.sequence},
+      {"header_stamp_ns", nullptr},         {"message", nullptr}};
+  if (message.header_stamp) json["header_stamp_ns"] = message.header_stamp->ns;
+  std::string problem = known.problem;
+  try {
+    if (known.schema) {
+      json["message"] = replay::toJson(replay::decode(*known.schema, message.bytes));
+    }
+  } catch (const replay::MessageError& error) {
+    problem = error.what();
+  }
+  if (!problem.empty()) json["problem"] = problem;
+  return json;
+}
+
+void printMessages(const replay::Store& store, const Behavior& behavior, const Options& options) {
+  replay::MessageRange range;
+  range.topics = options.topics;
+  const auto cursor = store.messages(behavior, range);
+  std::map<std::int64_t, KnownChannel> channels;
+  for (std::uint64_t i = 0; i < options.limit; ++i) {
+    const auto message = cursor->next();
+    if (!message) break;
+    auto known = channels.find(message->channel);
+    if (known == channels.end()) {
+      known = channels.emplace(message->channel, readChannel(store, message->channel)).first;
+    }
+    std::cout << dumpJson(messageJson(*message, known->second)) << "\n";
+  }
+}
+
+void runShow(const Options& options) {
+  const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
+  const Behavior behavior = findBehavior(*store, options.store, options.id);
+  if (options.messages) {
+    printMessages(*store, behavior, options);
+  } else if (options.json) {
+    printJson(*store, behavior);
+  } else {
+    printText(*store, behavior);
+  }
+}
+
+}  // namespace
+
+void addShowVerb(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand("show", "Show a behavior, its topics, its messages");
+  verb->add_option("id", options->id, "The behavior's id, as list prints it")->required();
+  CLI::Option* json = verb->add_flag("--json", options->json,
+                                     "As JSON: list's object and recording, calibration, "
+                                     "topic_names, topic_details, context_topics");
+  CLI::Option* messages =
+      verb->add_flag("--messages", options->messages,
+                     "The decoded messages instead, one JSON object a line; long arrays shortened")
+          ->excludes(json);
+  verb->add_option("--topic", options->topics,
+                   "Only messages on this topic, which may be a context topic; may be repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->needs(messages);
+  verb->add_option("--limit", options->limit, "At most this many messages")->needs(messages);
+  addStoreOption(*verb, options->store);
+  verb->callback([options] { runShow(*options); });
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,12 @@
+/// \file
+/// `afterglow show`: one behavior, its topics and its decoded messages.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace afterglow::nodes {
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
+void addShowVerb(CLI::App& app);
+
+}  // namespace afterglow::nodes

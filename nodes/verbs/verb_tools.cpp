@@ -1,0 +1,124 @@
+#include "nodes/verbs/verb_tools.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <sstream>
+
+namespace afterglow::nodes {
+
+void addStoreOption(CLI::App& verb, std::string& uri) {
+  verb.add_option("--store", uri,
+                  "The store: sqlite:PATH or PATH. Default: $AFTERGLOW_STORE, else "
+                  "~/.local/share/afterglow/afterglow.db");
+}
+
+replay::Behavior findBehavior(const replay::Store& store, const std::string& uri, std::int64_t id) {
+  auto behavior = store.behavior(id);
+  if (!behavior) {
+    throw replay::StoreError(replay::storeUri(uri) + ": there is no behavior " +
+                             std::to_string(id));
+  }
+  return *behavior;
+}
+
+nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
+                                    const std::vector<replay::TopicSummary>& topics) {
+  nlohmann::ordered_json json = {{"id", behavior.id},
+                                 {"name", behavior.name},
+                                 {"tree_path", behavior.tree_path},
+                                 {"parent", behavior.parent},
+                                 {"attempt", behavior.attempt},
+                                 {"outcome", behavior.outcome},
+                                 {"begin_ns", behavior.begin.ns},
+                                 {"end_ns", nullptr},
+                                 {"robot", behavior.robot},
+                                 {"parameters", nlohmann::ordered_json::parse(behavior.parameters)},
+                                 {"tags", behavior.tags},
+                                 {"topics", nlohmann::ordered_json::object()}};
+  if (behavior.end) json["end_ns"] = behavior.end->ns;
+  std::map<std::string, std::uint64_t> largest;
+  for (const replay::TopicSummary& topic : topics) {
+    auto& entry = json["topics"][topic.topic];
+    if (topic.count > largest[topic.topic]) {
+      largest[topic.topic] = topic.count;
+      entry["type"] = topic.type;
+    }
+    entry["count"] = entry.value("count", std::uint64_t{0}) + topic.count;
+  }
+  return json;
+}
+
+std::string dumpJson(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+double durationSeconds(const replay::Behavior& behavior,
+                       const std::vector<replay::TopicSummary>& topics) {
+  replay::Stamp end = behavior.end.value_or(behavior.begin);
+  if (!behavior.end) {
+    for (const replay::TopicSummary& topic : topics) end = std::max(end, topic.last);
+  }
+  return static_cast<double>(end.ns - behavior.begin.ns) * 1e-9;
+}
+
+std::string fixedText(double value, int decimals) {
+  std::ostringstream stream;
+  stream << std::fixed << std::setprecision(decimals) << value;
+  return stream.str();
+}
+
+// ------------------------------------------------------------------------------------------ tables
+
+TextTable::TextTable(std::vector<std::pair<std::string, Align>> columns) {
+  rows_.emplace_back();
+  for (auto& [title, align] : columns) {
+    rows_.front().push_back(std::move(title));
+    alignments_.push_back(align);
+  }
+}
+
+void TextTable::add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+
+std::string TextTable::text(const std::string& indent) const {
+  std::vector<std::size_t> widths(alignments_.size(), 0);
+  for (const auto& row : rows_) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const auto& row : rows_) {
+    std::string line = indent;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string padding(widths[i] - row[i].size(), ' ');
+      line += alignments_[i] == Align::Left ? row[i] + padding : padding + row[i];
+      line += "  ";
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+// ---------------------------------------------------------------------------------------- progress
+
+Progress::Progress(std::string doing)
+    : doing_(std::move(doing)),
+      is_terminal_(isatty(STDERR_FILENO) == 1),
+      next_(std::chrono::steady_clock::now()) {}
+
+Progress::~Progress() {
+  if (is_terminal_) std::cerr << "\r\033[K" << std::flush;
+}
+
+void Progress::update(std::uint64_t done, std::uint64_t total) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!is_terminal_ || now < next_) return;
+  next_ = now + std::chrono::milliseconds(100);
+  std::cerr << "\r\033[K" << doing_ << " " << done << " of " << total << " messages, "
+            << (total == 0 ? 100 : done * 100 / total) << " %" << std::flush;
+}
+
+}  // namespace afterglow::nodes
