@@ -1,7 +1,6 @@
 #include "nodes/kitting_plan.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
 #include "nodes/yaml_map.hpp"
@@ -14,16 +13,6 @@ constexpr double kMinute = 60;  // s: no motion takes longer
 constexpr double kSmallest = 1e-3;
 
 double radians(double degrees) { return degrees * M_PI / 180; }
-
-YAML::Node loadYaml(const std::string& path) {
-  std::ifstream stream(path);
-  if (!stream) throw std::runtime_error(path + ": cannot be read");
-  try {
-    return YAML::Load(stream);
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
-  }
-}
 
 /// One YAML file's readers of what a scenario is made of.
 class Reader {

@@ -143,7 +143,7 @@ void KittingTask::grasp(const Eigen::Isometry3d& T_map_grasp) {
 struct KittingTask::Drive {
   ScanGeometry laser;
   FloorPath path;
-  double path_length = 0;
+  Eigen::Vector2d obstacle = Eigen::Vector2d::Zero();  ///< middle of what the laser saw
   ros::Time next_scan, next_path, next_aim;
 };
 
@@ -155,20 +155,30 @@ void KittingTask::perceiveObstacle(Drive& drive) {
     obstacle.push_back(p.head<2>());
   }
   if (obstacle.empty()) throw TaskError("the laser sees nothing to drive round");
+  for (const Eigen::Vector2d& p : obstacle) {
+    drive.obstacle += p / static_cast<double>(obstacle.size());
+  }
   drive.path = planDetour(robot_.floorPose().position, plan_.drive.goal.position, obstacle,
                           plan_.drive.clearance);
 }
 
-// Points at the path where the robot will be looking when the turret gets there.
+// What the light should show when the turret gets there: the path ahead, and, until it is passed,
+// the obstacle beside it.
+Eigen::Vector2d KittingTask::pointToLight(const Drive& drive,
+                                          const Eigen::Vector2d& position) const {
+  const double along = nearestAlong(drive.path, position);
+  const Eigen::Vector2d ahead = pointAlong(drive.path, along + plan_.drive.aim_ahead);
+  const bool is_passed = nearestAlong(drive.path, drive.obstacle) < along + kNearestLight / 2;
+  return is_passed ? ahead : Eigen::Vector2d((2 * ahead + drive.obstacle) / 3);
+}
+
 void KittingTask::aimAhead(const Drive& drive, const WheelCommand& command) {
   const DrivePlan& plan = plan_.drive;
   const FloorPose pose = robot_.floorPose();
   const double yaw = pose.yaw + command.turn * plan.aim_seconds;
   const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
   const Eigen::Vector2d position = pose.position + forward * command.forward * plan.aim_seconds;
-  const Eigen::Vector2d target =
-      pointAlong(drive.path, nearestAlong(drive.path, position) + plan.aim_ahead);
-  const Eigen::Vector2d way = target - position;
+  const Eigen::Vector2d way = pointToLight(drive, position) - position;
   const double distance = std::max(kNearestLight, way.norm());
   const double bearing = way.norm() < 0.1 ? 0 : turnBetween(yaw, std::atan2(way.y(), way.x()));
   robot_.aimProjector({distance * std::cos(bearing), distance * std::sin(bearing), 0},

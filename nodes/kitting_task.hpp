@@ -43,6 +43,7 @@ class KittingTask {
   void waitUntilSaid() const;
 
   void perceiveObstacle(Drive& drive);
+  Eigen::Vector2d pointToLight(const Drive& drive, const Eigen::Vector2d& position) const;
   void aimAhead(const Drive& drive, const WheelCommand& command);
   void showWay(Drive& drive);
   void reportPhase(Drive& drive, PathFollower::Phase before);

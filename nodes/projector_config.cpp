@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 #include <utility>
 
@@ -56,7 +55,7 @@ class ConfigReader {
       : file_(std::move(file)), calibration_folder_(std::move(calibration_folder)) {}
 
   ProjectorConfig read() {
-    const YamlMap root(file_, parse(), "the configuration",
+    const YamlMap root(file_, loadYaml(file_), "the configuration",
                        {"fixed_frame", "projector", "surfaces", "layers"});
     config_.fixed_frame = root.text("fixed_frame");
     readProjector(map(root.at("projector"), "'projector'", {"camera_info", "frame", "latency_ms"}));
@@ -66,19 +65,6 @@ class ConfigReader {
   }
 
  private:
-  YAML::Node parse() const {
-    std::ifstream stream(file_);
-    if (!stream || std::filesystem::is_directory(file_)) {
-      throw std::runtime_error(file_ + ": cannot read the configuration");
-    }
-    try {
-      return YAML::Load(stream);
-    } catch (const YAML::Exception& error) {
-      throw std::runtime_error(file_ + ":" + std::to_string(error.mark.line + 1) + ": " +
-                               error.msg);
-    }
-  }
-
   YamlMap map(const YAML::Node& node, const std::string& where,
               const std::vector<std::string>& keys) const {
     return {file_, node, where, keys};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 #include <set>
 #include <sstream>
@@ -37,6 +39,18 @@ std::string advice(const std::string& wrong, const std::vector<std::string>& can
   std::string all;
   for (const std::string& candidate : candidates) all += (all.empty() ? "" : ", ") + candidate;
   return "; known: " + all;
+}
+
+YAML::Node loadYaml(const std::string& path) {
+  std::ifstream stream(path);
+  if (!stream || std::filesystem::is_directory(path)) {
+    throw std::runtime_error(path + ": cannot be read");
+  }
+  try {
+    return YAML::Load(stream);
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
+  }
 }
 
 YamlMap::YamlMap(std::string file, const YAML::Node& node, std::string where,

@@ -15,6 +15,9 @@ std::size_t editDistance(const std::string& a, const std::string& b);
 /// " (did you mean 'color'?)"-like advice: the nearest candidate, or all of them if none is near.
 std::string advice(const std::string& wrong, const std::vector<std::string>& candidates);
 
+/// A whole file. Throws std::runtime_error "FILE: cannot be read" or "FILE:LINE: why it is no YAML".
+YAML::Node loadYaml(const std::string& path);
+
 /// One map of a configuration file. `where` names it for people ("layer 2"); everything throws
 /// std::runtime_error "FILE:LINE: text".
 class YamlMap {

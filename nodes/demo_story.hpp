@@ -1,0 +1,27 @@
+/// \file
+/// What the demo tells people: captions of its video, words of its report.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace afterglow::nodes {
+
+struct BehaviorStory {
+  std::string name;  ///< of the behavior: "pick"
+  std::string title, caption, question, explanation;
+  /// Moments worth a picture, by name, in order, and what happens at each.
+  std::vector<std::pair<std::string, std::string>> moments;
+};
+
+struct DemoStory {
+  std::string title, subtitle;
+  std::string live, later;  ///< what the video says before and after the objects are gone
+  std::vector<BehaviorStory> behaviors;  ///< in the order they are done
+};
+
+/// Throws std::runtime_error "FILE:LINE: what is wrong".
+DemoStory loadDemoStory(const std::string& path);
+
+}  // namespace afterglow::nodes
