@@ -1,0 +1,29 @@
+#include <ros/ros.h>
+
+#include <exception>
+#include <iostream>
+
+#include "nodes/observer_node.hpp"
+#include "nodes/stop_signal.hpp"
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  ros::init(argc, argv, "observer_node", ros::init_options::NoSigintHandler);
+  if (!ros::master::check()) {
+    std::cerr << "observer_node: no ROS master at " << ros::master::getURI() << "\n";
+    return 1;
+  }
+  catchStopSignals();
+  try {
+    const ros::NodeHandle own("~");
+    ObserverNode node(ObserverNodeOptions::read(own));
+    ros::AsyncSpinner spinner(1);
+    spinner.start();
+    node.run([] { return isStopRequested() || !ros::ok(); });
+    spinner.stop();
+  } catch (const std::exception& error) {
+    std::cerr << "observer_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
