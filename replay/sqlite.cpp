@@ -95,7 +95,7 @@ SqliteStatement::SqliteStatement(SqliteConnection& connection, std::string_view 
   const int code =
       sqlite3_prepare_v3(connection.connection_, sql.data(), static_cast<int>(sql.size()),
                          SQLITE_PREPARE_PERSISTENT, &statement_, nullptr);
-  if (code != SQLITE_OK) connection.fail("prepare a query");
+  if (code != SQLITE_OK) connection.fail("read");
 }
 
 SqliteStatement::~SqliteStatement() { sqlite3_finalize(statement_); }

@@ -1,5 +1,6 @@
 #include "replay/sqlite_schema.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
@@ -133,7 +134,7 @@ bool isFrozen(const std::string& path) {
   const auto wal_size = fs::file_size(path + "-wal", error);
   if (!error && wal_size > 0) return false;
   const fs::path folder = fs::path(path).parent_path();
-  return access(folder.empty() ? "." : folder.c_str(), W_OK) != 0;
+  return faccessat(AT_FDCWD, folder.empty() ? "." : folder.c_str(), W_OK, AT_EACCESS) != 0;
 }
 
 void makeTables(SqliteConnection& connection) {
@@ -146,10 +147,11 @@ void makeTables(SqliteConnection& connection) {
 }
 
 void configure(SqliteConnection& connection, OpenMode mode) {
+  const bool is_new = connection.integer("PRAGMA user_version") == 0;
   connection.execute("PRAGMA cell_size_check = ON");
   connection.execute("PRAGMA cache_size = -16384");  // KiB
   if (mode == OpenMode::ReadOnly) return;
-  if (connection.integer("PRAGMA user_version") == 0) makeTables(connection);
+  if (is_new) makeTables(connection);
   connection.execute("PRAGMA journal_mode = WAL");
   // A batch that append() returned from survives a loss of power, not just of the process.
   connection.execute("PRAGMA synchronous = FULL");

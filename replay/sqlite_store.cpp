@@ -52,11 +52,12 @@ Behavior readBehavior(const SqliteStatement& row) {
 }
 
 /// Empty: the bytes do not fit the definition, or the document would be too long to be of use.
-std::optional<std::string> documentOf(const Schema* schema, const Bytes& bytes) {
+std::optional<std::string> documentOf(const Schema* schema, const Bytes& bytes,
+                                      std::size_t longest) {
   if (!schema) return std::nullopt;
   try {
     std::string document = dump(toJson(decode(*schema, bytes)));
-    if (document.size() > SqliteStore::kLongestDocument) return std::nullopt;
+    if (document.size() > longest) return std::nullopt;
     return document;
   } catch (const MessageError&) {
     return std::nullopt;
@@ -77,8 +78,8 @@ std::optional<std::int64_t> nanoseconds(const std::optional<Stamp>& stamp) {
 
 }  // namespace
 
-SqliteStore::SqliteStore(const std::string& path, OpenMode mode)
-    : connection_(openSqliteStore(path, mode)) {
+SqliteStore::SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits)
+    : limits_(limits), connection_(openSqliteStore(path, mode)) {
   insert_message_ = std::make_unique<SqliteStatement>(
       *connection_,
       "INSERT INTO messages (recording, channel, received_ns, sequence, header_stamp_ns, document, "
@@ -176,9 +177,10 @@ std::vector<SqliteStore::ChannelInfo> SqliteStore::channelInfos(
 
 void SqliteStore::append(const std::vector<Message>& messages) {
   for (const Message& message : messages) {
-    if (message.bytes.size() > kLargestMessage) {
+    if (message.bytes.size() > limits_.largest_message) {
       fail("a message of " + std::to_string(message.bytes.size()) +
-           " bytes is larger than a store can hold (" + std::to_string(kLargestMessage) + ")");
+           " bytes is larger than a store can hold (" + std::to_string(limits_.largest_message) +
+           ")");
     }
   }
   const std::vector<ChannelInfo> infos = channelInfos(messages);
@@ -186,7 +188,8 @@ void SqliteStore::append(const std::vector<Message>& messages) {
   std::vector<std::optional<std::string>> documents;
   documents.reserve(messages.size());
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    documents.push_back(documentOf(infos[i].schema.get(), messages[i].bytes));
+    documents.push_back(
+        documentOf(infos[i].schema.get(), messages[i].bytes, limits_.longest_document));
   }
   const Lock lock(mutex_);
   SqliteTransaction transaction(*connection_);

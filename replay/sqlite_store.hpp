@@ -11,15 +11,18 @@
 
 namespace afterglow::replay {
 
+struct SqliteLimits {
+  /// Larger messages are refused: SQLite's largest row has 10^9 bytes, with the document in it.
+  std::size_t largest_message = 990'000'000;
+  /// Longer documents are left out.
+  std::size_t longest_document = 1 << 20;
+};
+
 /// One connection behind one lock. Several stores, in this process or others, may be open on one
 /// file: one writes at a time, readers never wait for it. What append() returned from is on disk.
 class SqliteStore final : public Store {
  public:
-  /// Largest message; SQLite's largest row is 10^9 bytes, with the document in it.
-  static constexpr std::size_t kLargestMessage = 990'000'000;
-  static constexpr std::size_t kLongestDocument = 1 << 20;
-
-  SqliteStore(const std::string& path, OpenMode mode);
+  SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});
 
   std::int64_t addRecording(const std::string& source) override;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
@@ -53,6 +56,7 @@ class SqliteStore final : public Store {
               const std::optional<std::string>& document);
   std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
 
+  const SqliteLimits limits_;
   mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
   std::unique_ptr<SqliteConnection> connection_;
   std::unique_ptr<SqliteStatement> insert_message_;

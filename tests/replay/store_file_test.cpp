@@ -1,0 +1,266 @@
+// What becomes of files: those that are no stores, full disks, killed writers.
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+
+#include "replay/sqlite.hpp"
+#include "replay/store.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace afterglow::test;
+
+std::string openError(const std::string& uri, OpenMode mode) {
+  try {
+    openStore(uri, mode);
+  } catch (const StoreError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void runSql(const std::string& path, const std::string& sql) {
+  sqlite3* connection = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &connection), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(connection, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(connection);
+}
+
+/// Opening is refused with this text either way, and the folder is left as it was.
+void expectRefused(const TempFolder& folder, const std::string& name, const std::string& why) {
+  const std::string path = folder.path(name);
+  const auto files = [&] {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::directory_iterator(folder.path(""))) {
+      all[entry.path().filename()] = entry.is_directory() ? "" : fileBytes(entry.path());
+    }
+    return all;
+  };
+  const auto before = files();
+  for (const OpenMode mode : {OpenMode::ReadOnly, OpenMode::ReadWrite}) {
+    EXPECT_EQ(openError(path, mode), "sqlite:" + path + ": " + why);
+  }
+  EXPECT_EQ(files(), before);
+}
+
+TEST(StoreFile, refusesWhatIsNoDatabase) {
+  const TempFolder folder;
+  writeFile(folder.path("notes.txt"), std::string(5000, 'x'));
+  expectRefused(folder, "notes.txt", "not an Afterglow store: the file is no SQLite database");
+  writeFile(folder.path("short"), "SQLite format 3");
+  expectRefused(folder, "short", "not an Afterglow store: the file is no SQLite database");
+  fs::create_directory(folder.path("folder"));
+  expectRefused(folder, "folder", "not an Afterglow store: it is a folder");
+}
+
+TEST(StoreFile, refusesAnotherProgramsDatabase) {
+  const TempFolder folder;
+  runSql(folder.path("other.db"), "PRAGMA journal_mode = WAL; CREATE TABLE mine (x);");
+  expectRefused(folder, "other.db",
+                "not an Afterglow store: the file is another program's SQLite database");
+}
+
+TEST(StoreFile, refusesANewerVersion) {
+  const TempFolder folder;
+  openStore(folder.path("store.db"), OpenMode::ReadWrite);
+  runSql(folder.path("store.db"), "PRAGMA user_version = 2;");
+  expectRefused(folder, "store.db", "the store has version 2, this program knows up to 1");
+}
+
+TEST(StoreFile, refusesToReadWhatIsNotThere) {
+  const TempFolder folder;
+  const std::string path = folder.path("none.db");
+  EXPECT_EQ(openError(path, OpenMode::ReadOnly), "sqlite:" + path + ": no such store");
+  EXPECT_FALSE(fs::exists(path));
+  writeFile(folder.path("empty.db"), "");
+  EXPECT_NE(openError(folder.path("empty.db"), OpenMode::ReadOnly), "");
+}
+
+TEST(StoreFile, saysWhereItCannotBeMade) {
+  EXPECT_NE(openError("/proc/store.db", OpenMode::ReadWrite).find("sqlite:/proc/store.db: cannot"),
+            std::string::npos);
+  EXPECT_NE(
+      openError("/proc/version/x/store.db", OpenMode::ReadWrite).find("cannot make the folder"),
+      std::string::npos);
+}
+
+TEST(StoreFile, isMadeWithItsFolders) {
+  const TempFolder folder;
+  const std::string path = folder.path("a/b/store.db");
+  openStore("sqlite:" + path, OpenMode::ReadWrite)->addRecording("x");
+  EXPECT_EQ(openError(path, OpenMode::ReadOnly), "");
+  SqliteConnection connection(path, SqliteAccess::ReadOnly);
+  EXPECT_EQ(connection.integer("PRAGMA application_id"), 0x4167776c);
+  EXPECT_EQ(connection.integer("PRAGMA user_version"), 1);
+}
+
+TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {
+  EXPECT_EQ(storeUri("sqlite:/x/y.db"), "sqlite:/x/y.db");
+  EXPECT_EQ(storeUri("y.db"), "sqlite:y.db");
+  EXPECT_EQ(storePath("sqlite:y.db"), "y.db");
+  setenv("AFTERGLOW_STORE", "sqlite:/from/environment.db", 1);
+  EXPECT_EQ(storePath(""), "/from/environment.db");
+  unsetenv("AFTERGLOW_STORE");
+  setenv("HOME", "/home/somebody", 1);
+  EXPECT_EQ(storePath(""), "/home/somebody/.local/share/afterglow/afterglow.db");
+  EXPECT_EQ(openError("mongo://host/roslog", OpenMode::ReadOnly),
+            "mongo://host/roslog: there is no store of the kind \"mongo\"; a store is sqlite:PATH");
+}
+
+TEST(StoreFile, canBeReadFromAReadOnlyFolder) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, to become somebody who may not write";
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  openStore(path, OpenMode::ReadWrite)->addRecording("x");
+  fs::permissions(folder.path(""), fs::perms(0555));
+  ASSERT_EQ(seteuid(65534), 0);
+  const std::string error = openError(path, OpenMode::ReadOnly);
+  std::string write_error;
+  try {
+    openStore(path, OpenMode::ReadOnly)->addRecording("x");
+  } catch (const StoreError& refused) {
+    write_error = refused.what();
+  }
+  ASSERT_EQ(seteuid(0), 0);
+  EXPECT_EQ(error, "");
+  EXPECT_EQ(write_error, "sqlite:" + path + ": cannot write: attempt to write a readonly database");
+}
+
+TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  {
+    const auto store = openStore(path, OpenMode::ReadWrite);
+    const auto recording = store->addRecording("x");
+    const auto channel = store->addChannel(recording, stringChannel("/a"));
+    for (std::uint64_t i = 0; i < 50; ++i) {
+      store->append({stringMessage(channel, 1, i, std::string(300, 'x'))});
+    }
+    store->addBehavior(sampleBehavior(recording, {"/a"}, 0, 9));
+  }
+  const std::string whole = fileBytes(path);
+  const auto readEverything = [](const std::string& file) {
+    try {
+      const auto store = openStore(file, OpenMode::ReadOnly);
+      for (const Behavior& behavior : store->behaviors({})) {
+        store->topics(behavior);
+        readAll(*store->messages(behavior, {}));
+      }
+    } catch (const StoreError&) {
+    }
+  };
+  const std::string damaged = folder.path("damaged.db");
+  for (std::size_t size = 0; size < whole.size(); size += 2047) {
+    writeFile(damaged, whole.substr(0, size));
+    readEverything(damaged);
+  }
+  for (std::size_t at = 16; at < whole.size(); at += 101) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(~bytes[at]);
+    writeFile(damaged, bytes);
+    readEverything(damaged);
+  }
+}
+
+// ------------------------------------------------------------------------ processes that come to
+// grief
+
+/// Appends batches of 50 for ever; writes a byte to `acknowledged` after each.
+[[noreturn]] void appendForEver(const std::string& path, int acknowledged) {
+  try {
+    const auto store = openStore(path, OpenMode::ReadWrite);
+    const auto recording = store->addRecording("x");
+    const auto channel = store->addChannel(recording, stringChannel("/a"));
+    store->addBehavior(sampleBehavior(recording, {"/a"}, 0, 1'000'000'000));
+    for (std::uint64_t sequence = 0;;) {
+      std::vector<Message> batch;
+      for (int i = 0; i < 50; ++i, ++sequence) {
+        batch.push_back(stringMessage(channel, static_cast<std::int64_t>(sequence), sequence,
+                                      std::string(1000, 'x')));
+      }
+      store->append(batch);
+      if (write(acknowledged, "+", 1) != 1) _exit(3);
+    }
+  } catch (const StoreError& error) {
+    const std::string text = error.what();
+    static_cast<void>(write(acknowledged, text.data(), text.size()));
+    _exit(1);
+  }
+}
+
+struct Writer {
+  pid_t process;
+  int acknowledged;
+};
+
+template <typename Prepare>
+Writer startWriter(const std::string& path, const Prepare& prepare) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  const pid_t process = fork();
+  if (process == 0) {
+    close(ends[0]);
+    prepare();
+    appendForEver(path, ends[1]);
+  }
+  close(ends[1]);
+  return {process, ends[0]};
+}
+
+TEST(StoreFile, keepsWhatWasAppendedBeforeAKill) {
+  const TempFolder folder;
+  for (int round = 0; round < 10; ++round) {
+    const std::string path = folder.path("store" + std::to_string(round));
+    const Writer writer = startWriter(path, [] {});
+    std::size_t acknowledged = 0;
+    char byte = 0;
+    const auto enough = static_cast<std::size_t>(5 + 13 * round);
+    while (acknowledged < enough && read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
+    kill(writer.process, SIGKILL);
+    while (read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
+    waitpid(writer.process, nullptr, 0);
+    close(writer.acknowledged);
+
+    const auto store = openStore(path, OpenMode::ReadOnly);
+    const auto messages = readAll(*store->messages(store->behaviors({}).at(0), {}));
+    EXPECT_GE(messages.size(), acknowledged * 50);
+    EXPECT_EQ(messages.size() % 50, 0u) << "half a batch";
+    for (std::size_t i = 0; i < messages.size(); ++i) ASSERT_EQ(messages[i].sequence, i);
+  }
+}
+
+TEST(StoreFile, saysThatTheDiskIsFullAndKeepsWhatItHas) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  const Writer writer = startWriter(path, [] {
+    // Writing beyond the limit fails as on a full disk.
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{3'000'000, 3'000'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  std::string said;
+  char byte = 0;
+  while (read(writer.acknowledged, &byte, 1) == 1) said += byte;
+  int status = 0;
+  waitpid(writer.process, &status, 0);
+  close(writer.acknowledged);
+  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1) << said;
+  const std::size_t acknowledged = said.find_first_not_of('+');
+  EXPECT_EQ(said.substr(acknowledged, path.size() + 15), "sqlite:" + path + ": cannot");
+
+  const auto store = openStore(path, OpenMode::ReadOnly);
+  EXPECT_EQ(readAll(*store->messages(store->behaviors({}).at(0), {})).size(), acknowledged * 50);
+  EXPECT_GT(acknowledged, 10u);
+}
+
+}  // namespace
+}  // namespace afterglow::replay
