@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <iostream>
+#include <stdexcept>
 
 #include "nodes/fake_fetch_node.hpp"
 
@@ -9,6 +10,8 @@ int main(int argc, char** argv) {
   using namespace afterglow::nodes;
   ros::init(argc, argv, "fake_fetch");
   try {
+    if (!ros::master::check())
+      throw std::runtime_error("no ROS master at " + ros::master::getURI());
     ros::NodeHandle node;
     ros::Time::waitForValid();
     FakeFetchNode robot(readRobotDescription(node), readFakeFetchConfig(ros::NodeHandle("~")));
