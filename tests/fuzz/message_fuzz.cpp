@@ -1,0 +1,66 @@
+// Definitions and messages from nowhere: neither may crash, hang, or make us take memory that they
+// do not pay for; and what is understood must come out as it went in.
+// An input is a text's length (2 bytes, little endian), the text, and a message. The text is the
+// message's type, a line break, and its definition.
+// Seeds: tests/fuzz/make_message_seeds.py FOLDER.
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "replay/document.hpp"
+#include "replay/field_edit.hpp"
+#include "replay/rewrite.hpp"
+
+namespace {
+
+using namespace afterglow::replay;
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+void readMessage(const Schema& schema, const Bytes& bytes) {
+  const FieldFinder finder(schema, timeFields(schema));
+  try {
+    const Value document = decode(schema, bytes);
+    require(encode(schema, document) == bytes);
+    toJson(document).dump();
+    finder.find(bytes);  // whatever can be decoded can be searched
+  } catch (const MessageError&) {
+  }
+  try {
+    finder.find(bytes);
+    headerStamp(schema, bytes);
+  } catch (const MessageError&) {
+  }
+}
+
+void rewriteMessage(const Channel& channel, const Schema& schema, Bytes bytes) {
+  Rewriter rewriter([] { return "fresh"; });
+  try {
+    if (rewriter.rewrite(channel, {{2'000'000'000}, 1'000'000'000}, bytes).publish) {
+      FieldFinder(schema, timeFields(schema)).find(bytes);  // still a message of the same type
+    }
+  } catch (const MessageError&) {
+    return;
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) return 0;
+  const std::size_t length = std::min<std::size_t>(data[0] | data[1] << 8, size - 2);
+  const std::string text(data + 2, data + 2 + length);
+  const std::size_t line = std::min(text.find('\n'), text.size());
+  const std::string type = text.substr(0, line);
+  const std::string definition = text.substr(std::min(line + 1, text.size()));
+  const Bytes bytes(data + 2 + length, data + size);
+  try {
+    const Schema schema = Schema::parse(type, definition);
+    readMessage(schema, bytes);
+    rewriteMessage({"/topic", type, "", definition, false, ""}, schema, bytes);
+  } catch (const MessageError&) {
+    // The right answer to most inputs.
+  }
+  return 0;
+}
