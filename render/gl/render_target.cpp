@@ -8,14 +8,6 @@ namespace {
 
 constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
 
-void requireComplete(const Framebuffer& framebuffer, int width, int height) {
-  const GLenum status = glCheckNamedFramebufferStatus(framebuffer.id(), GL_FRAMEBUFFER);
-  if (status == GL_FRAMEBUFFER_COMPLETE) return;
-  throw std::runtime_error("GL cannot draw into an image of " + std::to_string(width) + " x " +
-                           std::to_string(height) + " with " + std::to_string(kSamples) +
-                           " samples (framebuffer status " + std::to_string(status) + ")");
-}
-
 }  // namespace
 
 RenderTarget::RenderTarget(int width, int height) : width_(width), height_(height) {
@@ -33,7 +25,25 @@ RenderTarget::RenderTarget(int width, int height) : width_(width), height_(heigh
 
 void RenderTarget::begin(const float* background_rgb) {
   glBindFramebuffer(GL_FRAMEBUFFER, samples_.id());
-  glViewport(0, 0, width_, height_);
+  clearAll(width_, height_, background_rgb);
+}
+
+Image RenderTarget::read() {
+  glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
+                         height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  return readRgb(resolved_, width_, height_);
+}
+
+void requireComplete(const Framebuffer& framebuffer, int width, int height) {
+  const GLenum status = glCheckNamedFramebufferStatus(framebuffer.id(), GL_FRAMEBUFFER);
+  if (status == GL_FRAMEBUFFER_COMPLETE) return;
+  throw std::runtime_error("GL cannot draw into an image of " + std::to_string(width) + " x " +
+                           std::to_string(height) + " (framebuffer status " +
+                           std::to_string(status) + ")");
+}
+
+void clearAll(int width, int height, const float* background_rgb) {
+  glViewport(0, 0, width, height);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
   glStencilMask(0xff);
@@ -43,16 +53,14 @@ void RenderTarget::begin(const float* background_rgb) {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
 }
 
-Image RenderTarget::read() {
-  glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
-                         height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+Image readRgb(const Framebuffer& framebuffer, int width, int height) {
   Image image;
-  image.width = width_;
-  image.height = height_;
-  image.rgb.resize(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.id());
+  image.width = width;
+  image.height = height;
+  image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer.id());
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
+  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
   return image;
 }
 

@@ -15,7 +15,7 @@ class RenderTarget {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  /// Makes it what is drawn into, black and empty.
+  /// Makes it what is drawn into, cleared.
   void begin(const float* background_rgb);
   /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
   Image read();
@@ -26,5 +26,14 @@ class RenderTarget {
   Renderbuffer color_ = Renderbuffer::make(), depth_ = Renderbuffer::make();
   Renderbuffer resolved_color_ = Renderbuffer::make();
 };
+
+/// Throws std::runtime_error if the driver cannot draw into it.
+void requireComplete(const Framebuffer& framebuffer, int width, int height);
+
+/// Sets the viewport and clears colour, depth and stencil of what is bound.
+void clearAll(int width, int height, const float* background_rgb);
+
+/// A framebuffer's pixels, lowest row first.
+Image readRgb(const Framebuffer& framebuffer, int width, int height);
 
 }  // namespace afterglow::render

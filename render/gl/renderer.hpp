@@ -83,7 +83,7 @@ class ObserverRenderer {
   explicit ObserverRenderer(GlContext& context);
   ~ObserverRenderer();
   /// Without `light` (nullptr) the projector is off. Throws std::logic_error for a view without
-  /// size or angle and for an image whose size and bytes disagree.
+  /// size or angle and for an image whose size is not its lens's.
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
                const ObserverView& view);
 

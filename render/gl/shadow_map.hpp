@@ -24,7 +24,7 @@ class ShadowMap {
   const Texture& texture() const { return depth_; }
 
  private:
-  static constexpr int kSize = 1024;
+  static constexpr int kSize = 768;
   Texture depth_ = Texture::make(GL_TEXTURE_2D);
   Framebuffer framebuffer_ = Framebuffer::make();
 };
