@@ -1,0 +1,270 @@
+#include "nodes/verbs/render_verb.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "calib/camera_info_file.hpp"
+#include "nodes/projector_config.hpp"
+#include "nodes/recorded_scene.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "nodes/video_writer.hpp"
+#include "render/gl/renderer.hpp"
+#include "render/image_file.hpp"
+#include "replay/bag_file.hpp"
+#include "replay/store.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::Behavior;
+using replay::Stamp;
+
+struct Options {
+  std::string what;  // a behavior's id, or a bag
+  std::string store;
+  std::string config;
+  std::string calibration;
+  std::optional<double> at_s;
+  std::string out;
+  int fps = 30;
+};
+
+/// How finely the last lit moment is looked for.
+constexpr std::int64_t kSearchStepNs = 100'000'000;
+
+/// A behavior and the store it lies in.
+struct Source {
+  std::unique_ptr<replay::Store> store;
+  Behavior behavior;
+  std::string name;  // for people
+};
+
+Source openBag(const std::string& path) {
+  Source source;
+  source.store = replay::openMemoryStore();
+  Progress progress("reading the bag");
+  replay::BagImport import;
+  import.progress = [&progress](std::uint64_t done, std::uint64_t total) {
+    progress.update(done, total);
+};
+source.behavior = replay::importBag(path, *source.store, import).behavior;
+source.name = path;
+return source;
+}  // namespace
+
+Source openSource(const Options& options) {
+  std::int64_t id = 0;
+  const char* end = options.what.data() + options.what.size();
+  const auto [rest, error] = std::from_chars(options.what.data(), end, id);
+  if (error != std::errc() || rest != end) return openBag(options.what);
+  Source source;
+  source.store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
+  source.behavior = findBehavior(*source.store, options.store, id);
+  source.name = "behavior " + std::to_string(id) + " '" + source.behavior.name + "'";
+  return source;
+}
+
+bool isLit(const render::Image& image) {
+  return std::any_of(image.rgb.begin(), image.rgb.end(),
+                     [](std::uint8_t byte) { return byte != 0; });
+}
+
+/// Why it stays dark, from what the frame lacked and what the layers dropped.
+std::string darkReason(const SceneFrame& frame, const std::vector<LayerStatus>& layers) {
+  std::string text;
+  const auto add = [&text](const std::string& reason) {
+    text += (text.empty() ? "" : "; ") + reason;
+  };
+  for (const std::string& problem : frame.problems) add(problem);
+  bool has_received = false;
+  for (const LayerStatus& layer : layers) {
+    has_received = has_received || layer.received > 0;
+    for (const auto& [reason, count] : layer.dropped) {
+      add(layer.topic + ": " + std::to_string(count) + " dropped (" + reason + ")");
+    }
+  }
+  if (!has_received) add("no message on any configured topic");
+  return text.empty() ? "nothing within the projector's picture" : text;
+}
+
+/// Draws one behavior at its moments.
+class BehaviorPictures {
+ public:
+  BehaviorPictures(Source source, const Options& options)
+      : source_(std::move(source)),
+        config_(loadProjectorConfig(options.config, options.calibration)),
+        lens_(loadLens(config_.camera_info)),
+        begin_(source_.behavior.begin),
+        end_(endOf(*source_.store, source_.behavior)),
+        renderer_(context_, lens_) {}
+
+  /// The picture `seconds` after the beginning.
+  render::Image at(double seconds) {
+    const double duration_s = static_cast<double>(end_.ns - begin_.ns) * 1e-9;
+    if (!(seconds >= 0 && seconds <= duration_s)) {
+      throw std::runtime_error("--at " + fixedText(seconds, 3) + " is not within the " +
+                               fixedText(duration_s, 3) + " s of " + source_.name);
+    }
+    RecordedScene scene = start();
+    const SceneFrame frame = scene.at({begin_.ns + std::llround(seconds * 1e9)});
+    render::Image image = draw(frame);
+    if (!isLit(image)) {
+      std::cerr << "afterglow render: the picture is dark: " << darkReason(frame, scene.status())
+                << std::endl;
+    }
+    return image;
+  }
+
+  /// The picture of the last moment at which anything was lit.
+  render::Image lastLit() {
+    if (const auto moment = lastMomentWithContent()) {
+      RecordedScene scene = start();
+      render::Image image = draw(scene.at(*moment));
+      if (isLit(image)) return image;
+    }
+    // Content outside the picture at the end: every moment has to be looked at.
+    std::optional<render::Image> last;
+    RecordedScene scene = start();
+    SceneFrame frame;
+    eachMoment(kSearchStepNs, [&](Stamp moment) {
+      frame = scene.at(moment);
+      if (!hasContent(frame)) return;
+      render::Image image = draw(frame);
+      if (isLit(image)) last = std::move(image);
+    });
+    if (last) return std::move(*last);
+    throw std::runtime_error("nothing of " + source_.name +
+                             " is lit: " + darkReason(frame, scene.status()));
+  }
+
+  /// What is odd about the lens's file, or empty.
+  const std::string& remark() const { return remark_; }
+
+  void writeVideo(const std::string& path, int fps) {
+    VideoWriter video(path, lens_.width, lens_.height, fps);
+    RecordedScene scene = start();
+    Progress progress("rendering");
+    const auto total = static_cast<std::uint64_t>(end_.ns - begin_.ns);
+    bool is_dark = true;
+    SceneFrame frame;
+    eachMoment(1'000'000'000 / fps, [&](Stamp moment) {
+      frame = scene.at(moment);
+      const render::Image image = draw(frame);
+      is_dark = is_dark && !isLit(image);
+      video.write(image);
+      progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
+    });
+    video.close();
+    if (is_dark) {
+      std::cerr << "afterglow render: the video is dark: " << darkReason(frame, scene.status())
+                << std::endl;
+    }
+  }
+
+ private:
+  calib::Lens loadLens(const std::string& path) {
+    const calib::CameraInfoFile file = calib::loadCameraInfo(path);
+    if (!file.warning.empty()) remark_ = path + ": " + file.warning;
+    return file.lens;
+  }
+
+  RecordedScene start() const { return {*source_.store, source_.behavior, config_}; }
+
+  static bool hasContent(const SceneFrame& frame) {
+    return frame.T_projector_world &&
+           std::any_of(frame.scene.layers.begin(), frame.scene.layers.end(),
+                       [](const render::Layer& layer) { return !layer.drawables.empty(); });
+  }
+
+  render::Image draw(const SceneFrame& frame) {
+    // An unknown projector draws the empty scene: black.
+    return frame.T_projector_world ? renderer_.render(frame.scene, *frame.T_projector_world)
+                                   : renderer_.render({}, {});
+  }
+
+  /// From the beginning in steps, and the end itself.
+  template <typename Visit>
+  void eachMoment(std::int64_t step_ns, const Visit& visit) const {
+    const std::int64_t last_ns = std::max(begin_.ns, end_.ns - 1);
+    for (std::int64_t ns = begin_.ns; ns < last_ns; ns += step_ns) visit(Stamp{ns});
+    visit(Stamp{last_ns});
+  }
+
+  std::optional<Stamp> lastMomentWithContent() const {
+    std::optional<Stamp> last;
+    RecordedScene scene = start();
+    eachMoment(kSearchStepNs, [&](Stamp moment) {
+      if (hasContent(scene.at(moment))) last = moment;
+    });
+    return last;
+  }
+
+  Source source_;
+  ProjectorConfig config_;
+  std::string remark_;
+  calib::Lens lens_;
+  Stamp begin_, end_;
+  render::GlContext context_;
+  render::ProjectorRenderer renderer_;
+};
+
+bool isVideo(const std::string& path) { return std::filesystem::path(path).extension() == ".mp4"; }
+
+std::string checkEnding(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  return ending == ".png" || ending == ".mp4" ? "" : "should end with .png or .mp4";
+}
+
+void runRender(const Options& options) {
+  BehaviorPictures pictures(openSource(options), options);
+  if (isVideo(options.out)) {
+    pictures.writeVideo(options.out, options.fps);
+  } else {
+    render::writePng(options.out, options.at_s ? pictures.at(*options.at_s) : pictures.lastLit());
+  }
+  // Last, so that a refusal is one line.
+  if (!pictures.remark().empty()) {
+    std::cerr << "afterglow render: " << pictures.remark() << std::endl;
+  }
+}
+
+}  // namespace afterglow::nodes
+
+void addRenderVerb(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "render", "Draw what a projector showed during a behavior, without a ROS master");
+  verb->add_option("what", options->what, "A behavior's id, as list prints it, or FILE.bag")
+      ->required();
+  verb->add_option("--config", options->config, "What is projected where (assets/projector.yaml)")
+      ->required();
+  verb->add_option("--calibration", options->calibration,
+                   "Folder of the lens's file; without it, the configuration's folder");
+  verb->add_option("--out", options->out, "The picture (.png) or video (.mp4) to write")
+      ->required()
+      ->check(CLI::Validator(checkEnding, "FILE.png|FILE.mp4"));
+  CLI::Option* at = verb->add_option("--at", options->at_s,
+                                     "Seconds from the behavior's beginning; without it, the last "
+                                     "moment at which anything was lit");
+  verb->add_option("--fps", options->fps, "Frames a second of a video")
+      ->check(CLI::Range(1, 240))
+      ->capture_default_str();
+  addStoreOption(*verb, options->store);
+  verb->callback([options, at] {
+    if (isVideo(options->out) && !at->empty()) {
+      throw CLI::ValidationError("--at", "a video shows the whole behavior");
+    }
+    runRender(*options);
+  });
+}
+
+}  // namespace afterglow::nodes

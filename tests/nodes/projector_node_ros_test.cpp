@@ -1,0 +1,272 @@
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <gtest/gtest.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <tf2_msgs/TFMessage.h>
+#include <visualization_msgs/Marker.h>
+
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <sstream>
+#include <string>
+
+#include "nodes/program.hpp"
+#include "tests/support/cloud_messages.hpp"
+#include "tests/support/gl_context.hpp"
+#include "tests/support/projected_cloud.hpp"
+#include "tests/support/ros_master.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using test::eventually;
+
+const std::string kProgram = AFTERGLOW_TEST_PROJECTOR_NODE;
+
+std::string configText(const std::string& projector_frame) {
+  return "fixed_frame: map\n"
+         "projector: {camera_info: viewsonic_pa503w_camera_info.yaml, frame: " +
+         projector_frame +
+         "}\n"
+         "layers:\n"
+         "  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points, size: 3}\n"
+         "  - {topic: /marker, type: visualization_msgs/Marker}\n";
+}
+
+/// A running projector_node; ended, if it still runs, with the test.
+class Node {
+ public:
+  Node(const std::string& name, const std::string& config) {
+    log_ = std::tmpfile();
+    pid_ = startProgram({kProgram, "__name:=" + name, "_config:=" + config,
+                         "_calibration:=" + std::string(test::kSharedData), "_window:=false"},
+                        fileno(log_));
+  }
+  ~Node() {
+    if (pid_ > 0) kill(pid_, SIGKILL), waitpid(pid_, nullptr, 0);
+    std::fclose(log_);
+  }
+  void interrupt() const { kill(pid_, SIGINT); }
+  int exitStatus() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  std::FILE* log_;
+  pid_t pid_;
+};
+
+/// Listens to one node.
+class Audience {
+ public:
+  explicit Audience(const std::string& node) {
+    image_ = nh_.subscribe<sensor_msgs::Image>("/" + node + "/image", 1,
+                                               [this](const sensor_msgs::ImageConstPtr& message) {
+                                                 const std::lock_guard<std::mutex> lock(mutex_);
+                                                 newest_ = message;
+                                                 ++images_;
+                                               });
+    info_ = nh_.subscribe<sensor_msgs::CameraInfo>(
+        "/" + node + "/camera_info", 1, [this](const sensor_msgs::CameraInfoConstPtr& message) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          camera_info_ = message;
+        });
+    diagnostics_ = nh_.subscribe<diagnostic_msgs::DiagnosticArray>(
+        "/diagnostics", 10, [this](const diagnostic_msgs::DiagnosticArrayConstPtr& message) {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          for (const auto& status : message->status) {
+            std::ostringstream text;
+            text << int{status.level} << " " << status.message;
+            for (const auto& value : status.values)
+              text << " | " << value.key << "=" << value.value;
+            statuses_[status.name] = text.str();
+          }
+        });
+  }
+
+  render::Image image() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!newest_) return {};
+    return {static_cast<int>(newest_->width), static_cast<int>(newest_->height), newest_->data};
+  }
+  std::uint64_t images() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return images_;
+  }
+  sensor_msgs::ImageConstPtr message() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return newest_;
+  }
+  sensor_msgs::CameraInfoConstPtr cameraInfo() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return camera_info_;
+  }
+  std::string status(const std::string& name) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return statuses_[name];
+  }
+  bool isSaid(const std::string& name, const std::string& text) {
+    return eventually([&] { return status(name).find(text) != std::string::npos; });
+  }
+
+ private:
+  std::mutex mutex_;
+  sensor_msgs::ImageConstPtr newest_;
+  sensor_msgs::CameraInfoConstPtr camera_info_;
+  std::uint64_t images_ = 0;
+  std::map<std::string, std::string> statuses_;
+  ros::NodeHandle nh_;
+  ros::Subscriber image_, info_, diagnostics_;
+};
+
+class ProjectorNodeTest : public test::GlTest {
+ protected:
+  static void SetUpTestSuite() {
+    master_ = std::make_unique<test::RosMaster>();
+    int argc = 0;
+    ros::init(argc, nullptr, "projector_node_ros_test", ros::init_options::NoSigintHandler);
+    nh_ = std::make_unique<ros::NodeHandle>();
+    spinner_ = std::make_unique<ros::AsyncSpinner>(1);
+    spinner_->start();
+  }
+  static void TearDownTestSuite() {
+    spinner_.reset();
+    nh_.reset();
+    ros::shutdown();
+    master_.reset();
+  }
+  void SetUp() override {
+    test::GlTest::SetUp();
+    if (!test::hasSharedData()) GTEST_SKIP() << "no " << test::kSharedData;
+  }
+
+  std::string writeConfig(const std::string& text) {
+    const std::string path = folder_.path("config.yaml");
+    std::ofstream(path) << text;
+    return path;
+  }
+  /// Latched, as tf2_ros sends them.
+  static ros::Publisher publishTransforms(const test::ProjectedCloud& cloud) {
+    auto publisher = nh_->advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
+    tf2_msgs::TFMessage message;
+    message.transforms = cloud.transforms();
+    publisher.publish(message);
+    return publisher;
+  }
+
+  static inline std::unique_ptr<test::RosMaster> master_;
+  static inline std::unique_ptr<ros::NodeHandle> nh_;
+  static inline std::unique_ptr<ros::AsyncSpinner> spinner_;
+  test::TempFolder folder_;
+};
+
+TEST_F(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
+  const test::ProjectedCloud cloud;
+  const ros::Publisher transforms = publishTransforms(cloud);
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
+  clouds.publish(test::cloudMessage("base_link", cloud.points, 32));
+  Audience audience("lit");
+  Node node("lit", writeConfig(configText("projector_optical_frame")));
+  ASSERT_TRUE(eventually([&] { return test::litPixels(audience.image()) > 0; }))
+      << audience.status("lit: projector");
+  cloud.expectLit(audience.image());
+
+  const auto message = audience.message();
+  EXPECT_EQ(message->encoding, "rgb8");
+  EXPECT_EQ(message->header.frame_id, "projector_optical_frame");
+  EXPECT_LT(std::abs((ros::Time::now() - message->header.stamp).toSec()), 5);
+  ASSERT_TRUE(eventually([&] { return audience.cameraInfo() != nullptr; }));
+  EXPECT_EQ(audience.cameraInfo()->K[5], 817);  // K, which is meant, and not P's 750
+  EXPECT_TRUE(audience.isSaid("lit: projector", "0 projecting"));
+
+  clouds.publish(sensor_msgs::PointCloud2());  // empty: clears
+  EXPECT_TRUE(eventually([&] { return test::litPixels(audience.image()) == 0; }));
+
+  clouds.publish(test::cloudMessage("base_link", cloud.points));
+  ASSERT_TRUE(eventually([&] { return test::litPixels(audience.image()) > 0; }));
+  node.interrupt();
+  EXPECT_EQ(node.exitStatus(), 0);
+  EXPECT_TRUE(eventually([&] { return test::litPixels(audience.image()) == 0; }))
+      << "the last picture is not black";
+}
+
+TEST_F(ProjectorNodeTest, saysWhichFramesAndMessagesItLacks) {
+  const test::ProjectedCloud cloud;
+  const ros::Publisher transforms = publishTransforms(cloud);
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
+  auto message = test::cloudMessage("base_link", cloud.points);
+  message.data.pop_back();
+  clouds.publish(message);
+  auto markers = nh_->advertise<visualization_msgs::Marker>("/marker", 1, true);
+  visualization_msgs::Marker marker;
+  marker.header.frame_id = "no_such_frame";
+  marker.scale.x = marker.scale.y = marker.scale.z = marker.color.a = 1;
+  markers.publish(marker);
+  Audience audience("lacking");
+  Node node("lacking", writeConfig(configText("projector_optical_frame")));
+  EXPECT_TRUE(audience.isSaid("lacking: /marker", "waiting for frame no_such_frame"));
+  EXPECT_TRUE(audience.isSaid("lacking: /cloud", "dropped: data is shorter than declared=1"));
+  EXPECT_TRUE(audience.isSaid("lacking: projector",
+                              "1 /marker: no transform from 'no_such_frame' to 'map'"));
+  EXPECT_EQ(test::litPixels(audience.image()), 0);
+}
+
+TEST_F(ProjectorNodeTest, staysDarkWhileItsOwnPlaceIsUnknown) {
+  const test::ProjectedCloud cloud;
+  const ros::Publisher transforms = publishTransforms(cloud);
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
+  clouds.publish(test::cloudMessage("base_link", cloud.points));
+  Audience audience("lost");
+  Node node("lost", writeConfig(configText("no_such_frame")));
+  EXPECT_TRUE(audience.isSaid("lost: /cloud", "1 shown"));
+  EXPECT_TRUE(audience.isSaid("lost: projector",
+                              "2 projector: no transform from 'no_such_frame' to 'map'"));
+  const std::uint64_t before = audience.images();
+  ASSERT_TRUE(eventually([&] { return audience.images() > before; }));
+  EXPECT_EQ(test::litPixels(audience.image()), 0);
+}
+
+TEST_F(ProjectorNodeTest, refusesInOneLine) {
+  const auto run = [](const std::vector<std::string>& arguments) {
+    std::vector<std::string> all = {kProgram, "__name:=refusing"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return runProgram(all);
+  };
+  const std::string typo = writeConfig("fixed_frame: map\nprojektor: {}\n");
+  ProgramResult result = run({"_config:=" + typo});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_EQ(result.output, "projector_node: " + typo +
+                               ":2: unknown key 'projektor' in the configuration; did you mean "
+                               "'projector'?\n");
+  result = run({"_config:="});
+  EXPECT_EQ(result.output,
+            "projector_node: parameter ~config is missing: the path of the configuration\n");
+  const std::string good = writeConfig(configText("projector_optical_frame"));
+  result = run({"_config:=" + good, "_calibration:=" + folder_.path("nowhere")});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.output.find("nowhere/viewsonic_pa503w_camera_info.yaml"), std::string::npos)
+      << result.output;
+  result = run({"_config:=" + good, "_calibration:=" + std::string(test::kSharedData),
+                "_window:=true", "__name:=windowless"});
+  if (std::getenv("DISPLAY") == nullptr) {
+    EXPECT_EQ(result.status, 1);
+    EXPECT_NE(result.output.find("no display: DISPLAY is not set"), std::string::npos)
+        << result.output;
+  }
+  const std::string master = std::getenv("ROS_MASTER_URI");
+  setenv("ROS_MASTER_URI", "http://localhost:1", 1);
+  result = run({"_config:=" + good});
+  setenv("ROS_MASTER_URI", master.c_str(), 1);
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.output.find("projector_node: no ROS master at http://localhost:1\n"),
+            std::string::npos)
+      << result.output;
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
