@@ -11,14 +11,9 @@
 #include "replay/document.hpp"
 #include "replay/message.hpp"
 #include "replay/schema.hpp"
+#include "tests/support/message_definitions.hpp"
 
 namespace afterglow::test {
-
-inline const std::string kRule(80, '=');
-inline const std::string kHeader = kRule +
-                                   "\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring "
-                                   "frame_id\n";
-inline const std::string kGoalId = kRule + "\nMSG: actionlib_msgs/GoalID\ntime stamp\nstring id\n";
 
 inline replay::Channel channelOf(const std::string& topic, const std::string& type,
                                  const std::string& definition) {
@@ -32,42 +27,23 @@ inline replay::Channel stringChannel(const std::string& topic) {
 
 inline replay::Channel twistChannel(const std::string& topic) {
   return channelOf(topic, "geometry_msgs/Twist",
-                   "Vector3 linear\nVector3 angular\n" + kRule +
-                       "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n");
+                   withTypes("Vector3 linear\nVector3 angular\n", "geometry_msgs/Vector3",
+                             "float64 x\nfloat64 y\nfloat64 z\n"));
 }
 
 inline replay::Channel cloudChannel(const std::string& topic) {
-  return channelOf(topic, "sensor_msgs/PointCloud2",
-                   "Header header\nuint32 height\nuint32 width\nPointField[] fields\nbool "
-                   "is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool "
-                   "is_dense\n" +
-                       kHeader + kRule +
-                       "\nMSG: sensor_msgs/PointField\nstring name\nuint32 offset\nuint8 "
-                       "datatype\nuint32 count\n");
+  return channelOf(topic, "sensor_msgs/PointCloud2", kPointCloud2);
 }
 
 inline replay::Channel markersChannel(const std::string& topic) {
-  return channelOf(
-      topic, "visualization_msgs/MarkerArray",
-      "Marker[] markers\n" + kRule +
-          "\nMSG: visualization_msgs/Marker\nHeader header\nstring ns\nint32 id\nint32 "
-          "type\nint32 action\n" +
-          kHeader);
+  return channelOf(topic, "visualization_msgs/MarkerArray",
+                   withTypes("Marker[] markers\n", "visualization_msgs/Marker",
+                             "Header header\nstring ns\nint32 id\nint32 type\nint32 action\n",
+                             "std_msgs/Header", kHeader));
 }
 
 inline replay::Channel trajectoryGoalChannel(const std::string& topic) {
-  return channelOf(
-      topic, "control_msgs/FollowJointTrajectoryActionGoal",
-      "Header header\nactionlib_msgs/GoalID goal_id\nFollowJointTrajectoryGoal goal\n" + kHeader +
-          kGoalId + kRule +
-          "\nMSG: control_msgs/FollowJointTrajectoryGoal\ntrajectory_msgs/JointTrajectory "
-          "trajectory\n" +
-          kRule +
-          "\nMSG: trajectory_msgs/JointTrajectory\nHeader header\nstring[] "
-          "joint_names\nJointTrajectoryPoint[] points\n" +
-          kRule +
-          "\nMSG: trajectory_msgs/JointTrajectoryPoint\nfloat64[] positions\nduration "
-          "time_from_start\n");
+  return channelOf(topic, "control_msgs/FollowJointTrajectoryActionGoal", kTrajectoryActionGoal);
 }
 
 // ------------------------------------------------------------------------------------ documents

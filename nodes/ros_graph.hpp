@@ -1,0 +1,40 @@
+/// \file
+/// Who publishes and who listens, asked of the master and of the nodes themselves, never waiting
+/// longer than one says. Sources: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+inline Deadline deadlineIn(double seconds) {
+  return std::chrono::steady_clock::now() +
+         std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+             std::chrono::duration<double>(seconds));
+}
+
+/// Node names by topic, as the master knows them.
+struct RosGraph {
+  std::map<std::string, std::set<std::string>> publishers, subscribers;
+
+  /// Those but this node itself.
+  std::set<std::string> otherPublishers(const std::string& topic) const;
+  std::set<std::string> otherSubscribers(const std::string& topic) const;
+};
+
+/// Throws std::runtime_error, one line, if the master does not answer in time.
+RosGraph askMaster(Deadline deadline);
+
+/// Waits until every announced publisher of these topics counts this node among its subscribers:
+/// from then on no message is missed. Returns those that did not ("/node on /topic"); topics
+/// without publishers are none. Dead and hung nodes cost the wait, not more.
+std::vector<std::string> waitForPublishers(const std::vector<std::string>& topics,
+                                           Deadline deadline);
+
+}  // namespace afterglow::nodes
