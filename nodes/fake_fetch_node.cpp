@@ -118,13 +118,20 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
   for (const char* controller :
        {kArmWithTorsoController, kTorsoController, kHeadController, kProjectorController})
     addTrajectoryServer(controller);
+  // Only now: a goal that comes in at once must find the list complete.
+  for (const auto& server : trajectory_servers_) server->start();
   point_head_server_.start();
   gripper_server_.start();
   timer_ = node_.createWallTimer(ros::WallDuration(kStepPeriod_s),
                                  [this](const ros::WallTimerEvent&) { onTimer(); });
 }
 
-FakeFetchNode::~FakeFetchNode() { timer_.stop(); }
+FakeFetchNode::~FakeFetchNode() {
+  is_closing_ = true;  // the servers' threads are joined by their destructors
+  timer_.stop();
+}
+
+bool FakeFetchNode::isOpen() const { return ros::ok() && !is_closing_; }
 
 // --------------------------------------------------------------------------------- joint
 // trajectories
@@ -136,7 +143,6 @@ void FakeFetchNode::addTrajectoryServer(const std::string& controller) {
         follow(*trajectory_servers_[index], controller, *goal);
       },
       false));
-  trajectory_servers_.back()->start();
 }
 
 void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controller,
@@ -150,7 +156,7 @@ void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controll
     robot_.step(toNanoseconds(ros::Time::now()));
     robot_.follow(controller, toGoal(goal));
   }
-  while (status().phase == Phase::Running && !server.isPreemptRequested() && ros::ok()) {
+  while (status().phase == Phase::Running && !server.isPreemptRequested() && isOpen()) {
     sendFeedback(server, controller);
     waitABit();
   }
@@ -203,7 +209,7 @@ void FakeFetchNode::pointHead(const control_msgs::PointHeadGoal& goal) {
     const std::lock_guard<std::mutex> lock(mutex_);
     return robot_.controller(kPointHeadController).status();
   };
-  while (status().phase == Phase::Running && !point_head_server_.isPreemptRequested() && ros::ok())
+  while (status().phase == Phase::Running && !point_head_server_.isPreemptRequested() && isOpen())
     waitABit();
   const TrajectoryStatus end = status();
   if (end.phase == Phase::Succeeded) return point_head_server_.setSucceeded();
@@ -228,7 +234,7 @@ void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
     const std::lock_guard<std::mutex> lock(mutex_);
     robot_.moveGripper(goal.command.position);
   }
-  while (!look().reached && !gripper_server_.isPreemptRequested() && ros::ok()) {
+  while (!look().reached && !gripper_server_.isPreemptRequested() && isOpen()) {
     control_msgs::GripperCommandFeedback feedback;
     feedback.position = look().gap;
     gripper_server_.publishFeedback(feedback);

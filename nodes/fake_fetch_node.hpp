@@ -15,6 +15,7 @@
 #include <tf2_ros/transform_broadcaster.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -52,6 +53,8 @@ class FakeFetchNode {
   bool startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem);
   void moveGripper(const control_msgs::GripperCommandGoal& goal);
 
+  bool isOpen() const;  ///< goals go on
+
   void onTwist(const geometry_msgs::Twist& twist);
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void onTimer();
@@ -65,6 +68,7 @@ class FakeFetchNode {
       mutex_;  ///< guards robot_; never held while calling actionlib, which has its own locks
   FakeFetch robot_;
   ros::Time published_;
+  std::atomic<bool> is_closing_{false};
 
   ros::NodeHandle node_, private_node_{"~"};
   ros::Publisher joints_publisher_, odometry_publisher_;

@@ -145,7 +145,7 @@ TEST(TrajectoryFollower, refusesATrajectoryThatIsAllInThePast) {
 
 TEST(TrajectoryFollower, dropsThePointsThatAreInThePast) {
   Rig rig;
-  TrajectoryGoal goal = Rig::goalTo(-1, 0, 1s);
+  TrajectoryGoal goal = Rig::goalTo(-0.4, 0, 1s);
   goal.points.push_back({{1, 0}, {}, {}, 3s});
   goal.stamp = kNow - 2s;  // the first point was due a second ago, the last is due in one
   rig.start(goal);
