@@ -8,6 +8,8 @@
 namespace afterglow::nodes {
 namespace {
 
+constexpr double kMasterPatience = 2.0;
+
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) {
@@ -66,26 +68,26 @@ void ReplaySession::checkMotionAllowed() const {
   }
 }
 
-void ReplaySession::refuseSecondDriver() const {
-  const RosGraph graph = askMaster(deadlineIn(2.0));
-  for (const replay::PlannedTopic& topic : plan_.topics) {
-    const std::set<std::string> others = graph.otherPublishers(topic.channel.topic);
-    if (topic.isPlayed() && replay::isVelocity(topic.channel) && !others.empty()) {
-      throw std::runtime_error(*others.begin() + " publishes on " + topic.channel.topic +
-                               ", too: two drivers of one base are refused");
-    }
-  }
-}
-
 replay::PlayReport ReplaySession::run() {
   checkMotionAllowed();
-  refuseSecondDriver();
-  RosSink sink(plan_, [this](const std::string& goal, std::uint8_t status) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (player_) player_->onGoalStatus(goal, status);
-  });
+  askMaster(deadlineIn(kMasterPatience));
+  RosSink sink(plan_, {[this](const std::string& goal, std::uint8_t status) {
+                         const std::lock_guard<std::mutex> lock(mutex_);
+                         if (player_) player_->onGoalStatus(goal, status);
+                       },
+                       [this](const std::string& driver) { stop(driver); }});
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
+  sink.listenForDrivers();
+  replay::PlayReport report = play(sink);
+  letMessagesLeave();  // what is still queued is lost with its publisher: the zero velocity, too
+  for (const std::string& topic : unheard) {
+    report.notes.push_back("nobody listened on " + topic + " at the start");
+  }
+  return report;
+}
+
+replay::PlayReport ReplaySession::play(RosSink& sink) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_ = std::make_unique<replay::Player>(
@@ -96,14 +98,8 @@ replay::PlayReport ReplaySession::run() {
     if (stop_reason_) player_->stop(*stop_reason_);
   }
   replay::PlayReport report = player_->run();
-  letMessagesLeave();  // what is still queued is lost with its publisher: the zero velocity, too
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    player_.reset();
-  }
-  for (const std::string& topic : unheard) {
-    report.notes.push_back("nobody listened on " + topic + " at the start");
-  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  player_.reset();
   return report;
 }
 

@@ -42,8 +42,8 @@ class ReplaySession {
   void checkMotionAllowed() const;
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
-  /// move the robot and may not, if no master answers within 2 s, or if another node publishes
-  /// velocities on a topic that is to be played.
+  /// move the robot and may not, or if no master answers within 2 s. Stops, before or while it
+  /// plays, when another node sends velocities on a topic that is played.
   replay::PlayReport run();
   void stop(const std::string& reason);
   void pause();
@@ -51,7 +51,7 @@ class ReplaySession {
   replay::PlayProgress progress() const;
 
  private:
-  void refuseSecondDriver() const;
+  replay::PlayReport play(RosSink& sink);
   bool isStopped() const;
 
   const replay::Store& store_;

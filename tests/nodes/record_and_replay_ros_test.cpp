@@ -311,7 +311,7 @@ TEST_F(RecordAndReplay, endsARecordingThatIsCanceledAsStopped) {
   EXPECT_EQ(openStore()->behavior(client.getResult()->behavior_id)->outcome, "stopped");
 }
 
-TEST_F(RecordAndReplay, endsADriveWithAZeroTwistAndRefusesASecondDriver) {
+TEST_F(RecordAndReplay, endsADriveWithAZeroTwist) {
   const std::int64_t id = longDrive(1);
   const Ear base("/drive");
   {
@@ -321,10 +321,19 @@ TEST_F(RecordAndReplay, endsADriveWithAZeroTwistAndRefusesASecondDriver) {
   ASSERT_TRUE(base.heardSoFar(11));
   EXPECT_EQ(base.heard().front(), test::twist(0.2));
   EXPECT_EQ(base.heard().back(), test::twist(0));
+}
+
+TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
+  const std::int64_t id = longDrive(1);
   ros::Publisher teleop = advertise<geometry_msgs::Twist>("/drive");
-  const State state = replay(goalOf(id));
+  EXPECT_EQ(replay(goalOf(id)), State::SUCCEEDED) << "it could drive, but it does not";
+  ReplayResult result;
+  const ros::WallTimer driving = world->node->createWallTimer(
+      ros::WallDuration(0.02), [&](const auto&) { teleop.publish(geometry_msgs::Twist()); });
+  const State state = replay(goalOf(id), &result);
   EXPECT_EQ(state, State::ABORTED);
-  EXPECT_EQ(state.getText(), "/test publishes on /drive, too: two drivers of one base are refused");
+  EXPECT_EQ(state.getText(), "/test drives on /drive, too: two drivers of one base are refused");
+  EXPECT_EQ(nlohmann::json::parse(result.report)["topics"]["/drive"]["published"], 0);
 }
 
 TEST_F(RecordAndReplay, refusesWhatIsNotThereAndMotionThatIsNotAllowed) {
