@@ -53,9 +53,9 @@ std::size_t resolve(const Schema& schema, const FieldPath& path, const MessageTy
   return static_cast<std::size_t>(field - type.fields.begin());
 }
 
-/// Calls onStep(field index, step, last) for each step, resolved from the outermost type inwards.
+/// Calls on_step(field index, step, last) for each step, resolved from the outermost type inwards.
 template <typename OnStep>
-void follow(const Schema& schema, const FieldPath& path, OnStep&& onStep) {
+void follow(const Schema& schema, const FieldPath& path, OnStep&& on_step) {
   std::size_t type_index = 0;
   for (std::size_t i = 0; i < path.steps().size(); ++i) {
     const FieldPath::Step& step = path.steps()[i];
@@ -68,7 +68,7 @@ void follow(const Schema& schema, const FieldPath& path, OnStep&& onStep) {
              step.name + " is a " + std::string(name(field.type)) + " and has no field " +
                  path.steps()[i + 1].name);
     }
-    onStep(index, step, last);
+    on_step(index, step, last);
     type_index = field.message;
   }
 }

@@ -75,6 +75,7 @@ void setRule(std::vector<RewrittenField>& rules, const std::string& path, Rewrit
 
 std::vector<FieldPath> paths(const std::vector<RewrittenField>& rules) {
   std::vector<FieldPath> parsed;
+  parsed.reserve(rules.size());
   for (const RewrittenField& field : rules) parsed.push_back(FieldPath::parse(field.path));
   return parsed;
 }

@@ -190,7 +190,7 @@ class SchemaParser {
     return std::string(type);
   }
 
-  void addSection(const std::string& type, Section section) {
+  void addSection(const std::string& type, Section&& section) {
     const std::size_t line = section.heading;
     // try_emplace leaves its argument alone when the key is there already.
     const auto [at, is_new] = sections_.try_emplace(type, std::move(section));

@@ -91,6 +91,12 @@ TEST(HostileMessage, saysWhatTheCountWasAndWhere) {
       "a/B, field x[0], at byte 12: counts 4294967295 elements of at least 8 bytes; 8 are left");
 }
 
+TEST(HostileMessage, isReadToItsLastByteAndNoFurther) {
+  const Schema schema = Schema::parse("a/B", "string x\n");
+  EXPECT_EQ(spend([&] { decode(schema, counting(1, 4)); }).why,
+            "a/B, field x, at byte 4: needs 1 bytes; 0 are left");
+}
+
 TEST(HostileMessage, isRefusedForAFixedArrayThatCannotBeThere) {
   const Schema schema = Schema::parse("a/B", "float64[4294967295] x\n");
   const Spent spent = spend([&] { decode(schema, Bytes(12)); });

@@ -14,7 +14,7 @@ namespace afterglow::replay {
 namespace {
 
 // Cutting longer messages at every byte takes too long.
-constexpr std::size_t kLongest = 3000;
+constexpr std::size_t kLongest = 1000;
 
 class MessageCorpusTest : public testing::Test {
  protected:

@@ -144,9 +144,13 @@ TEST(Schema, refusesDefinitionsThatWouldTakeStackOrMemory) {
 }
 
 TEST(Schema, saturatesSizesBeyondAllNumbers) {
-  const std::string huge = test::withTypes("C[4294967295] c\n", "a/C", "D[4294967295] d\n", "a/D",
-                                           "int64[4294967295] x\n");
-  EXPECT_GT(Schema::parse("a/B", huge).minimumSize(0), std::size_t{1} << 62);
+  const auto minimumSize = [](const std::string& fields) {
+    return Schema::parse("a/B", test::withTypes(fields, "a/C", "D[4294967295] d\n", "a/D",
+                                                "int64[4294967295] x\n"))
+        .minimumSize(0);
+  };
+  EXPECT_GT(minimumSize("C[4294967295] c\n"), std::size_t{1} << 62);
+  EXPECT_GT(minimumSize("int8[2] a\nC b\nC c\n"), std::size_t{1} << 62);
 }
 
 }  // namespace
