@@ -1,6 +1,5 @@
 #include "nodes/demo_director.hpp"
 
-#include <ros/package.h>
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
@@ -19,10 +18,15 @@ constexpr double kStartUp = 60;  // seconds that nodes may take to come up on a 
 constexpr double kCardSeconds = 2.5;
 constexpr double kTypical = 13;  // seconds of a behavior, for the progress bar
 
+// The nodes may still be starting.
 RobotModel robotDescription() {
   std::string xml;
-  if (!ros::param::get("/robot_description", xml)) {
-    throw TaskError("the parameter /robot_description is not set");
+  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kStartUp);
+  while (!ros::param::get("/robot_description", xml)) {
+    if (!ros::ok() || ros::WallTime::now() > deadline) {
+      throw TaskError("the parameter /robot_description is not set");
+    }
+    ros::WallDuration(0.05).sleep();
   }
   return RobotModel::fromXml(xml);
 }
@@ -50,7 +54,8 @@ DemoDirector::DemoDirector(const DemoFiles& files, DemoProgress& progress)
       robot_(robotDescription(),
              calib::loadCameraInfo(files.assets + "/projector_camera_info.yaml").lens),
       room_(loadRoom(files.assets + "/room.yaml")),
-      task_(plan_, robot_, room_, [this](const std::string& moment) { onMoment(moment); }) {}
+      task_(plan_, robot_, room_, [this](const std::string& moment) { onMoment(moment); }),
+      bystander_({files.out + "/parts/silent.mp4", files.out + "/speech/speech.json"}) {}
 
 DemoReport DemoDirector::run() {
   begin_ = ros::WallTime::now();
@@ -95,10 +100,10 @@ EndPose DemoDirector::endPose() const {
 }
 
 std::string DemoDirector::pictureName(const std::string& behavior, const std::string& moment,
-                                      const char* run) const {
-  std::string name = behavior + "_" + moment + "_" + run + ".png";
+                                      const char* run) {
+  std::string name = behavior + "_" + moment + "_" + run;
   std::replace(name.begin(), name.end(), ' ', '_');
-  return "frames/" + name;
+  return name;
 }
 
 // ---------------------------------------------------------------------------------------- done
@@ -106,7 +111,7 @@ std::string DemoDirector::pictureName(const std::string& behavior, const std::st
 void DemoDirector::record(const BehaviorStory& behavior) {
   progress_.begin("Doing and recording '" + behavior.name + "'", kTypical);
   bystander_.look(behavior.name);
-  bystander_.caption(story_.live + ": " + behavior.caption);
+  bystander_.caption(story_.live_tag, behavior.caption);
   report_.behaviors.emplace_back();
   recording_ = &report_.behaviors.back();
   recording_->says = sayingOf(behavior.name);
@@ -125,15 +130,15 @@ void DemoDirector::record(const BehaviorStory& behavior) {
 }
 
 void DemoDirector::onMoment(const std::string& moment) {
-  const std::string& behavior = story_.behaviors.at(report_.behaviors.size() - 1).name;
-  for (const auto& [name, words] : story_.behaviors.at(report_.behaviors.size() - 1).moments) {
-    if (name != moment) continue;
+  const BehaviorStory& behavior = story_.behaviors.at(report_.behaviors.size() - 1);
+  for (const auto& [name, words] : behavior.moments) {
+    if (name != moment || recording_ == nullptr) continue;
     KeyFrame frame;
     frame.moment = moment;
     frame.offset_s = (ros::WallTime::now() - recording_began_).toSec();
-    frame.live = pictureName(behavior, moment, "recorded");
-    frame.replay = pictureName(behavior, moment, "replayed");
-    bystander_.takePicture(files_.out + "/" + frame.live);
+    frame.live = pictureName(behavior.name, moment, "recorded");
+    frame.replay = pictureName(behavior.name, moment, "replayed");
+    bystander_.takePicture(frame.live);
     recording_->key_frames.push_back(frame);
   }
 }
@@ -142,7 +147,8 @@ void DemoDirector::onMoment(const std::string& moment) {
 
 void DemoDirector::removeObjects() {
   progress_.begin("Taking the objects away, the robot back to start", 6);
-  bystander_.caption(story_.later);
+  bystander_.look("");
+  bystander_.caption("", story_.later);
   room_.removeObjects();
   std_srvs::Trigger reset;
   if (!ros::service::call("/fake_fetch/reset", reset) || !reset.response.success) {
@@ -177,14 +183,14 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   progress_.begin("Finding and replaying '" + behavior.name + "'",
                   durationOf(measured.behavior) + 1);
   bystander_.look(behavior.name);
-  bystander_.caption("“" + behavior.question + "”");
+  bystander_.caption(story_.replay_tag, behavior.question);
   std::size_t next = 0;
   const auto& frames = measured.key_frames;
   const ros::WallTime begin = ros::WallTime::now();
   const ReplayResult result =
       player_.replay(behavior.name, durationOf(measured.behavior), [&](double position) {
         if (next < frames.size() && position >= frames[next].offset_s) {
-          bystander_.takePicture(files_.out + "/" + frames[next++].replay);
+          bystander_.takePicture(frames[next++].replay);
         }
       });
   measured.replay_s = (ros::WallTime::now() - begin).toSec();
@@ -201,10 +207,14 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
 
 void DemoDirector::finishFilm() {
   progress_.begin("Putting video and speech together", 6);
+  bystander_.caption("", story_.subtitle);
+  bystander_.look("");
+  sleepFor(kCardSeconds);
   report_.video = "demo.mp4";
   report_.store = fs::path(files_.store).filename().string();
   report_.folder = files_.out;
   bystander_.finish(files_.out + "/" + report_.video);
+  fs::remove_all(files_.out + "/parts");
   progress_.done(report_.video);
 }
 

@@ -41,8 +41,8 @@ class DemoDirector {
   void readStore();
   void finishFilm();
   std::string sayingOf(const std::string& behavior) const;
-  std::string pictureName(const std::string& behavior, const std::string& moment,
-                          const char* run) const;
+  static std::string pictureName(const std::string& behavior, const std::string& moment,
+                                 const char* run);
   EndPose endPose() const;
   void doBehavior(const std::string& name);
 

@@ -72,10 +72,9 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
-void writeFigure(std::ostream& page, const std::string& file, const std::string& label,
+void writeFigure(std::ostream& page, const std::string& name, const std::string& label,
                  const std::string& alt) {
-  if (file.empty()) return;
-  page << "<figure><img src=\"" << escaped(file) << "\" alt=\"" << escaped(alt)
+  page << "<figure><img src=\"frames/" << escaped(name) << ".png\" alt=\"" << escaped(alt)
        << "\" loading=\"lazy\"><figcaption>" << label << "</figcaption></figure>";
 }
 

@@ -19,7 +19,7 @@ namespace afterglow::nodes {
 struct KeyFrame {
   std::string moment;
   double offset_s = 0;       ///< into the behavior
-  std::string live, replay;  ///< pictures, relative to the report; empty: there is none
+  std::string live, replay;  ///< pictures, frames/NAME.png and frames/NAME_projector.png
 };
 
 /// Where a behavior left the robot.

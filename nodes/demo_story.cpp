@@ -28,11 +28,12 @@ BehaviorStory readBehavior(const std::string& file, const YAML::Node& name,
 
 DemoStory loadDemoStory(const std::string& path) {
   const YamlMap values(path, loadYaml(path), "the story",
-                       {"title", "subtitle", "live", "later", "behaviors"});
+                       {"title", "subtitle", "live_tag", "replay_tag", "later", "behaviors"});
   DemoStory story;
   story.title = values.text("title");
   story.subtitle = values.text("subtitle");
-  story.live = values.text("live");
+  story.live_tag = values.text("live_tag");
+  story.replay_tag = values.text("replay_tag");
   story.later = values.text("later");
   const YAML::Node behaviors = values.at("behaviors");
   if (!behaviors.IsMap()) values.fail(behaviors, "'behaviors' should be a map of names");

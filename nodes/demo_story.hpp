@@ -17,7 +17,8 @@ struct BehaviorStory {
 
 struct DemoStory {
   std::string title, subtitle;
-  std::string live, later;  ///< what the video says before and after the objects are gone
+  std::string live_tag, replay_tag;      ///< what captions begin with
+  std::string later;                     ///< what the video says when the objects are gone
   std::vector<BehaviorStory> behaviors;  ///< in the order they are done
 };
 
