@@ -23,6 +23,7 @@ ObserverInbox::ObserverInbox(ros::NodeHandle node, ros::NodeHandle own) {
       node.subscribe("/projector/camera_info", 2, &ObserverInbox::onCameraInfo, this),
       own.subscribe("caption", 10, &ObserverInbox::onCaption, this),
       node.subscribe("/speaker_node/state", 10, &ObserverInbox::onSpeech, this),
+      own.subscribe("look", 10, &ObserverInbox::onLook, this),
       own.subscribe("key_frame", 100, &ObserverInbox::onKeyFrame, this),
   };
 }
@@ -55,6 +56,11 @@ void ObserverInbox::onCaption(const std_msgs::String& caption) {
 void ObserverInbox::onSpeech(const std_msgs::String& speech) {
   const std::lock_guard<std::mutex> lock(mutex_);
   news_.speech = speech.data;
+}
+
+void ObserverInbox::onLook(const std_msgs::String& name) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  news_.look = name.data;
 }
 
 void ObserverInbox::onKeyFrame(const std_msgs::String& name) {

@@ -20,7 +20,7 @@ struct ObserverNews {
   std::deque<visualization_msgs::MarkerArray::ConstPtr> solids;  ///< all, in order
   std::deque<sensor_msgs::Image::ConstPtr> images;               ///< the newest few, in order
   sensor_msgs::CameraInfo::ConstPtr camera_info;                 ///< the newest, or empty
-  std::optional<std::string> caption, speech;                    ///< the newest, if new
+  std::optional<std::string> caption, speech, look;              ///< the newest, if new
   std::deque<std::string> key_frames;                            ///< names, in order
 };
 
@@ -36,6 +36,7 @@ class ObserverInbox {
   void onCameraInfo(const sensor_msgs::CameraInfo::ConstPtr& info);
   void onCaption(const std_msgs::String& caption);
   void onSpeech(const std_msgs::String& speech);
+  void onLook(const std_msgs::String& name);
   void onKeyFrame(const std_msgs::String& name);
 
   std::mutex mutex_;

@@ -14,6 +14,7 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kLongestNap_s = 0.02;  // so that a stop is noticed soon
+constexpr double kWalk_s = 1.2;         // from one place to another
 
 /// The moments at which pictures are due, ROS time: multiples of the frame's duration after the
 /// first, however long each takes.
@@ -79,14 +80,16 @@ ObserverNode::ObserverNode(const ObserverNodeOptions& options)
 
 ObserverNode::ObserverNode(const ObserverNodeOptions& options, const RoomView& room)
     : options_(options),
-      view_(room.view),
+      room_(room),
+      look_from_(room.look),
+      look_to_(room.look),
       scene_(room, tf_),
       painter_(options.font),
       image_publisher_(own_.advertise<sensor_msgs::Image>("image", 1)),
       inbox_(ros::NodeHandle(), own_) {
   if (!options_.folder.empty()) std::filesystem::create_directories(options_.folder);
   if (options_.video.empty()) return;
-  video_ = std::make_unique<TimedVideo>(options_.video, view_.width, view_.height, options_.fps);
+  video_ = std::make_unique<TimedVideo>(options_.video, room_.width, room_.height, options_.fps);
 }
 
 void ObserverNode::run(const std::function<bool()>& is_stopped) {
@@ -125,6 +128,7 @@ void ObserverNode::hearNews() {
     caption_ = std::move(caption);
   }
   if (news.speech) caption_.speech = *news.speech;
+  if (news.look) hearLook(*news.look, now);
   hearKeyFrames(news.key_frames);
   filming_ = video_ && (filming_ || scene_.isFurnished());
 }
@@ -137,6 +141,23 @@ void ObserverNode::hearKeyFrames(const std::deque<std::string>& names) {
       ROS_ERROR("a key frame's name should be letters, digits, '-', '_' and '.'");
     }
   }
+}
+
+void ObserverNode::hearLook(const std::string& name, ros::Time now) {
+  const auto other = room_.others.find(name);
+  if (other == room_.others.end() && !name.empty()) {
+    ROS_ERROR("%s has no place '%s' to look from", options_.view.c_str(), name.c_str());
+    return;
+  }
+  look_from_ = lookAt(now);
+  look_to_ = name.empty() ? room_.look : other->second;
+  look_changed_ = now;
+}
+
+// Starting and stopping gently.
+Look ObserverNode::lookAt(ros::Time now) const {
+  const double share = std::clamp((now - look_changed_).toSec() / kWalk_s, 0.0, 1.0);
+  return between(look_from_, look_to_, share * share * (3 - 2 * share));
 }
 
 void ObserverNode::lookForRobot() {
@@ -152,7 +173,8 @@ void ObserverNode::lookForRobot() {
 }
 
 render::Image ObserverNode::draw(ros::Time now) {
-  render::Image picture = renderer_.render(scene_.solids(now), scene_.light(now), view_);
+  const render::ObserverView view = viewFrom(lookAt(now), room_.width, room_.height);
+  render::Image picture = renderer_.render(scene_.solids(now), scene_.light(now), view);
   const render::Image* projector = scene_.projectorImage();
   if (options_.inset && projector != nullptr) {
     painter_.paintInset(picture, *projector, "projector image");

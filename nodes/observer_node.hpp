@@ -3,6 +3,7 @@
 ///
 /// Subscribes to /room/solids (MarkerArray), /projector/image and /projector/camera_info, /tf,
 /// ~caption (std_msgs/String: "TEXT" or "TAG|TEXT"), /speaker_node/state (what is being said),
+/// ~look (std_msgs/String: goes over to that place of the view's `others`, empty: back),
 /// ~key_frame (std_msgs/String: saves the next picture as FOLDER/NAME.png and the projector's as
 /// FOLDER/NAME_projector.png). Publishes ~image (rgb8, while somebody listens). The robot comes
 /// from the parameter /robot_description, as soon as it is there.
@@ -22,6 +23,7 @@
 #include "nodes/caption.hpp"
 #include "nodes/observer_inbox.hpp"
 #include "nodes/observer_scene.hpp"
+#include "nodes/room_view.hpp"
 #include "nodes/timed_video.hpp"
 #include "render/gl/renderer.hpp"
 
@@ -56,6 +58,8 @@ class ObserverNode {
   ObserverNode(const ObserverNodeOptions& options, const RoomView& room);
   void hearNews();
   void hearKeyFrames(const std::deque<std::string>& names);
+  void hearLook(const std::string& name, ros::Time now);
+  Look lookAt(ros::Time now) const;
   void lookForRobot();
   bool isWatched() const;
   render::Image draw(ros::Time now);
@@ -68,7 +72,9 @@ class ObserverNode {
   tf2_ros::TransformListener tf_listener_{tf_};
   render::GlContext context_;
   render::ObserverRenderer renderer_{context_};
-  render::ObserverView view_;
+  RoomView room_;
+  Look look_from_, look_to_;  ///< on the way from one to the other
+  ros::Time look_changed_;
   ObserverScene scene_;
   CaptionPainter painter_;
   std::unique_ptr<TimedVideo> video_;  ///< empty without one

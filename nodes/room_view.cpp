@@ -47,22 +47,35 @@ Rigid<World, Observer> eyeAt(const Eigen::Vector3d& p_eye, const Eigen::Vector3d
   return Rigid<World, Observer>(T_world_eye);
 }
 
-render::ObserverView viewOf(const YamlMap& map) {
-  const Eigen::Vector3d p_eye = pointOf(map, "eye"), p_target = pointOf(map, "target");
-  if ((p_target - p_eye).head<2>().norm() < 1e-3) {
+Look lookOf(const YamlMap& map) {
+  Look look;
+  look.p_eye = pointOf(map, "eye");
+  look.p_target = pointOf(map, "target");
+  if ((look.p_target - look.p_eye).head<2>().norm() < 1e-3) {
     map.fail(map.at("target"), "'target' should not be straight above or below 'eye'");
   }
+  look.vertical_fov = map.number("vertical_fov", 1, 150) * M_PI / 180;
+  return look;
+}
+
+void readSize(const YamlMap& map, RoomView& room) {
   const Eigen::Vector2d size = pairOf(map, "size");
   if (size.minCoeff() < 16 || size.maxCoeff() > kMostPixels ||
       size != size.array().round().matrix()) {
     map.fail(map.at("size"), "'size' should be two whole numbers of pixels from 16 to 4096");
   }
-  render::ObserverView view;
-  view.T_world_observer = eyeAt(p_eye, p_target);
-  view.width = static_cast<int>(size.x());
-  view.height = static_cast<int>(size.y());
-  view.vertical_fov = map.number("vertical_fov", 1, 150) * M_PI / 180;
-  return view;
+  room.width = static_cast<int>(size.x());
+  room.height = static_cast<int>(size.y());
+}
+
+void readOthers(const std::string& path, const YamlMap& map, RoomView& room) {
+  const YAML::Node others = map.at("others");
+  if (!others.IsMap()) map.fail(others, "'others' should map names to places");
+  for (const auto& entry : others) {
+    const std::string& name = entry.first.Scalar();
+    room.others[name] =
+        lookOf({path, entry.second, "place '" + name + "'", {"eye", "target", "vertical_fov"}});
+  }
 }
 
 render::Drawable box(const Eigen::Isometry3d& pose, const Eigen::Vector3d& size,
@@ -129,18 +142,25 @@ void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
 
 }  // namespace
 
+Look between(const Look& from, const Look& to, double share) {
+  return {from.p_eye + share * (to.p_eye - from.p_eye),
+          from.p_target + share * (to.p_target - from.p_target),
+          from.vertical_fov + share * (to.vertical_fov - from.vertical_fov)};
+}
+
+render::ObserverView viewFrom(const Look& look, int width, int height) {
+  return {eyeAt(look.p_eye, look.p_target), width, height, look.vertical_fov};
+}
+
 RoomView loadRoomView(const std::string& path) {
-  YAML::Node file;
-  try {
-    file = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw std::runtime_error(path + ": cannot read");
-  } catch (const YAML::ParserException& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
-  }
-  const YamlMap map(path, file, "the view",
-                    {"fixed_frame", "eye", "target", "vertical_fov", "size", "floor", "walls"});
-  RoomView room{map.text("fixed_frame"), viewOf(map), {}};
+  const YamlMap map(
+      path, loadYaml(path), "the view",
+      {"fixed_frame", "eye", "target", "vertical_fov", "size", "others", "floor", "walls"});
+  RoomView room;
+  room.fixed_frame = map.text("fixed_frame");
+  room.look = lookOf(map);
+  readSize(map, room);
+  if (map.has("others")) readOthers(path, map, room);
   addFloor({path, map.at("floor"), "the floor", {"center", "size", "color", "tile", "joint_color"}},
            room.shell);
   const YAML::Node walls = map.at("walls");

@@ -3,6 +3,8 @@
 /// assets/demo/view.yaml explains every key.
 #pragma once
 
+#include <Eigen/Core>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,11 +13,24 @@
 
 namespace afterglow::nodes {
 
+/// A place to look from. Fixed frame.
+struct Look {
+  Eigen::Vector3d p_eye = Eigen::Vector3d::Zero(), p_target = Eigen::Vector3d::UnitX();
+  double vertical_fov = 0.8;  ///< radians
+};
+/// On the way from one place (0) to another (1).
+Look between(const Look& from, const Look& to, double share);
+
 struct RoomView {
   std::string fixed_frame;
-  render::ObserverView view;            ///< World is the fixed frame
+  int width = 1280, height = 720;       ///< of the pictures, pixels
+  Look look;                            ///< where a bystander stands at first
+  std::map<std::string, Look> others;   ///< other places, by name
   std::vector<render::Drawable> shell;  ///< floor and walls
 };
+
+/// What is seen from there; World is the fixed frame.
+render::ObserverView viewFrom(const Look& look, int width, int height);
 
 /// Throws std::runtime_error "FILE:LINE: what is wrong" for a key that is unknown, missing or given
 /// twice, and for a value of the wrong type or out of range.
