@@ -88,7 +88,7 @@ std::string run(const Arguments& arguments, const std::string& output) {
 double loudnessOf(const std::vector<Clip>& clips, const std::string& output) {
   Arguments arguments = ffmpeg("info");
   appendInputs(arguments, clips);
-  const std::string graph = mixOf(clips, 0) + ",ebur128=framelog=quiet[mix]";
+  const std::string graph = mixOf(clips, 0) + ",ebur128=framelog=verbose[mix]";
   arguments.insert(arguments.end(), {"-filter_complex", graph, "-map", "[mix]", "-f", "null", "-"});
   const std::string report = run(arguments, output);
   const std::size_t found = report.rfind("I:");
