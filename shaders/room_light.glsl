@@ -5,8 +5,8 @@ vec3 srgbFromLinear(vec3 c) { return 1.139 * sqrt(c) - 0.139 * c; }
 
 // A soft sky and one lamp.
 vec3 roomLight(vec3 n_world) {
-  const vec3 from_above = vec3(0.115, 0.120, 0.140), from_below = vec3(0.050, 0.046, 0.044);
-  const vec3 lamp = vec3(0.105, 0.094, 0.078), n_lamp = vec3(0.337, -0.433, 0.836);
+  const vec3 from_above = vec3(0.140, 0.146, 0.168), from_below = vec3(0.064, 0.059, 0.056);
+  const vec3 lamp = vec3(0.135, 0.121, 0.100), n_lamp = vec3(0.337, -0.433, 0.836);
   return mix(from_below, from_above, 0.5 + 0.5 * n_world.z) +
          lamp * max(dot(n_world, n_lamp), 0.0);
 }

@@ -7,7 +7,7 @@
 namespace afterglow::render {
 namespace {
 
-constexpr float kGain = 6;  ///< white light at a metre, in units of what white paint shows as white
+constexpr float kGain = 8;  ///< white light at a metre, in units of what white paint shows as white
 
 bool sameLens(const calib::Lens& a, const calib::Lens& b) {
   return a.width == b.width && a.height == b.height && a.K == b.K && a.D == b.D;

@@ -70,10 +70,8 @@ void TriangleCutter::clipToFold() {
   }
 }
 
-const std::vector<CutVertex>& TriangleCutter::cut(const CutVertex& a, const CutVertex& b,
-                                                  const CutVertex& c) {
-  triangles_.clear();
-  polygon_.assign({a, b, c});
+/// What is left of polygon_, with w = 1.
+void TriangleCutter::clipToDomain() {
   const Eigen::Vector2d low = domain_.min(), high = domain_.max();
   clip([](const Eigen::Vector4d& p) { return p.w() - kMinWeight; });
   clip([](const Eigen::Vector4d& p) { return p.z() - LensDomain::kNear * p.w(); });
@@ -83,10 +81,38 @@ const std::vector<CutVertex>& TriangleCutter::cut(const CutVertex& a, const CutV
   clip([&](const Eigen::Vector4d& p) { return high.y() * p.z() - p.y(); });
   clipToFold();
   for (CutVertex& vertex : polygon_) vertex.p_optical /= vertex.p_optical.w();
+}
+
+const std::vector<CutVertex>& TriangleCutter::cut(const CutVertex& a, const CutVertex& b,
+                                                  const CutVertex& c) {
+  output_.clear();
+  polygon_.assign({a, b, c});
+  clipToDomain();
   for (std::size_t i = 2; i < polygon_.size(); ++i) {
     split(polygon_[0], polygon_[i - 1], polygon_[i], 0);
   }
-  return triangles_;
+  return output_;
+}
+
+const std::vector<CutVertex>& TriangleCutter::cutOutline(const std::vector<CutVertex>& corners) {
+  output_.clear();
+  polygon_ = corners;
+  clipToDomain();
+  for (std::size_t i = 0; i < polygon_.size(); ++i) {
+    splitEdge(polygon_[i], polygon_[(i + 1) % polygon_.size()], 0);
+  }
+  return output_;
+}
+
+/// Adds the edge without its last vertex.
+void TriangleCutter::splitEdge(const CutVertex& from, const CutVertex& to, int depth) {
+  if (depth == kMaxSplits || domain_.isStraight(normalized(from), normalized(to))) {
+    output_.push_back(from);
+    return;
+  }
+  const CutVertex middle = imageMiddle(from, to);
+  splitEdge(from, middle, depth + 1);
+  splitEdge(middle, to, depth + 1);
 }
 
 /// Halves the longest bent edge. Whether an edge is split depends on the edge alone.
@@ -102,7 +128,7 @@ void TriangleCutter::split(const CutVertex& a, const CutVertex& b, const CutVert
     longest = i;
   }
   if (longest < 0 || depth == kMaxSplits) {
-    triangles_.insert(triangles_.end(), {a, b, c});
+    output_.insert(output_.end(), {a, b, c});
     return;
   }
   const CutVertex &from = *v[longest], &to = *v[(longest + 1) % 3], &other = *v[(longest + 2) % 3];

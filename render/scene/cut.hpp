@@ -35,14 +35,20 @@ class TriangleCutter {
   /// Valid until the next call. Neighbours that share an edge share its cuts and splits exactly.
   const std::vector<CutVertex>& cut(const CutVertex& a, const CutVertex& b, const CutVertex& c);
 
+  /// The seen part of a closed outline, convex or not, with enough corners; with w = 1. What is
+  /// inside by the even-odd rule stays so. Valid until the next call.
+  const std::vector<CutVertex>& cutOutline(const std::vector<CutVertex>& corners);
+
  private:
+  void clipToDomain();
+  void splitEdge(const CutVertex& from, const CutVertex& to, int depth);
   template <typename Distance>
   void clip(Distance distance);
   void clipToFold();
   void split(const CutVertex& a, const CutVertex& b, const CutVertex& c, int depth);
 
   const LensDomain& domain_;
-  std::vector<CutVertex> polygon_, clipped_, triangles_;
+  std::vector<CutVertex> polygon_, clipped_, output_;
 };
 
 }  // namespace afterglow::render

@@ -73,21 +73,25 @@ void LightComposer::addLayer(const Layer& layer, const Rigid<Projector, World>& 
 }
 
 /// A fan over the outline: where an odd number of its triangles overlap is inside, whether the
-/// outline is convex or not.
+/// outline is convex or not. Edges inside the fan cancel out, however the lens would bend them.
 void LightComposer::addMask(const SurfacePatch& surface,
                             const Rigid<Projector, World>& T_projector_world, LightLayer& out) {
-  mask_.clear();
-  for (const Eigen::Vector2d& corner : surface.polygon) {
-    mask_.points.push_back(surface.T_world_surface * Eigen::Vector3d(corner.x(), corner.y(), 0));
-    mask_.colors.push_back(Rgba{});
-  }
-  for (std::uint32_t i = 2; i < mask_.points.size(); ++i) mask_.triangles.push_back({0, i - 1, i});
-  Placed placed;
-  placed.P_optical_world = T_projector_world.matrix().matrix();
-  placed.height = Eigen::Vector4d::Zero();
   out.masked = true;
   out.mask_first = static_cast<std::uint32_t>(frame_.indices.size());
-  addMesh(mask_, placed);
+  cut_vertices_.clear();
+  for (const Eigen::Vector2d& corner : surface.polygon) {
+    CutVertex vertex;
+    const Eigen::Vector3d p_surface(corner.x(), corner.y(), 0);
+    vertex.p_optical = (T_projector_world * (surface.T_world_surface * p_surface)).homogeneous();
+    vertex.color.setZero();
+    cut_vertices_.push_back(vertex);
+  }
+  const std::vector<CutVertex>& outline = cutter_.cutOutline(cut_vertices_);
+  const auto first = static_cast<std::uint32_t>(frame_.vertices.size());
+  for (const CutVertex& vertex : outline) addVertex(vertex, Placed{});
+  for (std::uint32_t i = 2; i < outline.size(); ++i) {
+    frame_.indices.insert(frame_.indices.end(), {first, first + i - 1, first + i});
+  }
   out.mask_count = static_cast<std::uint32_t>(frame_.indices.size()) - out.mask_first;
 }
 

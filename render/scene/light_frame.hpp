@@ -67,8 +67,10 @@ class LightComposer {
  private:
   /// A layer's way to the image.
   struct Placed {
-    Eigen::Matrix4d P_optical_world;  ///< placement, then the projector's pose
-    Eigen::Vector4d height;           ///< height over the surface = height . p_world
+    /// Placement, then the projector's pose.
+    Eigen::Matrix4d P_optical_world = Eigen::Matrix4d::Identity();
+    /// Height over the surface = height . p_world
+    Eigen::Vector4d height = Eigen::Vector4d::Zero();
     bool flattened = false;
   };
   struct Sorted {
@@ -91,7 +93,6 @@ class LightComposer {
   TriangleCutter cutter_;
   LightFrame frame_;
   Tessellation tessellation_;
-  Mesh mask_;
   std::vector<CutVertex> cut_vertices_;
   std::vector<char> inside_;
   std::vector<std::uint32_t> index_of_;

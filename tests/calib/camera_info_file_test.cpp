@@ -1,0 +1,127 @@
+#include "calib/camera_info_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+constexpr const char* kParsersForm = R"(
+image_width: 1280
+image_height: 800
+camera_name: beamer
+camera_matrix: {rows: 3, cols: 3, data: [1900, 0, 640, 0, 1901, 817, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [-0.1, 0.02, 0.001, -0.002, 0.003]}
+rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}
+projection_matrix: {rows: 3, cols: 4, data: [1900, 0, 640, 0, 0, 1901, 817, 0, 0, 0, 1, 0]}
+)";
+
+class CameraInfoFileTest : public ::testing::Test {
+ protected:
+  CameraInfoFile load(const std::string& text) {
+    std::ofstream(path_) << text;
+    return loadCameraInfo(path_);
+  }
+  std::string refusal(const std::string& text) {
+    try {
+      load(text);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  static std::string with(const std::string& from, const std::string& to) {
+    std::string text = kParsersForm;
+    return text.replace(text.find(from), from.size(), to);
+  }
+  void expectRefusal(const std::string& text, const std::vector<std::string>& parts) {
+    const std::string said = refusal(text);
+    EXPECT_EQ(said.rfind(path_ + ": ", 0), 0u) << said;
+    for (const std::string& part : parts) {
+      EXPECT_NE(said.find(part), std::string::npos) << "\"" << part << "\" in: " << said;
+    }
+  }
+
+  test::TempFolder folder_;
+  const std::string path_ = folder_.path("projector.yaml");
+};
+
+TEST_F(CameraInfoFileTest, readsTheParsersForm) {
+  const CameraInfoFile file = load(kParsersForm);
+  EXPECT_EQ(file.name, "beamer");
+  EXPECT_EQ(file.lens.width, 1280);
+  EXPECT_EQ(file.lens.height, 800);
+  EXPECT_EQ(file.lens.K(1, 1), 1901);
+  EXPECT_EQ(file.lens.K(1, 2), 817);
+  EXPECT_EQ(file.lens.D[4], 0.003);
+  EXPECT_EQ(file.warning, "");
+}
+
+TEST_F(CameraInfoFileTest, readsTheMessageAsEchoed) {
+  const CameraInfoFile file = load(R"(
+header: {seq: 0, stamp: {secs: 0, nsecs: 0}, frame_id: 'optical'}
+height: 600
+width: 800
+distortion_model: rational_polynomial
+D: [0.1, 0.2, 0, 0, 0.3, 0.4, 0.5, 0.6]
+K: [1000.0, 0.0, 400.0, 0.0, 1000.0, 300.0, 0.0, 0.0, 1.0]
+R: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+P: [1000.0, 0.0, 400, 0.0, 0.0, 1000.0, 300.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+)");
+  EXPECT_EQ(file.name, "optical");
+  EXPECT_EQ(file.lens.height, 600);
+  EXPECT_EQ(file.lens.D[7], 0.6);
+}
+
+TEST_F(CameraInfoFileTest, takesKWhereTheAuthorsPDisagrees) {
+  const std::string path = "../shared/data/viewsonic_pa503w_camera_info.yaml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
+  const CameraInfoFile file = loadCameraInfo(path);
+  EXPECT_EQ(file.name, "proj_view");
+  EXPECT_EQ(file.lens.K(1, 2), 817);
+  EXPECT_EQ(file.warning,
+            "K and P disagree (cy 817 against 750 px): K is used, P is for rectified images only");
+}
+
+TEST_F(CameraInfoFileTest, takesFourNumbersAndNoneAtAll) {
+  EXPECT_EQ(load(with("[-0.1, 0.02, 0.001, -0.002, 0.003]", "[1, 2, 3, 4]")).lens.D[3], 4);
+  EXPECT_EQ(load(with("[-0.1, 0.02, 0.001, -0.002, 0.003]", "[]")).lens.D[0], 0);
+  const std::string no_model = with("distortion_model: plumb_bob", "distortion_model: ''");
+  EXPECT_EQ(refusal(no_model), path_ +
+                                   ": distortion_model: missing, but "
+                                   "distortion_coefficients is not zero");
+}
+
+TEST_F(CameraInfoFileTest, refusesOtherModelsByName) {
+  expectRefusal(with("plumb_bob", "equidistant"),
+                {"distortion_model: \"equidistant\" is not supported"});
+  expectRefusal(with("plumb_bob", "rational_polynomial"), {"has 8 numbers, found 5"});
+}
+
+TEST_F(CameraInfoFileTest, namesAllThatIsWrongAtOnce) {
+  std::string text =
+      with("[1900, 0, 640, 0, 1901, 817, 0, 0, 1]}\n", "[0, 0, .nan, 0, x, 817, 0, 0, 1]}\n");
+  text.replace(text.find("image_width: 1280"), 17, "image_width: wide");
+  text.replace(text.find("image_height: 800"), 17, "image_heigth: 800");
+  text.replace(text.find("plumb_bob"), 9, "fisheye62");
+  expectRefusal(text, {"image_width: line 2 has \"wide\"", "image_height: missing",
+                       "camera_matrix: line 5 has \".nan\"", "camera_matrix: line 5 has \"x\"",
+                       "K[0] (fx) is 0", "\"fisheye62\""});
+}
+
+TEST_F(CameraInfoFileTest, refusesWhatIsNoCameraInfo) {
+  expectRefusal("a: 1\n", {"expected camera_matrix or K"});
+  expectRefusal("", {"expected camera_matrix or K"});
+  expectRefusal("[1, 2\n", {"is not YAML"});
+  expectRefusal(with("[1900, 0, 640, 0, 1901, 817, 0, 0, 1]}\n", "[1, 2]}\n"),
+                {"camera_matrix: expected 9 numbers, found 2"});
+  EXPECT_THROW(loadCameraInfo(folder_.path("none.yaml")), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace afterglow::calib

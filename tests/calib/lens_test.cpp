@@ -1,0 +1,151 @@
+#include "calib/lens.hpp"
+
+#include <gtest/gtest.h>
+
+#include <opencv2/calib3d.hpp>
+#include <random>
+
+#include "tests/support/optics.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+/// Lenses from mild to the worst there are, principal points also far outside of the image.
+Lens randomLens(std::mt19937& random, bool rational) {
+  const auto within = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const double f = within(700, 2000);
+  Eigen::Matrix3d K;
+  K << f, 0, within(-200, 1480), 0, f * within(0.98, 1.02), within(-300, 1100), 0, 0, 1;
+  std::vector<double> D = {within(-0.35, 0.15), within(-0.1, 0.1), within(-0.003, 0.003),
+                           within(-0.003, 0.003), within(-0.05, 0.05)};
+  if (rational) {
+    for (int i = 0; i < 3; ++i) D.push_back(within(0, 0.05));
+  }
+  return makeLens(1280, 800, K, D);
+}
+
+/// A point in front of the lens whose normalized radius is at most `radius`.
+Eigen::Vector3d randomPoint(std::mt19937& random, double radius) {
+  std::uniform_real_distribution<double> angle(0, 2 * M_PI), share(0, 1), depth(0.3, 4);
+  const double a = angle(random), r = radius * std::sqrt(share(random)), z = depth(random);
+  return {z * r * std::cos(a), z * r * std::sin(a), z};
+}
+
+TEST(Lens, projectsLikeOpenCv) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 200; ++i) {
+    const Lens lens = randomLens(random, i % 2 == 0);
+    std::vector<Eigen::Vector3d> points;
+    for (int j = 0; j < 50; ++j) {
+      points.push_back(randomPoint(random, std::min(1.0, 0.999 * lens.fold_radius)));
+    }
+    const auto expected = test::projectWithOpenCv(lens, points);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      const auto pixel = project(lens, points[j]);
+      ASSERT_TRUE(pixel);
+      EXPECT_LT((*pixel - expected[j]).norm(), 1e-8);
+    }
+  }
+}
+
+TEST(Lens, unprojectInvertsProject) {
+  std::mt19937 random(2);
+  for (int i = 0; i < 200; ++i) {
+    const Lens lens = randomLens(random, i % 2 == 0);
+    for (int j = 0; j < 50; ++j) {
+      // Tangential distortion moves the true fold by a few per cent.
+      const Eigen::Vector3d p = randomPoint(random, std::min(1.0, 0.9 * lens.fold_radius));
+      const auto pixel = project(lens, p);
+      ASSERT_TRUE(pixel);
+      const auto ray = unproject(lens, *pixel);
+      ASSERT_TRUE(ray) << "radius " << (p.head<2>() / p.z()).norm() << " of " << lens.fold_radius;
+      EXPECT_LT((*ray - p / p.z()).norm(), 1e-8);
+    }
+  }
+}
+
+TEST(Lens, unprojectsLikeOpenCvWhereThatConverges) {
+  std::mt19937 random(3);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12);
+  for (int i = 0; i < 50; ++i) {
+    const Lens lens = randomLens(random, false);
+    const Eigen::Vector2d pixel =
+        *project(lens, randomPoint(random, std::min(0.4, 0.5 * lens.fold_radius)));
+    std::vector<cv::Point2d> out;
+    cv::undistortPoints(std::vector<cv::Point2d>{{pixel.x(), pixel.y()}}, out, test::cvK(lens),
+                        std::vector<double>(lens.D.begin(), lens.D.end()), cv::noArray(),
+                        cv::noArray(), criteria);
+    const auto ray = unproject(lens, pixel);
+    ASSERT_TRUE(ray);
+    EXPECT_LT((ray->head<2>() - Eigen::Vector2d(out[0].x, out[0].y)).norm(), 1e-7);
+  }
+}
+
+TEST(Lens, minusThirdOfK1FoldsAtItsRadius) {
+  // d(r + k1 r^3)/dr = 0 at r = (-1 / (3 k1))^(1/2).
+  const Lens lens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});
+  EXPECT_NEAR(lens.fold_radius, std::sqrt(1 / (3 * 0.35)), 1e-9);
+  EXPECT_EQ(foldRadius(lens), lens.fold_radius);
+  EXPECT_TRUE(project(lens, {0.97, 0, 1}));
+  EXPECT_FALSE(project(lens, {0.98, 0, 1}));
+  EXPECT_FALSE(project(lens, {1.69, 0, 1})) << "lands on the image's centre again";
+}
+
+TEST(Lens, staysFoldedWhereTheModelGrowsAgain) {
+  // 1 - 1.5 s + 0.5 s^2 in s = r^2 is negative between 1 and 2 only.
+  const Lens lens = test::lens(1280, 800, 700, 640, 400, {-0.5, 0.1, 0, 0, 0});
+  EXPECT_NEAR(lens.fold_radius, 1, 1e-9);
+  EXPECT_FALSE(project(lens, {3, 0, 1}));
+}
+
+TEST(Lens, pixelsBeyondTheFoldHaveNoRay) {
+  const Lens lens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});
+  EXPECT_TRUE(unproject(lens, {640 + 450, 400}));
+  EXPECT_FALSE(unproject(lens, {640 + 460, 400})) << "700 * 0.976 * 2/3 = 455.5 is the farthest";
+}
+
+TEST(Lens, undistortedHasNoFold) {
+  EXPECT_TRUE(std::isinf(test::viewsonic().fold_radius));
+  EXPECT_TRUE(std::isinf(test::viewsonic({0.1, 0, 0, 0, 0}).fold_radius));
+}
+
+TEST(Lens, behindAndInTheLensThereIsNoPixel) {
+  const Lens lens = test::viewsonic();
+  EXPECT_FALSE(project(lens, {0, 0, -1}));
+  EXPECT_FALSE(project(lens, {0, 0, 0}));
+  EXPECT_FALSE(project(lens, {0, 0, std::nan("")}));
+}
+
+TEST(Lens, keepsPrincipalPointOutsideImage) {
+  const auto pixel = project(test::viewsonic(), {0, 0, 2});
+  ASSERT_TRUE(pixel);
+  EXPECT_EQ(*pixel, Eigen::Vector2d(640, 817));
+}
+
+TEST(Lens, skewsX) {
+  Eigen::Matrix3d K;
+  K << 1000, 5, 640, 0, 1100, 400, 0, 0, 1;
+  const Lens lens = makeLens(1280, 800, K, {});
+  const auto pixel = project(lens, {0.1, 0.2, 1});
+  EXPECT_LT((*pixel - Eigen::Vector2d(741, 620)).norm(), 1e-9);
+  EXPECT_LT((*unproject(lens, *pixel) - Eigen::Vector3d(0.1, 0.2, 1)).norm(), 1e-12);
+}
+
+TEST(Lens, namesAllThatIsWrongAtOnce) {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Zero();
+  K(2, 2) = 1;
+  try {
+    makeLens(0, 800, K, {1, 2, std::nan("")});
+    FAIL() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    const std::string text = error.what();
+    for (const char* part : {"0 x 800", "fx", "fy", "D has 3 numbers", "D holds"}) {
+      EXPECT_NE(text.find(part), std::string::npos) << part << " in: " << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::calib

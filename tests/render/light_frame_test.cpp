@@ -1,0 +1,187 @@
+// What is drawn, before any GL: placement, cutting and splitting, against calib's own projection.
+#include "render/scene/light_frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/optics.hpp"
+
+namespace afterglow::render {
+namespace {
+
+Rigid<World, Surface> tiltedSurface() {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) *
+                Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()))
+                   .toRotationMatrix();
+  T.translation() << 0.4, -0.2, 0.9;
+  return Rigid<World, Surface>(T);
+}
+
+Layer placedLayer(Placement placement) {
+  Layer layer;
+  layer.name = "/path";
+  layer.placement = placement;
+  layer.surface = SurfacePatch{"table", tiltedSurface(), {}};
+  layer.p_viewer = tiltedSurface() * Eigen::Vector3d(0.5, -1, 1.6);
+  return layer;
+}
+
+Eigen::Vector3d placed(const Layer& layer, const Eigen::Vector3d& p_world) {
+  return (placementMatrix(layer) * p_world.homogeneous()).hnormalized();
+}
+
+TEST(Placement, drapesAlongTheNormal) {
+  const Eigen::Vector3d p_world = tiltedSurface() * Eigen::Vector3d(0.3, -0.4, 0.25);
+  const Eigen::Vector3d expected = tiltedSurface() * Eigen::Vector3d(0.3, -0.4, 0);
+  EXPECT_LT((placed(placedLayer(Placement::Drape), p_world) - expected).norm(), 1e-12);
+}
+
+TEST(Placement, putsContentWhereTheViewerSeesItOnThePlane) {
+  const Layer layer = placedLayer(Placement::Viewer);
+  const Eigen::Vector3d p_world = tiltedSurface() * Eigen::Vector3d(0.3, 0.4, 0.25);
+  const Eigen::Vector3d q = placed(layer, p_world);
+  EXPECT_NEAR((tiltedSurface().inverse() * q).z(), 0, 1e-12);
+  const Eigen::Vector3d ray = p_world - layer.p_viewer;
+  EXPECT_LT((q - layer.p_viewer).cross(ray).norm(), 1e-12);
+}
+
+TEST(Placement, withoutSurfaceOrViewerAboveItIsAnError) {
+  Layer layer = placedLayer(Placement::Viewer);
+  layer.p_viewer = tiltedSurface() * Eigen::Vector3d(0, 0, -1);
+  EXPECT_THROW(placementMatrix(layer), std::logic_error);
+  layer.surface.reset();
+  EXPECT_THROW(placementMatrix(layer), std::logic_error);
+  layer.placement = Placement::Direct;
+  EXPECT_EQ(placementMatrix(layer), Eigen::Matrix4d::Identity());
+}
+
+/// A scene of one shape, seen from the world's origin along z.
+Scene inFront(Shape shape) {
+  Layer layer;
+  layer.drawables.push_back({{}, std::move(shape), {}});
+  return {{layer}};
+}
+
+Triangles bigTriangle() {
+  Triangles triangles;
+  triangles.points = {{-30, -20, 2}, {40, -25, 3}, {5, 50, 1}};
+  return triangles;
+}
+
+Eigen::Vector3d position(const LightFrame& frame, std::size_t index) {
+  const LightVertex& v = frame.vertices[frame.indices[index]];
+  return {v.x, v.y, v.z};
+}
+
+const calib::Lens kWorstLens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});
+
+TEST(LightFrame, keepsContentWithinTheFold) {
+  LightComposer composer(kWorstLens);
+  const LightFrame& frame = composer.compose(inFront(bigTriangle()), {});
+  ASSERT_GT(frame.indices.size(), 100u);
+  double largest = 0;
+  for (std::size_t i = 0; i < frame.indices.size(); ++i) {
+    const Eigen::Vector3d p = position(frame, i);
+    largest = std::max(largest, (p.head<2>() / p.z()).norm());
+  }
+  EXPECT_LE(largest, kWorstLens.fold_radius * (1 + 1e-6));
+  EXPECT_GT(largest, 0.99 * kWorstLens.fold_radius) << "all of the image is covered";
+}
+
+/// How far the image of an edge's points lies from the straight line between its ends' images.
+double sag(const calib::Lens& lens, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  const Eigen::Vector2d from = *calib::project(lens, a), to = *calib::project(lens, b);
+  if ((to - from).norm() < 1e-6) return 0;
+  const Eigen::Vector2d along = (to - from).normalized();
+  double largest = 0;
+  for (int i = 1; i < 8; ++i) {
+    const Eigen::Vector2d at = *calib::project(lens, a + (b - a) * i / 8) - from;
+    largest = std::max(largest, std::abs(along.x() * at.y() - along.y() * at.x()));
+  }
+  return largest;
+}
+
+TEST(LightFrame, splitsUntilNoEdgeBendsByATenthOfAPixel) {
+  for (const calib::Lens& lens :
+       {kWorstLens, test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03})}) {
+    calib::Lens within = lens;  // the fold's own edge may be cut a hair outside
+    within.fold_radius = std::numeric_limits<double>::infinity();
+    LightComposer composer(lens);
+    const LightFrame& frame = composer.compose(inFront(bigTriangle()), {});
+    double largest = 0;
+    for (std::size_t i = 0; i < frame.indices.size(); i += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        largest = std::max(largest,
+                           sag(within, position(frame, i + k), position(frame, i + (k + 1) % 3)));
+      }
+    }
+    std::printf("%zu triangles, largest bend %.3f px\n", frame.indices.size() / 3, largest);
+    EXPECT_LT(largest, 0.1);
+  }
+}
+
+TEST(LightFrame, doesNotSplitForALensThatBendsNothing) {
+  LightComposer composer(test::viewsonic());
+  EXPECT_LE(composer.compose(inFront(bigTriangle()), {}).indices.size(), 15u);
+}
+
+TEST(LightFrame, dropsWhatIsBehindTheLens) {
+  Triangles triangles;
+  triangles.points = {{-1, 0, -2}, {1, 0, -2}, {0, 1, -0.5f}};
+  LightComposer composer(test::viewsonic());
+  EXPECT_TRUE(composer.compose(inFront(triangles), {}).indices.empty());
+}
+
+TEST(LightFrame, sharesTheVerticesOfSmallThings) {
+  Cube cube;
+  cube.size = Eigen::Vector3f::Constant(0.005f);
+  Layer layer;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << 0, -0.3, 1.5;
+  layer.drawables.push_back({Rigid<World, World>(T), cube, {}});
+  LightComposer composer(kWorstLens);
+  const LightFrame& frame = composer.compose({{layer}}, {});
+  EXPECT_EQ(frame.vertices.size(), 8u);
+  EXPECT_EQ(frame.indices.size(), 36u);
+}
+
+TEST(LightFrame, leavesOutWhatIsNotFinite) {
+  PointCloud cloud;
+  cloud.points = {{0, -0.1f, 1}, {std::nanf(""), 0, 1}, {0, INFINITY, 1}};
+  for (const PointStyle style : {PointStyle::Points, PointStyle::Squares, PointStyle::FlatSquares,
+                                 PointStyle::Spheres, PointStyle::Boxes}) {
+    cloud.style = style;
+    LightComposer composer(test::viewsonic());
+    for (const LightVertex& v : composer.compose(inFront(cloud), {}).vertices) {
+      EXPECT_TRUE(std::isfinite(v.x + v.y + v.z + v.depth));
+    }
+  }
+}
+
+TEST(LightFrame, drawsBlendedThingsLastAndFarthestFirst) {
+  Layer layer;
+  for (const double z : {1.0, 3.0, 2.0}) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() << 0, -0.2 * z, z;
+    layer.drawables.push_back({Rigid<World, World>(T), Cube{}, {1, 1, 1, 0.5f}});
+  }
+  layer.drawables.push_back({{}, Cube{}, {}});
+  LightComposer composer(test::viewsonic());
+  const LightFrame& frame = composer.compose({{layer}}, {});
+  const auto& steps = frame.layers[0].steps;
+  ASSERT_EQ(steps.size(), 4u);
+  EXPECT_EQ(steps[0].kind, LightStep::Kind::Opaque);
+  const auto z = [&](std::size_t i) { return position(frame, steps[i].first).z(); };
+  EXPECT_GT(z(1), z(2));
+  EXPECT_GT(z(2), z(3));
+}
+
+TEST(LightFrame, leavesOutWhatIsTransparent) {
+  Layer layer;
+  layer.drawables.push_back({{}, Cube{}, {1, 1, 1, 0}});
+  LightComposer composer(test::viewsonic());
+  EXPECT_TRUE(composer.compose({{layer}}, {}).layers[0].steps.empty());
+}
+
+}  // namespace
+}  // namespace afterglow::render
