@@ -21,6 +21,7 @@ ProjectorConfig solidsOnly(const std::string& fixed_frame) {
   solids.type = LayerType::MarkerArray;
   ProjectorConfig config;
   config.fixed_frame = fixed_frame;
+  config.frame = fixed_frame;  // nothing is projected: any frame that is known
   config.layers = {solids};
   return config;
 }

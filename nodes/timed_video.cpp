@@ -1,5 +1,6 @@
 #include "nodes/timed_video.hpp"
 
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -65,10 +66,14 @@ void TimedVideo::close(std::int64_t ros_ns) {
   writer_.close();
   const nlohmann::ordered_json json = {
       {"first_frame_ns", info_.first_frame_ns}, {"fps", info_.fps}, {"frames", info_.frames}};
-  std::ofstream file(path_ + ".json");
+  // Others wait for this file: it appears whole.
+  const std::string info = path_ + ".json", part = info + ".part";
+  std::ofstream file(part);
   file << json.dump(2) << '\n';
   file.close();
-  if (!file) throw std::runtime_error(path_ + ".json: cannot write");
+  if (!file || std::rename(part.c_str(), info.c_str()) != 0) {
+    throw std::runtime_error(info + ": cannot write");
+  }
 }
 
 }  // namespace afterglow::nodes
