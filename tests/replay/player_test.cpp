@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/document.hpp"
+#include "tests/support/faulty_store.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay {
@@ -75,7 +76,9 @@ struct PlayerTest : testing::Test {
     }
   }
 
-  PlayReport play(std::int64_t length_ms, const std::string& only = "") {
+  PlayReport play(
+      std::int64_t length_ms, const std::string& only = "",
+      const std::function<void()>& once_planned = [] {}) {
     Behavior behavior;
     behavior.recording = recording;
     behavior.name = "pick";
@@ -84,7 +87,9 @@ struct PlayerTest : testing::Test {
     behavior.topics = topics;
     behavior.id = store->addBehavior(behavior);
     plan = makePlan(*store, behavior, parseModalities(only));
-    const auto ros_now = [this] { return Stamp{clock.now().ns + kBegin * 2}; };
+    once_planned();
+    // ROS time is read a little later each time, as on a machine with other things to do.
+    const auto ros_now = [this] { return Stamp{clock.now().ns + kBegin * 2 + 1000 * ++asked}; };
     player = std::make_unique<Player>(*store, plan, options, sink, clock, ros_now,
                                       [this] { return "fresh-" + std::to_string(++ids); });
     return player->run();
@@ -95,7 +100,7 @@ struct PlayerTest : testing::Test {
     clock.at(clock.now().after((ms + 5) * kMs), std::move(hook));
   }
 
-  std::unique_ptr<Store> store = openMemoryStore();
+  std::unique_ptr<test::FaultyStore> store = std::make_unique<test::FaultyStore>();
   std::int64_t recording = store->addRecording("test");
   std::uint64_t sequence = 0;
   std::vector<std::string> topics;
@@ -104,7 +109,7 @@ struct PlayerTest : testing::Test {
   PlayOptions options;
   PlayPlan plan;
   std::unique_ptr<Player> player;
-  int ids = 0;
+  int ids = 0, asked = 0;
 };
 
 using Times = std::vector<std::int64_t>;
@@ -273,7 +278,16 @@ TEST_F(PlayerTest, holdsTheLightForAWhileAfterTheEnd) {
   EXPECT_EQ(sink.times("/points"), (Times{0, 3000}));
 }
 
-TEST_F(PlayerTest, cleansUpWhenTheStoreFailsMidway) {
+TEST_F(PlayerTest, stopsTheBaseWhenTheStoreFailsMidway) {
+  for (int i = 0; i < 5; ++i) record(kCmdVel, i * 100, twist(0.5));
+  const PlayReport report = play(1000, "", [this] { store->breakReadingAfter(3); });
+  EXPECT_FALSE(report.is_complete);
+  EXPECT_EQ(report.reason, "disk read error");
+  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 100, 200, 200}));
+  EXPECT_EQ(sink.sent.back().bytes, twist(0));
+}
+
+TEST_F(PlayerTest, reportsWhatCouldNotBeSentAtTheEnd) {
   record(kCmdVel, 0, twist(0.5));
   sink.on_publish = [](const Sent& sent) {
     if (sent.bytes == twist(0)) throw std::runtime_error("the network is gone");
@@ -302,14 +316,16 @@ TEST_F(PlayerTest, sendsTheRestOfATrajectoryAfterAPause) {
 TEST_F(PlayerTest, shiftsStampsByOneAmountThatAPauseChanges) {
   const auto cloudAt = [](std::int64_t ms) { return test::cloud(1, {kBegin + ms * kMs}); };
   record(kCloud, 10, cloudAt(0));  // 10 ms old when it came
+  record(kCloud, 60, cloudAt(50));
   record(kCloud, 500, cloudAt(490));
   at(300, [this] { player->pause(); });
   at(1300, [this] { player->resume(); });
   play(1000);
   const std::vector<Sent> clouds = sink.on("/points");
   const std::int64_t start = 1'005'000'000 + kBegin * 2;  // ROS time of the first deadline
-  EXPECT_EQ(test::cloudStamp(clouds[0].bytes).ns - start, 0);
-  EXPECT_EQ(test::cloudStamp(clouds[1].bytes).ns - start, 1490 * kMs);
+  EXPECT_EQ(test::cloudStamp(clouds[0].bytes).ns - start, 1000);
+  EXPECT_EQ(test::cloudStamp(clouds[1].bytes).ns - start, 1000 + 50 * kMs);
+  EXPECT_EQ(test::cloudStamp(clouds[2].bytes).ns - start, 3000 + 1490 * kMs);
 }
 
 TEST_F(PlayerTest, playsOnlyTheModalitiesAskedFor) {

@@ -21,7 +21,7 @@ TEST(Timeline, keepsRecordedIntervals) {
 
 TEST(Timeline, doesNotDriftOverAYear) {
   const std::int64_t begin = 1'700'000'000 * kSecond + 1;
-  const std::int64_t year = 365 * 24 * 3600 * kSecond;
+  const std::int64_t year = 365 * 24 * 3600 * kSecond + 1;
   Timeline timeline({begin}, 1.0, {3});
   EXPECT_EQ(timeline.deadline({begin + year}), SteadyTime{year + 3});
 }

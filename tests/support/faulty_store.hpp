@@ -5,8 +5,10 @@
 #include <atomic>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "replay/store.hpp"
@@ -20,6 +22,8 @@ class FaultyStore : public replay::Store {
     const std::lock_guard<std::mutex> lock(mutex_);
     failure_ = text;
   }
+  /// Cursors made from now on throw after so many messages.
+  void breakReadingAfter(std::size_t messages) { readable_ = messages; }
   /// append() waits while this is true.
   std::atomic<bool> is_stalled{false};
 
@@ -56,10 +60,26 @@ class FaultyStore : public replay::Store {
   replay::Channel channel(std::int64_t id) const override { return store_->channel(id); }
   std::unique_ptr<replay::MessageCursor> messages(
       const replay::Behavior& behavior, const replay::MessageRange& range) const override {
-    return store_->messages(behavior, range);
+    auto cursor = store_->messages(behavior, range);
+    if (!readable_) return cursor;
+    return std::make_unique<BreakingCursor>(std::move(cursor), *readable_);
   }
 
  private:
+  class BreakingCursor : public replay::MessageCursor {
+   public:
+    BreakingCursor(std::unique_ptr<replay::MessageCursor> cursor, std::size_t readable)
+        : cursor_(std::move(cursor)), left_(readable) {}
+    std::optional<replay::Message> next() override {
+      if (left_-- == 0) throw replay::StoreError("disk read error");
+      return cursor_->next();
+    }
+
+   private:
+    std::unique_ptr<replay::MessageCursor> cursor_;
+    std::size_t left_;
+  };
+
   replay::Store& checked() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!failure_.empty()) throw replay::StoreError(failure_);
@@ -68,6 +88,7 @@ class FaultyStore : public replay::Store {
 
   std::mutex mutex_;
   std::string failure_;
+  std::optional<std::size_t> readable_;
   std::unique_ptr<replay::Store> store_ = replay::openMemoryStore();
 };
 
