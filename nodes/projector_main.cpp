@@ -72,7 +72,8 @@ int main(int argc, char** argv) {
     afterglow::nodes::requireMaster(argc, argv);
     ros::init(argc, argv, "projector_node", ros::init_options::NoSigintHandler);
     afterglow::nodes::catchStopSignals();
-    const auto options = ProjectorNodeOptions::read(ros::NodeHandle("~"));
+    const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down
+    const auto options = ProjectorNodeOptions::read(own);
     ProjectorNode node(options);
     auto window = openWindow(options, node.lens());
     ros::AsyncSpinner spinner(1);

@@ -11,7 +11,8 @@ int main(int argc, char** argv) {
   ros::init(argc, argv, "recorder_node", ros::init_options::NoSigintHandler);
   catchStopSignals();
   try {
-    const RecorderNodeOptions options = RecorderNodeOptions::read(ros::NodeHandle("~"));
+    const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down, its log first
+    const RecorderNodeOptions options = RecorderNodeOptions::read(own);
     RecorderNode node(options);
     // Starting a behavior waits for connections; the others go on meanwhile.
     ros::AsyncSpinner spinner(4);
