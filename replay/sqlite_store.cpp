@@ -53,11 +53,11 @@ Behavior readBehavior(const SqliteStatement& row) {
 
 /// Empty: the bytes do not fit the definition, or the document would be too long to be of use.
 std::optional<std::string> documentOf(const Schema* schema, const Bytes& bytes,
-                                      std::size_t longest) {
+                                      const SqliteLimits& limits) {
   if (!schema) return std::nullopt;
   try {
-    std::string document = dump(toJson(decode(*schema, bytes)));
-    if (document.size() > longest) return std::nullopt;
+    std::string document = dump(toJson(decode(*schema, bytes), {limits.longest_array}));
+    if (document.size() > limits.longest_document) return std::nullopt;
     return document;
   } catch (const MessageError&) {
     return std::nullopt;
@@ -188,8 +188,7 @@ void SqliteStore::append(const std::vector<Message>& messages) {
   std::vector<std::optional<std::string>> documents;
   documents.reserve(messages.size());
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    documents.push_back(
-        documentOf(infos[i].schema.get(), messages[i].bytes, limits_.longest_document));
+    documents.push_back(documentOf(infos[i].schema.get(), messages[i].bytes, limits_));
   }
   const Lock lock(mutex_);
   SqliteTransaction transaction(*connection_);

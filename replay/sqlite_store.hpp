@@ -14,6 +14,9 @@ namespace afterglow::replay {
 struct SqliteLimits {
   /// Larger messages are refused: SQLite's largest row has 10^9 bytes, with the document in it.
   std::size_t largest_message = 990'000'000;
+  /// Number arrays longer than this are named in a document by type and count only: writing numbers
+  /// out takes ten times as long as storing them.
+  std::size_t longest_array = 64;
   /// Longer documents are left out.
   std::size_t longest_document = 1 << 20;
 };

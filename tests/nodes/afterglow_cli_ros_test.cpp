@@ -1,0 +1,276 @@
+// The command, as a user meets it: import, list, show, export. Judge of bags: rosbag's Python
+// reader (tests/support/bag_judge.py).
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "nodes/program.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace afterglow::test;
+
+constexpr const char* kTurtles = "../shared/data/turtlesim.bag";
+
+/// A folder of its own, with the store of all commands in it.
+class AfterglowCommand : public testing::Test {
+ protected:
+  void SetUp() override { setenv("AFTERGLOW_STORE", store_.c_str(), 1); }
+
+  ProgramResult afterglow(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), AFTERGLOW_TEST_COMMAND);
+    return runProgram(arguments);
+  }
+  ProgramResult judge(const std::string& script) const {
+    return runProgram({"bash", "-c", "set -o pipefail; " + script, "judge", AFTERGLOW_TEST_PYTHON,
+                       AFTERGLOW_TEST_COMMAND});
+  }
+  /// Refused: status 1 and one line on stderr that says this.
+  void expectRefused(const std::vector<std::string>& arguments, const std::string& text) const {
+    const ProgramResult result = afterglow(arguments);
+    EXPECT_EQ(result.status, 1) << result.output;
+    EXPECT_EQ(result.output, "afterglow " + arguments.front() + ": " + text + "\n");
+  }
+
+  TempFolder folder_;
+  std::string store_ = folder_.path("data/store.db");
+};
+
+/// The same with the turtles imported.
+class ImportedTurtles : public AfterglowCommand {
+ protected:
+  void SetUp() override {
+    AfterglowCommand::SetUp();
+    if (!fs::exists(kTurtles)) GTEST_SKIP() << kTurtles << " is not there";
+    imported_ = afterglow({"import", kTurtles, "--tag", "real", "--tag", "old"});
+    ASSERT_EQ(imported_.status, 0) << imported_.output;
+  }
+  ProgramResult imported_;
+};
+
+TEST_F(ImportedTurtles, areCounted) {
+  EXPECT_EQ(imported_.output,
+            "8647 messages on 9 topics as behavior 1 \"turtlesim\" in sqlite:" + store_ + "\n");
+  const auto list = nlohmann::json::parse(afterglow({"list", "--json"}).output);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["id"], 1);
+  EXPECT_EQ(list[0]["name"], "turtlesim");
+  EXPECT_EQ(list[0]["tree_path"], "");
+  EXPECT_EQ(list[0]["outcome"], "imported");
+  EXPECT_EQ(list[0]["begin_ns"], 1396293887844783943);
+  EXPECT_EQ(list[0]["end_ns"], 1396293909544870200) << "last stamp plus one";
+  EXPECT_EQ(list[0]["tags"], (std::vector<std::string>{"real", "old"}));
+  EXPECT_EQ(list[0]["topics"].size(), 9u);
+  EXPECT_EQ(list[0]["topics"]["/turtle1/pose"],
+            (nlohmann::json{{"type", "turtlesim/Pose"}, {"count", 1344}}));
+}
+
+TEST_F(ImportedTurtles, haveTheValuesThatRosbagReads) {
+  const ProgramResult result =
+      judge(R"("$2" show 1 --messages | "$1" tests/support/bag_judge.py values )" +
+            std::string(kTurtles));
+  EXPECT_EQ(result.output, "8647 messages have the same values\n");
+  EXPECT_EQ(result.status, 0);
+}
+
+TEST_F(ImportedTurtles, areExportedByteForByte) {
+  const std::string bag = folder_.path("out.bag");
+  EXPECT_EQ(afterglow({"export", "1", "--out", bag}).output,
+            "8647 messages of behavior 1 \"turtlesim\" in " + bag + "\n");
+  const ProgramResult same =
+      judge("\"$1\" tests/support/bag_judge.py same " + std::string(kTurtles) + " " + bag);
+  EXPECT_EQ(same.output, "8647 messages are the same\n");
+  const ProgramResult info = runProgram({"rosbag", "info", bag});
+  EXPECT_EQ(info.status, 0) << info.output;
+  EXPECT_NE(info.output.find("messages:    8647"), std::string::npos) << info.output;
+}
+
+TEST_F(ImportedTurtles, areExportedByTopic) {
+  const std::string bag = folder_.path("out.bag");
+  EXPECT_EQ(afterglow({"export", "1", "--out", bag, "--topics", "/tf_static,/rosout"}).output,
+            "11 messages of behavior 1 \"turtlesim\" in " + bag + "\n");
+  fs::remove(bag);
+  expectRefused({"export", "1", "--out", bag, "--topics", "/none"},
+                "behavior 1 holds no messages on its topics: /none");
+  EXPECT_FALSE(fs::exists(bag));
+}
+
+TEST_F(ImportedTurtles, areFoundByNameTopicAndTime) {
+  ASSERT_EQ(afterglow({"import", kTurtles, "--name", "turtles, again"}).status, 0);
+  const auto found = [&](std::vector<std::string> filter) {
+    filter.insert(filter.begin(), {"list", "--json"});
+    return nlohmann::json::parse(afterglow(filter).output).size();
+  };
+  EXPECT_EQ(found({}), 2u);
+  EXPECT_EQ(found({"--name", "turtles, again"}), 1u);
+  EXPECT_EQ(found({"--name", "nobody"}), 0u);
+  EXPECT_EQ(found({"--outcome", "imported"}), 2u);
+  EXPECT_EQ(found({"--topic", "/tf"}), 2u);
+  EXPECT_EQ(found({"--topic", "/tfx"}), 0u);
+  EXPECT_EQ(found({"--since", "2014-03-31T19:25:09Z", "--until", "1396293888"}), 2u);
+  EXPECT_EQ(found({"--since", "2014-03-31T19:25:10Z"}), 0u);
+  EXPECT_EQ(found({"--until", "2014-03-31T19:24:47Z"}), 0u);
+}
+
+TEST_F(ImportedTurtles, areShownWithTheirTopics) {
+  const std::string text = afterglow({"show", "1"}).output;
+  EXPECT_NE(text.find("behavior 1 \"turtlesim\""), std::string::npos) << text;
+  EXPECT_NE(text.find("turtlesim/Color          1351   62.50"), std::string::npos) << text;
+  const auto json = nlohmann::json::parse(afterglow({"show", "1", "--json"}).output);
+  EXPECT_EQ(json["topic_details"].size(), 9u);
+  EXPECT_EQ(json["topic_details"][3]["topic"], "/turtle1/cmd_vel");
+  EXPECT_NEAR(json["topic_details"][3]["hz"].get<double>(), 21.4, 0.1);
+}
+
+TEST_F(ImportedTurtles, areShownMessageByMessage) {
+  const ProgramResult result =
+      afterglow({"show", "1", "--messages", "--topic", "/tf_static", "--limit", "5"});
+  const auto line = nlohmann::json::parse(result.output);
+  EXPECT_EQ(line["type"], "tf2_msgs/TFMessage");
+  EXPECT_TRUE(line["message"]["transforms"].is_array());
+}
+
+// ------------------------------------------------------------------------------------- rosbag play
+
+/// A ROS master of the test's own.
+class Roscore {
+ public:
+  Roscore() {
+    port_ = freePort();
+    process_ = fork();
+    if (process_ == 0) {
+      setpgid(0, 0);
+      freopen("/dev/null", "w", stdout);
+      freopen("/dev/null", "w", stderr);
+      execlp("roscore", "roscore", "-p", std::to_string(port_).c_str(), nullptr);
+      _exit(127);
+    }
+    setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port_)).c_str(), 1);
+  }
+  ~Roscore() {
+    kill(process_, SIGINT);
+    waitpid(process_, nullptr, 0);
+  }
+  Roscore(const Roscore&) = delete;
+  Roscore& operator=(const Roscore&) = delete;
+
+  bool waitUntilUp() const {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (std::chrono::steady_clock::now() < deadline) {
+      if (runProgram({"rosparam", "get", "/rosdistro"}).status == 0) return true;
+    }
+    return false;
+  }
+
+ private:
+  static int freePort() {
+    const int listener = socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(address);
+    bind(listener, reinterpret_cast<sockaddr*>(&address), size);
+    getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
+    close(listener);
+    return ntohs(address.sin_port);
+  }
+
+  int port_ = 0;
+  pid_t process_ = 0;
+};
+
+TEST_F(ImportedTurtles, arePlayedByRosbag) {
+  const std::string bag = folder_.path("out.bag");
+  ASSERT_EQ(afterglow({"export", "1", "--out", bag}).status, 0);
+  const Roscore master;
+  ASSERT_TRUE(master.waitUntilUp());
+  const ProgramResult played = runProgram({"rosbag", "play", "--quiet", "--immediate", bag});
+  EXPECT_EQ(played.status, 0) << played.output;
+}
+
+// ---------------------------------------------------------------------------------------- bad
+// input
+
+TEST_F(ImportedTurtles, stayAsTheyAreWhenAnImportFails) {
+  const std::string before = afterglow({"list", "--json"}).output;
+  const std::string whole = fileBytes(kTurtles);
+  const std::string cut = folder_.path("cut.bag");
+  for (const std::size_t size :
+       {0ul, 5ul, 13ul, 100ul, 4117ul, whole.size() / 2, whole.size() - 2000, whole.size() - 1}) {
+    writeFile(cut, whole.substr(0, size));
+    const ProgramResult result = afterglow({"import", cut});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_EQ(result.output.find("afterglow import: " + cut + ": "), 0u) << result.output;
+    EXPECT_EQ(result.output.find('\n'), result.output.size() - 1) << result.output;
+  }
+  EXPECT_EQ(afterglow({"list", "--json"}).output, before);
+}
+
+TEST_F(AfterglowCommand, leavesNoStoreBehindWhenTheFirstImportFails) {
+  writeFile(folder_.path("text.bag"), "no bag at all, whatever it is called");
+  expectRefused({"import", folder_.path("text.bag")}, folder_.path("text.bag") + ": not a bag");
+  EXPECT_FALSE(fs::exists(store_));
+  EXPECT_FALSE(fs::exists(folder_.path("data"))) << "nor the folder made for it";
+}
+
+TEST_F(AfterglowCommand, saysInOneLineWhatIsWrong) {
+  expectRefused({"list"}, "sqlite:" + store_ + ": no such store");
+  writeFile(folder_.path("empty"), "");
+  expectRefused({"list", "--store", folder_.path("empty")},
+                "sqlite:" + folder_.path("empty") + ": not an Afterglow store: the file is empty");
+  writeFile(folder_.path("text"), std::string(200, 'x'));
+  expectRefused({"show", "1", "--store", folder_.path("text")},
+                "sqlite:" + folder_.path("text") +
+                    ": not an Afterglow store: the file is no SQLite database");
+  expectRefused({"import", folder_.path("none.bag")},
+                folder_.path("none.bag") + ": cannot open: No such file or directory");
+}
+
+TEST_F(ImportedTurtles, areNotConfusedWithOthers) {
+  expectRefused({"show", "2"}, "sqlite:" + store_ + ": there is no behavior 2");
+  expectRefused({"export", "2", "--out", folder_.path("x.bag")},
+                "sqlite:" + store_ + ": there is no behavior 2");
+  const std::string out = folder_.path("none/x.bag");
+  expectRefused({"export", "1", "--out", out},
+                out + ": cannot write the bag: No such file or directory");
+}
+
+TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
+  for (const auto& arguments :
+       std::vector<std::vector<std::string>>{{},
+                                             {"lisst"},
+                                             {"import"},
+                                             {"show"},
+                                             {"show", "one"},
+                                             {"show", "1", "--topic", "/a"},
+                                             {"export", "1"},
+                                             {"list", "--colour"},
+                                             {"list", "--since", "yesterday"}}) {
+    EXPECT_EQ(afterglow(arguments).status, 2) << (arguments.empty() ? "" : arguments.back());
+  }
+}
+
+TEST_F(AfterglowCommand, helps) {
+  for (const char* verb : {"import", "list", "show", "export"}) {
+    const ProgramResult help = afterglow({verb, "--help"});
+    EXPECT_EQ(help.status, 0);
+    EXPECT_NE(help.output.find("--store"), std::string::npos) << help.output;
+  }
+  EXPECT_EQ(afterglow({"--help"}).status, 0);
+  EXPECT_EQ(afterglow({"--version"}).output.substr(0, 10), "afterglow ");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes

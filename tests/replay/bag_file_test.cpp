@@ -1,0 +1,226 @@
+#include "replay/bag_file.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <filesystem>
+
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace afterglow::test;
+using Texts = std::vector<std::string>;
+
+/// What a BagError says; "" if there is none.
+template <typename Work>
+std::string bagErrorOf(const Work& work) {
+  try {
+    work();
+  } catch (const BagError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// A store with one behavior that has ties, two publishers of one topic, a latched channel, an
+/// empty message and a type that nobody knows.
+class BagFileTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto recording = store_->addRecording("/recorder");
+    const auto b = store_->addChannel(recording, stringChannel("/b", "/z", true));
+    const auto a = store_->addChannel(recording, stringChannel("/a"));
+    const auto a2 = store_->addChannel(recording, stringChannel("/a", ""));
+    Channel strange = stringChannel("/strange");
+    strange.type = "unheard_of/Type";
+    strange.md5 = std::string(32, '0');
+    strange.definition = "we/do not know!";
+    const auto c = store_->addChannel(recording, strange);
+    Message empty{c, Stamp{1'000'000'010}, 5, {}, {}};
+    store_->append(
+        {stringMessage(b, 1'000'000'000, 0, "latched"), stringMessage(a, 1'000'000'010, 3, "c"),
+         stringMessage(b, 1'000'000'010, 1, "a"), stringMessage(a2, 1'000'000'010, 2, "b"), empty,
+         stringMessage(a, 1'000'000'010, 4, "d"), stringMessage(a, 2'000'000'000, 6, "last")});
+    behavior_ = sampleBehavior(recording, {"/a", "/b", "/strange"}, 1'000'000'000, 2'000'000'001);
+    behavior_.id = store_->addBehavior(behavior_);
+    exportBag(*store_, behavior_, {}, bag_);
+  }
+
+  TempFolder folder_;
+  std::string bag_ = folder_.path("small.bag");
+  std::unique_ptr<Store> store_ = openMemoryStore();
+  Behavior behavior_;
+};
+
+void expectSame(const Store& a, const Behavior& of_a, const Store& b, const Behavior& of_b) {
+  const auto first = readAll(*a.messages(of_a, {}));
+  const auto second = readAll(*b.messages(of_b, {}));
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].received, second[i].received) << i;
+    EXPECT_EQ(first[i].bytes, second[i].bytes) << i;
+    EXPECT_EQ(a.channel(first[i].channel), b.channel(second[i].channel)) << i;
+  }
+}
+
+TEST_F(BagFileTest, givesBackWhatWasExported) {
+  const auto other = openMemoryStore();
+  const auto result = importBag(bag_, *other);
+  EXPECT_EQ(result.messages, 7u);
+  EXPECT_EQ(result.unstamped, 0u);
+  EXPECT_EQ(result.behavior.name, "small");
+  EXPECT_EQ(result.behavior.outcome, "imported");
+  EXPECT_EQ(result.behavior.begin, Stamp{1'000'000'000});
+  EXPECT_EQ(result.behavior.end, Stamp{2'000'000'001}) << "the last message is in";
+  EXPECT_EQ(result.behavior.topics, (Texts{"/a", "/b", "/strange"}));
+  expectSame(*store_, behavior_, *other, result.behavior);
+}
+
+TEST_F(BagFileTest, exportsNamedTopicsAndRangesOnly) {
+  MessageRange range;
+  range.topics = {"/a"};
+  range.end = Stamp{1'500'000'000};
+  EXPECT_EQ(exportBag(*store_, behavior_, range, bag_), 3u);
+  const auto other = openMemoryStore();
+  EXPECT_EQ(readTexts(*other, importBag(bag_, *other).behavior), (Texts{"b", "c", "d"}));
+}
+
+TEST_F(BagFileTest, namesAndTagsAsAsked) {
+  const auto other = openMemoryStore();
+  std::uint64_t done = 0, total = 0;
+  const auto result = importBag(bag_, *other, {"pick", {"x", "y"}, [&](auto d, auto t) {
+                                                 done = d;
+                                                 total = t;
+                                               }});
+  EXPECT_EQ(other->behavior(result.behavior.id)->name, "pick");
+  EXPECT_EQ(other->behavior(result.behavior.id)->tags, (Texts{"x", "y"}));
+  EXPECT_EQ(done, 7u);
+  EXPECT_EQ(total, 7u);
+}
+
+/// Imports into a store that has something; whatever happens, it keeps just that. Returns the
+/// error.
+std::string importError(const std::string& bag) {
+  const auto store = openMemoryStore();
+  store->addRecording("there before");
+  const std::string error = bagErrorOf([&] { importBag(bag, *store); });
+  if (!error.empty()) {
+    EXPECT_TRUE(store->behaviors({}).empty());
+    EXPECT_EQ(store->addRecording("next"), 2) << "half an import was kept";
+  }
+  return error;
+}
+
+TEST_F(BagFileTest, refusesABagCutAnywhere) {
+  const std::string cut = folder_.path("cut.bag");
+  fs::copy_file(bag_, cut);
+  const auto store = openMemoryStore();
+  for (std::uintmax_t size = fs::file_size(bag_); size-- > 0;) {
+    fs::resize_file(cut, size);
+    const std::string error = bagErrorOf([&] { importBag(cut, *store); });
+    ASSERT_EQ(error.substr(0, cut.size() + 2), cut + ": ") << "cut to " << size << " bytes";
+    ASSERT_EQ(error.find('\n'), std::string::npos) << error;
+  }
+  EXPECT_TRUE(store->behaviors({}).empty());
+  EXPECT_EQ(store->addRecording("first"), 1) << "half an import was kept";
+  EXPECT_EQ(bagErrorOf([&] { importBag(bag_, *store); }), "");
+}
+
+TEST_F(BagFileTest, survivesDamageAnywhereWithoutACrash) {
+  const std::string whole = fileBytes(bag_);
+  const std::string damaged = folder_.path("damaged.bag");
+  fs::copy_file(bag_, damaged);
+  std::fstream file(damaged, std::ios::binary | std::ios::in | std::ios::out);
+  const auto writeByte = [&](std::size_t at, int byte) {
+    file.seekp(static_cast<std::streamoff>(at)).put(static_cast<char>(byte)).flush();
+  };
+  const auto store = openMemoryStore();
+  int round = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 5) {
+    // The file header's padding, 4 KB of blanks, means nothing.
+    if (whole.compare(at, 8, std::string(8, ' ')) == 0) continue;
+    writeByte(at, whole[at] ^ std::array{0x01, 0x80, 0xff}[++round % 3]);
+    bagErrorOf([&] { importBag(damaged, *store); });
+    writeByte(at, whole[at]);
+  }
+}
+
+TEST_F(BagFileTest, saysWhatIsNoBag) {
+  EXPECT_NE(importError(folder_.path("none.bag")).find("none.bag: cannot open: No such file"),
+            std::string::npos);
+  EXPECT_NE(importError(folder_.path("")).find("is a folder"), std::string::npos);
+  writeFile(bag_, "just text, and more than a first line of a bag");
+  EXPECT_EQ(importError(bag_), bag_ + ": not a bag");
+  writeFile(bag_, "#ROSBAG V1.2\n and so on");
+  EXPECT_EQ(importError(bag_), bag_ + ": a bag of version 1.2; version 2.0 can be read");
+}
+
+TEST_F(BagFileTest, saysThatABagWasNotClosed) {
+  std::string bytes = fileBytes(bag_);
+  const std::size_t at = bytes.find("index_pos=") + 10;
+  bytes.replace(at, 8, std::string(8, '\0'));
+  writeFile(bag_, bytes);
+  EXPECT_EQ(importError(bag_), bag_ +
+                                   ": the bag has no index, as its recorder did not close it; "
+                                   "'rosbag reindex' makes one");
+}
+
+// ----------------------------------------------------------------------------- failing to write
+// one
+
+TEST_F(BagFileTest, leavesTheOldBagWhenExportFails) {
+  const std::string before = fileBytes(bag_);
+  const auto zero = store_->addChannel(behavior_.recording, stringChannel("/zero"));
+  store_->append({stringMessage(zero, 0, 99, "no stamp")});
+  Behavior all = behavior_;
+  all.begin = {0};
+  MessageRange range;
+  range.topics = {"/zero", "/a"};
+  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, all, range, bag_); }),
+            bag_ + ": a bag cannot hold the stamp 0 ns");
+  EXPECT_EQ(fileBytes(bag_), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
+}
+
+TEST_F(BagFileTest, saysWhereABagCannotBeWritten) {
+  const std::string path = folder_.path("none/x.bag");
+  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, behavior_, {}, path); }),
+            path + ": cannot write the bag: No such file or directory");
+}
+
+TEST_F(BagFileTest, leavesNothingOnAFullDisk) {
+  std::vector<Message> batch;
+  const auto channel = store_->addChannel(behavior_.recording, stringChannel("/a"));
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    batch.push_back(stringMessage(channel, 1'500'000'000, 100 + i, std::string(1000, 'x')));
+  }
+  store_->append(batch);
+  const std::string path = folder_.path("large.bag");
+  const pid_t process = fork();
+  if (process == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1'000'000, 1'000'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    _exit(bagErrorOf([&] {
+            exportBag(*store_, behavior_, {}, path);
+          }).find(path + ": cannot write the bag: ") == 0
+              ? 0
+              : 1);
+  }
+  int status = 0;
+  waitpid(process, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
+}
+
+}  // namespace
+}  // namespace afterglow::replay
