@@ -1,0 +1,107 @@
+// Frames of the projector and of the bystander's view.
+#include <benchmark/benchmark.h>
+
+#include "render/gl/renderer.hpp"
+#include "tests/support/optics.hpp"
+
+namespace afterglow::render {
+namespace {
+
+Rigid<World, World> at(double x, double y, double z) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << x, y, z;
+  return Rigid<World, World>(T);
+}
+
+const Rigid<World, Projector> kProjector = test::lookAt<Projector>({0.2, 0, 1.6}, {1.5, 0, 0});
+
+PointCloud cloud(int side, PointStyle style, float size) {
+  PointCloud cloud;
+  cloud.style = style;
+  cloud.size = size;
+  for (int i = 0; i < side * side; ++i) {
+    cloud.points.emplace_back(1.0f + 0.8f * static_cast<float>(i / side) / static_cast<float>(side),
+                              0.4f * static_cast<float>(i % side) / static_cast<float>(side), 0.7f);
+  }
+  return cloud;
+}
+
+/// The paper's pictures: a cloud on the table, a path on a bounded floor, an obstacle.
+Scene scene(int side) {
+  Scene scene;
+  Layer points;
+  points.drawables = {{{}, cloud(side, PointStyle::Boxes, 0.005f), {0, 1, 0, 1}}};
+  Layer path;
+  path.placement = Placement::Drape;
+  path.surface = SurfacePatch{"floor", {}, {{-2, -2}, {4, -2}, {4, 2}, {-2, 2}}};
+  for (int i = 0; i < 20; ++i) {
+    path.drawables.push_back({at(0.8 + 0.1 * i, -0.3, 0.1), Arrow{0.09f, 0.04f, 0.08f, 0.04f}, {}});
+  }
+  Layer obstacle;
+  obstacle.drawables = {{at(1.8, 0.6, 0.2), Sphere{Eigen::Vector3f::Constant(0.45f)}, {}}};
+  scene.layers = {points, path, obstacle};
+  return scene;
+}
+
+const std::vector<double> kBent = {-0.2, 0.05, 0.001, -0.001, 0};
+
+void projectorFrame(benchmark::State& state, const std::vector<double>& D) {
+  GlContext context;
+  ProjectorRenderer renderer(context, test::lens(1280, 800, 1100, 640, 500, D));
+  const Scene content = scene(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(renderer.render(content, kProjector.inverse()));
+  }
+}
+
+void projectorStraight(benchmark::State& state) { projectorFrame(state, {}); }
+void projectorDistorted(benchmark::State& state) { projectorFrame(state, kBent); }
+// 0: nothing to draw but path and obstacle; 32 * 32 = 1024 boxes; 100 * 100.
+BENCHMARK(projectorStraight)
+    ->Arg(0)
+    ->Arg(32)
+    ->Arg(100)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK(projectorDistorted)->Arg(32)->Arg(100)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void projectorPoints(benchmark::State& state) {
+  GlContext context;
+  ProjectorRenderer renderer(context, test::lens(1280, 800, 1100, 640, 500, kBent));
+  Layer layer;
+  layer.drawables = {{{}, cloud(static_cast<int>(state.range(0)), PointStyle::Points, 3), {}}};
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(renderer.render({{layer}}, kProjector.inverse()));
+  }
+}
+BENCHMARK(projectorPoints)->Arg(100)->Arg(554)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+void observerFrame(benchmark::State& state) {
+  GlContext context;
+  const calib::Lens lens = test::lens(1280, 800, 1100, 640, 500, kBent);
+  ProjectorRenderer projector(context, lens);
+  const ProjectedLight light{lens, kProjector.inverse(),
+                             projector.render(scene(32), kProjector.inverse())};
+  std::vector<Drawable> room = {{at(1, 0, -0.05), Cube{{7, 7, 0.1f}}, {}},
+                                {at(4.5, 0, 1.3), Cube{{0.1f, 7, 2.6f}}, {}}};
+  for (int i = 0; i < 58; ++i) {
+    const auto pose = at(0.5 + 0.3 * (i % 8), -1 + 0.3 * (i / 8), 0.1);
+    if (i % 2 == 0) {
+      room.push_back({pose, Cube{{0.1f, 0.1f, 0.2f}}, {0.5f, 0.3f, 0.2f, 1}});
+    } else {
+      room.push_back({pose, Cylinder{{0.1f, 0.1f, 0.2f}}, {0.2f, 0.3f, 0.5f, 1}});
+    }
+  }
+  ObserverRenderer renderer(context);
+  ObserverView view;
+  view.width = 960;
+  view.height = 540;
+  view.T_world_observer = test::lookAt<Observer>({-1.2, -2.6, 1.9}, {1.4, 0.1, 0.3});
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(renderer.render(room, state.range(0) ? &light : nullptr, view));
+  }
+}
+BENCHMARK(observerFrame)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+}  // namespace
+}  // namespace afterglow::render

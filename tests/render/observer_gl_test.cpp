@@ -1,0 +1,142 @@
+// The bystander's picture: projected light appears where geometry says, and only where the
+// projector can be seen.
+#include <gtest/gtest.h>
+
+#include "tests/support/gl_context.hpp"
+#include "tests/support/image_measures.hpp"
+#include "tests/support/optics.hpp"
+
+namespace afterglow::render {
+namespace {
+
+Rigid<World, World> at(double x, double y, double z) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << x, y, z;
+  return Rigid<World, World>(T);
+}
+
+class Observed : public test::GlTest {
+ protected:
+  void SetUp() override {
+    GlTest::SetUp();
+    view_.width = 640;
+    view_.height = 360;
+    view_.T_world_observer = test::lookAt<Observer>({0.5, -2.5, 1.6}, {1.3, 0, 0.1});
+    room_ = {{at(1, 0, -0.05), Cube{{6, 6, 0.1f}}, {0.6f, 0.6f, 0.6f, 1}}};
+  }
+
+  /// Light for a white square on the floor, thrown through a lens that bends.
+  ProjectedLight lightForSquare(double x, double y, float size) {
+    Layer layer;
+    layer.drawables = {{at(x, y, 0), Cube{{size, size, 0.0002f}}, {}}};
+    const auto T = T_world_projector_.inverse();
+    return {lens_, T, ProjectorRenderer(context(), lens_).render({{layer}}, T)};
+  }
+
+  Image observe(const ProjectedLight* light) {
+    return ObserverRenderer(context()).render(room_, light, view_);
+  }
+
+  /// Pixel of a world point in the bystander's picture.
+  Eigen::Vector2d pixel(const Eigen::Vector3d& p_world) const {
+    const Eigen::Vector3d p = view_.T_world_observer.inverse() * p_world;
+    const double f = view_.height / 2.0 / std::tan(view_.vertical_fov / 2);
+    return Eigen::Vector2d(view_.width - 1, view_.height - 1) / 2 + f * p.head<2>() / p.z();
+  }
+
+  /// Centre of where two pictures differ, and over how many pixels they do.
+  static std::pair<Eigen::Vector2d, double> difference(const Image& a, const Image& b) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double weight = 0, count = 0;
+    for (int v = 0; v < a.height; ++v) {
+      for (int u = 0; u < a.width; ++u) {
+        const int change = std::abs(test::brightness(a, u, v) - test::brightness(b, u, v));
+        if (change < 30) continue;
+        sum += change * Eigen::Vector2d(u, v);
+        weight += change;
+        ++count;
+      }
+    }
+    return {sum / std::max(weight, 1.0), count};
+  }
+
+  const calib::Lens lens_ = test::lens(1280, 800, 1100, 640, 500, {-0.25, 0.05, 0.001, -0.001, 0});
+  const Rigid<World, Projector> T_world_projector_ =
+      test::lookAt<Projector>({0, 0, 1.5}, {1.3, 0, 0});
+  std::vector<Drawable> room_;
+  ObserverView view_;
+};
+
+TEST_F(Observed, projectedSquareLiesWhereGeometrySays) {
+  const ProjectedLight light = lightForSquare(1.3, 0.2, 0.2f);
+  const auto [center, count] = difference(observe(&light), observe(nullptr));
+  EXPECT_LT((center - pixel({1.3, 0.2, 0})).norm(), 1.0);
+  // Its outline's area, by the shoelace formula.
+  double area = 0;
+  const double h = 0.1;
+  const Eigen::Vector2d corners[] = {pixel({1.3 - h, 0.2 - h, 0}), pixel({1.3 + h, 0.2 - h, 0}),
+                                     pixel({1.3 + h, 0.2 + h, 0}), pixel({1.3 - h, 0.2 + h, 0})};
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d &a = corners[i], &b = corners[(i + 1) % 4];
+    area += (a.x() * b.y() - a.y() * b.x()) / 2;
+  }
+  EXPECT_NEAR(count / std::abs(area), 1, 0.2) << "softened edges count, too";
+}
+
+TEST_F(Observed, lightIsClearlyVisibleInTheDimmedRoom) {
+  const ProjectedLight light = lightForSquare(1.3, 0.2, 0.2f);
+  const Image lit = observe(&light), dark = observe(nullptr);
+  const Eigen::Vector2d at_square = pixel({1.3, 0.2, 0});
+  const int u = static_cast<int>(at_square.x()), v = static_cast<int>(at_square.y());
+  EXPECT_GT(test::brightness(lit, u, v), test::brightness(dark, u, v) + 200);
+  EXPECT_GT(test::brightness(dark, u, v), 60) << "the room is dimmed, not black";
+}
+
+TEST_F(Observed, aBoxInTheBeamTakesTheLight) {
+  const ProjectedLight light = lightForSquare(1.6, 0, 0.2f);
+  // Half-way between projector and square, out of the bystander's sight of the square.
+  room_.push_back({at(0.8, 0, 0.75), Cube{Eigen::Vector3f::Constant(0.3f)}, {}});
+  const Image lit = observe(&light), dark = observe(nullptr);
+  const Eigen::Vector2d at_square = pixel({1.6, 0, 0});
+  const int u = static_cast<int>(at_square.x()), v = static_cast<int>(at_square.y());
+  EXPECT_EQ(test::brightness(lit, u, v), test::brightness(dark, u, v));
+  const auto [center, count] = difference(lit, dark);
+  EXPECT_LT((center - pixel({0.72, 0, 0.85})).norm(), 40) << "it lies on the box instead";
+  EXPECT_GT(count, 20);
+}
+
+TEST_F(Observed, surfacesDoNotShadeThemselves) {
+  // All white: every floor pixel in the beam must be lit, without stripes or holes.
+  ProjectedLight light{lens_, T_world_projector_.inverse(), {1280, 800, {}}};
+  light.image.rgb.assign(3 * 1280 * 800, 255);
+  const Image lit = observe(&light), dark = observe(nullptr);
+  int holes = 0, inside = 0;
+  for (double x = 0.8; x < 2.4; x += 0.02) {
+    for (double y = -0.3; y < 0.3; y += 0.02) {
+      const Eigen::Vector2d p = pixel({x, y, 0});
+      const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
+      if (u < 0 || v < 0 || u >= view_.width || v >= view_.height) continue;
+      ++inside;
+      holes += test::brightness(lit, u, v) < test::brightness(dark, u, v) + 60;
+    }
+  }
+  EXPECT_GT(inside, 1000);
+  EXPECT_EQ(holes, 0);
+}
+
+TEST_F(Observed, aDarkImageChangesNothing) {
+  ProjectedLight light{lens_, T_world_projector_.inverse(), {1280, 800, {}}};
+  light.image.rgb.assign(3 * 1280 * 800, 0);
+  EXPECT_EQ(observe(&light).rgb, observe(nullptr).rgb);
+}
+
+TEST_F(Observed, refusesAnImageThatIsNotTheLenss) {
+  ProjectedLight light{lens_, T_world_projector_.inverse(), {4, 4, {}}};
+  light.image.rgb.assign(48, 255);
+  EXPECT_THROW(observe(&light), std::logic_error);
+  view_.vertical_fov = 0;
+  EXPECT_THROW(observe(nullptr), std::logic_error);
+}
+
+}  // namespace
+}  // namespace afterglow::render
