@@ -84,6 +84,12 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   EXPECT_EQ(config.layers[4].cloud.size, 0.01f);
 }
 
+TEST_F(ProjectorConfigTest, readsTheExampleThatIsShipped) {
+  const ProjectorConfig config = loadProjectorConfig("assets/projector.yaml", "calibration");
+  EXPECT_EQ(config.camera_info, "calibration/projector.yaml");
+  EXPECT_EQ(config.layers.size(), 5u);
+}
+
 TEST_F(ProjectorConfigTest, findsTheLensBesideItselfWithoutACalibrationFolder) {
   EXPECT_EQ(load(kHead + kCloud + "}\n").camera_info, folder_.path("p.yaml"));
 }
