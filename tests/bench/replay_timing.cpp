@@ -1,0 +1,236 @@
+// How exactly a replay keeps the recorded rhythm, seen by a subscriber of its own: `afterglow play`
+// beside `rosbag play` on the same messages, alternately, in one run. A 100 Hz stream of velocities
+// and a 30 Hz stream of clouds. Prints figures and their ratio; run by hand on a machine that has
+// nothing else to do:   replay_timing [seconds] [rounds]
+#include <geometry_msgs/Twist.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "replay/store.hpp"
+#include "tests/support/node_process.hpp"
+#include "tests/support/ros_master.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace {
+
+using namespace afterglow;
+
+constexpr std::size_t kCloudBytes = 20'000;
+
+template <typename M>
+replay::Channel channelOf(const std::string& topic) {
+  namespace traits = ros::message_traits;
+  return {topic,
+          traits::DataType<M>::value(),
+          traits::MD5Sum<M>::value(),
+          traits::Definition<M>::value(),
+          false,
+          "/bench"};
+}
+
+template <typename M>
+replay::Bytes serialized(const M& message) {
+  replay::Bytes bytes(ros::serialization::serializationLength(message));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+replay::Bytes twist(int index) {
+  geometry_msgs::Twist message;
+  message.linear.x = index + 1;
+  return serialized(message);
+}
+
+replay::Bytes cloud(int index) {
+  sensor_msgs::PointCloud2 message;
+  message.height = static_cast<std::uint32_t>(index);  // tells them apart
+  message.data.resize(kCloudBytes);
+  return serialized(message);
+}
+
+/// Arrivals of one stream, by index; seconds on the steady clock.
+using Arrivals = std::map<int, double>;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+struct Stream {
+  double rate_hz;
+  int count;
+  Arrivals arrivals;
+};
+
+class Subscriber {
+ public:
+  Subscriber(double seconds) {
+    streams_["cmd"] = {100, static_cast<int>(100 * seconds), {}};
+    streams_["ar"] = {30, static_cast<int>(30 * seconds), {}};
+    node_.setCallbackQueue(&queue_);
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    twists_ = node_.subscribe<geometry_msgs::Twist>(
+        "/bench/cmd", 1000,
+        [this](const geometry_msgs::TwistConstPtr& m) {
+          arrive("cmd", static_cast<int>(m->linear.x) - 1);
+        },
+        ros::VoidConstPtr(), hints);
+    clouds_ = node_.subscribe<sensor_msgs::PointCloud2>(
+        "/bench/ar", 1000,
+        [this](const sensor_msgs::PointCloud2ConstPtr& m) {
+          arrive("ar", static_cast<int>(m->height));
+        },
+        ros::VoidConstPtr(), hints);
+    spinner_.start();
+  }
+  ~Subscriber() { spinner_.stop(); }
+
+  std::map<std::string, Stream> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::map<std::string, Stream> taken = streams_;
+    for (auto& [name, stream] : streams_) stream.arrivals.clear();
+    return taken;
+  }
+
+ private:
+  void arrive(const std::string& stream, int index) {
+    const double at = now();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // The zero velocity and the clearing cloud at the end are no messages of the recording.
+    if (index >= 0) streams_.at(stream).arrivals.emplace(index, at);
+  }
+
+  std::mutex mutex_;
+  std::map<std::string, Stream> streams_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Subscriber twists_, clouds_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+};
+
+struct Figures {
+  double p50 = 0, p99 = 0, max = 0, drift = 0;  ///< milliseconds
+  std::size_t missing = 0;
+};
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return NAN;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
+}
+
+/// Errors against the recorded schedule, relative to their median; drift: last second less first.
+Figures measure(const Stream& stream) {
+  std::vector<double> errors, sizes;
+  for (const auto& [index, at] : stream.arrivals) {
+    errors.push_back(1e3 * (at - index / stream.rate_hz));
+  }
+  const double median = quantile(errors, 0.5);
+  for (const double error : errors) sizes.push_back(std::abs(error - median));
+  const auto second = static_cast<std::ptrdiff_t>(stream.rate_hz);
+  Figures figures;
+  figures.p50 = quantile(sizes, 0.5);
+  figures.p99 = quantile(sizes, 0.99);
+  figures.max = quantile(sizes, 1);
+  if (errors.size() > 2 * static_cast<std::size_t>(second)) {
+    figures.drift = quantile({errors.end() - second, errors.end()}, 0.5) -
+                    quantile({errors.begin(), errors.begin() + second}, 0.5);
+  }
+  figures.missing = static_cast<std::size_t>(stream.count) - stream.arrivals.size();
+  return figures;
+}
+
+std::int64_t record(const std::string& path, double seconds) {
+  const auto store = replay::openStore(path, replay::OpenMode::ReadWrite);
+  const std::int64_t recording = store->addRecording("replay_timing");
+  const std::int64_t cmd =
+      store->addChannel(recording, channelOf<geometry_msgs::Twist>("/bench/cmd"));
+  const std::int64_t ar =
+      store->addChannel(recording, channelOf<sensor_msgs::PointCloud2>("/bench/ar"));
+  const std::int64_t begin = 1'600'000'000'000'000'000;
+  std::vector<replay::Message> messages;
+  for (int i = 0; i < 100 * seconds; ++i)
+    messages.push_back({cmd, {begin + std::llround(i * 1e7)}, messages.size(), {}, twist(i)});
+  for (int i = 0; i < 30 * seconds; ++i)
+    messages.push_back({ar, {begin + std::llround(i * 1e9 / 30)}, messages.size(), {}, cloud(i)});
+  store->append(messages);
+  replay::Behavior behavior;
+  behavior.recording = recording;
+  behavior.name = "timing";
+  behavior.topics = {"/bench/cmd", "/bench/ar"};
+  behavior.begin = {begin};
+  behavior.end = replay::Stamp{begin + std::llround(seconds * 1e9)};
+  return store->addBehavior(behavior);
+}
+
+void run(double seconds, int rounds) {
+  const test::TempFolder folder;
+  const std::string store = folder.path("timing.db"), bag = folder.path("timing.bag");
+  const std::string id = std::to_string(record(store, seconds));
+  const auto finish = [](const std::vector<std::string>& arguments) {
+    test::NodeProcess process(arguments);
+    if (process.exitStatus() != 0) throw std::runtime_error(process.log());
+  };
+  finish({AFTERGLOW_BENCH_COMMAND, "export", id, "--store", store, "--out", bag});
+  const std::map<std::string, std::vector<std::string>> players = {
+      {"afterglow play", {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion"}},
+      {"rosbag play", {"rosbag", "play", "-q", "--wait-for-subscribers", bag}}};
+
+  Subscriber subscriber(seconds);
+  std::map<std::string, std::vector<Figures>> all;  // by stream and player
+  std::printf("%-5s %-15s %8s %8s %8s %9s %8s   (ms)\n", "", "", "p50", "p99", "max", "drift",
+              "missing");
+  for (int round = 0; round < rounds; ++round) {
+    for (const auto& [player, arguments] : players) {
+      finish(arguments);
+      for (const auto& [name, stream] : subscriber.take()) {
+        const Figures figures = measure(stream);
+        all[name + "/" + player].push_back(figures);
+        std::printf("%-5s %-15s %8.3f %8.3f %8.3f %9.3f %8zu\n", name.c_str(), player.c_str(),
+                    figures.p50, figures.p99, figures.max, figures.drift, figures.missing);
+      }
+    }
+  }
+  for (const char* stream : {"cmd", "ar"}) {
+    const auto medianP99 = [&](const std::string& player) {
+      std::vector<double> values;
+      for (const Figures& figures : all[stream + ("/" + player)]) values.push_back(figures.p99);
+      return quantile(values, 0.5);
+    };
+    const double ours = medianP99("afterglow play"), theirs = medianP99("rosbag play");
+    std::printf("%s: median p99 %.3f ms beside rosbag play's %.3f ms, ratio %.2f\n", stream, ours,
+                theirs, ours / theirs);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const double seconds = argc > 1 ? std::atof(argv[1]) : 12;
+  const int rounds = argc > 2 ? std::atoi(argv[2]) : 3;
+  if (seconds < 3 || rounds < 1) {
+    std::fprintf(stderr, "usage: replay_timing [seconds, 3 or more] [rounds]\n");
+    return 2;
+  }
+  try {
+    const test::RosMaster master;
+    int none = 0;
+    ros::init(none, nullptr, "replay_timing", ros::init_options::NoSigintHandler);
+    ros::start();
+    run(seconds, rounds);
+    ros::shutdown();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "replay_timing: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
