@@ -168,6 +168,12 @@ void BagCheck::visitIndex(const Record& record) {
 
 void BagCheck::checkPositions() const {
   if (index_position_ == 0) fail("the bag is cut short before its header");
+  if (index_position_ > file_size_) {
+    fail("the bag is cut short: its index should be at byte " + std::to_string(index_position_) +
+         ", the file has " + std::to_string(file_size_));
+  }
+  // What is cut between two records looks whole, but for this: these records are the last.
+  if (chunk_infos_.size() != chunks_.size()) fail("the bag is cut short: its index is incomplete");
   if (index_position_ != file_size_ && kinds_.count(index_position_) == 0) {
     fail("the index that should be at byte " + std::to_string(index_position_) + " is not there");
   }
@@ -179,8 +185,6 @@ void BagCheck::checkPositions() const {
   for (const auto& [connection, is_described] : connections_) {
     if (!is_described) fail("connection " + std::to_string(connection) + " is not described");
   }
-  // A bag that was cut between two records still looks whole, but for these.
-  if (chunk_infos_.size() != chunks_.size()) fail("the bag is cut short: its index is incomplete");
 }
 
 void BagCheck::checkMessage(std::uint64_t chunk_position, std::uint32_t offset) {
