@@ -1,5 +1,6 @@
 #include "render/gl/shader.hpp"
 
+#include <algorithm>
 #include <regex>
 #include <stdexcept>
 
@@ -13,31 +14,48 @@ const char* sourceOf(const std::string& file) {
   throw std::logic_error("no shader " + file + " is built in");
 }
 
-/// Compilers name a source string by its number: Mesa "2:14(5): error", NVIDIA "2(14) : error".
-std::string withFileNames(const std::string& log, const std::vector<std::string>& files) {
-  static const std::regex place(R"((^|\n|ERROR: )(\d+)[:(](\d+)\)?)");
+/// A stage's files as one text: compilers differ in how they number several, and in whether they
+/// heed the file number of #line (Mesa 22.3 does not).
+struct Joined {
+  std::string text = "#version 450 core\n";
+  std::vector<std::size_t> first_lines;  ///< where each file begins, counted from 1
+
+  explicit Joined(const std::vector<std::string>& files) {
+    for (const std::string& file : files) {
+      first_lines.push_back(1 +
+                            static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')));
+      text += sourceOf(file);
+      text += '\n';
+    }
+  }
+};
+
+/// Puts file and line where a compiler has text and line: Mesa "0:14(5): error", NVIDIA
+/// "0(14) : error".
+std::string withFileNames(const std::string& log, const std::vector<std::string>& files,
+                          const Joined& joined) {
+  static const std::regex place(R"((^|\n|ERROR: )0[:(](\d+)\)?)");
   std::string text;
   auto end = log.cbegin();
   for (std::sregex_iterator match(log.begin(), log.end(), place), last; match != last; ++match) {
-    const std::size_t number = std::stoul((*match)[2]);
+    const std::size_t line = std::stoul((*match)[2]);
+    std::size_t file = joined.first_lines.size();
+    while (file > 0 && joined.first_lines[file - 1] > line) --file;
     text.append(end, (*match)[0].first);
     text += (*match)[1].str();
-    text += number >= 1 && number <= files.size() ? files[number - 1] : (*match)[2].str();
-    text += ":" + (*match)[3].str();
+    text += file > 0
+                ? files[file - 1] + ":" + std::to_string(line - joined.first_lines[file - 1] + 1)
+                : "line " + std::to_string(line);
     end = (*match)[0].second;
   }
   return text.append(end, log.cend());
 }
 
 Shader compile(const ShaderStage& stage) {
-  std::vector<std::string> numbered = {"#version 450 core\n"};
-  for (std::size_t i = 0; i < stage.files.size(); ++i) {
-    numbered.push_back("#line 1 " + std::to_string(i + 1) + "\n" + sourceOf(stage.files[i]));
-  }
-  std::vector<const char*> texts;
-  for (const std::string& text : numbered) texts.push_back(text.c_str());
+  const Joined joined(stage.files);
+  const char* text = joined.text.c_str();
   Shader shader = Shader::make(stage.stage);
-  glShaderSource(shader.id(), static_cast<GLsizei>(texts.size()), texts.data(), nullptr);
+  glShaderSource(shader.id(), 1, &text, nullptr);
   glCompileShader(shader.id());
   GLint done = 0, length = 0;
   glGetShaderiv(shader.id(), GL_COMPILE_STATUS, &done);
@@ -45,7 +63,8 @@ Shader compile(const ShaderStage& stage) {
   glGetShaderiv(shader.id(), GL_INFO_LOG_LENGTH, &length);
   std::string log(static_cast<std::size_t>(length), '\0');
   glGetShaderInfoLog(shader.id(), length, nullptr, log.data());
-  throw std::runtime_error("shader does not compile: " + withFileNames(log.c_str(), stage.files));
+  throw std::runtime_error("shader does not compile: " +
+                           withFileNames(log.c_str(), stage.files, joined));
 }
 
 }  // namespace

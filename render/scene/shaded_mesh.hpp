@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <unordered_map>
 #include <vector>
 
 #include "render/scene/mesh.hpp"
@@ -33,10 +32,13 @@ class ShadedMeshBuilder {
 
  private:
   void addMesh(const Mesh& mesh);
+  void findFaces(const Mesh& mesh);
+  Eigen::Vector3d cornerNormal(std::uint32_t point, std::uint32_t face) const;
+  std::uint32_t addVertex(const ShadedVertex& vertex, std::size_t first_of_point);
 
   Tessellation tessellation_;
   ShadedMesh shaded_;
-  std::vector<Eigen::Vector3d> face_normals_;
+  std::vector<Eigen::Vector3d> face_normals_;         ///< as long as twice the area
   std::vector<std::vector<std::uint32_t>> faces_of_;  ///< by point
 };
 

@@ -153,6 +153,9 @@ TEST_F(ProjectorShapes, contentBeyondTheFoldDoesNotComeBack) {
   cloud.size = 9;
   cloud.points = {{1.69f, 0, 1}};
   EXPECT_EQ(test::litPixels(draw(lens, {{at({1.69, 0, 1}), cube, {}}, {{}, cloud, {}}})), 0);
+  // Within the square around the fold, but not within the fold: 371 px from the centre.
+  cube.size = Eigen::Vector3f::Constant(0.05f);
+  EXPECT_EQ(test::litPixels(draw(lens, {{at({0.92, 0.92, 1}), cube, {}}})), 0);
   // A bar across the fold ends there: 455.5 px from the centre.
   cube.size = {10, 0.02f, 0.02f};
   const Image image = draw(lens, {{at({0, 0, 1}), cube, {}}});
