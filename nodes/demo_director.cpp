@@ -1,10 +1,12 @@
 #include "nodes/demo_director.hpp"
 
 #include <std_srvs/Trigger.h>
+#include <sys/utsname.h>
 
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
+#include <thread>
 
 #include "calib/camera_info_file.hpp"
 #include "nodes/fetch_facts.hpp"
@@ -40,6 +42,25 @@ std::string utcNow() {
   return text;
 }
 
+// What people need to know to compare two runs.
+std::vector<std::pair<std::string, std::string>> versions() {
+  std::vector<std::pair<std::string, std::string>> result = {{"afterglow", AFTERGLOW_VERSION}};
+  std::string distro, version;
+  ros::param::get("/rosdistro", distro);
+  ros::param::get("/rosversion", version);
+  const auto trimmed = [](std::string text) {
+    text.erase(std::remove(text.begin(), text.end(), '\n'), text.end());
+    return text;
+  };
+  result.emplace_back("ROS", trimmed(distro) + " " + trimmed(version));
+  utsname system{};
+  if (uname(&system) == 0) {
+    result.emplace_back(system.sysname, std::string(system.release) + " " + system.machine);
+  }
+  result.emplace_back("processors", std::to_string(std::thread::hardware_concurrency()));
+  return result;
+}
+
 void sleepFor(double seconds) {
   if (!ros::ok() || !ros::WallDuration(seconds).sleep()) throw TaskError("interrupted");
 }
@@ -60,6 +81,7 @@ DemoDirector::DemoDirector(const DemoFiles& files, DemoProgress& progress)
 DemoReport DemoDirector::run() {
   begin_ = ros::WallTime::now();
   report_.date = utcNow();
+  report_.versions = versions();
   waitUntilReady();
   for (const BehaviorStory& behavior : story_.behaviors) record(behavior);
   removeObjects();
@@ -76,8 +98,9 @@ void DemoDirector::waitUntilReady() {
   robot_.waitUntilReady(kStartUp);
   recorder_.waitUntilReady(kStartUp);
   player_.waitUntilReady(kStartUp);
-  room_.show();
   bystander_.waitUntilReady(kStartUp);
+  bystander_.caption(story_.title, story_.subtitle);
+  room_.show();
   task_.prepare();
   progress_.done("ready");
 }
@@ -207,12 +230,13 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
 
 void DemoDirector::finishFilm() {
   progress_.begin("Putting video and speech together", 6);
-  bystander_.caption("", story_.subtitle);
+  bystander_.caption(story_.title, story_.subtitle);
   bystander_.look("");
   sleepFor(kCardSeconds);
   report_.video = "demo.mp4";
   report_.store = fs::path(files_.store).filename().string();
-  report_.folder = files_.out;
+  report_.folder = files_.typed_out;
+  report_.command = files_.typed_command;
   bystander_.finish(files_.out + "/" + report_.video);
   fs::remove_all(files_.out + "/parts");
   progress_.done(report_.video);

@@ -156,6 +156,13 @@ void writeFooter(std::ostream& page, const DemoReport& report) {
   page << "</footer>\n";
 }
 
+// A replayed moment in the middle of the first behavior.
+std::string posterOf(const DemoReport& report) {
+  if (report.behaviors.empty() || report.behaviors.front().key_frames.empty()) return "";
+  const auto& frames = report.behaviors.front().key_frames;
+  return frames[frames.size() / 2].replay;
+}
+
 const BehaviorStory& storyOf(const DemoStory& story, const std::string& name) {
   static const BehaviorStory none;
   for (const BehaviorStory& each : story.behaviors) {
@@ -168,11 +175,13 @@ const BehaviorStory& storyOf(const DemoStory& story, const std::string& name) {
 
 std::string reportHtml(const DemoReport& report, const DemoStory& story) {
   std::ostringstream page;
+  const std::string poster = posterOf(report);
   page << "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
           "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>"
        << escaped(story.title) << "</title>\n<style>" << kStyle << "</style>\n</head>\n<body>\n"
        << "<header><div><h1>" << escaped(story.title) << "</h1><p>" << escaped(story.subtitle)
-       << "</p></div></header>\n<main>\n<video controls preload=\"metadata\" src=\""
+       << "</p></div></header>\n<main>\n<video controls preload=\"metadata\""
+       << (poster.empty() ? "" : " poster=\"frames/" + escaped(poster) + ".png\"") << " src=\""
        << escaped(report.video) << "\">The video " << escaped(report.video)
        << " shows the room as a bystander sees it.</video>\n";
   for (const MeasuredBehavior& each : report.behaviors) {

@@ -29,6 +29,22 @@ void writeWhole(const fs::path& path, const std::string& text) {
   fs::rename(part, path);
 }
 
+// As people type it: relative where that is shorter.
+std::string typed(const fs::path& path) {
+  const std::string relative = fs::relative(path).string();
+  return relative.size() < path.string().size() ? relative : path.string();
+}
+
+DemoFiles filesOf(const fs::path& out, const fs::path& assets) {
+  DemoFiles files;
+  files.assets = assets.string();
+  files.out = fs::absolute(out).string();
+  files.store = (fs::absolute(out) / "demo.db").string();
+  files.typed_out = typed(fs::absolute(out));
+  files.typed_command = typed(fs::canonical("/proc/self/exe").parent_path() / "afterglow");
+  return files;
+}
+
 void printSummary(const DemoReport& report, DemoProgress& progress) {
   char line[256];
   progress.line("");
@@ -82,7 +98,7 @@ int main(int argc, char** argv) {
   }
   catchStopSignals();
   // Goals that overtake each other are the turret's daily bread; actionlib complains of each.
-  ros::console::set_logger_level("ros.actionlib", ros::console::levels::Fatal);
+  ros::console::set_logger_level("ros.afterglow.actionlib", ros::console::levels::Fatal);
   ros::console::notifyLoggerLevelsChanged();
   DemoProgress progress(stdout, isatty(STDOUT_FILENO) != 0);
   try {
@@ -92,8 +108,7 @@ int main(int argc, char** argv) {
     ros::AsyncSpinner spinner(3);
     spinner.start();
     followStopSignals();
-    const fs::path out = fs::absolute(argv[1]);
-    direct({argv[2], out.string(), (out / "demo.db").string()}, progress);
+    direct(filesOf(argv[1], argv[2]), progress);
     spinner.stop();
   } catch (const std::exception& error) {
     progress.failed();
