@@ -244,8 +244,11 @@ class BagWriter {
       : path_(path), partial_(path + ".part" + std::to_string(getpid())) {
     try {
       bag_ = std::make_unique<rosbag::Bag>(partial_, rosbag::bagmode::Write);
-    } catch (const rosbag::BagException& problem) {
-      throw BagError(path_ + ": cannot write the bag: " + std::strerror(errno));
+    } catch (const rosbag::BagException&) {
+      const std::string reason = std::strerror(errno);
+      std::error_code ignored;
+      fs::remove(partial_, ignored);
+      throw BagError(path_ + ": cannot write the bag: " + reason);
     }
   }
   BagWriter(const BagWriter&) = delete;

@@ -214,22 +214,26 @@ TEST_F(BagFileTest, leavesNothingOnAFullDisk) {
   }
   store_->append(batch);
   const std::string path = folder_.path("large.bag");
-  const pid_t process = fork();
-  if (process == 0) {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{1'000'000, 1'000'000};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    _exit(bagErrorOf([&] {
-            exportBag(*store_, behavior_, {}, path);
-          }).find(path + ": cannot write the bag: ") == 0
-              ? 0
-              : 1);
+  // Full from the first byte on, in the middle, and when the index is written.
+  for (const rlim_t size : {0, 1'000'000, 2'090'000}) {
+    const pid_t process = fork();
+    if (process == 0) {
+      signal(SIGXFSZ, SIG_IGN);
+      const rlimit limit{size, size};
+      setrlimit(RLIMIT_FSIZE, &limit);
+      _exit(bagErrorOf([&] {
+              exportBag(*store_, behavior_, {}, path);
+            }).find(path + ": cannot write the bag: ") == 0
+                ? 0
+                : 1);
+    }
+    int status = 0;
+    waitpid(process, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
+    EXPECT_EQ(WEXITSTATUS(status), 0) << size;
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1)
+        << "something is left";
   }
-  int status = 0;
-  waitpid(process, &status, 0);
-  EXPECT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status);
-  EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
 }
 
 }  // namespace
