@@ -85,8 +85,7 @@ void PlayerNode::onGoal(const ReplayGoalConstPtr& goal) {
     play(requestOf(*goal));
   } catch (const std::exception& error) {
     ROS_ERROR_STREAM("replay refused: " << error.what());
-    setSession(nullptr);
-    publishStatus(error.what());
+    show(nullptr, error.what());
     server_.setAborted({}, error.what());
   }
 }
@@ -96,12 +95,10 @@ void PlayerNode::play(const ReplayRequest& request) {
   // there.
   const auto store = replay::openStore(options_.store, replay::OpenMode::ReadOnly);
   const auto session = std::make_shared<ReplaySession>(*store, request);
-  setSession(session);
-  publishStatus("");
+  show(session, "");
   const replay::PlayReport report = session->run();
   const ReplayResult result = resultOf(session->plan(), report);
-  setSession(nullptr);
-  publishStatus(report.is_complete ? "completed" : report.reason);
+  show(nullptr, report.is_complete ? "completed" : report.reason);
   for (const std::string& note : report.notes) {
     ROS_WARN_STREAM("replay of behavior " << result.behavior_id << ": " << note);
   }
@@ -112,6 +109,12 @@ void PlayerNode::play(const ReplayRequest& request) {
   } else {
     server_.setAborted(result, report.reason);
   }
+}
+
+void PlayerNode::show(std::shared_ptr<ReplaySession> session, const std::string& message) {
+  const std::lock_guard<std::mutex> lock(status_mutex_);
+  setSession(std::move(session));
+  publishStatus(message);
 }
 
 void PlayerNode::setSession(std::shared_ptr<ReplaySession> session) {
@@ -147,8 +150,9 @@ void PlayerNode::onTimer() {
     feedback.published = progress.published;
     server_.publishFeedback(feedback);
   }
+  const std::lock_guard<std::mutex> lock(status_mutex_);
   if (status().state != shown_state_) {
-    publishStatus("");
+    publishStatus("");  // paused, or going on
   }
 }
 

@@ -9,7 +9,6 @@
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 
-#include <atomic>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -54,6 +53,7 @@ class PlayerNode {
   bool command(Trigger::Response& response, const char* done,
                const std::function<void(ReplaySession&)>& command);
   ReplayStatus status() const;
+  void show(std::shared_ptr<ReplaySession> session, const std::string& message);
   void publishStatus(const std::string& message);
   void setSession(std::shared_ptr<ReplaySession> session);
 
@@ -64,7 +64,8 @@ class PlayerNode {
   std::shared_ptr<ReplaySession> session_;  ///< shared with whoever commands it just now
   bool is_closing_ = false;
 
-  std::atomic<std::uint8_t> shown_state_{ReplayStatus::IDLE};
+  std::mutex status_mutex_;  ///< taken before mutex_: what ~status says follows what is so
+  std::uint8_t shown_state_ = ReplayStatus::IDLE;
 
   ros::NodeHandle node_, private_node_{"~"};
   ros::Publisher status_;
