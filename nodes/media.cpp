@@ -129,12 +129,12 @@ void addSpeech(const std::string& video, const std::string& speech_log, const st
   Arguments arguments = ffmpeg("error");
   arguments.insert(arguments.end(), {"-i", "file:" + video});
   appendInputs(arguments, clips);
+  arguments.insert(arguments.end(), {"-map", "0:v", "-c:v", "copy"});
   if (!clips.empty()) {
     arguments.insert(arguments.end(), {"-filter_complex", soundTrack(clips, info.seconds(), output),
                                        "-map", "[sound]", "-c:a", "aac", "-b:a", "128k"});
   }
-  arguments.insert(arguments.end(), {"-map", "0:v", "-c:v", "copy", "-movflags", "+faststart", "-f",
-                                     "mp4", "file:" + part});
+  arguments.insert(arguments.end(), {"-movflags", "+faststart", "-f", "mp4", "file:" + part});
   try {
     run(arguments, output);
     fs::rename(part, output);

@@ -42,25 +42,24 @@ bool isVoiceName(const std::string& name) {
   });
 }
 
-}  // namespace
-
-Speech::Speech(const SpeechOptions& options) : options_(options) {
-  sample_rate_ =
+/// eSpeak NG's sample rate. It is started once and never ended: espeak_Terminate of 1.51 may wait
+/// for ever for its own thread (fifo.c), and the process's end does as well.
+int startEngine() {
+  static const int sample_rate =
       espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr, espeakINITIALIZE_DONT_EXIT);
-  if (sample_rate_ <= 0) {
+  if (sample_rate <= 0) {
     throw std::runtime_error(
         "cannot start eSpeak NG: its data are missing (package espeak-ng-data)");
   }
   espeak_SetSynthCallback(takeSamples);
-  try {
-    knownVoice(options_.voice);
-  } catch (...) {
-    espeak_Terminate();
-    throw;
-  }
+  return sample_rate;
 }
 
-Speech::~Speech() { espeak_Terminate(); }
+}  // namespace
+
+Speech::Speech(const SpeechOptions& options) : options_(options), sample_rate_(startEngine()) {
+  knownVoice(options_.voice);
+}
 
 std::string Speech::knownVoice(const std::string& requested) {
   const bool festival = requested.rfind("voice_", 0) == 0;
@@ -92,7 +91,7 @@ Sound Speech::synthesize(const std::string& text, const std::string& voice) {
   espeak_SetParameter(espeakRATE, options_.words_per_minute, 0);
   const espeak_ERROR error = espeak_Synth(text.c_str(), text.size() + 1, 0, POS_CHARACTER, 0,
                                           espeakCHARS_UTF8, nullptr, &sound.samples);
-  if (error != EE_OK || espeak_Synchronize() != EE_OK) {
+  if (error != EE_OK) {
     throw std::runtime_error("eSpeak NG cannot say \"" + text + "\" with voice " + voice);
   }
   trim(sound);

@@ -16,15 +16,12 @@ struct SpeechOptions {
   int words_per_minute = 160;   ///< 80..450
 };
 
-/// Remembers what it has said, so that a sentence said again starts at once. eSpeak NG keeps its
-/// state in the process: have one of these at a time, and use it from one thread.
+/// Remembers what it has said, so that a sentence said again starts at once. eSpeak NG has one
+/// state in a process: use these from one thread.
 class Speech {
  public:
   /// Throws std::runtime_error if eSpeak NG's data are missing or the default voice is unknown.
   explicit Speech(const SpeechOptions& options = {});
-  ~Speech();
-  Speech(const Speech&) = delete;
-  Speech& operator=(const Speech&) = delete;
 
   /// The sentence, mono, from its first audible sample to its last. Festival's voice names
   /// ("voice_kal_diphone" is what sound_play's clients send) and "" mean the default voice. Throws

@@ -1,0 +1,89 @@
+#include "nodes/speech.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+std::string refusal(Speech& speech, const std::string& text, const std::string& voice) {
+  try {
+    speech.say(text, voice);
+    return "not refused";
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+TEST(Speech, saysMoreInMoreTime) {
+  Speech speech;
+  const double word = speech.say("Gearbox.")->seconds();
+  const double sentence = speech.say("I picked up a gearbox bottom from here.")->seconds();
+  EXPECT_GT(word, 0.2);
+  EXPECT_GT(sentence, 2 * word);
+  EXPECT_LT(sentence, 10);
+}
+
+TEST(Speech, obeysTheRate) {
+  const std::string text = "I picked up a gearbox bottom from here.";
+  const double slow = Speech({"en-us", 90}).say(text)->seconds();
+  const double fast = Speech({"en-us", 300}).say(text)->seconds();
+  EXPECT_GT(slow, 1.5 * fast);
+}
+
+TEST(Speech, soundsFromItsFirstMomentToItsLast) {
+  Speech speech;
+  const auto sound = speech.say("Ok. I picked it up.");
+  const auto loudest = [&](std::size_t begin, std::size_t end) {
+    int level = 0;
+    for (std::size_t i = begin; i < end; ++i) level = std::max(level, std::abs(sound->samples[i]));
+    return level;
+  };
+  const auto edge = static_cast<std::size_t>(sound->sample_rate / 100);
+  EXPECT_GT(loudest(0, edge), 160);
+  EXPECT_GT(loudest(sound->samples.size() - edge, sound->samples.size()), 160);
+}
+
+TEST(Speech, remembersWhatItHasSaid) {
+  Speech speech;
+  const auto first = speech.say("Hello.", "en-us");
+  EXPECT_EQ(speech.say("Hello.", "en-us"), first);
+  EXPECT_EQ(speech.say("Hello.", ""), first) << "the default voice is en-us";
+  EXPECT_EQ(speech.say("Hello.", "voice_kal_diphone"), first) << "Festival's voices are not there";
+  EXPECT_NE(speech.say("Hello.", "de"), first);
+  EXPECT_NE(speech.say("Hello!?", "en-us"), first);
+}
+
+TEST(Speech, saysTheSameAgainAfterForgetting) {
+  Speech speech;
+  const double seconds = speech.say("Again.")->seconds();
+  for (int i = 0; i < 70; ++i) speech.say(std::to_string(i));
+  // eSpeak NG's voice wavers a little.
+  EXPECT_NEAR(speech.say("Again.")->seconds(), seconds, 0.05 * seconds);
+}
+
+TEST(Speech, refusesVoicesItDoesNotKnow) {
+  Speech speech;
+  EXPECT_EQ(refusal(speech, "Hello.", "nobody"),
+            "no voice \"nobody\" (espeak-ng --voices lists those there are)");
+  EXPECT_NE(refusal(speech, "Hello.", "../../etc/passwd"), "not refused");
+  EXPECT_GT(speech.say("Hello.")->seconds(), 0) << "it goes on speaking";
+}
+
+TEST(Speech, refusesADefaultVoiceItDoesNotKnow) {
+  EXPECT_THROW(Speech({"nobody", 160}), std::runtime_error);
+  EXPECT_GT(Speech().say("Hello.")->seconds(), 0) << "nothing is left in the way of another";
+}
+
+TEST(Speech, refusesTextsWithNothingToSayOrTooMuch) {
+  Speech speech;
+  EXPECT_EQ(refusal(speech, "", ""), "nothing to say in \"\"");
+  EXPECT_EQ(refusal(speech, " \n ", ""), "nothing to say in \" \n \"");
+  EXPECT_EQ(refusal(speech, std::string(5000, 'a'), ""),
+            "a text of 5000 bytes; at most 4000 are said at once");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
