@@ -15,7 +15,7 @@ namespace {
 
 using test::centroid;
 
-constexpr int kPoses = 200;
+constexpr int kAllPoses = 200, kFewPoses = 50;
 constexpr double kApart = 9;  // px between points that are measured in the same image
 
 /// A pose from which the cloud's centre shows on a random pixel, 1 to 2 m away.
@@ -57,7 +57,7 @@ class ProjectorPoints : public test::GlTest {
     return chosen;
   }
 
-  Result measure(const calib::Lens& lens, float size_px) {
+  Result measure(const calib::Lens& lens, float size_px, int poses) {
     const auto points = test::readPcd("../shared/data/fetch_clusters.pcd");
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const auto& p : points) center += p.cast<double>() / static_cast<double>(points.size());
@@ -65,7 +65,7 @@ class ProjectorPoints : public test::GlTest {
     ProjectorRenderer renderer(context(), lens);
     Result result;
     result.times.assign(points.size(), 0);
-    for (int pose = 0; pose < kPoses; ++pose) {
+    for (int pose = 0; pose < poses; ++pose) {
       const Rigid<Projector, World> T = randomPose(lens, center, random);
       std::vector<Eigen::Vector3d> optical;
       for (const auto& p : points) optical.push_back(T * p.cast<double>());
@@ -88,34 +88,38 @@ class ProjectorPoints : public test::GlTest {
     return result;
   }
 
-  void expectExact(const calib::Lens& lens, float size_px) {
+  void expectExact(const calib::Lens& lens, float size_px, int poses) {
     if (test::readPcd("../shared/data/fetch_clusters.pcd").size() != 852) {
       GTEST_SKIP() << "../shared/data/fetch_clusters.pcd is not here";
     }
-    const Result result = measure(lens, size_px);
+    const Result result = measure(lens, size_px, poses);
     std::printf("%d centroids on %d poses, size %g px: mean error %.4f px, max %.4f px\n",
-                result.count, kPoses, static_cast<double>(size_px), result.sum / result.count,
+                result.count, poses, static_cast<double>(size_px), result.sum / result.count,
                 result.max);
     // 8-bit coverage alone leaves up to 0.01 px; the accepted bound is 0.5.
     EXPECT_LT(result.max, 0.1);
+    if (poses < kAllPoses) return;
     EXPECT_GE(*std::min_element(result.times.begin(), result.times.end()), 1)
         << "a point was never measured";
   }
 };
 
-TEST_F(ProjectorPoints, landWhereOpenCvSaysWithoutDistortion) { expectExact(test::viewsonic(), 3); }
+TEST_F(ProjectorPoints, landWhereOpenCvSaysWithoutDistortion) {
+  expectExact(test::viewsonic(), 3, kAllPoses);
+}
 
 TEST_F(ProjectorPoints, landWhereOpenCvSaysWithStrongDistortion) {
-  expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 3);
+  expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 3, kAllPoses);
 }
 
 TEST_F(ProjectorPoints, landWhereOpenCvSaysThroughARationalLens) {
   expectExact(
-      test::lens(1280, 800, 900, 640, 817, {-0.3, 0.1, 1e-3, -2e-3, 0.01, 0.02, 0.03, 0.01}), 2);
+      test::lens(1280, 800, 900, 640, 817, {-0.3, 0.1, 1e-3, -2e-3, 0.01, 0.02, 0.03, 0.01}), 2,
+      kFewPoses);
 }
 
 TEST_F(ProjectorPoints, ofOnePixelAreExactToo) {
-  expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 1);
+  expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 1, kFewPoses);
 }
 
 }  // namespace

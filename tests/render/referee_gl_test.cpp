@@ -17,7 +17,7 @@ namespace afterglow::render {
 namespace {
 
 const std::string kReferee = "../shared/tools/procam_sim.py";
-constexpr double kPatch = 0.6;        // m, side of the piece of floor that is looked at
+constexpr double kPatch = 0.4;        // m, side of the piece of floor that is looked at
 constexpr double kStep = 0.0005;      // m, a pixel of its picture
 constexpr double kTolerance = 0.001;  // m: what is asked for
 
