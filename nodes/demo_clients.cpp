@@ -3,6 +3,7 @@
 #include <afterglow/StopRecording.h>
 
 #include <atomic>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -70,8 +71,13 @@ RecordBehaviorResult RecorderClient::record(const RecordingRequest& request,
   try {
     behavior();
   } catch (...) {
-    stop(*id, "failure");
-    throw;
+    const std::exception_ptr problem = std::current_exception();
+    try {
+      stop(*id, "failure");
+    } catch (const TaskError&) {
+      // What went wrong first is what people need to know.
+    }
+    std::rethrow_exception(problem);
   }
   stop(*id, "success");
   if (!client_.waitForResult(ros::Duration(kAnswer))) {

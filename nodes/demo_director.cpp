@@ -61,10 +61,6 @@ std::vector<std::pair<std::string, std::string>> versions() {
   return result;
 }
 
-void sleepFor(double seconds) {
-  if (!ros::ok() || !ros::WallDuration(seconds).sleep()) throw TaskError("interrupted");
-}
-
 }  // namespace
 
 DemoDirector::DemoDirector(const DemoFiles& files, DemoProgress& progress)
@@ -181,7 +177,7 @@ void DemoDirector::removeObjects() {
   bystander_.look(story_.behaviors.front().name);
   const ros::WallTime card = ros::WallTime::now();
   task_.prepare();
-  sleepFor(std::max(0.0, kCardSeconds - (ros::WallTime::now() - card).toSec()));
+  sleepFor(kCardSeconds - (ros::WallTime::now() - card).toSec());
   readStore();
   progress_.done("");
 }

@@ -45,6 +45,11 @@ double distance(const JointPositions& a, const JointPositions& b) {
 
 }  // namespace
 
+void sleepFor(double seconds) {
+  if (seconds > 0) ros::Duration(seconds).sleep();
+  if (!ros::ok()) throw TaskError("interrupted");
+}
+
 KittingRobot::KittingRobot(const RobotModel& model, const calib::Lens& projector)
     : model_(model),
       projector_(projector),

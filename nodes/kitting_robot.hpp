@@ -29,6 +29,9 @@ class TaskError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Sleeps in ROS time; not at all if `seconds` is not positive. Throws TaskError if ROS ends.
+void sleepFor(double seconds);
+
 /// Every method may throw TaskError. Needs a running spinner.
 class KittingRobot {
  public:

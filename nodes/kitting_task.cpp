@@ -1,9 +1,9 @@
 #include "nodes/kitting_task.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "nodes/fetch_facts.hpp"
+#include "nodes/kitting_drive.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -19,10 +19,6 @@ double yawOf(const Eigen::Isometry3d& T) {
 Eigen::Isometry3d above(Eigen::Isometry3d T, double height) {
   T.translation().z() += height;
   return T;
-}
-
-void sleepFor(double seconds) {
-  if (!ros::ok() || !ros::Duration(seconds).sleep()) throw TaskError("interrupted");
 }
 
 }  // namespace
@@ -85,7 +81,7 @@ void KittingTask::say(const std::string& text) {
 
 void KittingTask::waitUntilSaid() const {
   const ros::Time end = said_ + ros::Duration(plan_.speech_seconds);
-  sleepFor(std::max(0.0, (end - ros::Time::now()).toSec()));
+  sleepFor((end - ros::Time::now()).toSec());
 }
 
 void KittingTask::prepare() {
@@ -140,123 +136,13 @@ void KittingTask::grasp(const Eigen::Isometry3d& T_map_grasp) {
 
 // ----------------------------------------------------------------------------------------- drive
 
-struct KittingTask::Drive {
-  ScanGeometry laser;
-  FloorPath path;
-  Eigen::Vector2d obstacle = Eigen::Vector2d::Zero();  ///< middle of what the laser saw
-  ros::Time next_scan, next_path, next_aim;
-};
-
-void KittingTask::perceiveObstacle(Drive& drive) {
-  const Eigen::Isometry3d T_map_laser = robot_.T_map_link("laser_link");
-  const std::vector<float> ranges = scanObstacles(room_.world(), T_map_laser, drive.laser);
-  std::vector<Eigen::Vector2d> obstacle;
-  for (const Eigen::Vector3d& p : scanPoints(ranges, T_map_laser, drive.laser)) {
-    obstacle.push_back(p.head<2>());
-  }
-  if (obstacle.empty()) throw TaskError("the laser sees nothing to drive round");
-  for (const Eigen::Vector2d& p : obstacle) {
-    drive.obstacle += p / static_cast<double>(obstacle.size());
-  }
-  drive.path = planDetour(robot_.floorPose().position, plan_.drive.goal.position, obstacle,
-                          plan_.drive.clearance);
-}
-
-// What the light should show when the turret gets there: the path ahead, and, until it is passed,
-// the obstacle beside it.
-Eigen::Vector2d KittingTask::pointToLight(const Drive& drive,
-                                          const Eigen::Vector2d& position) const {
-  const double along = nearestAlong(drive.path, position);
-  const Eigen::Vector2d ahead = pointAlong(drive.path, along + plan_.drive.aim_ahead);
-  const bool is_passed = nearestAlong(drive.path, drive.obstacle) < along + kNearestLight / 2;
-  return is_passed ? ahead : Eigen::Vector2d((2 * ahead + drive.obstacle) / 3);
-}
-
-void KittingTask::aimAhead(const Drive& drive, const WheelCommand& command) {
-  const DrivePlan& plan = plan_.drive;
-  const FloorPose pose = robot_.floorPose();
-  const double yaw = pose.yaw + command.turn * plan.aim_seconds;
-  const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
-  const Eigen::Vector2d position = pose.position + forward * command.forward * plan.aim_seconds;
-  const Eigen::Vector2d way = pointToLight(drive, position) - position;
-  const double distance = std::max(kNearestLight, way.norm());
-  const double bearing = way.norm() < 0.1 ? 0 : turnBetween(yaw, std::atan2(way.y(), way.x()));
-  robot_.aimProjector({distance * std::cos(bearing), distance * std::sin(bearing), 0},
-                      plan.aim_seconds, plan.aim_widest);
-}
-
-void KittingTask::showWay(Drive& drive) {
-  const DrivePlan& plan = plan_.drive;
-  const ros::Time now = ros::Time::now();
-  if (now >= drive.next_scan) {
-    drive.next_scan = now + ros::Duration(1 / plan.scan_hz);
-    const auto ranges = scanObstacles(room_.world(), robot_.T_map_link("laser_link"), drive.laser);
-    robot_.projectScan(laserScan("laser_link", now, drive.laser, ranges));
-  }
-  if (now >= drive.next_path) {
-    drive.next_path = now + ros::Duration(plan.path_seconds);
-    robot_.projectPath(pathMarkers("map", drive.path, plan.arrows));
-  }
-}
-
-void KittingTask::reportPhase(Drive& drive, PathFollower::Phase before) {
-  using Phase = PathFollower::Phase;
-  if (before == Phase::TurnToPath) on_moment_("rotate");
-  if (before == Phase::Follow) on_moment_("reach position");
-  if (before == Phase::TurnToGoal) on_moment_("reach orientation");
-  drive.next_aim = ros::Time::now();
-}
-
 void KittingTask::drive() {
-  const DrivePlan& plan = plan_.drive;
-  Drive drive;
-  robot_.startHead(0, plan.head_tilt, 1);
-  perceiveObstacle(drive);
-  PathFollower follower(drive.path, plan.goal.yaw, plan.limits);
-  const ros::Time begin = ros::Time::now();
-  const double halfway = nearestAlong(drive.path, drive.path.back()) / 2;
-  const double period = 1 / plan.command_hz;
-  bool spoken = false, passed = false;
-  WheelCommand command;
-  ros::Time tick = begin;
-  while (follower.phase() != PathFollower::Phase::Done) {
-    showWay(drive);
-    const ros::Time now = ros::Time::now();
-    if (now >= drive.next_aim) {
-      drive.next_aim = now + ros::Duration(plan.aim_seconds);
-      aimAhead(drive, command);
-    }
-    if (!spoken && (now - begin).toSec() >= plan.says_after) {
-      spoken = true;
-      say(plan.says);
-    }
-    const FloorPose pose = robot_.floorPose();
-    const PathFollower::Phase before = follower.phase();
-    if ((now - begin).toSec() >= plan.perceive) command = follower.step(pose, period);
-    robot_.drive(command);
-    if (follower.phase() != before) reportPhase(drive, before);
-    if (!passed && nearestAlong(drive.path, pose.position) > halfway) {
-      passed = true;
-      on_moment_("detour");
-    }
-    tick += ros::Duration(period);
-    sleepFor(std::max(0.0, (tick - ros::Time::now()).toSec()));
-  }
-  robot_.stop();
+  KittingDrive drive(plan_.drive, robot_, room_.world(),
+                     {on_moment_, [this] { say(plan_.drive.says); }});
+  drive.run();
   waitUntilSaid();
-  clearWay();
+  drive.clearLight();
   sleepFor(plan_.settle);
-}
-
-void KittingTask::clearWay() {
-  visualization_msgs::MarkerArray none;
-  none.markers.resize(1);
-  none.markers[0].header.frame_id = "map";
-  none.markers[0].action = visualization_msgs::Marker::DELETEALL;
-  robot_.projectPath(none);
-  const ScanGeometry laser;
-  robot_.projectScan(laserScan("laser_link", ros::Time::now(), laser, {}));
-  robot_.startHead(0, 0, 1);
 }
 
 // ----------------------------------------------------------------------------------------- place

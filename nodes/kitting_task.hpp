@@ -28,8 +28,6 @@ class KittingTask {
   void place();
 
  private:
-  struct Drive;
-
   Eigen::Vector3d inBase(const Eigen::Vector3d& p_map) const;
   /// Looks and points the projector at a point of the map, and waits for both.
   void attend(const Eigen::Vector3d& p_map, double seconds);
@@ -42,12 +40,6 @@ class KittingTask {
   void say(const std::string& text);
   void waitUntilSaid() const;
 
-  void perceiveObstacle(Drive& drive);
-  Eigen::Vector2d pointToLight(const Drive& drive, const Eigen::Vector2d& position) const;
-  void aimAhead(const Drive& drive, const WheelCommand& command);
-  void showWay(Drive& drive);
-  void reportPhase(Drive& drive, PathFollower::Phase before);
-  void clearWay();
   void grasp(const Eigen::Isometry3d& T_map_grasp);
   void release(const Eigen::Isometry3d& T_map_section);
 
