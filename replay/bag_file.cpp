@@ -39,6 +39,13 @@ class QuietConsole {
   console_bridge::LogLevel previous_;
 };
 
+/// rosbag's constructor that opens a bag leaks what it has read when it throws; its destructor does
+/// not.
+struct OpenBag {
+  explicit OpenBag(const std::string& path) { bag.open(path, rosbag::bagmode::Read); }
+  rosbag::Bag bag;
+};
+
 /// A view that yields messages of equal stamp in the order they lie in the file; rosbag's own
 /// yields them in no particular order. Bag must outlive it.
 class OrderedView : public rosbag::View {
@@ -96,7 +103,7 @@ Channel channelOf(const rosbag::ConnectionInfo& connection) {
 class Importer {
  public:
   Importer(const std::string& path, Store& store, const BagImport& import)
-      : path_(path), store_(store), import_(import), check_(path), bag_(path), view_(bag_) {
+      : path_(path), store_(store), import_(import), check_(path), bag_(path), view_(bag_.bag) {
     const auto& entries = view_.entries();
     if (entries.empty()) throw BagError(path_ + ": the bag holds no messages");
     for (const auto& entry : entries)
@@ -175,7 +182,7 @@ class Importer {
   Store& store_;
   const BagImport& import_;
   BagCheck check_;
-  rosbag::Bag bag_;
+  OpenBag bag_;
   OrderedView view_;
   std::int64_t recording_ = 0;
   std::uint64_t sequence_ = 0, done_ = 0;

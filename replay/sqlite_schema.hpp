@@ -24,9 +24,9 @@
 ///     Its messages are those of its recording in [begin_ns, end_ns) on its topics; others on
 ///     other topics are context (/tf, /tf_static, ...).
 ///
-/// A document is replay/document.hpp's JSON of the bytes, for queries by value. Number arrays longer
-/// than 64 are {"type", "count"} in it. It is NULL when the bytes do not fit the definition, and when
-/// it would be longer than 1 MiB: the bytes have it all.
+/// A document is replay/document.hpp's JSON of the bytes, for queries by value. Number arrays
+/// longer than 64 are {"type", "count"} in it. It is NULL when the bytes do not fit the definition,
+/// and when it would be longer than 1 MiB: the bytes have it all.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,6 @@
 #include "nodes/verbs/show_verb.hpp"
 
+#include <algorithm>
 #include <iostream>
 #include <limits>
 #include <map>
