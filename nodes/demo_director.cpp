@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr double kStartUp = 60;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
+constexpr double kBeat = 0.5;    // seconds after a behavior, for its last picture
 constexpr double kTypical = 13;  // seconds of a behavior, for the progress bar
 
 // The nodes may still be starting.
@@ -139,6 +140,7 @@ void DemoDirector::record(const BehaviorStory& behavior) {
     recording_began_ = ros::WallTime::now();
     doBehavior(behavior.name);
   });
+  sleepFor(kBeat);
   recording_->live_end = endPose();
   recording_->behavior.id = result.behavior_id;
   recording_->messages = result.messages;
@@ -213,6 +215,7 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
         }
       });
   measured.replay_s = (ros::WallTime::now() - begin).toSec();
+  sleepFor(kBeat);
   measured.replay_end = endPose();
   measured.player_report = nlohmann::json::parse(result.report);
   if (result.behavior_id != measured.behavior.id) {
@@ -232,6 +235,7 @@ void DemoDirector::finishFilm() {
   report_.video = "demo.mp4";
   report_.store = fs::path(files_.store).filename().string();
   report_.folder = files_.typed_out;
+  report_.assets = files_.typed_assets;
   report_.command = files_.typed_command;
   bystander_.finish(files_.out + "/" + report_.video);
   fs::remove_all(files_.out + "/parts");

@@ -17,10 +17,10 @@ namespace afterglow::nodes {
 
 /// Files and folders of one run.
 struct DemoFiles {
-  std::string assets;                    ///< folder of the scenario's YAML files
-  std::string out;                       ///< folder to fill
-  std::string store;                     ///< file in it that the recorder was told to use
-  std::string typed_out, typed_command;  ///< OUT and the afterglow command as people type them
+  std::string assets;  ///< folder of the scenario's YAML files
+  std::string out;     ///< folder to fill
+  std::string store;   ///< file in it that the recorder was told to use
+  std::string typed_out, typed_assets, typed_command;  ///< and the afterglow command, as typed
 };
 
 /// Runs in the caller's thread; needs a running spinner. Throws TaskError or std::runtime_error,

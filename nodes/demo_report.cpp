@@ -101,10 +101,17 @@ double durationOf(const replay::Behavior& behavior) {
 }
 
 std::vector<std::string> commandsToTry(const DemoReport& report) {
-  const std::string store = "AFTERGLOW_STORE=" + report.folder + "/" + report.store + " ";
-  const std::string id =
-      report.behaviors.empty() ? "1" : std::to_string(report.behaviors.front().behavior.id);
-  return {store + report.command + " list", store + report.command + " show " + id};
+  std::vector<std::string> commands = {
+      "export AFTERGLOW_STORE=" + report.folder + "/" + report.store, report.command + " list"};
+  if (report.behaviors.empty()) return commands;
+  const MeasuredBehavior& first = report.behaviors.front();
+  const std::string id = std::to_string(first.behavior.id);
+  commands.push_back(report.command + " show " + id);
+  commands.push_back(report.command + " play " + first.behavior.name + " --dry-run");
+  commands.push_back(report.command + " render " + id + " --config " + report.assets +
+                     "/projector.yaml --out " + report.folder + "/" + first.behavior.name +
+                     "_light.mp4");
+  return commands;
 }
 
 json summaryJson(const DemoReport& report) {

@@ -46,6 +46,7 @@ struct DemoReport {
   std::vector<MeasuredBehavior> behaviors;
   std::string video, store;  ///< relative to the report
   std::string folder;        ///< of the report, as people type it
+  std::string assets;        ///< the demo's own folder, as people type it
   std::string command;       ///< the afterglow command, as people type it
   double wall_s = 0;         ///< the whole demo
 };

@@ -41,6 +41,7 @@ DemoFiles filesOf(const fs::path& out, const fs::path& assets) {
   files.out = fs::absolute(out).string();
   files.store = (fs::absolute(out) / "demo.db").string();
   files.typed_out = typed(fs::absolute(out));
+  files.typed_assets = typed(fs::absolute(assets));
   files.typed_command = typed(fs::canonical("/proc/self/exe").parent_path() / "afterglow");
   return files;
 }
@@ -64,10 +65,9 @@ void printSummary(const DemoReport& report, DemoProgress& progress) {
   progress.line("Video    " + report.folder + "/" + report.video);
   progress.line("Report   " + report.folder +
                 "/report.html   (numbers: summary.json, pictures: frames/)");
-  progress.line("Try      " + commandsToTry(report).front());
-  for (std::size_t i = 1; i < commandsToTry(report).size(); ++i) {
-    progress.line("         " + commandsToTry(report)[i]);
-  }
+  progress.line("");
+  progress.line("Try on what was recorded:");
+  for (const std::string& command : commandsToTry(report)) progress.line("  " + command);
 }
 
 void direct(const DemoFiles& files, DemoProgress& progress) {

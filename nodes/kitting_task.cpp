@@ -141,6 +141,7 @@ void KittingTask::drive() {
                      {on_moment_, [this] { say(plan_.drive.says); }});
   drive.run();
   waitUntilSaid();
+  sleepFor(plan_.settle);
   drive.clearLight();
   sleepFor(plan_.settle);
 }
