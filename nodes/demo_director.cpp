@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kStartUp = 60;  // seconds that nodes may take to come up on a busy machine
+constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
 constexpr double kBeat = 0.5;    // seconds after a behavior, for its last picture
 constexpr double kTypical = 13;  // seconds of a behavior, for the progress bar
@@ -85,6 +85,7 @@ DemoReport DemoDirector::run() {
   for (std::size_t i = 0; i < story_.behaviors.size(); ++i) {
     replay(report_.behaviors.at(i), story_.behaviors[i]);
   }
+  robot_.waitUntilReady(1);  // whoever died on the way took part of the demo with them
   finishFilm();
   report_.wall_s = (ros::WallTime::now() - begin_).toSec();
   return report_;

@@ -29,10 +29,11 @@ void writeWhole(const fs::path& path, const std::string& text) {
   fs::rename(part, path);
 }
 
-// As people type it: relative where that is shorter.
+// As people type it into a shell: relative where that is shorter, quoted where it must be.
 std::string typed(const fs::path& path) {
   const std::string relative = fs::relative(path).string();
-  return relative.size() < path.string().size() ? relative : path.string();
+  const std::string text = relative.size() < path.string().size() ? relative : path.string();
+  return text.find(' ') == std::string::npos ? text : "'" + text + "'";
 }
 
 DemoFiles filesOf(const fs::path& out, const fs::path& assets) {

@@ -90,11 +90,15 @@ void KittingRobot::waitUntilReady(double seconds) {
     if (!turret_.isServerConnected()) return "the projector turret's action server";
     if (!point_head_.isServerConnected()) return "the head's point action server";
     if (!gripper_.isServerConnected()) return "the gripper's action server";
-    return wheels_.getNumSubscribers() == 0 ? "somebody who listens to /cmd_vel" : "";
+    for (const ros::Publisher* publisher :
+         {&wheels_, &white_, &green_, &section_, &path_, &scan_, &speech_}) {
+      if (publisher->getNumSubscribers() == 0) return "listener on " + publisher->getTopic();
+    }
+    return "";
   };
   while (!missing().empty()) {
     if (!ros::ok() || ros::WallTime::now() > deadline) {
-      throw TaskError("the robot is not ready: there is no " + missing());
+      throw TaskError("the robot is not ready; missing: " + missing());
     }
     ros::WallDuration(0.02).sleep();
   }

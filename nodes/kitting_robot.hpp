@@ -37,7 +37,7 @@ class KittingRobot {
  public:
   KittingRobot(const RobotModel& model, const calib::Lens& projector);
 
-  /// Returns when tf, joint states and all controllers are there.
+  /// Returns when tf, joint states, all controllers, a projector and a speaker are there.
   void waitUntilReady(double seconds);
 
   // ------------------------------------------------------------------------------- where it is
