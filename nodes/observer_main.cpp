@@ -3,18 +3,16 @@
 #include <exception>
 #include <iostream>
 
+#include "nodes/master_check.hpp"
 #include "nodes/observer_node.hpp"
 #include "nodes/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  ros::init(argc, argv, "observer_node", ros::init_options::NoSigintHandler);
-  if (!ros::master::check()) {
-    std::cerr << "observer_node: no ROS master at " << ros::master::getURI() << "\n";
-    return 1;
-  }
-  catchStopSignals();
   try {
+    requireMaster(argc, argv);
+    ros::init(argc, argv, "observer_node", ros::init_options::NoSigintHandler);
+    catchStopSignals();
     const ros::NodeHandle own("~");
     ObserverNode node(ObserverNodeOptions::read(own));
     ros::AsyncSpinner spinner(1);

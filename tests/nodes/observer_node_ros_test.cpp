@@ -1,0 +1,282 @@
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <std_msgs/String.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+
+#include "calib/lens.hpp"
+#include "nodes/program.hpp"
+#include "nodes/projector_messages.hpp"
+#include "nodes/room_view.hpp"
+#include "nodes/timed_video.hpp"
+#include "tests/support/gl_context.hpp"
+#include "tests/support/image_measures.hpp"
+#include "tests/support/ros_master.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using test::eventually;
+
+const std::string kProgram = AFTERGLOW_TEST_OBSERVER_NODE;
+constexpr const char* kView =
+    "fixed_frame: map\n"
+    "eye: [0.3, -2.2, 1.6]\n"
+    "target: [0.2, 0, 0]\n"
+    "vertical_fov: 50\n"
+    "size: [320, 240]\n"
+    "others: {near: {eye: [0.3, -1.2, 0.9], target: [0.3, 0.1, 0], vertical_fov: 50}}\n"
+    "floor: {center: [0, 0], size: [6, 6], color: \"#ffffff\", tile: 6, joint_color: \"#ffffff\"}\n"
+    "walls: []\n";
+/// The lens looks straight down from 2 m; the one lit square's center and where that lies.
+const Eigen::Vector2d kLitPixel(420, 200);
+const Eigen::Vector3d kLitPoint(2.0 * (420 - 320) / 600, -2.0 * (200 - 240) / 600, 0);
+
+calib::Lens lens() {
+  Eigen::Matrix3d K;
+  K << 600, 0, 320, 0, 600, 240, 0, 0, 1;
+  return calib::makeLens(640, 480, K, {});
+}
+
+render::Image litSquare() {
+  render::Image image{640, 480, std::vector<std::uint8_t>(640 * 480 * 3)};
+  for (int v = 190; v <= 210; ++v) {
+    for (int u = 410; u <= 430; ++u) {
+      std::fill_n(image.rgb.begin() + 3 * (640 * v + u), 3, std::uint8_t{255});
+    }
+  }
+  return image;
+}
+
+Eigen::Vector2d pixelOf(const Eigen::Vector3d& p_world, const Look& look) {
+  const render::ObserverView view = viewFrom(look, 320, 240);
+  const Eigen::Vector3d p = view.T_world_observer.inverse() * p_world;
+  const double focal = view.height / 2.0 / std::tan(view.vertical_fov / 2);
+  return {159.5 + focal * p.x() / p.z(), 119.5 + focal * p.y() / p.z()};
+}
+
+/// Center of what is nearly white; empty if nothing is.
+std::optional<Eigen::Vector2d> centerOfLight(const render::Image& image) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      if (test::brightness(image, u, v) < 550) continue;
+      sum += Eigen::Vector2d(u, v);
+      ++count;
+    }
+  }
+  if (count == 0) return std::nullopt;
+  return Eigen::Vector2d(sum / count);
+}
+
+render::Image readPng(const std::string& path) {
+  const cv::Mat bgr = cv::imread(path);
+  render::Image image{bgr.cols, bgr.rows, {}};
+  for (int v = 0; v < bgr.rows; ++v) {
+    for (int u = 0; u < bgr.cols; ++u) {
+      const auto& pixel = bgr.at<cv::Vec3b>(v, u);
+      image.rgb.insert(image.rgb.end(), {pixel[2], pixel[1], pixel[0]});
+    }
+  }
+  return image;
+}
+
+/// A running program; ended, if it still runs, with the test.
+class Running {
+ public:
+  explicit Running(std::vector<std::string> arguments) : log_(std::tmpfile()) {
+    arguments.insert(arguments.begin(), kProgram);
+    pid_ = startProgram(arguments, fileno(log_));
+  }
+  ~Running() {
+    if (pid_ > 0) kill(pid_, SIGKILL), waitpid(pid_, nullptr, 0);
+    std::fclose(log_);
+  }
+  void interrupt() const { kill(pid_, SIGINT); }
+  int exitStatus() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  std::FILE* log_;
+  pid_t pid_;
+};
+
+/// Projector, room and a spectator of observer_node's pictures.
+class Room {
+ public:
+  Room() {
+    geometry_msgs::TransformStamped down;
+    down.header.frame_id = "map";
+    down.header.stamp = ros::Time::now();
+    down.child_frame_id = "projector_optical_frame";
+    down.transform.translation.z = 2;
+    down.transform.rotation.x = 1;  // half a turn about x
+    static_tf_.sendTransform(down);
+    visualization_msgs::MarkerArray solids;
+    solids.markers.emplace_back();
+    solids.markers[0].header.frame_id = "map";
+    solids.markers[0].type = visualization_msgs::Marker::CUBE;
+    solids.markers[0].pose.position.x = -1;
+    solids.markers[0].scale.x = solids.markers[0].scale.y = solids.markers[0].scale.z = 0.2;
+    solids.markers[0].color.a = 1;
+    solids_.publish(solids);
+    timer_ = node_.createSteadyTimer(ros::WallDuration(0.05),
+                                     [this](const ros::SteadyTimerEvent&) { project(); });
+  }
+
+  void turnOff() { on_ = false; }
+  render::Image seen() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return seen_;
+  }
+  void say(const std::string& topic, const std::string& text) {
+    ros::Publisher& publisher = publishers_[topic];
+    if (!publisher) publisher = node_.advertise<std_msgs::String>("/observer_node/" + topic, 10);
+    ASSERT_TRUE(eventually([&] { return publisher.getNumSubscribers() > 0; }));
+    std_msgs::String message;
+    message.data = text;
+    publisher.publish(message);
+  }
+  /// Whether the light is seen within a pixel and a half of there.
+  bool isLitAt(const Eigen::Vector2d& pixel) {
+    return eventually([&] {
+      const auto center = centerOfLight(seen());
+      return center && (*center - pixel).norm() < 1.5;
+    });
+  }
+
+ private:
+  void project() {
+    if (!on_) return;
+    sensor_msgs::Image image = toImage(litSquare());
+    image.header.stamp = ros::Time::now();
+    image.header.frame_id = "projector_optical_frame";
+    sensor_msgs::CameraInfo info = toCameraInfo(lens());
+    info.header = image.header;
+    camera_info_.publish(info);
+    image_.publish(image);
+  }
+  void onPicture(const sensor_msgs::Image& image) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    seen_ = {static_cast<int>(image.width), static_cast<int>(image.height), image.data};
+  }
+
+  ros::NodeHandle node_;
+  std::atomic<bool> on_{true};
+  std::mutex mutex_;
+  render::Image seen_;
+  tf2_ros::StaticTransformBroadcaster static_tf_;
+  ros::Publisher solids_ =
+      node_.advertise<visualization_msgs::MarkerArray>("/room/solids", 1, true);
+  ros::Publisher image_ = node_.advertise<sensor_msgs::Image>("/projector/image", 1);
+  ros::Publisher camera_info_ =
+      node_.advertise<sensor_msgs::CameraInfo>("/projector/camera_info", 1);
+  ros::Subscriber picture_ = node_.subscribe("/observer_node/image", 1, &Room::onPicture, this);
+  std::map<std::string, ros::Publisher> publishers_;
+  ros::SteadyTimer timer_;
+};
+
+struct ObserverNodeTest : test::GlTest {
+  test::TempFolder folder;
+  const std::string view = folder.path("view.yaml"), video = folder.path("film.mp4");
+
+  void SetUp() override {
+    test::GlTest::SetUp();
+    std::ofstream(view) << kView;
+  }
+  std::vector<std::string> arguments() const {
+    return {"__name:=observer_node",
+            "_view:=" + view,
+            "_video:=" + video,
+            "_inset:=false",
+            "_folder:=" + folder.path("pictures"),
+            "_fps:=10"};
+  }
+};
+
+TEST_F(ObserverNodeTest, showsTheLightWhereTheGeometrySaysAndFilmsItInRosTime) {
+  if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  Room room;
+  Running observer(arguments());
+  const RoomView configured = loadRoomView(view);
+  ASSERT_TRUE(room.isLitAt(pixelOf(kLitPoint, configured.look)));
+
+  room.say("key_frame", "lit");
+  const std::string pictures = folder.path("pictures");
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(pictures + "/lit_projector.png"); }));
+  room.say("look", "near");
+  EXPECT_TRUE(room.isLitAt(pixelOf(kLitPoint, configured.others.at("near"))));
+  room.turnOff();
+  EXPECT_TRUE(eventually([&] { return !centerOfLight(room.seen()); })) << "dark after two seconds";
+
+  const ros::Time asked = ros::Time::now();
+  observer.interrupt();
+  EXPECT_EQ(observer.exitStatus(), 0);
+  const ros::Time ended = ros::Time::now();
+  const VideoInfo info = readVideoInfo(video + ".json");
+  const double begin = static_cast<double>(info.first_frame_ns) * 1e-9;
+  EXPECT_GE(info.seconds(), asked.toSec() - begin - 0.11);
+  EXPECT_LE(info.seconds(), ended.toSec() - begin + 0.11);
+  EXPECT_EQ(runProgram({"ffprobe", "-v", "error", "-count_frames", "-show_entries",
+                        "stream=nb_read_frames", "-of", "csv=p=0", video})
+                .output,
+            std::to_string(info.frames) + "\n");
+  const auto center = centerOfLight(readPng(pictures + "/lit.png"));
+  ASSERT_TRUE(center);
+  EXPECT_LT((*center - pixelOf(kLitPoint, configured.look)).norm(), 1.5);
+  EXPECT_EQ(readPng(pictures + "/lit_projector.png").rgb, litSquare().rgb);
+}
+
+TEST_F(ObserverNodeTest, captionsItsPictures) {
+  Room room;
+  Running observer({"__name:=observer_node", "_view:=" + view, "_inset:=false"});
+  ASSERT_TRUE(eventually([&] { return !room.seen().rgb.empty(); }));
+  const int floor = test::brightness(room.seen(), 318, 235);
+  room.say("caption", "replay|What did you do?");
+  EXPECT_TRUE(eventually([&] { return test::brightness(room.seen(), 318, 235) < floor * 2 / 3; }));
+}
+
+TEST_F(ObserverNodeTest, refusesWhatItCannotObey) {
+  const auto refusal = [&](std::vector<std::string> with) {
+    with.insert(with.begin(), kProgram);
+    const ProgramResult result = runProgram(with);
+    EXPECT_EQ(result.status, 1);
+    return result.output;
+  };
+  EXPECT_EQ(refusal({"__name:=a"}),
+            "observer_node: ~view is missing: the YAML file of the bystander's view\n");
+  EXPECT_EQ(refusal({"__name:=b", "_view:=" + view, "_fps:=0"}),
+            "observer_node: ~fps is 0; 1 to 120 can be drawn\n");
+  EXPECT_EQ(refusal({"__name:=c", "_view:=" + folder.path("none.yaml")}),
+            "observer_node: " + folder.path("none.yaml") + ": cannot be read\n");
+  EXPECT_EQ(refusal({"__name:=d", "_view:=" + view, "_font:=/no/font"}),
+            "observer_node: /no/font: cannot read the font (package fonts-dejavu-core)\n");
+  EXPECT_EQ(refusal({"__name:=e", "_view:=" + view, "__master:=http://localhost:1"}),
+            "observer_node: no ROS master at http://localhost:1\n");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  const afterglow::test::RosMaster master;
+  ros::init(argc, argv, "observer_test", ros::init_options::NoSigintHandler);
+  ros::NodeHandle node;
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  return RUN_ALL_TESTS();
+}
