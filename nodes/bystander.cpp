@@ -55,10 +55,10 @@ void Bystander::waitUntilReady(double seconds) {
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(seconds);
   for (const ros::Publisher* publisher : {&look_, &caption_, &key_frame_}) {
     while (publisher->getNumSubscribers() == 0) {
-      if (!ros::ok() || ros::WallTime::now() > deadline) {
+      if (ros::WallTime::now() > deadline) {
         throw TaskError("observer_node is not there: nobody listens to " + publisher->getTopic());
       }
-      ros::WallDuration(0.02).sleep();
+      sleepFor(0.02);
     }
   }
 }
@@ -76,10 +76,10 @@ void Bystander::finish(const std::string& video) {
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kLastFrames);
   const std::string finished = files_.silent_video + ".json";
   while (!std::filesystem::exists(finished)) {
-    if (!ros::ok() || ros::WallTime::now() > deadline) {
+    if (ros::WallTime::now() > deadline) {
       throw TaskError("observer_node did not finish " + files_.silent_video);
     }
-    ros::WallDuration(0.05).sleep();
+    sleepFor(0.05);
   }
   addSpeech(files_.silent_video, files_.speech_log, video);
 }

@@ -62,11 +62,11 @@ RecordBehaviorResult RecorderClient::record(const RecordingRequest& request,
   });
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kAnswer);
   while (*id == 0) {
-    if (!ros::ok() || client_.getState().isDone() || ros::WallTime::now() > deadline) {
+    if (client_.getState().isDone() || ros::WallTime::now() > deadline) {
       throw TaskError("recorder_node does not record '" + request.name +
                       "': " + client_.getState().getText());
     }
-    ros::WallDuration(0.01).sleep();
+    sleepFor(0.01);
   }
   try {
     behavior();
@@ -111,12 +111,12 @@ ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
   });
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(duration_s + kOverrun);
   while (!client_.getState().isDone()) {
-    if (!ros::ok() || ros::WallTime::now() > deadline) {
+    if (ros::WallTime::now() > deadline) {
       client_.cancelGoal();
       throw TaskError("player_node did not finish '" + name + "'");
     }
     if (const auto position = start->position()) on_position(*position);
-    ros::WallDuration(0.02).sleep();
+    sleepFor(0.02);
   }
   const ReplayResultConstPtr result = client_.getResult();
   if (!result || !result->completed) {

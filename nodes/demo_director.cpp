@@ -26,10 +26,10 @@ RobotModel robotDescription() {
   std::string xml;
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kStartUp);
   while (!ros::param::get("/robot_description", xml)) {
-    if (!ros::ok() || ros::WallTime::now() > deadline) {
+    if (ros::WallTime::now() > deadline) {
       throw TaskError("the parameter /robot_description is not set");
     }
-    ros::WallDuration(0.05).sleep();
+    sleepFor(0.05);
   }
   return RobotModel::fromXml(xml);
 }

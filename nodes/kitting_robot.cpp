@@ -97,10 +97,10 @@ void KittingRobot::waitUntilReady(double seconds) {
     return "";
   };
   while (!missing().empty()) {
-    if (!ros::ok() || ros::WallTime::now() > deadline) {
+    if (ros::WallTime::now() > deadline) {
       throw TaskError("the robot is not ready; missing: " + missing());
     }
-    ros::WallDuration(0.02).sleep();
+    sleepFor(0.02);
   }
 }
 
