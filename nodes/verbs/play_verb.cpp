@@ -12,8 +12,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "nodes/replay_session.hpp"
-#include "nodes/stop_signal.hpp"
+#include "nodes/player/replay_session.hpp"
+#include "nodes/player/stop_signal.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {

@@ -13,10 +13,10 @@
 #include <utility>
 
 #include "calib/camera_info_file.hpp"
-#include "nodes/projector_config.hpp"
-#include "nodes/recorded_scene.hpp"
+#include "nodes/projector/projector_config.hpp"
+#include "nodes/projector/recorded_scene.hpp"
+#include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/verb_tools.hpp"
-#include "nodes/video_writer.hpp"
 #include "render/gl/renderer.hpp"
 #include "render/image_file.hpp"
 #include "replay/bag_file.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/caption.hpp"
+#include "nodes/observer/caption.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/cloud_conversion.hpp"
+#include "nodes/conversion/cloud_conversion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "nodes/geometry_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "tests/support/cloud_messages.hpp"
 
 namespace afterglow::nodes {

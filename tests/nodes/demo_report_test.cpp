@@ -1,4 +1,4 @@
-#include "nodes/demo_report.hpp"
+#include "nodes/kitting/demo_report.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <map>
 #include <mutex>
 
-#include "nodes/fake_fetch_node.hpp"
-#include "nodes/fetch_facts.hpp"
-#include "nodes/geometry_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/fetch/fake_fetch_node.hpp"
+#include "nodes/fetch/fetch_facts.hpp"
 #include "tests/support/ros_master.hpp"
 
 namespace afterglow::nodes {

@@ -1,10 +1,10 @@
-#include "nodes/fake_fetch.hpp"
+#include "nodes/fetch/fake_fetch.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "nodes/fetch_facts.hpp"
+#include "nodes/fetch/fetch_facts.hpp"
 
 namespace afterglow::nodes {
 namespace {

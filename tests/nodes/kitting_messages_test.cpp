@@ -1,5 +1,5 @@
 // What the paper's authors send (arrow_projection, robot-behavior-replay), field by field.
-#include "nodes/kitting_messages.hpp"
+#include "nodes/kitting/kitting_messages.hpp"
 
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

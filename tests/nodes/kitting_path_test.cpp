@@ -1,4 +1,4 @@
-#include "nodes/kitting_path.hpp"
+#include "nodes/kitting/kitting_path.hpp"
 
 #include <gtest/gtest.h>
 

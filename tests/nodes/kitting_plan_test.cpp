@@ -1,4 +1,4 @@
-#include "nodes/kitting_plan.hpp"
+#include "nodes/kitting/kitting_plan.hpp"
 
 #include <gtest/gtest.h>
 

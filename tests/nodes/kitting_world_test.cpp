@@ -1,11 +1,11 @@
-#include "nodes/kitting_world.hpp"
+#include "nodes/kitting/kitting_world.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
 
-#include "nodes/kitting_plan.hpp"
+#include "nodes/kitting/kitting_plan.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -1,4 +1,4 @@
-#include "nodes/marker_conversion.hpp"
+#include "nodes/conversion/marker_conversion.hpp"
 
 #include <gtest/gtest.h>
 

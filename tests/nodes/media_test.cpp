@@ -1,4 +1,4 @@
-#include "nodes/media.hpp"
+#include "nodes/kitting/media.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodes/program.hpp"
-#include "nodes/speech_log.hpp"
-#include "nodes/timed_video.hpp"
+#include "nodes/observer/timed_video.hpp"
+#include "nodes/speaker/speech_log.hpp"
+#include "nodes/tools/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes {

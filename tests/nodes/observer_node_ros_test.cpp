@@ -13,10 +13,10 @@
 #include <string>
 
 #include "calib/lens.hpp"
-#include "nodes/program.hpp"
-#include "nodes/projector_messages.hpp"
-#include "nodes/room_view.hpp"
-#include "nodes/timed_video.hpp"
+#include "nodes/observer/room_view.hpp"
+#include "nodes/observer/timed_video.hpp"
+#include "nodes/projector/projector_messages.hpp"
+#include "nodes/tools/program.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/ros_master.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/observer_scene.hpp"
+#include "nodes/observer/observer_scene.hpp"
 
 #include <geometry_msgs/TransformStamped.h>
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "nodes/path_conversion.hpp"
-#include "nodes/scan_conversion.hpp"
+#include "nodes/conversion/path_conversion.hpp"
+#include "nodes/conversion/scan_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -1,11 +1,11 @@
-#include "nodes/projector_config.hpp"
+#include "nodes/projector/projector_config.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <string>
 
-#include "nodes/yaml_map.hpp"
+#include "nodes/tools/yaml_map.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes {

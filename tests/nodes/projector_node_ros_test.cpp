@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "nodes/program.hpp"
+#include "nodes/tools/program.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/projected_cloud.hpp"

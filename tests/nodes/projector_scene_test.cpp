@@ -1,11 +1,11 @@
-#include "nodes/projector_scene.hpp"
+#include "nodes/projector/projector_scene.hpp"
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "nodes/geometry_conversion.hpp"
-#include "nodes/projector_pose.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/projector/projector_pose.hpp"
 #include "tests/support/cloud_messages.hpp"
 
 namespace afterglow::nodes {

@@ -17,7 +17,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
-#include "nodes/ros_graph.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/node_process.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/program.hpp"
+#include "nodes/tools/program.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/projected_cloud.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/robot_model.hpp"
+#include "nodes/fetch/robot_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <kdl_parser/kdl_parser.hpp>
 #include <random>
 
-#include "nodes/fetch_facts.hpp"
+#include "nodes/fetch/fetch_facts.hpp"
 
 namespace afterglow::nodes {
 namespace {

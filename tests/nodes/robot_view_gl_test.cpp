@@ -7,7 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "nodes/fetch_facts.hpp"
+#include "nodes/fetch/fetch_facts.hpp"
 #include "render/gl/renderer.hpp"
 #include "tests/support/gl_context.hpp"
 

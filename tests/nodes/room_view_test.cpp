@@ -1,4 +1,4 @@
-#include "nodes/room_view.hpp"
+#include "nodes/observer/room_view.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/sound_board.hpp"
+#include "nodes/speaker/sound_board.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "nodes/program.hpp"
-#include "nodes/speech_log.hpp"
+#include "nodes/speaker/speech_log.hpp"
+#include "nodes/tools/program.hpp"
 #include "tests/support/ros_master.hpp"
 
 namespace afterglow::nodes {

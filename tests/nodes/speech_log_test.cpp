@@ -1,4 +1,4 @@
-#include "nodes/speech_log.hpp"
+#include "nodes/speaker/speech_log.hpp"
 
 #include <gtest/gtest.h>
 

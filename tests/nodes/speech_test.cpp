@@ -1,4 +1,4 @@
-#include "nodes/speech.hpp"
+#include "nodes/speaker/speech.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/trajectory_follower.hpp"
+#include "nodes/fetch/trajectory_follower.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "nodes/video_writer.hpp"
+#include "nodes/tools/video_writer.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/program.hpp"
+#include "nodes/tools/program.hpp"
 
 namespace afterglow::test {
 

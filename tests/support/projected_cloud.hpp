@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/geometry_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 #include "tests/support/pcd_points.hpp"

@@ -1,0 +1,175 @@
+#include "nodes/conversion/marker_conversion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "nodes/conversion/arrow_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using visualization_msgs::Marker;
+using MaybeShape = Converted<render::Shape>;
+
+/// Thickness of a solid that its author made flat: no more to be seen than 0, but it has sides.
+constexpr float kFlat = 1e-6f;
+
+MaybeShape fault(const char* reason) { return refused<render::Shape>(reason); }
+
+/// Everything a marker's lists hold, checked once.
+struct Lists {
+  render::PointList points;
+  render::ColorList colors;
+};
+
+Converted<Lists> readLists(const Marker& marker) {
+  if (marker.points.size() > kMostPoints) return refused<Lists>("too many points");
+  Lists lists;
+  lists.points.reserve(marker.points.size());
+  for (const geometry_msgs::Point& point : marker.points) {
+    const auto vector = toVector(point.x, point.y, point.z);
+    if (!vector) return refused<Lists>("a point is not finite or absurdly far");
+    lists.points.push_back(*vector);
+  }
+  const std::size_t count = marker.points.size();
+  const bool a_triangle = marker.type == Marker::TRIANGLE_LIST && marker.colors.size() == count / 3;
+  if (!marker.colors.empty() && marker.colors.size() != count && !a_triangle) {
+    return refused<Lists>("colors are not as many as points");
+  }
+  lists.colors.reserve(marker.colors.size());
+  for (const std_msgs::ColorRGBA& message : marker.colors) {
+    const auto color = toColor(message);
+    if (!color) return refused<Lists>("a color is not finite");
+    lists.colors.push_back(*color);
+  }
+  return {std::move(lists), {}};
+}
+
+/// Full extents of a solid. Mirrored it is the same solid; flat it is still seen; a line is not.
+Converted<Eigen::Vector3f> solidSize(const Eigen::Vector3f& scale) {
+  const Eigen::Vector3f size = scale.cwiseAbs();
+  if ((size.array() == 0).count() > 1) return refused<Eigen::Vector3f>("scale is 0");
+  return {size.cwiseMax(kFlat), {}};
+}
+
+template <typename Solid>
+MaybeShape toSolid(const Eigen::Vector3f& scale) {
+  auto size = solidSize(scale);
+  if (!size.value) return refused<render::Shape>(std::move(size.reason));
+  return {Solid{*size.value}, {}};
+}
+
+MaybeShape toShapeList(render::ShapeList::Kind kind, Lists lists, const Eigen::Vector3f& scale) {
+  if (lists.points.empty()) return fault("no points");
+  auto size = solidSize(scale);
+  if (!size.value) return refused<render::Shape>(std::move(size.reason));
+  return {render::ShapeList{kind, std::move(lists.points), std::move(lists.colors), *size.value},
+          {}};
+}
+
+MaybeShape toLines(bool strip, Lists lists, float width) {
+  if (lists.points.size() < 2) return fault("fewer than two points for a line");
+  if (!strip && lists.points.size() % 2 != 0) return fault("LINE_LIST of an odd number of points");
+  if (width <= 0) return fault("line width is not positive");
+  return {render::Lines{std::move(lists.points), std::move(lists.colors), width, strip}, {}};
+}
+
+MaybeShape toPoints(Lists lists, const Eigen::Vector3f& scale) {
+  if (lists.points.empty()) return fault("no points");
+  if (scale.x() <= 0 || scale.y() <= 0) return fault("point size is not positive");
+  render::PointCloud cloud;
+  cloud.points = std::move(lists.points);
+  cloud.colors = std::move(lists.colors);
+  cloud.style = render::PointStyle::Squares;
+  cloud.size = scale.x();
+  cloud.size_y = scale.y();
+  return {std::move(cloud), {}};
+}
+
+MaybeShape toTriangles(Lists lists, const Eigen::Vector3f& scale) {
+  if (lists.points.empty()) return fault("no points");
+  if (lists.points.size() % 3 != 0) return fault("TRIANGLE_LIST of incomplete triangles");
+  if ((scale.array() == 0).count() > 1) return fault("scale is 0");
+  for (Eigen::Vector3f& point : lists.points) {
+    point = point.cwiseProduct(scale);
+    if (point.cwiseAbs().maxCoeff() > static_cast<float>(kFarthest)) {
+      return fault("a point is not finite or absurdly far");
+    }
+  }
+  return {render::Triangles{std::move(lists.points), std::move(lists.colors)}, {}};
+}
+
+/// Every type but ARROW, which has a pose of its own.
+MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& scale) {
+  switch (marker.type) {
+    case Marker::CUBE:
+      return toSolid<render::Cube>(scale);
+    case Marker::SPHERE:
+      return toSolid<render::Sphere>(scale);
+    case Marker::CYLINDER:
+      return toSolid<render::Cylinder>(scale);
+    case Marker::LINE_STRIP:
+    case Marker::LINE_LIST:
+      return toLines(marker.type == Marker::LINE_STRIP, std::move(lists), scale.x());
+    case Marker::CUBE_LIST:
+      return toShapeList(render::ShapeList::Kind::Cubes, std::move(lists), scale);
+    case Marker::SPHERE_LIST:
+      return toShapeList(render::ShapeList::Kind::Spheres, std::move(lists), scale);
+    case Marker::POINTS:
+      return toPoints(std::move(lists), scale);
+    case Marker::TRIANGLE_LIST:
+      return toTriangles(std::move(lists), scale);
+    case Marker::TEXT_VIEW_FACING:
+      return fault("TEXT_VIEW_FACING is not drawn yet");
+    case Marker::MESH_RESOURCE:
+      return fault("MESH_RESOURCE is not drawn yet");
+    default:
+      return fault("unknown type");
+  }
+}
+
+bool hasOwnColors(const render::Shape& shape) {
+  return std::visit(
+      [](const auto& s) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(s)>, render::Lines> ||
+                      std::is_same_v<std::decay_t<decltype(s)>, render::ShapeList> ||
+                      std::is_same_v<std::decay_t<decltype(s)>, render::Triangles> ||
+                      std::is_same_v<std::decay_t<decltype(s)>, render::PointCloud>) {
+          return !s.colors.empty();
+        } else {
+          return false;
+        }
+      },
+      shape);
+}
+
+}  // namespace
+
+Converted<render::Drawable> toDrawable(const Marker& marker) {
+  auto pose = toPose(marker.pose);
+  if (!pose.value) return refused<render::Drawable>(std::move(pose.reason));
+  const auto color = toColor(marker.color);
+  if (!color) return refused<render::Drawable>("color is not finite");
+  const auto scale = toVector(marker.scale.x, marker.scale.y, marker.scale.z);
+  if (!scale) return refused<render::Drawable>("scale is not finite or absurdly large");
+  auto lists = readLists(marker);
+  if (!lists.value) return refused<render::Drawable>(std::move(lists.reason));
+
+  if (marker.type == Marker::ARROW) {
+    auto arrow = toArrow(lists.value->points, *scale);
+    if (!arrow.value) return refused<render::Drawable>(std::move(arrow.reason));
+    const Rigid<World, World> placed(*pose.value * arrow.value->T_marker_arrow);
+    return {render::Drawable{placed, std::move(arrow.value->shape), *color}, pose.reason};
+  }
+  auto shape = toShape(marker, std::move(*lists.value), *scale);
+  if (!shape.value) return refused<render::Drawable>(std::move(shape.reason));
+  // Colors a point replace the marker's color altogether, its alpha too.
+  const render::Color used = hasOwnColors(*shape.value) ? render::Color{} : *color;
+  return {render::Drawable{Rigid<World, World>(*pose.value), std::move(*shape.value), used},
+          pose.reason};
+}
+
+}  // namespace afterglow::nodes

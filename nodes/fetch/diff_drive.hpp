@@ -1,0 +1,65 @@
+/// \file
+/// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes and where its wheels
+/// think it went. Source of limits: fetch_bringup's base_controller and robot_controllers'
+/// DiffDriveBaseController. Metres, radians, nanoseconds of robot time.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <random>
+
+#include "nodes/fetch/robot_time.hpp"
+
+namespace afterglow::nodes {
+
+struct Pose2 {
+  double x = 0, y = 0, yaw = 0;
+};
+Eigen::Isometry3d toIsometry(const Pose2& pose);
+/// b, given in a, in a's parent.
+Pose2 compose(const Pose2& a, const Pose2& b);
+Pose2 inverse(const Pose2& pose);
+
+/// What the base does wrong. The same seed drives the same way.
+struct DriveErrors {
+  double linear_scale = 1.006;   ///< true distance per distance measured by the wheels
+  double angular_scale = 0.994;  ///< the same of turns
+  double slip = 0.02;  ///< standard deviation of a wheel's travel in a step, relative to it
+  std::uint32_t seed = 1;
+};
+
+class DiffDrive {
+ public:
+  DiffDrive(const Pose2& start, const DriveErrors& errors);
+
+  /// Sets the wanted speed (m/s ahead, rad/s to the left), clamped to the base's limits. Returns
+  /// false, and keeps the last one, if a value is not finite.
+  bool command(double linear, double angular, Nanoseconds now);
+  /// Lets `dt` pass until `now`. Without a command for 0.25 s it brakes.
+  void step(Nanoseconds now, Nanoseconds dt);
+  /// Stands still at once.
+  void halt();
+  /// As if somebody had driven it there: the odometry moves along and its drift stays as it was.
+  void place(const Pose2& true_pose);
+
+  const Pose2& truePose() const { return true_pose_; }  ///< in map
+  const Pose2& odometry() const { return odometry_; }   ///< in odom
+  Pose2 mapToOdom() const;                              ///< the drift: odom in map
+  double linear() const { return linear_; }             ///< m/s, as the wheels turn
+  double angular() const { return angular_; }           ///< rad/s
+  double leftWheel() const { return left_wheel_; }      ///< rad
+  double rightWheel() const { return right_wheel_; }    ///< rad
+
+ private:
+  double slipFactor();
+
+  DriveErrors errors_;
+  std::mt19937 random_;
+  Pose2 true_pose_, odometry_;
+  double wanted_linear_ = 0, wanted_angular_ = 0;
+  double linear_ = 0, angular_ = 0;
+  double left_wheel_ = 0, right_wheel_ = 0;
+  Nanoseconds last_command_{0};
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,328 @@
+#include "nodes/fetch/fake_fetch_node.hpp"
+
+#include <nav_msgs/Odometry.h>
+#include <sensor_msgs/JointState.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/trajectory_conversion.hpp"
+#include "nodes/fetch/fetch_facts.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using Phase = TrajectoryStatus::Phase;
+
+constexpr double kStepPeriod_s = 0.01;
+constexpr double kPublishPeriod_s = 0.02;
+constexpr double kFeedbackPeriod_s = 0.02;
+
+/// The order of the real robot's /joint_states; the gripper has messages of its own there.
+const std::vector<std::string> kBodyJoints = {
+    "l_wheel_joint",       "r_wheel_joint",       "torso_lift_joint",    "bellows_joint",
+    "head_pan_joint",      "head_tilt_joint",     "shoulder_pan_joint",  "shoulder_lift_joint",
+    "upperarm_roll_joint", "elbow_flex_joint",    "forearm_roll_joint",  "wrist_flex_joint",
+    "wrist_roll_joint",    "projector_pan_joint", "projector_tilt_joint"};
+
+geometry_msgs::TransformStamped stamped(const std::string& parent, const std::string& child,
+                                        const Eigen::Isometry3d& T_parent_child,
+                                        const ros::Time& stamp) {
+  geometry_msgs::TransformStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = parent;
+  message.child_frame_id = child;
+  message.transform = toTransform(T_parent_child);
+  return message;
+}
+
+sensor_msgs::JointState jointMessage(const std::vector<std::string>& names,
+                                     const JointStates& states, const ros::Time& stamp) {
+  sensor_msgs::JointState message;
+  message.header.stamp = stamp;
+  for (const std::string& name : names) {
+    message.name.push_back(name);
+    message.position.push_back(states.at(name).position);
+    message.velocity.push_back(states.at(name).velocity);
+    message.effort.push_back(0);
+  }
+  return message;
+}
+
+double readNumber(const ros::NodeHandle& node, const std::string& name, double otherwise) {
+  if (!node.hasParam(name)) return otherwise;
+  double value = 0;
+  if (!node.getParam(name, value) || !std::isfinite(value))
+    throw std::runtime_error("parameter " + node.resolveName(name) + " must be a finite number");
+  return value;
+}
+
+/// Between looks at a running goal. Wall time: with a paused /clock goals can still be canceled.
+void waitABit() { ros::WallDuration(kFeedbackPeriod_s).sleep(); }
+
+}  // namespace
+
+RobotModel readRobotDescription(const ros::NodeHandle& node) {
+  std::string xml;
+  if (!node.getParam("/robot_description", xml))
+    throw std::runtime_error(
+        "parameter /robot_description is not set; nodes/launch/fake_fetch.launch sets it");
+  RobotModel model = RobotModel::fromXml(xml, "/robot_description");
+  try {
+    for (const std::string& name : kBodyJoints) model.joint(name);
+    for (const std::string& name : kGripperJoints) model.joint(name);
+    model.linkPose(kHeadTurret.frame, {});
+  } catch (const std::out_of_range& error) {
+    throw std::runtime_error(std::string("/robot_description is not a Fetch: ") + error.what());
+  }
+  return model;
+}
+
+FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
+  FakeFetchConfig config;
+  const auto read = [&](const char* name, double& value) {
+    value = readNumber(private_node, name, value);
+  };
+  read("x", config.start.x);
+  read("y", config.start.y);
+  read("yaw", config.start.yaw);
+  read("linear_scale", config.errors.linear_scale);
+  read("angular_scale", config.errors.angular_scale);
+  read("slip", config.errors.slip);
+  config.errors.seed =
+      static_cast<std::uint32_t>(std::abs(readNumber(private_node, "seed", config.errors.seed)));
+  return config;
+}
+
+FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
+    : robot_(std::move(model), config, toNanoseconds(ros::Time::now())),
+      tf_listener_(tf_),
+      point_head_server_(
+          node_, "/head_controller/point_head",
+          [this](const control_msgs::PointHeadGoalConstPtr& goal) { pointHead(*goal); }, false),
+      gripper_server_(
+          node_, "/gripper_controller/gripper_action",
+          [this](const control_msgs::GripperCommandGoalConstPtr& goal) { moveGripper(*goal); },
+          false) {
+  joints_publisher_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
+  odometry_publisher_ = node_.advertise<nav_msgs::Odometry>("/odom", 10);
+  publishFixedLinks();
+  publish();
+  // Queue of one: the latest velocity wins.
+  twist_subscriber_ = node_.subscribe("/cmd_vel", 1, &FakeFetchNode::onTwist, this);
+  reset_service_ = private_node_.advertiseService("reset", &FakeFetchNode::onReset, this);
+  for (const char* controller :
+       {kArmWithTorsoController, kTorsoController, kHeadController, kProjectorController})
+    addTrajectoryServer(controller);
+  // Only now: a goal that comes in at once must find the list complete.
+  for (const auto& server : trajectory_servers_) server->start();
+  point_head_server_.start();
+  gripper_server_.start();
+  timer_ = node_.createWallTimer(ros::WallDuration(kStepPeriod_s),
+                                 [this](const ros::WallTimerEvent&) { onTimer(); });
+}
+
+FakeFetchNode::~FakeFetchNode() {
+  is_closing_ = true;  // the servers' threads are joined by their destructors
+  timer_.stop();
+}
+
+bool FakeFetchNode::isOpen() const { return ros::ok() && !is_closing_; }
+
+// --------------------------------------------------------------------------------- joint
+// trajectories
+void FakeFetchNode::addTrajectoryServer(const std::string& controller) {
+  const std::size_t index = trajectory_servers_.size();
+  trajectory_servers_.push_back(std::make_unique<TrajectoryServer>(
+      node_, "/" + controller + "/follow_joint_trajectory",
+      [this, index, controller](const control_msgs::FollowJointTrajectoryGoalConstPtr& goal) {
+        follow(*trajectory_servers_[index], controller, *goal);
+      },
+      false));
+}
+
+void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controller,
+                           const control_msgs::FollowJointTrajectoryGoal& goal) {
+  const auto status = [&] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return robot_.controller(controller).status();
+  };
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    robot_.step(toNanoseconds(ros::Time::now()));
+    robot_.follow(controller, toGoal(goal));
+  }
+  while (status().phase == Phase::Running && !server.isPreemptRequested() && isOpen()) {
+    sendFeedback(server, controller);
+    waitABit();
+  }
+  const TrajectoryStatus end = status();
+  if (end.phase == Phase::Succeeded) return server.setSucceeded(toResult(end), end.text);
+  if (end.phase != Phase::Running) return server.setAborted(toResult(end), end.text);
+  // A new goal takes over in full flight; a cancel brakes.
+  if (!server.isNewGoalAvailable()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    robot_.stop(controller);
+  }
+  server.setPreempted(toResult(end), "preempted");
+}
+
+void FakeFetchNode::sendFeedback(TrajectoryServer& server, const std::string& controller) {
+  control_msgs::FollowJointTrajectoryFeedback feedback;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    feedback = toFeedback(robot_.controller(controller), robot_.joints(), robot_.now());
+  }
+  server.publishFeedback(feedback);
+}
+
+// --------------------------------------------------------------------------------- head and
+// gripper
+bool FakeFetchNode::startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem) {
+  Eigen::Vector3d p_base(goal.target.point.x, goal.target.point.y, goal.target.point.z);
+  try {
+    // The latest transform, whatever the stamp, as the real controller does.
+    p_base = toIsometry(tf_.lookupTransform("base_link", frameName(goal.target.header.frame_id),
+                                            ros::Time(0))
+                            .transform) *
+             p_base;
+  } catch (const tf2::TransformException& error) {
+    *problem = error.what();
+    return false;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  robot_.step(toNanoseconds(ros::Time::now()));
+  *problem = "the head cannot look there";
+  return p_base.allFinite() &&
+         robot_.pointHead(p_base, toNanoseconds(goal.min_duration), goal.max_velocity);
+}
+
+void FakeFetchNode::pointHead(const control_msgs::PointHeadGoal& goal) {
+  std::string problem;
+  if (!startPointing(goal, &problem))
+    return point_head_server_.setAborted(control_msgs::PointHeadResult(), problem);
+  const auto status = [&] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return robot_.controller(kPointHeadController).status();
+  };
+  while (status().phase == Phase::Running && !point_head_server_.isPreemptRequested() && isOpen())
+    waitABit();
+  const TrajectoryStatus end = status();
+  if (end.phase == Phase::Succeeded) return point_head_server_.setSucceeded();
+  if (end.phase != Phase::Running)
+    return point_head_server_.setAborted(control_msgs::PointHeadResult(), end.text);
+  if (!point_head_server_.isNewGoalAvailable()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    robot_.stop(kPointHeadController);
+  }
+  point_head_server_.setPreempted();
+}
+
+void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
+  control_msgs::GripperCommandResult result;
+  if (!std::isfinite(goal.command.position))
+    return gripper_server_.setAborted(result, "position is not finite");
+  const auto look = [&] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return robot_.gripper();
+  };
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    robot_.moveGripper(goal.command.position);
+  }
+  while (!look().reached && !gripper_server_.isPreemptRequested() && isOpen()) {
+    control_msgs::GripperCommandFeedback feedback;
+    feedback.position = look().gap;
+    gripper_server_.publishFeedback(feedback);
+    waitABit();
+  }
+  result.position = look().gap;
+  result.reached_goal = look().reached;
+  if (result.reached_goal) return gripper_server_.setSucceeded(result);
+  if (!gripper_server_.isNewGoalAvailable()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    robot_.stopGripper();
+  }
+  gripper_server_.setPreempted(result);
+}
+
+// ------------------------------------------------------------------------------------ base and
+// reset
+void FakeFetchNode::onTwist(const geometry_msgs::Twist& twist) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!robot_.drive(twist.linear.x, twist.angular.z))
+    ROS_WARN_THROTTLE(1, "/cmd_vel: not a finite velocity, ignored");
+}
+
+bool FakeFetchNode::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  robot_.reset();
+  response.success = true;
+  response.message = "at the start pose";
+  return true;
+}
+
+// ------------------------------------------------------------------------------------ what it
+// tells
+void FakeFetchNode::onTimer() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  robot_.step(toNanoseconds(ros::Time::now()));
+  const ros::Duration since = toRosTime(robot_.now()) - published_;
+  // The same stamp twice is an error to tf; a clock set back starts anew.
+  if (since >= ros::Duration(kPublishPeriod_s) || since < ros::Duration(0)) publish();
+}
+
+void FakeFetchNode::publish() {
+  published_ = toRosTime(robot_.now());
+  publishTransforms(published_);
+  publishJoints(published_);
+  publishOdometry(published_);
+}
+
+void FakeFetchNode::publishTransforms(const ros::Time& stamp) {
+  const DiffDrive& base = robot_.base();
+  std::vector<geometry_msgs::TransformStamped> transforms = {
+      stamped("map", "odom", toIsometry(base.mapToOdom()), stamp),
+      stamped("odom", robot_.model().rootLink(), toIsometry(base.odometry()), stamp)};
+  for (const Joint& joint : robot_.model().joints()) {
+    if (!joint.moves()) continue;
+    const double position = robot_.joints().at(joint.name).position;
+    transforms.push_back(stamped(joint.parent, joint.child, joint.T_parent_child(position), stamp));
+  }
+  tf_broadcaster_.sendTransform(transforms);
+}
+
+void FakeFetchNode::publishFixedLinks() {
+  std::vector<geometry_msgs::TransformStamped> transforms;
+  for (const Joint& joint : robot_.model().joints())
+    if (!joint.moves())
+      transforms.push_back(
+          stamped(joint.parent, joint.child, joint.T_parent_joint, toRosTime(robot_.now())));
+  static_tf_broadcaster_.sendTransform(transforms);
+}
+
+void FakeFetchNode::publishJoints(const ros::Time& stamp) {
+  joints_publisher_.publish(jointMessage(kBodyJoints, robot_.joints(), stamp));
+  joints_publisher_.publish(jointMessage(kGripperJoints, robot_.joints(), stamp));
+}
+
+void FakeFetchNode::publishOdometry(const ros::Time& stamp) {
+  const DiffDrive& base = robot_.base();
+  const auto transform = toTransform(toIsometry(base.odometry()));
+  nav_msgs::Odometry message;
+  message.header.stamp = stamp;
+  message.header.frame_id = "odom";
+  message.child_frame_id = robot_.model().rootLink();
+  message.pose.pose.position.x = transform.translation.x;
+  message.pose.pose.position.y = transform.translation.y;
+  message.pose.pose.orientation = transform.rotation;
+  message.twist.twist.linear.x = base.linear();
+  message.twist.twist.angular.z = base.angular();
+  odometry_publisher_.publish(message);
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,87 @@
+/// \file
+/// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers,
+/// /cmd_vel, tf, joint states and odometry. Names and rates: README.md, "The nodes".
+#pragma once
+
+#include <actionlib/server/simple_action_server.h>
+#include <control_msgs/FollowJointTrajectoryAction.h>
+#include <control_msgs/GripperCommandAction.h>
+#include <control_msgs/PointHeadAction.h>
+#include <geometry_msgs/Twist.h>
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+#include <tf2_ros/transform_broadcaster.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "nodes/fetch/fake_fetch.hpp"
+
+namespace afterglow::nodes {
+
+/// The robot comes from the parameter /robot_description, the start pose in map from ~x, ~y, ~yaw,
+/// how wrong the base drives from ~linear_scale, ~angular_scale, ~slip and ~seed.
+/// Throws std::runtime_error naming the parameter that is missing or wrong.
+RobotModel readRobotDescription(const ros::NodeHandle& node);
+FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node);
+
+/// Steps the robot with ROS time at 100 Hz and publishes at 50 Hz. Needs a spinner of its own.
+class FakeFetchNode {
+ public:
+  FakeFetchNode(RobotModel model, const FakeFetchConfig& config);
+  ~FakeFetchNode();
+  FakeFetchNode(const FakeFetchNode&) = delete;
+  FakeFetchNode& operator=(const FakeFetchNode&) = delete;
+
+ private:
+  using TrajectoryServer = actionlib::SimpleActionServer<control_msgs::FollowJointTrajectoryAction>;
+  using PointHeadServer = actionlib::SimpleActionServer<control_msgs::PointHeadAction>;
+  using GripperServer = actionlib::SimpleActionServer<control_msgs::GripperCommandAction>;
+
+  void addTrajectoryServer(const std::string& controller);
+  void follow(TrajectoryServer& server, const std::string& controller,
+              const control_msgs::FollowJointTrajectoryGoal& goal);
+  void sendFeedback(TrajectoryServer& server, const std::string& controller);
+  void pointHead(const control_msgs::PointHeadGoal& goal);
+  bool startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem);
+  void moveGripper(const control_msgs::GripperCommandGoal& goal);
+
+  bool isOpen() const;  ///< goals go on
+
+  void onTwist(const geometry_msgs::Twist& twist);
+  bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  void onTimer();
+  void publish();
+  void publishTransforms(const ros::Time& stamp);
+  void publishJoints(const ros::Time& stamp);
+  void publishOdometry(const ros::Time& stamp);
+  void publishFixedLinks();
+
+  std::mutex
+      mutex_;  ///< guards robot_; never held while calling actionlib, which has its own locks
+  FakeFetch robot_;
+  ros::Time published_;
+  std::atomic<bool> is_closing_{false};
+
+  ros::NodeHandle node_, private_node_{"~"};
+  ros::Publisher joints_publisher_, odometry_publisher_;
+  tf2_ros::TransformBroadcaster tf_broadcaster_;
+  tf2_ros::StaticTransformBroadcaster static_tf_broadcaster_;
+  tf2_ros::Buffer tf_;
+  tf2_ros::TransformListener tf_listener_;
+  ros::Subscriber twist_subscriber_;
+  ros::ServiceServer reset_service_;
+  std::vector<std::unique_ptr<TrajectoryServer>> trajectory_servers_;
+  PointHeadServer point_head_server_;
+  GripperServer gripper_server_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace afterglow::nodes

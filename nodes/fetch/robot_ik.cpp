@@ -1,0 +1,199 @@
+// RobotModel's inverse kinematics: KDL's Levenberg-Marquardt from a few starts, and aiming.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <kdl/chain.hpp>
+#include <kdl/chainiksolverpos_lma.hpp>
+#include <random>
+
+#include "nodes/fetch/robot_model.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr int kStarts = 60;
+constexpr int kEnough = 5;  ///< solutions to choose the nearest from
+constexpr double kPi = 3.14159265358979323846;
+
+KDL::Vector toKdl(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+KDL::Frame toKdl(const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q(T.linear());
+  return {KDL::Rotation::Quaternion(q.x(), q.y(), q.z(), q.w()), toKdl(T.translation())};
+}
+
+/// The chain as KDL sees it: held and fixed joints become part of the links.
+struct KdlChain {
+  KDL::Chain chain;
+  std::vector<const Joint*> joints;  ///< the free ones
+};
+
+KdlChain makeKdlChain(const std::vector<const Joint*>& path, const JointPositions& seed,
+                      const std::set<std::string>& held) {
+  KdlChain result;
+  for (const Joint* joint : path) {
+    if (!joint->moves() || held.count(joint->name)) {
+      const double position = joint->moves() ? seed.at(joint->name) : 0.0;
+      result.chain.addSegment(KDL::Segment(KDL::Joint(), toKdl(joint->T_parent_child(position))));
+      continue;
+    }
+    const Eigen::Vector3d axis = joint->T_parent_joint.linear() * joint->axis;
+    const auto type =
+        joint->kind == Joint::Kind::Prismatic ? KDL::Joint::TransAxis : KDL::Joint::RotAxis;
+    result.chain.addSegment(KDL::Segment(
+        KDL::Joint(joint->name, toKdl(joint->T_parent_joint.translation()), toKdl(axis), type),
+        toKdl(joint->T_parent_joint)));
+    result.joints.push_back(joint);
+  }
+  return result;
+}
+
+/// A start for the search: the seed, then ever further from it. Plain arithmetic on mt19937's
+/// output, since the standard's distributions differ between libraries.
+KDL::JntArray makeStart(const KdlChain& chain, const KDL::JntArray& seed, int attempt,
+                        std::mt19937& random) {
+  KDL::JntArray start = seed;
+  const double spread = std::min(1.0, 0.05 * attempt);
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    const Joint& joint = *chain.joints[i];
+    const bool endless = joint.kind == Joint::Kind::Continuous;
+    const double half = endless ? kPi : (joint.upper - joint.lower) / 2;
+    const double unit = random() / 4294967295.0 * 2 - 1;
+    const auto k = static_cast<unsigned>(i);
+    start(k) = std::clamp(seed(k) + spread * half * unit, joint.lower, joint.upper);
+  }
+  return start;
+}
+
+/// Turns revolute joints by whole turns towards the seed and checks the limits.
+bool settle(const KdlChain& chain, const KDL::JntArray& seed, KDL::JntArray& q) {
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    const Joint& joint = *chain.joints[i];
+    const auto k = static_cast<unsigned>(i);
+    if (joint.kind == Joint::Kind::Continuous)
+      q(k) = seed(k) + std::remainder(q(k) - seed(k), 2 * kPi);
+    if (joint.kind == Joint::Kind::Revolute) q(k) = std::remainder(q(k), 2 * kPi);
+    if (q(k) < joint.lower || q(k) > joint.upper) return false;
+  }
+  return true;
+}
+
+/// The largest move of one joint, a metre of torso counted as ten radians (it is as slow).
+double effort(const KdlChain& chain, const KDL::JntArray& from, const KDL::JntArray& to) {
+  double worst = 0;
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    const auto k = static_cast<unsigned>(i);
+    const double scale = chain.joints[i]->kind == Joint::Kind::Prismatic ? 10 : 1;
+    worst = std::max(worst, scale * std::abs(to(k) - from(k)));
+  }
+  return worst;
+}
+
+std::optional<KDL::JntArray> nearestSolution(const KdlChain& chain, const KDL::Frame& goal,
+                                             const KDL::JntArray& seed) {
+  // 1 mrad weighs as much as 0.1 mm: both have to be right.
+  Eigen::Matrix<double, 6, 1> weights;
+  weights << 1, 1, 1, 0.5, 0.5, 0.5;
+  KDL::ChainIkSolverPos_LMA solver(chain.chain, weights, 1e-6, 200);
+  std::mt19937 random(1);
+  std::optional<KDL::JntArray> best;
+  int found = 0;
+  for (int attempt = 0; attempt < kStarts && found < kEnough; ++attempt) {
+    KDL::JntArray q(seed.rows());
+    if (solver.CartToJnt(makeStart(chain, seed, attempt, random), goal, q) < 0) continue;
+    if (!settle(chain, seed, q)) continue;
+    ++found;
+    if (!best || effort(chain, seed, q) < effort(chain, seed, *best)) best = q;
+  }
+  return best;
+}
+
+/// How far the ray passes the target: 0 on it, 2 pointing the other way.
+Eigen::Vector3d missOf(const Eigen::Isometry3d& T_root_frame, const Eigen::Vector3d& direction,
+                       const Eigen::Vector3d& p_root) {
+  return (T_root_frame.inverse() * p_root).normalized() - direction.normalized();
+}
+
+/// Gauss-Newton on two angles, derivatives by differences. Empty if it does not get there.
+template <typename Miss>
+std::optional<Eigen::Vector2d> refineAim(const Miss& missAt, Eigen::Vector2d q) {
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 30; ++i) {
+    const Eigen::Vector3d miss = missAt(q);
+    if (miss.norm() < 1e-7) return q;
+    Eigen::Matrix<double, 3, 2> slope;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d aside = q + kStep * Eigen::Vector2d::Unit(k);
+      slope.col(k) = (missAt(aside) - miss) / kStep;
+    }
+    Eigen::Vector2d step = slope.colPivHouseholderQr().solve(miss);
+    const double longest = step.cwiseAbs().maxCoeff();
+    if (longest > 0.5) step *= 0.5 / longest;
+    q -= step;
+  }
+  return std::nullopt;
+}
+
+/// Where the joints are, then a grid over what they can do.
+std::vector<Eigen::Vector2d> aimStarts(const Joint& pan, const Joint& tilt,
+                                       const JointPositions& positions) {
+  const auto at = [&](const Joint& joint) {
+    const auto found = positions.find(joint.name);
+    return found != positions.end() ? found->second : 0.0;
+  };
+  const auto spread = [](const Joint& joint, double part) {
+    const double lower = std::max(joint.lower, -kPi), upper = std::min(joint.upper, kPi);
+    return lower + part * (upper - lower);
+  };
+  std::vector<Eigen::Vector2d> starts = {{at(pan), at(tilt)}};
+  for (const double a : {0.5, 0.3, 0.7, 0.1, 0.9})
+    for (const double b : {0.5, 0.2, 0.8}) starts.emplace_back(spread(pan, a), spread(tilt, b));
+  return starts;
+}
+
+}  // namespace
+
+std::optional<JointPositions> RobotModel::solveIk(const std::string& tip_link,
+                                                  const Eigen::Isometry3d& T_root_tip,
+                                                  const JointPositions& seed,
+                                                  const std::set<std::string>& held) const {
+  const std::vector<const Joint*> path = chainTo(tip_link);
+  JointPositions all = restPositions();
+  for (const auto& [name, position] : seed) all[name] = position;
+  const KdlChain chain = makeKdlChain(path, all, held);
+  KDL::JntArray from(static_cast<unsigned>(chain.joints.size()));
+  for (std::size_t i = 0; i < chain.joints.size(); ++i)
+    from(static_cast<unsigned>(i)) = all.at(chain.joints[i]->name);
+  const auto solution = nearestSolution(chain, toKdl(T_root_tip), from);
+  if (!solution) return std::nullopt;
+  JointPositions result;
+  for (const Joint* joint : path)
+    if (joint->moves()) result[joint->name] = all.at(joint->name);
+  for (std::size_t i = 0; i < chain.joints.size(); ++i)
+    result[chain.joints[i]->name] = (*solution)(static_cast<unsigned>(i));
+  return result;
+}
+
+std::optional<JointPositions> RobotModel::aim(const PanTilt& turret,
+                                              const Eigen::Vector3d& direction,
+                                              const Eigen::Vector3d& p_root,
+                                              const JointPositions& positions) const {
+  const Joint* joints[2] = {&joint(turret.pan_joint), &joint(turret.tilt_joint)};
+  const auto missAt = [&](const Eigen::Vector2d& q) {
+    JointPositions all = positions;
+    for (int i = 0; i < 2; ++i) all[joints[i]->name] = q[i];
+    return missOf(linkPose(turret.frame, all), direction, p_root);
+  };
+  const auto within = [&](const Eigen::Vector2d& q) {
+    return q[0] >= joints[0]->lower && q[0] <= joints[0]->upper && q[1] >= joints[1]->lower &&
+           q[1] <= joints[1]->upper;
+  };
+  for (const Eigen::Vector2d& start : aimStarts(*joints[0], *joints[1], positions)) {
+    const std::optional<Eigen::Vector2d> q = refineAim(missAt, start);
+    if (q && within(*q))
+      return JointPositions{{joints[0]->name, (*q)[0]}, {joints[1]->name, (*q)[1]}};
+  }
+  return std::nullopt;
+}
+
+}  // namespace afterglow::nodes

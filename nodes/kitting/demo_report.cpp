@@ -1,0 +1,127 @@
+#include "nodes/kitting/demo_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+using nlohmann::json;
+
+double rounded(double value, double step) { return std::round(value / step) * step; }
+
+json poseJson(const EndPose& pose) {
+  return {{"x_m", rounded(pose.base.position.x(), 1e-4)},
+          {"y_m", rounded(pose.base.position.y(), 1e-4)},
+          {"yaw_deg", rounded(pose.base.yaw * 180 / M_PI, 1e-2)},
+          {"gripper_m",
+           {rounded(pose.p_gripper.x(), 1e-4), rounded(pose.p_gripper.y(), 1e-4),
+            rounded(pose.p_gripper.z(), 1e-4)}}};
+}
+
+json topicsJson(const std::vector<replay::TopicSummary>& topics) {
+  json result = json::object();
+  for (const replay::TopicSummary& topic : topics) {
+    result[topic.topic] = {{"type", topic.type}, {"count", topic.count}};
+  }
+  return result;
+}
+
+json keyFramesJson(const std::vector<KeyFrame>& frames) {
+  json result = json::array();
+  for (const KeyFrame& frame : frames) {
+    result.push_back({{"moment", frame.moment},
+                      {"offset_s", rounded(frame.offset_s, 1e-3)},
+                      {"live", frame.live},
+                      {"replay", frame.replay}});
+  }
+  return result;
+}
+
+json behaviorJson(const MeasuredBehavior& measured) {
+  const replay::Behavior& behavior = measured.behavior;
+  const EndError error = endError(measured.live_end, measured.replay_end);
+  const ReplayLateness late = latenessOf(measured.player_report);
+  return {{"id", behavior.id},
+          {"name", behavior.name},
+          {"tree_path", behavior.tree_path},
+          {"outcome", behavior.outcome},
+          {"begin_ns", behavior.begin.ns},
+          {"end_ns", behavior.end ? json(behavior.end->ns) : json()},
+          {"duration_s", rounded(durationOf(behavior), 1e-3)},
+          {"says", measured.says},
+          {"messages", measured.messages},
+          {"dropped", measured.dropped},
+          {"topics", topicsJson(measured.topics)},
+          {"key_frames", keyFramesJson(measured.key_frames)},
+          {"replay",
+           {{"duration_s", rounded(measured.replay_s, 1e-3)},
+            {"lateness_ms",
+             {{"median", rounded(late.median_ms, 1e-3)},
+              {"p99", rounded(late.p99_ms, 1e-3)},
+              {"max", rounded(late.max_ms, 1e-3)}}},
+            {"end_error",
+             {{"base_cm", rounded(error.base_cm, 1e-2)},
+              {"heading_deg", rounded(error.heading_deg, 1e-2)},
+              {"gripper_cm", rounded(error.gripper_cm, 1e-2)}}},
+            {"recorded_end", poseJson(measured.live_end)},
+            {"replayed_end", poseJson(measured.replay_end)},
+            {"player", measured.player_report}}}};
+}
+
+}  // namespace
+
+EndError endError(const EndPose& recorded, const EndPose& replayed) {
+  EndError error;
+  error.base_cm = (recorded.base.position - replayed.base.position).norm() * 100;
+  error.heading_deg = std::abs(turnBetween(recorded.base.yaw, replayed.base.yaw)) * 180 / M_PI;
+  error.gripper_cm = (recorded.p_gripper - replayed.p_gripper).norm() * 100;
+  return error;
+}
+
+ReplayLateness latenessOf(const json& player_report) {
+  ReplayLateness worst;
+  try {
+    for (const auto& [name, topic] : player_report.at("topics").items()) {
+      if (!topic.contains("lateness_ms")) continue;
+      const json& late = topic.at("lateness_ms");
+      worst.median_ms = std::max(worst.median_ms, late.at("p50").get<double>());
+      worst.p99_ms = std::max(worst.p99_ms, late.at("p99").get<double>());
+      worst.max_ms = std::max(worst.max_ms, late.at("max").get<double>());
+    }
+  } catch (const json::exception& error) {
+    throw std::runtime_error(std::string("the player's report has no lateness: ") + error.what());
+  }
+  return worst;
+}
+
+double durationOf(const replay::Behavior& behavior) {
+  return behavior.end ? static_cast<double>(behavior.end->ns - behavior.begin.ns) * 1e-9 : 0;
+}
+
+std::vector<std::string> commandsToTry(const DemoReport& report) {
+  std::vector<std::string> commands = {
+      "export AFTERGLOW_STORE=" + report.folder + "/" + report.store, report.command + " list"};
+  if (report.behaviors.empty()) return commands;
+  const MeasuredBehavior& first = report.behaviors.front();
+  const std::string id = std::to_string(first.behavior.id);
+  commands.push_back(report.command + " show " + id);
+  commands.push_back(report.command + " play " + first.behavior.name + " --dry-run");
+  commands.push_back(report.command + " render " + id + " --config " + report.assets +
+                     "/projector.yaml --out " + report.folder + "/" + first.behavior.name +
+                     "_light.mp4");
+  return commands;
+}
+
+json summaryJson(const DemoReport& report) {
+  json versions = json::object();
+  for (const auto& [what, version] : report.versions) versions[what] = version;
+  json behaviors = json::array();
+  for (const MeasuredBehavior& each : report.behaviors) behaviors.push_back(behaviorJson(each));
+  return {
+      {"date", report.date},   {"versions", versions},  {"duration_s", rounded(report.wall_s, 0.1)},
+      {"video", report.video}, {"store", report.store}, {"behaviors", behaviors}};
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,78 @@
+/// \file
+/// What the demo measured, as summary.json and as a page for people. Pure: values in, text out.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nodes/kitting/demo_story.hpp"
+#include "nodes/kitting/kitting_path.hpp"
+#include "replay/store.hpp"
+
+namespace afterglow::nodes {
+
+/// The same moment of a behavior when it was done and when it was replayed.
+struct KeyFrame {
+  std::string moment;
+  double offset_s = 0;       ///< into the behavior
+  std::string live, replay;  ///< pictures, frames/NAME.png and frames/NAME_projector.png
+};
+
+/// Where a behavior left the robot.
+struct EndPose {
+  FloorPose base;                                       ///< map
+  Eigen::Vector3d p_gripper = Eigen::Vector3d::Zero();  ///< map
+};
+
+/// One behavior, done and replayed.
+struct MeasuredBehavior {
+  replay::Behavior behavior;
+  std::vector<replay::TopicSummary> topics;  ///< its own ones; count 0: nothing was said there
+  std::uint64_t messages = 0, dropped = 0;   ///< as the recorder counted
+  std::string says;
+  std::vector<KeyFrame> key_frames;
+  EndPose live_end, replay_end;
+  double replay_s = 0;
+  nlohmann::json player_report;  ///< as the player gave it
+};
+
+struct DemoReport {
+  std::string date;                                           ///< UTC
+  std::vector<std::pair<std::string, std::string>> versions;  ///< of what, which
+  std::vector<MeasuredBehavior> behaviors;
+  std::string video, store;  ///< relative to the report
+  std::string folder;        ///< of the report, as people type it
+  std::string assets;        ///< the demo's own folder, as people type it
+  std::string command;       ///< the afterglow command, as people type it
+  double wall_s = 0;         ///< the whole demo
+};
+
+/// How far two ends are apart: centimetres on the floor, degrees of heading, centimetres between
+/// the grippers.
+struct EndError {
+  double base_cm = 0, heading_deg = 0, gripper_cm = 0;
+};
+EndError endError(const EndPose& recorded, const EndPose& replayed);
+
+/// How late messages went out, milliseconds: each the worst topic's, from the player's report.
+struct ReplayLateness {
+  double median_ms = 0, p99_ms = 0, max_ms = 0;
+};
+/// Throws std::runtime_error if the report lacks it.
+ReplayLateness latenessOf(const nlohmann::json& player_report);
+
+double durationOf(const replay::Behavior& behavior);  ///< seconds; 0 while it runs
+
+/// Commands for people to try on what was recorded, from the folder they built in.
+std::vector<std::string> commandsToTry(const DemoReport& report);
+
+nlohmann::json summaryJson(const DemoReport& report);
+
+/// One page that needs no network and no script; video and pictures lie beside it.
+std::string reportHtml(const DemoReport& report, const DemoStory& story);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,120 @@
+// kitting_demo OUT ASSETS: directs the demo among the nodes of nodes/launch/demo.launch and writes
+// its report. nodes/run_demo starts it all.
+#include <ros/console.h>
+#include <ros/ros.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "nodes/kitting/demo_director.hpp"
+#include "nodes/player/stop_signal.hpp"
+
+namespace {
+
+using namespace afterglow::nodes;
+namespace fs = std::filesystem;
+
+constexpr int kFailed = 1, kUsage = 2;
+
+void writeWhole(const fs::path& path, const std::string& text) {
+  const fs::path part = path.string() + ".part";
+  std::ofstream stream(part);
+  stream << text;
+  stream.close();
+  if (!stream) throw std::runtime_error(part.string() + ": cannot be written");
+  fs::rename(part, path);
+}
+
+// As people type it into a shell: relative where that is shorter, quoted where it must be.
+std::string typed(const fs::path& path) {
+  const std::string relative = fs::relative(path).string();
+  const std::string text = relative.size() < path.string().size() ? relative : path.string();
+  return text.find(' ') == std::string::npos ? text : "'" + text + "'";
+}
+
+DemoFiles filesOf(const fs::path& out, const fs::path& assets) {
+  DemoFiles files;
+  files.assets = assets.string();
+  files.out = fs::absolute(out).string();
+  files.store = (fs::absolute(out) / "demo.db").string();
+  files.typed_out = typed(fs::absolute(out));
+  files.typed_assets = typed(fs::absolute(assets));
+  files.typed_command = typed(fs::canonical("/proc/self/exe").parent_path() / "afterglow");
+  return files;
+}
+
+void printSummary(const DemoReport& report, DemoProgress& progress) {
+  char line[256];
+  progress.line("");
+  std::snprintf(line, sizeof(line), "%-8s %9s %9s %8s %14s  %s", "behavior", "recorded", "messages",
+                "dropped", "p99 lateness", "replay ended off by");
+  progress.line(line);
+  for (const MeasuredBehavior& each : report.behaviors) {
+    const EndError error = endError(each.live_end, each.replay_end);
+    std::snprintf(line, sizeof(line), "%-8s %7.1f s %9llu %8llu %11.2f ms  %.1f cm, %.1f degrees",
+                  each.behavior.name.c_str(), durationOf(each.behavior),
+                  static_cast<unsigned long long>(each.messages),
+                  static_cast<unsigned long long>(each.dropped),
+                  latenessOf(each.player_report).p99_ms, error.base_cm, error.heading_deg);
+    progress.line(line);
+  }
+  progress.line("");
+  progress.line("Video    " + report.folder + "/" + report.video);
+  progress.line("Report   " + report.folder +
+                "/report.html   (numbers: summary.json, pictures: frames/)");
+  progress.line("");
+  progress.line("Try on what was recorded:");
+  for (const std::string& command : commandsToTry(report)) progress.line("  " + command);
+}
+
+void direct(const DemoFiles& files, DemoProgress& progress) {
+  DemoDirector director(files, progress);
+  progress.title(director.story().title, director.story().subtitle);
+  const DemoReport report = director.run();
+  const fs::path out(files.out);
+  writeWhole(out / "summary.json", summaryJson(report).dump(2) + "\n");
+  writeWhole(out / "report.html", reportHtml(report, director.story()));
+  printSummary(report, progress);
+}
+
+// Stops what runs when the user does; the robot's own nodes are somebody else's.
+void followStopSignals() {
+  static ros::WallTimer timer =
+      ros::NodeHandle().createWallTimer(ros::WallDuration(0.1), [](const ros::WallTimerEvent&) {
+        if (isStopRequested()) ros::requestShutdown();
+      });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  ros::init(argc, argv, "kitting_demo", ros::init_options::NoSigintHandler);
+  if (argc != 3) {
+    std::cerr << "usage: kitting_demo OUT ASSETS\n";
+    return kUsage;
+  }
+  catchStopSignals();
+  // Goals that overtake each other are the turret's daily bread; actionlib complains of each.
+  ros::console::set_logger_level("ros.afterglow.actionlib", ros::console::levels::Fatal);
+  ros::console::notifyLoggerLevelsChanged();
+  DemoProgress progress(stdout, isatty(STDOUT_FILENO) != 0);
+  try {
+    if (!ros::master::check()) {
+      throw std::runtime_error("no ROS master at " + ros::master::getURI());
+    }
+    ros::AsyncSpinner spinner(3);
+    spinner.start();
+    followStopSignals();
+    direct(filesOf(argv[1], argv[2]), progress);
+    spinner.stop();
+  } catch (const std::exception& error) {
+    progress.failed();
+    std::cerr << "kitting_demo: " << error.what() << "\n";
+    return kFailed;
+  }
+  return 0;
+}

@@ -1,0 +1,27 @@
+#include <ros/ros.h>
+
+#include <exception>
+#include <iostream>
+
+#include "nodes/observer/observer_node.hpp"
+#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/master_check.hpp"
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  try {
+    requireMaster(argc, argv);
+    ros::init(argc, argv, "observer_node", ros::init_options::NoSigintHandler);
+    catchStopSignals();
+    const ros::NodeHandle own("~");
+    ObserverNode node(ObserverNodeOptions::read(own));
+    ros::AsyncSpinner spinner(1);
+    spinner.start();
+    node.run([] { return isStopRequested() || !ros::ok(); });
+    spinner.stop();
+  } catch (const std::exception& error) {
+    std::cerr << "observer_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,89 @@
+/// \file
+/// observer_node: the room as a bystander sees it, as a video, pictures and an image topic.
+///
+/// Subscribes to /room/solids (MarkerArray), /projector/image and /projector/camera_info, /tf,
+/// ~caption (std_msgs/String: "TEXT" or "TAG|TEXT"), /speaker_node/state (what is being said),
+/// ~look (std_msgs/String: goes over to that place of the view's `others`, empty: back),
+/// ~key_frame (std_msgs/String: saves the next picture as FOLDER/NAME.png and the projector's as
+/// FOLDER/NAME_projector.png). Publishes ~image (rgb8, while somebody listens). The robot comes
+/// from the parameter /robot_description, as soon as it is there.
+#pragma once
+
+#include <ros/ros.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nodes/observer/caption.hpp"
+#include "nodes/observer/observer_inbox.hpp"
+#include "nodes/observer/observer_scene.hpp"
+#include "nodes/observer/room_view.hpp"
+#include "nodes/observer/timed_video.hpp"
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::nodes {
+
+/// Parameters of the same names.
+struct ObserverNodeOptions {
+  std::string view;    ///< loadRoomView's file
+  std::string video;   ///< MP4 to write, VIDEO.json beside it; empty: none
+  std::string folder;  ///< for key frames; empty: the current one
+  int fps = 12;
+  bool inset = true;  ///< the projector's picture in a corner
+  std::string font = CaptionPainter::defaultFont();
+
+  /// Throws std::runtime_error naming the parameter that is missing or wrong.
+  static ObserverNodeOptions read(const ros::NodeHandle& own);
+};
+
+/// Drawing, encoding and files in the thread that constructs and runs it; ROS callbacks in the
+/// caller's spinner.
+class ObserverNode {
+ public:
+  /// Throws std::runtime_error: view, font, OpenGL or ffmpeg, and why.
+  explicit ObserverNode(const ObserverNodeOptions& options);
+
+  /// Draws at absolute deadlines until `is_stopped`, then finishes the video. The video begins when
+  /// something stands in the room; if nothing ever does, that is an error. Throws
+  /// std::runtime_error if the video cannot be written.
+  void run(const std::function<bool()>& is_stopped);
+
+ private:
+  ObserverNode(const ObserverNodeOptions& options, const RoomView& room);
+  void hearNews();
+  void hearKeyFrames(const std::deque<std::string>& names);
+  void hearLook(const std::string& name, ros::Time now);
+  Look lookAt(ros::Time now) const;
+  void lookForRobot();
+  bool isWatched() const;
+  render::Image draw(ros::Time now);
+  void show(ros::Time now);
+  void saveKeyFrames(const render::Image& picture);
+
+  ObserverNodeOptions options_;
+  ros::NodeHandle own_{"~"};
+  tf2_ros::Buffer tf_;
+  tf2_ros::TransformListener tf_listener_{tf_};
+  render::GlContext context_;
+  render::ObserverRenderer renderer_{context_};
+  RoomView room_;
+  Look look_from_, look_to_;  ///< on the way from one to the other
+  ros::Time look_changed_;
+  ObserverScene scene_;
+  CaptionPainter painter_;
+  std::unique_ptr<TimedVideo> video_;  ///< empty without one
+  bool filming_ = false;               ///< the video has begun
+  Caption caption_;
+  std::deque<std::string> key_frames_;  ///< to save with the next picture
+  ros::WallTime next_robot_look_;
+  ros::Publisher image_publisher_;
+  ObserverInbox inbox_;
+};
+
+}  // namespace afterglow::nodes

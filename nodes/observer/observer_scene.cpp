@@ -1,0 +1,118 @@
+#include "nodes/observer/observer_scene.hpp"
+
+#include <sensor_msgs/image_encodings.h>
+
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::int64_t kDarkAfterNs = 2'000'000'000;  // without a new picture
+constexpr std::size_t kMostWaiting = 8;
+
+std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
+
+ProjectorConfig solidsOnly(const std::string& fixed_frame) {
+  LayerConfig solids;
+  solids.topic = "/room/solids";
+  solids.type = LayerType::MarkerArray;
+  ProjectorConfig config;
+  config.fixed_frame = fixed_frame;
+  config.frame = fixed_frame;  // nothing is projected: any frame that is known
+  config.layers = {solids};
+  return config;
+}
+
+/// Rows without their padding. Empty if it is not rgb8 or its sizes do not fit.
+std::optional<render::Image> toPicture(const sensor_msgs::Image& image) {
+  const std::size_t row = std::size_t{image.width} * 3;
+  const bool fits = image.encoding == sensor_msgs::image_encodings::RGB8 && image.width > 0 &&
+                    image.height > 0 && image.step >= row &&
+                    image.data.size() >= std::size_t{image.step} * image.height;
+  if (!fits) return std::nullopt;
+  render::Image picture{static_cast<int>(image.width), static_cast<int>(image.height), {}};
+  picture.rgb.reserve(row * image.height);
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto begin = image.data.begin() + static_cast<std::ptrdiff_t>(y * image.step);
+    picture.rgb.insert(picture.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  }
+  return picture;
+}
+
+}  // namespace
+
+ObserverScene::ObserverScene(RoomView room, const tf2::BufferCore& buffer)
+    : room_(std::move(room)),
+      frames_(buffer, room_.fixed_frame),
+      solids_(solidsOnly(room_.fixed_frame), buffer) {}
+
+void ObserverScene::addSolids(const visualization_msgs::MarkerArray& solids, ros::Time now) {
+  solids_.add(0, solids, now);
+}
+
+void ObserverScene::setLens(const sensor_msgs::CameraInfo& info) {
+  const Eigen::Matrix3d K =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(info.K.data());
+  try {
+    lens_ = calib::makeLens(static_cast<int>(info.width), static_cast<int>(info.height), K, info.D);
+  } catch (const std::invalid_argument&) {
+    drop("camera_info is no lens");
+  }
+}
+
+void ObserverScene::addImage(const sensor_msgs::Image& image) {
+  auto picture = toPicture(image);
+  if (!picture) return drop("the projector's image is not rgb8 or its size is wrong");
+  newest_image_ = std::make_shared<const render::Image>(std::move(*picture));
+  waiting_.push_back({image.header, newest_image_});
+  if (waiting_.size() > kMostWaiting) waiting_.pop_front();
+}
+
+bool ObserverScene::isFurnished() { return hasRobot() || solids_.status().front().shown > 0; }
+
+std::vector<render::Drawable> ObserverScene::solids(ros::Time now) {
+  frames_.forget();
+  std::vector<render::Drawable> all = room_.shell;
+  SceneFrame frame = solids_.frame(now);
+  for (render::Layer& layer : frame.scene.layers) {
+    all.insert(all.end(), layer.drawables.begin(), layer.drawables.end());
+  }
+  if (!robot_) return all;
+  LinkPoses T_world_link;
+  for (const LinkVisual& visual : robot_->visuals()) {
+    if (const auto pose = frames_.at(visual.link, ros::Time(0))) T_world_link[visual.link] = *pose;
+  }
+  const auto robot = robot_->drawables(T_world_link);
+  all.insert(all.end(), robot.begin(), robot.end());
+  return all;
+}
+
+const render::ProjectedLight* ObserverScene::light(ros::Time now) {
+  frames_.forget();
+  for (std::size_t i = waiting_.size(); i-- > 0 && lens_;) {
+    const std_msgs::Header& header = waiting_[i].header;
+    const auto pose = frames_.at(frameName(header.frame_id), header.stamp);
+    if (!pose) continue;
+    throwLight(waiting_[i], *pose);
+    // Newer pictures wait on for their transform.
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    break;
+  }
+  const bool lit = light_ns_ > 0 && toNs(now) - light_ns_ < kDarkAfterNs;
+  return lit ? &light_ : nullptr;
+}
+
+void ObserverScene::throwLight(const Picture& picture, const Eigen::Isometry3d& T_world_projector) {
+  if (picture.image->width != lens_->width || picture.image->height != lens_->height) {
+    return drop("the projector's image has not the size of its lens");
+  }
+  light_ = {*lens_, Rigid<World, Projector>(T_world_projector).inverse(), *picture.image};
+  light_ns_ = toNs(picture.header.stamp);
+}
+
+LayerStatus ObserverScene::status() const { return solids_.status().front(); }
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,175 @@
+#include "nodes/observer/room_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+
+#include "nodes/tools/yaml_map.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kFarthest_m = 100;
+constexpr double kThickness_m = 0.1;  // of floor and walls: light does not come through
+constexpr double kJoint_m = 0.006;    // between tiles
+constexpr int kMostPixels = 4096;     // in one direction
+constexpr double kMostTiles = 40'000;
+
+Eigen::Vector3d pointOf(const YamlMap& map, const std::string& key) {
+  const auto p = map.numbers(map.at(key), "'" + key + "'", 3);
+  return {p[0], p[1], p[2]};
+}
+
+Eigen::Vector2d pairOf(const YamlMap& map, const std::string& key) {
+  const auto p = map.numbers(map.at(key), "'" + key + "'", 2);
+  return {p[0], p[1]};
+}
+
+render::Color colorOf(const YamlMap& map, const std::string& key) {
+  const std::string text = map.text(key);
+  const bool hex = text.size() == 7 && text[0] == '#' &&
+                   text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+  if (!hex) map.fail(map.at(key), "'" + key + "' should be a color like \"#a0b0c0\"");
+  const auto part = [&text](std::size_t at) {
+    return static_cast<float>(std::stoi(text.substr(at, 2), nullptr, 16)) / 255.0f;
+  };
+  return {part(1), part(3), part(5), 1};
+}
+
+/// The eye's optical frame: z towards the target, y down.
+Rigid<World, Observer> eyeAt(const Eigen::Vector3d& p_eye, const Eigen::Vector3d& p_target) {
+  const Eigen::Vector3d forward = (p_target - p_eye).normalized();
+  const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+  Eigen::Isometry3d T_world_eye = Eigen::Isometry3d::Identity();
+  T_world_eye.linear() << right, forward.cross(right), forward;
+  T_world_eye.translation() = p_eye;
+  return Rigid<World, Observer>(T_world_eye);
+}
+
+Look lookOf(const YamlMap& map) {
+  Look look;
+  look.p_eye = pointOf(map, "eye");
+  look.p_target = pointOf(map, "target");
+  if ((look.p_target - look.p_eye).head<2>().norm() < 1e-3) {
+    map.fail(map.at("target"), "'target' should not be straight above or below 'eye'");
+  }
+  look.vertical_fov = map.number("vertical_fov", 1, 150) * M_PI / 180;
+  return look;
+}
+
+void readSize(const YamlMap& map, RoomView& room) {
+  const Eigen::Vector2d size = pairOf(map, "size");
+  if (size.minCoeff() < 16 || size.maxCoeff() > kMostPixels ||
+      size != size.array().round().matrix()) {
+    map.fail(map.at("size"), "'size' should be two whole numbers of pixels from 16 to 4096");
+  }
+  room.width = static_cast<int>(size.x());
+  room.height = static_cast<int>(size.y());
+}
+
+void readOthers(const std::string& path, const YamlMap& map, RoomView& room) {
+  const YAML::Node others = map.at("others");
+  if (!others.IsMap()) map.fail(others, "'others' should map names to places");
+  for (const auto& entry : others) {
+    const std::string& name = entry.first.Scalar();
+    room.others[name] =
+        lookOf({path, entry.second, "place '" + name + "'", {"eye", "target", "vertical_fov"}});
+  }
+}
+
+render::Drawable box(const Eigen::Isometry3d& pose, const Eigen::Vector3d& size,
+                     const render::Color& color) {
+  return {Rigid<World, World>(pose), render::Cube{size.cast<float>()}, color};
+}
+
+/// No two tiles are fired alike: up to 2.5 % lighter or darker, by their place.
+render::Color shade(const render::Color& color, int column, int row) {
+  const auto hash =
+      static_cast<std::uint32_t>(column * 73856093) ^ static_cast<std::uint32_t>(row * 19349663);
+  const float tone = 1 + 0.05f * (static_cast<float>((hash * 2654435761u) >> 24) / 255.0f - 0.5f);
+  const auto toned = [tone](float part) { return std::min(1.0f, part * tone); };
+  return {toned(color.r), toned(color.g), toned(color.b), 1};
+}
+
+render::Drawable tiles(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, double edge,
+                       const render::Color& color) {
+  render::Triangles triangles;
+  for (int row = 0; row * edge < size.y(); ++row) {
+    for (int column = 0; column * edge < size.x(); ++column) {
+      const Eigen::Vector2d low = corner + Eigen::Vector2d(column * edge, row * edge) +
+                                  Eigen::Vector2d::Constant(kJoint_m / 2);
+      const Eigen::Vector2d high =
+          (low + Eigen::Vector2d::Constant(edge - kJoint_m)).cwiseMin(corner + size);
+      const Eigen::Vector3f a(static_cast<float>(low.x()), static_cast<float>(low.y()), 0),
+          c(static_cast<float>(high.x()), static_cast<float>(high.y()), 0), b(c.x(), a.y(), 0),
+          d(a.x(), c.y(), 0);
+      triangles.points.insert(triangles.points.end(), {a, b, c, a, c, d});
+      triangles.colors.insert(triangles.colors.end(), 2, shade(color, column, row));
+    }
+  }
+  return {{}, triangles, {}};
+}
+
+void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
+  const Eigen::Vector2d center = pairOf(map, "center"), size = pairOf(map, "size");
+  if (size.minCoeff() <= 0 || size.maxCoeff() > kFarthest_m) {
+    map.fail(map.at("size"), "the floor's 'size' should be two lengths of up to 100 m");
+  }
+  const double edge = map.number("tile", 0.05, kFarthest_m);
+  if (size.prod() / (edge * edge) > kMostTiles) {
+    map.fail(map.at("tile"), "more than 40000 tiles on the floor");
+  }
+  // What shows between the tiles lies a little lower.
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() << center, -kThickness_m / 2 - 0.003;
+  shell.push_back(box(pose, {size.x(), size.y(), kThickness_m}, colorOf(map, "joint_color")));
+  shell.push_back(tiles(center - size / 2, size, edge, colorOf(map, "color")));
+}
+
+void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
+  const Eigen::Vector2d from = pairOf(map, "from"), to = pairOf(map, "to");
+  const Eigen::Vector2d along = to - from;
+  if (along.norm() < 0.01 || along.norm() > kFarthest_m) {
+    map.fail(map.at("to"), "a wall should be 0.01 to 100 m long");
+  }
+  const double height = map.number("height", 0.01, kFarthest_m);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() << (from + to) / 2, height / 2;
+  pose.rotate(Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
+  shell.push_back(box(pose, {along.norm(), kThickness_m, height}, colorOf(map, "color")));
+}
+
+}  // namespace
+
+Look between(const Look& from, const Look& to, double share) {
+  return {from.p_eye + share * (to.p_eye - from.p_eye),
+          from.p_target + share * (to.p_target - from.p_target),
+          from.vertical_fov + share * (to.vertical_fov - from.vertical_fov)};
+}
+
+render::ObserverView viewFrom(const Look& look, int width, int height) {
+  return {eyeAt(look.p_eye, look.p_target), width, height, look.vertical_fov};
+}
+
+RoomView loadRoomView(const std::string& path) {
+  const YamlMap map(
+      path, loadYaml(path), "the view",
+      {"fixed_frame", "eye", "target", "vertical_fov", "size", "others", "floor", "walls"});
+  RoomView room;
+  room.fixed_frame = map.text("fixed_frame");
+  room.look = lookOf(map);
+  readSize(map, room);
+  if (map.has("others")) readOthers(path, map, room);
+  addFloor({path, map.at("floor"), "the floor", {"center", "size", "color", "tile", "joint_color"}},
+           room.shell);
+  const YAML::Node walls = map.at("walls");
+  if (!walls.IsSequence()) map.fail(walls, "'walls' should be a list");
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    addWall({path, walls[i], "wall " + std::to_string(i + 1), {"from", "to", "height", "color"}},
+            room.shell);
+  }
+  return room;
+}
+
+}  // namespace afterglow::nodes

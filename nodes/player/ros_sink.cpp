@@ -1,0 +1,141 @@
+#include "nodes/player/ros_sink.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kQueue = 100;
+constexpr double kMasterPatience = 2.0;
+/// Whoever drives a base sends more often: it would stop after 0.25 s.
+constexpr double kDriverPeriod = 0.4;
+
+bool isActionGoal(const replay::Channel& channel) {
+  const std::string& type = channel.type;
+  const std::string ending = "ActionGoal";
+  return type.size() > ending.size() &&
+         type.compare(type.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+}  // namespace
+
+RosSink::RosSink(const replay::PlayPlan& plan, Listener listener)
+    : played_(plan.playedTopics()), listener_(std::move(listener)), spinner_(1, &queue_) {
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed()) {
+      continue;
+    }
+    Output& output = advertise(topic.channel);
+    if (isActionGoal(topic.channel)) {
+      advertise(replay::cancelChannel(topic.channel));
+      watchGoals(topic.channel);
+    }
+    if (replay::isVelocity(topic.channel)) {
+      watchDrivers(topic.channel.topic, output);
+    }
+  }
+  spinner_.start();
+}
+
+RosSink::~RosSink() {
+  for (ros::Subscriber& subscriber : subscribers_) {
+    subscriber.shutdown();
+  }
+  spinner_.stop();
+}
+
+RosSink::Output& RosSink::advertise(const replay::Channel& channel) {
+  Output& output = outputs_[channel.topic];
+  if (output.publisher) {
+    return output;  // a cancel topic that was recorded, too
+  }
+  output.message.morph(channel.md5, channel.type, channel.definition, channel.latching ? "1" : "0");
+  output.publisher = output.message.advertise(node_, channel.topic, kQueue, channel.latching);
+  return output;
+}
+
+void RosSink::watchGoals(const replay::Channel& goal_channel) {
+  const std::string action = goal_channel.topic.substr(0, goal_channel.topic.rfind('/'));
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const actionlib_msgs::GoalStatusArray&>(
+      action + "/status", kQueue,
+      [this](const actionlib_msgs::GoalStatusArray& statuses) { onStatus(statuses); });
+  options.callback_queue = &queue_;
+  subscribers_.push_back(node_.subscribe(options));
+}
+
+void RosSink::watchDrivers(const std::string& topic, Output& output) {
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const AnyMessage&>(
+      topic, kQueue, [this, topic](const auto& event) {
+        const std::string driver = event.getPublisherName();
+        if (driver != ros::this_node::getName() && !has_second_driver_.exchange(true)) {
+          listener_.on_second_driver(driver + " drives on " + topic +
+                                     ", too: two drivers of one base are refused");
+        }
+      });
+  options.callback_queue = &queue_;
+  subscribers_.push_back(node_.subscribe(options));
+  velocities_.push_back(topic);
+  output.own_subscribers = 1;
+}
+
+void RosSink::listenForDrivers() {
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  const bool is_alone =
+      std::all_of(velocities_.begin(), velocities_.end(),
+                  [&](const std::string& topic) { return graph.otherPublishers(topic).empty(); });
+  if (is_alone) {
+    return;
+  }
+  waitForPublishers(velocities_, deadlineIn(kMasterPatience));
+  const Deadline end = deadlineIn(kDriverPeriod);
+  while (!has_second_driver_ && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {
+  for (const actionlib_msgs::GoalStatus& status : statuses.status_list) {
+    listener_.on_goal_status(status.goal_id.id, status.status);
+  }
+}
+
+std::vector<std::string> RosSink::waitForSubscribers(Deadline deadline,
+                                                     const std::function<bool()>& is_stopped) {
+  for (;;) {
+    const RosGraph graph = askMaster(deadline + std::chrono::seconds(2));
+    std::vector<std::string> unheard;
+    bool is_connected = true;
+    for (const std::string& topic : played_) {
+      const std::size_t heard_by = outputs_.at(topic).heardBy();
+      if (heard_by == 0) unheard.push_back(topic);
+      is_connected =
+          is_connected && heard_by > 0 && heard_by >= graph.otherSubscribers(topic).size();
+    }
+    if (is_connected || is_stopped() || std::chrono::steady_clock::now() >= deadline) {
+      return unheard;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+}
+
+bool RosSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
+  const auto found = outputs_.find(channel.topic);
+  if (found == outputs_.end()) {
+    throw std::logic_error("not advertised: " + channel.topic);
+  }
+  Output& output = found->second;
+  // ShapeShifter copies; the stream's interface wants a pointer that it does not write through.
+  ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
+                                     static_cast<std::uint32_t>(bytes.size()));
+  output.message.read(stream);
+  output.publisher.publish(output.message);
+  return output.heardBy() > 0;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,75 @@
+/// \file
+/// Publishes recorded messages on ROS topics, whatever their type, and watches the action servers
+/// that receive goals.
+#pragma once
+
+#include <actionlib_msgs/GoalStatusArray.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "nodes/tools/ros_graph.hpp"
+#include "replay/player.hpp"
+
+namespace afterglow::nodes {
+
+class RosSink : public replay::MessageSink {
+ public:
+  /// Called in a thread of the sink's own.
+  struct Listener {
+    std::function<void(const std::string& goal_id, std::uint8_t status)> on_goal_status;
+    /// Another node has sent a velocity on a topic that is played; said once.
+    std::function<void(const std::string& driver)> on_second_driver;
+  };
+
+  /// Advertises every topic that is played, with its stored definition and latching, and the cancel
+  /// topics of its actions.
+  RosSink(const replay::PlayPlan& plan, Listener listener);
+  ~RosSink() override;
+  RosSink(const RosSink&) = delete;
+  RosSink& operator=(const RosSink&) = delete;
+
+  /// Waits until every topic that is played has a subscriber, and those that the master names are
+  /// connected; gives up at the deadline or when `is_stopped`. Returns the topics nobody hears.
+  std::vector<std::string> waitForSubscribers(Deadline deadline,
+                                              const std::function<bool()>& is_stopped);
+
+  /// Listens for a moment on the velocity topics: on_second_driver is called before this returns if
+  /// somebody drives. A node that only might (it advertises) is left alone.
+  void listenForDrivers();
+
+  /// The scheduler's thread. Throws std::logic_error for a topic that was not planned.
+  bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
+
+ private:
+  struct Output {
+    ros::Publisher publisher;
+    topic_tools::ShapeShifter message;
+    std::size_t own_subscribers = 0;  ///< this sink's, to hear other drivers
+    std::size_t heardBy() const { return publisher.getNumSubscribers() - own_subscribers; }
+  };
+  using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
+
+  Output& advertise(const replay::Channel& channel);
+  void watchGoals(const replay::Channel& goal_channel);
+  void watchDrivers(const std::string& topic, Output& output);
+  void onStatus(const actionlib_msgs::GoalStatusArray& statuses);
+
+  ros::NodeHandle node_;
+  std::map<std::string, Output> outputs_;
+  std::vector<std::string> played_;
+  std::vector<std::string> velocities_;
+  const Listener listener_;
+  std::atomic<bool> has_second_driver_{false};
+  ros::CallbackQueue queue_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace afterglow::nodes

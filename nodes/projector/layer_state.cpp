@@ -1,0 +1,127 @@
+#include "nodes/projector/layer_state.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kShortestLifetime = 100'000;  // ns; RViz takes less for "forever"
+constexpr std::size_t kMostReasons = 32;             // frame names in them come from the network
+
+std::int64_t expiry(const Content& content, std::int64_t arrived_ns) {
+  if (content.lifetime_ns <= kShortestLifetime) return kNever;
+  return content.lifetime_ns > kNever - arrived_ns ? kNever : arrived_ns + content.lifetime_ns;
+}
+
+}  // namespace
+
+LayerState::LayerState(std::string topic, float alpha, Limits limits)
+    : alpha_(alpha), limits_(limits) {
+  status_.topic = std::move(topic);
+}
+
+void LayerState::count(std::map<std::string, std::uint64_t>& reasons, const std::string& reason) {
+  const bool full = reasons.size() >= kMostReasons && reasons.count(reason) == 0;
+  ++reasons[full ? "other reasons" : reason];
+}
+
+void LayerState::drop(const std::string& reason) { count(status_.dropped, reason); }
+void LayerState::remark(const std::string& reason) { count(status_.remarks, reason); }
+
+void LayerState::put(const ContentKey& key, Content content, std::int64_t now_ns,
+                     FrameLookup& frames) {
+  Waiting waiting{key, std::move(content), now_ns, next_order_++};
+  if (place(waiting, frames)) return;
+  if (waiting_.size() >= limits_.waiting) {
+    drop("too many waiting for a transform from '" + printable(waiting_.front().content.frame) +
+         "'");
+    waiting_.pop_front();
+  }
+  waiting_.push_back(std::move(waiting));
+}
+
+bool LayerState::place(Waiting& waiting, FrameLookup& frames) {
+  Content& content = waiting.content;
+  const auto T_fixed_frame = frames.at(content.frame, content.stamp);
+  if (!T_fixed_frame) return false;
+  const auto found = shown_.find(waiting.key);
+  if (found == shown_.end() && shown_.size() >= limits_.shown) {
+    drop("too many markers");
+    return true;
+  }
+  // What came later may have found its transform earlier.
+  if (found != shown_.end() && found->second.order > waiting.order) return true;
+  auto* cloud = std::get_if<render::PointCloud>(&content.drawable.shape);
+  if (cloud != nullptr && content.axis_color) {
+    colorByAxis(*cloud, *content.axis_color, *T_fixed_frame * content.drawable.pose.matrix());
+  }
+  const std::int64_t expires_ns = expiry(content, waiting.arrived_ns);
+  shown_.insert_or_assign(waiting.key,
+                          Shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order});
+  return true;
+}
+
+void LayerState::remove(const ContentKey& key) {
+  shown_.erase(key);
+  const auto matches = [&key](const Waiting& waiting) { return waiting.key == key; };
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), matches), waiting_.end());
+}
+
+void LayerState::removeAll() {
+  shown_.clear();
+  waiting_.clear();
+}
+
+void LayerState::update(std::int64_t now_ns, FrameLookup& frames) {
+  std::deque<Waiting> still_waiting;
+  for (Waiting& waiting : waiting_) {
+    const bool expired = expiry(waiting.content, waiting.arrived_ns) <= now_ns;
+    if (!expired && place(waiting, frames)) continue;
+    if (expired || now_ns - waiting.arrived_ns >= limits_.patience_ns) {
+      drop("no transform from '" + printable(waiting.content.frame) + "' to '" +
+           frames.fixedFrame() + "'");
+      continue;
+    }
+    still_waiting.push_back(std::move(waiting));
+  }
+  waiting_.swap(still_waiting);
+  for (auto it = shown_.begin(); it != shown_.end();) {
+    it = it->second.expires_ns <= now_ns ? shown_.erase(it) : std::next(it);
+  }
+}
+
+std::vector<render::Drawable> LayerState::drawables(FrameLookup& frames) {
+  hidden_for_.clear();
+  std::vector<render::Drawable> drawn;
+  drawn.reserve(shown_.size());
+  for (const auto& [key, shown] : shown_) {
+    auto T_fixed_frame = std::optional<Eigen::Isometry3d>(shown.T_fixed_frame);
+    if (shown.content.frame_locked) {
+      T_fixed_frame = frames.at(shown.content.frame, ros::Time(0));
+      if (!T_fixed_frame) {  // hidden until its frame returns
+        hidden_for_ = shown.content.frame;
+        continue;
+      }
+    }
+    if (shown.content.drawable.color.a <= 0) continue;
+    render::Drawable drawable = shown.content.drawable;
+    drawable.pose = Rigid<World, World>(*T_fixed_frame * drawable.pose.matrix());
+    drawable.color.a *= alpha_;
+    drawn.push_back(std::move(drawable));
+  }
+  return drawn;
+}
+
+LayerStatus LayerState::status() const {
+  LayerStatus status = status_;
+  status.shown = shown_.size();
+  status.waiting = waiting_.size();
+  status.waiting_for = printable(waiting_.empty() ? hidden_for_ : waiting_.front().content.frame);
+  return status;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,241 @@
+#include "nodes/projector/projector_config.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/tools/yaml_map.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+// In the order of the enums they name.
+const std::vector<std::string> kTypes = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
+                                         "nav_msgs/Path", "visualization_msgs/Marker",
+                                         "visualization_msgs/MarkerArray"};
+const std::vector<std::string> kStyles = {"points", "squares", "flat_squares", "spheres", "boxes"};
+const std::vector<std::string> kPlacements = {"direct", "drape", "viewer"};
+const std::vector<std::string> kColorSources = {"flat",   "rgb8",   "intensity",
+                                                "axis_x", "axis_y", "axis_z"};
+
+// RViz's defaults for what is not configured.
+constexpr float kPixels = 3, kPointSize = 0.01f, kLineWidth = 0.03f;
+constexpr double kLeastSize = 1e-4, kGreatestSize = 1e3;
+const render::Color kWhite{1, 1, 1, 1};
+const render::Color kPathGreen{25 / 255.0f, 1, 0, 1};
+
+constexpr double kGreatestLatency = 500;  // ms; beyond it extrapolation is a guess
+
+bool hasPoints(LayerType type) {
+  return type == LayerType::PointCloud2 || type == LayerType::LaserScan;
+}
+bool hasMarkers(LayerType type) {
+  return type == LayerType::Marker || type == LayerType::MarkerArray;
+}
+
+std::optional<render::Color> parseHexColor(const std::string& text) {
+  if (text.size() != 7 || text[0] != '#') return std::nullopt;
+  const bool digits = std::all_of(text.begin() + 1, text.end(),
+                                  [](unsigned char c) { return std::isxdigit(c) != 0; });
+  if (!digits) return std::nullopt;
+  const unsigned long bits = std::stoul(text.substr(1), nullptr, 16);
+  const auto channel = [bits](int shift) {
+    return static_cast<float>((bits >> shift) & 0xffu) / 255.0f;
+  };
+  return render::Color{channel(16), channel(8), channel(0), 1};
+}
+
+/// Reads one file into one ProjectorConfig.
+class ConfigReader {
+ public:
+  ConfigReader(std::string file, std::string calibration_folder)
+      : file_(std::move(file)), calibration_folder_(std::move(calibration_folder)) {}
+
+  ProjectorConfig read() {
+    const YamlMap root(file_, loadYaml(file_), "the configuration",
+                       {"fixed_frame", "projector", "surfaces", "layers"});
+    config_.fixed_frame = root.text("fixed_frame");
+    readProjector(map(root.at("projector"), "'projector'", {"camera_info", "frame", "latency_ms"}));
+    if (root.has("surfaces")) readSurfaces(root);
+    readLayers(root);
+    return std::move(config_);
+  }
+
+ private:
+  YamlMap map(const YAML::Node& node, const std::string& where,
+              const std::vector<std::string>& keys) const {
+    return {file_, node, where, keys};
+  }
+
+  void readProjector(const YamlMap& map) {
+    const std::filesystem::path own_folder = std::filesystem::path(file_).parent_path();
+    const std::filesystem::path folder =
+        calibration_folder_.empty() ? own_folder : std::filesystem::path(calibration_folder_);
+    config_.camera_info = (folder / map.text("camera_info")).string();
+    config_.frame = map.text("frame");
+    config_.latency_ns = std::llround(map.number("latency_ms", 0, kGreatestLatency, 0) * 1e6);
+  }
+
+  void readSurfaces(const YamlMap& root) {
+    const YAML::Node surfaces = root.at("surfaces");
+    if (!surfaces.IsMap()) root.fail(surfaces, "'surfaces' should map names to surfaces");
+    for (const auto& entry : surfaces) {
+      SurfaceConfig surface;
+      surface.name = entry.first.Scalar();
+      const YamlMap map =
+          this->map(entry.second, "surface '" + surface.name + "'", {"frame", "polygon"});
+      const auto same = [&surface](const auto& other) { return other.name == surface.name; };
+      if (std::any_of(config_.surfaces.begin(), config_.surfaces.end(), same)) {
+        root.fail(entry.first, "surface '" + surface.name + "' twice");
+      }
+      surface.frame = map.text("frame");
+      if (map.has("polygon")) surface.polygon = readPolygon(map);
+      config_.surfaces.push_back(std::move(surface));
+    }
+  }
+
+  static std::vector<Eigen::Vector2d> readPolygon(const YamlMap& map) {
+    const YAML::Node node = map.at("polygon");
+    std::vector<Eigen::Vector2d> polygon;
+    for (std::size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
+      const auto corner = map.numbers(node[i], "a corner of " + map.where(), 2);
+      polygon.emplace_back(corner[0], corner[1]);
+    }
+    double area = 0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Eigen::Vector2d& a = polygon[i];
+      const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
+      area += (a.x() * b.y() - a.y() * b.x()) / 2;
+    }
+    if (!(std::abs(area) > 0)) map.fail(node, "the polygon of " + map.where() + " has no area");
+    return polygon;
+  }
+
+  void readLayers(const YamlMap& root) {
+    const YAML::Node layers = root.at("layers");
+    if (!layers.IsSequence() || layers.size() == 0) {
+      root.fail(layers, "'layers' should be a list of at least one layer");
+    }
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      readLayer(map(
+          layers[i], "layer " + std::to_string(i + 1),
+          {"topic", "type", "style", "size", "color", "alpha", "placement", "surface", "viewer"}));
+    }
+  }
+
+  void readLayer(const YamlMap& map) {
+    LayerConfig layer;
+    layer.topic = map.text("topic");
+    if (layer.topic.front() != '/') {
+      map.fail(map.at("topic"), "topic '" + layer.topic + "' should begin with '/'");
+    }
+    const auto same = [&layer](const auto& other) { return other.topic == layer.topic; };
+    if (std::any_of(config_.layers.begin(), config_.layers.end(), same)) {
+      map.fail(map.at("topic"), "topic '" + layer.topic + "' twice");
+    }
+    layer.type = static_cast<LayerType>(map.choice("type", kTypes));
+    layer.alpha = static_cast<float>(map.number("alpha", 0, 1, 1));
+    refuseMeaningless(map, layer.type);
+    readLook(map, layer);
+    readPlacement(map, layer);
+    config_.layers.push_back(std::move(layer));
+  }
+
+  /// A key that would do nothing is a mistake to be told about.
+  static void refuseMeaningless(const YamlMap& map, LayerType type) {
+    for (const char* key : {"style", "size", "color"}) {
+      const bool meaningless =
+          hasMarkers(type) || (type == LayerType::Path && std::string(key) == "style");
+      if (meaningless && map.has(key)) {
+        map.fail(map.at(key), "'" + std::string(key) + "' in " + map.where() +
+                                  " has no meaning for " + typeName(type));
+      }
+    }
+  }
+
+  static void readLook(const YamlMap& map, LayerConfig& layer) {
+    layer.flat_color = layer.type == LayerType::Path ? kPathGreen : kWhite;
+    if (map.has("color")) readColor(map, layer);
+    if (map.has("style")) {
+      layer.cloud.style = static_cast<render::PointStyle>(map.choice("style", kStyles));
+    }
+    const bool in_pixels = hasPoints(layer.type) && layer.cloud.style == render::PointStyle::Points;
+    layer.cloud.size = static_cast<float>(map.number(
+        "size", in_pixels ? 1 : kLeastSize, kGreatestSize, in_pixels ? kPixels : kPointSize));
+    layer.line_width =
+        static_cast<float>(map.number("size", kLeastSize, kGreatestSize, kLineWidth));
+  }
+
+  static void readColor(const YamlMap& map, LayerConfig& layer) {
+    const YAML::Node node = map.at("color");
+    if (node.IsSequence()) {
+      const auto rgb = map.numbers(node, "'color' of " + map.where(), 3);
+      for (const double component : rgb) {
+        if (component < 0 || component > 255) map.fail(node, "a color goes from 0 to 255");
+      }
+      layer.flat_color = {static_cast<float>(rgb[0] / 255), static_cast<float>(rgb[1] / 255),
+                          static_cast<float>(rgb[2] / 255), 1};
+      return;
+    }
+    if (const auto color = parseHexColor(map.text("color"))) {
+      layer.flat_color = *color;
+      return;
+    }
+    const auto source = std::find(kColorSources.begin() + 1, kColorSources.end(), node.Scalar());
+    if (source == kColorSources.end()) {
+      map.fail(node, "'color' of " + map.where() + " should be \"#rrggbb\", [r, g, b], rgb8, " +
+                         "intensity, axis_x, axis_y or axis_z, not '" + node.Scalar() + "'");
+    }
+    layer.cloud.color = static_cast<ColorSource>(source - kColorSources.begin());
+    const bool fits = layer.type == LayerType::PointCloud2 ||
+                      (layer.type == LayerType::LaserScan && *source != "rgb8");
+    if (!fits) map.fail(node, typeName(layer.type) + " has no color '" + *source + "'");
+  }
+
+  void readPlacement(const YamlMap& map, LayerConfig& layer) const {
+    if (map.has("placement")) {
+      layer.placement = static_cast<render::Placement>(map.choice("placement", kPlacements));
+    }
+    const bool on_surface = layer.placement != render::Placement::Direct;
+    if (on_surface != map.has("surface")) {
+      map.fail(map.node(), on_surface ? "'placement' of " + map.where() + " needs a 'surface'"
+                                      : "'surface' in " + map.where() +
+                                            " has no meaning without placement drape or viewer");
+    }
+    if (on_surface) {
+      std::vector<std::string> names;
+      for (const SurfaceConfig& surface : config_.surfaces) names.push_back(surface.name);
+      layer.surface = map.choice("surface", names);
+    }
+    const bool has_viewer = layer.placement == render::Placement::Viewer;
+    if (has_viewer != map.has("viewer")) {
+      map.fail(map.node(), has_viewer ? "placement viewer of " + map.where() + " needs a 'viewer'"
+                                      : "'viewer' in " + map.where() +
+                                            " has no meaning without placement viewer");
+    }
+    if (has_viewer) {
+      const YamlMap viewer =
+          this->map(map.at("viewer"), "the viewer of " + map.where(), {"frame", "position"});
+      const auto p = viewer.numbers(viewer.at("position"), "'position' of " + viewer.where(), 3);
+      layer.viewer = ViewerConfig{viewer.text("frame"), {p[0], p[1], p[2]}};
+    }
+  }
+
+  std::string file_;
+  std::string calibration_folder_;
+  ProjectorConfig config_;
+};
+
+}  // namespace
+
+std::string typeName(LayerType type) { return kTypes[static_cast<std::size_t>(type)]; }
+
+ProjectorConfig loadProjectorConfig(const std::string& path,
+                                    const std::string& calibration_folder) {
+  return ConfigReader(path, calibration_folder).read();
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,62 @@
+/// \file
+/// The configuration of one projector's world: what is shown where and how. One file for
+/// projector_node and `afterglow render`; assets/projector.yaml explains every key.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/conversion/cloud_conversion.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::nodes {
+
+enum class LayerType { PointCloud2, LaserScan, Path, Marker, MarkerArray };
+
+/// "sensor_msgs/PointCloud2" and so on.
+std::string typeName(LayerType type);
+
+struct SurfaceConfig {
+  std::string name;
+  std::string frame;                     ///< the surface is its z = 0 plane
+  std::vector<Eigen::Vector2d> polygon;  ///< metres; empty: unbounded
+};
+
+/// Whose eye Placement::Viewer is for.
+struct ViewerConfig {
+  std::string frame;
+  Eigen::Vector3d p_frame;  ///< metres
+};
+
+struct LayerConfig {
+  std::string topic;  ///< absolute
+  LayerType type = LayerType::Marker;
+  CloudStyle cloud;          ///< PointCloud2 and LaserScan
+  float line_width = 0.03f;  ///< metres; Path
+  render::Color flat_color;  ///< everything but markers, which bring their colors
+  float alpha = 1;
+  render::Placement placement = render::Placement::Direct;
+  std::optional<std::size_t> surface;  ///< index; there for Drape and Viewer
+  std::optional<ViewerConfig> viewer;  ///< there for Viewer
+};
+
+struct ProjectorConfig {
+  std::string fixed_frame;
+  std::string camera_info;  ///< path of the lens's file
+  std::string frame;        ///< the projector's optical frame
+  /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
+  std::int64_t latency_ns = 0;
+  std::vector<SurfaceConfig> surfaces;
+  std::vector<LayerConfig> layers;
+};
+
+/// `camera_info` is relative to `calibration_folder`, or, if that is empty, to the file's own
+/// folder. Throws std::runtime_error "FILE:LINE: what is wrong" for a key that is unknown (with the
+/// nearest known one), missing or given twice, and for a value of the wrong type or out of range.
+ProjectorConfig loadProjectorConfig(const std::string& path, const std::string& calibration_folder);
+
+}  // namespace afterglow::nodes

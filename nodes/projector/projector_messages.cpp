@@ -1,0 +1,110 @@
+#include "nodes/projector/projector_messages.hpp"
+
+#include <sensor_msgs/distortion_models.h>
+#include <sensor_msgs/image_encodings.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace afterglow::nodes {
+namespace {
+
+using diagnostic_msgs::DiagnosticStatus;
+
+void addValue(DiagnosticStatus& status, const std::string& key, const std::string& value) {
+  diagnostic_msgs::KeyValue entry;
+  entry.key = key;
+  entry.value = value;
+  status.values.push_back(std::move(entry));
+}
+
+std::string oneDecimal(double number) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f", number);
+  return text;
+}
+
+DiagnosticStatus projectorStatus(const ProjectorState& state) {
+  DiagnosticStatus status;
+  status.name = state.name + ": projector";
+  status.hardware_id = "projector";
+  // Problems of the projector itself come first and keep it dark.
+  const bool is_dark =
+      !state.problems.empty() && state.problems.front().rfind("projector:", 0) == 0;
+  status.level = is_dark                  ? DiagnosticStatus::ERROR
+                 : state.problems.empty() ? DiagnosticStatus::OK
+                                          : DiagnosticStatus::WARN;
+  status.message = state.problems.empty() ? "projecting" : state.problems.front();
+  addValue(status, "drawn_hz", oneDecimal(state.drawn_hz));
+  addValue(status, "wanted_hz", oneDecimal(state.wanted_hz));
+  addValue(status, "late", std::to_string(state.late));
+  addValue(status, "renderer", state.renderer);
+  for (const std::string& problem : state.problems) addValue(status, "problem", problem);
+  return status;
+}
+
+DiagnosticStatus layerStatus(const std::string& node, const LayerStatus& layer) {
+  DiagnosticStatus status;
+  status.name = node + ": " + layer.topic;
+  status.hardware_id = "projector";
+  status.level = layer.dropped.empty() && layer.waiting_for.empty() ? DiagnosticStatus::OK
+                                                                    : DiagnosticStatus::WARN;
+  status.message = std::to_string(layer.shown) + " shown";
+  if (!layer.waiting_for.empty()) status.message += ", waiting for frame " + layer.waiting_for;
+  if (!layer.dropped.empty()) status.message += ", some dropped";
+  addValue(status, "received", std::to_string(layer.received));
+  addValue(status, "shown", std::to_string(layer.shown));
+  addValue(status, "waiting", std::to_string(layer.waiting));
+  for (const auto& [reason, count] : layer.dropped) {
+    addValue(status, "dropped: " + reason, std::to_string(count));
+  }
+  for (const auto& [reason, count] : layer.remarks) {
+    addValue(status, "remark: " + reason, std::to_string(count));
+  }
+  return status;
+}
+
+}  // namespace
+
+sensor_msgs::Image toImage(render::Image image) {
+  sensor_msgs::Image message;
+  message.width = static_cast<std::uint32_t>(image.width);
+  message.height = static_cast<std::uint32_t>(image.height);
+  message.step = 3 * message.width;
+  message.encoding = sensor_msgs::image_encodings::RGB8;
+  message.data = std::move(image.rgb);
+  return message;
+}
+
+sensor_msgs::CameraInfo toCameraInfo(const calib::Lens& lens) {
+  sensor_msgs::CameraInfo message;
+  message.width = static_cast<std::uint32_t>(lens.width);
+  message.height = static_cast<std::uint32_t>(lens.height);
+  const bool rational =
+      std::any_of(lens.D.begin() + 5, lens.D.end(), [](double d) { return d != 0; });
+  message.distortion_model = rational ? sensor_msgs::distortion_models::RATIONAL_POLYNOMIAL
+                                      : sensor_msgs::distortion_models::PLUMB_BOB;
+  message.D.assign(lens.D.begin(), lens.D.begin() + (rational ? 8 : 5));
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const auto at = static_cast<std::size_t>(row);
+      const auto on = static_cast<std::size_t>(column);
+      message.K[3 * at + on] = lens.K(row, column);
+      message.P[4 * at + on] = lens.K(row, column);
+      message.R[3 * at + on] = row == column ? 1 : 0;
+    }
+  }
+  return message;
+}
+
+diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state) {
+  diagnostic_msgs::DiagnosticArray array;
+  array.status.push_back(projectorStatus(state));
+  for (const LayerStatus& layer : state.layers) {
+    array.status.push_back(layerStatus(state.name, layer));
+  }
+  return array;
+}
+
+}  // namespace afterglow::nodes

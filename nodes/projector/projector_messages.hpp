@@ -1,0 +1,39 @@
+/// \file
+/// What projector_node says: its picture, lens and state as ROS messages.
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+
+#include <string>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "nodes/projector/layer_state.hpp"
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::nodes {
+
+/// rgb8, without padding; the header is the caller's.
+sensor_msgs::Image toImage(render::Image image);
+
+/// plumb_bob, or rational_polynomial where the lens needs its eight; R is the identity and P has K.
+sensor_msgs::CameraInfo toCameraInfo(const calib::Lens& lens);
+
+/// What there is to say about a projector.
+struct ProjectorState {
+  std::string name;      ///< of the node
+  std::string renderer;  ///< OpenGL version and device
+  double drawn_hz = 0;   ///< pictures in the last second
+  double wanted_hz = 0;
+  std::uint64_t late = 0;             ///< pictures that were not ready in time, ever
+  std::vector<std::string> problems;  ///< of the last picture
+  std::vector<LayerStatus> layers;
+};
+
+/// One status for the projector (error while it is dark for want of something, warning while a
+/// layer lacks something) and one a layer (warning once something was dropped), with all counts.
+diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
+
+}  // namespace afterglow::nodes

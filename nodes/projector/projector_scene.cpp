@@ -1,0 +1,235 @@
+#include "nodes/projector/projector_scene.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/marker_conversion.hpp"
+#include "nodes/conversion/path_conversion.hpp"
+#include "nodes/conversion/scan_conversion.hpp"
+#include "nodes/projector/projector_pose.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+const ContentKey kOnly{"", 0};
+constexpr std::size_t kCloudQueue = 10;  // RViz's
+/// A viewer this low over a surface, metres, sees nothing on it.
+constexpr double kLeastViewerHeight = 0.01;
+/// Velocity is measured over this much of the past, where tf has it.
+constexpr std::int64_t kVelocityBaseNs = 50'000'000;
+/// Farther than this ahead of the newest transform a constant velocity is fiction.
+constexpr std::int64_t kFarthestAheadNs = 500'000'000;
+
+std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
+
+LayerState makeLayer(const LayerConfig& config) {
+  const bool markers = config.type == LayerType::Marker || config.type == LayerType::MarkerArray;
+  LayerState::Limits limits;
+  if (!markers) limits.waiting = kCloudQueue;
+  return {config.topic, config.alpha, limits};
+}
+
+std::string noTransform(const std::string& what, const std::string& frame,
+                        const std::string& fixed_frame) {
+  return what + ": no transform from '" + frame + "' to '" + fixed_frame + "'";
+}
+
+}  // namespace
+
+ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
+    : config_(std::move(config)), frames_(buffer, config_.fixed_frame) {
+  for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
+}
+
+void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
+                          Content content, ros::Time now) {
+  content.frame = frameName(header.frame_id);
+  content.stamp = header.stamp;
+  frames_.forget();
+  layer.put(key, std::move(content), toNs(now), frames_);
+}
+
+// ------------------------------------------------------------------------- clouds, scans and paths
+void ProjectorScene::add(std::size_t layer, const sensor_msgs::PointCloud2& message,
+                         ros::Time now) {
+  addCloud(layer, message.header, toPointCloud(message, config_.layers[layer].cloud), now);
+}
+
+void ProjectorScene::add(std::size_t layer, const sensor_msgs::LaserScan& message, ros::Time now) {
+  addCloud(layer, message.header, toPointCloud(message, config_.layers[layer].cloud), now);
+}
+
+void ProjectorScene::addCloud(std::size_t index, const std_msgs::Header& header,
+                              Converted<render::PointCloud> cloud, ros::Time now) {
+  LayerState& layer = layers_[index];
+  const LayerConfig& config = config_.layers[index];
+  layer.countMessage();
+  if (!cloud.value) return layer.drop(cloud.reason);
+  if (!cloud.reason.empty()) layer.remark(cloud.reason);
+  if (cloud.value->points.empty()) return layer.remove(kOnly);
+  if (const std::string fault = headerFault(header); !fault.empty()) return layer.drop(fault);
+  Content content;
+  content.drawable = {{}, std::move(*cloud.value), config.flat_color};
+  // Colors of its own stand for themselves; the flat color is not to tint them.
+  if (config.cloud.color != ColorSource::Flat) content.drawable.color = {};
+  if (isAxis(config.cloud.color)) content.axis_color = config.cloud.color;
+  show(layer, kOnly, header, std::move(content), now);
+}
+
+void ProjectorScene::add(std::size_t index, const nav_msgs::Path& message, ros::Time now) {
+  LayerState& layer = layers_[index];
+  const LayerConfig& config = config_.layers[index];
+  layer.countMessage();
+  auto line = toLines(message, config.line_width);
+  if (!line.value) return layer.drop(line.reason);
+  if (line.value->points.empty()) return layer.remove(kOnly);
+  if (const std::string fault = headerFault(message.header); !fault.empty()) {
+    return layer.drop(fault);
+  }
+  Content content;
+  content.drawable = {{}, std::move(*line.value), config.flat_color};
+  show(layer, kOnly, message.header, std::move(content), now);
+}
+
+// ------------------------------------------------------------------------------------------
+// markers
+void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& message,
+                         ros::Time now) {
+  layers_[layer].countMessage();
+  addMarker(layers_[layer], message, now);
+}
+
+void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArray& message,
+                         ros::Time now) {
+  layers_[layer].countMessage();
+  for (const visualization_msgs::Marker& marker : message.markers) {
+    addMarker(layers_[layer], marker, now);
+  }
+}
+
+void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Marker& marker,
+                               ros::Time now) {
+  using visualization_msgs::Marker;
+  const ContentKey key{marker.ns, marker.id};
+  // Deletes need no frame, and DELETEALL no namespace either.
+  if (marker.action == Marker::DELETE) return layer.remove(key);
+  if (marker.action == Marker::DELETEALL) return layer.removeAll();
+  if (marker.action != Marker::ADD) return layer.drop("unknown action");
+
+  auto drawable = toDrawable(marker);
+  const std::string fault = drawable.value ? headerFault(marker.header) : drawable.reason;
+  if (!fault.empty()) {
+    layer.remove(key);  // as RViz: what it replaces is no longer true
+    return layer.drop(fault);
+  }
+  if (!drawable.reason.empty()) layer.remark(drawable.reason);
+  Content content;
+  content.drawable = std::move(*drawable.value);
+  content.frame_locked = marker.frame_locked != 0;
+  content.lifetime_ns =
+      std::int64_t{marker.lifetime.sec} * 1'000'000'000 + std::int64_t{marker.lifetime.nsec};
+  show(layer, key, marker.header, std::move(content), now);
+}
+
+void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
+  layers_[layer].countMessage();
+  layers_[layer].drop(reason);
+}
+
+// -------------------------------------------------------------------------------------------
+// frames
+void ProjectorScene::update(ros::Time now) {
+  frames_.forget();
+  for (LayerState& layer : layers_) layer.update(toNs(now), frames_);
+}
+
+void ProjectorScene::clear() {
+  for (LayerState& layer : layers_) layer.removeAll();
+}
+
+SceneFrame ProjectorScene::frame(ros::Time now) {
+  update(now);
+  SceneFrame frame;
+  frame.T_projector_world = projectorPose(now, frame.problems);
+  for (std::size_t i = 0; i < layers_.size(); ++i) {
+    if (auto drawn = layer(i, frame.problems)) frame.scene.layers.push_back(std::move(*drawn));
+    const LayerStatus status = layers_[i].status();
+    if (!status.waiting_for.empty()) {
+      frame.problems.push_back(noTransform(status.topic, status.waiting_for, config_.fixed_frame));
+    }
+  }
+  return frame;
+}
+
+std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
+                                                   std::vector<std::string>& problems) {
+  const LayerConfig& config = config_.layers[index];
+  render::Layer layer;
+  layer.name = config.topic;
+  layer.placement = config.placement;
+  if (config.surface) {
+    const SurfaceConfig& surface = config_.surfaces[*config.surface];
+    const auto pose = frames_.at(surface.frame, ros::Time(0));
+    if (!pose) {
+      problems.push_back(
+          noTransform("surface '" + surface.name + "'", surface.frame, config_.fixed_frame));
+      return std::nullopt;
+    }
+    layer.surface =
+        render::SurfacePatch{surface.name, Rigid<World, Surface>(*pose), surface.polygon};
+  }
+  if (config.viewer) {
+    const auto pose = frames_.at(config.viewer->frame, ros::Time(0));
+    if (!pose) {
+      problems.push_back(noTransform("viewer", config.viewer->frame, config_.fixed_frame));
+      return std::nullopt;
+    }
+    layer.p_viewer = *pose * config.viewer->p_frame;
+    const Eigen::Vector3d p_surface = layer.surface->T_world_surface.inverse() * layer.p_viewer;
+    if (!(p_surface.z() > kLeastViewerHeight)) {
+      problems.push_back("viewer: not above surface '" + layer.surface->name + "'");
+      return std::nullopt;
+    }
+  }
+  layer.drawables = layers_[index].drawables(frames_);
+  return layer;
+}
+
+std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
+    ros::Time now, std::vector<std::string>& problems) {
+  const auto newest = frames_.newest(config_.frame);
+  if (!newest) {
+    problems.push_back(noTransform("projector", config_.frame, config_.fixed_frame));
+    return std::nullopt;
+  }
+  StampedPose pose = *newest;
+  const bool is_static = pose.stamp_ns == 0;
+  if (!is_static && toNs(now) - pose.stamp_ns > kStalePoseNs) {
+    problems.push_back("projector: the transform from '" + config_.frame + "' to '" +
+                       config_.fixed_frame + "' is stale");
+    return std::nullopt;
+  }
+  if (!is_static && config_.latency_ns > 0 && pose.stamp_ns > kVelocityBaseNs) {
+    StampedPose earlier;
+    earlier.stamp_ns = pose.stamp_ns - kVelocityBaseNs;
+    ros::Time then;
+    then.fromNSec(static_cast<std::uint64_t>(earlier.stamp_ns));
+    if (const auto known = frames_.at(config_.frame, then)) {
+      earlier.T_fixed_frame = *known;
+      const std::int64_t light_ns =
+          std::min(toNs(now) + config_.latency_ns, pose.stamp_ns + kFarthestAheadNs);
+      pose.T_fixed_frame = extrapolate(earlier, pose, light_ns);
+    }
+  }
+  return Rigid<World, Projector>(pose.T_fixed_frame).inverse();
+}
+
+std::vector<LayerStatus> ProjectorScene::status() const {
+  std::vector<LayerStatus> all;
+  for (const LayerState& layer : layers_) all.push_back(layer.status());
+  return all;
+}
+
+}  // namespace afterglow::nodes

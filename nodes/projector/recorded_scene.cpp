@@ -1,0 +1,119 @@
+#include "nodes/projector/recorded_scene.hpp"
+
+#include <tf2_msgs/TFMessage.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "nodes/conversion/typed_message.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+const char kTransforms[] = "/tf", kStaticTransforms[] = "/tf_static";
+constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf2 remembers
+
+ros::Time toTime(replay::Stamp stamp) {
+  ros::Time time;
+  time.fromNSec(static_cast<std::uint64_t>(stamp.ns));
+  return time;
+}
+
+}  // namespace
+
+replay::Stamp endOf(const replay::Store& store, const replay::Behavior& behavior) {
+  if (behavior.end) return *behavior.end;
+  replay::Stamp last = behavior.begin;
+  for (const auto& summary : store.topics(behavior)) last = std::max(last, summary.last);
+  for (const auto& summary : store.contextTopics(behavior)) last = std::max(last, summary.last);
+  return {last.ns + 1};
+}
+
+RecordedScene::RecordedScene(const replay::Store& store, replay::Behavior behavior,
+                             const ProjectorConfig& config)
+    : store_(store), behavior_(std::move(behavior)), scene_(config, transforms_) {
+  replay::MessageRange range;
+  range.topics = {kTransforms, kStaticTransforms};
+  for (std::size_t i = 0; i < config.layers.size(); ++i) {
+    layers_[config.layers[i].topic] = i;
+    range.topics.push_back(config.layers[i].topic);
+  }
+  feedEarlierTransforms();
+  cursor_ = store_.messages(behavior_, range);
+  next_ = cursor_->next();
+}
+
+void RecordedScene::feedEarlierTransforms() {
+  const auto feedBetween = [this](const char* topic, std::int64_t begin_ns) {
+    replay::Behavior before = behavior_;
+    before.begin = {std::max<std::int64_t>(0, begin_ns)};
+    before.end = behavior_.begin;
+    const auto cursor = store_.messages(before, {{topic}, std::nullopt, std::nullopt});
+    while (const auto message = cursor->next()) feed(*message);
+  };
+  feedBetween(kStaticTransforms, 0);
+  feedBetween(kTransforms, behavior_.begin.ns - kTransformsBefore);
+}
+
+SceneFrame RecordedScene::at(replay::Stamp moment) {
+  while (next_ && next_->received <= moment) {
+    feed(*next_);
+    next_ = cursor_->next();
+  }
+  return scene_.frame(toTime(moment));
+}
+
+const replay::Channel& RecordedScene::channel(std::int64_t id) {
+  const auto found = channels_.find(id);
+  return found != channels_.end() ? found->second
+                                  : channels_.emplace(id, store_.channel(id)).first->second;
+}
+
+void RecordedScene::feed(const replay::Message& message) {
+  const replay::Channel& source = channel(message.channel);
+  if (source.topic == kTransforms || source.topic == kStaticTransforms) {
+    return feedTransforms(message, source);
+  }
+  feedLayer(layers_.at(source.topic), message, source);
+}
+
+void RecordedScene::feedTransforms(const replay::Message& message, const replay::Channel& channel) {
+  requireType<tf2_msgs::TFMessage>(channel);
+  const auto transforms = toMessage<tf2_msgs::TFMessage>(message.bytes);
+  if (!transforms) return;  // one lost transform is bridged by the next
+  for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
+    transforms_.setTransform(transform, channel.caller_id, channel.topic == kStaticTransforms);
+  }
+}
+
+void RecordedScene::feedLayer(std::size_t layer, const replay::Message& message,
+                              const replay::Channel& channel) {
+  switch (scene_.config().layers[layer].type) {
+    case LayerType::PointCloud2:
+      return feedLayerAs<sensor_msgs::PointCloud2>(layer, message, channel);
+    case LayerType::LaserScan:
+      return feedLayerAs<sensor_msgs::LaserScan>(layer, message, channel);
+    case LayerType::Path:
+      return feedLayerAs<nav_msgs::Path>(layer, message, channel);
+    case LayerType::Marker:
+      return feedLayerAs<visualization_msgs::Marker>(layer, message, channel);
+    case LayerType::MarkerArray:
+      return feedLayerAs<visualization_msgs::MarkerArray>(layer, message, channel);
+  }
+}
+
+template <typename MessageType>
+void RecordedScene::feedLayerAs(std::size_t layer, const replay::Message& message,
+                                const replay::Channel& channel) {
+  requireType<MessageType>(channel);
+  // What waits for a transform gets it in the order of the recording.
+  scene_.update(toTime(message.received));
+  if (const auto typed = toMessage<MessageType>(message.bytes)) {
+    scene_.add(layer, *typed, toTime(message.received));
+  } else {
+    scene_.drop(layer, "bytes are no message");
+  }
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,56 @@
+/// \file
+/// A recorded behavior's scene at any of its moments, as projector_node would have had it live. No
+/// ROS master is involved.
+#pragma once
+
+#include <tf2/buffer_core.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "nodes/projector/projector_scene.hpp"
+#include "replay/store.hpp"
+
+namespace afterglow::nodes {
+
+/// When a behavior without an end has ended: just behind its last message, context included.
+replay::Stamp endOf(const replay::Store& store, const replay::Behavior& behavior);
+
+/// Plays a behavior's layers and transforms into a ProjectorScene, in order of arrival; also the
+/// static transforms of its recording from before it, and /tf from shortly before. Keeps a
+/// reference to the store. One thread at a time.
+class RecordedScene {
+ public:
+  RecordedScene(const replay::Store& store, replay::Behavior behavior,
+                const ProjectorConfig& config);
+
+  /// The scene once everything up to and including this moment has arrived. Moments must not
+  /// decrease. Throws replay::StoreError, and std::runtime_error for a topic that holds another
+  /// type than the configuration says.
+  SceneFrame at(replay::Stamp moment);
+
+  std::vector<LayerStatus> status() const { return scene_.status(); }
+
+ private:
+  void feedEarlierTransforms();
+  void feed(const replay::Message& message);
+  void feedTransforms(const replay::Message& message, const replay::Channel& channel);
+  void feedLayer(std::size_t layer, const replay::Message& message, const replay::Channel& channel);
+  template <typename MessageType>
+  void feedLayerAs(std::size_t layer, const replay::Message& message,
+                   const replay::Channel& channel);
+  const replay::Channel& channel(std::int64_t id);
+
+  const replay::Store& store_;
+  replay::Behavior behavior_;
+  tf2::BufferCore transforms_;
+  ProjectorScene scene_;
+  std::map<std::string, std::size_t> layers_;  ///< by topic
+  std::map<std::int64_t, replay::Channel> channels_;
+  std::unique_ptr<replay::MessageCursor> cursor_;
+  std::optional<replay::Message> next_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,29 @@
+#include <ros/ros.h>
+
+#include <exception>
+#include <iostream>
+
+#include "nodes/player/stop_signal.hpp"
+#include "nodes/recorder/recorder_node.hpp"
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  ros::init(argc, argv, "recorder_node", ros::init_options::NoSigintHandler);
+  catchStopSignals();
+  try {
+    const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down, its log first
+    const RecorderNodeOptions options = RecorderNodeOptions::read(own);
+    RecorderNode node(options);
+    // Starting a behavior waits for connections; the others go on meanwhile.
+    ros::AsyncSpinner spinner(4);
+    spinner.start();
+    waitForStop();
+    node.endAll("interrupted");
+    letMessagesLeave();
+    spinner.stop();
+  } catch (const std::exception& error) {
+    std::cerr << "recorder_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

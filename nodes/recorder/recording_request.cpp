@@ -1,0 +1,56 @@
+#include "nodes/recorder/recording_request.hpp"
+
+#include <ros/names.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+namespace afterglow::nodes {
+namespace {
+
+std::string checkedTopic(std::string topic) {
+  while (topic.size() > 1 && topic.back() == '/') {
+    topic.pop_back();
+  }
+  if (topic.empty() || topic.front() != '/') {
+    throw std::invalid_argument("topic '" + topic +
+                                "' is not an absolute name (it must begin with /)");
+  }
+  std::string reason;
+  if (topic == "/" || !ros::names::validate(topic, reason)) {
+    throw std::invalid_argument("topic '" + topic + "' is no valid name" +
+                                (reason.empty() ? "" : ": " + reason));
+  }
+  return topic;
+}
+
+}  // namespace
+
+replay::Behavior checkedBehavior(replay::Behavior asked) {
+  if (asked.name.empty()) {
+    throw std::invalid_argument("name is empty: a behavior is found by its name");
+  }
+  if (asked.topics.empty()) {
+    throw std::invalid_argument("no topics are named");
+  }
+  std::vector<std::string> topics;
+  for (const std::string& topic : asked.topics) {
+    const std::string checked = checkedTopic(topic);
+    if (std::find(topics.begin(), topics.end(), checked) == topics.end()) {
+      topics.push_back(checked);
+    }
+  }
+  asked.topics = std::move(topics);
+  if (asked.parameters.empty()) {
+    asked.parameters = "{}";
+  }
+  if (!nlohmann::json::parse(asked.parameters, nullptr, false).is_object()) {
+    throw std::invalid_argument("parameters are no JSON object: " + asked.parameters);
+  }
+  asked.attempt = std::max(1, asked.attempt);
+  return asked;
+}
+
+}  // namespace afterglow::nodes

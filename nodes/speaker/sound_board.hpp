@@ -1,0 +1,79 @@
+/// \file
+/// Which sounds are playing: the rules of sound_play's topic (soundplay_node.py), without ROS,
+/// without a device and without a clock of its own.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nodes/speaker/sound.hpp"
+
+namespace afterglow::nodes {
+
+/// One instant on both clocks: what happens is noted in ROS time, sound lasts in steady time.
+struct SoundTime {
+  std::int64_t ros_ns = 0;
+  std::int64_t steady_ns = 0;
+};
+
+/// What a request names: a sound plays once at a time, other sounds may overlap it.
+struct SoundKey {
+  int sound = 0;          ///< SoundRequest's constant: SAY, PLAY_FILE
+  std::string arg, arg2;  ///< text and voice, or path and package
+  friend bool operator==(const SoundKey& a, const SoundKey& b) {
+    return a.sound == b.sound && a.arg == b.arg && a.arg2 == b.arg2;
+  }
+};
+
+struct PlayingSound {
+  int id = 0;  ///< counts from 1; a restarted sound has a new one
+  SoundKey key;
+  std::shared_ptr<const Sound> sound;
+  double volume = 1;  ///< 0..1
+  bool loop = false;
+  SoundTime onset;
+  std::int64_t pass_end_ns = 0;  ///< steady
+};
+
+/// Where sounds are heard.
+class SoundOutput {
+ public:
+  virtual ~SoundOutput() = default;
+  /// One pass of a sound from its beginning; a loop calls again for every pass.
+  virtual void start(const PlayingSound& playing) = 0;
+  /// Silence now; also called for sounds that have just ended by themselves.
+  virtual void stop(const PlayingSound& playing) = 0;
+};
+
+/// One thread. `output` must outlive it.
+class SoundBoard {
+ public:
+  using Started = std::function<void(const PlayingSound&)>;
+  using Ended = std::function<void(const PlayingSound&, double heard_s)>;
+
+  SoundBoard(SoundOutput& output, Started started, Ended ended);
+
+  /// Restarts the sound if it is playing. A volume outside 0..1 is clamped.
+  void play(const SoundKey& key, std::shared_ptr<const Sound> sound, bool loop, double volume,
+            SoundTime now);
+  void stop(const SoundKey& key, SoundTime now);
+  void stopAll(SoundTime now);
+  /// Ends what is over and starts the next pass of loops; call often while something plays.
+  void advance(SoundTime now);
+
+  const std::vector<PlayingSound>& playing() const { return playing_; }  ///< oldest first
+
+ private:
+  void end(const PlayingSound& playing, SoundTime now);
+
+  SoundOutput& output_;
+  Started started_;
+  Ended ended_;
+  std::vector<PlayingSound> playing_;
+  int next_id_ = 1;
+};
+
+}  // namespace afterglow::nodes

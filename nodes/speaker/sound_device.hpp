@@ -1,0 +1,41 @@
+/// \file
+/// The machine's loudspeaker, through the player program it has (aplay or paplay).
+#pragma once
+
+#include <sys/types.h>
+
+#include <map>
+#include <string>
+
+#include "nodes/speaker/sound_board.hpp"
+
+namespace afterglow::nodes {
+
+/// Without a program or a device it stays silent and says so once; everything else goes on.
+class SoundDevice : public SoundOutput {
+ public:
+  /// `program`: "aplay", "paplay" or another that plays the WAV file named last on its command
+  /// line; "" takes the first of the two that is installed.
+  explicit SoundDevice(const std::string& program = "");
+  ~SoundDevice() override;
+  SoundDevice(const SoundDevice&) = delete;
+  SoundDevice& operator=(const SoundDevice&) = delete;
+
+  void start(const PlayingSound& playing) override;
+  void stop(const PlayingSound& playing) override;
+  /// Why nothing can be heard, the first time it is asked after that became known; else empty.
+  /// Call it often: it also notices players that failed.
+  std::string complaint();
+
+ private:
+  void fail(const std::string& why);
+  std::string fileFor(const PlayingSound& playing) const;
+
+  std::string program_;  ///< empty: silent
+  std::string folder_;   ///< of WAV files in use
+  int messages_fd_ = -1;
+  std::map<int, pid_t> players_;  ///< by the sound's id
+  std::string complaint_;
+};
+
+}  // namespace afterglow::nodes

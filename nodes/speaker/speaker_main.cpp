@@ -1,0 +1,21 @@
+#include <ros/ros.h>
+
+#include <exception>
+#include <iostream>
+
+#include "nodes/speaker/speaker_node.hpp"
+#include "nodes/tools/master_check.hpp"
+
+int main(int argc, char** argv) {
+  try {
+    afterglow::nodes::requireMaster(argc, argv);
+    ros::init(argc, argv, "speaker_node");
+    afterglow::nodes::SpeakerNode node{ros::NodeHandle(), ros::NodeHandle("~")};
+    ros::spin();
+    node.stop();
+  } catch (const std::exception& error) {
+    std::cerr << "speaker_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,101 @@
+#include "nodes/speaker/speech.hpp"
+
+#include <espeak-ng/speak_lib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::size_t kLongestText = 4000;   // bytes; about five minutes
+constexpr std::size_t kMostRemembered = 64;  // sentences
+constexpr double kEdge_s = 0.005;            // kept before and after what can be heard
+constexpr int kAudible = 160;                // of 32767: 46 dB below full scale
+
+int takeSamples(short* samples, int count, espeak_EVENT* events) {
+  if (samples == nullptr || count <= 0) return 0;
+  auto* sink = static_cast<std::vector<std::int16_t>*>(events->user_data);
+  sink->insert(sink->end(), samples, samples + count);
+  return 0;
+}
+
+/// Cuts silence at both ends: onset and duration are then those of what is heard.
+void trim(Sound& sound) {
+  const auto audible = [](std::int16_t sample) { return std::abs(int{sample}) > kAudible; };
+  auto& samples = sound.samples;
+  const auto edge = static_cast<std::ptrdiff_t>(std::lround(kEdge_s * sound.sample_rate));
+  auto first = std::find_if(samples.begin(), samples.end(), audible);
+  auto last = std::find_if(samples.rbegin(), samples.rend(), audible).base();
+  if (first == samples.end()) return samples.clear();
+  first -= std::min(edge, first - samples.begin());
+  last += std::min(edge, samples.end() - last);
+  samples = std::vector<std::int16_t>(first, last);
+}
+
+bool isVoiceName(const std::string& name) {
+  // eSpeak NG opens other names as files.
+  return std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '+';
+  });
+}
+
+/// eSpeak NG's sample rate. It is started once and never ended: espeak_Terminate of 1.51 may wait
+/// for ever for its own thread (fifo.c), and the process's end does as well.
+int startEngine() {
+  static const int sample_rate =
+      espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr, espeakINITIALIZE_DONT_EXIT);
+  if (sample_rate <= 0) {
+    throw std::runtime_error(
+        "cannot start eSpeak NG: its data are missing (package espeak-ng-data)");
+  }
+  espeak_SetSynthCallback(takeSamples);
+  return sample_rate;
+}
+
+}  // namespace
+
+Speech::Speech(const SpeechOptions& options) : options_(options), sample_rate_(startEngine()) {
+  knownVoice(options_.voice);
+}
+
+std::string Speech::knownVoice(const std::string& requested) {
+  const bool festival = requested.rfind("voice_", 0) == 0;
+  const std::string& voice = requested.empty() || festival ? options_.voice : requested;
+  if (!isVoiceName(voice) || espeak_SetVoiceByName(voice.c_str()) != EE_OK) {
+    throw std::runtime_error("no voice \"" + voice +
+                             "\" (espeak-ng --voices lists those there are)");
+  }
+  return voice;
+}
+
+std::shared_ptr<const Sound> Speech::say(const std::string& text, const std::string& requested) {
+  if (text.size() > kLongestText) {
+    throw std::runtime_error("a text of " + std::to_string(text.size()) + " bytes; at most " +
+                             std::to_string(kLongestText) + " are said at once");
+  }
+  const std::string voice = knownVoice(requested);
+  const auto found = said_.find({text, voice});
+  if (found != said_.end()) return found->second;
+  auto sound = std::make_shared<const Sound>(synthesize(text, voice));
+  if (sound->samples.empty()) throw std::runtime_error("nothing to say in \"" + text + "\"");
+  if (said_.size() >= kMostRemembered) said_.clear();
+  said_.emplace(std::make_pair(text, voice), sound);
+  return sound;
+}
+
+Sound Speech::synthesize(const std::string& text, const std::string& voice) {
+  Sound sound{sample_rate_, 1, {}};
+  espeak_SetParameter(espeakRATE, options_.words_per_minute, 0);
+  const espeak_ERROR error = espeak_Synth(text.c_str(), text.size() + 1, 0, POS_CHARACTER, 0,
+                                          espeakCHARS_UTF8, nullptr, &sound.samples);
+  if (error != EE_OK) {
+    throw std::runtime_error("eSpeak NG cannot say \"" + text + "\" with voice " + voice);
+  }
+  trim(sound);
+  return sound;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,41 @@
+/// \file
+/// Text into sound, through eSpeak NG.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "nodes/speaker/sound.hpp"
+
+namespace afterglow::nodes {
+
+struct SpeechOptions {
+  std::string voice = "en-us";  ///< where a request names none
+  int words_per_minute = 160;   ///< 80..450
+};
+
+/// Remembers what it has said, so that a sentence said again starts at once. eSpeak NG has one
+/// state in a process: use these from one thread.
+class Speech {
+ public:
+  /// Throws std::runtime_error if eSpeak NG's data are missing or the default voice is unknown.
+  explicit Speech(const SpeechOptions& options = {});
+
+  /// The sentence, mono, from its first audible sample to its last. Festival's voice names
+  /// ("voice_kal_diphone" is what sound_play's clients send) and "" mean the default voice. Throws
+  /// std::runtime_error naming the voice that eSpeak NG does not know, or the text that is too long
+  /// or has nothing in it to say.
+  std::shared_ptr<const Sound> say(const std::string& text, const std::string& voice = "");
+
+ private:
+  std::string knownVoice(const std::string& requested);
+  Sound synthesize(const std::string& text, const std::string& voice);
+
+  SpeechOptions options_;
+  int sample_rate_ = 0;
+  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Sound>> said_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,52 @@
+/// \file
+/// Strict reading of YAML maps: what is not understood is refused with file and line.
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+/// Fewest insertions, deletions and replacements of a character that turn one text into the other.
+std::size_t editDistance(const std::string& a, const std::string& b);
+
+/// " (did you mean 'color'?)"-like advice: the nearest candidate, or all of them if none is near.
+std::string advice(const std::string& wrong, const std::vector<std::string>& candidates);
+
+/// A whole file. Throws std::runtime_error "FILE: cannot be read" or "FILE:LINE: why it is no
+/// YAML".
+YAML::Node loadYaml(const std::string& path);
+
+/// One map of a configuration file. `where` names it for people ("layer 2"); everything throws
+/// std::runtime_error "FILE:LINE: text".
+class YamlMap {
+ public:
+  /// Refuses a node that is no map, keys other than these, and keys given twice.
+  YamlMap(std::string file, const YAML::Node& node, std::string where,
+          const std::vector<std::string>& keys);
+
+  bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  /// The value; refused if missing.
+  YAML::Node at(const std::string& key) const;
+  std::string text(const std::string& key) const;  ///< not empty
+  double number(const std::string& key, double least, double greatest) const;
+  double number(const std::string& key, double least, double greatest, double otherwise) const;
+  /// Coordinates: exactly `count` finite numbers.
+  std::vector<double> numbers(const YAML::Node& node, const std::string& what,
+                              std::size_t count) const;
+  /// The position of the key's value in `names`.
+  std::size_t choice(const std::string& key, const std::vector<std::string>& names) const;
+
+  const std::string& where() const { return where_; }
+  const YAML::Node& node() const { return node_; }
+  [[noreturn]] void fail(const YAML::Node& at, const std::string& text) const;
+
+ private:
+  std::string file_;
+  YAML::Node node_;
+  std::string where_;
+};
+
+}  // namespace afterglow::nodes
