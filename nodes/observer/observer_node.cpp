@@ -98,9 +98,8 @@ void ObserverNode::run(const std::function<bool()>& is_stopped) {
   const Pace pace(start_ns, options_.fps);
   std::int64_t deadline_ns = start_ns;
   while (waitUntil(deadline_ns, is_stopped)) {
-    const ros::Time now = ros::Time::now();
     hearNews();
-    if (isWatched()) show(now);
+    if (isWatched()) show(ros::Time::now());  // no earlier than what was heard
     deadline_ns = pace.nextAfter(toNs(ros::Time::now()));
   }
   if (video_) video_->close(toNs(ros::Time::now()));
