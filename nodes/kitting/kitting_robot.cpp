@@ -9,7 +9,8 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kLate = 5;  // seconds that a motion may take longer than asked
+constexpr double kRaised = -0.7;  // rad of the shoulder: the upper arm points up
+constexpr double kLate = 5;       // seconds that a motion may take longer than asked
 
 control_msgs::FollowJointTrajectoryGoal trajectory(const std::vector<std::string>& joints,
                                                    const std::vector<JointPositions>& points,
@@ -164,12 +165,11 @@ void KittingRobot::startArm(const std::vector<Eigen::Isometry3d>& T_map_gripper,
 }
 
 void KittingRobot::unfoldArm(const Eigen::Isometry3d& T_map_gripper, double torso, double seconds) {
-  JointPositions seed = joints();
-  seed["torso_lift_joint"] = torso;
-  const JointPositions goal = reach(T_map_gripper, seed);
-  JointPositions aside = goal;
-  aside["shoulder_pan_joint"] = seed.at("shoulder_pan_joint");
-  sendArm({aside, goal}, seconds);
+  JointPositions raised = joints();
+  raised["torso_lift_joint"] = torso;
+  const JointPositions goal = reach(T_map_gripper, raised);
+  raised["shoulder_lift_joint"] = kRaised;
+  sendArm({raised, goal}, seconds);
 }
 
 void KittingRobot::sendArm(const std::vector<JointPositions>& points, double seconds) {

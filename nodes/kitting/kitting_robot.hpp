@@ -52,8 +52,8 @@ class KittingRobot {
   /// Goes through these poses of the gripper at even times, the torso at a height throughout.
   /// Returns at once; finishArm() waits for it.
   void startArm(const std::vector<Eigen::Isometry3d>& T_map_gripper, double torso, double seconds);
-  /// Goes there without sweeping low over what is in front: unfolds to the side the arm is turned
-  /// to, then turns. Returns at once.
+  /// Goes there without sweeping low over what is in front: raises the folded arm at the robot's
+  /// side first. Returns at once.
   void unfoldArm(const Eigen::Isometry3d& T_map_gripper, double torso, double seconds);
   void finishArm();
   void moveTorso(double height, double seconds);
