@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
@@ -16,8 +17,9 @@ Channel channel(const std::string& topic, bool latching = false, const std::stri
 }
 
 Bytes text(const std::string& data) {
-  Bytes bytes = {static_cast<std::uint8_t>(data.size()), 0, 0, 0};
-  bytes.insert(bytes.end(), data.begin(), data.end());
+  Bytes bytes(4 + data.size());
+  bytes[0] = static_cast<std::uint8_t>(data.size());
+  std::copy(data.begin(), data.end(), bytes.begin() + 4);
   return bytes;
 }
 
