@@ -19,6 +19,7 @@
 #include "nodes/tools/program.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
+#include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 
 namespace afterglow::nodes {
@@ -91,27 +92,16 @@ render::Image readPng(const std::string& path) {
 }
 
 /// A running program; ended, if it still runs, with the test.
-class Running {
+class Running : public test::NodeProcess {
  public:
-  explicit Running(std::vector<std::string> arguments) : log_(std::tmpfile()) {
-    arguments.insert(arguments.begin(), kProgram);
-    pid_ = startProgram(arguments, fileno(log_));
-  }
-  ~Running() {
-    if (pid_ > 0) kill(pid_, SIGKILL), waitpid(pid_, nullptr, 0);
-    std::fclose(log_);
-  }
-  void interrupt() const { kill(pid_, SIGINT); }
-  int exitStatus() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
+  explicit Running(std::vector<std::string> arguments)
+      : NodeProcess(behindProgram(std::move(arguments))) {}
 
  private:
-  std::FILE* log_;
-  pid_t pid_;
+  static std::vector<std::string> behindProgram(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), kProgram);
+    return arguments;
+  }
 };
 
 /// Projector, room and a spectator of observer_node's pictures.

@@ -15,6 +15,7 @@
 #include "nodes/tools/program.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/gl_context.hpp"
+#include "tests/support/node_process.hpp"
 #include "tests/support/projected_cloud.hpp"
 #include "tests/support/ros_master.hpp"
 
@@ -36,29 +37,11 @@ std::string configText(const std::string& projector_frame) {
 }
 
 /// A running projector_node; ended, if it still runs, with the test.
-class Node {
+class Node : public test::NodeProcess {
  public:
-  Node(const std::string& name, const std::string& config) {
-    log_ = std::tmpfile();
-    pid_ = startProgram({kProgram, "__name:=" + name, "_config:=" + config,
-                         "_calibration:=" + std::string(test::kSharedData), "_window:=false"},
-                        fileno(log_));
-  }
-  ~Node() {
-    if (pid_ > 0) kill(pid_, SIGKILL), waitpid(pid_, nullptr, 0);
-    std::fclose(log_);
-  }
-  void interrupt() const { kill(pid_, SIGINT); }
-  int exitStatus() {
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    pid_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
- private:
-  std::FILE* log_;
-  pid_t pid_;
+  Node(const std::string& name, const std::string& config)
+      : NodeProcess({kProgram, "__name:=" + name, "_config:=" + config,
+                     "_calibration:=" + std::string(test::kSharedData), "_window:=false"}) {}
 };
 
 /// Listens to one node.
