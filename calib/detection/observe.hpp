@@ -1,0 +1,35 @@
+/// \file
+/// From the photographs of one board pose to a View.
+#pragma once
+
+#include <optional>
+
+#include "calib/detection/picture.hpp"
+#include "calib/detection/view.hpp"
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+#include "calib/targets/board.hpp"
+#include "calib/targets/pattern.hpp"
+
+namespace afterglow::calib {
+
+struct Photographs {
+  std::string name;
+  Picture pattern;  ///< while the projector shows the pattern
+  /// While it shows plain grey (or white): printed tags are then read without the pattern on them,
+  /// and projected ones from the quotient of the two, where print and falling light cancel.
+  std::optional<Picture> plain;
+};
+
+/// Corners are refitted to sub-pixel edges in linear light, through the camera's lens; tags of the
+/// pattern that do not lie on the board are left out. Never throws for what a picture shows: its
+/// faults are in the view. Throws std::invalid_argument if a picture is not of the camera's size.
+View observe(const Photographs& photographs, const Board& board, const Pattern& pattern,
+             const Lens& camera);
+
+/// The same, knowing roughly where the projector is: the projector's own distortion is then part of
+/// what is fitted. `first` is what observe gave.
+View observeAgain(const View& first, const Photographs& photographs, const Board& board,
+                  const Pattern& pattern, const Lens& camera, const Lens& projector);
+
+}  // namespace afterglow::calib

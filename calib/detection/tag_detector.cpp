@@ -1,0 +1,86 @@
+#include "calib/detection/tag_detector.hpp"
+
+#include <apriltag/apriltag.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "calib/targets/apriltag_family.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+/// libapriltag's corners run counterclockwise from the bottom left, with the centre of the top-left
+/// pixel at (0.5, 0.5).
+DetectedTag convert(const apriltag_detection_t& found) {
+  DetectedTag tag;
+  tag.id = found.id;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double* corner = found.p[3 - i];
+    tag.corners[i] = Eigen::Vector2d(corner[0] - 0.5, corner[1] - 0.5);
+  }
+  tag.margin = static_cast<double>(found.decision_margin);
+  tag.hamming = found.hamming;
+  return tag;
+}
+
+void requireUsable(const Picture& picture) {
+  const std::string size = std::to_string(picture.width) + " x " + std::to_string(picture.height);
+  if (picture.width < 16 || picture.height < 16) {
+    throw std::invalid_argument("a picture of " + size + " pixels: expected at least 16 x 16");
+  }
+  if (picture.pixels.size() != std::size_t(picture.width) * std::size_t(picture.height)) {
+    throw std::invalid_argument("a picture of " + size + " pixels with " +
+                                std::to_string(picture.pixels.size()) + " grey values");
+  }
+}
+
+}  // namespace
+
+struct TagDetector::Impl {
+  FamilyHandle family;
+  std::unique_ptr<apriltag_detector_t, void (*)(apriltag_detector_t*)> detector;
+
+  explicit Impl(const std::string& name)
+      : family(makeFamily(name)), detector(apriltag_detector_create(), apriltag_detector_destroy) {
+    apriltag_detector_add_family(detector.get(), family.get());
+  }
+};
+
+TagDetector::TagDetector(const std::string& family, double decimation)
+    : impl_(std::make_unique<Impl>(family)) {
+  impl_->detector->quad_decimate = static_cast<float>(decimation);
+  impl_->detector->nthreads = 1;
+  impl_->detector->refine_edges = true;
+}
+TagDetector::~TagDetector() = default;
+TagDetector::TagDetector(TagDetector&&) noexcept = default;
+
+std::vector<DetectedTag> TagDetector::detect(const Picture& picture) const {
+  requireUsable(picture);
+  // The library reads from it only.
+  image_u8_t image{picture.width, picture.height, picture.width,
+                   const_cast<std::uint8_t*>(picture.pixels.data())};
+  const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(
+      apriltag_detector_detect(impl_->detector.get(), &image), apriltag_detections_destroy);
+  std::vector<DetectedTag> tags;
+  for (int i = 0; i < zarray_size(found.get()); ++i) {
+    apriltag_detection_t* detection = nullptr;
+    zarray_get(found.get(), i, &detection);
+    tags.push_back(convert(*detection));
+  }
+  std::sort(tags.begin(), tags.end(),
+            [](const DetectedTag& a, const DetectedTag& b) { return a.id < b.id; });
+  return tags;
+}
+
+Picture mirrored(const Picture& picture) {
+  Picture result = picture;
+  for (int y = 0; y < picture.height; ++y) {
+    const auto row = result.pixels.begin() + std::ptrdiff_t(y) * picture.width;
+    std::reverse(row, row + picture.width);
+  }
+  return result;
+}
+
+}  // namespace afterglow::calib

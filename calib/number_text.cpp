@@ -1,0 +1,55 @@
+#include "calib/number_text.hpp"
+
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+namespace afterglow::calib {
+namespace {
+
+std::string withDigits(double value, int digits) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(digits);
+  text << value;
+  return text.str();
+}
+
+}  // namespace
+
+std::optional<double> numberFromText(const std::string& text) {
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
+  double value = 0;
+  stream >> std::noskipws >> value;
+  if (!stream || stream.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+  return value;
+}
+
+std::string exactText(double value) {
+  if (std::isnan(value)) return ".nan";
+  if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
+  std::string text;
+  for (int digits = 15; digits <= 17; ++digits) {
+    text = withDigits(value, digits);
+    if (numberFromText(text) == value) break;
+  }
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos) {
+    text.insert(exponent, ".0");
+  }
+  return text;
+}
+
+std::string fixedText(double value, int decimals) {
+  if (!std::isfinite(value)) return "–";
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());
+  stream.precision(decimals);
+  stream << std::fixed << value;
+  std::string text = stream.str();
+  if (text.find_first_of("123456789") == std::string::npos && text[0] == '-') text.erase(0, 1);
+  return text;
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,21 @@
+/// \file
+/// Numbers as text, the same in every country: neither the C nor the C++ locale has a say, so that
+/// what is written where decimals have commas is read where they have points.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace afterglow::calib {
+
+/// The shortest text that reads back as exactly this number. Always with a point before an
+/// exponent: YAML 1.1 readers (PyYAML) take 1e-05 for a string and 1.0e-05 for a number.
+std::string exactText(double value);
+
+/// With so many decimals; "–" for what is not finite. Never "-0.00".
+std::string fixedText(double value, int decimals);
+
+/// The whole of the text as one number; empty if it is not one. Reads "nan" and "inf" as no number.
+std::optional<double> numberFromText(const std::string& text);
+
+}  // namespace afterglow::calib

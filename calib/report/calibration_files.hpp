@@ -1,0 +1,48 @@
+/// \file
+/// A finished calibration on disk: the files the rest of the world reads, replaced all at once or
+/// not at all, and the ones before them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/solver/calibration.hpp"
+
+namespace afterglow::calib {
+
+struct CalibrationNames {
+  std::string camera_frame = "camera_optical_frame";
+  std::string projector_frame = "projector_optical_frame";
+  std::string projector_name = "projector";
+};
+
+/// One earlier calibration, from history/.
+struct CalibrationRecord {
+  std::string date;  ///< UTC, 2026-11-21T04:30:00Z
+  ProjectorEstimate estimate;
+  double held_out_rms_px = 0, held_out_rms_mm = 0;
+  int views_used = 0;
+};
+
+/// Writes projector.yaml (camera_calibration_parsers), T_camera_projector.yaml (parent_frame,
+/// child_frame, T_camera_projector 4 x 4), calibration.yaml (estimate, covariance, errors, views,
+/// date) into the folder: each to a temporary file, fsync, rename, calibration.yaml last; a copy of
+/// calibration.yaml goes to history/DATE.yaml. Throws std::runtime_error naming file and reason
+/// (disk full, no permission); what was there before then still is.
+void saveCalibration(const std::string& folder, const Calibration& calibration,
+                     const CalibrationNames& names, const std::string& date);
+
+/// projector.yaml, T_camera_projector.yaml (and covariance from calibration.yaml where it is).
+/// Throws std::runtime_error naming the file, key and value that are wrong.
+ProjectorEstimate loadCalibration(const std::string& folder);
+/// A 4 x 4 rigid matrix from T_camera_projector.yaml. Throws std::runtime_error if it is not rigid.
+Rigid<Camera, Projector> loadTCameraProjector(const std::string& path);
+
+/// Oldest first; unreadable ones are skipped and named in `problems`.
+std::vector<CalibrationRecord> calibrationHistory(const std::string& folder,
+                                                  std::vector<std::string>& problems);
+
+/// Temporary file beside it, fsync, rename. Throws std::runtime_error naming the path and why.
+void replaceFile(const std::string& path, const std::string& content);
+
+}  // namespace afterglow::calib

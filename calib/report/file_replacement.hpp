@@ -1,0 +1,42 @@
+/// \file
+/// Several files replaced together: all of them or none.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace afterglow::calib {
+
+/// Content goes to temporary files beside their targets first, fsync'ed; only when all of it is on
+/// the disk are they renamed, in the order they were added. When anything fails the targets hold
+/// what they held before and no temporary file, and no folder made for them, is left. (A power cut
+/// between two renames can still leave new files beside old ones, each of them whole.)
+class FileReplacement {
+ public:
+  FileReplacement() = default;
+  /// Takes back what was not committed.
+  ~FileReplacement();
+  FileReplacement(const FileReplacement&) = delete;
+  FileReplacement& operator=(const FileReplacement&) = delete;
+
+  /// Makes the folders the path needs; follows a link at the path. Throws std::runtime_error naming
+  /// the path and the system's reason.
+  void add(const std::string& path, const std::string& content);
+  /// Throws std::runtime_error as add does.
+  void commit();
+
+ private:
+  struct File {
+    std::string path;       ///< the target, links followed
+    std::string temporary;  ///< empty once renamed
+    std::string previous;   ///< a second name of what was there before; empty if nothing was
+    bool is_replaced = false;
+  };
+  void makeFolders(const std::string& folder);
+  void takeBack() noexcept;
+
+  std::vector<File> files_;
+  std::vector<std::string> folders_made_;
+};
+
+}  // namespace afterglow::calib

@@ -1,0 +1,102 @@
+/// \file
+/// A projector's calibration with its evidence: what the solver returns, files hold and the report
+/// shows.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "calib/detection/view.hpp"
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+#include "calib/targets/board.hpp"
+#include "calib/targets/pattern.hpp"
+
+namespace afterglow::calib {
+
+/// Order of the parameters a covariance is about: fx fy cx cy (px), k1 k2 p1 p2 k3 k4 k5 k6 as in
+/// Lens::D, then the rotation vector (rad, in the projector's frame: T_camera_projector * exp(w))
+/// and the translation (m, in the camera's frame) of T_camera_projector.
+constexpr int kCalibrationParameters = 18;
+
+struct ProjectorEstimate {
+  Lens projector;
+  Rigid<Camera, Projector> T_camera_projector;
+  /// Rows of what was held fixed are zero.
+  Eigen::Matrix<double, kCalibrationParameters, kCalibrationParameters> covariance =
+      Eigen::Matrix<double, kCalibrationParameters, kCalibrationParameters>::Zero();
+};
+
+/// Where the projector sends a point, and how sure that is.
+struct PredictedPixel {
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d covariance;  ///< px^2, of the calibration alone
+};
+/// Empty if the projector cannot light the point (behind it, beyond the fold).
+std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
+                                           const Eigen::Vector3d& p_camera);
+
+/// One corner of a projected tag (or of a printed one) against the finished calibration.
+struct CornerResidual {
+  int tag_id = 0;
+  int corner = 0;
+  bool is_projected = true;
+  Eigen::Vector2d camera_px;  ///< where the photograph has it
+  Eigen::Vector2d error_px;   ///< seen minus expected, in the photograph's pixels
+  Eigen::Vector2d pattern_px = Eigen::Vector2d::Zero();  ///< the corner in the projector's picture
+  Eigen::Vector2d pattern_error_px =
+      Eigen::Vector2d::Zero();  ///< in projector pixels; projected only
+  bool is_outlier = false;
+};
+
+struct ViewResult {
+  std::string name;
+  bool is_used = false;
+  std::string reason;  ///< why it is not used, with an advice; empty if it is
+  Rigid<Camera, Surface> T_camera_board;
+  std::vector<CornerResidual> residuals;
+  double projected_rms_px = 0;  ///< projector pixels, training
+  /// Root mean square of the projected corners' errors when the calibration is solved without this
+  /// view: projector pixels, and millimetres on the board. Empty if the view is not used.
+  std::optional<double> held_out_px, held_out_mm;
+};
+
+/// Share of the projector's picture that tags on boards have lit, cell by cell.
+struct Coverage {
+  static constexpr int kColumns = 16, kRows = 10;
+  std::vector<int> corners = std::vector<int>(kColumns * kRows, 0);  ///< row-major counts
+  double share() const;  ///< cells with at least one, 0 to 1
+};
+Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern);
+
+struct Calibration {
+  ProjectorEstimate estimate;
+  Lens camera;  ///< as given, or refined
+  std::vector<ViewResult> views;
+  Coverage coverage;
+  double held_out_rms_px = 0, held_out_rms_mm = 0;  ///< the headline, over all used views
+  double training_rms_px = 0;
+  double board_rms_px = 0;  ///< printed corners, camera pixels
+  std::vector<std::string> warnings;
+};
+
+/// What cannot be calibrated: the reason and an advice, one line. what() joins all of them.
+class CalibrationRefused : public std::runtime_error {
+ public:
+  explicit CalibrationRefused(const std::vector<std::string>& reasons);
+  /// With what was found out about each view before it was refused.
+  CalibrationRefused(const std::vector<std::string>& reasons, std::vector<ViewResult> views);
+  const std::vector<ViewResult>& views() const { return views_; }
+
+ private:
+  std::vector<ViewResult> views_;
+};
+
+/// What is being done, and how far it is: 0 to 1.
+using CalibrationProgress = std::function<void(const std::string& doing, double share)>;
+
+}  // namespace afterglow::calib

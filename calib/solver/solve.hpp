@@ -1,0 +1,27 @@
+/// \file
+/// The projector from views of a board whose camera is known.
+#pragma once
+
+#include "calib/detection/observe.hpp"
+#include "calib/solver/calibration.hpp"
+
+namespace afterglow::calib {
+
+struct SolveOptions {
+  bool refine_camera = false;  ///< estimate the camera's focal lengths, centre and k1 k2 p1 p2 too
+  int threads = 2;
+};
+
+/// From corners. Throws CalibrationRefused.
+Calibration solveViews(const std::vector<View>& views, const Board& board, const Pattern& pattern,
+                       const Lens& camera, const SolveOptions& options = {},
+                       const CalibrationProgress& progress = {});
+
+/// From photographs: observe, solve, observe again with the projector's lens known, solve again.
+/// Throws CalibrationRefused, std::invalid_argument for pictures not of the camera's size.
+Calibration solvePhotographs(const std::vector<Photographs>& photographs, const Board& board,
+                             const Pattern& pattern, const Lens& camera,
+                             const SolveOptions& options = {},
+                             const CalibrationProgress& progress = {});
+
+}  // namespace afterglow::calib

@@ -1,0 +1,59 @@
+#include "calib/targets/pattern.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "calib/targets/board.hpp"
+#include "calib/targets/tag_family.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+/// Cells of the small tags: 256 of them across the picture. With the usual camera, of about as many
+/// pixels as the projector and a wider lens, a cell is then 3 camera pixels; AprilTag wants 2.
+int cellPixels(int width) { return std::max(3, static_cast<int>(std::lround(width / 256.0))); }
+
+Tag tagAt(int id, int left, int top, int side) {
+  const double l = left - 0.5, t = top - 0.5, r = l + side, b = t + side;
+  return {id, {Eigen::Vector2d(l, t), {r, t}, {r, b}, {l, b}}};
+}
+
+}  // namespace
+
+Pattern makePattern(int width, int height, const std::string& family) {
+  if (width < 320 || height < 200 || width > 8192 || height > 8192) {
+    throw std::invalid_argument("a pattern of " + std::to_string(width) + " x " +
+                                std::to_string(height) +
+                                " pixels: expected 320 x 200 to 8192 x 8192");
+  }
+  const int ids = tagCount(family);
+  Pattern pattern;
+  pattern.family = family;
+  pattern.width = width;
+  pattern.height = height;
+  for (int cell = cellPixels(std::max(width, height)); pattern.tags.empty(); ++cell) {
+    // Blocks of 2 x 2 small tags, every third of them one large tag instead.
+    const int pitch = cell * (kTagCells + 2), block = 2 * pitch;
+    const int columns = width / block, rows = height / block;
+    const int left = (width - columns * block) / 2, top = (height - rows * block) / 2;
+    int id = kFirstPatternId;
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const int x = left + column * block, y = top + row * block;
+        if ((column + row) % 3 == 0) {
+          pattern.tags.push_back(tagAt(id++, x + 2 * cell, y + 2 * cell, 2 * cell * kTagCells));
+          continue;
+        }
+        for (int i = 0; i < 4; ++i) {
+          pattern.tags.push_back(tagAt(id++, x + (i % 2) * pitch + cell, y + (i / 2) * pitch + cell,
+                                       cell * kTagCells));
+        }
+      }
+    }
+    if (id > ids) pattern.tags.clear();  // a very wide picture: larger cells, fewer tags
+  }
+  return pattern;
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,26 @@
+/// \file
+/// Boards and patterns as files: layouts as YAML, pictures as PNG, the board also as a PDF of true
+/// size.
+#pragma once
+
+#include <string>
+
+#include "calib/targets/board.hpp"
+#include "calib/targets/pattern.hpp"
+
+namespace afterglow::calib {
+
+/// Keys: family, size_m [w, h], ruler_m, picture (the PNG beside it), tags: [{id, corners: four
+/// [x, y, 0] in metres}]. Throws std::runtime_error "FILE:LINE: what is wrong" (keys missing, ids
+/// twice or unknown to the family, corners that are no square or lie outside the sheet, sizes that
+/// look like millimetres).
+Board loadBoard(const std::string& yaml_path);
+/// Keys: family, width, height, picture, tags: [{id, corners: four [x, y] in px}].
+Pattern loadPattern(const std::string& yaml_path);
+
+/// board.pdf, board.png and board.yaml (pattern.png and pattern.yaml) in a folder, which is made.
+/// Throws std::runtime_error naming the path that cannot be written.
+void writeBoard(const std::string& folder, const Board& board);
+void writePattern(const std::string& folder, const Pattern& pattern);
+
+}  // namespace afterglow::calib
