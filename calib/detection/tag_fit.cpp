@@ -1,1 +1,397 @@
-// being written
+#include "calib/detection/tag_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace afterglow::calib {
+namespace {
+
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+/// Corner positions (ideal pixels: camera.K on undistorted rays), then how the light falls.
+enum Parameter {
+  kCorner = 0,
+  kBlack = 8,
+  kWhite,
+  kSlopeX,
+  kSlopeY,
+  kLogBlur,
+  kGrowth,
+  kParameters
+};
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+using Normal = Eigen::Matrix<double, kParameters, kParameters>;
+
+/// The white rim round the tag is one cell wide; what lies beyond is not ours.
+constexpr double kRim_cells = 0.85;
+
+Eigen::Matrix3d homography(const Corners& from, const Corners& to) {
+  Eigen::Matrix<double, 8, 8> A = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> b;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d& p = from[std::size_t(i)];
+    const Eigen::Vector2d& q = to[std::size_t(i)];
+    A.row(2 * i) << p.x(), p.y(), 1, 0, 0, 0, -q.x() * p.x(), -q.x() * p.y();
+    A.row(2 * i + 1) << 0, 0, 0, p.x(), p.y(), 1, -q.y() * p.x(), -q.y() * p.y();
+    b.segment<2>(2 * i) = q;
+  }
+  const Eigen::Matrix<double, 8, 1> h = A.partialPivLu().solve(b);
+  Eigen::Matrix3d H;
+  H << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1;
+  return H;
+}
+
+/// How white a place of the tag is after blurring, and how that changes along x and y (per cell).
+struct Whiteness {
+  double value = 0, dx = 0, dy = 0;
+};
+
+/// Cells seen through a Gaussian blur, in cell coordinates: the black frame spans 0 to kTagCells,
+/// all around is white. The blur is taken as separable along the tag's axes, which it is up to
+/// shear.
+class BlurredTag {
+ public:
+  BlurredTag(const TagCells& cells, const Eigen::Vector2d& sigma_cells)
+      : cells_(cells), sigma_(sigma_cells) {}
+
+  Whiteness at(const Eigen::Vector2d& cell) const {
+    const Axis x(cell.x(), sigma_.x()), y(cell.y(), sigma_.y());
+    Whiteness result;
+    for (int row = 0; row < Axis::kCells; ++row) {
+      double along = 0, along_slope = 0;
+      for (int column = 0; column < Axis::kCells; ++column) {
+        if (!isWhite(y.first + row, x.first + column)) continue;
+        along += x.share[column];
+        along_slope += x.slope[column];
+      }
+      result.value += y.share[row] * along;
+      result.dx += y.share[row] * along_slope;
+      result.dy += y.slope[row] * along;
+    }
+    return result;
+  }
+
+ private:
+  /// Share of each of the nearest cells in a blurred point, along one axis.
+  struct Axis {
+    static constexpr int kCells = 5;
+    int first;
+    double share[kCells], slope[kCells];
+    Axis(double at, double sigma) : first(static_cast<int>(std::floor(at)) - kCells / 2) {
+      double below = 0, below_density = 0;
+      for (int i = 0; i < kCells; ++i) {
+        const double t = (at - (first + i + 1)) / sigma;
+        const bool is_last = i == kCells - 1;  // the outermost stand for all beyond them
+        // Weight of what lies up to the cell's upper edge.
+        const double upto = is_last ? 1 : 0.5 * std::erfc(t / std::sqrt(2.0));
+        const double density =
+            is_last ? 0 : -std::exp(-0.5 * t * t) / (std::sqrt(2 * 3.14159265358979) * sigma);
+        share[i] = upto - below;
+        slope[i] = density - below_density;
+        below = upto;
+        below_density = density;
+      }
+    }
+  };
+
+  bool isWhite(int row, int column) const {
+    if (row < 0 || column < 0 || row >= kTagCells || column >= kTagCells) return true;
+    return !cells_[std::size_t(row)][std::size_t(column)];
+  }
+
+  const TagCells& cells_;
+  Eigen::Vector2d sigma_;
+};
+
+struct Pixel {
+  Eigen::Vector2d ideal;  ///< ideal pixels
+  double light, weight;
+};
+
+class Fitter {
+ public:
+  Fitter(const Light& light, const Lens& camera, const RayMap& rays, const TagTarget& target)
+      : light_(light), camera_(camera), rays_(rays), target_(target) {
+    const Corners& c = target.tag.corners;
+    along_x_ = (c[1] - c[0]) * kTagCells / (c[1] - c[0]).squaredNorm();
+    along_y_ = (c[3] - c[0]) * kTagCells / (c[3] - c[0]).squaredNorm();
+    for (std::size_t i = 0; i < 4; ++i) plane_[i] = onPlane(c[i]);
+  }
+
+  std::optional<TagFit> fit(const Corners& start) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      theta_.segment<2>(kCorner + 2 * Eigen::Index(i)) = ideal(start[i]);
+    }
+    if (!theta_.head<8>().allFinite() || !collectPixels(start)) return std::nullopt;
+    startPhotometry();
+    if (!descend()) return std::nullopt;
+    return result();
+  }
+
+ private:
+  /// A point of the target in the plane that a homography maps to the camera's ideal pixels.
+  Eigen::Vector2d onPlane(const Eigen::Vector2d& p) const {
+    if (!target_.projector) return toCell(p);
+    const auto ray = unproject(*target_.projector, p);
+    return ray ? Eigen::Vector2d(ray->head<2>())
+               : Eigen::Vector2d(Eigen::Vector2d::Constant(std::nan("")));
+  }
+  Eigen::Vector2d toCell(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d d = p - target_.tag.corners[0];
+    return {along_x_.dot(d), along_y_.dot(d)};
+  }
+  /// Cell coordinates of an ideal pixel.
+  Eigen::Vector2d cellAt(const Eigen::Matrix3d& plane_of_ideal, const Eigen::Vector2d& at) const {
+    const Eigen::Vector2d n = (plane_of_ideal * at.homogeneous()).hnormalized();
+    if (!target_.projector) return n;
+    const Lens& lens = *target_.projector;
+    const Eigen::Vector2d d = distort(lens, n);
+    return toCell({lens.K(0, 0) * d.x() + lens.K(0, 1) * d.y() + lens.K(0, 2),
+                   lens.K(1, 1) * d.y() + lens.K(1, 2)});
+  }
+  Eigen::Vector2d ideal(const Eigen::Vector2d& pixel) const {
+    return (camera_.K * rays_.ray(pixel).homogeneous()).head<2>();
+  }
+  Corners cornersOf(const Parameters& theta) const {
+    Corners corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+      corners[i] = theta.segment<2>(kCorner + 2 * Eigen::Index(i));
+    }
+    return corners;
+  }
+  Eigen::Matrix3d planeOfIdeal(const Parameters& theta) const {
+    return homography(cornersOf(theta), plane_);
+  }
+
+  bool collectPixels(const Corners& start) {
+    Eigen::Vector2d low = start[0], high = start[0], middle = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& corner : start) {
+      low = low.cwiseMin(corner);
+      high = high.cwiseMax(corner);
+      middle += corner / 4;
+    }
+    const double rim = (high - low).maxCoeff() * kRim_cells / kTagCells * 1.3;
+    const int left = int(std::floor(low.x() - rim)), right = int(std::ceil(high.x() + rim));
+    const int top = int(std::floor(low.y() - rim)), bottom = int(std::ceil(high.y() + rim));
+    if (low.x() < 1 || low.y() < 1 || high.x() > light_.width - 2 || high.y() > light_.height - 2) {
+      return false;
+    }
+    const Eigen::Matrix3d plane_of_ideal = planeOfIdeal(theta_);
+    for (int y = std::max(top, 0); y <= std::min(bottom, light_.height - 1); ++y) {
+      for (int x = std::max(left, 0); x <= std::min(right, light_.width - 1); ++x) {
+        const std::size_t i = std::size_t(y) * std::size_t(light_.width) + std::size_t(x);
+        if (light_.weight[i] == 0) continue;
+        const Eigen::Vector2d at = ideal({double(x), double(y)});
+        const Eigen::Vector2d cell = cellAt(plane_of_ideal, at);
+        if (!(cell.minCoeff() > -kRim_cells) || !(cell.maxCoeff() < kTagCells + kRim_cells)) {
+          continue;
+        }
+        pixels_.push_back({at, double(light_.value[i]), double(light_.weight[i])});
+      }
+    }
+    middle_ = ideal(middle);
+    radius_ = std::max(1.0, (high - low).maxCoeff() / 2);
+    return pixels_.size() > 100;
+  }
+
+  void startPhotometry() {
+    std::vector<double> values;
+    values.reserve(pixels_.size());
+    for (const Pixel& pixel : pixels_) values.push_back(pixel.light);
+    std::sort(values.begin(), values.end());
+    theta_[kBlack] = values[values.size() / 10];
+    theta_[kWhite] = values[values.size() * 9 / 10];
+    theta_[kSlopeX] = theta_[kSlopeY] = theta_[kGrowth] = 0;
+    theta_[kLogBlur] = std::log(0.8);
+  }
+
+  /// d cell / d ideal pixel in the tag's middle.
+  Eigen::Matrix2d cellsPerPixel(const Eigen::Matrix3d& plane_of_ideal) const {
+    constexpr double kStep = 0.5;
+    Eigen::Matrix2d J;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(k);
+      J.col(k) = (cellAt(plane_of_ideal, middle_ + step) - cellAt(plane_of_ideal, middle_ - step)) /
+                 (2 * kStep);
+    }
+    return J;
+  }
+
+  /// Sum of robust squared residuals; fills the normal equations if asked for.
+  double evaluate(const Parameters& theta, Normal* normal, Parameters* gradient) {
+    const Eigen::Matrix3d H = planeOfIdeal(theta);
+    const Eigen::Matrix2d J = cellsPerPixel(H);
+    const double blur = std::exp(theta[kLogBlur]);
+    const Eigen::Vector2d sigma = (blur * J.rowwise().norm()).cwiseMax(0.05).cwiseMin(0.9);
+    const BlurredTag tag(target_.cells, sigma);
+    // Moving a corner moves the cells under a pixel: by differences of whole homographies.
+    constexpr double kStep = 1e-3;
+    std::array<Eigen::Matrix3d, 8> moved;
+    if (normal) {
+      for (int k = 0; k < 8; ++k) {
+        Parameters other = theta;
+        other[k] += kStep;
+        moved[std::size_t(k)] = planeOfIdeal(other);
+      }
+      normal->setZero();
+      gradient->setZero();
+    }
+    const double contrast = theta[kWhite] - theta[kBlack];
+    double cost = 0;
+    residuals_.clear();
+    for (const Pixel& pixel : pixels_) {
+      const Eigen::Vector2d cell = cellAt(H, pixel.ideal);
+      const Whiteness white = tag.at(cell);
+      const Eigen::Vector2d per_cell(white.dx, white.dy);
+      const double edge = (J.transpose() * per_cell).norm();
+      const double whiteness = white.value - theta[kGrowth] * edge;
+      const Eigen::Vector2d offset = (pixel.ideal - middle_) / radius_;
+      const double fall = 1 + theta[kSlopeX] * offset.x() + theta[kSlopeY] * offset.y();
+      const double flat = theta[kBlack] + contrast * whiteness;
+      const double root = std::sqrt(pixel.weight);
+      const double residual = (pixel.light - flat * fall) * root;
+      residuals_.push_back(residual);
+      const double limit = 2.5 * scale_, size = std::abs(residual);
+      const double trust = size > limit ? limit / size : 1;
+      cost += size > limit ? limit * (2 * size - limit) : residual * residual;
+      if (!normal) continue;
+      Parameters row;
+      for (int k = 0; k < 8; ++k) {
+        const Eigen::Vector2d shift = (cellAt(moved[std::size_t(k)], pixel.ideal) - cell) / kStep;
+        row[k] = contrast * fall * per_cell.dot(shift);
+      }
+      row[kBlack] = fall * (1 - whiteness);
+      row[kWhite] = fall * whiteness;
+      row[kSlopeX] = flat * offset.x();
+      row[kSlopeY] = flat * offset.y();
+      row[kLogBlur] = 0;
+      row[kGrowth] = -contrast * fall * edge;
+      row[kLogBlur] = contrast * fall * blurSlope(white, cell, tag, blur, J);
+      row *= root;
+      normal->selfadjointView<Eigen::Lower>().rankUpdate(row, trust);
+      *gradient += trust * residual * row;
+    }
+    if (normal) *normal = normal->selfadjointView<Eigen::Lower>();
+    return cost;
+  }
+
+  /// d whiteness / d ln(blur), by a difference.
+  double blurSlope(const Whiteness& white, const Eigen::Vector2d& cell, const BlurredTag&,
+                   double blur, const Eigen::Matrix2d& J) const {
+    constexpr double kStep = 0.02;
+    const Eigen::Vector2d sigma =
+        (blur * (1 + kStep) * J.rowwise().norm()).cwiseMax(0.05).cwiseMin(0.9);
+    return (BlurredTag(target_.cells, sigma).at(cell).value - white.value) / kStep;
+  }
+
+  /// Noise in units of the expected one, from the residuals' middle.
+  void measureScale() {
+    std::vector<double> sizes(residuals_.size());
+    std::transform(residuals_.begin(), residuals_.end(), sizes.begin(),
+                   [](double r) { return std::abs(r); });
+    const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    scale_ = std::max(1.4826 * *middle, 0.3);
+  }
+
+  bool descend() {
+    scale_ = 1e6;
+    evaluate(theta_, nullptr, nullptr);
+    double damping = 1e-3;
+    for (int iteration = 0; iteration < 25; ++iteration) {
+      measureScale();
+      Parameters gradient;
+      const double cost = evaluate(theta_, &normal_, &gradient);
+      Parameters step = Parameters::Zero();
+      bool improved = false;
+      for (int attempt = 0; attempt < 6 && !improved; ++attempt) {
+        Normal damped = normal_;
+        damped.diagonal() *= 1 + damping;
+        damped.diagonal().array() += 1e-9;
+        step = damped.ldlt().solve(gradient);
+        if (!step.allFinite()) return false;
+        step.head<8>() = step.head<8>().cwiseMax(-1).cwiseMin(1);
+        Parameters next = theta_ + step;
+        next[kLogBlur] = std::clamp(next[kLogBlur], std::log(0.3), std::log(4.0));
+        next[kGrowth] = std::clamp(next[kGrowth], -1.0, 1.0);
+        improved = evaluate(next, nullptr, nullptr) <= cost;
+        if (improved) theta_ = next;
+        damping *= improved ? 0.2 : 8;
+      }
+      if (!improved || step.head<8>().cwiseAbs().maxCoeff() < 1e-3) break;
+    }
+    measureScale();
+    Parameters gradient;
+    evaluate(theta_, &normal_, &gradient);
+    return theta_.allFinite() && theta_[kWhite] > theta_[kBlack];
+  }
+
+  double correlation() const {
+    const Eigen::Matrix3d H = planeOfIdeal(theta_);
+    const Eigen::Vector2d sigma = (std::exp(theta_[kLogBlur]) * cellsPerPixel(H).rowwise().norm())
+                                      .cwiseMax(0.05)
+                                      .cwiseMin(0.9);
+    const BlurredTag tag(target_.cells, sigma);
+    double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+    for (const Pixel& pixel : pixels_) {
+      const double white = tag.at(cellAt(H, pixel.ideal)).value;
+      n += 1, x += white, y += pixel.light;
+      xx += white * white, yy += pixel.light * pixel.light, xy += white * pixel.light;
+    }
+    const double spread = (xx - x * x / n) * (yy - y * y / n);
+    return spread > 0 ? (xy - x * y / n) / std::sqrt(spread) : 0;
+  }
+
+  std::optional<TagFit> result() const {
+    TagFit fit;
+    fit.correlation = correlation();
+    fit.blur_px = std::exp(theta_[kLogBlur]);
+    fit.growth_px = theta_[kGrowth];
+    const Normal covariance = normal_.ldlt().solve(Normal::Identity()) * scale_ * scale_;
+    fit.seen.id = target_.tag.id;
+    Eigen::Matrix<double, 8, 8> J = Eigen::Matrix<double, 8, 8>::Zero();
+    const Corners corners = cornersOf(theta_);
+    const Eigen::Matrix3d K_inverse = camera_.K.inverse();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto pixelOf = [&](const Eigen::Vector2d& at) {
+        return project(camera_, K_inverse * at.homogeneous());
+      };
+      const auto pixel = pixelOf(corners[i]);
+      const auto right = pixelOf(corners[i] + Eigen::Vector2d(0.5, 0));
+      const auto below = pixelOf(corners[i] + Eigen::Vector2d(0, 0.5));
+      if (!pixel || !right || !below) return std::nullopt;
+      fit.seen.corners[i] = *pixel;
+      const Eigen::Index k = 2 * Eigen::Index(i);
+      J.block<2, 1>(k, k) = (*right - *pixel) / 0.5;
+      J.block<2, 1>(k, k + 1) = (*below - *pixel) / 0.5;
+    }
+    fit.seen.covariance = J * covariance.topLeftCorner<8, 8>() * J.transpose();
+    if (!fit.seen.covariance.allFinite()) return std::nullopt;
+    return fit;
+  }
+
+  const Light& light_;
+  const Lens& camera_;
+  const RayMap& rays_;
+  const TagTarget& target_;
+  Eigen::Vector2d along_x_, along_y_;
+  Corners plane_;
+  std::vector<Pixel> pixels_;
+  Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();  ///< ideal pixels
+  double radius_ = 1;                                 ///< px, unit of the light's slope
+  Parameters theta_ = Parameters::Zero();
+  double scale_ = 1;
+  std::vector<double> residuals_;
+  Normal normal_ = Normal::Zero();
+};
+
+}  // namespace
+
+std::optional<TagFit> fitTag(const Light& light, const Lens& camera, const RayMap& rays,
+                             const TagTarget& target, const Corners& start) {
+  return Fitter(light, camera, rays, target).fit(start);
+}
+
+}  // namespace afterglow::calib

@@ -33,22 +33,19 @@ Pattern makePattern(int width, int height, const std::string& family) {
   pattern.width = width;
   pattern.height = height;
   for (int cell = cellPixels(std::max(width, height)); pattern.tags.empty(); ++cell) {
-    // Blocks of 2 x 2 small tags, every third of them one large tag instead.
-    const int pitch = cell * (kTagCells + 2), block = 2 * pitch;
-    const int columns = width / block, rows = height / block;
-    const int left = (width - columns * block) / 2, top = (height - rows * block) / 2;
+    // A grid of small tags; in every third block of 2 x 2 one large tag stands for the four.
+    const int pitch = cell * (kTagCells + 2);
+    const int columns = width / pitch, rows = height / pitch;
+    const int left = (width - columns * pitch) / 2, top = (height - rows * pitch) / 2;
     int id = kFirstPatternId;
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
-        const int x = left + column * block, y = top + row * block;
-        if ((column + row) % 3 == 0) {
-          pattern.tags.push_back(tagAt(id++, x + 2 * cell, y + 2 * cell, 2 * cell * kTagCells));
-          continue;
-        }
-        for (int i = 0; i < 4; ++i) {
-          pattern.tags.push_back(tagAt(id++, x + (i % 2) * pitch + cell, y + (i / 2) * pitch + cell,
-                                       cell * kTagCells));
-        }
+        const bool is_whole_block = (row | 1) < rows && (column | 1) < columns;
+        const bool is_large = is_whole_block && (column / 2 + row / 2) % 3 == 0;
+        if (is_large && (row % 2 == 1 || column % 2 == 1)) continue;
+        const int size = is_large ? 2 * cell : cell;
+        pattern.tags.push_back(
+            tagAt(id++, left + column * pitch + size, top + row * pitch + size, size * kTagCells));
       }
     }
     if (id > ids) pattern.tags.clear();  // a very wide picture: larger cells, fewer tags

@@ -4,7 +4,7 @@
 #include <apriltag/tag36h10.h>
 #include <apriltag/tag36h11.h>
 
-#include <memory>
+#include <cstdint>
 #include <stdexcept>
 
 #include "calib/targets/apriltag_family.hpp"
@@ -28,15 +28,12 @@ TagCells tagCells(const std::string& family, int id) {
     throw std::invalid_argument(family + " has no tag " + std::to_string(id) +
                                 ": its ids are 0 to " + std::to_string(handle->ncodes - 1));
   }
-  const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> image(
-      apriltag_to_image(handle.get(), static_cast<unsigned>(id)), image_u8_destroy);
-  const int rim = (image->width - kTagCells) / 2;  // the white the library draws round the frame
-  TagCells black{};
-  for (int row = 0; row < kTagCells; ++row) {
-    for (int column = 0; column < kTagCells; ++column) {
-      black[std::size_t(row)][std::size_t(column)] =
-          image->buf[(row + rim) * image->stride + column + rim] < 128;
-    }
+  TagCells black;
+  for (auto& row : black) row.fill(true);
+  const std::uint64_t code = handle->codes[id];
+  for (unsigned bit = 0; bit < handle->nbits; ++bit) {
+    const bool is_white = (code >> (handle->nbits - 1 - bit) & 1) != 0;
+    black[std::size_t(handle->bit_y[bit])][std::size_t(handle->bit_x[bit])] = !is_white;
   }
   return black;
 }

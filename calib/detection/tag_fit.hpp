@@ -1,0 +1,36 @@
+/// \file
+/// A tag's corners to a hundredth of a pixel: the whole tag, with all edges of its cells, is fitted
+/// to the picture, through the lenses of camera and projector. AprilTag's own edge refinement,
+/// which starts this, is 4 to 11 times above the Cramer-Rao bound; this comes near it.
+#pragma once
+
+#include <optional>
+
+#include "calib/detection/light.hpp"
+#include "calib/detection/ray_map.hpp"
+#include "calib/detection/view.hpp"
+#include "calib/targets/tag_family.hpp"
+
+namespace afterglow::calib {
+
+/// What is looked for: a tag on a flat board (`corners` in metres), or one in a projector's picture
+/// (`corners` in its pixels) that lies on a flat board.
+struct TagTarget {
+  Tag tag;
+  TagCells cells;
+  const Lens* projector = nullptr;  ///< its distortion then bends the tag; outlives the call
+};
+
+struct TagFit {
+  SeenTag seen;
+  double correlation = 0;  ///< of picture and fitted tag, 1 for a perfect likeness
+  double blur_px = 0;      ///< standard deviation of the picture's blur
+  double growth_px = 0;    ///< how far dark cells reach over their edges
+};
+
+/// `start`: the corners in the picture's pixels, within about half a cell. Empty if the tag is not
+/// there, is not wholly inside the picture, or has no contrast.
+std::optional<TagFit> fitTag(const Light& light, const Lens& camera, const RayMap& rays,
+                             const TagTarget& target, const std::array<Eigen::Vector2d, 4>& start);
+
+}  // namespace afterglow::calib
