@@ -1,0 +1,234 @@
+#include "calib/guide/guide.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "calib/guide/advice.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+constexpr std::size_t kFewestProjected = 2;  // tags of the pattern on the board
+constexpr int kMoreViews = 3;                // after a refusal
+// A check this much above what was promised is not chance: one view's error varies by half.
+constexpr double kSuspicious = 3, kSuspicious_mm = 1;
+
+std::string millimetres(double mm) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f mm", mm);
+  return text;
+}
+
+}  // namespace
+
+std::string phaseName(GuidePhase phase) {
+  static const char* const kNames[] = {"idle", "collecting", "solving", "verifying", "done"};
+  return kNames[static_cast<int>(phase)];
+}
+
+Guide::Guide(Board board, Pattern pattern, Lens camera, GuideOptions options)
+    : board_(std::move(board)),
+      pattern_(std::move(pattern)),
+      options_(options),
+      taker_(board_, camera, options.taker),
+      views_wanted_(options.views) {}
+
+// ------------------------------------------------------------------------------------ commands
+
+void Guide::start() {
+  views_.clear();
+  poses_.clear();
+  coverage_ = {};
+  views_wanted_ = options_.views;
+  discarded_ = named_ = 0;
+  tell("calibration begins: hold the board in the light, where the camera sees all of it");
+  collect();
+}
+
+void Guide::collect() {
+  taker_.reset();
+  wanted_ = Shown::Plain;
+  phase_ = GuidePhase::Collecting;
+}
+
+void Guide::stop() {
+  if (phase_ == GuidePhase::Idle) return;
+  taker_.reset();
+  phase_ = GuidePhase::Idle;
+  tell("calibration stopped");
+}
+
+bool Guide::forceView() {
+  if (phase_ != GuidePhase::Collecting && phase_ != GuidePhase::Verifying) return false;
+  taker_.force();
+  return true;
+}
+
+bool Guide::solveNow() {
+  if (views_.empty()) return false;
+  if (phase_ == GuidePhase::Solving) return false;
+  taker_.reset();
+  phase_ = GuidePhase::Solving;
+  tell("solving from " + std::to_string(views_.size()) + " views");
+  return true;
+}
+
+std::optional<std::string> Guide::discardLast() {
+  if (views_.empty() || phase_ != GuidePhase::Collecting) return std::nullopt;
+  const std::string name = views_.back().name;
+  views_.pop_back();
+  poses_.pop_back();
+  coverage_ = coverageOf(views_, pattern_);
+  tell(name + " is discarded: " + progress());
+  return name;
+}
+
+// -------------------------------------------------------------------------------------- watching
+
+TakerAnswer Guide::see(const WatchedFrame& frame) {
+  now_ns_ = frame.stamp_ns;
+  TakerAnswer answer;
+  answer.show = shown();
+  if (phase_ != GuidePhase::Collecting && phase_ != GuidePhase::Verifying) return answer;
+  answer = taker_.see(frame, poses_);
+  wanted_ = answer.show;
+  if (!answer.discarded.empty()) {
+    discard(answer.discarded);
+  } else if (answer.show == Shown::Plain && answer.keep == TakerAnswer::Keep::Nothing) {
+    advise(answer);
+  }
+  return answer;
+}
+
+void Guide::advise(const TakerAnswer& answer) {
+  const std::string text = adviceText(answer);
+  if (text.empty()) return;
+  const bool is_in_vain = prompter_.advise(text, now_ns_);
+  if (is_in_vain) ++turn_;
+}
+
+std::string Guide::adviceText(const TakerAnswer& answer) const {
+  switch (answer.lack) {
+    case TakerAnswer::Lack::Nothing:
+      return "";
+    case TakerAnswer::Lack::Light:
+      return "wait: the camera still sees tags of the pattern, although plain grey is projected";
+    case TakerAnswer::Lack::Board:
+      return "show the board to the camera: it sees none of the printed tags";
+    case TakerAnswer::Lack::WholeBoard:
+      return "the camera sees too little of the board: bring all of it into the picture, face "
+             "to the camera";
+    case TakerAnswer::Lack::Stillness:
+      return "hold it still";
+    case TakerAnswer::Lack::News:
+      break;
+  }
+  if (phase_ == GuidePhase::Verifying) return "for the check, hold it where it has not been yet";
+  const auto all = adviceFor(poses_, coverage_, answer.T_camera_board);
+  if (all.empty()) return "tilt it another way, or hold it in another place";
+  // The most urgent first; in turns when it is not, or cannot be, followed.
+  return all[(poses_.size() + turn_) % all.size()];
+}
+
+void Guide::discard(const std::string& reason) {
+  ++discarded_;
+  tell(reason);
+}
+
+bool Guide::addView(const View& view, const Rigid<Camera, Surface>& T_camera_board) {
+  if (phase_ != GuidePhase::Collecting) return false;
+  if (!view.faults.empty()) {
+    discard("view discarded: " + view.faults.front());
+    return false;
+  }
+  if (view.projected.size() < kFewestProjected) {
+    discard("view discarded: only " + std::to_string(view.projected.size()) +
+            " tags of the pattern lie on the board: hold it further into the light, or closer to "
+            "the camera");
+    return false;
+  }
+  views_.push_back(view);
+  poses_.push_back(T_camera_board);
+  coverage_ = coverageOf(views_, pattern_);
+  ++named_;
+  tell("view taken: " + progress());
+  if (isEnough()) solveNow();
+  return true;
+}
+
+bool Guide::isEnough() const {
+  const int count = static_cast<int>(views_.size());
+  if (count < views_wanted_) return false;
+  const bool is_good = coverage() >= options_.coverage && !areParallel(poses_);
+  return is_good || count >= 2 * views_wanted_;  // some of the light may be out of reach
+}
+
+// -------------------------------------------------------------------------------------- results
+
+void Guide::solved(const Calibration& calibration) {
+  if (phase_ != GuidePhase::Solving) return;
+  promised_mm_ = calibration.held_out_rms_mm;
+  for (const ViewResult& view : calibration.views) {
+    if (!view.is_used) tell(view.name + " was left out: " + view.reason);
+  }
+  for (const std::string& warning : calibration.warnings) tell(warning);
+  tell("calibrated: a view that had no part in it is met to " + millimetres(promised_mm_) +
+       ". For the check, hold the board where it has not been yet");
+  collect();
+  phase_ = GuidePhase::Verifying;
+}
+
+void Guide::refused(const std::vector<std::string>& reasons) {
+  if (phase_ != GuidePhase::Solving) return;
+  for (const std::string& reason : reasons) tell("cannot calibrate yet: " + reason);
+  views_wanted_ = std::max(views_wanted_, static_cast<int>(views_.size()) + kMoreViews);
+  collect();
+}
+
+void Guide::checked(const std::optional<HeldOutError>& error) {
+  if (phase_ != GuidePhase::Verifying) return;
+  if (!error) {
+    discard("the check could not be measured: hold the board further into the light");
+    return;
+  }
+  std::string text = "checked: the light is " + millimetres(error->rms_mm) + " off, at worst " +
+                     millimetres(error->worst_mm);
+  if (error->rms_mm > std::max(kSuspicious * promised_mm_, kSuspicious_mm)) {
+    text += "; that is more than the calibration promised (" + millimetres(promised_mm_) +
+            "): have camera or projector moved? Calibrate again";
+  }
+  tell(text);
+  taker_.reset();
+  phase_ = GuidePhase::Done;
+}
+
+void Guide::tell(const std::string& text) { prompter_.tell(text, now_ns_); }
+
+Shown Guide::shown() const {
+  switch (phase_) {
+    case GuidePhase::Collecting:
+    case GuidePhase::Verifying:
+      return wanted_;
+    case GuidePhase::Solving:
+      return Shown::Plain;
+    case GuidePhase::Idle:
+    case GuidePhase::Done:
+      break;
+  }
+  return Shown::Black;
+}
+
+std::string Guide::nextName() const {
+  char name[32];
+  std::snprintf(name, sizeof name, "view_%02d", named_);
+  return name;
+}
+
+std::string Guide::progress() const {
+  return std::to_string(views_.size()) + " of " + std::to_string(views_wanted_) +
+         " views, coverage " + std::to_string(std::lround(100 * coverage())) + " %";
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,189 @@
+#include "calib/guide/view_taker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "calib/guide/board_pose.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+using Lack = TakerAnswer::Lack;
+
+TakerAnswer lacking(Lack lack) {
+  TakerAnswer answer;
+  answer.lack = lack;
+  return answer;
+}
+
+}  // namespace
+
+std::optional<double> movement(const std::vector<Tag>& first, const std::vector<Tag>& second,
+                               std::size_t fewest) {
+  std::size_t shared = 0;
+  double sum = 0;
+  for (const Tag& tag : first) {
+    const auto same = std::find_if(second.begin(), second.end(),
+                                   [&](const Tag& other) { return other.id == tag.id; });
+    if (same == second.end()) continue;
+    ++shared;
+    for (std::size_t i = 0; i < 4; ++i) sum += (same->corners[i] - tag.corners[i]).squaredNorm();
+  }
+  if (shared == 0 || shared < fewest) return std::nullopt;
+  return std::sqrt(sum / (4 * static_cast<double>(shared)));
+}
+
+ViewTaker::ViewTaker(Board board, Lens camera, TakerOptions options)
+    : board_(std::move(board)), camera_(camera), options_(options) {}
+
+void ViewTaker::reset() {
+  step_ = Step::Watch;
+  is_forced_ = false;
+  recent_.clear();
+  T_camera_board_.reset();
+}
+
+TakerAnswer ViewTaker::see(const WatchedFrame& frame,
+                           const std::vector<Rigid<Camera, Surface>>& taken) {
+  if (frame.stamp_ns < last_stamp_ns_ - options_.patience_ns) reset();  // another clock
+  const bool is_late = frame.stamp_ns < last_stamp_ns_ && step_ != Step::Watch;
+  last_stamp_ns_ = frame.stamp_ns;
+  TakerAnswer answer;
+  if (is_late) {
+    answer.show = step_ == Step::AwaitPattern ? Shown::Pattern : Shown::Plain;
+  } else if (step_ == Step::Watch) {
+    answer = watch(frame, taken);
+  } else if (step_ == Step::AwaitPattern) {
+    answer = awaitPattern(frame);
+  } else {
+    answer = awaitPlain(frame);
+  }
+  if (!answer.T_camera_board) answer.T_camera_board = T_camera_board_;
+  return answer;
+}
+
+// ------------------------------------------------------------------------------------- watching
+
+TakerAnswer ViewTaker::watch(const WatchedFrame& frame,
+                             const std::vector<Rigid<Camera, Surface>>& taken) {
+  T_camera_board_.reset();
+  if (frame.pattern_tags > 0) return lacking(Lack::Light);
+  const bool is_in_view = frame.board.size() >= options_.fewest_board_tags;
+  if (is_in_view) T_camera_board_ = boardPose(frame.board, board_, camera_);
+  if (!T_camera_board_) {
+    recent_.clear();
+    return lacking(frame.board.empty() ? Lack::Board : Lack::WholeBoard);
+  }
+  if (!recent_.empty() && frame.stamp_ns <= recent_.back().stamp_ns) recent_.clear();
+  recent_.push_back(frame);
+  // One frame that is older than still_ns stays, so that the window spans all of it.
+  while (recent_.size() > 1 && recent_[1].stamp_ns <= frame.stamp_ns - options_.still_ns) {
+    recent_.pop_front();
+  }
+  if (!is_forced_) {
+    if (!isNew(*T_camera_board_, taken)) return lacking(Lack::News);
+    if (!isStill()) return lacking(Lack::Stillness);
+  }
+  is_forced_ = false;
+  before_ = frame;
+  await(Step::AwaitPattern, frame.stamp_ns);
+  TakerAnswer answer;
+  answer.show = Shown::Pattern;
+  return answer;
+}
+
+bool ViewTaker::isStill() const {
+  const WatchedFrame& newest = recent_.back();
+  const bool is_long = recent_.front().stamp_ns <= newest.stamp_ns - options_.still_ns;
+  if (!is_long || recent_.size() < options_.still_frames) return false;
+  return std::all_of(recent_.begin(), recent_.end(), [&](const WatchedFrame& frame) {
+    const auto moved = movement(frame.board, newest.board, options_.fewest_board_tags);
+    return moved && *moved < options_.still_px;
+  });
+}
+
+bool ViewTaker::isNew(const Rigid<Camera, Surface>& T_camera_board,
+                      const std::vector<Rigid<Camera, Surface>>& taken) const {
+  const Eigen::Isometry3d& now = T_camera_board.matrix();
+  return std::none_of(taken.begin(), taken.end(), [&](const Rigid<Camera, Surface>& other) {
+    const Eigen::Isometry3d& then = other.matrix();
+    const double turn =
+        std::acos(std::clamp(now.linear().col(2).dot(then.linear().col(2)), -1.0, 1.0));
+    const double shift = (now.translation() - then.translation()).norm();
+    return turn < options_.new_turn_rad && shift < options_.new_shift * then.translation().norm();
+  });
+}
+
+// ------------------------------------------------------------------------------------- taking
+
+void ViewTaker::await(Step step, std::int64_t now_ns) {
+  step_ = step;
+  awaited_since_ns_ = now_ns;
+  right_frames_ = 0;
+}
+
+bool ViewTaker::isSettled(const WatchedFrame& frame, bool is_right) {
+  const bool is_steady = std::abs(frame.mean_level - last_level_) < options_.settled_levels;
+  last_level_ = frame.mean_level;
+  if (!is_right) {
+    right_frames_ = 0;
+  } else if (right_frames_ == 0 || is_steady) {
+    ++right_frames_;
+  } else {
+    right_frames_ = 1;  // the camera's exposure still follows the light
+  }
+  return right_frames_ > options_.settle_frames;
+}
+
+TakerAnswer ViewTaker::giveUp(const std::string& reason) {
+  reset();
+  TakerAnswer answer;
+  answer.discarded = reason;
+  return answer;
+}
+
+TakerAnswer ViewTaker::awaitPattern(const WatchedFrame& frame) {
+  TakerAnswer answer;
+  answer.show = Shown::Pattern;
+  if (isSettled(frame, frame.pattern_tags >= options_.fewest_pattern_tags)) {
+    answer.keep = TakerAnswer::Keep::Pattern;
+    answer.show = Shown::Plain;
+    await(Step::AwaitPlain, frame.stamp_ns);
+  } else if (frame.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
+    return giveUp(
+        "the camera does not see the pattern: hold the board in the projector's light "
+        "and check that the projector shows the pattern sharply");
+  }
+  return answer;
+}
+
+TakerAnswer ViewTaker::awaitPlain(const WatchedFrame& frame) {
+  if (isSettled(frame, frame.pattern_tags == 0)) {
+    const auto moved = movement(before_.board, frame.board, options_.fewest_board_tags);
+    if (!moved) {
+      return giveUp(
+          "the board left the picture while it was photographed: hold it until the "
+          "view is taken");
+    }
+    if (*moved >= options_.still_px) {
+      return giveUp(
+          "the board moved while it was photographed: hold it still, or lean it "
+          "against something");
+    }
+    TakerAnswer answer;
+    answer.keep = TakerAnswer::Keep::Plain;
+    answer.is_complete = true;
+    answer.T_camera_board = boardPose(frame.board, board_, camera_);
+    reset();
+    return answer;
+  }
+  if (frame.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
+    return giveUp(
+        "the camera goes on showing the pattern although plain grey is projected: does "
+        "it repeat old frames, or does the projector show something else?");
+  }
+  return {};
+}
+
+}  // namespace afterglow::calib

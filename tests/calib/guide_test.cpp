@@ -1,0 +1,461 @@
+#include "calib/guide/guide.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "calib/guide/advice.hpp"
+#include "calib/guide/board_pose.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+using Keep = TakerAnswer::Keep;
+using Lack = TakerAnswer::Lack;
+using Pose = Rigid<Camera, Surface>;
+
+constexpr std::int64_t kFrame_ns = 100'000'000;  // ten frames a second
+
+Tag square(int id, double x, double y, double side) {
+  return {id, {{{x, y}, {x + side, y}, {x + side, y - side}, {x, y - side}}}};
+}
+
+Board smallBoard() {
+  Board board;
+  board.size_m = {0.6, 0.4};
+  int id = 0;
+  for (const double x : {-0.29, -0.05, 0.21}) {
+    for (const double y : {0.19, -0.11}) board.tags.push_back(square(id++, x, y, 0.08));
+  }
+  return board;
+}
+
+Pattern smallPattern() {
+  Pattern pattern;
+  pattern.width = 1280;
+  pattern.height = 800;
+  int id = kFirstPatternId;
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 12; ++x) {
+      Tag tag;
+      tag.id = id++;
+      const double left = 20 + 105 * x, top = 20 + 97 * y, side = 64;
+      tag.corners = {
+          {{left, top}, {left + side, top}, {left + side, top + side}, {left, top + side}}};
+      pattern.tags.push_back(tag);
+    }
+  }
+  return pattern;
+}
+
+Lens camera() {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K(0, 0) = K(1, 1) = 700;
+  K(0, 2) = 322;
+  K(1, 2) = 238;
+  return makeLens(640, 480, K, {-0.1, 0.05, 0.001, -0.001, 0});
+}
+
+/// Facing the camera, then tilted about the camera's axes; metres, radians.
+Pose pose(double x, double y, double z, double about_x = 0, double about_y = 0) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << x, y, z;
+  T.linear() = (Eigen::AngleAxisd(about_y, Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(about_x, Eigen::Vector3d::UnitX()) *
+                Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return Pose(T);
+}
+
+std::vector<Tag> seen(const Pose& T_camera_board) {
+  const Board board = smallBoard();
+  const Lens lens = camera();
+  std::vector<Tag> tags;
+  for (const Tag& printed : board.tags) {
+    Tag tag = printed;
+    for (Eigen::Vector2d& corner : tag.corners) {
+      corner = *project(lens, T_camera_board * Eigen::Vector3d(corner.x(), corner.y(), 0));
+    }
+    tags.push_back(tag);
+  }
+  return tags;
+}
+
+WatchedFrame frame(int number, const Pose& T_camera_board, int pattern_tags = 0) {
+  WatchedFrame made;
+  made.stamp_ns = 1'000'000'000'000 + number * kFrame_ns;
+  made.board = seen(T_camera_board);
+  made.pattern_tags = pattern_tags;
+  made.mean_level = pattern_tags > 0 ? 90 : 110;
+  return made;
+}
+
+/// The same tags of the pattern for every view: their number is what counts here.
+View viewOf(const std::string& name, int first_tag, int tags) {
+  View view;
+  view.name = name;
+  for (int i = first_tag; i < first_tag + tags; ++i) {
+    SeenTag tag;
+    static_cast<Tag&>(tag) = smallPattern().tags[static_cast<std::size_t>(i)];
+    view.projected.push_back(tag);
+  }
+  return view;
+}
+
+/// A taker and a camera that shows what is projected so many frames late.
+class Photographer {
+ public:
+  explicit Photographer(int lag_frames) : taker_(smallBoard(), camera()) {
+    shown_.assign(static_cast<std::size_t>(lag_frames) + 1, Shown::Plain);
+  }
+  TakerAnswer next(const Pose& T_camera_board) {
+    const Shown visible = shown_.front();
+    shown_.erase(shown_.begin());
+    const int tags = visible == Shown::Pattern ? tags_of_pattern : 0;
+    TakerAnswer answer = taker_.see(frame(number_++, T_camera_board, tags), taken);
+    shown_.push_back(answer.show);
+    last_visible = visible;
+    if (!answer.discarded.empty()) discarded = answer.discarded;
+    return answer;
+  }
+  /// Frames until it keeps something, at most so many.
+  TakerAnswer until(Keep keep, const Pose& T_camera_board, int at_most = 60) {
+    TakerAnswer answer;
+    for (int i = 0; i < at_most && answer.keep != keep; ++i) answer = next(T_camera_board);
+    return answer;
+  }
+
+  int tags_of_pattern = 20;
+  std::vector<Pose> taken;
+  Shown last_visible = Shown::Black;
+  std::string discarded;
+
+ private:
+  ViewTaker taker_;
+  std::vector<Shown> shown_;
+  int number_ = 0;
+};
+
+// ------------------------------------------------------------------------------------------ pose
+
+TEST(BoardPose, isFoundThroughTheLensToAMicrometre) {
+  const Pose truth = pose(0.05, -0.1, 1.2, 0.3, -0.4);
+  auto tags = seen(truth);
+  tags.push_back(square(77, 10, 10, 20));  // of some other board
+  const auto found = boardPose(tags, smallBoard(), camera());
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->matrix().isApprox(truth.matrix(), 1e-6));
+  EXPECT_FALSE(boardPose({tags.front()}, smallBoard(), camera()));
+}
+
+TEST(BoardPose, leavesOutTagsSeenTwice) {
+  const Pose truth = pose(0, 0, 1);
+  auto tags = seen(truth);
+  tags.push_back(square(0, 500, 400, 30));
+  const auto found = boardPose(tags, smallBoard(), camera());
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->matrix().isApprox(truth.matrix(), 1e-6));
+}
+
+TEST(BoardPose, tiltIsTheCameras) {
+  EXPECT_NEAR(boardTilt(pose(0, 0, 1)).norm(), 0, 1e-12);
+  EXPECT_LT(boardTilt(pose(0, 0, 1, 0, 0.3)).x(), -0.29);  // its face is turned to the left
+  EXPECT_GT(boardTilt(pose(0, 0, 1, 0.3, 0)).y(), 0.29);   // downwards
+}
+
+// ---------------------------------------------------------------------------------------- taking
+
+TEST(ViewTaker, waitsForStillness) {
+  Photographer photographer(0);
+  for (int i = 0; i < 20; ++i) {
+    const TakerAnswer answer = photographer.next(pose(0.002 * i, 0, 1));  // 14 px a second
+    EXPECT_EQ(answer.lack, Lack::Stillness);
+    EXPECT_EQ(answer.show, Shown::Plain);
+  }
+  int frames = 0;
+  while (photographer.next(pose(0.05, 0, 1)).show == Shown::Plain) ASSERT_LT(++frames, 20);
+  EXPECT_GE(frames, 4);  // half a second
+}
+
+class LaggingCamera : public testing::TestWithParam<int> {};
+
+TEST_P(LaggingCamera, photographsOnlyWhatIsReallyShown) {
+  Photographer photographer(GetParam());
+  const Pose held = pose(0, 0, 1);
+  EXPECT_EQ(photographer.until(Keep::Pattern, held).keep, Keep::Pattern);
+  EXPECT_EQ(photographer.last_visible, Shown::Pattern);
+  const TakerAnswer plain = photographer.until(Keep::Plain, held);
+  EXPECT_TRUE(plain.is_complete);
+  EXPECT_EQ(photographer.last_visible, Shown::Plain);
+  EXPECT_EQ(photographer.discarded, "");
+  ASSERT_TRUE(plain.T_camera_board);
+  EXPECT_TRUE(plain.T_camera_board->matrix().isApprox(held.matrix(), 1e-6));
+}
+INSTANTIATE_TEST_SUITE_P(Frames, LaggingCamera, testing::Values(0, 1, 2, 7));
+
+TEST(ViewTaker, discardsABoardThatMovedInBetween) {
+  Photographer photographer(1);
+  ASSERT_EQ(photographer.until(Keep::Pattern, pose(0, 0, 1)).keep, Keep::Pattern);
+  photographer.until(Keep::Plain, pose(0.004, 0, 1), 8);
+  EXPECT_EQ(photographer.discarded,
+            "the board moved while it was photographed: hold it still, or lean it against "
+            "something");
+}
+
+TEST(ViewTaker, discardsABoardOutsideTheLight) {
+  Photographer photographer(0);
+  photographer.tags_of_pattern = 1;
+  photographer.until(Keep::Pattern, pose(0, 0, 1), 55);
+  EXPECT_NE(photographer.discarded.find("hold the board in the projector's light"),
+            std::string::npos)
+      << photographer.discarded;
+}
+
+TEST(ViewTaker, discardsACameraThatRepeatsThePattern) {
+  Photographer photographer(60);
+  ASSERT_EQ(photographer.until(Keep::Pattern, pose(0, 0, 1), 50).keep, Keep::Nothing);
+  EXPECT_FALSE(photographer.discarded.empty());
+  ViewTaker taker(smallBoard(), camera());
+  std::string discarded;
+  for (int i = 0; i < 100 && discarded.empty(); ++i) {
+    const int tags = i > 7 ? 20 : 0;  // and so for ever
+    discarded = taker.see(frame(i, pose(0, 0, 1), tags), {}).discarded;
+  }
+  EXPECT_NE(discarded.find("goes on showing the pattern"), std::string::npos) << discarded;
+}
+
+TEST(ViewTaker, takesNoViewTwiceUnlessForced) {
+  Photographer photographer(0);
+  photographer.taken = {pose(0, 0, 1)};
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(photographer.next(pose(0.05, 0, 1)).lack, Lack::News);
+  EXPECT_EQ(photographer.until(Keep::Pattern, pose(0, 0, 1, 0.2)).keep, Keep::Pattern);
+
+  ViewTaker taker(smallBoard(), camera());
+  taker.force();
+  EXPECT_EQ(taker.see(frame(0, pose(0, 0, 1)), photographer.taken).show, Shown::Pattern);
+}
+
+TEST(ViewTaker, waitsForTheCamerasExposure) {
+  ViewTaker taker(smallBoard(), camera());
+  taker.force();
+  int number = 0;
+  ASSERT_EQ(taker.see(frame(number++, pose(0, 0, 1)), {}).show, Shown::Pattern);
+  for (int i = 0; i < 20; ++i) {  // fades
+    WatchedFrame fading = frame(number++, pose(0, 0, 1), 20);
+    fading.mean_level = 200 - 5 * i;
+    EXPECT_EQ(taker.see(fading, {}).keep, Keep::Nothing);
+  }
+}
+
+TEST(ViewTaker, saysWhichPartOfTheBoardItSees) {
+  ViewTaker taker(smallBoard(), camera());
+  WatchedFrame some = frame(0, pose(0, 0, 1));
+  some.board.resize(2);
+  EXPECT_EQ(taker.see(some, {}).lack, Lack::WholeBoard);
+  some.stamp_ns += kFrame_ns;
+  some.board.clear();
+  EXPECT_EQ(taker.see(some, {}).lack, Lack::Board);
+  EXPECT_EQ(taker.see(frame(2, pose(0, 0, 1), 5), {}).lack, Lack::Light);
+}
+
+// ---------------------------------------------------------------------------------------- advice
+
+bool has(const std::vector<std::string>& texts, const std::string& wanted) {
+  return std::find(texts.begin(), texts.end(), wanted) != texts.end();
+}
+
+TEST(Advice, namesWhatLacks) {
+  EXPECT_EQ(adviceFor({}, {}, {}).size(), 1u);
+  const std::vector<Pose> parallel = {pose(0, 0, 1), pose(0.1, 0, 1)};
+  const auto first = adviceFor(parallel, {}, pose(0, 0, 1));
+  EXPECT_EQ(first.front(), "turn it: all boards were parallel so far");
+  for (const char* text :
+       {"tilt it more to the left", "tilt it more to the right", "tilt it more upwards",
+        "tilt it more downwards", "hold it further up on the right of the light",
+        "hold it in the middle of the light", "come 20 cm closer"}) {
+    EXPECT_TRUE(has(first, text)) << text;
+  }
+  const std::vector<Pose> varied = {pose(0, 0, 1, 0, 0.3), pose(0, 0, 1.4, 0, -0.3),
+                                    pose(0, 0, 1, 0.3, 0), pose(0, 0, 1, -0.3, 0)};
+  Coverage full;
+  std::fill(full.corners.begin(), full.corners.end(), 1);
+  EXPECT_TRUE(adviceFor(varied, full, {}).empty());
+  full.corners[0] = full.corners[1] = full.corners[2] = 0;
+  for (int row = 0; row < 3; ++row)
+    std::fill_n(full.corners.begin() + row * Coverage::kColumns, 5, 0);
+  EXPECT_EQ(adviceFor(varied, full, {}),
+            std::vector<std::string>{"hold it further up on the left of the light"});
+}
+
+TEST(Prompter, writesWhatLastsAndSpeaksNotOverAndOver) {
+  Prompter prompter;
+  std::vector<Utterance> said;
+  int in_vain = 0;
+  for (int i = 0; i < 200; ++i) {  // twenty seconds
+    in_vain += prompter.advise("hold it still", 5'000'000'000 + i * kFrame_ns);
+    for (Utterance& one : prompter.take()) said.push_back(one);
+  }
+  ASSERT_EQ(said.size(), 2u);  // and once again after fifteen seconds
+  EXPECT_EQ(in_vain, 1);
+  EXPECT_TRUE(said[0].is_spoken);
+  for (int i = 0; i < 20; ++i) {
+    prompter.advise(i % 2 ? "tilt it" : "turn it", 26'000'000'000 + i * kFrame_ns);
+  }
+  EXPECT_TRUE(prompter.take().empty());  // flicker
+  prompter.tell("view taken", 30'000'000'000);
+  EXPECT_EQ(prompter.take().size(), 1u);
+}
+
+// ----------------------------------------------------------------------------------------- guide
+
+/// Takes one view at a pose; false if it was not taken.
+bool takeView(Guide& guide, int& number, const Pose& held, const View& view) {
+  Shown visible = Shown::Plain;
+  for (int i = 0; i < 60; ++i) {
+    const TakerAnswer answer = guide.see(frame(number++, held, visible == Shown::Pattern ? 20 : 0));
+    visible = answer.show;
+    if (answer.is_complete) return guide.addView(view, *answer.T_camera_board);
+  }
+  return false;
+}
+
+std::string allText(Guide& guide) {
+  std::string text;
+  for (const Utterance& one : guide.takeUtterances()) text += one.text + "\n";
+  return text;
+}
+
+Guide startedGuide(int views, double coverage) {
+  GuideOptions options;
+  options.views = views;
+  options.coverage = coverage;
+  Guide guide(smallBoard(), smallPattern(), camera(), options);
+  guide.start();
+  return guide;
+}
+
+TEST(Guide, goesFromTheFirstViewToTheCheck) {
+  Guide guide = startedGuide(2, 0.2);
+  EXPECT_EQ(guide.shown(), Shown::Plain);
+  int number = 0;
+  EXPECT_TRUE(takeView(guide, number, pose(0, 0, 1), viewOf(guide.nextName(), 0, 30)));
+  EXPECT_EQ(guide.nextName(), "view_01");
+  EXPECT_EQ(guide.phase(), GuidePhase::Collecting);
+  EXPECT_TRUE(takeView(guide, number, pose(0, 0, 1, 0.4), viewOf(guide.nextName(), 30, 30)));
+  EXPECT_EQ(guide.phase(), GuidePhase::Solving);
+  EXPECT_NE(allText(guide).find("view taken: 2 of 2 views, coverage "), std::string::npos);
+
+  Calibration calibration;
+  calibration.held_out_rms_mm = 0.2;
+  ViewResult spoilt;
+  spoilt.name = "view_00";
+  spoilt.reason = "its pictures disagree: take it again";
+  calibration.views.push_back(spoilt);
+  guide.solved(calibration);
+  EXPECT_EQ(guide.phase(), GuidePhase::Verifying);
+  const std::string said = allText(guide);
+  EXPECT_NE(said.find("view_00 was left out: its pictures disagree"), std::string::npos) << said;
+  EXPECT_NE(said.find("met to 0.20 mm"), std::string::npos) << said;
+  guide.checked(std::nullopt);
+  EXPECT_EQ(guide.phase(), GuidePhase::Verifying);
+  guide.checked(HeldOutError{40, 3.0, 5.0, 2.0});
+  EXPECT_EQ(guide.phase(), GuidePhase::Done);
+  EXPECT_EQ(guide.shown(), Shown::Black);
+  EXPECT_NE(allText(guide).find("have camera or projector moved?"), std::string::npos);
+}
+
+TEST(Guide, goesOnAfterARefusal) {
+  Guide guide = startedGuide(1, 0);
+  int number = 0;
+  ASSERT_TRUE(takeView(guide, number, pose(0, 0, 1), viewOf("view_00", 0, 30)));
+  EXPECT_EQ(guide.phase(), GuidePhase::Collecting);  // one board is parallel to itself
+  ASSERT_TRUE(guide.solveNow());
+  EXPECT_EQ(guide.phase(), GuidePhase::Solving);
+  EXPECT_FALSE(guide.solveNow());
+  allText(guide);
+  guide.refused({"all boards are parallel: tilt the board"});
+  EXPECT_EQ(allText(guide), "cannot calibrate yet: all boards are parallel: tilt the board\n");
+  EXPECT_EQ(guide.phase(), GuidePhase::Collecting);
+  EXPECT_EQ(guide.viewsWanted(), 4);
+}
+
+TEST(Guide, discardsWithAReason) {
+  Guide guide = startedGuide(3, 0.2);
+  int number = 0;
+  View mirrored = viewOf("view_00", 0, 30);
+  mirrored.faults = {"the picture is mirrored: switch that off"};
+  EXPECT_FALSE(takeView(guide, number, pose(0, 0, 1), mirrored));
+  EXPECT_FALSE(takeView(guide, number, pose(0, 0, 1), viewOf("view_00", 0, 1)));
+  const std::string said = allText(guide);
+  EXPECT_NE(said.find("view discarded: the picture is mirrored"), std::string::npos) << said;
+  EXPECT_NE(said.find("only 1 tags of the pattern lie on the board"), std::string::npos) << said;
+  EXPECT_EQ(guide.discarded(), 2);
+  EXPECT_TRUE(guide.views().empty());
+}
+
+TEST(Guide, obeysCommands) {
+  Guide guide = startedGuide(3, 0.2);
+  int number = 0;
+  EXPECT_FALSE(guide.discardLast());
+  EXPECT_FALSE(guide.solveNow());
+  ASSERT_TRUE(takeView(guide, number, pose(0, 0, 1), viewOf("view_00", 0, 30)));
+  EXPECT_FALSE(takeView(guide, number, pose(0, 0, 1), viewOf("view_01", 0, 30))) << "not new";
+  EXPECT_TRUE(guide.forceView());
+  ASSERT_TRUE(takeView(guide, number, pose(0, 0, 1), viewOf("view_01", 0, 30)));
+  EXPECT_EQ(guide.discardLast(), "view_01");
+  EXPECT_EQ(guide.views().size(), 1u);
+  guide.stop();
+  EXPECT_EQ(guide.shown(), Shown::Black);
+  EXPECT_FALSE(guide.forceView());
+  EXPECT_EQ(guide.see(frame(number, pose(0, 0, 1, 0.4))).show, Shown::Black);
+}
+
+TEST(HeldOutError, isZeroForTheTruthAndMillimetresForATurnedProjector) {
+  const Lens lens = camera();
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+  K(0, 0) = K(1, 1) = 1900;
+  K(0, 2) = 640;
+  K(1, 2) = 400;
+  ProjectorEstimate estimate;
+  estimate.projector = makeLens(1280, 800, K, {});
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << 0.2, 0.05, 0;
+  estimate.T_camera_projector = Rigid<Camera, Projector>(T);
+  const Pose held = pose(0.2, 0, 1, 0.3, 0.1);
+  View view;
+  for (const Tag& tag : seen(held)) {
+    SeenTag one;
+    static_cast<Tag&>(one) = tag;
+    view.board.push_back(one);
+  }
+  const Pattern pattern = smallPattern();
+  const Eigen::Vector3d normal = held.matrix().linear().col(2);
+  for (const Tag& sent : pattern.tags) {
+    SeenTag lit;
+    lit.id = sent.id;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector3d ray = *unproject(estimate.projector, sent.corners[i]);
+      const double way =
+          normal.dot(held.matrix().translation() - T.translation()) / normal.dot(ray);
+      lit.corners[i] = *project(lens, T.translation() + way * ray);
+    }
+    view.projected.push_back(lit);
+  }
+  const auto none = heldOutError(view, smallBoard(), pattern, lens, estimate);
+  ASSERT_TRUE(none);
+  EXPECT_EQ(none->corners, static_cast<int>(4 * pattern.tags.size()));
+  EXPECT_LT(none->worst_mm, 1e-3);
+  EXPECT_LT(none->rms_px, 1e-3);
+
+  T.rotate(Eigen::AngleAxisd(0.002, Eigen::Vector3d::UnitY()));
+  estimate.T_camera_projector = Rigid<Camera, Projector>(T);
+  const auto turned = heldOutError(view, smallBoard(), pattern, lens, estimate);
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(turned->rms_mm, 2, 0.5);  // a metre away
+  EXPECT_NEAR(turned->rms_px, 3.8, 0.5);
+}
+
+}  // namespace
+}  // namespace afterglow::calib
