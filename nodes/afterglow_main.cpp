@@ -5,6 +5,7 @@
 #include <iostream>
 #include <string>
 
+#include "nodes/verbs/calibrate_verb.hpp"
 #include "nodes/verbs/export_verb.hpp"
 #include "nodes/verbs/import_verb.hpp"
 #include "nodes/verbs/list_verb.hpp"
@@ -23,15 +24,19 @@ void addVerbs(CLI::App& app) {
   addPlayVerb(app);
   addExportVerb(app);
   addRenderVerb(app);
+  addCalibrateVerb(app);
 }
 
 void printFailure(const CLI::App& app, std::string text) {
-  const auto verbs = app.get_subcommands();
   for (char& c : text) {
     if (c == '\n' || c == '\r') c = ' ';
   }
-  std::cerr << "afterglow" << (verbs.empty() ? "" : " " + verbs.front()->get_name()) << ": " << text
-            << std::endl;
+  std::cerr << "afterglow";
+  for (auto verbs = app.get_subcommands(); !verbs.empty();
+       verbs = verbs.front()->get_subcommands()) {
+    std::cerr << " " << verbs.front()->get_name();
+  }
+  std::cerr << ": " << text << std::endl;
 }
 
 }  // namespace

@@ -1,0 +1,332 @@
+// Reading boards and patterns; writing is target_files.cpp.
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "calib/targets/tag_family.hpp"
+#include "calib/targets/target_files.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+/// No sheet is larger (makeBoard), and no number in millimetres on a usable one is smaller.
+constexpr double kLargestSheet_m = 5;
+/// How far a tag may be from square, of its side: room for coordinates that somebody rounded.
+constexpr double kSquareTolerance = 0.02;
+
+template <typename... Parts>
+std::string say(const Parts&... parts) {
+  std::ostringstream text;
+  (text << ... << parts);
+  return text.str();
+}
+
+/// A file whose complaints begin with its name and the line.
+class Source {
+ public:
+  explicit Source(const std::string& path) : path_(path) {
+    std::ifstream stream(path);
+    if (!stream || std::filesystem::is_directory(path)) {
+      throw std::runtime_error(path + ": cannot be read");
+    }
+    try {
+      root_ = YAML::Load(stream);
+    } catch (const YAML::Exception& error) {
+      throw std::runtime_error(say(path, ":", error.mark.line + 1, ": ", error.msg));
+    }
+  }
+
+  const YAML::Node& root() const { return root_; }
+
+  [[noreturn]] void refuse(const YAML::Node& at, const std::string& text) const {
+    const YAML::Mark mark = at.Mark();
+    throw std::runtime_error(mark.is_null() ? path_ + ": " + text
+                                            : say(path_, ":", mark.line + 1, ": ", text));
+  }
+
+  void requireKeys(const YAML::Node& map, const std::string& where,
+                   const std::vector<std::string>& known) const {
+    std::string names;
+    for (const std::string& key : known) names += (names.empty() ? "" : ", ") + key;
+    if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + names);
+    std::set<std::string> seen;
+    for (const auto& entry : map) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      if (std::find(known.begin(), known.end(), key) == known.end()) {
+        refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + names);
+      }
+      if (!seen.insert(key).second) refuse(entry.first, "key '" + key + "' twice in " + where);
+    }
+  }
+
+  YAML::Node at(const YAML::Node& map, const std::string& key, const std::string& where) const {
+    const YAML::Node value = map[key];
+    if (!value.IsDefined()) refuse(map, "no '" + key + "' in " + where);
+    return value;
+  }
+
+  std::string text(const YAML::Node& node, const std::string& what) const {
+    if (!node.IsScalar() || node.Scalar().empty()) refuse(node, what + " should be a text");
+    return node.Scalar();
+  }
+
+  int integer(const YAML::Node& node, const std::string& what) const {
+    int value = 0;
+    if (!node.IsScalar() || !YAML::convert<int>::decode(node, value)) {
+      refuse(node, what + " should be a whole number");
+    }
+    return value;
+  }
+
+  double number(const YAML::Node& node, const std::string& what) const {
+    double value = 0;
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
+      refuse(node, what + " should be a finite number");
+    }
+    return value;
+  }
+
+  std::vector<double> numbers(const YAML::Node& node, const std::string& what,
+                              std::size_t count) const {
+    if (!node.IsSequence() || node.size() != count) {
+      refuse(node, say(what, " should be ", count, " numbers in brackets"));
+    }
+    std::vector<double> values;
+    for (const YAML::Node& item : node) values.push_back(number(item, "every number of " + what));
+    return values;
+  }
+
+ private:
+  std::string path_;
+  YAML::Node root_;
+};
+
+std::string readFamily(const Source& source, const std::string& where) {
+  const YAML::Node node = source.at(source.root(), "family", where);
+  const std::string family = source.text(node, "'family'");
+  try {
+    tagCount(family);
+  } catch (const std::invalid_argument& error) {
+    source.refuse(node, error.what());
+  }
+  return family;
+}
+
+/// What distinguishes the tags of a board from those of a pattern.
+struct TagRules {
+  std::string where;  ///< "a board"
+  std::string family;
+  int first_id = 0, end_id = 0;
+  std::string id_advice;
+  std::size_t numbers = 2;  ///< a corner
+  double y_down = 1;        ///< -1 where y is up
+  Eigen::Vector2d low, high;
+  std::string place;  ///< what `low` and `high` are the ends of
+  /// Why a corner's numbers cannot be, or nothing.
+  std::function<std::string(const std::vector<double>&)> objection;
+};
+
+class TagReader {
+ public:
+  TagReader(const Source& source, const TagRules& rules) : source_(source), rules_(rules) {}
+
+  std::vector<Tag> read() const {
+    const YAML::Node list = source_.at(source_.root(), "tags", rules_.where);
+    if (!list.IsSequence() || list.size() == 0) {
+      source_.refuse(list, "'tags' should be a list of {id, corners}");
+    }
+    std::vector<Tag> tags;
+    for (const YAML::Node& node : list) {
+      const Tag tag = readTag(node);
+      for (const Tag& other : tags) compare(node, tag, other);
+      tags.push_back(tag);
+    }
+    return tags;
+  }
+
+ private:
+  Tag readTag(const YAML::Node& node) const {
+    source_.requireKeys(node, "a tag", {"id", "corners"});
+    Tag tag;
+    const YAML::Node id = source_.at(node, "id", "a tag");
+    tag.id = source_.integer(id, "'id'");
+    requireId(id, tag.id);
+    const std::string name = say("tag ", tag.id);
+    const YAML::Node corners = source_.at(node, "corners", name);
+    if (!corners.IsSequence() || corners.size() != 4) {
+      source_.refuse(corners, "'corners' of " + name + " should be four: top left, top right, " +
+                                  "bottom right, bottom left");
+    }
+    for (std::size_t i = 0; i < 4; ++i) tag.corners[i] = readCorner(corners[i], name);
+    requireSquare(corners, tag);
+    return tag;
+  }
+
+  void requireId(const YAML::Node& node, int id) const {
+    const int count = tagCount(rules_.family);
+    if (id < 0 || id >= count) {
+      source_.refuse(node,
+                     say(rules_.family, " has no tag ", id, ": its ids are 0 to ", count - 1));
+    }
+    if (id < rules_.first_id || id >= rules_.end_id) {
+      source_.refuse(node, say("tag ", id, " on ", rules_.where, ": ", rules_.id_advice));
+    }
+  }
+
+  Eigen::Vector2d readCorner(const YAML::Node& node, const std::string& name) const {
+    const std::vector<double> values = source_.numbers(node, "a corner of " + name, rules_.numbers);
+    const std::string objection = rules_.objection(values);
+    if (!objection.empty()) source_.refuse(node, say("a corner of ", name, " ", objection));
+    const Eigen::Vector2d corner(values[0], values[1]);
+    const double tolerance = 1e-6 * (rules_.high - rules_.low).maxCoeff();
+    if (((corner - rules_.low).array() < -tolerance).any() ||
+        ((corner - rules_.high).array() > tolerance).any()) {
+      source_.refuse(node, say("a corner of ", name, " lies outside ", rules_.place,
+                               ", which goes ", "from (", rules_.low.x(), ", ", rules_.low.y(),
+                               ") to (", rules_.high.x(), ", ", rules_.high.y(), ")"));
+    }
+    return corner;
+  }
+
+  void requireSquare(const YAML::Node& node, const Tag& tag) const {
+    const auto& c = tag.corners;
+    const Eigen::Vector2d right = c[1] - c[0];
+    const Eigen::Vector2d down = rules_.y_down * Eigen::Vector2d(-right.y(), right.x());
+    const double tolerance = kSquareTolerance * right.norm();
+    const auto fits = [&](const Eigen::Vector2d& side) {
+      return (c[3] - c[0] - side).norm() <= tolerance && (c[2] - c[1] - side).norm() <= tolerance;
+    };
+    if (right.norm() > 0 && fits(-down)) {
+      source_.refuse(node, say("tag ", tag.id, " is mirrored: expected its corners as top left, ",
+                               "top right, bottom right, bottom left"));
+    }
+    if (!(right.norm() > 0) || !fits(down)) {
+      source_.refuse(node, say("the corners of tag ", tag.id, " are no square"));
+    }
+  }
+
+  /// Tags of one size apart by less than their side overlap; of two sizes, by less than the mean.
+  void compare(const YAML::Node& node, const Tag& tag, const Tag& other) const {
+    if (tag.id == other.id) source_.refuse(node, say("tag ", tag.id, " twice"));
+    const auto side = [](const Tag& t) { return (t.corners[1] - t.corners[0]).norm(); };
+    const auto middle = [](const Tag& t) -> Eigen::Vector2d {
+      return (t.corners[0] + t.corners[2]) / 2;
+    };
+    if ((middle(tag) - middle(other)).norm() < 0.99 * (side(tag) + side(other)) / 2) {
+      source_.refuse(node, say("tags ", other.id, " and ", tag.id, " overlap"));
+    }
+  }
+
+  const Source& source_;
+  const TagRules& rules_;
+};
+
+Eigen::Vector2d readSheet(const Source& source) {
+  const YAML::Node node = source.at(source.root(), "size_m", "a board");
+  const std::vector<double> size = source.numbers(node, "'size_m'", 2);
+  const double largest = std::max(size[0], size[1]);
+  if (largest > kLargestSheet_m) {
+    source.refuse(node, say("'size_m' is ", size[0], " x ", size[1],
+                            ", which looks like millimeters: in meters that is [", size[0] / 1e3,
+                            ", ", size[1] / 1e3, "]"));
+  }
+  if (!(std::min(size[0], size[1]) > 0)) {
+    source.refuse(node,
+                  say("'size_m' is ", size[0], " x ", size[1], ": expected two sides above 0"));
+  }
+  return {size[0], size[1]};
+}
+
+double readRuler(const Source& source, double longest_m) {
+  const YAML::Node node = source.root()["ruler_m"];
+  if (!node.IsDefined()) return 0;
+  const double ruler = source.number(node, "'ruler_m'");
+  if (ruler > kLargestSheet_m) {
+    source.refuse(node, say("'ruler_m' is ", ruler, ", which looks like millimeters: in meters ",
+                            "that is ", ruler / 1e3));
+  }
+  if (!(ruler >= 0 && ruler <= longest_m)) {
+    source.refuse(node, say("'ruler_m' is ", ruler, ": expected 0 (none) to ", longest_m,
+                            ", the sheet's longer side"));
+  }
+  return ruler;
+}
+
+std::string boardCornerObjection(const std::vector<double>& corner) {
+  if (std::max(std::abs(corner[0]), std::abs(corner[1])) > kLargestSheet_m) {
+    return say("is (", corner[0], ", ", corner[1],
+               "), which looks like millimeters: corners are in meters");
+  }
+  return corner[2] == 0 ? "" : say("has z ", corner[2], ": on a board z is 0");
+}
+
+/// The picture's name is for other programs; it must be a name.
+void requirePictureName(const Source& source) {
+  const YAML::Node node = source.root()["picture"];
+  if (node.IsDefined()) source.text(node, "'picture'");
+}
+
+int readSide(const Source& source, const std::string& key) {
+  const YAML::Node node = source.at(source.root(), key, "a pattern");
+  const int side = source.integer(node, "'" + key + "'");
+  if (side < 1 || side > 65535) {
+    source.refuse(node, say("'", key, "' is ", side, ": expected a projector's pixels"));
+  }
+  return side;
+}
+
+}  // namespace
+
+Board loadBoard(const std::string& yaml_path) {
+  const Source source(yaml_path);
+  source.requireKeys(source.root(), "a board", {"family", "size_m", "ruler_m", "picture", "tags"});
+  Board board;
+  board.family = readFamily(source, "a board");
+  board.size_m = readSheet(source);
+  board.ruler_m = readRuler(source, board.size_m.maxCoeff());
+  requirePictureName(source);
+  TagRules rules;
+  rules.where = "a board";
+  rules.family = board.family;
+  rules.end_id = kFirstPatternId;
+  rules.id_advice = say("ids from ", kFirstPatternId, " on are the projected pattern's");
+  rules.numbers = 3;
+  rules.y_down = -1;
+  rules.low = -board.size_m / 2;
+  rules.high = board.size_m / 2;
+  rules.place = "the sheet";
+  rules.objection = boardCornerObjection;
+  board.tags = TagReader(source, rules).read();
+  return board;
+}
+
+Pattern loadPattern(const std::string& yaml_path) {
+  const Source source(yaml_path);
+  source.requireKeys(source.root(), "a pattern", {"family", "width", "height", "picture", "tags"});
+  Pattern pattern;
+  pattern.family = readFamily(source, "a pattern");
+  pattern.width = readSide(source, "width");
+  pattern.height = readSide(source, "height");
+  requirePictureName(source);
+  TagRules rules;
+  rules.where = "a pattern";
+  rules.family = pattern.family;
+  rules.first_id = kFirstPatternId;
+  rules.end_id = tagCount(pattern.family);
+  rules.id_advice = say("ids below ", kFirstPatternId, " are the printed board's");
+  rules.low = Eigen::Vector2d::Constant(-0.5);
+  rules.high = Eigen::Vector2d(pattern.width - 0.5, pattern.height - 0.5);
+  rules.place = "the picture";
+  rules.objection = [](const std::vector<double>&) { return std::string(); };
+  pattern.tags = TagReader(source, rules).read();
+  return pattern;
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,68 @@
+#include "nodes/verbs/calibrate_board.hpp"
+
+#include <CLI/Validators.hpp>
+#include <cmath>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "calib/targets/board.hpp"
+#include "calib/targets/tag_family.hpp"
+#include "calib/targets/target_files.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// Landscape, ISO 216.
+const std::map<std::string, std::pair<double, double>> kPapers = {{"A0", {1.189, 0.841}},
+                                                                  {"A1", {0.841, 0.594}},
+                                                                  {"A2", {0.594, 0.420}},
+                                                                  {"A3", {0.420, 0.297}},
+                                                                  {"A4", {0.297, 0.210}}};
+
+struct Options {
+  std::string out;
+  std::pair<double, double> size_m{0, 0};
+  std::string paper = "A2";
+  std::string family = "tag36h11";
+};
+
+/// Whole tenths, as rulers have them.
+double millimetres(double metres) { return std::round(metres * 1e4) / 10; }
+
+void runBoard(const Options& options, bool has_size) {
+  const auto [width, height] = has_size ? options.size_m : kPapers.at(options.paper);
+  const calib::Board board = calib::makeBoard({width, height}, options.family);
+  calib::writeBoard(options.out, board);
+  const calib::Tag& tag = board.tags.front();
+  std::cout << "board.pdf, board.png and board.yaml in " << options.out << ": " << board.tags.size()
+            << " tags (" << board.family << ", ids 0 to " << board.tags.size() - 1 << ") of "
+            << millimetres((tag.corners[1] - tag.corners[0]).norm()) << " mm on a sheet of "
+            << millimetres(width) << " x " << millimetres(height) << " mm\n"
+            << "Print board.pdf at 100 % (not \"fit to page\") and measure its ruler: "
+            << millimetres(board.ruler_m) << " mm. Then glue it onto something flat and stiff.\n";
+}
+
+}  // namespace
+
+void addCalibrateBoard(CLI::App& calibrate) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = calibrate.add_subcommand(
+      "board", "Write a board of tags to print: board.pdf (true size), board.png, board.yaml");
+  verb->add_option("--out", options->out, "Folder for the files; made if it is not there")
+      ->required();
+  CLI::Option* size =
+      verb->add_option("--size", options->size_m, "The sheet, W,H in meters, instead of --paper")
+          ->delimiter(',')
+          ->type_name("W,H");
+  verb->add_option("--paper", options->paper, "The sheet, landscape: A4, A3, A2, A1 or A0")
+      ->check(CLI::IsMember({"A4", "A3", "A2", "A1", "A0"}))
+      ->capture_default_str()
+      ->excludes(size);
+  verb->add_option("--family", options->family, "The tags' family")
+      ->check(CLI::IsMember(calib::kTagFamilies))
+      ->capture_default_str();
+  verb->callback([options, size] { runBoard(*options, !size->empty()); });
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,16 @@
+#include "nodes/verbs/calibrate_verb.hpp"
+
+#include "nodes/verbs/calibrate_board.hpp"
+#include "nodes/verbs/calibrate_pattern.hpp"
+
+namespace afterglow::nodes {
+
+void addCalibrateVerb(CLI::App& app) {
+  CLI::App* calibrate =
+      app.add_subcommand("calibrate", "Calibrate a projector with printed and projected tags");
+  calibrate->require_subcommand(1);
+  addCalibrateBoard(*calibrate);
+  addCalibratePattern(*calibrate);
+}
+
+}  // namespace afterglow::nodes
