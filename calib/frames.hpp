@@ -8,6 +8,7 @@
 /// | Camera    | x right, y down, z forward (optical)   | the camera's lens     | tf, from calibration|
 /// | Surface   | z the surface's normal, towards people | the surface's frame   | tf                  |
 /// | Observer  | x right, y down, z forward (optical)   | the bystander's eye   | configuration       |
+/// | Link      | the robot's own                        | the robot's own       | robot_state_publisher|
 ///
 /// Metres, radians. Pixels: the centre of the top-left pixel is (0, 0), as in OpenCV.
 #pragma once
@@ -21,6 +22,7 @@ struct Projector {};
 struct Camera {};
 struct Surface {};
 struct Observer {};
+struct Link {};  // what the projector is bolted to
 
 /// T_target_source: p_target = T_target_source * p_source. The product of two needs equal inner
 /// frames, so that a chain in the wrong order does not compile.

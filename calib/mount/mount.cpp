@@ -1,0 +1,134 @@
+#include "calib/mount/mount.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calib/number_text.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+/// A pose within the limits still is an outlier when it is so many times as far off as any other
+/// (and not merely one of four that agree to a hair).
+constexpr double kOutlierRatio = 4, kOutlierShare = 0.3;
+
+Rigid<Link, Projector> meanPose(const std::vector<MountPose>& poses) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Quaterniond> rotations;
+  for (const MountPose& pose : poses) {
+    sum += pose.T_link_projector.matrix().translation();
+    rotations.emplace_back(pose.T_link_projector.matrix().linear());
+    rotations.back().normalize();
+  }
+  Eigen::Isometry3d mean = Eigen::Isometry3d::Identity();
+  mean.linear() = meanRotation(rotations).toRotationMatrix();
+  mean.translation() = sum / static_cast<double>(poses.size());
+  return Rigid<Link, Projector>(mean);
+}
+
+MountDeviation deviation(const MountPose& pose, const Rigid<Link, Projector>& mean) {
+  const Eigen::Isometry3d& T = pose.T_link_projector.matrix();
+  const Eigen::Quaterniond from(mean.matrix().linear()), to(T.linear());
+  return {pose.name, 1000 * (T.translation() - mean.matrix().translation()).norm(),
+          from.angularDistance(to) * 180 / M_PI, true};
+}
+
+/// 1: at the limit.
+double scaled(const MountDeviation& deviation, const MountLimits& limits) {
+  return std::max(deviation.mm / limits.mm, deviation.deg / limits.deg);
+}
+
+double worstScaled(const std::vector<MountPose>& poses, const MountLimits& limits) {
+  const Rigid<Link, Projector> mean = meanPose(poses);
+  double worst = 0;
+  for (const MountPose& pose : poses) {
+    worst = std::max(worst, scaled(deviation(pose, mean), limits));
+  }
+  return worst;
+}
+
+std::vector<MountPose> without(const std::vector<MountPose>& poses, std::size_t left_out) {
+  std::vector<MountPose> rest = poses;
+  rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));
+  return rest;
+}
+
+/// The pose without which the others agree best, if they contradict it.
+std::optional<std::size_t> findOutlier(const std::vector<MountPose>& poses,
+                                       const MountLimits& limits) {
+  if (poses.size() < 3) return std::nullopt;
+  std::size_t odd = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double worst = worstScaled(without(poses, i), limits);
+    if (worst < least) {
+      least = worst;
+      odd = i;
+    }
+  }
+  const bool is_within = worstScaled(poses, limits) <= 1;
+  if (is_within && poses.size() < 4) return std::nullopt;
+  const double off = scaled(deviation(poses[odd], meanPose(without(poses, odd))), limits);
+  const bool is_odd = is_within ? off > kOutlierShare && off > kOutlierRatio * least : least <= 1;
+  return is_odd ? std::optional(odd) : std::nullopt;
+}
+
+std::string contradiction(const Mount& mount, const MountLimits& limits) {
+  std::string text = "the poses contradict each other; from their mean, where " +
+                     fixedText(limits.mm, 1) + " mm and " + fixedText(limits.deg, 2) +
+                     " deg are allowed:";
+  for (const MountDeviation& pose : mount.poses) {
+    text += (&pose == &mount.poses.front() ? " " : ", ") + pose.name + " " + fixedText(pose.mm, 1) +
+            " mm " + fixedText(pose.deg, 2) + " deg";
+  }
+  return text +
+         "; check that each camera transform is of the moment of its calibration, and that "
+         "the link carries the projector";
+}
+
+void setSpread(Mount& mount) {
+  double mm = 0, deg = 0;
+  int used = 0;
+  for (const MountDeviation& pose : mount.poses) {
+    if (!pose.is_used) continue;
+    mm += pose.mm * pose.mm;
+    deg += pose.deg * pose.deg;
+    ++used;
+  }
+  if (used < 2) return;
+  mount.spread_mm = std::sqrt(mm / used);
+  mount.spread_deg = std::sqrt(deg / used);
+}
+
+}  // namespace
+
+Eigen::Quaterniond meanRotation(const std::vector<Eigen::Quaterniond>& rotations) {
+  if (rotations.empty()) throw std::invalid_argument("the mean of no rotations");
+  Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
+  for (const Eigen::Quaterniond& q : rotations) sum += q.coeffs() * q.coeffs().transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
+  Eigen::Quaterniond mean;
+  mean.coeffs() = solver.eigenvectors().col(3);  // eigenvalues ascend
+  if (mean.w() < 0) mean.coeffs() *= -1;
+  return mean;
+}
+
+Mount averageMount(const std::vector<MountPose>& poses, const MountLimits& limits) {
+  if (poses.empty()) throw std::invalid_argument("no pose to average");
+  const std::optional<std::size_t> outlier = findOutlier(poses, limits);
+  Mount mount;
+  mount.T_link_projector = meanPose(outlier ? without(poses, *outlier) : poses);
+  double worst = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    mount.poses.push_back(deviation(poses[i], mount.T_link_projector));
+    mount.poses.back().is_used = i != outlier;
+    if (i != outlier) worst = std::max(worst, scaled(mount.poses.back(), limits));
+  }
+  if (worst > 1) throw MountRefused(contradiction(mount, limits));
+  setSpread(mount);
+  return mount;
+}
+
+}  // namespace afterglow::calib
