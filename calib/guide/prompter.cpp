@@ -13,7 +13,7 @@ constexpr std::int64_t kRepeatedAfter = 15000 * kMillisecond;
 }  // namespace
 
 void Prompter::tell(const std::string& text, std::int64_t now_ns) {
-  waiting_.push_back({text, true});
+  waiting_.push_back({text, true, false});
   spoken_at_ns_ = now_ns;
   written_.clear();
   spoken_.clear();
@@ -29,11 +29,11 @@ bool Prompter::advise(const std::string& text, std::int64_t now_ns) {
   const bool is_repeated = text == spoken_ && now_ns - spoken_at_ns_ >= kRepeatedAfter;
   const bool is_new = text != spoken_ && now_ns - spoken_at_ns_ >= kPause;
   if (is_new || is_repeated) {
-    waiting_.push_back({text, true});
+    waiting_.push_back({text, true, true});
     written_ = spoken_ = text;
     spoken_at_ns_ = now_ns;
   } else if (text != written_) {
-    waiting_.push_back({text, false});
+    waiting_.push_back({text, false, true});
     written_ = text;
   }
   return is_repeated;

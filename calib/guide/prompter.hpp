@@ -11,7 +11,8 @@ namespace afterglow::calib {
 
 struct Utterance {
   std::string text;
-  bool is_spoken = true;  ///< else only written
+  bool is_spoken = true;   ///< else only written
+  bool is_advice = false;  ///< what to do; else what has happened
 };
 
 /// Times are the frames' stamps; no clock of its own.

@@ -6,6 +6,7 @@
 
 #include "nodes/player/stop_signal.hpp"
 #include "nodes/projector/projector_node.hpp"
+#include "nodes/projector/projector_window.hpp"
 #include "nodes/tools/master_check.hpp"
 #include "render/gl/window.hpp"
 
@@ -13,34 +14,9 @@ namespace {
 
 using afterglow::nodes::ProjectorNode;
 using afterglow::nodes::ProjectorNodeOptions;
-using afterglow::nodes::WindowMode;
 using afterglow::render::Window;
 
 constexpr char kTitle[] = "Afterglow projector";
-
-/// The projector's screen where it is told or plain to see, else a window to look at; none without
-/// a display, unless one is demanded.
-std::optional<Window> openWindow(const ProjectorNodeOptions& options,
-                                 const afterglow::calib::Lens& lens) {
-  if (options.window == WindowMode::Never) return std::nullopt;
-  if (options.window == WindowMode::Always || !options.monitor.empty()) {
-    return Window::fullScreen(options.monitor, kTitle, lens.width, lens.height);
-  }
-  if (!afterglow::render::hasDisplay()) {
-    ROS_INFO("no display: projecting without a window");
-    return std::nullopt;
-  }
-  try {
-    const auto monitors = Window::monitors();
-    const bool has_projector = monitors.size() > 1 && monitors.back().width == lens.width &&
-                               monitors.back().height == lens.height;
-    if (has_projector) return Window::fullScreen("", kTitle, lens.width, lens.height);
-    return std::optional<Window>(std::in_place, kTitle, lens.width, lens.height);
-  } catch (const std::runtime_error& error) {
-    ROS_WARN("projecting without a window: %s", error.what());
-    return std::nullopt;
-  }
-}
 
 bool goesOn(const ProjectorNode& node) {
   return ros::ok() && !afterglow::nodes::isStopRequested() && node.failure().empty();
@@ -75,7 +51,8 @@ int main(int argc, char** argv) {
     const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down
     const auto options = ProjectorNodeOptions::read(own);
     ProjectorNode node(options);
-    auto window = openWindow(options, node.lens());
+    auto window =
+        afterglow::nodes::openWindow(options.window, kTitle, node.lens().width, node.lens().height);
     ros::AsyncSpinner spinner(1);
     spinner.start();
     project(node, std::move(window));

@@ -1,6 +1,5 @@
 #include "nodes/projector/projector_node.hpp"
 
-#include <XmlRpcValue.h>
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <nav_msgs/Path.h>
 #include <sensor_msgs/Image.h>
@@ -30,31 +29,6 @@ calib::Lens loadLens(const std::string& path) {
   return file.lens;
 }
 
-/// roslaunch turns "true" into a boolean; both are taken.
-WindowMode readWindowMode(const ros::NodeHandle& own) {
-  XmlRpc::XmlRpcValue value;
-  if (!own.getParam("window", value)) return WindowMode::Auto;
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeBoolean) {
-    return static_cast<bool>(value) ? WindowMode::Always : WindowMode::Never;
-  }
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeString) {
-    const std::string text = static_cast<std::string>(value);
-    if (text == "auto") return WindowMode::Auto;
-    if (text == "true") return WindowMode::Always;
-    if (text == "false") return WindowMode::Never;
-  }
-  throw std::runtime_error("parameter ~window should be auto, true or false");
-}
-
-std::string readMonitor(const ros::NodeHandle& own) {
-  XmlRpc::XmlRpcValue value;
-  if (!own.getParam("monitor", value)) return {};
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeInt)
-    return std::to_string(static_cast<int>(value));
-  if (value.getType() == XmlRpc::XmlRpcValue::TypeString) return static_cast<std::string>(value);
-  throw std::runtime_error("parameter ~monitor should be a monitor's index or name");
-}
-
 }  // namespace
 
 ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
@@ -67,8 +41,7 @@ ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 240)) {
     throw std::runtime_error("parameter ~rate should be from 0.1 to 240 Hz");
   }
-  options.window = readWindowMode(own);
-  options.monitor = readMonitor(own);
+  options.window = WindowChoice::read(own);
   return options;
 }
 

@@ -25,18 +25,16 @@
 #include "calib/lens.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/projector_scene.hpp"
+#include "nodes/tools/window_choice.hpp"
 #include "render/gl/renderer.hpp"
 
 namespace afterglow::nodes {
-
-enum class WindowMode { Auto, Always, Never };
 
 struct ProjectorNodeOptions {
   std::string config;
   std::string calibration;
   double rate_hz = 30;
-  WindowMode window = WindowMode::Auto;
-  std::string monitor;
+  WindowChoice window;
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
   static ProjectorNodeOptions read(const ros::NodeHandle& own);

@@ -1,0 +1,78 @@
+#include "nodes/calibrator/calibration_folder.hpp"
+
+#include <ctime>
+#include <filesystem>
+#include <sstream>
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+namespace fs = std::filesystem;
+
+void keepIn(const fs::path& folder, const calib::Photographs& photographs) {
+  fs::create_directories(folder);
+  const std::string stem = (folder / photographs.name).string();
+  calib::savePicture(stem + ".png", photographs.pattern);
+  if (photographs.plain) calib::savePicture(stem + "_plain.png", *photographs.plain);
+}
+
+}  // namespace
+
+std::string dateNow() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text;
+}
+
+void CalibrationFolder::begin() const {
+  const fs::path views = fs::path(path_) / "views";
+  fs::create_directories(path_);
+  if (fs::exists(views) && !fs::is_empty(views)) {
+    std::string old = path_ + "/views_" + dateNow();
+    while (fs::exists(old)) old += "_";
+    fs::rename(views, old);
+  }
+  fs::create_directories(views);
+}
+
+void CalibrationFolder::keep(const calib::Photographs& photographs) const {
+  keepIn(fs::path(path_) / "views", photographs);
+}
+
+void CalibrationFolder::discard(const std::string& view) const {
+  const std::string stem = path_ + "/views/" + view;
+  fs::remove(stem + ".png");
+  fs::remove(stem + "_plain.png");
+}
+
+void CalibrationFolder::save(const calib::Calibration& calibration,
+                             const std::vector<calib::Photographs>& photographs,
+                             const calib::ReportFacts& facts) const {
+  const std::string date = dateNow();
+  calib::saveCalibration(path_, calibration, facts.names, date);
+  std::vector<std::string> problems;
+  const auto history = calib::calibrationHistory(path_, problems);
+  calib::replaceFile(path_ + "/report.html",
+                     calib::reportPage(calibration, photographs, history, date, facts));
+}
+
+void CalibrationFolder::saveRefusal(const calib::CalibrationRefused& refused,
+                                    const std::vector<calib::Photographs>& photographs) const {
+  calib::replaceFile(path_ + "/report.html", calib::refusalPage(refused, photographs, dateNow()));
+}
+
+void CalibrationFolder::saveCheck(const calib::HeldOutError& error,
+                                  const calib::Photographs& photographs) const {
+  keepIn(fs::path(path_) / "check", photographs);
+  std::ostringstream text;
+  text << "# One view that had no part in the calibration: where the light should be, and is.\n"
+       << "date: " << dateNow() << "\ncorners: " << error.corners << "\nrms_mm: " << error.rms_mm
+       << "\nworst_mm: " << error.worst_mm << "\nrms_px: " << error.rms_px << "\n";
+  calib::replaceFile(path_ + "/verification.yaml", text.str());
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,43 @@
+/// \file
+/// Where a live calibration leaves everything: its pictures, its result, its report.
+///
+/// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
+/// saveCalibration's files, report.html, check/ (the pictures of the check) and
+/// verification.yaml. Pictures of an earlier run are kept as OUT/views_DATE.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/detection/observe.hpp"
+#include "calib/guide/held_out.hpp"
+#include "calib/report/report.hpp"
+#include "calib/solver/calibration.hpp"
+
+namespace afterglow::nodes {
+
+/// Every method throws std::runtime_error naming the path and why.
+class CalibrationFolder {
+ public:
+  explicit CalibrationFolder(const std::string& path) : path_(path) {}
+
+  /// A new set of views.
+  void begin() const;
+  void keep(const calib::Photographs& photographs) const;
+  void discard(const std::string& view) const;
+  void save(const calib::Calibration& calibration,
+            const std::vector<calib::Photographs>& photographs,
+            const calib::ReportFacts& facts) const;
+  /// report.html says why; no other file is touched.
+  void saveRefusal(const calib::CalibrationRefused& refused,
+                   const std::vector<calib::Photographs>& photographs) const;
+  void saveCheck(const calib::HeldOutError& error, const calib::Photographs& photographs) const;
+
+ private:
+  std::string path_;
+};
+
+/// UTC now, 2026-11-21T04:30:00Z.
+std::string dateNow();
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,29 @@
+#include <ros/ros.h>
+
+#include <exception>
+#include <iostream>
+
+#include "nodes/calibrator/calibrator_window.hpp"
+#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/master_check.hpp"
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  try {
+    requireMaster(argc, argv);
+    ros::init(argc, argv, "calibrator_node", ros::init_options::NoSigintHandler);
+    catchStopSignals();
+    const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down
+    const CalibratorOptions options = CalibratorOptions::read(own);
+    CalibratorNode node(options);
+    ros::AsyncSpinner spinner(1);
+    spinner.start();
+    showUntilStopped(node, options.window);
+    letMessagesLeave();
+    spinner.stop();
+  } catch (const std::exception& error) {
+    std::cerr << "calibrator_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

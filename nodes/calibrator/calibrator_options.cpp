@@ -1,0 +1,87 @@
+#include "nodes/calibrator/calibrator_options.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+/// param() would silently give the default for a value of another type.
+template <typename Value>
+void take(const ros::NodeHandle& own, const std::string& name, Value& value) {
+  if (own.hasParam(name) && !own.getParam(name, value)) {
+    throw std::runtime_error("parameter ~" + name + " has a value of the wrong type");
+  }
+}
+
+template <typename Value>
+void check(const std::string& name, Value value, Value lowest, Value highest,
+           const std::string& range) {
+  if (!(value >= lowest && value <= highest)) {
+    throw std::runtime_error("parameter ~" + name + " should be " + range);
+  }
+}
+
+std::int64_t nanoseconds(double seconds) { return std::llround(seconds * 1e9); }
+
+void readGuide(const ros::NodeHandle& own, calib::GuideOptions& guide) {
+  take(own, "views", guide.views);
+  check("views", guide.views, 3, 1000, "from 3 to 1000");
+  take(own, "coverage", guide.coverage);
+  check("coverage", guide.coverage, 0.0, 1.0, "a share from 0 to 1");
+  double still_s = 0.5, patience_s = 4;
+  take(own, "still_seconds", still_s);
+  check("still_seconds", still_s, 0.0, 60.0, "from 0 to 60 s");
+  take(own, "patience_seconds", patience_s);
+  check("patience_seconds", patience_s, 0.1, 600.0, "from 0.1 to 600 s");
+  guide.taker.still_ns = nanoseconds(still_s);
+  guide.taker.patience_ns = nanoseconds(patience_s);
+  take(own, "still_pixels", guide.taker.still_px);
+  check("still_pixels", guide.taker.still_px, 0.01, 100.0, "from 0.01 to 100 px");
+  take(own, "settle_frames", guide.taker.settle_frames);
+  check("settle_frames", guide.taker.settle_frames, 0, 1000, "from 0 to 1000");
+}
+
+}  // namespace
+
+CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
+  CalibratorOptions options;
+  take(own, "board", options.board);
+  if (options.board.empty()) {
+    throw std::runtime_error(
+        "parameter ~board is missing: the board.yaml that `afterglow calibrate board` wrote");
+  }
+  take(own, "out", options.out);
+  if (options.out.empty()) {
+    throw std::runtime_error("parameter ~out is missing: the folder for the calibration");
+  }
+  take(own, "pattern", options.pattern);
+  take(own, "width", options.width);
+  take(own, "height", options.height);
+  if (options.pattern.empty() && (options.width == 0 || options.height == 0)) {
+    throw std::runtime_error(
+        "parameter ~pattern (a pattern.yaml), or ~width and ~height of the projector's picture "
+        "are missing");
+  }
+  options.image_topic = "/camera/image_raw";
+  take(own, "image", options.image_topic);
+  take(own, "camera_info_topic", options.camera_info_topic);
+  if (options.camera_info_topic.empty()) {
+    const std::string image = ros::names::resolve(options.image_topic);
+    options.camera_info_topic = ros::names::parentNamespace(image) + "/camera_info";
+    options.camera_info_topic = ros::names::clean(options.camera_info_topic);
+  }
+  take(own, "camera_info", options.camera_info);
+  readGuide(own, options.guide);
+  take(own, "refine_camera", options.refine_camera);
+  take(own, "start", options.is_started);
+  take(own, "speak", options.is_spoken);
+  take(own, "publish_transform", options.publishes_transform);
+  take(own, "camera_frame", options.camera_frame);
+  take(own, "projector_frame", options.names.projector_frame);
+  take(own, "projector_name", options.names.projector_name);
+  options.window = WindowChoice::read(own);
+  return options;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,40 @@
+/// \file
+/// calibrator_node's parameters.
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+
+#include "calib/guide/guide.hpp"
+#include "calib/report/calibration_files.hpp"
+#include "nodes/tools/window_choice.hpp"
+
+namespace afterglow::nodes {
+
+struct CalibratorOptions {
+  std::string board;        ///< ~board: board.yaml of the printed board
+  std::string pattern;      ///< ~pattern: pattern.yaml; empty: the default one for
+  int width = 0;            ///< ~width, px: and
+  int height = 0;           ///< ~height, px: of the projector's picture
+  std::string out;          ///< ~out: folder of the calibration
+  std::string image_topic;  ///< ~image (/camera/image_raw)
+  /// ~camera_info_topic; empty: camera_info beside the image topic.
+  std::string camera_info_topic;
+  std::string camera_info;  ///< ~camera_info: a file, instead of the topic
+  /// ~views (16), ~coverage (0.5), ~still_seconds (0.5), ~still_pixels (0.5), ~settle_frames (2),
+  /// ~patience_seconds (4)
+  calib::GuideOptions guide;
+  bool refine_camera = false;        ///< ~refine_camera
+  bool is_started = true;            ///< ~start: at once, without the service
+  bool is_spoken = true;             ///< ~speak: on /robotsound
+  bool publishes_transform = false;  ///< ~publish_transform: camera to projector, on /tf_static
+  std::string camera_frame;          ///< ~camera_frame; empty: the images'
+  calib::CalibrationNames names;     ///< ~projector_frame, ~projector_name; camera_frame as above
+  WindowChoice window;
+
+  /// Throws std::runtime_error naming the parameter that is missing or wrong.
+  static CalibratorOptions read(const ros::NodeHandle& own);
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,15 @@
+/// \file
+/// The calibrator's pictures in a window, where this build has windows.
+#pragma once
+
+#include "nodes/calibrator/calibrator_node.hpp"
+#include "nodes/tools/window_choice.hpp"
+
+namespace afterglow::nodes {
+
+/// Shows what the node wants shown until a stop is requested, then stops the node; the window's
+/// last picture is black. Main thread only. Throws std::runtime_error if a window is demanded and
+/// there can be none.
+void showUntilStopped(CalibratorNode& node, const WindowChoice& choice);
+
+}  // namespace afterglow::nodes

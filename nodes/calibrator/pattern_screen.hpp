@@ -1,0 +1,47 @@
+/// \file
+/// What the projector shows, on ~pattern and for whoever has a window.
+#pragma once
+
+#include <ros/ros.h>
+
+#include <array>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "calib/detection/picture.hpp"
+#include "calib/guide/view_taker.hpp"
+#include "calib/targets/pattern.hpp"
+
+namespace afterglow::nodes {
+
+/// From any thread. Begins black.
+class PatternScreen {
+ public:
+  PatternScreen(const calib::Pattern& pattern, const std::string& frame_id);
+
+  /// Publishes the picture if it is another one than before.
+  void show(calib::Shown shown);
+  calib::Shown shown() const;
+  /// The picture, if it has changed since the last call; waits for that at most so long.
+  std::optional<calib::Picture> takeChanged(std::chrono::milliseconds patience);
+  int width() const { return pictures_[0].width; }
+  int height() const { return pictures_[0].height; }
+
+ private:
+  void publish(calib::Shown shown);
+  const calib::Picture& pictureOf(calib::Shown shown) const;
+
+  std::array<calib::Picture, 3> pictures_;  ///< by calib::Shown
+  std::string frame_id_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  calib::Shown shown_ = calib::Shown::Black;
+  bool is_changed_ = true;
+  ros::NodeHandle own_{"~"};
+  ros::Publisher publisher_;
+};
+
+}  // namespace afterglow::nodes

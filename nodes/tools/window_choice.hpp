@@ -1,0 +1,22 @@
+/// \file
+/// Whether and where a node opens its full-screen window: parameters ~window (auto, true, false)
+/// and ~monitor (index or name).
+#pragma once
+
+#include <ros/node_handle.h>
+
+#include <string>
+
+namespace afterglow::nodes {
+
+enum class WindowMode { Auto, Always, Never };
+
+struct WindowChoice {
+  WindowMode mode = WindowMode::Auto;
+  std::string monitor;
+
+  /// Throws std::runtime_error naming the parameter that is wrong.
+  static WindowChoice read(const ros::NodeHandle& own);
+};
+
+}  // namespace afterglow::nodes
