@@ -8,23 +8,23 @@
 #include <memory>
 #include <stdexcept>
 
+#include "calib/number_text.hpp"
 #include "calib/targets/png.hpp"
 #include "calib/targets/tag_family.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-constexpr double kPixelsPerMetre = 2000;
+constexpr double kPixelsPerMeter = 2000;
 constexpr double kMostPixels = 4000;  ///< along a side of the picture
-constexpr double kPointsPerMetre = 72 / 0.0254;
+constexpr double kPointsPerMeter = 72 / 0.0254;
 
 /// Everything but the tags, in mm.
 constexpr double kLine = 0.2;
-constexpr double kMillimetreTick = 1.8, kFiveTick = 3, kTenTick = 4.5;
+constexpr double kMillimeterTick = 1.8, kFiveTick = 3, kTenTick = 4.5;
 constexpr double kGap = 1;
-constexpr double kNumberFont = 2.6;
-constexpr double kLargestFont = 4;
-constexpr double kTextGrey = 0.4;
+constexpr double kNumberFont = 2.6, kLargestFont = 4;
+constexpr double kTextGray = 0.4;
 
 using Surface = std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)>;
 
@@ -32,26 +32,26 @@ struct Point {
   double x, y;
 };
 
-/// Draws in millimetres, origin in the sheet's middle, y down.
+/// Draws in millimeters, origin in the sheet's middle, y down.
 class Pen {
  public:
-  /// `scale`: the surface's units per metre.
+  /// `scale`: the surface's units per meter.
   Pen(cairo_surface_t* surface, const Eigen::Vector2d& size_m, const Eigen::Vector2d& scale)
       : cairo_(cairo_create(surface), cairo_destroy) {
     cairo_scale(get(), scale.x() / 1000, scale.y() / 1000);
     cairo_translate(get(), size_m.x() * 500, size_m.y() * 500);
     cairo_select_font_face(get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    // The same letters at every resolution, and grey ones.
+    // The same letters at every resolution, and gray ones.
     cairo_font_options_t* options = cairo_font_options_create();
     cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
     cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
     cairo_set_font_options(get(), options);
     cairo_font_options_destroy(options);
-    setGrey(0);
+    setGray(0);
   }
 
-  void setGrey(double grey) { cairo_set_source_rgb(get(), grey, grey, grey); }
+  void setGray(double gray) { cairo_set_source_rgb(get(), gray, gray, gray); }
 
   void line(Point from, Point to) {
     cairo_set_line_width(get(), kLine);
@@ -158,18 +158,14 @@ void drawId(Pen& pen, const Middle& middle, const Tag& tag) {
            std::to_string(tag.id), middle.font);
 }
 
-std::string millimetres(double metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", metres * 1e3);
-  return text;
-}
+std::string millimeters(double meters) { return exactText(std::round(meters * 1e4) / 10); }
 
 /// Which side is up, and what this is.
 void drawTitle(Pen& pen, const Middle& middle, const Board& board) {
   const double side = (board.tags.front().corners[1] - board.tags.front().corners[0]).norm();
   const std::string title = "this side up   " + board.family + ", sheet " +
-                            millimetres(board.size_m.x()) + " x " + millimetres(board.size_m.y()) +
-                            " mm, tags " + millimetres(side) + " mm";
+                            millimeters(board.size_m.x()) + " x " + millimeters(board.size_m.y()) +
+                            " mm, tags " + millimeters(side) + " mm";
   const double room = (middle.right - middle.left) * 0.9;
   const double font = std::min(middle.font * 0.8, room / pen.textWidth(title + " ^  ", 1));
   const double arrow = font, width = arrow * 1.4 + pen.textWidth(title, font);
@@ -179,14 +175,15 @@ void drawTitle(Pen& pen, const Middle& middle, const Board& board) {
   pen.text({left + arrow * 1.4, top}, {0, 0}, title, font);
 }
 
-/// Ticks every millimetre, numbers every ten.
+/// Ticks every millimeter, numbers every ten.
 void drawScale(Pen& pen, double left, double base, int length_mm) {
+  const double font = std::min(kNumberFont, length_mm / 25.0);  // room for those of a short ruler
   pen.line({left - kLine / 2, base}, {left + length_mm + kLine / 2, base});
   for (int mm = 0; mm <= length_mm; ++mm) {
-    const double tick = mm % 10 == 0 ? kTenTick : mm % 5 == 0 ? kFiveTick : kMillimetreTick;
+    const double tick = mm % 10 == 0 ? kTenTick : mm % 5 == 0 ? kFiveTick : kMillimeterTick;
     pen.line({left + mm, base}, {left + mm, base - tick});
     if (mm % 10 == 0) {
-      pen.text({left + mm, base - kTenTick - kGap / 2}, {0.5, 1}, std::to_string(mm), kNumberFont);
+      pen.text({left + mm, base - kTenTick - kGap / 2}, {0.5, 1}, std::to_string(mm), font);
     }
   }
 }
@@ -220,7 +217,7 @@ void draw(cairo_surface_t* surface, const Board& board, const Eigen::Vector2d& s
   if (!board.tags.empty()) {
     const Middle middle = middleOf(board);
     if (board.ruler_m > 0) drawRuler(pen, middle, board.ruler_m);
-    pen.setGrey(kTextGrey);
+    pen.setGray(kTextGray);
     for (const Tag& tag : board.tags) drawId(pen, middle, tag);
     drawTitle(pen, middle, board);
   }
@@ -232,8 +229,8 @@ cairo_status_t append(void* text, const unsigned char* bytes, unsigned count) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-/// As grey: the red of what was drawn in greys only.
-Picture greyOf(cairo_surface_t* surface) {
+/// As gray: the red of what was drawn in grays only.
+Picture grayOf(cairo_surface_t* surface) {
   cairo_surface_flush(surface);
   Picture picture;
   picture.width = cairo_image_surface_get_width(surface);
@@ -250,19 +247,19 @@ Picture greyOf(cairo_surface_t* surface) {
 std::string boardPdf(const Board& board) {
   std::string pdf;
   const Surface surface(
-      cairo_pdf_surface_create_for_stream(append, &pdf, board.size_m.x() * kPointsPerMetre,
-                                          board.size_m.y() * kPointsPerMetre),
+      cairo_pdf_surface_create_for_stream(append, &pdf, board.size_m.x() * kPointsPerMeter,
+                                          board.size_m.y() * kPointsPerMeter),
       cairo_surface_destroy);
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE,
                                  "Calibration board: print at 100 %, no scaling");
-  draw(surface.get(), board, Eigen::Vector2d::Constant(kPointsPerMetre));
+  draw(surface.get(), board, Eigen::Vector2d::Constant(kPointsPerMeter));
   cairo_surface_finish(surface.get());
   Pen::throwUnlessFine(cairo_surface_status(surface.get()));
   return pdf;
 }
 
 Picture boardPicture(const Board& board) {
-  const double pixels_per_m = std::min(kPixelsPerMetre, kMostPixels / board.size_m.maxCoeff());
+  const double pixels_per_m = std::min(kPixelsPerMeter, kMostPixels / board.size_m.maxCoeff());
   const Eigen::Vector2d pixels = (board.size_m * pixels_per_m).array().round().max(1);
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
                                                    static_cast<int>(pixels.y())),
@@ -272,7 +269,7 @@ Picture boardPicture(const Board& board) {
   cairo_set_source_rgb(paper.get(), 1, 1, 1);
   cairo_paint(paper.get());
   draw(surface.get(), board, pixels.cwiseQuotient(board.size_m));
-  return greyOf(surface.get());
+  return grayOf(surface.get());
 }
 
 std::string boardPng(const Board& board) { return encodePng(boardPicture(board), board.size_m); }

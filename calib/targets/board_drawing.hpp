@@ -14,7 +14,7 @@ namespace afterglow::calib {
 /// if cairo cannot draw it, std::invalid_argument for a tag that the family does not have.
 std::string boardPdf(const Board& board);
 
-/// The whole sheet edge to edge, so that pixels map linearly to metres in x and in y: pixel x is
+/// The whole sheet edge to edge, so that pixels map linearly to meters in x and in y: pixel x is
 /// at (x + 0.5) / width * size_m.x() - size_m.x() / 2. Throws as boardPdf does.
 Picture boardPicture(const Board& board);
 

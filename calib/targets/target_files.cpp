@@ -1,9 +1,10 @@
 // Writing; reading is target_reader.cpp.
 #include "calib/targets/target_files.hpp"
 
-#include <cstdio>
+#include <cmath>
 #include <filesystem>
 
+#include "calib/number_text.hpp"
 #include "calib/report/file_replacement.hpp"
 #include "calib/targets/board_drawing.hpp"
 #include "calib/targets/pattern_drawing.hpp"
@@ -11,12 +12,8 @@
 namespace afterglow::calib {
 namespace {
 
-/// To the nanometre: whoever reads it in is told 0.0365, not 0.036500000000000005.
-std::string numberText(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
+/// To the nanometer: whoever reads it is told 0.0365, not 0.036500000000000005, and 0, not -0.
+std::string numberText(double value) { return exactText(std::round(value * 1e9) / 1e9 + 0.0); }
 
 /// `z`: what follows the two coordinates of a corner.
 std::string tagsText(const std::vector<Tag>& tags, const std::string& z) {

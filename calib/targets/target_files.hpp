@@ -11,9 +11,9 @@
 namespace afterglow::calib {
 
 /// Keys: family, size_m [w, h], ruler_m, picture (the PNG beside it), tags: [{id, corners: four
-/// [x, y, 0] in metres}]. Throws std::runtime_error "FILE:LINE: what is wrong" (keys missing, ids
+/// [x, y, 0] in meters}]. Throws std::runtime_error "FILE:LINE: what is wrong" (keys missing, ids
 /// twice or unknown to the family, corners that are no square or lie outside the sheet, sizes that
-/// look like millimetres).
+/// look like millimeters).
 Board loadBoard(const std::string& yaml_path);
 /// Keys: family, width, height, picture, tags: [{id, corners: four [x, y] in px}].
 Pattern loadPattern(const std::string& yaml_path);

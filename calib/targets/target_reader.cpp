@@ -1,114 +1,22 @@
 // Reading boards and patterns; writing is target_files.cpp.
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
-#include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "calib/targets/tag_family.hpp"
 #include "calib/targets/target_files.hpp"
+#include "calib/targets/yaml_source.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-/// No sheet is larger (makeBoard), and no number in millimetres on a usable one is smaller.
+/// No sheet is larger (makeBoard), and no number in millimeters on a usable one is smaller.
 constexpr double kLargestSheet_m = 5;
 /// How far a tag may be from square, of its side: room for coordinates that somebody rounded.
 constexpr double kSquareTolerance = 0.02;
 
-template <typename... Parts>
-std::string say(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  return text.str();
-}
-
-/// A file whose complaints begin with its name and the line.
-class Source {
- public:
-  explicit Source(const std::string& path) : path_(path) {
-    std::ifstream stream(path);
-    if (!stream || std::filesystem::is_directory(path)) {
-      throw std::runtime_error(path + ": cannot be read");
-    }
-    try {
-      root_ = YAML::Load(stream);
-    } catch (const YAML::Exception& error) {
-      throw std::runtime_error(say(path, ":", error.mark.line + 1, ": ", error.msg));
-    }
-  }
-
-  const YAML::Node& root() const { return root_; }
-
-  [[noreturn]] void refuse(const YAML::Node& at, const std::string& text) const {
-    const YAML::Mark mark = at.Mark();
-    throw std::runtime_error(mark.is_null() ? path_ + ": " + text
-                                            : say(path_, ":", mark.line + 1, ": ", text));
-  }
-
-  void requireKeys(const YAML::Node& map, const std::string& where,
-                   const std::vector<std::string>& known) const {
-    std::string names;
-    for (const std::string& key : known) names += (names.empty() ? "" : ", ") + key;
-    if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + names);
-    std::set<std::string> seen;
-    for (const auto& entry : map) {
-      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + names);
-      }
-      if (!seen.insert(key).second) refuse(entry.first, "key '" + key + "' twice in " + where);
-    }
-  }
-
-  YAML::Node at(const YAML::Node& map, const std::string& key, const std::string& where) const {
-    const YAML::Node value = map[key];
-    if (!value.IsDefined()) refuse(map, "no '" + key + "' in " + where);
-    return value;
-  }
-
-  std::string text(const YAML::Node& node, const std::string& what) const {
-    if (!node.IsScalar() || node.Scalar().empty()) refuse(node, what + " should be a text");
-    return node.Scalar();
-  }
-
-  int integer(const YAML::Node& node, const std::string& what) const {
-    int value = 0;
-    if (!node.IsScalar() || !YAML::convert<int>::decode(node, value)) {
-      refuse(node, what + " should be a whole number");
-    }
-    return value;
-  }
-
-  double number(const YAML::Node& node, const std::string& what) const {
-    double value = 0;
-    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      refuse(node, what + " should be a finite number");
-    }
-    return value;
-  }
-
-  std::vector<double> numbers(const YAML::Node& node, const std::string& what,
-                              std::size_t count) const {
-    if (!node.IsSequence() || node.size() != count) {
-      refuse(node, say(what, " should be ", count, " numbers in brackets"));
-    }
-    std::vector<double> values;
-    for (const YAML::Node& item : node) values.push_back(number(item, "every number of " + what));
-    return values;
-  }
-
- private:
-  std::string path_;
-  YAML::Node root_;
-};
-
-std::string readFamily(const Source& source, const std::string& where) {
+std::string readFamily(const YamlSource& source, const std::string& where) {
   const YAML::Node node = source.at(source.root(), "family", where);
   const std::string family = source.text(node, "'family'");
   try {
@@ -135,7 +43,7 @@ struct TagRules {
 
 class TagReader {
  public:
-  TagReader(const Source& source, const TagRules& rules) : source_(source), rules_(rules) {}
+  TagReader(const YamlSource& source, const TagRules& rules) : source_(source), rules_(rules) {}
 
   std::vector<Tag> read() const {
     const YAML::Node list = source_.at(source_.root(), "tags", rules_.where);
@@ -224,11 +132,11 @@ class TagReader {
     }
   }
 
-  const Source& source_;
+  const YamlSource& source_;
   const TagRules& rules_;
 };
 
-Eigen::Vector2d readSheet(const Source& source) {
+Eigen::Vector2d readSheet(const YamlSource& source) {
   const YAML::Node node = source.at(source.root(), "size_m", "a board");
   const std::vector<double> size = source.numbers(node, "'size_m'", 2);
   const double largest = std::max(size[0], size[1]);
@@ -244,7 +152,7 @@ Eigen::Vector2d readSheet(const Source& source) {
   return {size[0], size[1]};
 }
 
-double readRuler(const Source& source, double longest_m) {
+double readRuler(const YamlSource& source, double longest_m) {
   const YAML::Node node = source.root()["ruler_m"];
   if (!node.IsDefined()) return 0;
   const double ruler = source.number(node, "'ruler_m'");
@@ -268,12 +176,12 @@ std::string boardCornerObjection(const std::vector<double>& corner) {
 }
 
 /// The picture's name is for other programs; it must be a name.
-void requirePictureName(const Source& source) {
+void requirePictureName(const YamlSource& source) {
   const YAML::Node node = source.root()["picture"];
   if (node.IsDefined()) source.text(node, "'picture'");
 }
 
-int readSide(const Source& source, const std::string& key) {
+int readSide(const YamlSource& source, const std::string& key) {
   const YAML::Node node = source.at(source.root(), key, "a pattern");
   const int side = source.integer(node, "'" + key + "'");
   if (side < 1 || side > 65535) {
@@ -285,7 +193,7 @@ int readSide(const Source& source, const std::string& key) {
 }  // namespace
 
 Board loadBoard(const std::string& yaml_path) {
-  const Source source(yaml_path);
+  const YamlSource source(yaml_path);
   source.requireKeys(source.root(), "a board", {"family", "size_m", "ruler_m", "picture", "tags"});
   Board board;
   board.family = readFamily(source, "a board");
@@ -308,7 +216,7 @@ Board loadBoard(const std::string& yaml_path) {
 }
 
 Pattern loadPattern(const std::string& yaml_path) {
-  const Source source(yaml_path);
+  const YamlSource source(yaml_path);
   source.requireKeys(source.root(), "a pattern", {"family", "width", "height", "picture", "tags"});
   Pattern pattern;
   pattern.family = readFamily(source, "a pattern");

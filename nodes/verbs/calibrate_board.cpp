@@ -28,7 +28,7 @@ struct Options {
 };
 
 /// Whole tenths, as rulers have them.
-double millimetres(double metres) { return std::round(metres * 1e4) / 10; }
+double millimeters(double meters) { return std::round(meters * 1e4) / 10; }
 
 void runBoard(const Options& options, bool has_size) {
   const auto [width, height] = has_size ? options.size_m : kPapers.at(options.paper);
@@ -37,10 +37,10 @@ void runBoard(const Options& options, bool has_size) {
   const calib::Tag& tag = board.tags.front();
   std::cout << "board.pdf, board.png and board.yaml in " << options.out << ": " << board.tags.size()
             << " tags (" << board.family << ", ids 0 to " << board.tags.size() - 1 << ") of "
-            << millimetres((tag.corners[1] - tag.corners[0]).norm()) << " mm on a sheet of "
-            << millimetres(width) << " x " << millimetres(height) << " mm\n"
+            << millimeters((tag.corners[1] - tag.corners[0]).norm()) << " mm on a sheet of "
+            << millimeters(width) << " x " << millimeters(height) << " mm\n"
             << "Print board.pdf at 100 % (not \"fit to page\") and measure its ruler: "
-            << millimetres(board.ruler_m) << " mm. Then glue it onto something flat and stiff.\n";
+            << millimeters(board.ruler_m) << " mm. Then glue it onto something flat and stiff.\n";
 }
 
 }  // namespace

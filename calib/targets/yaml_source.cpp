@@ -1,0 +1,89 @@
+#include "calib/targets/yaml_source.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+
+#include "calib/number_text.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
+}  // namespace
+
+YamlSource::YamlSource(const std::string& path) : path_(path) {
+  std::ifstream stream(path);
+  if (!stream || std::filesystem::is_directory(path)) {
+    throw std::runtime_error(path + ": cannot be read");
+  }
+  try {
+    root_ = YAML::Load(stream);
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(say(path, ":", error.mark.line + 1, ": ", error.msg));
+  }
+}
+
+void YamlSource::refuse(const YAML::Node& at, const std::string& text) const {
+  const YAML::Mark mark = at.Mark();
+  const std::string line = mark.is_null() ? "" : ":" + std::to_string(mark.line + 1);
+  throw std::runtime_error(path_ + line + ": " + text);
+}
+
+void YamlSource::requireKeys(const YAML::Node& map, const std::string& where,
+                             const std::vector<std::string>& known) const {
+  if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + joined(known));
+  std::set<std::string> seen;
+  for (const auto& entry : map) {
+    const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + joined(known));
+    }
+    if (!seen.insert(key).second) refuse(entry.first, "key '" + key + "' twice in " + where);
+  }
+}
+
+YAML::Node YamlSource::at(const YAML::Node& map, const std::string& key,
+                          const std::string& where) const {
+  const YAML::Node value = map[key];
+  if (!value.IsDefined()) refuse(map, "no '" + key + "' in " + where);
+  return value;
+}
+
+std::string YamlSource::text(const YAML::Node& node, const std::string& what) const {
+  if (!node.IsScalar() || node.Scalar().empty()) refuse(node, what + " should be a text");
+  return node.Scalar();
+}
+
+int YamlSource::integer(const YAML::Node& node, const std::string& what) const {
+  int value = 0;
+  if (!node.IsScalar() || !YAML::convert<int>::decode(node, value)) {
+    refuse(node, what + " should be a whole number");
+  }
+  return value;
+}
+
+double YamlSource::number(const YAML::Node& node, const std::string& what) const {
+  const auto value = node.IsScalar() ? numberFromText(node.Scalar()) : std::nullopt;
+  if (!value) refuse(node, what + " should be a finite number");
+  return *value;
+}
+
+std::vector<double> YamlSource::numbers(const YAML::Node& node, const std::string& what,
+                                        std::size_t count) const {
+  if (!node.IsSequence() || node.size() != count) {
+    refuse(node, say(what, " should be ", count, " numbers in brackets"));
+  }
+  std::vector<double> values;
+  for (const YAML::Node& item : node) values.push_back(number(item, "every number of " + what));
+  return values;
+}
+
+}  // namespace afterglow::calib
