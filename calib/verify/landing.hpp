@@ -1,0 +1,40 @@
+/// \file
+/// Where rays of a lens meet a surface, and millimetres between where light should land and lands.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+
+namespace afterglow::calib {
+
+/// Of the surface's z = 0 plane, metres. Empty if the pixel has no ray, or the ray runs along the
+/// plane or away from it. Pure. `Frame` is Camera or Projector.
+std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& pixel,
+                                       const Eigen::Isometry3d& T_optical_surface);
+template <typename Frame>
+std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& pixel,
+                                       const Rigid<Frame, Surface>& T_optical_surface) {
+  return landing(lens, pixel, T_optical_surface.matrix());
+}
+
+/// One corner of a tag of light.
+struct LandingError {
+  int tag_id = 0;
+  int corner = 0;
+  Eigen::Vector2d wanted, seen;  ///< on the surface, metres
+
+  double mm() const { return 1000 * (seen - wanted).norm(); }
+};
+
+struct ErrorSummary {
+  int corners = 0;
+  double median_mm = 0, p95_mm = 0, max_mm = 0;
+};
+
+/// Quantiles as numpy has them (linear between ranks). All zero without errors.
+ErrorSummary summarize(const std::vector<LandingError>& errors);
+
+}  // namespace afterglow::calib

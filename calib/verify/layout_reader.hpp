@@ -1,0 +1,50 @@
+/// \file
+/// Printed tags and tags of light on a floor or table, as a photograph shows them.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calib/detection/picture.hpp"
+#include "calib/detection/view.hpp"
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+#include "calib/verify/landing.hpp"
+#include "calib/verify/tag_layout.hpp"
+
+namespace afterglow::calib {
+
+struct SurfacePose {
+  Rigid<Camera, Surface> T_camera_surface;
+  std::vector<SeenTag> tags;  ///< the printed ones it was found from
+  double rms_px = 0;          ///< of their corners
+};
+
+/// From the printed tags. Throws std::runtime_error saying what to do if fewer than two are seen,
+/// if they contradict the layout by more than 2 px (naming the worst), std::invalid_argument if the
+/// picture is not of the camera's size.
+SurfacePose locateSurface(const Picture& photograph, const TagLayout& layout, const Lens& camera);
+
+struct TargetCheck {
+  int id = 0;
+  bool is_seen = false;
+  std::vector<LandingError> errors;             ///< of its four corners
+  Eigen::Vector2d offset_mm{0, 0};              ///< of its middle, along the surface's x and y
+  std::array<Eigen::Vector2d, 4> wanted_px{};   ///< corners in the photograph
+  std::array<Eigen::Vector2d, 4> corners_px{};  ///< as seen
+};
+
+struct ThrowCheck {
+  SurfacePose surface;
+  std::vector<TargetCheck> targets;
+
+  std::vector<LandingError> errors() const;  ///< of all targets that are seen
+};
+
+/// `thrown`: the photograph with the targets' light; `plain`: the same without (or with plain)
+/// light, from the same place: what is on the floor then does not disturb. Throws as locateSurface
+/// does, and if the camera has moved between the two.
+ThrowCheck checkThrow(const Picture& thrown, const std::optional<Picture>& plain,
+                      const TagLayout& layout, const Lens& camera);
+
+}  // namespace afterglow::calib

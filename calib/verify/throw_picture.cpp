@@ -1,0 +1,155 @@
+#include "calib/verify/throw_picture.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "calib/number_text.hpp"
+#include "calib/targets/tag_family.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+constexpr double kGamma = 2.2;
+constexpr int kSamples = 8;          ///< a side and pixel
+constexpr int kPointsAlongEdge = 8;  ///< a lens bends edges
+constexpr double kLeastCellThrown_px = 3, kLeastCellSeen_px = 2.5;
+
+/// From the surface's metres to the tag's cells: (0, 0) top left, (8, 8) bottom right.
+Eigen::Affine2d cellsOf(const Tag& tag) {
+  Eigen::Matrix2d axes;
+  axes.col(0) = (tag.corners[1] - tag.corners[0]) / kTagCells;
+  axes.col(1) = (tag.corners[3] - tag.corners[0]) / kTagCells;
+  Eigen::Affine2d metres = Eigen::Affine2d::Identity();
+  metres.linear() = axes;
+  metres.translation() = tag.corners[0];
+  return metres.inverse();
+}
+
+struct Extent {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = Eigen::Vector2d::Constant(-1e9);
+  double least_edge = 1e9;
+};
+
+/// What a tag on the surface, with its white rim, covers in a lens's picture. Throws naming it if
+/// that is not all within the picture, or too small.
+Extent requireWithin(const Tag& tag, const Lens& lens, const Eigen::Isometry3d& T_optical_surface,
+                     const std::string& whose, double least_cell_px) {
+  const std::string name = "target " + std::to_string(tag.id);
+  Extent extent;
+  const Eigen::Vector2d middle = middleOf(tag);
+  for (std::size_t i = 0; i < 4; ++i) {
+    double edge = 0;
+    std::optional<Eigen::Vector2d> before;
+    for (int j = 0; j <= kPointsAlongEdge; ++j) {
+      const Eigen::Vector2d at = tag.corners[i] + static_cast<double>(j) / kPointsAlongEdge *
+                                                      (tag.corners[(i + 1) % 4] - tag.corners[i]);
+      const Eigen::Vector2d p = middle + (kTagCells + 2.0) / kTagCells * (at - middle);
+      const auto pixel = project(lens, T_optical_surface * Eigen::Vector3d(p.x(), p.y(), 0));
+      const bool is_inside = pixel && pixel->x() > -0.5 && pixel->y() > -0.5 &&
+                             pixel->x() < lens.width - 0.5 && pixel->y() < lens.height - 0.5;
+      if (!is_inside) {
+        throw std::runtime_error(name +
+                                 (pixel ? " would be at pixel (" + fixedText(pixel->x(), 0) + ", " +
+                                              fixedText(pixel->y(), 0) + "), outside the " + whose +
+                                              "'s " + std::to_string(lens.width) + " x " +
+                                              std::to_string(lens.height)
+                                        : " is not in front of the " + whose + "'s lens") +
+                                 "; choose another place");
+      }
+      extent.low = extent.low.cwiseMin(*pixel);
+      extent.high = extent.high.cwiseMax(*pixel);
+      if (before) edge += (*pixel - *before).norm();
+      before = pixel;
+    }
+    extent.least_edge = std::min(extent.least_edge, edge);
+  }
+  const double cell = extent.least_edge / (kTagCells + 2);
+  if (cell < least_cell_px) {
+    throw std::runtime_error(name + ": its cells would be " + fixedText(cell, 1) + " px in the " +
+                             whose + "'s picture, " + fixedText(least_cell_px, 1) +
+                             " are needed; make it larger");
+  }
+  return extent;
+}
+
+/// Draws one tag; the surface's coordinates are interpolated within a pixel.
+class TagPainter {
+ public:
+  TagPainter(const Tag& tag, const std::string& family, const Lens& lens,
+             const Rigid<Projector, Surface>& T_projector_surface)
+      : lens_(lens),
+        T_projector_surface_(T_projector_surface),
+        cells_of_(cellsOf(tag)),
+        cells_(tagCells(family, tag.id)) {}
+
+  void paint(const Extent& extent, Picture& picture) const {
+    const int left = std::max(0, static_cast<int>(extent.low.x()) - 1);
+    const int top = std::max(0, static_cast<int>(extent.low.y()) - 1);
+    const int right = std::min(lens_.width - 1, static_cast<int>(extent.high.x()) + 2);
+    const int bottom = std::min(lens_.height - 1, static_cast<int>(extent.high.y()) + 2);
+    for (int y = top; y <= bottom; ++y) {
+      for (int x = left; x <= right; ++x) {
+        const double share = blackShare(x, y);
+        if (share <= 0) continue;
+        picture.pixels[std::size_t(y) * std::size_t(picture.width) + std::size_t(x)] =
+            static_cast<std::uint8_t>(std::lround(255 * std::pow(1 - share, 1 / kGamma)));
+      }
+    }
+  }
+
+ private:
+  std::optional<Eigen::Vector2d> cellAt(double x, double y) const {
+    const auto place = landing(lens_, {x, y}, T_projector_surface_);
+    if (!place) return std::nullopt;
+    return Eigen::Vector2d(cells_of_ * *place);
+  }
+
+  double blackShare(int x, int y) const {
+    const auto a = cellAt(x - 0.5, y - 0.5), b = cellAt(x + 0.5, y - 0.5);
+    const auto c = cellAt(x - 0.5, y + 0.5), d = cellAt(x + 0.5, y + 0.5);
+    if (!a || !b || !c || !d) return 0;
+    int black = 0;
+    for (int i = 0; i < kSamples * kSamples; ++i) {
+      const double u = (i % kSamples + 0.5) / kSamples;
+      const double v = (static_cast<double>(i / kSamples) + 0.5) / kSamples;
+      black += isBlack((1 - v) * ((1 - u) * *a + u * *b) + v * ((1 - u) * *c + u * *d)) ? 1 : 0;
+    }
+    return static_cast<double>(black) / (kSamples * kSamples);
+  }
+
+  bool isBlack(const Eigen::Vector2d& cell) const {
+    if (cell.minCoeff() < 0 || cell.maxCoeff() >= kTagCells) return false;
+    return cells_[static_cast<std::size_t>(cell.y())][static_cast<std::size_t>(cell.x())];
+  }
+
+  const Lens& lens_;
+  const Rigid<Projector, Surface>& T_projector_surface_;
+  Eigen::Affine2d cells_of_;
+  TagCells cells_;
+};
+
+}  // namespace
+
+Picture drawThrow(const TagLayout& layout, const Lens& projector,
+                  const Rigid<Projector, Surface>& T_projector_surface) {
+  Picture picture{projector.width, projector.height, {}};
+  picture.pixels.assign(std::size_t(picture.width) * std::size_t(picture.height), 255);
+  for (const Tag& target : layout.targets) {
+    const Extent extent = requireWithin(target, projector, T_projector_surface.matrix(),
+                                        "projector", kLeastCellThrown_px);
+    TagPainter(target, layout.family, projector, T_projector_surface).paint(extent, picture);
+  }
+  return picture;
+}
+
+void requireVisible(const TagLayout& layout, const Lens& camera,
+                    const Rigid<Camera, Surface>& T_camera_surface) {
+  for (const Tag& target : layout.targets) {
+    requireWithin(target, camera, T_camera_surface.matrix(), "camera", kLeastCellSeen_px);
+  }
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,25 @@
+/// \file
+/// A finished calibration against fresh photographs of the board, in millimetres on the board.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/detection/view.hpp"
+#include "calib/solver/calibration.hpp"
+#include "calib/verify/landing.hpp"
+
+namespace afterglow::calib {
+
+struct ViewCheck {
+  std::string name;
+  std::vector<LandingError> errors;  ///< `wanted`: where the calibration says that light lands
+  std::string fault;                 ///< why nothing was measured; empty if something was
+};
+
+/// The board's pose comes from its printed tags alone, so that the projector's calibration has no
+/// say in where the light is. Never throws for what a view lacks.
+ViewCheck checkView(const View& view, const Board& board, const Pattern& pattern,
+                    const Lens& camera, const ProjectorEstimate& estimate);
+
+}  // namespace afterglow::calib

@@ -1,0 +1,210 @@
+#include "nodes/verbs/calibrate_verify.hpp"
+
+#include <CLI/Error.hpp>
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include "calib/camera_info_file.hpp"
+#include "calib/report/calibration_files.hpp"
+#include "calib/targets/target_files.hpp"
+#include "calib/verify/throw_picture.hpp"
+#include "nodes/tools/tag_layout_file.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "nodes/verbs/verify_report.hpp"
+#include "nodes/verbs/view_pictures.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct Options {
+  std::string images, board, pattern;       // fresh views of the board
+  std::string targets, photograph, thrown;  // tags thrown on a surface
+  bool is_plan = false;
+  std::string camera, calibration, out;
+  std::optional<double> max_p95_mm;
+  bool json = false;
+};
+
+calib::Lens loadCamera(const std::string& path) {
+  const calib::CameraInfoFile file = calib::loadCameraInfo(path);
+  if (!file.warning.empty()) {
+    std::cerr << "afterglow calibrate verify: " << path << ": " << file.warning << "\n";
+  }
+  return file.lens;
+}
+
+void requireGood(const calib::ErrorSummary& summary, const Options& options) {
+  if (!options.max_p95_mm || summary.p95_mm <= *options.max_p95_mm) return;
+  throw std::runtime_error("the 95th percentile is " + fixedText(summary.p95_mm, 2) +
+                           " mm, more than the " + fixedText(*options.max_p95_mm, 2) +
+                           " mm allowed by --max-p95-mm");
+}
+
+// ---------------------------------------------------------------------------- views of the board
+
+calib::View readView(const ViewFiles& files, const calib::ViewReader& reader) {
+  try {
+    return reader.observe(loadPhotographs(files));
+  } catch (const std::invalid_argument& error) {  // not of the camera's size
+    throw std::runtime_error(files.pattern + ": " + error.what());
+  }
+}
+
+void runViews(const Options& options) {
+  const calib::Board board = calib::loadBoard(options.board);
+  const calib::Pattern pattern = calib::loadPattern(options.pattern);
+  const calib::Lens camera = loadCamera(options.camera);
+  const calib::ProjectorEstimate estimate = calib::loadCalibration(options.calibration);
+  if (estimate.projector.width != pattern.width || estimate.projector.height != pattern.height) {
+    throw std::runtime_error(options.pattern + " is of " + std::to_string(pattern.width) + " x " +
+                             std::to_string(pattern.height) + " pixels, the projector of " +
+                             options.calibration + " has " +
+                             std::to_string(estimate.projector.width) + " x " +
+                             std::to_string(estimate.projector.height));
+  }
+  const calib::ViewReader reader(board, pattern, camera);
+  std::vector<calib::ViewCheck> views;
+  for (const ViewFiles& files : findViews(options.images)) {
+    views.push_back(calib::checkView(readView(files, reader), board, pattern, camera, estimate));
+  }
+  std::cout << (options.json ? dumpJson(verifyJson(views), 2) + "\n" : verifyText(views));
+  const calib::ErrorSummary summary = summaryOf(views);
+  if (summary.corners == 0) {
+    throw std::runtime_error("no view in " + options.images + " could be measured: " +
+                             views.front().name + ": " + views.front().fault);
+  }
+  requireGood(summary, options);
+}
+
+// ----------------------------------------------------------------------- tags thrown on a surface
+
+calib::TagLayout loadTargets(const std::string& path) {
+  calib::TagLayout layout = loadTagLayout(path);
+  if (layout.targets.empty()) throw std::runtime_error(path + ": no 'targets': nothing to throw");
+  return layout;
+}
+
+void runPlan(const Options& options) {
+  const calib::TagLayout layout = loadTargets(options.targets);
+  const calib::Lens camera = loadCamera(options.camera);
+  const calib::ProjectorEstimate estimate = calib::loadCalibration(options.calibration);
+  const calib::SurfacePose surface =
+      calib::locateSurface(calib::loadPicture(options.photograph), layout, camera);
+  calib::requireVisible(layout, camera, surface.T_camera_surface);
+  const calib::Picture picture = calib::drawThrow(
+      layout, estimate.projector, estimate.T_camera_projector.inverse() * surface.T_camera_surface);
+  calib::savePicture(options.out, picture);
+  std::cout << options.out << ": " << layout.targets.size()
+            << " tags to throw; the surface is known from " << surface.tags.size()
+            << " printed tags, which fit to " << fixedText(surface.rms_px, 2)
+            << " px\nShow it full screen, photograph it, then: afterglow calibrate verify --thrown "
+               "PHOTOGRAPH --targets "
+            << options.targets << " --camera " << options.camera << " --photograph "
+            << options.photograph << "\n";
+}
+
+void runThrown(const Options& options) {
+  const calib::TagLayout layout = loadTargets(options.targets);
+  const calib::Lens camera = loadCamera(options.camera);
+  const calib::Picture thrown = calib::loadPicture(options.thrown);
+  std::optional<calib::Picture> plain;
+  if (!options.photograph.empty()) plain = calib::loadPicture(options.photograph);
+  const calib::ThrowCheck check = calib::checkThrow(thrown, plain, layout, camera);
+  if (!options.out.empty()) calib::saveErrorPicture(options.out, thrown, check);
+  std::cout << (options.json ? dumpJson(verifyJson(check), 2) + "\n" : verifyText(check));
+  const calib::ErrorSummary summary = calib::summarize(check.errors());
+  if (summary.corners == 0) {
+    throw std::runtime_error("none of the " + std::to_string(layout.targets.size()) +
+                             " targets is seen in " + options.thrown +
+                             "; is the planned picture shown, full screen and sharp?");
+  }
+  requireGood(summary, options);
+}
+
+// ---------------------------------------------------------------------------------------- options
+
+void require(const std::string& value, const std::string& option, const std::string& mode) {
+  if (value.empty()) throw CLI::RequiredError(option + " (with " + mode + ")");
+}
+void refuse(bool is_given, const std::string& option, const std::string& mode) {
+  if (is_given) throw CLI::ExcludesError(option, mode);
+}
+
+void runVerify(const Options& options) {
+  if ((options.images.empty() ? 0 : 1) + (options.is_plan ? 1 : 0) +
+          (options.thrown.empty() ? 0 : 1) !=
+      1) {
+    throw CLI::ValidationError("verify", "give one of --images, --plan and --thrown");
+  }
+  if (!options.images.empty()) {
+    require(options.board, "--board", "--images");
+    require(options.pattern, "--pattern", "--images");
+    require(options.calibration, "--calibration", "--images");
+    refuse(!options.targets.empty(), "--targets", "--images");
+    refuse(!options.photograph.empty(), "--photograph", "--images");
+    refuse(!options.out.empty(), "--out", "--images");
+    return runViews(options);
+  }
+  const std::string mode = options.is_plan ? "--plan" : "--thrown";
+  require(options.targets, "--targets", mode);
+  refuse(!options.board.empty(), "--board", mode);
+  refuse(!options.pattern.empty(), "--pattern", mode);
+  if (!options.is_plan) {
+    refuse(!options.calibration.empty(), "--calibration", mode);
+    return runThrown(options);
+  }
+  require(options.photograph, "--photograph", mode);
+  require(options.calibration, "--calibration", mode);
+  require(options.out, "--out", mode);
+  refuse(options.max_p95_mm.has_value(), "--max-p95-mm", mode);
+  refuse(options.json, "--json", mode);
+  runPlan(options);
+}
+
+void addViewOptions(CLI::App& verb, Options& options) {
+  verb.add_option("--images", options.images,
+                  "Measure on the board: folder of fresh view_NN.png (pattern shown) and "
+                  "view_NN_plain.png (plain grey shown)");
+  verb.add_option("--board", options.board, "With --images: the board's board.yaml");
+  verb.add_option("--pattern", options.pattern, "With --images: the pattern's pattern.yaml");
+}
+
+void addThrowOptions(CLI::App& verb, Options& options) {
+  verb.add_flag("--plan", options.is_plan,
+                "Draw the projector's picture that throws the targets on their places");
+  verb.add_option("--thrown", options.thrown,
+                  "Measure on a floor or table: the photograph with the planned picture thrown");
+  verb.add_option("--targets", options.targets,
+                  "With --plan or --thrown: YAML of printed tags with known places (tags) and of "
+                  "tags to throw (targets), metres on the surface");
+  verb.add_option("--photograph", options.photograph,
+                  "The surface from the same place without the picture thrown: --plan needs it, "
+                  "--thrown is better with it");
+  verb.add_option("--out", options.out,
+                  "With --plan: the picture to project; with --thrown: the photograph with the "
+                  "errors drawn, ten times as long (PNG)");
+}
+
+}  // namespace
+
+void addCalibrateVerify(CLI::App& calibrate) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = calibrate.add_subcommand(
+      "verify", "Check a calibration with photographs it has not seen, in millimetres");
+  addViewOptions(*verb, *options);
+  addThrowOptions(*verb, *options);
+  verb->add_option("--camera", options->camera, "The camera's camera_info file")->required();
+  verb->add_option("--calibration", options->calibration,
+                   "Folder of the calibration (projector.yaml, T_camera_projector.yaml)");
+  verb->add_option("--max-p95-mm", options->max_p95_mm,
+                   "Fail (exit 1) if the 95th percentile of the errors is larger")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--json", options->json, "As JSON");
+  verb->callback([options] { runVerify(*options); });
+}
+
+}  // namespace afterglow::nodes
