@@ -1,7 +1,9 @@
 #include "nodes/verbs/calibrate_verb.hpp"
 
 #include "nodes/verbs/calibrate_board.hpp"
+#include "nodes/verbs/calibrate_mount.hpp"
 #include "nodes/verbs/calibrate_pattern.hpp"
+#include "nodes/verbs/calibrate_verify.hpp"
 
 namespace afterglow::nodes {
 
@@ -11,6 +13,8 @@ void addCalibrateVerb(CLI::App& app) {
   calibrate->require_subcommand(1);
   addCalibrateBoard(*calibrate);
   addCalibratePattern(*calibrate);
+  addCalibrateMount(*calibrate);
+  addCalibrateVerify(*calibrate);
 }
 
 }  // namespace afterglow::nodes
