@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "calib/number_text.hpp"
+
 namespace afterglow::calib {
 namespace {
 
@@ -51,11 +53,10 @@ class Reader {
     std::vector<double> values;
     if (!list) return values;
     for (const YAML::Node& item : list) {
-      double value = 0;
-      if (!YAML::convert<double>::decode(item, value) || !std::isfinite(value)) {
-        complain(key, item, "expected a finite number");
-      }
-      values.push_back(value);
+      const std::optional<double> value =
+          item.IsScalar() ? numberFromText(item.Scalar()) : std::nullopt;
+      if (!value) complain(key, item, "expected a finite number");
+      values.push_back(value.value_or(0));
     }
     if (count && values.size() != *count) {
       violations_.push_back(key + ": expected " + std::to_string(*count) + " numbers, found " +

@@ -2,6 +2,7 @@
 /// report.html: the evidence for a calibration, one file that opens without a network.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,9 +12,18 @@
 
 namespace afterglow::calib {
 
+/// What the page says beside the calibration itself; what is not known is not mentioned.
+struct ReportFacts {
+  CalibrationNames names;
+  std::optional<Board> board;
+  std::optional<Pattern> pattern;
+};
+
 /// The page's text. `photographs` match calibration.views by name; those missing have no picture.
+/// `history` is what calibrationHistory gives, before or after this calibration was saved.
 std::string reportPage(const Calibration& calibration, const std::vector<Photographs>& photographs,
-                       const std::vector<CalibrationRecord>& history, const std::string& date);
+                       const std::vector<CalibrationRecord>& history, const std::string& date,
+                       const ReportFacts& facts = {});
 
 /// The page for what was refused: reasons, advice, and each view's picture with what was seen.
 std::string refusalPage(const CalibrationRefused& refused,

@@ -1,0 +1,74 @@
+#include "calib/report/certainty.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow::calib {
+namespace {
+
+/// 95 % of a two-dimensional normal distribution lies within chi^2 = -2 ln 0.05.
+const double kChi95 = std::sqrt(-2 * std::log(0.05));
+
+double longestHalfAxis(const Eigen::Matrix2d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(covariance, Eigen::EigenvaluesOnly);
+  return kChi95 * std::sqrt(std::max(0.0, eigen.eigenvalues().maxCoeff()));
+}
+
+/// Metres on the plane z = distance for a pixel's step, by central differences over one pixel.
+std::optional<Eigen::Matrix2d> metresPerPixel(const Lens& lens, const Eigen::Vector2d& pixel,
+                                              double distance_m) {
+  Eigen::Matrix2d J;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Eigen::Vector2d half = 0.5 * Eigen::Vector2d::Unit(axis);
+    const auto ahead = unproject(lens, pixel + half), behind = unproject(lens, pixel - half);
+    if (!ahead || !behind) return std::nullopt;
+    J.col(axis) = (*ahead - *behind).head<2>() * distance_m;
+  }
+  return J;
+}
+
+}  // namespace
+
+std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
+                                         const Eigen::Vector2d& pixel, double distance_m) {
+  const auto ray = unproject(estimate.projector, pixel);
+  const auto J = metresPerPixel(estimate.projector, pixel, distance_m);
+  if (!ray || !J) return std::nullopt;
+  const auto predicted = predictPixel(estimate, estimate.T_camera_projector * (*ray * distance_m));
+  if (!predicted || !predicted->covariance.allFinite()) return std::nullopt;
+  return Uncertainty{longestHalfAxis(predicted->covariance),
+                     1000 * longestHalfAxis(*J * predicted->covariance * J->transpose())};
+}
+
+std::optional<Drift> driftBetween(const ProjectorEstimate& before, const ProjectorEstimate& after,
+                                  double distance_m) {
+  constexpr int kSteps = 8;
+  const Lens& lens = before.projector;
+  if (lens.width != after.projector.width || lens.height != after.projector.height) return {};
+  const Rigid<Projector, Camera> T_after_camera = after.T_camera_projector.inverse();
+  Drift drift;
+  int count = 0;
+  for (int i = 0; i <= kSteps * kSteps + 2 * kSteps; ++i) {
+    const Eigen::Vector2d share(i % (kSteps + 1), i / (kSteps + 1));
+    const Eigen::Vector2d pixel =
+        share.cwiseProduct(Eigen::Vector2d(lens.width - 1, lens.height - 1)) / kSteps;
+    const auto ray = unproject(lens, pixel);
+    const auto J = metresPerPixel(lens, pixel, distance_m);
+    if (!ray || !J) continue;
+    const auto now = project(after.projector,
+                             T_after_camera * (before.T_camera_projector * (*ray * distance_m)));
+    if (!now) continue;
+    const double mm = 1000 * (*J * (*now - pixel)).norm();
+    drift.rms_px += (*now - pixel).squaredNorm();
+    drift.rms_mm += mm * mm;
+    drift.largest_mm = std::max(drift.largest_mm, mm);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  drift.rms_px = std::sqrt(drift.rms_px / count);
+  drift.rms_mm = std::sqrt(drift.rms_mm / count);
+  return drift;
+}
+
+}  // namespace afterglow::calib

@@ -1,0 +1,35 @@
+/// \file
+/// What a calibration's covariance means for light on a surface, and how far two calibrations are
+/// apart.
+#pragma once
+
+#include <optional>
+
+#include "calib/solver/calibration.hpp"
+
+namespace afterglow::calib {
+
+/// Half the longest axis of the 95 % ellipse.
+struct Uncertainty {
+  double px = 0;
+  double mm = 0;  ///< on a surface facing the projector
+};
+
+/// Of the light for a point on the ray of a projector's pixel, at a distance (m) along the optical
+/// axis. Empty if no ray within the lens's model reaches the pixel.
+std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
+                                         const Eigen::Vector2d& pixel, double distance_m);
+
+/// How far the light for fixed points in the camera's frame moves from one calibration to another,
+/// root mean square over the projector's picture.
+struct Drift {
+  double rms_px = 0, rms_mm = 0;
+  double largest_mm = 0;
+};
+
+/// Points lie at a distance (m) along the former's axis. Empty if the pictures' sizes differ or no
+/// point is lit by both.
+std::optional<Drift> driftBetween(const ProjectorEstimate& before, const ProjectorEstimate& after,
+                                  double distance_m);
+
+}  // namespace afterglow::calib

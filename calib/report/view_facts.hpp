@@ -1,0 +1,25 @@
+/// \file
+/// What the report says about one view beside its residuals.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "calib/solver/calibration.hpp"
+
+namespace afterglow::calib {
+
+struct ViewFacts {
+  double distance_m = 0;  ///< from the projector's lens to the board's middle
+  double tilt_deg = 0;    ///< between the board's normal and the projector's axis
+  std::string turned;  ///< where the board's face is turned to, seen from the projector: an arrow
+  int printed = 0, projected = 0, outliers = 0;  ///< corners
+  std::optional<double> training_mm;             ///< projected_rms_px as millimetres on the board
+};
+
+/// Of a view with a pose (one that has residuals).
+ViewFacts factsOf(const ViewResult& view, const ProjectorEstimate& estimate);
+
+int usedViews(const Calibration& calibration);
+
+}  // namespace afterglow::calib

@@ -1,0 +1,284 @@
+#include "calib/report/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <locale>
+#include <string>
+#include <vector>
+
+#include "calib/number_text.hpp"
+#include "calib/report/certainty.hpp"
+#include "calib/report/heat_map.hpp"
+#include "calib/report/html.hpp"
+#include "tests/support/sample_calibration.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+constexpr const char* kDate = "2026-11-21T04:30:00Z";
+
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+/// The name of a tag whose inside is ` name="value"...`, empty if it is malformed.
+std::string tagName(const std::string& inside) {
+  std::size_t at = 0;
+  const auto word = [&] {
+    const std::size_t from = at;
+    while (at < inside.size() && (std::isalnum(inside[at]) != 0 || inside[at] == '-')) ++at;
+    return inside.substr(from, at - from);
+  };
+  const std::string name = word();
+  while (at < inside.size()) {
+    if (inside[at++] != ' ' || word().empty() || inside.compare(at, 2, "=\"") != 0) return "";
+    at = inside.find('"', at + 2);
+    if (at == std::string::npos) return "";
+    ++at;
+  }
+  return name;
+}
+
+/// What is wrong with the markup: a tag that closes none, an unquoted attribute, a stray sign.
+/// Empty if every tag is closed in order.
+std::string markupProblem(const std::string& text) {
+  std::vector<std::string> open;
+  std::size_t at = text.find('\n') + 1;  // after the doctype
+  while ((at = text.find('<', at)) != std::string::npos) {
+    const std::size_t end = text.find('>', at);
+    if (end == std::string::npos) return "no end of " + text.substr(at, 40);
+    std::string inside = text.substr(at + 1, end - at - 1);
+    const bool closes = inside[0] == '/', is_empty = inside.back() == '/';
+    if (closes) inside.erase(0, 1);
+    if (is_empty) inside.pop_back();
+    const std::string name = tagName(inside);
+    if (name.empty()) return "malformed: " + inside.substr(0, 200);
+    if (closes) {
+      if (open.empty() || open.back() != name) return "closes none: " + inside;
+      open.pop_back();
+    } else if (!is_empty) {
+      open.push_back(name);
+    }
+    at = end;
+  }
+  return open.empty() ? "" : "never closed: " + open.back();
+}
+
+/// To look at a page: AFTERGLOW_SAVE_REPORT=FOLDER build/bin/report_test
+void saveForPeople(const std::string& name, const std::string& page) {
+  const char* folder = std::getenv("AFTERGLOW_SAVE_REPORT");
+  if (folder != nullptr) std::ofstream(std::string(folder) + "/" + name) << page;
+}
+
+class ReportTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    calibration_ = new Calibration(test::sampleCalibration());
+    page_ = new std::string(
+        reportPage(*calibration_, test::samplePhotographs(*calibration_), history(), kDate));
+    saveForPeople("report.html", *page_);
+  }
+  static void TearDownTestSuite() {
+    delete calibration_;
+    delete page_;
+  }
+  static std::vector<CalibrationRecord> history() {
+    CalibrationRecord first{"2026-08-03T10:00:00Z", calibration_->estimate, 0.31, 0.22, 12};
+    CalibrationRecord second{"2026-10-11T16:45:00Z", calibration_->estimate, 0.26, 0.17, 16};
+    first.estimate.projector.K(0, 2) += 2;  // light moves by two pixels to the next
+    return {first, second};
+  }
+  static void expectIn(const std::string& page, const std::string& part) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+
+  static const Calibration* calibration_;
+  static const std::string* page_;
+};
+const Calibration* ReportTest::calibration_ = nullptr;
+const std::string* ReportTest::page_ = nullptr;
+
+TEST_F(ReportTest, leadsWithTheHeldOutError) {
+  const std::size_t large = page_->find("<div class=\"big\">0.13 <small>mm</small></div>");
+  const std::size_t training = page_->find("0.163 px");
+  ASSERT_NE(large, std::string::npos);
+  ASSERT_NE(training, std::string::npos);
+  EXPECT_LT(large, training);
+  expectIn(*page_, "0.203 px of the projector");
+}
+
+TEST_F(ReportTest, showsEveryViewWithItsErrors) {
+  for (const ViewResult& view : calibration_->views) {
+    expectIn(*page_, "<h3>" + view.name);
+    if (!view.is_used) continue;
+    expectIn(*page_, "<td class=\"n\">" + fixedText(view.projected_rms_px, 3) + "</td>");
+    expectIn(*page_, "<td class=\"n\">" + fixedText(*view.held_out_px, 3) + "</td>");
+    expectIn(*page_, "<td class=\"n\">" + fixedText(*view.held_out_mm, 3) + "</td>");
+  }
+  EXPECT_EQ(occurrences(*page_, "data:image/jpeg;base64,"), calibration_->views.size());
+}
+
+TEST_F(ReportTest, saysWhatWasLeftOutAndWhy) {
+  for (const ViewResult& view : calibration_->views) {
+    if (!view.is_used) expectIn(*page_, view.name + "</strong>: " + escaped(view.reason));
+  }
+  expectIn(*page_, escaped(calibration_->warnings.front()));
+  expectIn(*page_, "14 of 16");
+}
+
+TEST_F(ReportTest, needsNothingFromOutside) {
+  EXPECT_EQ(page_->find("http"), std::string::npos);
+  EXPECT_EQ(page_->find("<script"), std::string::npos);
+  EXPECT_EQ(page_->find("<link"), std::string::npos);
+  EXPECT_EQ(page_->find("@import"), std::string::npos);
+  EXPECT_EQ(page_->find("src="), std::string::npos);
+}
+
+TEST_F(ReportTest, isWellFormedAndHoldsOnlyNumbers) {
+  EXPECT_EQ(markupProblem(*page_), "");
+  EXPECT_EQ(page_->find("nan"), std::string::npos);
+  EXPECT_EQ(page_->find(">inf"), std::string::npos);
+  EXPECT_EQ(markupProblem("\n<a><b></a>"), "closes none: a");
+}
+
+TEST_F(ReportTest, isTheSameWhereDecimalsHaveCommas) {
+  struct CommaDecimals : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before =
+      std::locale::global(std::locale(std::locale::classic(), new CommaDecimals));
+  const std::string elsewhere =
+      reportPage(*calibration_, test::samplePhotographs(*calibration_), history(), kDate);
+  std::locale::global(before);
+  EXPECT_TRUE(elsewhere == *page_);
+}
+
+TEST_F(ReportTest, escapesNamesAndReasons) {
+  Calibration calibration = *calibration_;
+  calibration.views[0].name = "<b>\"x\" & y</b>";
+  calibration.views[15].reason = "a < b\x01\xff";
+  const std::string page = reportPage(calibration, {}, {}, kDate);
+  EXPECT_EQ(page.find("<b>\"x\""), std::string::npos);
+  expectIn(page, "&lt;b&gt;&quot;x&quot; &amp; y&lt;/b&gt;");
+  expectIn(page, "a &lt; b\xEF\xBF\xBD\xEF\xBF\xBD");
+  EXPECT_EQ(markupProblem(page), "");
+}
+
+TEST_F(ReportTest, marksOutliersAndStatesTheMagnification) {
+  EXPECT_EQ(occurrences(*page_, "<circle"),
+            2u);  // in the photograph and over the projector's picture
+  expectIn(*page_, " times</strong> in every picture");
+  expectIn(*page_, "outlier, not used");
+}
+
+TEST_F(ReportTest, drawsWhatPredictPixelSays) {
+  const ProjectorEstimate& estimate = calibration_->estimate;
+  const UncertaintyGrid grid = uncertaintyGrid(estimate, 2);
+  const int column = grid.columns / 2, row = grid.rows / 2;
+  const Eigen::Vector2d pixel((column + 0.5) * grid.cell_px.x() - 0.5,
+                              (row + 0.5) * grid.cell_px.y() - 0.5);
+  const Eigen::Vector3d p_projector = *unproject(estimate.projector, pixel) * 2;
+  const auto predicted = predictPixel(estimate, estimate.T_camera_projector * p_projector);
+  ASSERT_TRUE(predicted);
+  EXPECT_NEAR((predicted->pixel - pixel).norm(), 0, 1e-6);
+  // Largest eigenvalue of a symmetric 2 x 2, and 95 % of a two-dimensional normal distribution.
+  const Eigen::Matrix2d& C = predicted->covariance;
+  const double half_trace = C.trace() / 2;
+  const double largest = half_trace + std::sqrt(half_trace * half_trace - C.determinant());
+  const double radius_px = std::sqrt(5.991464547 * largest);
+  ASSERT_TRUE(grid.at(column, row));
+  EXPECT_NEAR(grid.at(column, row)->px, radius_px, 1e-6 * radius_px);
+  // Near the axis a pixel is z / f wide, but for a few percent of distortion.
+  const double mm = 1000 * radius_px * 2 / estimate.projector.K(0, 0);
+  EXPECT_NEAR(grid.at(column, row)->mm, mm, 0.05 * mm);
+  const std::string map =
+      heatMap(grid, HeatUnit::kPixels, calibration_->coverage, estimate.projector);
+  expectIn(map, ">" + twoDigits(radius_px) + "</text>");
+  expectIn(*page_, map);
+}
+
+TEST_F(ReportTest, hatchesWhatWasNotMeasured) {
+  const UncertaintyGrid grid = uncertaintyGrid(calibration_->estimate, 1);
+  Coverage coverage;
+  const auto hatched = [&] {
+    return occurrences(
+        heatMap(grid, HeatUnit::kMillimetres, coverage, calibration_->estimate.projector),
+        "url(#hatch-mm-1)");
+  };
+  EXPECT_EQ(hatched(), 160u);
+  coverage.corners[17] = 3;
+  EXPECT_EQ(hatched(), 159u);
+}
+
+TEST_F(ReportTest, tellsHowFarLightMovedSinceTheLast) {
+  const auto drift = driftBetween(history()[0].estimate, history()[1].estimate, 2);
+  ASSERT_TRUE(drift);
+  EXPECT_NEAR(drift->rms_px, 2, 1e-6);
+  EXPECT_NEAR(drift->rms_mm, 2 * 2000 / 1903.27, 0.05);
+  const auto none = driftBetween(history()[1].estimate, calibration_->estimate, 2);
+  ASSERT_TRUE(none);
+  EXPECT_NEAR(none->rms_px, 0, 1e-6);
+  expectIn(*page_,
+           "<td>2026-10-11 16:45</td><td class=\"n\">16</td><td class=\"n\">0.260</td>"
+           "<td class=\"n\">0.170</td><td class=\"n\">2.00</td>");
+  expectIn(*page_, "<td>2026-11-21 04:30</td><td class=\"n\">14</td>");
+}
+
+TEST_F(ReportTest, countsACalibrationThatIsSavedAlreadyOnce) {
+  std::vector<CalibrationRecord> saved = history();
+  saved.push_back({kDate, calibration_->estimate, 0.2034, 0.1261, 14});
+  const std::string page = reportPage(*calibration_, {}, saved, kDate);
+  EXPECT_EQ(occurrences(page, "<td>2026-11-21 04:30</td>"), 1u);
+}
+
+TEST_F(ReportTest, mentionsBoardAndPatternWhereTheyAreKnown) {
+  ReportFacts facts;
+  facts.names.projector_name = "beamer & co";
+  facts.board = Board{};
+  facts.board->size_m = {0.594, 0.42};
+  facts.pattern = Pattern{};
+  facts.pattern->width = 1280;
+  const std::string page = reportPage(*calibration_, {}, {}, kDate, facts);
+  expectIn(page, "beamer &amp; co");
+  expectIn(page, "594 × 420 mm");
+  expectIn(page, "This is the first calibration kept in this folder.");
+}
+
+TEST_F(ReportTest, worksWithNothingToShow) {
+  Calibration empty;
+  empty.estimate.projector = calibration_->estimate.projector;
+  empty.camera = calibration_->camera;
+  const std::string page = reportPage(empty, {}, {}, kDate);
+  EXPECT_EQ(markupProblem(page), "");
+  expectIn(page, "not measured");
+  expectIn(page, "has no covariance");
+}
+
+TEST_F(ReportTest, refusesWithReasonsFirstAndEveryViewAfter) {
+  std::vector<ViewResult> views(calibration_->views.begin(), calibration_->views.begin() + 3);
+  for (ViewResult& view : views) view.is_used = false;
+  views[1].reason = "only 3 projected tags < 6; bring the board nearer";
+  const CalibrationRefused refused({"all boards are parallel; tilt them", "scale & print"}, views);
+  const auto photographs = test::samplePhotographs(*calibration_);
+  const std::string page =
+      refusalPage(refused, {photographs.begin(), photographs.begin() + 4}, kDate);
+  saveForPeople("refusal.html", page);
+  expectIn(page, "<li>all boards are parallel; tilt them</li><li>scale &amp; print</li>");
+  EXPECT_LT(page.find("all boards are parallel"), page.find("view_00"));
+  expectIn(page, "only 3 projected tags &lt; 6; bring the board nearer");
+  expectIn(page, "view_03");
+  EXPECT_EQ(occurrences(page, "data:image/jpeg;base64,"), 4u);
+  EXPECT_EQ(markupProblem(page), "");
+  EXPECT_EQ(page.find("http"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace afterglow::calib
