@@ -56,11 +56,15 @@ class ConfigReader {
 
   ProjectorConfig read() {
     const YamlMap root(file_, loadYaml(file_), "the configuration",
-                       {"fixed_frame", "projector", "surfaces", "layers"});
+                       {"fixed_frame", "projector", "surfaces", "layers", "watch"});
     config_.fixed_frame = root.text("fixed_frame");
     readProjector(map(root.at("projector"), "'projector'", {"camera_info", "frame", "latency_ms"}));
     if (root.has("surfaces")) readSurfaces(root);
     readLayers(root);
+    if (root.has("watch")) {
+      config_.watch = readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys),
+                                      std::filesystem::path(file_).parent_path().string());
+    }
     return std::move(config_);
   }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/projector/watch_config.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -52,6 +53,7 @@ struct ProjectorConfig {
   std::int64_t latency_ns = 0;
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
+  std::optional<WatchConfig> watch;  ///< projector_node's drift watch
 };
 
 /// `camera_info` is relative to `calibration_folder`, or, if that is empty, to the file's own

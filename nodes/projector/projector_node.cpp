@@ -54,6 +54,9 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
   diagnostics_publisher_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   counted_at_ = std::chrono::steady_clock::now();
   subscribeAll();
+  if (scene_.config().watch) {
+    watch_ = std::make_unique<DriftWatch>(*scene_.config().watch, transforms_);
+  }
   startDrawing();
   diagnostics_timer_ = nh_.createWallTimer(
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
@@ -238,6 +241,7 @@ void ProjectorNode::publishDiagnostics() {
     state.layers = scene_.status();
   }
   diagnostic_msgs::DiagnosticArray array = toDiagnostics(state);
+  if (watch_) array.status.push_back(watch_->status(state.name));
   array.header.stamp = ros::Time::now();
   diagnostics_publisher_.publish(array);
 }

@@ -16,6 +16,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -23,6 +24,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "nodes/projector/drift_watch.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/projector_scene.hpp"
 #include "nodes/tools/window_choice.hpp"
@@ -89,6 +91,7 @@ class ProjectorNode {
   tf2_ros::TransformListener listener_{transforms_};
   ros::Publisher image_publisher_, camera_info_publisher_, diagnostics_publisher_;
   std::vector<ros::Subscriber> subscribers_;
+  std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
   ros::WallTimer diagnostics_timer_;
   std::atomic<std::uint64_t> drawn_{0}, late_{0};
   std::uint64_t drawn_before_ = 0;

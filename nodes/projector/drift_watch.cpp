@@ -1,0 +1,149 @@
+#include "nodes/projector/drift_watch.hpp"
+
+#include <sys/resource.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <exception>
+#include <vector>
+
+#include "calib/camera_info_file.hpp"
+#include "calib/number_text.hpp"
+#include "nodes/calibrator/camera_messages.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kDecimation = 2;  // fast, and a drift worth a warning is more than its error
+constexpr int kNiceness = 10;      // drawing comes first
+constexpr double kLeastPatience_s = 2;
+constexpr std::chrono::milliseconds kTransformPatience(500), kPoll(20);
+
+bool isTopic(const std::string& camera_info) { return camera_info.front() == '/'; }
+
+}  // namespace
+
+DriftWatch::DriftWatch(const WatchConfig& config, const tf2::BufferCore& transforms)
+    : config_(config),
+      transforms_(transforms),
+      detector_(config.layout.family, kDecimation),
+      looked_at_(Clock::now()) {
+  newest_.problem = "has not looked yet";
+  if (!isTopic(config_.camera_info)) {
+    camera_ = calib::loadCameraInfo(config_.camera_info).lens;
+  }
+  nh_.setCallbackQueue(&queue_);
+  thread_ = std::thread([this] { run(); });
+}
+
+DriftWatch::~DriftWatch() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopping_ = true;
+  }
+  stopping_.notify_all();
+  thread_.join();
+}
+
+diagnostic_msgs::DiagnosticStatus DriftWatch::status(const std::string& node) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::chrono::duration<double> age = Clock::now() - looked_at_;
+  return watchStatus(node, config_, newest_, age.count());
+}
+
+void DriftWatch::run() {
+  setpriority(PRIO_PROCESS, 0,
+              kNiceness);  // on Linux: of this thread; without effect it is no loss
+  const auto period =
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(config_.period_s));
+  bool goes_on = true;
+  while (goes_on) {
+    const auto begin = Clock::now();
+    WatchLook found;
+    try {
+      found = look();
+    } catch (const std::exception& error) {  // pictures and lenses come from the network
+      found.problem = error.what();
+    }
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      newest_ = std::move(found);
+      looked_at_ = Clock::now();
+    }
+    goes_on = sleepUntil(begin + period);
+  }
+}
+
+/// False if there is no time to sleep: the watch ends.
+bool DriftWatch::sleepUntil(Clock::time_point when) const {
+  std::unique_lock<std::mutex> lock(mutex_);
+  return !stopping_.wait_until(lock, when, [this] { return is_stopping_; });
+}
+
+std::string DriftWatch::waitForCamera() {
+  image_.reset();
+  camera_info_.reset();
+  const boost::function<void(const sensor_msgs::ImageConstPtr&)> take_image =
+      [this](const sensor_msgs::ImageConstPtr& message) { image_ = message; };
+  const boost::function<void(const sensor_msgs::CameraInfoConstPtr&)> take_info =
+      [this](const sensor_msgs::CameraInfoConstPtr& message) { camera_info_ = message; };
+  const auto images = nh_.subscribe<sensor_msgs::Image>(config_.image_topic, 1, take_image);
+  ros::Subscriber infos;
+  if (isTopic(config_.camera_info)) {
+    infos = nh_.subscribe<sensor_msgs::CameraInfo>(config_.camera_info, 1, take_info);
+  }
+  const double patience_s = std::max(kLeastPatience_s, config_.period_s);
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(patience_s));
+  const auto lacks_info = [&] { return isTopic(config_.camera_info) && !camera_info_; };
+  while (!image_ || lacks_info()) {
+    queue_.callAvailable();
+    if (image_ && !lacks_info()) break;
+    if (Clock::now() > end || !sleepUntil(Clock::now() + kPoll)) {
+      return "nothing on " + (image_ ? config_.camera_info : config_.image_topic) + " for " +
+             calib::fixedText(patience_s, 0) + " s";
+    }
+  }
+  if (camera_info_) camera_ = toLens(*camera_info_);
+  return {};
+}
+
+std::optional<Rigid<Camera, Surface>> DriftWatch::cameraPose(const std_msgs::Header& header) const {
+  const std::string camera = frameName(header.frame_id);
+  const auto end = Clock::now() + kTransformPatience;
+  try {
+    while (!transforms_.canTransform(camera, config_.layout.frame, header.stamp)) {
+      if (Clock::now() > end || !sleepUntil(Clock::now() + kPoll)) return std::nullopt;
+    }
+    return Rigid<Camera, Surface>(toIsometry(
+        transforms_.lookupTransform(camera, config_.layout.frame, header.stamp).transform));
+  } catch (const tf2::TransformException&) {
+    return std::nullopt;
+  }
+}
+
+WatchLook DriftWatch::look() {
+  WatchLook look;
+  look.problem = waitForCamera();
+  if (!look.problem.empty()) return look;
+  const calib::Picture picture = toPicture(*image_);
+  if (picture.width != camera_->width || picture.height != camera_->height) {
+    look.problem = config_.image_topic + " is of " + std::to_string(picture.width) + " x " +
+                   std::to_string(picture.height) + " pixels, its camera_info of " +
+                   std::to_string(camera_->width) + " x " + std::to_string(camera_->height);
+    return look;
+  }
+  const auto T_camera_surface = cameraPose(image_->header);
+  if (!T_camera_surface) {
+    look.problem = "no transform from '" + config_.layout.frame + "' to the camera's frame '" +
+                   printable(image_->header.frame_id) + "' at the time of its picture";
+    return look;
+  }
+  const std::vector<calib::DetectedTag> found = detector_.detect(picture);
+  look.drift = calib::driftOf(config_.layout.tags, {found.begin(), found.end()}, *T_camera_surface,
+                              *camera_);
+  return look;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,28 @@
+/// \file
+/// What the drift watch looks at: the `watch` block of a projector's configuration.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "calib/verify/tag_layout.hpp"
+#include "nodes/tools/yaml_map.hpp"
+
+namespace afterglow::nodes {
+
+struct WatchConfig {
+  std::string image_topic;
+  std::string camera_info;  ///< a topic if it begins with '/', else a file's path
+  calib::TagLayout layout;  ///< known tags on the z = 0 plane of layout.frame, which tf knows
+  double period_s = 10;
+  std::optional<double> limit_px, limit_mm;  ///< of the median offset; at least one is there
+};
+
+/// Keys: image, camera_info, tags (paths are relative to `folder`), period_s, limit_px, limit_mm.
+/// Throws std::runtime_error "FILE:LINE: what is wrong", also for what is wrong in the tags' file.
+WatchConfig readWatchConfig(const YamlMap& map, const std::string& folder);
+
+/// The block's keys.
+extern const std::vector<std::string> kWatchKeys;
+
+}  // namespace afterglow::nodes
