@@ -39,10 +39,10 @@ Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family) {
   const int columns = static_cast<int>(size_m.x() / pitch + 1e-9);
   const int rows = static_cast<int>(size_m.y() / pitch + 1e-9);
   if (2 * (columns + rows) - 4 > kFirstPatternId) {
-    throw std::invalid_argument(
-        "a board of " + exactText(size_m.x()) + " x " + exactText(size_m.y()) +
-        " m is too narrow: its rim would need " + std::to_string(2 * (columns + rows) - 4) +
-        " tags, at most " + std::to_string(kFirstPatternId) + " are for boards");
+    throw std::invalid_argument("a board of " + exactText(size_m.x()) + " x " +
+                                exactText(size_m.y()) + " m is too narrow: its rim would need " +
+                                std::to_string(2 * (columns + rows) - 4) + " tags, at most " +
+                                std::to_string(kFirstPatternId) + " are for boards");
   }
   Board board;
   board.family = family;
