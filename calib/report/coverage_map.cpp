@@ -15,7 +15,7 @@ struct Shade {
 };
 constexpr std::array<Shade, 4> kShades{
     {{1, "#dcebf7"}, {4, "#b5d3ec"}, {10, "#82b3dd"}, {30, "#4a8fca"}}};
-constexpr const char* kEmpty = "#fbe3e6";
+constexpr const char* kEmpty = "#f6bcc4";
 
 const char* shadeOf(int count) {
   const char* color = kEmpty;
@@ -29,7 +29,7 @@ std::string cellMarkup(double x, double y, double width, double height, int coun
   std::string markup = "<rect x=\"" + coordinate(x) + "\" y=\"" + coordinate(y) + "\" width=\"" +
                        coordinate(width) + "\" height=\"" + coordinate(height) + "\" fill=\"" +
                        shadeOf(count) + "\" stroke=\"#fff\"/>";
-  const std::string color = count == 0 ? "#b3001f" : count >= 30 ? "#fff" : "#26415a";
+  const std::string color = count == 0 ? "#a00020" : count >= 30 ? "#fff" : "#26415a";
   return markup + element("text",
                           "x=\"" + coordinate(x + width / 2) + "\" y=\"" +
                               coordinate(y + height / 2 + 0.13 * width) +
@@ -104,7 +104,7 @@ std::string coverageSection(const Calibration& calibration) {
                       fixedText(magnification, 0) +
                       " times. Lines that agree with their neighbors mean that the lens model "
                       "misses something; lines in all directions are noise. Outliers are red and "
-                      "cut to length.") +
+                      "cut short.") +
           lines.legendOnPaper());
   return element("h2", "Coverage of the projector’s picture") +
          element("p", element("strong", fixedText(100 * calibration.coverage.share(), 0) + " %") +

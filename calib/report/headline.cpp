@@ -51,7 +51,7 @@ std::string headlineBox(const Calibration& calibration) {
   const std::string numbers =
       element("div", "class=\"label\"", "Leave-one-view-out error (RMS)") +
       element("div", "class=\"big\"",
-              fixedText(calibration.held_out_rms_mm, 2) + " " + element("small", "mm")) +
+              fixedText(calibration.held_out_rms_mm, 2) + element("small", " mm")) +
       element("div", "class=\"second\"",
               fixedText(calibration.held_out_rms_px, 3) + " px of the projector");
   return element("div", "class=\"headline\"",
@@ -161,12 +161,12 @@ std::string viewTableSection(const Calibration& calibration) {
     largest = std::max({largest, view.held_out_px.value_or(0), view.projected_rms_px});
   }
   const auto head = [](const std::string& text) { return element("th", "class=\"n\"", text); };
-  std::string rows =
-      element("tr", element("th", "View") + head("Distance<br/>m") + head("Tilt<br/>°") +
-                        head("Corners<br/>printed + projected") + head("Out-<br/>liers") +
-                        head("Training<br/>px") + head("Training<br/>mm") +
-                        head("Held out<br/>px") + head("Held out<br/>mm") +
-                        element("th", "Held out (light) and<br/>training (dark), px"));
+  std::string rows = element(
+      "thead", element("tr", element("th", "View") + head("Distance<br/>m") + head("Tilt<br/>°") +
+                                 head("Corners<br/>printed + projected") + head("Out-<br/>liers") +
+                                 head("Training<br/>px") + head("Training<br/>mm") +
+                                 head("Held out<br/>px") + head("Held out<br/>mm") +
+                                 element("th", "Held out (light) and<br/>training (dark), px")));
   for (std::size_t i = 0; i < calibration.views.size(); ++i) {
     rows += viewRow(calibration.views[i], i, calibration, largest);
   }

@@ -63,9 +63,10 @@ std::string historyRow(const CalibrationRecord& record, const CalibrationRecord*
 std::string historyTable(const std::vector<CalibrationRecord>& records) {
   const auto head = [](const std::string& text) { return element("th", "class=\"n\"", text); };
   std::string rows =
-      element("tr", element("th", "Date (UTC)") + head("Views") + head("Held out<br/>px") +
-                        head("Held out<br/>mm") + head("Moved<br/>px") +
-                        head("Moved<br/>mm at 2 m") + head("Moved at most<br/>mm at 2 m"));
+      element("thead",
+              element("tr", element("th", "Date (UTC)") + head("Views") + head("Held out<br/>px") +
+                                head("Held out<br/>mm") + head("Moved<br/>px") +
+                                head("Moved<br/>mm at 2 m") + head("Moved at most<br/>mm at 2 m")));
   for (std::size_t i = 0; i < records.size(); ++i) {
     rows += historyRow(records[i], i > 0 ? &records[i - 1] : nullptr);
   }

@@ -19,25 +19,30 @@ int decimalsFor(double deviation) {
   return std::clamp(1 - static_cast<int>(std::floor(std::log10(deviation))), 0, 9);
 }
 
+/// A hyphen is too short to be seen before a number.
+std::string withMinus(const std::string& number) {
+  return number.rfind('-', 0) == 0 ? "−" + number.substr(1) : number;
+}
+
 std::string row(const std::string& name, double value, double deviation, const std::string& unit,
                 const std::string& meaning) {
   const int decimals = decimalsFor(deviation);
-  const std::string space = unit.empty() ? "" : " ";
+  const std::string space = unit.empty() || unit == "°" ? "" : " ";
   const bool is_held = deviation == 0;
-  return element(
-             "tr",
-             element("td", element("strong", name)) +
-                 element("td", "class=\"n\"",
-                         is_held && value == 0 ? "0" : fixedText(value, decimals) + space + unit) +
-                 element("td", "class=\"n\"",
-                         is_held ? element("span", "class=\"soft\"", "held fixed")
-                                 : "± " + fixedText(deviation, decimals) + space + unit) +
-                 element("td", "class=\"soft\"", meaning)) +
+  return element("tr", element("td", element("strong", name)) +
+                           element("td", "class=\"n\"",
+                                   is_held && value == 0
+                                       ? "0"
+                                       : withMinus(fixedText(value, decimals)) + space + unit) +
+                           element("td", "class=\"n\"",
+                                   is_held ? element("span", "class=\"soft\"", "held fixed")
+                                           : "± " + fixedText(deviation, decimals) + space + unit) +
+                           element("td", "class=\"soft\"", meaning)) +
          "\n";
 }
 
 std::string table(const std::string& rows) {
-  return element("table",
+  return element("table", "class=\"parameters\"",
                  element("tr", element("th", "Parameter") + element("th", "class=\"n\"", "Value") +
                                    element("th", "class=\"n\"", "Standard deviation") +
                                    element("th", "Meaning")) +
@@ -127,8 +132,8 @@ std::string tradeOff(const Parameters& parameters) {
       "Do not judge the calibration by these deviations. Focal length and distance, principal "
       "point and rotation trade off against each other";
   if (across != 0 || down != 0) {
-    text += " (here cx with wy: correlation " + fixedText(across, 3) +
-            ", cy with wx: " + fixedText(down, 3) + ")";
+    text += " (here cx with wy: correlation " + withMinus(fixedText(across, 3)) +
+            ", cy with wx: " + withMinus(fixedText(down, 3)) + ")";
   }
   return text +
          ": each alone can be several pixels off while the projected point, where they cancel, is "

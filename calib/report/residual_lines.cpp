@@ -18,7 +18,7 @@ struct Style {
 constexpr Style kStyles[] = {
     {LineKind::kPrinted, "#00c2ff", "#0077c8", "printed corner"},
     {LineKind::kProjected, "#ffb000", "#0b5fa5", "projected corner"},
-    {LineKind::kOutlier, "#ff2457", "#d1002f", "outlier, not used"},
+    {LineKind::kOutlier, "#ff2457", "#d1002f", "outlier"},
 };
 
 /// Longer lines than this share of the picture's width are cut: they would cross everything.
@@ -37,6 +37,10 @@ void ResidualLines::add(const ResidualLine& line) {
   if (line.at.allFinite() && line.error.allFinite()) lines_.push_back(line);
 }
 
+void ResidualLines::add(const ResidualLines& others) {
+  lines_.insert(lines_.end(), others.lines_.begin(), others.lines_.end());
+}
+
 bool ResidualLines::has(LineKind kind) const {
   return std::any_of(lines_.begin(), lines_.end(),
                      [&](const ResidualLine& line) { return line.kind == kind; });
@@ -49,7 +53,7 @@ double ResidualLines::magnification(int picture_width) const {
   }
   const double typical = quantile(lengths, 0.9);
   if (!(typical > 0)) return 1;
-  return std::max(1.0, std::min(10000.0, roundDown(picture_width / 30.0 / typical)));
+  return std::max(1.0, std::min(10000.0, roundDown(picture_width / 40.0 / typical)));
 }
 
 std::string ResidualLines::path(LineKind kind, double magnification, double longest) const {
@@ -89,9 +93,9 @@ std::string ResidualLines::onPhotograph(double magnification, int width, int hei
   std::string halo, colors;
   for (const Style& style : kStyles) {
     const std::string lines = path(style.kind, magnification, kLongest * width);
-    halo += stroke(lines, "#000", 3.4, 0.55) + stroke(dots(style.kind), "#000", 5, 0.55);
-    colors +=
-        stroke(lines, style.on_photograph, 1.6) + stroke(dots(style.kind), style.on_photograph, 3);
+    halo += stroke(lines, "#000", 2.8, 0.5) + stroke(dots(style.kind), "#000", 4.4, 0.5);
+    colors += stroke(lines, style.on_photograph, 1.3) +
+              stroke(dots(style.kind), style.on_photograph, 2.8);
   }
   const double bar_px = roundDown(width / 8.0 / magnification);
   const double left = 0.03 * width, bottom = height - 0.04 * width;

@@ -20,9 +20,10 @@ class ResidualLines {
  public:
   /// Those that are not finite are ignored.
   void add(const ResidualLine& line);
+  void add(const ResidualLines& others);
   bool empty() const { return lines_.empty(); }
 
-  /// Makes nine of ten lines no longer than a thirtieth of the picture's width: 1, 2 or 5 times a
+  /// Makes nine of ten lines no longer than a fortieth of the picture's width: 1, 2 or 5 times a
   /// power of ten, at least 1.
   double magnification(int picture_width) const;
   /// With a dark halo, to be seen on any photograph, and a bar of known length.

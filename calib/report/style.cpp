@@ -47,13 +47,18 @@ td.bar { width: 22%; vertical-align: middle; }
 td.bar svg { display: block; width: 100%; height: 12px; }
 tr { break-inside: avoid; }
 tr.out td { color: var(--soft); }
+tr.sum td:first-child { white-space: nowrap; }
 tr.sum td { font-weight: 650; border-bottom: 1px solid var(--ink); }
-table.narrow { width: auto; min-width: 60%; }
+table.parameters { table-layout: fixed; }
+.parameters th:nth-child(1) { width: 14%; } .parameters th:nth-child(2) { width: 18%; }
+.parameters th:nth-child(3) { width: 22%; }
+table.narrow { width: auto; min-width: 60%; } .narrow td:first-child { color: var(--soft); }
 a { color: inherit; text-decoration-color: var(--rule); text-underline-offset: 3px; }
 figure { margin: 0; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; border: 1px solid var(--rule);
   background: #fff; }
 figcaption { font-size: 13px; line-height: 1.4; margin: 6px 0 0; }
+figure h3 .right { float: right; font-size: 13px; font-weight: 400; line-height: 22px; }
 figure h3 + p { margin: 0 0 6px; font-size: 13px; color: var(--soft); }
 .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 28px 28px; margin: 16px 0; }
 .three { grid-template-columns: 1fr 1fr 1fr; gap: 20px; }
@@ -74,7 +79,7 @@ figure h3 + p { margin: 0 0 6px; font-size: 13px; color: var(--soft); }
 path, line, circle, polyline { vector-effect: non-scaling-stroke; fill: none;
   stroke-linecap: round; }
 text { font-family: inherit; font-variant-numeric: tabular-nums; }
-@media (max-width: 800px) { .two, .three, .headline { grid-template-columns: 1fr; } }
+@media screen and (max-width: 800px) { .two, .three, .headline { grid-template-columns: 1fr; } }
 @page { size: A4; margin: 14mm 12mm; }
 @media print { html { font-size: 11px; } main { padding: 0; max-width: none; }
   h2 { margin-top: 28px; } .big { font-size: 48px; } .two, .three { gap: 14px; }

@@ -1,150 +1,128 @@
 #include <algorithm>
+#include <iterator>
 
 #include "calib/number_text.hpp"
 #include "calib/report/html.hpp"
-#include "calib/report/residual_lines.hpp"
 #include "calib/report/sections.hpp"
 #include "calib/report/view_facts.hpp"
+#include "calib/report/view_photograph.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-/// Enough to tell the tags apart on half a page; a tenth of a megabyte a view.
-constexpr int kWidest = 800;
-
-const Picture* pictureOf(const std::string& name, const std::vector<Photographs>& photographs) {
-  const auto found = std::find_if(photographs.begin(), photographs.end(),
-                                  [&](const Photographs& each) { return each.name == name; });
-  if (found == photographs.end() || found->pattern.pixels.empty()) return nullptr;
-  return &found->pattern;
-}
-
-ResidualLines linesOf(const ViewResult& view) {
-  ResidualLines lines;
-  for (const CornerResidual& corner : view.residuals) {
-    const LineKind kind = corner.is_outlier     ? LineKind::kOutlier
-                          : corner.is_projected ? LineKind::kProjected
-                                                : LineKind::kPrinted;
-    lines.add({corner.camera_px, corner.error_px, kind,
-               std::string(corner.is_projected ? "projected" : "printed") + " tag " +
-                   std::to_string(corner.tag_id) + ", corner " + std::to_string(corner.corner) +
-                   ": " + fixedText(corner.error_px.norm(), 2) + " px"});
+int widthOf(const std::vector<Photographs>& photographs) {
+  for (const Photographs& each : photographs) {
+    if (each.pattern.width > 0) return each.pattern.width;
   }
-  return lines;
+  return 1280;
 }
 
-/// One for all views, so that they can be compared.
-double commonMagnification(const std::vector<ViewResult>& views, int width) {
+/// One magnification for all views, so that they can be compared.
+double commonMagnification(const std::vector<ViewResult>& views,
+                           const std::vector<Photographs>& photographs) {
   ResidualLines all;
-  for (const ViewResult& view : views) {
-    if (!view.is_used) continue;
-    for (const CornerResidual& corner : view.residuals) {
-      if (!corner.is_outlier) all.add({corner.camera_px, corner.error_px, LineKind::kPrinted, ""});
-    }
-  }
-  return all.magnification(width);
+  for (const ViewResult& view : views) all.add(photographLines(view));
+  return all.magnification(widthOf(photographs));
 }
 
-std::string photograph(const ViewResult& view, const Picture* picture, double magnification) {
-  if (picture == nullptr) return element("p", "class=\"soft\"", "No photograph was kept.");
-  const std::string image =
-      "<image x=\"-0.5\" y=\"-0.5\" width=\"" + std::to_string(picture->width) + "\" height=\"" +
-      std::to_string(picture->height) + "\" href=\"" + dataUri(*picture, kWidest) + "\"/>";
-  const ResidualLines lines = linesOf(view);
-  const std::string residuals =
-      lines.empty() ? "" : lines.onPhotograph(magnification, picture->width, picture->height);
-  return drawing(picture->width, picture->height, "Photograph of " + view.name, image + residuals);
+std::vector<ViewResult> used(const std::vector<ViewResult>& views) {
+  std::vector<ViewResult> result;
+  std::copy_if(views.begin(), views.end(), std::back_inserter(result),
+               [](const ViewResult& view) { return view.is_used; });
+  return result;
 }
 
 std::string usedCaption(const ViewResult& view, const ProjectorEstimate& estimate) {
   const ViewFacts facts = factsOf(view, estimate);
   std::string text = fixedText(facts.distance_m, 2) + " m, tilted " + fixedText(facts.tilt_deg, 0) +
-                     "° " + facts.turned + " · " + std::to_string(facts.printed) + " printed and " +
+                     "° " + facts.turned + " · " + std::to_string(facts.printed) + " printed, " +
                      std::to_string(facts.projected) + " projected corners";
-  if (facts.outliers > 0) text += ", " + std::to_string(facts.outliers) + " of them outliers";
-  if (view.held_out_px) text += " · held out " + fixedText(*view.held_out_px, 3) + " px";
-  if (view.held_out_mm) text += ", " + fixedText(*view.held_out_mm, 2) + " mm";
+  if (facts.outliers > 0) {
+    text += ", " + std::to_string(facts.outliers) + (facts.outliers > 1 ? " outliers" : " outlier");
+  }
   return text;
 }
 
-std::string viewFigure(const ViewResult& view, std::size_t index, const std::string& caption,
-                       const std::string& picture) {
-  const std::string mark = view.is_used ? "" : " " + element("span", "class=\"pill\"", "left out");
-  return element("figure", "id=\"view-" + std::to_string(index) + "\"",
-                 element("h3", escaped(view.name) + mark) + element("p", caption) + picture) +
+std::string headRemark(const ViewResult& view) {
+  if (!view.is_used) return element("span", "class=\"pill\"", "left out");
+  if (!view.held_out_px || !view.held_out_mm) return "";
+  return element("span", "class=\"right\"",
+                 "held out " + fixedText(*view.held_out_px, 3) + " px, " +
+                     fixedText(*view.held_out_mm, 2) + " mm");
+}
+
+std::string viewFigure(const ViewResult& view, std::size_t index, const std::string& remark,
+                       const std::string& caption, const std::string& picture) {
+  return element(
+             "figure", "id=\"view-" + std::to_string(index) + "\"",
+             element("h3", escaped(view.name) + " " + remark) + element("p", caption) + picture) +
          "\n";
 }
 
-int widthOf(const std::vector<Photographs>& photographs, int otherwise) {
-  for (const Photographs& each : photographs) {
-    if (each.pattern.width > 0) return each.pattern.width;
+std::string refusedCaption(const ViewResult& view) {
+  const auto projected =
+      std::count_if(view.residuals.begin(), view.residuals.end(),
+                    [](const CornerResidual& corner) { return corner.is_projected; });
+  if (view.residuals.empty()) {
+    return view.reason.empty() ? "nothing was found wrong with this view" : escaped(view.reason);
   }
-  return otherwise;
+  const auto printed = static_cast<std::ptrdiff_t>(view.residuals.size()) - projected;
+  return escaped(view.reason) + (view.reason.empty() ? "" : " · ") + std::to_string(printed) +
+         " printed and " + std::to_string(projected) + " projected corners seen";
+}
+
+/// With the photographs that were not looked at before the calibration was refused.
+std::vector<ViewResult> withUnseen(std::vector<ViewResult> views,
+                                   const std::vector<Photographs>& photographs) {
+  for (const Photographs& each : photographs) {
+    const bool is_known = std::any_of(
+        views.begin(), views.end(), [&](const ViewResult& view) { return view.name == each.name; });
+    if (is_known) continue;
+    ViewResult view;
+    view.name = each.name;
+    view.reason = "not looked at before the calibration was refused";
+    views.push_back(view);
+  }
+  return views;
 }
 
 }  // namespace
 
 std::string viewPictureSection(const Calibration& calibration,
                                const std::vector<Photographs>& photographs) {
-  const double magnification =
-      commonMagnification(calibration.views, widthOf(photographs, calibration.camera.width));
+  const double magnification = commonMagnification(used(calibration.views), photographs);
   ResidualLines all;
   std::string figures;
   for (std::size_t i = 0; i < calibration.views.size(); ++i) {
     const ViewResult& view = calibration.views[i];
-    for (const CornerResidual& corner : view.residuals) {
-      all.add({corner.camera_px, corner.error_px,
-               corner.is_outlier     ? LineKind::kOutlier
-               : corner.is_projected ? LineKind::kProjected
-                                     : LineKind::kPrinted,
-               ""});
-    }
+    all.add(photographLines(view));
     const std::string caption =
         view.is_used ? usedCaption(view, calibration.estimate) : escaped(view.reason);
-    figures += viewFigure(view, i, caption,
-                          photograph(view, pictureOf(view.name, photographs), magnification));
+    figures += viewFigure(view, i, headRemark(view), caption,
+                          viewPhotograph(view, photographs, magnification));
   }
   return element("h2", "The photographs and their residuals") +
          element("p",
-                 "A line leads from each corner the way it is off: seen minus expected, in "
-                 "the photograph’s pixels, magnified " +
+                 "A line leads from each corner the way it is off: seen minus expected, in the "
+                 "photograph’s pixels, magnified " +
                      element("strong", fixedText(magnification, 0) + " times") +
-                     " in every picture. The bar at the bottom left shows a length in real "
-                     "pixels. Outliers are ringed; their lines are cut to length.") +
+                     " in every picture; the bar at the bottom left shows a length in real "
+                     "pixels. Pictures are cut to the board. Outliers are ringed, and their lines "
+                     "cut short.") +
          all.legendOnPhotograph() + "\n" + element("div", "class=\"two\"", figures) + "\n";
 }
 
 std::string refusedViewSection(const std::vector<ViewResult>& views,
                                const std::vector<Photographs>& photographs) {
-  std::vector<ViewResult> shown = views;
-  // Refused before anything was looked at: the photographs still tell what there was.
-  for (const Photographs& each : photographs) {
-    const bool is_known = std::any_of(views.begin(), views.end(),
-                                      [&](const auto& view) { return view.name == each.name; });
-    if (is_known) continue;
-    ViewResult view;
-    view.name = each.name;
-    view.reason = "not looked at before the calibration was refused";
-    shown.push_back(view);
-  }
+  const std::vector<ViewResult> shown = withUnseen(views, photographs);
   if (shown.empty()) return "";
-  const double magnification = commonMagnification(shown, widthOf(photographs, 1000));
+  const double magnification = commonMagnification(shown, photographs);
   std::string figures;
   for (std::size_t i = 0; i < shown.size(); ++i) {
-    const ViewResult& view = shown[i];
-    const auto projected =
-        std::count_if(view.residuals.begin(), view.residuals.end(),
-                      [](const CornerResidual& corner) { return corner.is_projected; });
-    std::string caption = escaped(view.reason);
-    if (!view.residuals.empty()) {
-      const auto printed = static_cast<std::ptrdiff_t>(view.residuals.size()) - projected;
-      caption += (caption.empty() ? "" : " · ") + std::to_string(printed) + " printed and " +
-                 std::to_string(projected) + " projected corners seen";
-    } else if (caption.empty()) {
-      caption = "nothing wrong was found with this view";
-    }
-    figures += viewFigure(view, i, caption,
-                          photograph(view, pictureOf(view.name, photographs), magnification));
+    const std::string remark =
+        shown[i].reason.empty() ? "" : element("span", "class=\"pill\"", "not usable");
+    figures += viewFigure(shown[i], i, remark, refusedCaption(shown[i]),
+                          viewPhotograph(shown[i], photographs, magnification));
   }
   return element("h2", "What each view showed") + element("div", "class=\"two\"", figures) + "\n";
 }

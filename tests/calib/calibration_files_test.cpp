@@ -4,7 +4,10 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -232,7 +235,6 @@ TEST_F(CalibrationFilesTest, loadsWithoutTheEvidence) {
 TEST_F(CalibrationFilesTest, noticesFilesOfTwoCalibrations) {
   save(calibration_);
   const std::string older = read(path("projector.yaml"));
-  const std::string older_pose = read(path("T_camera_projector.yaml"));
   Calibration newer = calibration_;
   newer.estimate.projector.K(0, 2) += 0.25;
   save(newer, kLaterDate);
@@ -301,6 +303,43 @@ TEST_F(CalibrationFilesTest, refusesATruncatedFileAtAnyLength) {
     std::ofstream(path("T_camera_projector.yaml")) << whole.substr(0, length);
     EXPECT_NE(refusal([&] { loadCalibration(folder()); }), "accepted") << length;
   }
+}
+
+TEST_F(CalibrationFilesTest, isReadByTheReferee) {
+  const std::string referee = "../shared/tools/procam_sim.py";
+  if (!fs::exists(referee)) GTEST_SKIP() << referee << " is not here";
+  if (std::system((referee + " --help > /dev/null 2>&1").c_str()) != 0) {
+    GTEST_SKIP() << referee << " does not run: python3-numpy, -opencv or -yaml is missing";
+  }
+  Calibration tiny_terms = calibration_;
+  tiny_terms.estimate.projector.D[2] = 3e-7;  // a number with an exponent
+  save(tiny_terms);
+  const ProjectorEstimate& truth = tiny_terms.estimate;
+  const auto lens = [](const Lens& from) {
+    std::string text = "{width: " + std::to_string(from.width) +
+                       ", height: " + std::to_string(from.height) + ", K: [";
+    for (int i = 0; i < 9; ++i) text += (i > 0 ? ", " : "") + exactText(from.K(i / 3, i % 3));
+    text += "], D: [";
+    for (std::size_t i = 0; i < 8; ++i) text += (i > 0 ? ", " : "") + exactText(from.D[i]);
+    return text + "]}\n";
+  };
+  const auto rigid = [](const Eigen::Matrix4d& T) {
+    std::string text = "[";
+    for (int i = 0; i < 16; ++i) {
+      text += (i % 4 > 0 ? ", " : i > 0 ? "], [" : "[") + exactText(T(i / 4, i % 4));
+    }
+    return text + "]]\n";
+  };
+  // The camera is the world.
+  std::ofstream(folder_.path("truth.yaml"))
+      << "projector: " << lens(truth.projector) << "camera: " << lens(tiny_terms.camera)
+      << "T_world_camera: " << rigid(Eigen::Matrix4d::Identity())
+      << "T_world_projector: " << rigid(truth.T_camera_projector.matrix().matrix());
+  const std::string command =
+      referee + " compare --max-p95-mm 0.000001 --truth " + folder_.path("truth.yaml") +
+      " --projector " + path("projector.yaml") + " --pose " + path("T_camera_projector.yaml") +
+      " > " + folder_.path("said") + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << read(folder_.path("said"));
 }
 
 TEST_F(CalibrationFilesTest, keepsAHistoryInOrderAndNamesWhatItCannotRead) {
