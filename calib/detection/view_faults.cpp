@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <set>
 
+#include "calib/formatted.hpp"
 #include "calib/targets/tag_family.hpp"
 
 namespace afterglow::calib {
@@ -242,9 +242,9 @@ class Judge {
     for (std::size_t i = 0; i < dx.size(); ++i) ways.push_back(std::hypot(dx[i], dy[i]));
     const double way = std::max(moved, median(ways));
     if (way <= kBoardMoved_px) return;
-    char text[96];
-    std::snprintf(text, sizeof text, "the board moved between the two pictures (%.1f px)", way);
-    fault(std::string(text) + ": rest it on something and keep still");
+    fault(formatted(
+        "the board moved between the two pictures (%.1f px): rest it on something and keep still",
+        way));
   }
 
   static double median(std::vector<double> values) {

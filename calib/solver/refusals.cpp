@@ -2,27 +2,15 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <limits>
+
+#include "calib/formatted.hpp"
 
 namespace afterglow::calib {
 namespace {
 
 constexpr double kDegree = 3.14159265358979 / 180;
-constexpr std::size_t kFewestViews = 3;
-/// Largest angle between two boards' normals that leaves focal length and distance apart.
-constexpr double kSmallestTilt_deg = 10;
-constexpr double kNearest_m = 0.1, kFarthest_m = 15;
-constexpr std::size_t kFewestCorners = 60;
-/// Of the projector's picture, across and down, from the first to the last corner.
-constexpr double kSmallestSpan = 0.5;
-/// Of the cells of the coverage.
-constexpr double kSmallestShare = 0.15;
-/// The third of the picture at a side counts as empty with less than this share of the corners.
-constexpr double kEmptyThird = 0.01;
 /// Of a picture 1280 px wide.
 constexpr double kLargestError_px = 2, kLargestMisfit_px = 1, kReferenceWidth_px = 1280;
 constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 * kDegree;
@@ -33,139 +21,8 @@ constexpr double kLargestPrintError = 0.002;
 /// Half axis of a 95 % ellipse in standard deviations: chi-square with two degrees of freedom.
 const double kEllipse95 = std::sqrt(5.991);
 
-/// printf into a string; only for what is written here, never a user's text.
-__attribute__((format(printf, 1, 2))) std::string format(const char* text, ...) {
-  char buffer[512];
-  va_list arguments;
-  va_start(arguments, text);
-  std::vsnprintf(buffer, sizeof buffer, text, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
 Eigen::Vector3d normalOf(const PosedView& view) {
   return view.T_camera_board.matrix().linear().col(2);
-}
-
-double largestTilt_deg(const std::vector<PosedView>& views) {
-  double largest = 0;
-  for (const PosedView& a : views) {
-    for (const PosedView& b : views) {
-      const double cosine = std::clamp(normalOf(a).dot(normalOf(b)), -1.0, 1.0);
-      largest = std::max(largest, std::acos(cosine) / kDegree);
-    }
-  }
-  return largest;
-}
-
-/// Which way boards were not tilted yet: about the camera's vertical or horizontal axis.
-std::string missingTilt(const std::vector<PosedView>& views) {
-  Eigen::Vector3d low = normalOf(views[0]), high = low;
-  for (const PosedView& view : views) {
-    low = low.cwiseMin(normalOf(view));
-    high = high.cwiseMax(normalOf(view));
-  }
-  const Eigen::Vector3d range = high - low;
-  const double few = std::sin(kSmallestTilt_deg * kDegree);
-  if (range.x() < few && range.y() < few) return "tilt it left, right, up and down by 20 to 40 deg";
-  return range.x() < few ? "tilt it left and right by 20 to 40 deg"
-                         : "tilt it up and down by 20 to 40 deg";
-}
-
-void judgePoses(const std::vector<PosedView>& views, std::vector<std::string>& reasons) {
-  if (views.size() < kFewestViews) {
-    reasons.push_back(format("%zu usable view%s: at least %zu are needed, 12 to 16 are good",
-                             views.size(), views.size() == 1 ? "" : "s", kFewestViews));
-  }
-  if (views.empty()) return;
-  const double tilt = largestTilt_deg(views);
-  if (views.size() >= kFewestViews && tilt < kSmallestTilt_deg) {
-    reasons.push_back(format("the boards are parallel (within %.1f deg), which leaves the "
-                             "projector's distance and focal length open: ",
-                             tilt) +
-                      missingTilt(views));
-  }
-}
-
-void judgeDistance(const std::vector<PosedView>& views, const Board& board,
-                   std::vector<std::string>& reasons) {
-  std::vector<double> distances;
-  for (const PosedView& view : views) {
-    distances.push_back(view.T_camera_board.matrix().translation().norm());
-  }
-  if (distances.empty()) return;
-  const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  if (*middle >= kNearest_m && *middle <= kFarthest_m) return;
-  reasons.push_back(
-      format("the board seems to be %.3g m away from the camera: is its layout "
-             "(%.3g x %.3g m) in metres, and is the camera_info this camera's?",
-             *middle, board.size_m.x(), board.size_m.y()));
-}
-
-/// Names of the sides of the projector's picture where (nearly) no corner was seen.
-std::vector<std::string> emptySides(const std::vector<Eigen::Vector2d>& corners,
-                                    const Pattern& pattern) {
-  std::array<double, 3> across{}, down{};
-  for (const Eigen::Vector2d& corner : corners) {
-    const auto third = [](double at, int size) {
-      return std::size_t(std::clamp(static_cast<int>(3 * (at + 0.5) / size), 0, 2));
-    };
-    across[third(corner.x(), pattern.width)] += 1.0 / double(corners.size());
-    down[third(corner.y(), pattern.height)] += 1.0 / double(corners.size());
-  }
-  std::vector<std::string> sides;
-  if (across[0] < kEmptyThird) sides.push_back("left");
-  if (across[2] < kEmptyThird) sides.push_back("right");
-  if (down[0] < kEmptyThird) sides.push_back("upper");
-  if (down[2] < kEmptyThird) sides.push_back("lower");
-  return sides;
-}
-
-double coveredShare(const std::vector<Eigen::Vector2d>& corners, const Pattern& pattern) {
-  Coverage coverage;
-  for (const Eigen::Vector2d& corner : corners) {
-    const int column = static_cast<int>((corner.x() + 0.5) * Coverage::kColumns / pattern.width);
-    const int row = static_cast<int>((corner.y() + 0.5) * Coverage::kRows / pattern.height);
-    const int cell = std::clamp(row, 0, Coverage::kRows - 1) * Coverage::kColumns +
-                     std::clamp(column, 0, Coverage::kColumns - 1);
-    ++coverage.corners[std::size_t(cell)];
-  }
-  return coverage.share();
-}
-
-void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
-                  std::vector<std::string>& reasons) {
-  std::vector<Eigen::Vector2d> corners;
-  for (const PosedView& view : views) {
-    corners.insert(corners.end(), view.lit_px.begin(), view.lit_px.end());
-  }
-  if (corners.size() < kFewestCorners) {
-    reasons.push_back(
-        format("%zu projected corners were seen on the boards: at least %zu are "
-               "needed; hold the board so that more of the pattern falls into its "
-               "free middle",
-               corners.size(), kFewestCorners));
-    return;
-  }
-  Eigen::Vector2d low = corners[0], high = corners[0];
-  for (const Eigen::Vector2d& corner : corners) {
-    low = low.cwiseMin(corner);
-    high = high.cwiseMax(corner);
-  }
-  const Eigen::Vector2d span =
-      (high - low).cwiseQuotient(Eigen::Vector2d(pattern.width, pattern.height));
-  const double share = coveredShare(corners, pattern);
-  if (span.minCoeff() >= kSmallestSpan && share >= kSmallestShare) return;
-  std::string where;
-  for (const std::string& side : emptySides(corners, pattern)) {
-    where += (where.empty() ? "nothing was seen in the " : ", the ") + side + " third";
-  }
-  reasons.push_back(
-      format("the views cover %.0f %% of the projector's picture (%.0f %% across, "
-             "%.0f %% down): ",
-             100 * share, 100 * span.x(), 100 * span.y()) +
-      (where.empty() ? "hold the board all over the light" : where + ": hold the board there too"));
 }
 
 /// Where light through a projector pixel meets the view's board: camera frame. Empty if nowhere.
@@ -186,15 +43,6 @@ double scaledLimit_px(double limit_px, const Lens& projector) {
 }
 
 }  // namespace
-
-std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const Board& board,
-                                      const Pattern& pattern) {
-  std::vector<std::string> reasons;
-  judgePoses(views, reasons);
-  judgeDistance(views, board, reasons);
-  if (views.size() >= kFewestViews) judgeCorners(views, pattern, reasons);
-  return reasons;
-}
 
 double predictedError_px(const ProjectorEstimate& estimate, const std::vector<PosedView>& views) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
@@ -224,9 +72,9 @@ std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
   const double limit = scaledLimit_px(kLargestError_px, estimate.projector);
   if (error <= limit) return {};
   return {
-      format("the views leave the projection uncertain by %.3g px (95 %%), at most %.3g is "
-             "useful: take more views, at other distances and tilts",
-             error, limit)};
+      formatted("the views leave the projection uncertain by %.3g px (95 %%), at most %.3g is "
+                "useful: take more views, at other distances and tilts",
+                error, limit)};
 }
 
 std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens& projector) {
@@ -236,23 +84,24 @@ std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens&
   std::vector<std::string> reasons;
   const double stretch = std::abs(std::log(shape.aspect));
   if (stretch > kLargestAspectError && stretch > 4 * shape.aspect_sigma) {
-    reasons.push_back(format("the projector's pixels are not square (%.1f %% %s): ",
-                             100 * (std::exp(stretch) - 1),
-                             shape.aspect > 1 ? "higher than wide" : "wider than high") +
+    reasons.push_back(formatted("the projector's pixels are not square (%.1f %% %s): ",
+                                100 * (std::exp(stretch) - 1),
+                                shape.aspect > 1 ? "higher than wide" : "wider than high") +
                       kAdvice);
   }
   const double skew = std::abs(shape.skew_rad);
   if (skew > kLargestSkew && skew > 4 * shape.skew_sigma_rad) {
-    reasons.push_back(format("the projector's pixel columns lean by %.1f deg: ", skew / kDegree) +
-                      kAdvice);
+    reasons.push_back(
+        formatted("the projector's pixel columns lean by %.1f deg: ", skew / kDegree) + kAdvice);
   }
   const Eigen::Vector2d shift((projector.K(0, 2) + 0.5) / projector.width - 0.5,
                               (projector.K(1, 2) + 0.5) / projector.height - 0.5);
   if (shift.cwiseAbs().maxCoeff() > kLargestShift) {
-    reasons.push_back(format("the projector's axis is %.1f pictures off the middle, more than any "
-                             "lens shift: ",
-                             shift.cwiseAbs().maxCoeff()) +
-                      kAdvice);
+    reasons.push_back(
+        formatted("the projector's axis is %.1f pictures off the middle, more than any "
+                  "lens shift: ",
+                  shift.cwiseAbs().maxCoeff()) +
+        kAdvice);
   }
   return reasons;
 }
@@ -261,10 +110,10 @@ std::vector<std::string> misfitRefusals(double held_out_rms_px, const Lens& proj
   const double limit = scaledLimit_px(kLargestMisfit_px, projector);
   if (held_out_rms_px <= limit) return {};
   return {
-      format("views that were left out are %.2f px off, at most %.2f is useful: is the board "
-             "flat and the camera calibrated, is a keystone or corner correction switched on, "
-             "did camera or projector move?",
-             held_out_rms_px, limit)};
+      formatted("views that were left out are %.2f px off, at most %.2f is useful: is the board "
+                "flat and the camera calibrated, is a keystone or corner correction switched on, "
+                "did camera or projector move?",
+                held_out_rms_px, limit)};
 }
 
 double foldedShare(const Lens& lens) {
@@ -284,9 +133,9 @@ std::vector<std::string> foldRefusals(const Lens& projector) {
   const double folded = foldedShare(projector);
   if (folded <= kLargestFold) return {};
   return {
-      format("the distortion found folds back inside the picture (%.0f %% of it cannot be "
-             "reached): hold the board into the picture's corners too, where it is decided",
-             100 * folded)};
+      formatted("the distortion found folds back inside the picture (%.0f %% of it cannot be "
+                "reached): hold the board into the picture's corners too, where it is decided",
+                100 * folded)};
 }
 
 std::vector<std::string> printRefusals(const Board& board, const std::optional<PrintStretch>& seen,
@@ -295,9 +144,9 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   if (seen && std::abs(seen->stretch) > kLargestPrintError &&
       std::abs(seen->stretch) > 4 * seen->sigma) {
     reasons.push_back(
-        format("the board is printed %.2f %% too %s for its height: print it without "
-               "fitting it to the page, or on another printer; measure both sides",
-               100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow"));
+        formatted("the board is printed %.2f %% too %s for its height: print it without "
+                  "fitting it to the page, or on another printer; measure both sides",
+                  100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow"));
   }
   if (!measured_ruler_m) return reasons;
   if (!(board.ruler_m > 0)) {
@@ -307,15 +156,15 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   const double scale = *measured_ruler_m / board.ruler_m;
   if (std::abs(scale - 1) <= kLargestPrintError) return reasons;
   if (!(scale > 0.5 && scale < 2)) {
-    reasons.push_back(format("the ruler measures %.6g m, the layout says %.6g m: give metres",
-                             *measured_ruler_m, board.ruler_m));
+    reasons.push_back(formatted("the ruler measures %.6g m, the layout says %.6g m: give metres",
+                                *measured_ruler_m, board.ruler_m));
     return reasons;
   }
   reasons.push_back(
-      format("the board is printed at %.2f %% of its size (its ruler measures %.2f "
-             "mm, not %.2f mm): print it at 100 %%, \"actual size\", not fitted to "
-             "the page",
-             100 * scale, 1000 * *measured_ruler_m, 1000 * board.ruler_m));
+      formatted("the board is printed at %.2f %% of its size (its ruler measures %.2f "
+                "mm, not %.2f mm): print it at 100 %%, \"actual size\", not fitted to "
+                "the page",
+                100 * scale, 1000 * *measured_ruler_m, 1000 * board.ruler_m));
   return reasons;
 }
 
