@@ -62,7 +62,7 @@ Light quotient(const Light& pattern, const Light& plain) {
   }
   // Where print and pattern both have an edge, blur does not commute with the quotient: the error
   // is about this many pixels times the print's relative edge.
-  constexpr double kEdgeMisfit_px = 0.15;
+  constexpr double kEdgeMisfit_px = 0.5;
   Light result;
   result.width = plain.width;
   result.height = plain.height;

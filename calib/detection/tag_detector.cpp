@@ -3,6 +3,8 @@
 #include <apriltag/apriltag.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 
 #include "calib/targets/apriltag_family.hpp"
@@ -35,6 +37,34 @@ void requireUsable(const Picture& picture) {
   }
 }
 
+/// Standard deviation of the sensor's noise, grey levels: the median of a mask that ignores flat
+/// and evenly sloped places (Immerkaer, Fast Noise Variance Estimation, CVIU 64(2), 1996), so that
+/// edges, a minority, do not count.
+double noiseOf(const Picture& picture) {
+  std::vector<int> histogram(16 * 256, 0);
+  int count = 0;
+  for (int y = 1; y + 1 < picture.height; y += 2) {
+    for (int x = 1; x + 1 < picture.width; x += 2) {
+      const auto row = [&](int v) {
+        return picture.at(x - 1, v) - 2 * picture.at(x, v) + picture.at(x + 1, v);
+      };
+      ++histogram[std::size_t(std::abs(row(y - 1) - 2 * row(y) + row(y + 1)))];
+      ++count;
+    }
+  }
+  int median = 0;
+  for (int below = histogram[0]; 2 * below < count; below += histogram[std::size_t(median)]) {
+    ++median;
+  }
+  return median / 0.6745 / 6;
+}
+
+/// Contrast, grey levels, below which a place is flat. What noise alone brings about must not pass:
+/// it costs time, and libapriltag 3.3.0 writes past its tables when all of a large picture does.
+int leastContrast(const Picture& picture) {
+  return std::clamp(static_cast<int>(std::lround(8 * noiseOf(picture))), 5, 255);
+}
+
 }  // namespace
 
 struct TagDetector::Impl {
@@ -47,11 +77,11 @@ struct TagDetector::Impl {
   }
 };
 
-TagDetector::TagDetector(const std::string& family, double decimation)
+TagDetector::TagDetector(const std::string& family, double decimation, TagEdges edges)
     : impl_(std::make_unique<Impl>(family)) {
   impl_->detector->quad_decimate = static_cast<float>(decimation);
   impl_->detector->nthreads = 1;
-  impl_->detector->refine_edges = true;
+  impl_->detector->refine_edges = edges == TagEdges::Refined;
 }
 TagDetector::~TagDetector() = default;
 TagDetector::TagDetector(TagDetector&&) noexcept = default;
@@ -61,6 +91,7 @@ std::vector<DetectedTag> TagDetector::detect(const Picture& picture) const {
   // The library reads from it only.
   image_u8_t image{picture.width, picture.height, picture.width,
                    const_cast<std::uint8_t*>(picture.pixels.data())};
+  impl_->detector->qtp.min_white_black_diff = leastContrast(picture);
   const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(
       apriltag_detector_detect(impl_->detector.get(), &image), apriltag_detections_destroy);
   std::vector<DetectedTag> tags;

@@ -16,12 +16,17 @@ struct DetectedTag : Tag {
   int hamming = 0;    ///< bits that had to be corrected
 };
 
+/// AprilTag's own edge refinement makes corners better; without it they are those of the squares as
+/// first found, as AprilTag's regression data have them.
+enum class TagEdges { Refined, AsFound };
+
 /// One thread at a time.
 class TagDetector {
  public:
   /// Decimation 1 finds all; 2 is four times as fast and good enough to know what is in view.
   /// Throws std::invalid_argument for an unknown family.
-  explicit TagDetector(const std::string& family, double decimation = 1);
+  explicit TagDetector(const std::string& family, double decimation = 1,
+                       TagEdges edges = TagEdges::Refined);
   ~TagDetector();
   TagDetector(TagDetector&&) noexcept;
 

@@ -286,6 +286,13 @@ class Fitter {
     return (BlurredTag(target_.cells, sigma).at(cell).value - white.value) / kStep;
   }
 
+  /// All residuals' mean square: shadows and light edges that the middle does not know widen it.
+  double meanSquare() const {
+    double sum = 0;
+    for (double residual : residuals_) sum += residual * residual;
+    return std::max(sum / double(residuals_.size()), scale_ * scale_);
+  }
+
   /// Noise in units of the expected one, from the residuals' middle.
   void measureScale() {
     std::vector<double> sizes(residuals_.size());
@@ -349,7 +356,7 @@ class Fitter {
     fit.correlation = correlation();
     fit.blur_px = std::exp(theta_[kLogBlur]);
     fit.growth_px = theta_[kGrowth];
-    const Normal covariance = normal_.ldlt().solve(Normal::Identity()) * scale_ * scale_;
+    const Normal covariance = normal_.ldlt().solve(Normal::Identity()) * meanSquare();
     fit.seen.id = target_.tag.id;
     Eigen::Matrix<double, 8, 8> J = Eigen::Matrix<double, 8, 8>::Zero();
     const Corners corners = cornersOf(theta_);

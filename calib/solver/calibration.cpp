@@ -1,1 +1,96 @@
-// being written
+#include "calib/solver/calibration.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace afterglow::calib {
+namespace {
+
+using Perturbation = Eigen::Matrix<double, kCalibrationParameters, 1>;
+
+std::string joined(const std::vector<std::string>& reasons) {
+  std::string text;
+  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
+  return text;
+}
+
+Eigen::Matrix3d exponential(const Eigen::Vector3d& w) {
+  const double angle = w.norm();
+  if (angle == 0) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, w / angle).toRotationMatrix();
+}
+
+/// The estimate with its parameters, in the covariance's order, moved by so much.
+std::optional<Eigen::Vector2d> projectPerturbed(const ProjectorEstimate& estimate,
+                                                const Eigen::Vector3d& p_camera,
+                                                const Perturbation& by) {
+  Lens lens = estimate.projector;
+  lens.K(0, 0) += by[0];
+  lens.K(1, 1) += by[1];
+  lens.K(0, 2) += by[2];
+  lens.K(1, 2) += by[3];
+  for (std::size_t i = 0; i < lens.D.size(); ++i) lens.D[i] += by[4 + Eigen::Index(i)];
+  Eigen::Isometry3d T = estimate.T_camera_projector.matrix();
+  T.linear() = T.linear() * exponential(by.segment<3>(12));
+  T.translation() += by.segment<3>(15);
+  return project(lens, T.inverse() * p_camera);
+}
+
+}  // namespace
+
+std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
+                                           const Eigen::Vector3d& p_camera) {
+  const auto pixel = projectPerturbed(estimate, p_camera, Perturbation::Zero());
+  if (!pixel) return std::nullopt;
+  Eigen::Matrix<double, 2, kCalibrationParameters> J;
+  for (int i = 0; i < kCalibrationParameters; ++i) {
+    // A thousandth of a deviation: linear, and far above rounding.
+    const double step = 1e-3 * std::sqrt(std::max(0.0, estimate.covariance(i, i)));
+    J.col(i).setZero();
+    if (step == 0) continue;
+    const Perturbation by = step * Perturbation::Unit(i);
+    const auto above = projectPerturbed(estimate, p_camera, by);
+    const auto below = projectPerturbed(estimate, p_camera, -by);
+    if (!above || !below) return std::nullopt;
+    J.col(i) = (*above - *below) / (2 * step);
+  }
+  return PredictedPixel{*pixel, J * estimate.covariance * J.transpose()};
+}
+
+double Coverage::share() const {
+  const auto filled = std::count_if(corners.begin(), corners.end(), [](int n) { return n > 0; });
+  return double(filled) / double(corners.size());
+}
+
+Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern) {
+  std::map<int, const Tag*> by_id;
+  for (const Tag& tag : pattern.tags) by_id[tag.id] = &tag;
+  Coverage coverage;
+  for (const View& view : views) {
+    if (!view.faults.empty()) continue;
+    for (const SeenTag& seen : view.projected) {
+      const auto found = by_id.find(seen.id);
+      if (found == by_id.end()) continue;
+      for (const Eigen::Vector2d& corner : found->second->corners) {
+        const int column =
+            static_cast<int>((corner.x() + 0.5) * Coverage::kColumns / pattern.width);
+        const int row = static_cast<int>((corner.y() + 0.5) * Coverage::kRows / pattern.height);
+        if (column < 0 || row < 0 || column >= Coverage::kColumns || row >= Coverage::kRows)
+          continue;
+        ++coverage.corners[std::size_t(row * Coverage::kColumns + column)];
+      }
+    }
+  }
+  return coverage;
+}
+
+CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons)
+    : std::runtime_error(joined(reasons)), reasons_(reasons) {}
+
+CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons,
+                                       std::vector<ViewResult> views)
+    : std::runtime_error(joined(reasons)), reasons_(reasons), views_(std::move(views)) {}
+
+}  // namespace afterglow::calib

@@ -90,9 +90,12 @@ class CalibrationRefused : public std::runtime_error {
   explicit CalibrationRefused(const std::vector<std::string>& reasons);
   /// With what was found out about each view before it was refused.
   CalibrationRefused(const std::vector<std::string>& reasons, std::vector<ViewResult> views);
+  /// One line each.
+  const std::vector<std::string>& reasons() const { return reasons_; }
   const std::vector<ViewResult>& views() const { return views_; }
 
  private:
+  std::vector<std::string> reasons_;
   std::vector<ViewResult> views_;
 };
 

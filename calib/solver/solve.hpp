@@ -2,6 +2,9 @@
 /// The projector from views of a board whose camera is known.
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "calib/detection/observe.hpp"
 #include "calib/solver/calibration.hpp"
 
@@ -10,6 +13,7 @@ namespace afterglow::calib {
 struct SolveOptions {
   bool refine_camera = false;  ///< estimate the camera's focal lengths, centre and k1 k2 p1 p2 too
   int threads = 2;
+  std::optional<double> measured_ruler_m;  ///< what the board's printed ruler measures
 };
 
 /// From corners. Throws CalibrationRefused.

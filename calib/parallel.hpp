@@ -1,0 +1,14 @@
+/// \file
+/// Independent pieces of work on a few threads.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace afterglow::calib {
+
+/// Calls work(0) ... work(count - 1), in any order, on so many threads, and returns when all are
+/// done. The first exception is thrown on after that; work not begun by then is not.
+void forEachIndex(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
+
+}  // namespace afterglow::calib

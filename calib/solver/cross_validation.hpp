@@ -1,0 +1,25 @@
+/// \file
+/// What a calibration is worth: each view predicted by a calibration that has not seen it.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calib/solver/refine.hpp"
+
+namespace afterglow::calib {
+
+struct HeldOut {
+  double rms_px = 0;  ///< projector pixels
+  double rms_mm = 0;  ///< on the board
+  int corners = 0;
+};
+
+/// For every used view, in order; empty for the others. The model is solved without the view, the
+/// view's board pose comes from its printed tags alone, and its projected corners are compared.
+/// Tags that are outliers in the full solution are left out here too.
+std::vector<std::optional<HeldOut>> leaveOneOut(const ProjectorModel& model,
+                                                const std::vector<ViewEvidence>& views,
+                                                const RefineSettings& settings, int threads);
+
+}  // namespace afterglow::calib

@@ -1,0 +1,26 @@
+/// \file
+/// A first estimate of the projector from points in space and their pixels: the direct linear
+/// transform (Hartley and Zisserman, Multiple View Geometry, 7.1), which knows no restriction on
+/// where the principal point lies.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "calib/frames.hpp"
+#include "calib/solver/evidence.hpp"
+
+namespace afterglow::calib {
+
+struct LinearStart {
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  ///< with skew, K(2, 2) = 1
+  Rigid<Camera, Projector> T_camera_projector;
+};
+
+/// From the used views, some of which may be wholly wrong: of many triples of views the one that
+/// most others agree with. Empty if none gives a projector in front of which the boards lie.
+std::optional<LinearStart> linearStart(const std::vector<ViewEvidence>& views,
+                                       const Pattern& pattern);
+
+}  // namespace afterglow::calib
