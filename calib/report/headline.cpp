@@ -28,12 +28,12 @@ std::string meaning(const Calibration& calibration) {
   return element("p",
                  "Each view in turn was kept back, the projector calibrated from the others, and "
                  "the light predicted in the view kept back. It lay " +
-                     element("strong", fixedText(calibration.held_out_rms_mm, 2) + " mm") +
+                     element("strong", twoDigits(calibration.held_out_rms_mm) + " mm") +
                      " from the prediction: root mean square over " + std::to_string(count) +
                      " views" + boardDistances(calibration) + ".") +
          element("p", "class=\"soft\"",
                  "This is what to expect where the calibration is used. The training error below "
-                 "it is measured on the views that made the calibration; it is always smaller and "
+                 "it is measured on the views that made the calibration; it is never larger and "
                  "proves nothing by itself.");
 }
 
@@ -51,7 +51,7 @@ std::string headlineBox(const Calibration& calibration) {
   const std::string numbers =
       element("div", "class=\"label\"", "Leave-one-view-out error (RMS)") +
       element("div", "class=\"big\"",
-              fixedText(calibration.held_out_rms_mm, 2) + element("small", " mm")) +
+              twoDigits(calibration.held_out_rms_mm) + element("small", " mm")) +
       element("div", "class=\"second\"",
               fixedText(calibration.held_out_rms_px, 3) + " px of the projector");
   return element("div", "class=\"headline\"",
@@ -88,9 +88,19 @@ std::string leftOut(const Calibration& calibration) {
          "\n";
 }
 
+/// Said under "Left out" already.
+bool isAboutLeftOut(const std::string& warning, const Calibration& calibration) {
+  return std::any_of(calibration.views.begin(), calibration.views.end(),
+                     [&](const ViewResult& view) {
+                       return !view.is_used && warning.rfind(view.name + " left out", 0) == 0;
+                     });
+}
+
 std::string warnings(const Calibration& calibration) {
   std::string items;
-  for (const std::string& warning : calibration.warnings) items += element("li", escaped(warning));
+  for (const std::string& warning : calibration.warnings) {
+    if (!isAboutLeftOut(warning, calibration)) items += element("li", escaped(warning));
+  }
   if (items.empty()) return "";
   return element("div", "class=\"note\"", element("h3", "Be careful") + element("ul", items)) +
          "\n";

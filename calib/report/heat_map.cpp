@@ -10,21 +10,23 @@
 namespace afterglow::calib {
 namespace {
 
-/// Each color is for amounts below `limit`. The colors are eight steps of matplotlib's viridis
+/// Each color is for amounts below `limit`. The colors are ten even steps of matplotlib's viridis
 /// (CC0), which grows evenly darker, for the color-blind and in grey print too.
 struct Step {
   double limit;
   const char* color;
   bool is_dark;
 };
-constexpr std::array<Step, 8> kSteps{{{0.02, "#fde725", false},
-                                      {0.05, "#a0da39", false},
-                                      {0.1, "#4ac16d", false},
-                                      {0.2, "#1fa187", false},
-                                      {0.5, "#277f8e", true},
-                                      {1, "#365c8d", true},
-                                      {2, "#46327e", true},
-                                      {HUGE_VAL, "#440154", true}}};
+constexpr std::array<Step, 10> kSteps{{{0.005, "#fde725", false},
+                                       {0.01, "#b5de2b", false},
+                                       {0.02, "#6ece58", false},
+                                       {0.05, "#35b779", false},
+                                       {0.1, "#1f9e89", false},
+                                       {0.2, "#26828e", true},
+                                       {0.5, "#31688e", true},
+                                       {1, "#3e4989", true},
+                                       {2, "#482878", true},
+                                       {HUGE_VAL, "#440154", true}}};
 constexpr const char* kUnlit = "#e3e6ea";
 
 /// A multiple of the coverage's cells, so that hatching and colors share their edges.
@@ -62,18 +64,23 @@ std::string colors(const UncertaintyGrid& grid, HeatUnit unit) {
   return element("g", "shape-rendering=\"crispEdges\"", markup);
 }
 
+/// Beside a white one a black one, to be seen on any color.
+std::string stripe(double x, double width, double height, const std::string& color) {
+  return "<rect x=\"" + coordinate(x) + "\" width=\"" + coordinate(width) + "\" height=\"" +
+         coordinate(height) + "\" fill=\"" + color + "\" fill-opacity=\"0.5\"/>";
+}
+
 /// Ids in a page are unique; a drawing's pattern is therefore named after what it shows.
 std::string hatching(const Coverage& coverage, const Lens& projector, const std::string& id) {
   const double width = double(projector.width) / Coverage::kColumns;
   const double height = double(projector.height) / Coverage::kRows;
   const double step = projector.width / 90.0;
-  std::string markup =
-      element("defs", element("pattern",
-                              "id=\"" + id + "\" patternUnits=\"userSpaceOnUse\" width=\"" +
-                                  coordinate(step) + "\" height=\"" + coordinate(step) +
-                                  "\" patternTransform=\"rotate(45)\"",
-                              "<rect width=\"" + coordinate(0.4 * step) + "\" height=\"" +
-                                  coordinate(step) + "\" fill=\"#fff\" fill-opacity=\"0.6\"/>"));
+  std::string markup = element(
+      "defs",
+      element("pattern",
+              "id=\"" + id + "\" patternUnits=\"userSpaceOnUse\" width=\"" + coordinate(step) +
+                  "\" height=\"" + coordinate(step) + "\" patternTransform=\"rotate(45)\"",
+              stripe(0, 0.3 * step, step, "#fff") + stripe(0.3 * step, 0.18 * step, step, "#000")));
   for (int row = 0; row < Coverage::kRows; ++row) {
     for (int column = 0; column < Coverage::kColumns; ++column) {
       const auto index = static_cast<std::size_t>(row * Coverage::kColumns + column);
@@ -119,11 +126,6 @@ std::string figure(const UncertaintyGrid& grid, HeatUnit unit, const Calibration
 }
 
 }  // namespace
-
-std::string twoDigits(double value) {
-  if (!(value > 0)) return "0";
-  return fixedText(value, value < 0.095 ? 3 : value < 0.995 ? 2 : value < 9.95 ? 1 : 0);
-}
 
 UncertaintyGrid uncertaintyGrid(const ProjectorEstimate& estimate, double distance_m) {
   UncertaintyGrid grid;
@@ -178,7 +180,7 @@ std::string uncertaintySection(const Calibration& calibration) {
       "alone, by its covariance. The held-out error at the top is larger because it contains the "
       "noise of the corners it is measured with; errors of the camera’s own calibration and of tf "
       "come on top of either. Millimetres are on a surface facing the projector at that distance. "
-      "In the cells hatched white nothing was measured: the numbers there extrapolate, and hold "
+      "In the hatched cells nothing was measured: the numbers there extrapolate, and hold "
       "only as far as the lens model does.");
   for (const HeatUnit unit : {HeatUnit::kPixels, HeatUnit::kMillimetres}) {
     std::string figures;

@@ -30,7 +30,4 @@ std::string heatMap(const UncertaintyGrid& grid, HeatUnit unit, const Coverage& 
                     const Lens& projector);
 std::string heatLegend(HeatUnit unit);
 
-/// "0.034", "0.34", "3.4", "34": two digits.
-std::string twoDigits(double value);
-
 }  // namespace afterglow::calib

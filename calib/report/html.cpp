@@ -120,6 +120,15 @@ std::string dataUri(const Picture& picture, int widest) {
   return "data:image/jpeg;base64," + base64(bytes);
 }
 
+std::string twoDigits(double value) {
+  const int decimals = value < 0.0095  ? 4
+                       : value < 0.095 ? 3
+                       : value < 0.95  ? 2
+                       : value < 9.5   ? 1
+                                       : 0;
+  return fixedText(value, decimals);
+}
+
 double roundDown(double value) {
   const double power = std::pow(10, std::floor(std::log10(value)));
   const double lead = value / power;

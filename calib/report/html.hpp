@@ -37,6 +37,9 @@ std::string drawing(int width, int height, const std::string& label, const std::
 /// The picture as JPEG in a data URI, at most `widest` pixels wide.
 std::string dataUri(const Picture& picture, int widest);
 
+/// "0.0034", "0.034", "0.34", "3.4", "34".
+std::string twoDigits(double value);
+
 /// 1, 2 or 5 times a power of ten, not above the value (> 0).
 double roundDown(double value);
 

@@ -41,6 +41,11 @@ void ResidualLines::add(const ResidualLines& others) {
   lines_.insert(lines_.end(), others.lines_.begin(), others.lines_.end());
 }
 
+bool ResidualLines::hasErrors() const {
+  return std::any_of(lines_.begin(), lines_.end(),
+                     [](const ResidualLine& line) { return !line.error.isZero(0); });
+}
+
 bool ResidualLines::has(LineKind kind) const {
   return std::any_of(lines_.begin(), lines_.end(),
                      [&](const ResidualLine& line) { return line.kind == kind; });
@@ -89,14 +94,7 @@ std::string ResidualLines::outlierRings(int width) const {
   return markup;
 }
 
-std::string ResidualLines::onPhotograph(double magnification, int width, int height) const {
-  std::string halo, colors;
-  for (const Style& style : kStyles) {
-    const std::string lines = path(style.kind, magnification, kLongest * width);
-    halo += stroke(lines, "#000", 2.8, 0.5) + stroke(dots(style.kind), "#000", 4.4, 0.5);
-    colors += stroke(lines, style.on_photograph, 1.3) +
-              stroke(dots(style.kind), style.on_photograph, 2.8);
-  }
+std::string ResidualLines::lengthBar(double magnification, int width, int height) {
   const double bar_px = roundDown(width / 8.0 / magnification);
   const double left = 0.03 * width, bottom = height - 0.04 * width;
   const std::string bar = "M" + point({left, bottom}) + "h" + coordinate(bar_px * magnification);
@@ -108,8 +106,19 @@ std::string ResidualLines::onPhotograph(double magnification, int width, int hei
                   "\" fill=\"#fff\" stroke=\"#000\" stroke-opacity=\"0.7\" stroke-width=\"" +
                   coordinate(0.005 * width) + "\" paint-order=\"stroke\"",
               fixedText(bar_px, decimals) + " px");
-  return halo + colors + outlierRings(width) + stroke(bar, "#000", 5, 0.7) +
-         stroke(bar, "#fff", 2.4) + label;
+  return stroke(bar, "#000", 5, 0.7) + stroke(bar, "#fff", 2.4) + label;
+}
+
+std::string ResidualLines::onPhotograph(double magnification, int width, int height) const {
+  std::string halo, colors;
+  for (const Style& style : kStyles) {
+    const std::string lines = path(style.kind, magnification, kLongest * width);
+    halo += stroke(lines, "#000", 2.8, 0.5) + stroke(dots(style.kind), "#000", 4.4, 0.5);
+    colors += stroke(lines, style.on_photograph, 1.3) +
+              stroke(dots(style.kind), style.on_photograph, 2.8);
+  }
+  return halo + colors + outlierRings(width) +
+         (hasErrors() ? lengthBar(magnification, width, height) : "");
 }
 
 std::string ResidualLines::onPaper(double magnification, int width) const {
@@ -126,6 +135,7 @@ std::string ResidualLines::legendOnPhotograph() const { return legend(false); }
 std::string ResidualLines::legendOnPaper() const { return legend(true); }
 
 std::string ResidualLines::legend(bool is_on_paper) const {
+  if (lines_.empty()) return "";
   std::string markup;
   for (const Style& style : kStyles) {
     if (!has(style.kind)) continue;

@@ -61,13 +61,14 @@ figcaption { font-size: 13px; line-height: 1.4; margin: 6px 0 0; }
 figure h3 .right { float: right; font-size: 13px; font-weight: 400; line-height: 22px; }
 figure h3 + p { margin: 0 0 6px; font-size: 13px; color: var(--soft); }
 .two, .three { display: grid; grid-template-columns: 1fr 1fr; gap: 28px 28px; margin: 16px 0; }
+.views { align-items: end; }
 .three { grid-template-columns: 1fr 1fr 1fr; gap: 20px; }
 .legend { display: flex; flex-wrap: wrap; align-items: center; gap: 6px 22px; font-size: 13px;
   margin: 10px 0; }
 .legend span { display: inline-flex; align-items: center; gap: 7px; }
 .legend i { display: inline-block; width: 22px; height: 13px; border: 1px solid #0002; }
 .legend i.line { height: 3px; border: 0; }
-.scale { display: flex; max-width: 640px; margin: 10px 0 6px; font-size: 12px;
+.scale { display: flex; max-width: 700px; margin: 10px 0 6px; font-size: 12px;
   color: var(--soft); font-variant-numeric: tabular-nums; }
 .scale div { flex: 1; position: relative; padding-top: 18px; }
 .scale i { display: block; height: 14px; }

@@ -48,7 +48,7 @@ std::string headRemark(const ViewResult& view) {
   if (!view.held_out_px || !view.held_out_mm) return "";
   return element("span", "class=\"right\"",
                  "held out " + fixedText(*view.held_out_px, 3) + " px, " +
-                     fixedText(*view.held_out_mm, 2) + " mm");
+                     twoDigits(*view.held_out_mm) + " mm");
 }
 
 std::string viewFigure(const ViewResult& view, std::size_t index, const std::string& remark,
@@ -60,15 +60,14 @@ std::string viewFigure(const ViewResult& view, std::size_t index, const std::str
 }
 
 std::string refusedCaption(const ViewResult& view) {
+  std::string text = escaped(view.reason);
+  if (view.residuals.empty()) return text.empty() ? "no tags were read in it" : text;
   const auto projected =
       std::count_if(view.residuals.begin(), view.residuals.end(),
                     [](const CornerResidual& corner) { return corner.is_projected; });
-  if (view.residuals.empty()) {
-    return view.reason.empty() ? "nothing was found wrong with this view" : escaped(view.reason);
-  }
   const auto printed = static_cast<std::ptrdiff_t>(view.residuals.size()) - projected;
-  return escaped(view.reason) + (view.reason.empty() ? "" : " · ") + std::to_string(printed) +
-         " printed and " + std::to_string(projected) + " projected corners seen";
+  return text + (text.empty() ? "" : " · ") + std::to_string(printed) + " printed and " +
+         std::to_string(projected) + " projected corners seen";
 }
 
 /// With the photographs that were not looked at before the calibration was refused.
@@ -80,7 +79,6 @@ std::vector<ViewResult> withUnseen(std::vector<ViewResult> views,
     if (is_known) continue;
     ViewResult view;
     view.name = each.name;
-    view.reason = "not looked at before the calibration was refused";
     views.push_back(view);
   }
   return views;
@@ -109,7 +107,7 @@ std::string viewPictureSection(const Calibration& calibration,
                      " in every picture; the bar at the bottom left shows a length in real "
                      "pixels. Pictures are cut to the board. Outliers are ringed, and their lines "
                      "cut short.") +
-         all.legendOnPhotograph() + "\n" + element("div", "class=\"two\"", figures) + "\n";
+         all.legendOnPhotograph() + "\n" + element("div", "class=\"two views\"", figures) + "\n";
 }
 
 std::string refusedViewSection(const std::vector<ViewResult>& views,
@@ -117,14 +115,23 @@ std::string refusedViewSection(const std::vector<ViewResult>& views,
   const std::vector<ViewResult> shown = withUnseen(views, photographs);
   if (shown.empty()) return "";
   const double magnification = commonMagnification(shown, photographs);
+  ResidualLines all;
   std::string figures;
   for (std::size_t i = 0; i < shown.size(); ++i) {
+    all.add(photographLines(shown[i]));
     const std::string remark =
         shown[i].reason.empty() ? "" : element("span", "class=\"pill\"", "not usable");
     figures += viewFigure(shown[i], i, remark, refusedCaption(shown[i]),
                           viewPhotograph(shown[i], photographs, magnification));
   }
-  return element("h2", "What each view showed") + element("div", "class=\"two\"", figures) + "\n";
+  const std::string errors =
+      all.hasErrors() ? element("p",
+                                "Lines show how far each corner is off where the calibration "
+                                "stopped, in the photograph’s pixels, magnified " +
+                                    fixedText(magnification, 0) + " times.")
+                      : "";
+  return element("h2", "What each view showed") + errors + all.legendOnPhotograph() + "\n" +
+         element("div", "class=\"two views\"", figures) + "\n";
 }
 
 }  // namespace afterglow::calib
