@@ -73,6 +73,11 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
   }
   take(own, "camera_info", options.camera_info);
   readGuide(own, options.guide);
+  if (own.hasParam("measured_ruler")) {
+    options.measured_ruler_m.emplace();
+    take(own, "measured_ruler", *options.measured_ruler_m);
+    check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in metres");
+  }
   take(own, "refine_camera", options.refine_camera);
   take(own, "start", options.is_started);
   take(own, "speak", options.is_spoken);

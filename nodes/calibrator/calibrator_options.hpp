@@ -4,6 +4,7 @@
 
 #include <ros/node_handle.h>
 
+#include <optional>
 #include <string>
 
 #include "calib/guide/guide.hpp"
@@ -25,9 +26,10 @@ struct CalibratorOptions {
   /// ~views (16), ~coverage (0.5), ~still_seconds (0.5), ~still_pixels (0.5), ~settle_frames (2),
   /// ~patience_seconds (4)
   calib::GuideOptions guide;
-  bool refine_camera = false;        ///< ~refine_camera
-  bool is_started = true;            ///< ~start: at once, without the service
-  bool is_spoken = true;             ///< ~speak: on /robotsound
+  std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in metres
+  bool refine_camera = false;              ///< ~refine_camera
+  bool is_started = true;                  ///< ~start: at once, without the service
+  bool is_spoken = true;                   ///< ~speak: on /robotsound
   bool publishes_transform = false;  ///< ~publish_transform: camera to projector, on /tf_static
   std::string camera_frame;          ///< ~camera_frame; empty: the images'
   calib::CalibrationNames names;     ///< ~projector_frame, ~projector_name; camera_frame as above

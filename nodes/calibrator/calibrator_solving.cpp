@@ -37,6 +37,7 @@ CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> p
   };
   calib::SolveOptions solve_options;
   solve_options.refine_camera = options_.refine_camera;
+  solve_options.measured_ruler_m = options_.measured_ruler_m;
   Solution solution;
   try {
     solution.calibration =

@@ -16,12 +16,12 @@ CameraInbox::CameraInbox(const std::string& image_topic, const std::string& came
                          const std::optional<calib::Lens>& lens)
     : image_topic_(ros::names::resolve(image_topic)),
       camera_info_topic_(ros::names::resolve(camera_info_topic)),
+      began_at_(std::chrono::steady_clock::now()),
       lens_(lens),
-      heard_at_(std::chrono::steady_clock::now()) {
+      heard_at_(began_at_) {
   image_subscriber_ = nh_.subscribe(image_topic_, 1, &CameraInbox::onImage, this,
                                     ros::TransportHints().tcpNoDelay());
   if (lens) return;
-  lens_problem_ = "no camera_info on " + camera_info_topic_ + " yet";
   camera_info_subscriber_ = nh_.subscribe(camera_info_topic_, 1, &CameraInbox::onCameraInfo, this);
 }
 
@@ -81,7 +81,9 @@ std::string CameraInbox::problem() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!image_problem_.empty()) return image_problem_;
   if (!lens_problem_.empty()) return lens_problem_;
-  if (std::chrono::steady_clock::now() - heard_at_ < kSilence) return {};
+  const auto now = std::chrono::steady_clock::now();
+  if (!lens_ && now - began_at_ > kSilence) return "no camera_info on " + camera_info_topic_;
+  if (now - heard_at_ < kSilence) return {};
   if (was_heard_) return "the camera has stopped: nothing on " + image_topic_ + " for 3 s";
   return "no image on " + image_topic_ + ": is the camera running, and is that its topic?";
 }

@@ -43,6 +43,7 @@ class CameraInbox {
   void onCameraInfo(const sensor_msgs::CameraInfoConstPtr& message);
 
   const std::string image_topic_, camera_info_topic_;
+  const std::chrono::steady_clock::time_point began_at_;
   mutable std::mutex mutex_;
   std::condition_variable image_came_;
   sensor_msgs::ImageConstPtr newest_;
