@@ -17,6 +17,16 @@ Eigen::Quaterniond rotationOf(const Mount& mount) {
   return q;
 }
 
+void writeSpread(YAML::Emitter& out, const char* key, const std::optional<double>& spread,
+                 int decimals) {
+  out << YAML::Key << key << YAML::Value;
+  if (spread) {
+    out << fixedText(*spread, decimals);
+  } else {
+    out << YAML::Null;
+  }
+}
+
 void writePoses(YAML::Emitter& out, const Mount& mount) {
   out << YAML::Key << "poses" << YAML::Value << YAML::BeginSeq;
   for (const MountDeviation& pose : mount.poses) {
@@ -45,17 +55,16 @@ std::string staticTransformYaml(const Mount& mount, const MountFrames& frames) {
       << YAML::Value << exactText(q.x()) << YAML::Key << "y" << YAML::Value << exactText(q.y())
       << YAML::Key << "z" << YAML::Value << exactText(q.z()) << YAML::Key << "w" << YAML::Value
       << exactText(q.w()) << YAML::EndMap;
-  out << YAML::Key << "spread_mm" << YAML::Value
-      << (mount.spread_mm ? fixedText(*mount.spread_mm, 3) : "null");
-  out << YAML::Key << "spread_deg" << YAML::Value
-      << (mount.spread_deg ? fixedText(*mount.spread_deg, 4) : "null");
+  writeSpread(out, "spread_mm", mount.spread_mm, 3);
+  writeSpread(out, "spread_deg", mount.spread_deg, 4);
   writePoses(out, mount);
   out << YAML::EndMap;
   return std::string("# From the link to the projector, by `afterglow calibrate mount`.\n") +
          out.c_str() + "\n";
 }
 
-std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames) {
+std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames,
+                                  bool has_publisher) {
   for (const std::string& name : {frames.link, frames.projector}) {
     if (!isFrameName(name)) throw std::invalid_argument("'" + name + "' is no tf2 frame name");
   }
@@ -65,15 +74,22 @@ std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames)
   for (const double number : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
     arguments += exactText(number) + " ";
   }
-  return "<?xml version=\"1.0\"?>\n"
-         "<launch>\n"
-         "  <!-- Where the projector sits on the robot, by `afterglow calibrate mount`:\n"
-         "       x y z qx qy qz qw parent child -->\n"
-         "  <node pkg=\"tf2_ros\" type=\"static_transform_publisher\" name=\"projector_tf\"\n"
-         "        args=\"" +
-         arguments + frames.link + " " + frames.projector +
-         "\"/>\n"
-         "</launch>\n";
+  arguments += frames.link + " " + frames.projector;
+  const auto node = [&](const std::string& condition, const std::string& program) {
+    return "  <node " + condition + "=\"$(arg tf2_ros)\" " + program +
+           " name=\"projector_tf\"\n        args=\"" + arguments + "\"/>\n";
+  };
+  return std::string(
+             "<?xml version=\"1.0\"?>\n"
+             "<launch>\n"
+             "  <!-- Where the projector sits on the robot, by `afterglow calibrate mount`:\n"
+             "       x y z qx qy qz qw parent child -->\n"
+             "  <arg name=\"tf2_ros\" default=\"") +
+         (has_publisher ? "true" : "false") +
+         "\"\n       doc=\"false where tf2_ros has no static_transform_publisher, as on Debian "
+         "12\"/>\n" +
+         node("if", "pkg=\"tf2_ros\" type=\"static_transform_publisher\"") +
+         node("unless", "pkg=\"afterglow\" type=\"static_transform_node\"") + "</launch>\n";
 }
 
 bool isFrameName(const std::string& name) {

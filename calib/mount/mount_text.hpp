@@ -18,9 +18,12 @@ struct MountFrames {
 /// deviations.
 std::string staticTransformYaml(const Mount& mount, const MountFrames& frames);
 
-/// A launch file with tf2_ros' static_transform_publisher: x y z qx qy qz qw parent child.
-/// Throws std::invalid_argument for a frame name that is no tf2 name (isFrameName).
-std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames);
+/// A launch file with tf2_ros' static_transform_publisher (x y z qx qy qz qw parent child), or,
+/// where its argument `tf2_ros` is false, with afterglow's static_transform_node: Debian 12
+/// packages tf2_ros without that program. `has_publisher` is the argument's default. Throws
+/// std::invalid_argument for a frame name that is no tf2 name (isFrameName).
+std::string staticTransformLaunch(const Mount& mount, const MountFrames& frames,
+                                  bool has_publisher = true);
 
 /// Letters, digits, _ - . and / within: what every tool takes, without a leading /.
 bool isFrameName(const std::string& name);

@@ -3,10 +3,12 @@
 #include <CLI/Error.hpp>
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "calib/mount/mount_text.hpp"
@@ -74,6 +76,19 @@ std::vector<MountRecord> gatherPoses(const Options& options) {
   return loadMountRecords(options.add_to);
 }
 
+/// Whether this machine's tf2_ros has the program that the launch file would start.
+bool hasStaticTransformPublisher() {
+  std::string folders = "/usr:/opt/ros/noetic";
+  if (const char* value = std::getenv("CMAKE_PREFIX_PATH")) folders += ":" + std::string(value);
+  std::istringstream stream(folders);
+  for (std::string folder; std::getline(stream, folder, ':');) {
+    std::error_code ignored;
+    const fs::path program = fs::path(folder) / "lib/tf2_ros/static_transform_publisher";
+    if (fs::exists(program, ignored)) return true;
+  }
+  return false;
+}
+
 nlohmann::ordered_json mountJson(const calib::Mount& mount, const calib::MountFrames& frames) {
   const Eigen::Vector3d t = mount.T_link_projector.matrix().translation();
   const Eigen::Quaterniond q(mount.T_link_projector.matrix().linear());
@@ -129,7 +144,7 @@ void runMount(const Options& options) {
   calib::replaceFile((out / "static_transform.yaml").string(),
                      calib::staticTransformYaml(mount, frames));
   calib::replaceFile((out / "projector_tf.launch").string(),
-                     calib::staticTransformLaunch(mount, frames));
+                     calib::staticTransformLaunch(mount, frames, hasStaticTransformPublisher()));
   for (const calib::MountDeviation& pose : mount.poses) {
     if (pose.is_used) continue;
     std::cerr << "afterglow calibrate mount: left out " << pose.name << ": "

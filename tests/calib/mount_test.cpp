@@ -207,6 +207,8 @@ TEST(MountText, yamlReadsBackExactly) {
   ASSERT_EQ(yaml["poses"].size(), 4u);
   EXPECT_FALSE(yaml["poses"][3]["used"].as<bool>());
   EXPECT_EQ(yaml["poses"][3]["name"].as<std::string>(), "pose 4");
+  const Mount one = averageMount({poses[0]});
+  EXPECT_TRUE(YAML::Load(staticTransformYaml(one, {"link", "projector"}))["spread_mm"].IsNull());
 }
 
 }  // namespace

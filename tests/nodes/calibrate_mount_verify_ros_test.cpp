@@ -11,6 +11,8 @@
 #include "calib/targets/target_files.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/program.hpp"
+#include "nodes/tools/transform_question.hpp"
+#include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
@@ -137,6 +139,21 @@ TEST_F(CalibrateCommand, mountAsksTheRunningRobot) {
     EXPECT_EQ(yaml["parent_frame"].as<std::string>(), "turret_link");
     EXPECT_NEAR(yaml["translation"]["x"].as<double>(), 0.75, 1e-9);
     EXPECT_NEAR(yaml["translation"]["z"].as<double>(), 0.2, 1e-9);
+  }
+  {
+    // And the other way: what the launch file starts where tf2_ros has no program for it.
+    test::NodeProcess node({AFTERGLOW_TEST_STATIC_TRANSFORM_NODE, "0.1", "-0.2", "0.3", "-0.5",
+                            "0.5", "-0.5", "0.5", "turret_link", "projector"});
+    const Eigen::Isometry3d T = askTransform("turret_link", "projector", 20);
+    EXPECT_LT((T.translation() - Eigen::Vector3d(0.1, -0.2, 0.3)).norm(), 1e-12);
+    EXPECT_LT((T.linear() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 1e-9);
+    node.interrupt();
+    EXPECT_EQ(node.exitStatus(), 0);
+    const ProgramResult wrong = runProgram({AFTERGLOW_TEST_STATIC_TRANSFORM_NODE, "0.1", "a", "b"});
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_EQ(wrong.output,
+              "static_transform_node: expected: x y z qx qy qz qw parent_frame "
+              "child_frame\n");
   }
   ros::shutdown();
   setenv("ROS_MASTER_URI", "http://localhost:1", 1);

@@ -1,0 +1,67 @@
+// static_transform_node x y z qx qy qz qw parent child: sends one static transform until it is
+// stopped, for machines whose tf2_ros comes without a static_transform_publisher (Debian 12).
+#include <geometry_msgs/TransformStamped.h>
+#include <ros/ros.h>
+#include <tf2_ros/static_transform_broadcaster.h>
+
+#include <exception>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/mount/mount_text.hpp"
+#include "calib/number_text.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/master_check.hpp"
+#include "nodes/verbs/mount_poses.hpp"
+
+namespace {
+
+constexpr char kUsage[] = "expected: x y z qx qy qz qw parent_frame child_frame";
+
+geometry_msgs::TransformStamped readTransform(const std::vector<std::string>& arguments) {
+  if (arguments.size() != 9) throw std::invalid_argument(kUsage);
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < 7; ++i) {
+    const std::optional<double> number = afterglow::calib::numberFromText(arguments[i]);
+    if (!number) throw std::invalid_argument("'" + arguments[i] + "' is no number; " + kUsage);
+    numbers.push_back(*number);
+  }
+  for (std::size_t i = 7; i < 9; ++i) {
+    if (!afterglow::calib::isFrameName(arguments[i])) {
+      throw std::invalid_argument("'" + arguments[i] + "' is no tf2 frame name; " + kUsage);
+    }
+  }
+  geometry_msgs::TransformStamped transform;
+  transform.header.frame_id = arguments[7];
+  transform.child_frame_id = arguments[8];
+  transform.transform =
+      afterglow::nodes::toTransform(afterglow::nodes::poseFromNumbers(numbers, "the transform"));
+  return transform;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    afterglow::nodes::requireMaster(argc, argv);
+    ros::init(argc, argv, "static_transform_node", ros::init_options::NoSigintHandler);
+    geometry_msgs::TransformStamped transform =
+        readTransform(std::vector<std::string>(argv + 1, argv + argc));
+    afterglow::nodes::catchStopSignals();
+    const ros::NodeHandle node;  // stays: with the last handle ROS shuts down
+    tf2_ros::StaticTransformBroadcaster broadcaster;
+    transform.header.stamp = ros::Time::now();
+    broadcaster.sendTransform(transform);
+    afterglow::nodes::waitForStop();
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "static_transform_node: " << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "static_transform_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
