@@ -14,11 +14,12 @@ constexpr std::size_t kFewestViews = 3;
 /// Largest angle between two boards' normals that leaves focal length and distance apart.
 constexpr double kSmallestTilt_deg = 10;
 constexpr double kNearest_m = 0.1, kFarthest_m = 15;
-constexpr std::size_t kFewestCorners = 60;
-/// Of the projector's picture, across and down, from the first to the last corner.
-constexpr double kSmallestSpan = 0.5;
+constexpr std::size_t kFewestCorners = 40;
+/// Of the projector's picture, from the first to the last corner. A camera beside a short throw
+/// sees little of the picture's height.
+constexpr double kSmallestAcross = 0.4, kSmallestDown = 0.25;
 /// Of the cells of the coverage.
-constexpr double kSmallestShare = 0.15;
+constexpr double kSmallestShare = 0.1;
 /// The third of the picture at a side counts as empty with less than this share of the corners.
 constexpr double kEmptyThird = 0.01;
 
@@ -135,7 +136,7 @@ void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
   const Eigen::Vector2d span =
       (high - low).cwiseQuotient(Eigen::Vector2d(pattern.width, pattern.height));
   const double share = coveredShare(corners, pattern);
-  if (span.minCoeff() >= kSmallestSpan && share >= kSmallestShare) return;
+  if (span.x() >= kSmallestAcross && span.y() >= kSmallestDown && share >= kSmallestShare) return;
   std::string where;
   for (const std::string& side : emptySides(corners, pattern)) {
     where += (where.empty() ? "nothing was seen in the " : ", the ") + side + " third";

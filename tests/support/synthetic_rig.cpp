@@ -179,6 +179,18 @@ SyntheticRig makeRig(RigKind kind, std::uint32_t seed, int camera_width) {
   return rig;
 }
 
+SyntheticRig makeSmallRig(std::uint32_t seed) {
+  SyntheticRig rig = makeRig(RigKind::Standard, seed, 800);
+  Eigen::Matrix3d K = rig.projector.K;
+  K.topRows<2>() /= 2;
+  K(0, 2) -= 0.25;  // pixels' middles, not their corners, are whole numbers
+  K(1, 2) -= 0.25;
+  const std::array<double, 8>& D = rig.projector.D;
+  rig.projector = calib::makeLens(640, 400, K, {D[0], D[1], D[2], D[3], D[4]});
+  rig.pattern = calib::makePattern(640, 400);
+  return rig;
+}
+
 std::vector<BoardPose> boardPoses(const SyntheticRig& rig, int count, std::uint32_t seed) {
   Uniform uniform(seed);
   std::vector<BoardPose> poses;

@@ -37,6 +37,10 @@ struct SyntheticRig {
 /// The camera looks the same way whatever its resolution (4:3).
 SyntheticRig makeRig(RigKind kind, std::uint32_t seed, int camera_width = 1280);
 
+/// A standard rig of fewer pixels (projector 640 x 400, camera 800 x 600), whose pictures are made
+/// and read in a third of the time.
+SyntheticRig makeSmallRig(std::uint32_t seed);
+
 /// Random poses in the beam, 1 to 1.8 m away, whole in the camera's picture, tilted up to 35
 /// degrees and turned towards the camera. Throws std::runtime_error if too few fit.
 std::vector<BoardPose> boardPoses(const SyntheticRig& rig, int count, std::uint32_t seed);

@@ -1,0 +1,165 @@
+#include "calib/solver/solve.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/synthetic_rig.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+using test::RigKind;
+using test::SyntheticRig;
+
+constexpr RigKind kKinds[] = {RigKind::Standard, RigKind::LensShift, RigKind::Wide,
+                              RigKind::ShortThrow};
+/// What a camera and the detector's refit leave, px.
+constexpr double kSigma_px = 0.02;
+
+Calibration solved(const SyntheticRig& rig, const std::vector<View>& views) {
+  return solveViews(views, rig.board, rig.pattern, rig.camera);
+}
+
+/// Every third projected tag and every other printed one: as good for a test, and quicker.
+std::vector<View> thinned(std::vector<View> views) {
+  const auto keepEach = [](std::vector<SeenTag>& tags, std::size_t nth) {
+    std::vector<SeenTag> kept;
+    for (std::size_t i = 0; i < tags.size(); i += nth) kept.push_back(tags[i]);
+    tags = kept;
+  };
+  for (View& view : views) {
+    keepEach(view.projected, view.projected.size() > 6 ? 3 : 1);
+    keepEach(view.board, 2);
+  }
+  return views;
+}
+
+TEST(Solve, recoversEveryKindOfRig) {
+  // On a short throw the board's free middle is as large as a tag or two.
+  constexpr double kLargest_mm[] = {0.2, 0.2, 0.2, 0.8};
+  for (RigKind kind : kKinds) {
+    const SyntheticRig rig = test::makeRig(kind, 3);
+    const Calibration result = solved(rig, thinned(test::cornerViews(rig, 16, kSigma_px, 3)));
+    EXPECT_LT(test::errorP95_mm(rig, result.estimate), kLargest_mm[int(kind)]) << int(kind);
+    EXPECT_LT(result.held_out_rms_px, 4 * kSigma_px) << "kind " << int(kind);
+    EXPECT_LT(result.training_rms_px, result.held_out_rms_px) << "kind " << int(kind);
+  }
+}
+
+TEST(Solve, keepsThePrincipalPointOutsideThePicture) {
+  SyntheticRig rig = test::makeRig(RigKind::LensShift, 1);
+  rig.projector.K(1, 2) = 1100;
+  const Calibration result = solved(rig, test::cornerViews(rig, 12, kSigma_px, 1));
+  EXPECT_NEAR(result.estimate.projector.K(1, 2), 1100, 10);
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.3);
+}
+
+TEST(Solve, takesTheRationalModelWhereTheLensNeedsIt) {
+  SyntheticRig rig = test::makeRig(RigKind::Wide, 2);
+  rig.projector = makeLens(1280, 800, rig.projector.K, {0.6, -0.2, 0, 0, 0.05, 0.95, 0.1, 0.02});
+  const Calibration result = solved(rig, test::cornerViews(rig, 16, kSigma_px, 2));
+  EXPECT_LT(result.held_out_rms_px, 4 * kSigma_px);
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.5);
+}
+
+TEST(Solve, isNotMovedByThreeWrongTagsOfTen) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  std::vector<View> views = test::cornerViews(rig, 12, kSigma_px, 4);
+  const double clean = test::errorP95_mm(rig, solved(rig, views).estimate);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> share(0, 1), offset(-30, 30);
+  for (View& view : views) {
+    for (SeenTag& tag : view.projected) {
+      if (share(random) >= 0.3) continue;
+      const double x = offset(random);
+      const Eigen::Vector2d by(x, offset(random));
+      for (Eigen::Vector2d& corner : tag.corners) corner += by;
+    }
+  }
+  const Calibration result = solved(rig, views);
+  // What is left are seven tenths of the evidence.
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 1.5 * clean + 0.02);
+}
+
+TEST(Solve, namesAndLeavesOutTwoSpoiltViewsOfSixteen) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 5);
+  const std::vector<test::BoardPose> poses = test::boardPoses(rig, 16, 5);
+  std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 5)), good = views;
+  // The printed tags of one moment, the projected ones of another, 3 cm on.
+  for (std::size_t spoilt : {4u, 11u}) {
+    Eigen::Isometry3d moved = poses[spoilt].matrix();
+    moved.translation() += Eigen::Vector3d(0.02, -0.03, 0.02);
+    views[spoilt].projected =
+        test::cornerView(rig, "", test::BoardPose(moved), kSigma_px, 1).projected;
+  }
+  good.erase(good.begin() + 11);
+  good.erase(good.begin() + 4);
+  const Calibration result = solved(rig, views);
+  for (const ViewResult& view : result.views) {
+    const bool is_spoilt = view.name == "view_04" || view.name == "view_11";
+    EXPECT_EQ(view.is_used, !is_spoilt) << view.name << " " << view.reason;
+    if (is_spoilt) {
+      EXPECT_NE(view.reason.find("move"), std::string::npos) << view.reason;
+    }
+  }
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate),
+            1.05 * test::errorP95_mm(rig, solved(rig, good).estimate) + 0.002);
+}
+
+TEST(Solve, givesTheSameAnswerTwice) {
+  const SyntheticRig rig = test::makeRig(RigKind::Wide, 6);
+  const std::vector<View> views = test::cornerViews(rig, 8, kSigma_px, 6);
+  const Calibration a = solved(rig, views), b = solved(rig, views);
+  EXPECT_EQ(a.estimate.projector.K, b.estimate.projector.K);
+  EXPECT_EQ(a.estimate.projector.D, b.estimate.projector.D);
+  EXPECT_EQ(a.estimate.T_camera_projector.matrix().matrix(),
+            b.estimate.T_camera_projector.matrix().matrix());
+  EXPECT_EQ(a.estimate.covariance, b.estimate.covariance);
+  EXPECT_EQ(a.held_out_rms_px, b.held_out_rms_px);
+}
+
+/// Squared distance of the truth from the estimate, in standard deviations.
+double squaredDeviation(const SyntheticRig& rig, const ProjectorEstimate& estimate,
+                        const Eigen::Vector3d& p_camera) {
+  const ProjectorEstimate truth = rig.truth();
+  const Eigen::Vector2d meant =
+      project(truth.projector, truth.T_camera_projector.inverse() * p_camera).value();
+  const PredictedPixel predicted = predictPixel(estimate, p_camera).value();
+  const Eigen::Vector2d error = predicted.pixel - meant;
+  return error.dot(predicted.covariance.inverse() * error);
+}
+
+TEST(Solve, knowsHowSureItIs) {
+  // One rig is one trial: its points err together.
+  constexpr int kRigs = 40, kPoints = 20;
+  constexpr double kEllipse95 = 5.991;  // chi-square of two degrees of freedom
+  int inside_first = 0, inside_all = 0;
+  double mean = 0;
+  for (int i = 0; i < kRigs; ++i) {
+    const auto seed = static_cast<std::uint32_t>(100 + i);
+    const SyntheticRig rig = test::makeRig(kKinds[i % 4], seed);
+    const Calibration result = solved(rig, thinned(test::cornerViews(rig, 10, 0.05, seed)));
+    const auto points = test::pointsInBeam(rig, kPoints, seed);
+    for (int k = 0; k < kPoints; ++k) {
+      const double deviation = squaredDeviation(rig, result.estimate, points[std::size_t(k)]);
+      mean += std::min(deviation, 20.0) / (kRigs * kPoints);
+      if (deviation > kEllipse95) continue;
+      ++inside_all;
+      if (k == 0) ++inside_first;
+    }
+  }
+  // Binomial(40, 0.95) is below 34 once in 300 times. Of all points the share varies less.
+  EXPECT_GE(inside_first, 34);
+  EXPECT_GE(inside_all, kRigs * kPoints * 90 / 100);
+  // Neither bold nor timid: 2 is expected, with a deviation of at most 0.32.
+  EXPECT_GT(mean, 1.2);
+  EXPECT_LT(mean, 2.9);
+  RecordProperty("inside_first", inside_first);
+  RecordProperty("inside_all", inside_all);
+  std::printf("inside: %d of %d rigs, %d of %d points; mean squared deviation %.2f\n", inside_first,
+              kRigs, inside_all, kRigs * kPoints, mean);
+}
+
+}  // namespace
+}  // namespace afterglow::calib
