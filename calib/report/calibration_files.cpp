@@ -1,6 +1,7 @@
 #include "calib/report/calibration_files.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
@@ -23,13 +24,15 @@ std::string in(const std::string& folder, const std::string& name) {
 }
 
 /// A solver gone wrong must not replace a calibration that works.
-void checkFinite(const ProjectorEstimate& estimate) {
+void checkFinite(const Calibration& calibration) {
+  const ProjectorEstimate& estimate = calibration.estimate;
   if (!lensViolations(estimate.projector.width, estimate.projector.height, estimate.projector.K,
                       {estimate.projector.D.begin(), estimate.projector.D.end()})
            .empty() ||
       !estimate.T_camera_projector.matrix().matrix().allFinite() ||
-      !estimate.covariance.allFinite()) {
-    throw std::invalid_argument("saveCalibration: the estimate holds numbers that no lens has");
+      !estimate.covariance.allFinite() || !std::isfinite(calibration.held_out_rms_px) ||
+      !std::isfinite(calibration.held_out_rms_mm)) {
+    throw std::invalid_argument("saveCalibration: the calibration holds impossible numbers");
   }
 }
 
@@ -63,7 +66,7 @@ void saveCalibration(const std::string& folder, const Calibration& calibration,
     throw std::invalid_argument("saveCalibration: date is \"" + date +
                                 "\", expected UTC as 2026-11-21T04:30:00Z");
   }
-  checkFinite(calibration.estimate);
+  checkFinite(calibration);
   const std::string evidence = calibrationYaml(calibration, names, date);
   FileReplacement replacement;
   replacement.add(in(folder, kProjectorFile),

@@ -28,7 +28,8 @@ struct CalibrationRecord {
 /// child_frame, T_camera_projector 4 x 4), calibration.yaml (estimate, covariance, errors, views,
 /// date) into the folder: each to a temporary file, fsync, rename, calibration.yaml last; a copy of
 /// calibration.yaml goes to history/DATE.yaml. Throws std::runtime_error naming file and reason
-/// (disk full, no permission); what was there before then still is.
+/// (disk full, no permission); what was there before then still is. Throws std::invalid_argument
+/// for a date of another form than CalibrationRecord's, or numbers that are not finite.
 void saveCalibration(const std::string& folder, const Calibration& calibration,
                      const CalibrationNames& names, const std::string& date);
 

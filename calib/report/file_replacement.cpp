@@ -89,6 +89,7 @@ int keep(const std::string& path, std::string& previous) {
   if (::link(path.c_str(), name.c_str()) != 0) {
     if (errno == ENOENT) return 0;
     std::error_code error;
+    if (fs::is_directory(path, error)) return EISDIR;
     if (!fs::copy_file(path, name, error)) return error.value() != 0 ? error.value() : EIO;
   }
   previous = name;

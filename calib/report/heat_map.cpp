@@ -176,12 +176,12 @@ std::string uncertaintySection(const Calibration& calibration) {
   text += element(
       "p",
       "In 95 % of calibrations as good as this one, light meant for a point lands within this "
-      "radius of it (the longest half-axis of the 95 % ellipse). That is the calibration’s share "
-      "alone, by its covariance. The held-out error at the top is larger because it contains the "
-      "noise of the corners it is measured with; errors of the camera’s own calibration and of tf "
-      "come on top of either. Millimetres are on a surface facing the projector at that distance. "
-      "In the hatched cells nothing was measured: the numbers there extrapolate, and hold "
-      "only as far as the lens model does.");
+      "radius of it (the longest half-axis of the 95 % ellipse), by the calibration’s covariance "
+      "alone: errors of the camera’s own calibration and of tf come on top. The held-out error at "
+      "the top is measured only where boards were held, and contains the noise of the corners it "
+      "is measured with. Millimetres are on a surface facing the projector at that distance. In "
+      "the hatched cells nothing was measured: the numbers there extrapolate, and hold only as far "
+      "as the lens model does.");
   for (const HeatUnit unit : {HeatUnit::kPixels, HeatUnit::kMillimetres}) {
     std::string figures;
     for (const UncertaintyGrid& grid : grids) figures += figure(grid, unit, calibration);

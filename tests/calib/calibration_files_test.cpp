@@ -16,6 +16,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/number_text.hpp"
+#include "calib/report/file_replacement.hpp"
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -76,6 +77,11 @@ std::string refusal(const std::function<void()>& action) {
   return "accepted";
 }
 
+const Calibration& sample() {
+  static const Calibration calibration = test::sampleCalibration();
+  return calibration;
+}
+
 class CalibrationFilesTest : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.path("out/" + name); }
@@ -120,7 +126,7 @@ class CalibrationFilesTest : public ::testing::Test {
   }
 
   test::TempFolder folder_;
-  const Calibration calibration_ = test::sampleCalibration();
+  const Calibration calibration_ = sample();
 };
 
 TEST_F(CalibrationFilesTest, readsBackExactlyWhatWasSaved) {
@@ -378,6 +384,31 @@ TEST(NumberText, readsBackExactly) {
   EXPECT_FALSE(numberFromText("1,5"));
   EXPECT_FALSE(numberFromText(""));
   EXPECT_FALSE(numberFromText("1 "));
+}
+
+TEST(FileReplacement, takesBackWhatItHasRenamedWhenALaterFileFails) {
+  const test::TempFolder folder;
+  replaceFile(folder.path("old.txt"), "old");
+  {
+    FileReplacement replacement;
+    replacement.add(folder.path("old.txt"), "new");
+    replacement.add(folder.path("made/first.txt"), "new");
+    replacement.add(folder.path("blocked.txt"), "new");
+    fs::create_directory(folder.path("blocked.txt"));
+    EXPECT_EQ(refusal([&] { replacement.commit(); }),
+              folder.path("blocked.txt") +
+                  ": cannot be written: Is a directory (what was there before is unchanged)");
+  }
+  std::ifstream file(folder.path("old.txt"));
+  std::string text;
+  file >> text;
+  EXPECT_EQ(text, "old");
+  std::vector<std::string> left;
+  for (const auto& entry : fs::directory_iterator(folder.path(""))) {
+    left.push_back(entry.path().filename().string());
+  }
+  std::sort(left.begin(), left.end());
+  EXPECT_EQ(left, (std::vector<std::string>{"blocked.txt", "old.txt"}));
 }
 
 TEST(ReplaceFile, replacesAtomicallyOrNotAtAll) {
