@@ -13,8 +13,13 @@ constexpr std::int64_t kRepeatedAfter = 15000 * kMillisecond;
 }  // namespace
 
 void Prompter::tell(const std::string& text, std::int64_t now_ns) {
-  waiting_.push_back({text, true, false});
-  spoken_at_ns_ = now_ns;
+  const bool is_stale =
+      text == told_ && now_ns >= told_at_ns_ && now_ns - told_at_ns_ < kRepeatedAfter;
+  waiting_.push_back({text, !is_stale, false});
+  if (!is_stale) {
+    told_ = text;
+    told_at_ns_ = spoken_at_ns_ = now_ns;
+  }
   written_.clear();
   spoken_.clear();
 }

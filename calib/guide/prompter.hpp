@@ -18,7 +18,7 @@ struct Utterance {
 /// Times are the frames' stamps; no clock of its own.
 class Prompter {
  public:
-  /// Something has happened: written and spoken.
+  /// Something has happened: written and spoken, but not spoken twice in a row within seconds.
   void tell(const std::string& text, std::int64_t now_ns);
   /// What to do next, frame by frame. True if the same advice has now been given for so long in
   /// vain that it was repeated, and another should be tried.
@@ -29,7 +29,8 @@ class Prompter {
  private:
   std::vector<Utterance> waiting_;
   std::string candidate_, written_, spoken_;
-  std::int64_t candidate_since_ns_ = 0, spoken_at_ns_ = 0;
+  std::string told_;
+  std::int64_t candidate_since_ns_ = 0, spoken_at_ns_ = 0, told_at_ns_ = 0;
 };
 
 }  // namespace afterglow::calib

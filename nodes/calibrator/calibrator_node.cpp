@@ -67,7 +67,8 @@ void CalibratorNode::stop() {
 
 void CalibratorNode::tell(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (guide_) guide_->tell(text);
+  if (guide_) return guide_->tell(text);
+  ROS_WARN("%s", text.c_str());
 }
 
 // ------------------------------------------------------------------------------------- watching
@@ -151,8 +152,7 @@ void CalibratorNode::finishView(const Rigid<Camera, Surface>& T_camera_board) {
   }
   if (!guide_->addView(view, T_camera_board)) return;
   photographs_.push_back(pending_);
-  lock.unlock();
-  folder_.keep(pending_);
+  folder_.keep(pending_);  // before anybody can discard it
 }
 
 void CalibratorNode::finishCheck(const calib::View& first) {

@@ -75,7 +75,7 @@ class CalibratorNode {
   void finishView(const Rigid<Camera, Surface>& T_camera_board);
   void finishCheck(const calib::View& view);
   void solveWhenDue();
-  Solution solve(std::vector<calib::Photographs> photographs);
+  Solution solve(std::vector<calib::Photographs> photographs, const calib::Lens& camera);
   void takeSolution();
   void publishCalibration(const calib::Calibration& calibration);
   calib::CalibrationNames names() const;

@@ -46,32 +46,33 @@ void readGuide(const ros::NodeHandle& own, calib::GuideOptions& guide) {
 
 CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
   CalibratorOptions options;
-  take(own, "board", options.board);
+  take(own, "board_file", options.board);
   if (options.board.empty()) {
     throw std::runtime_error(
-        "parameter ~board is missing: the board.yaml that `afterglow calibrate board` wrote");
+        "parameter ~board_file is missing: the board.yaml that `afterglow calibrate board` wrote");
   }
   take(own, "out", options.out);
   if (options.out.empty()) {
     throw std::runtime_error("parameter ~out is missing: the folder for the calibration");
   }
-  take(own, "pattern", options.pattern);
+  take(own, "pattern_file", options.pattern);
   take(own, "width", options.width);
   take(own, "height", options.height);
   if (options.pattern.empty() && (options.width == 0 || options.height == 0)) {
     throw std::runtime_error(
-        "parameter ~pattern (a pattern.yaml), or ~width and ~height of the projector's picture "
+        "parameter ~pattern_file (a pattern.yaml), or ~width and ~height of the projector's "
+        "picture "
         "are missing");
   }
   options.image_topic = "/camera/image_raw";
-  take(own, "image", options.image_topic);
+  take(own, "image_topic", options.image_topic);
   take(own, "camera_info_topic", options.camera_info_topic);
   if (options.camera_info_topic.empty()) {
     const std::string image = ros::names::resolve(options.image_topic);
     options.camera_info_topic = ros::names::parentNamespace(image) + "/camera_info";
     options.camera_info_topic = ros::names::clean(options.camera_info_topic);
   }
-  take(own, "camera_info", options.camera_info);
+  take(own, "camera_info_file", options.camera_info);
   readGuide(own, options.guide);
   if (own.hasParam("measured_ruler")) {
     options.measured_ruler_m.emplace();
@@ -79,7 +80,7 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
     check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in metres");
   }
   take(own, "refine_camera", options.refine_camera);
-  take(own, "start", options.is_started);
+  take(own, "autostart", options.is_started);
   take(own, "speak", options.is_spoken);
   take(own, "publish_transform", options.publishes_transform);
   take(own, "camera_frame", options.camera_frame);

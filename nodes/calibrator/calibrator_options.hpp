@@ -13,22 +13,23 @@
 
 namespace afterglow::nodes {
 
+/// No name here is that of a topic or service of the node: remapping one would move both.
 struct CalibratorOptions {
-  std::string board;        ///< ~board: board.yaml of the printed board
-  std::string pattern;      ///< ~pattern: pattern.yaml; empty: the default one for
+  std::string board;        ///< ~board_file: board.yaml of the printed board
+  std::string pattern;      ///< ~pattern_file: pattern.yaml; empty: the default one for
   int width = 0;            ///< ~width, px: and
   int height = 0;           ///< ~height, px: of the projector's picture
   std::string out;          ///< ~out: folder of the calibration
-  std::string image_topic;  ///< ~image (/camera/image_raw)
+  std::string image_topic;  ///< ~image_topic (/camera/image_raw)
   /// ~camera_info_topic; empty: camera_info beside the image topic.
   std::string camera_info_topic;
-  std::string camera_info;  ///< ~camera_info: a file, instead of the topic
+  std::string camera_info;  ///< ~camera_info_file, instead of the topic
   /// ~views (16), ~coverage (0.5), ~still_seconds (0.5), ~still_pixels (0.5), ~settle_frames (2),
   /// ~patience_seconds (4)
   calib::GuideOptions guide;
   std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in metres
   bool refine_camera = false;              ///< ~refine_camera
-  bool is_started = true;                  ///< ~start: at once, without the service
+  bool is_started = true;                  ///< ~autostart: at once, without the service
   bool is_spoken = true;                   ///< ~speak: on /robotsound
   bool publishes_transform = false;  ///< ~publish_transform: camera to projector, on /tf_static
   std::string camera_frame;          ///< ~camera_frame; empty: the images'

@@ -22,12 +22,14 @@ void CalibratorNode::solveWhenDue() {
     photographs = photographs_;
     solving_session_ = session_;
   }
-  solving_ = std::async(std::launch::async, [this, photographs = std::move(photographs)]() mutable {
-    return solve(std::move(photographs));
-  });
+  auto job = [this, camera = *camera_, photographs = std::move(photographs)]() mutable {
+    return solve(std::move(photographs), camera);
+  };
+  solving_ = std::async(std::launch::async, std::move(job));
 }
 
-CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> photographs) {
+CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> photographs,
+                                               const calib::Lens& camera) {
   const auto progress = [this](const std::string& doing, double share) {
     if (is_stopping_) throw std::runtime_error("stopped");
     char percent[16];
@@ -41,7 +43,7 @@ CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> p
   Solution solution;
   try {
     solution.calibration =
-        calib::solvePhotographs(photographs, board_, pattern_, *camera_, solve_options, progress);
+        calib::solvePhotographs(photographs, board_, pattern_, camera, solve_options, progress);
   } catch (const calib::CalibrationRefused& refused) {
     solution.reasons = refused.reasons();
     try {

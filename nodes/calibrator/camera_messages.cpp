@@ -88,7 +88,7 @@ calib::Lens toLens(const sensor_msgs::CameraInfo& message) {
   if (is_zero) {
     refuse(
         "camera_info: K is all zero, so the camera is not calibrated: calibrate it first "
-        "(camera_calibration), or name a file in ~camera_info");
+        "(camera_calibration), or name a file in ~camera_info_file");
   }
   const std::string& model = message.distortion_model;
   namespace models = sensor_msgs::distortion_models;

@@ -70,8 +70,12 @@ TEST(Prompter, writesWhatLastsAndSpeaksNotOverAndOver) {
     prompter.advise(i % 2 ? "tilt it" : "turn it", 26'000'000'000 + i * kFrame_ns);
   }
   EXPECT_TRUE(prompter.take().empty());  // flicker
-  prompter.tell("view taken", 30'000'000'000);
-  EXPECT_EQ(prompter.take().size(), 1u);
+  prompter.tell("the board moved", 30'000'000'000);
+  prompter.tell("the board moved", 33'000'000'000);
+  said = prompter.take();
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_TRUE(said[0].is_spoken);
+  EXPECT_FALSE(said[1].is_spoken);
 }
 
 // ----------------------------------------------------------------------------------------- guide
@@ -130,6 +134,17 @@ TEST(Guide, goesFromTheFirstViewToTheCheck) {
   EXPECT_EQ(guide.phase(), GuidePhase::Done);
   EXPECT_EQ(guide.shown(), Shown::Black);
   EXPECT_NE(allText(guide).find("have camera or projector moved?"), std::string::npos);
+}
+
+TEST(Guide, collectsOnWhileTooLittleLightIsCovered) {
+  Guide guide = startedGuide(2, 0.9);
+  int number = 0;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(guide.phase(), GuidePhase::Collecting) << i;
+    ASSERT_TRUE(
+        takeView(guide, number, pose(0, 0, 1, 0.3 * i - 0.4), viewOf(guide.nextName(), 4 * i, 4)));
+  }
+  EXPECT_EQ(guide.phase(), GuidePhase::Solving) << "some of the light may be out of reach";
 }
 
 TEST(Guide, goesOnAfterARefusal) {
