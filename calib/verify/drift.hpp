@@ -23,7 +23,7 @@ struct Drift {
   double median_px = 0, median_mm = 0;  ///< of `seen`; 0 if that is empty
 };
 
-/// `layout`: corners in metres on the surface; `detected`: corners in pixels, any ids. Of an id
+/// `layout`: corners in meters on the surface; `detected`: corners in pixels, any ids. Of an id
 /// that was detected twice the one nearer to its place counts. Pure.
 Drift driftOf(const std::vector<Tag>& layout, const std::vector<Tag>& detected,
               const Rigid<Camera, Surface>& T_camera_surface, const Lens& camera);

@@ -1,5 +1,5 @@
 /// \file
-/// Where rays of a lens meet a surface, and millimetres between where light should land and lands.
+/// Where rays of a lens meet a surface, and millimeters between where light should land and lands.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace afterglow::calib {
 
-/// Of the surface's z = 0 plane, metres. Empty if the pixel has no ray, or the ray runs along the
+/// Of the surface's z = 0 plane, meters. Empty if the pixel has no ray, or the ray runs along the
 /// plane or away from it. Pure. `Frame` is Camera or Projector.
 std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& pixel,
                                        const Eigen::Isometry3d& T_optical_surface);
@@ -24,7 +24,7 @@ std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& 
 struct LandingError {
   int tag_id = 0;
   int corner = 0;
-  Eigen::Vector2d wanted, seen;  ///< on the surface, metres
+  Eigen::Vector2d wanted, seen;  ///< on the surface, meters
 
   double mm() const { return 1000 * (seen - wanted).norm(); }
 };

@@ -9,7 +9,7 @@
 
 namespace afterglow::calib {
 
-/// Corners in metres on the z = 0 plane of `frame` (x and y as on a board: turned from x to y is
+/// Corners in meters on the z = 0 plane of `frame` (x and y as on a board: turned from x to y is
 /// counterclockwise for who looks down on it).
 struct TagLayout {
   std::string frame;  ///< tf; may be empty where no tf is asked

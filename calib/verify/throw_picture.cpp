@@ -17,15 +17,15 @@ constexpr int kSamples = 8;          ///< a side and pixel
 constexpr int kPointsAlongEdge = 8;  ///< a lens bends edges
 constexpr double kLeastCellThrown_px = 3, kLeastCellSeen_px = 2.5;
 
-/// From the surface's metres to the tag's cells: (0, 0) top left, (8, 8) bottom right.
+/// From the surface's meters to the tag's cells: (0, 0) top left, (8, 8) bottom right.
 Eigen::Affine2d cellsOf(const Tag& tag) {
   Eigen::Matrix2d axes;
   axes.col(0) = (tag.corners[1] - tag.corners[0]) / kTagCells;
   axes.col(1) = (tag.corners[3] - tag.corners[0]) / kTagCells;
-  Eigen::Affine2d metres = Eigen::Affine2d::Identity();
-  metres.linear() = axes;
-  metres.translation() = tag.corners[0];
-  return metres.inverse();
+  Eigen::Affine2d meters = Eigen::Affine2d::Identity();
+  meters.linear() = axes;
+  meters.translation() = tag.corners[0];
+  return meters.inverse();
 }
 
 struct Extent {

@@ -1,5 +1,5 @@
 /// \file
-/// A finished calibration against fresh photographs of the board, in millimetres on the board.
+/// A finished calibration against fresh photographs of the board, in millimeters on the board.
 #pragma once
 
 #include <string>

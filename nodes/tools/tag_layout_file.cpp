@@ -89,7 +89,7 @@ class LayoutFile {
     const bool is_near = std::all_of(tag.corners.begin(), tag.corners.end(), [](const auto& p) {
       return p.cwiseAbs().maxCoeff() < kFarthest_m;
     });
-    if (!is_near) map.fail(map.node(), map.where() + " is over 100 m away: places are in metres");
+    if (!is_near) map.fail(map.node(), map.where() + " is over 100 m away: places are in meters");
   }
 
   static void requireSquare(const YamlMap& map, const calib::Tag& tag) {
@@ -105,7 +105,7 @@ class LayoutFile {
     if (!is_square || !is_face_up) {
       map.fail(map.at("corners"), "'corners' of " + map.where() +
                                       " should be a square: top left, top right, bottom right, "
-                                      "bottom left, y up, metres");
+                                      "bottom left, y up, meters");
     }
   }
 

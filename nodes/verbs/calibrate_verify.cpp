@@ -3,6 +3,7 @@
 #include <CLI/Error.hpp>
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -123,6 +124,14 @@ void runThrown(const Options& options) {
                              "; is the planned picture shown, full screen and sharp?");
   }
   requireGood(summary, options);
+  // Thrown too far away to be recognized is not good either.
+  const auto missing = std::count_if(check.targets.begin(), check.targets.end(),
+                                     [](const auto& target) { return !target.is_seen; });
+  if (options.max_p95_mm && missing > 0) {
+    throw std::runtime_error(std::to_string(missing) + " of the " +
+                             std::to_string(layout.targets.size()) + " targets not seen in " +
+                             options.thrown);
+  }
 }
 
 // ---------------------------------------------------------------------------------------- options
@@ -180,7 +189,7 @@ void addThrowOptions(CLI::App& verb, Options& options) {
                   "Measure on a floor or table: the photograph with the planned picture thrown");
   verb.add_option("--targets", options.targets,
                   "With --plan or --thrown: YAML of printed tags with known places (tags) and of "
-                  "tags to throw (targets), metres on the surface");
+                  "tags to throw (targets), meters on the surface");
   verb.add_option("--photograph", options.photograph,
                   "The surface from the same place without the picture thrown: --plan needs it, "
                   "--thrown is better with it");
@@ -194,7 +203,7 @@ void addThrowOptions(CLI::App& verb, Options& options) {
 void addCalibrateVerify(CLI::App& calibrate) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = calibrate.add_subcommand(
-      "verify", "Check a calibration with photographs it has not seen, in millimetres");
+      "verify", "Check a calibration with photographs it has not seen, in millimeters");
   addViewOptions(*verb, *options);
   addThrowOptions(*verb, *options);
   verb->add_option("--camera", options->camera, "The camera's camera_info file")->required();

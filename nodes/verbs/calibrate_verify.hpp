@@ -1,5 +1,5 @@
 /// \file
-/// `afterglow calibrate verify`: a held-out check of a finished calibration, in millimetres.
+/// `afterglow calibrate verify`: a held-out check of a finished calibration, in millimeters.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -32,7 +32,7 @@ Eigen::Isometry3d readMatrix(const YamlMap& map, const std::string& key) {
       (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-4 &&
       R.determinant() > 0 && T.matrix().row(3) == Eigen::RowVector4d(0, 0, 0, 1);
   if (!is_rotation) map.fail(rows, what + " is not rigid: a rotation, a translation, 0 0 0 1");
-  if (!(T.translation().norm() < kFarthest_m)) map.fail(rows, what + " should be in metres");
+  if (!(T.translation().norm() < kFarthest_m)) map.fail(rows, what + " should be in meters");
   return T;
 }
 
@@ -104,7 +104,7 @@ Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std:
   T.linear() = q.normalized().toRotationMatrix();
   T.translation() = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
   if (!(T.translation().norm() < kFarthest_m)) {
-    throw std::invalid_argument(what + ": x y z should be in metres");
+    throw std::invalid_argument(what + ": x y z should be in meters");
   }
   return T;
 }

@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// Seven numbers x y z qx qy qz qw as tf has them: metres, and a quaternion of length 1 (1 % off is
+/// Seven numbers x y z qx qy qz qw as tf has them: meters, and a quaternion of length 1 (1 % off is
 /// taken and normalized). Throws std::invalid_argument beginning with `what`.
 Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std::string& what);
 

@@ -13,7 +13,7 @@ namespace afterglow::calib {
 namespace {
 
 /// A turret that carries a projector past a camera that stands still, tf and calibration with
-/// errors of a millimetre and some hundredths of a degree.
+/// errors of a millimeter and some hundredths of a degree.
 class Turret {
  public:
   explicit Turret(unsigned seed) : random_(seed) {

@@ -182,7 +182,7 @@ TEST_P(ThrownTargets, landWhereTheTrueCalibrationSays) {
 INSTANTIATE_TEST_SUITE_P(Rigs, ThrownTargets,
                          testing::Values(test::RigKind::Wide, test::RigKind::ShortThrow));
 
-TEST(ThrownTargets, showTwoPixelsAsTheMillimetresTheyAre) {
+TEST(ThrownTargets, showTwoPixelsAsTheMillimetersTheyAre) {
   const test::SyntheticRig rig = rigWithTable(test::RigKind::Standard);
   const TagLayout layout = tableLayout();
   const Thrown thrown = throwTargets(rig, layout, shifted(rig.truth(), 2));

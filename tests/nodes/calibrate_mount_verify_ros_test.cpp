@@ -243,7 +243,8 @@ TEST_F(VerifyCommand, plansAThrowAndMeasuresIt) {
     for (const auto& corner : tag.corners) entry << "[" << corner.x() << ", " << corner.y() << "],";
     layout += entry.str() + "]}\n";
   }
-  write("floor.yaml", layout + "targets:\n  - {id: 120, center: [0, 0], size: 0.11}\n");
+  const std::string targets = "targets:\n  - {id: 120, center: [0, 0], size: 0.11}\n";
+  write("floor.yaml", layout + targets);
   const auto pose = test::boardPoses(rig_, 1, 4).front();
   const test::Photographer photographer(rig_);
   calib::savePicture(path("plain.png"),
@@ -268,6 +269,14 @@ TEST_F(VerifyCommand, plansAThrowAndMeasuresIt) {
   EXPECT_LT(json["targets"][0]["error_mm"].get<double>(), 0.5);
   EXPECT_TRUE(fs::exists(path("errors.png")));
   EXPECT_NE(calibrate(measure).output.find("median"), std::string::npos);
+  write("more.yaml", layout + targets + "  - {id: 121, center: [0.15, 0], size: 0.08}\n");
+  arguments = measure;
+  arguments[4] = path("more.yaml");
+  EXPECT_EQ(calibrate(arguments).status, 0) << "says so, but nobody asked for a judgment";
+  arguments.insert(arguments.end(), {"--max-p95-mm", "0.5"});
+  const ProgramResult fewer = calibrate(arguments);
+  EXPECT_EQ(fewer.status, 1);
+  EXPECT_NE(fewer.output.find("1 of the 2 targets not seen"), std::string::npos) << fewer.output;
   arguments = measure;
   arguments[2] = path("plain.png");
   const ProgramResult nothing = calibrate(arguments);
