@@ -202,11 +202,11 @@ struct ViewReader::Impl {
     }
   }
 
-  View observe(const Photographs& photographs) const;
+  View observe(const Photographs& photographs, bool refits_projected) const;
   View observeAgain(const View& first, const Photographs& photographs, const Lens& projector) const;
 };
 
-View ViewReader::Impl::observe(const Photographs& photographs) const {
+View ViewReader::Impl::observe(const Photographs& photographs, bool refits_projected) const {
   const bool is_pair = photographs.plain.has_value();
   requireSize(photographs.pattern, photographs.name);
   if (is_pair) requireSize(*photographs.plain, photographs.name);
@@ -231,6 +231,12 @@ View ViewReader::Impl::observe(const Photographs& photographs) const {
     if (target == pattern_tags.end()) continue;
     if (!isOnSheet(tag.corners, board_of_ideal)) {
       ++beside;
+      continue;
+    }
+    if (!refits_projected) {
+      SeenTag seen;
+      static_cast<Tag&>(seen) = tag;
+      view.projected.push_back(seen);
       continue;
     }
     const TagTarget wanted{*target->second, pattern_cells.at(tag.id)};
@@ -296,7 +302,11 @@ ViewReader::~ViewReader() = default;
 ViewReader::ViewReader(ViewReader&&) noexcept = default;
 
 View ViewReader::observe(const Photographs& photographs) const {
-  return impl_->observe(photographs);
+  return impl_->observe(photographs, true);
+}
+
+View ViewReader::glance(const Photographs& photographs) const {
+  return impl_->observe(photographs, false);
 }
 
 View ViewReader::observeAgain(const View& first, const Photographs& photographs,

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "calib/detection/blurred_tag.hpp"
+
 namespace afterglow::calib {
 namespace {
 
@@ -43,68 +45,6 @@ Eigen::Matrix3d homography(const Corners& from, const Corners& to) {
   return H;
 }
 
-/// How white a place of the tag is after blurring, and how that changes along x and y (per cell).
-struct Whiteness {
-  double value = 0, dx = 0, dy = 0;
-};
-
-/// Cells seen through a Gaussian blur, in cell coordinates: the black frame spans 0 to kTagCells,
-/// all around is white. The blur is taken as separable along the tag's axes, which it is up to
-/// shear.
-class BlurredTag {
- public:
-  BlurredTag(const TagCells& cells, const Eigen::Vector2d& sigma_cells)
-      : cells_(cells), sigma_(sigma_cells) {}
-
-  Whiteness at(const Eigen::Vector2d& cell) const {
-    const Axis x(cell.x(), sigma_.x()), y(cell.y(), sigma_.y());
-    Whiteness result;
-    for (int row = 0; row < Axis::kCells; ++row) {
-      double along = 0, along_slope = 0;
-      for (int column = 0; column < Axis::kCells; ++column) {
-        if (!isWhite(y.first + row, x.first + column)) continue;
-        along += x.share[column];
-        along_slope += x.slope[column];
-      }
-      result.value += y.share[row] * along;
-      result.dx += y.share[row] * along_slope;
-      result.dy += y.slope[row] * along;
-    }
-    return result;
-  }
-
- private:
-  /// Share of each of the nearest cells in a blurred point, along one axis.
-  struct Axis {
-    static constexpr int kCells = 5;
-    int first;
-    double share[kCells], slope[kCells];
-    Axis(double at, double sigma) : first(static_cast<int>(std::floor(at)) - kCells / 2) {
-      double below = 0, below_density = 0;
-      for (int i = 0; i < kCells; ++i) {
-        const double t = (at - (first + i + 1)) / sigma;
-        const bool is_last = i == kCells - 1;  // the outermost stand for all beyond them
-        // Weight of what lies up to the cell's upper edge.
-        const double upto = is_last ? 1 : 0.5 * std::erfc(t / std::sqrt(2.0));
-        const double density =
-            is_last ? 0 : -std::exp(-0.5 * t * t) / (std::sqrt(2 * 3.14159265358979) * sigma);
-        share[i] = upto - below;
-        slope[i] = density - below_density;
-        below = upto;
-        below_density = density;
-      }
-    }
-  };
-
-  bool isWhite(int row, int column) const {
-    if (row < 0 || column < 0 || row >= kTagCells || column >= kTagCells) return true;
-    return !cells_[std::size_t(row)][std::size_t(column)];
-  }
-
-  const TagCells& cells_;
-  Eigen::Vector2d sigma_;
-};
-
 struct Pixel {
   Eigen::Vector2d ideal;  ///< ideal pixels
   double light, weight;
@@ -142,14 +82,17 @@ class Fitter {
     const Eigen::Vector2d d = p - target_.tag.corners[0];
     return {along_x_.dot(d), along_y_.dot(d)};
   }
-  /// Cell coordinates of an ideal pixel.
-  Eigen::Vector2d cellAt(const Eigen::Matrix3d& plane_of_ideal, const Eigen::Vector2d& at) const {
-    const Eigen::Vector2d n = (plane_of_ideal * at.homogeneous()).hnormalized();
-    if (!target_.projector) return n;
+  /// Cell coordinates of a point of that plane.
+  Eigen::Vector2d cellOf(const Eigen::Vector2d& plane) const {
+    if (!target_.projector) return plane;
     const Lens& lens = *target_.projector;
-    const Eigen::Vector2d d = distort(lens, n);
+    const Eigen::Vector2d d = distort(lens, plane);
     return toCell({lens.K(0, 0) * d.x() + lens.K(0, 1) * d.y() + lens.K(0, 2),
                    lens.K(1, 1) * d.y() + lens.K(1, 2)});
+  }
+  /// Cell coordinates of an ideal pixel.
+  Eigen::Vector2d cellAt(const Eigen::Matrix3d& plane_of_ideal, const Eigen::Vector2d& at) const {
+    return cellOf((plane_of_ideal * at.homogeneous()).hnormalized());
   }
   Eigen::Vector2d ideal(const Eigen::Vector2d& pixel) const {
     return (camera_.K * rays_.ray(pixel).homogeneous()).head<2>();
@@ -219,128 +162,160 @@ class Fitter {
     return J;
   }
 
-  /// Sum of robust squared residuals; fills the normal equations if asked for.
-  double evaluate(const Parameters& theta, Normal* normal, Parameters* gradient) {
-    const Eigen::Matrix3d H = planeOfIdeal(theta);
-    const Eigen::Matrix2d J = cellsPerPixel(H);
-    const double blur = std::exp(theta[kLogBlur]);
-    const Eigen::Vector2d sigma = (blur * J.rowwise().norm()).cwiseMax(0.05).cwiseMin(0.9);
-    const BlurredTag tag(target_.cells, sigma);
-    // Moving a corner moves the cells under a pixel: by differences of whole homographies.
-    constexpr double kStep = 1e-3;
-    std::array<Eigen::Matrix3d, 8> moved;
-    if (normal) {
-      for (int k = 0; k < 8; ++k) {
-        Parameters other = theta;
-        other[k] += kStep;
-        moved[std::size_t(k)] = planeOfIdeal(other);
-      }
-      normal->setZero();
-      gradient->setZero();
+  /// d cell / d plane in the tag's middle: the projector's distortion changes it little over a tag.
+  Eigen::Matrix2d cellsPerPlane(const Eigen::Matrix3d& plane_of_ideal) const {
+    if (!target_.projector) return Eigen::Matrix2d::Identity();
+    constexpr double kStep = 1e-5;
+    const Eigen::Vector2d at = (plane_of_ideal * middle_.homogeneous()).hnormalized();
+    Eigen::Matrix2d J;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector2d step = kStep * Eigen::Vector2d::Unit(k);
+      J.col(k) = (cellOf(at + step) - cellOf(at - step)) / (2 * kStep);
     }
+    return J;
+  }
+
+  /// Standard deviations of the blur along the tag's axes, in cells.
+  static Eigen::Vector2d blurInCells(const Parameters& theta,
+                                     const Eigen::Matrix2d& cells_per_pixel) {
+    return (std::exp(theta[kLogBlur]) * cells_per_pixel.rowwise().norm())
+        .cwiseMax(0.05)
+        .cwiseMin(0.9);
+  }
+
+  /// How the homography changes with each corner's coordinates, by differences.
+  std::array<Eigen::Matrix3d, 8> homographySlopes(const Parameters& theta,
+                                                  const Eigen::Matrix3d& H) const {
+    constexpr double kStep = 1e-3;
+    std::array<Eigen::Matrix3d, 8> slopes;
+    for (int k = 0; k < 8; ++k) {
+      Parameters other = theta;
+      other[k] += kStep;
+      slopes[std::size_t(k)] = (planeOfIdeal(other) - H) / kStep;
+    }
+    return slopes;
+  }
+
+  /// The picture a set of parameters predicts, against the one there is.
+  struct Evaluation {
+    double cost = 0;  ///< sum of robust squared residuals
+    Normal normal = Normal::Zero();
+    Parameters gradient = Parameters::Zero();
+    std::vector<double> residuals;  ///< in standard deviations of the pixels
+
+    void add(double residual, double limit, const Parameters& row) {
+      const double size = std::abs(residual);
+      const double trust = size > limit ? limit / size : 1;
+      cost += size > limit ? limit * (2 * size - limit) : residual * residual;
+      residuals.push_back(residual);
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(row, trust);
+      gradient += trust * residual * row;
+    }
+  };
+
+  Evaluation evaluate(const Parameters& theta) const {
+    const Eigen::Matrix3d H = planeOfIdeal(theta);
+    const Eigen::Matrix2d cells_per_pixel = cellsPerPixel(H), cells_per_plane = cellsPerPlane(H);
+    const BlurredTag tag(target_.cells, blurInCells(theta, cells_per_pixel));
+    const std::array<Eigen::Matrix3d, 8> slopes = homographySlopes(theta, H);
     const double contrast = theta[kWhite] - theta[kBlack];
-    double cost = 0;
-    residuals_.clear();
+    Evaluation result;
+    result.residuals.reserve(pixels_.size());
     for (const Pixel& pixel : pixels_) {
-      const Eigen::Vector2d cell = cellAt(H, pixel.ideal);
-      const Whiteness white = tag.at(cell);
+      const Eigen::Vector3d ideal(pixel.ideal.x(), pixel.ideal.y(), 1);
+      const Eigen::Vector3d on_plane = H * ideal;
+      const Eigen::Vector2d plane = on_plane.hnormalized();
+      const Whiteness white = tag.at(cellOf(plane));
       const Eigen::Vector2d per_cell(white.dx, white.dy);
-      const double edge = (J.transpose() * per_cell).norm();
+      const double edge = (cells_per_pixel.transpose() * per_cell).norm();
       const double whiteness = white.value - theta[kGrowth] * edge;
       const Eigen::Vector2d offset = (pixel.ideal - middle_) / radius_;
       const double fall = 1 + theta[kSlopeX] * offset.x() + theta[kSlopeY] * offset.y();
       const double flat = theta[kBlack] + contrast * whiteness;
-      const double root = std::sqrt(pixel.weight);
-      const double residual = (pixel.light - flat * fall) * root;
-      residuals_.push_back(residual);
-      const double limit = 2.5 * scale_, size = std::abs(residual);
-      const double trust = size > limit ? limit / size : 1;
-      cost += size > limit ? limit * (2 * size - limit) : residual * residual;
-      if (!normal) continue;
+      const Eigen::Vector2d per_plane =
+          cells_per_plane.transpose() * per_cell * (contrast * fall / on_plane.z());
       Parameters row;
       for (int k = 0; k < 8; ++k) {
-        const Eigen::Vector2d shift = (cellAt(moved[std::size_t(k)], pixel.ideal) - cell) / kStep;
-        row[k] = contrast * fall * per_cell.dot(shift);
+        const Eigen::Vector3d moved = slopes[std::size_t(k)] * ideal;
+        row[k] = per_plane.x() * (moved.x() - plane.x() * moved.z()) +
+                 per_plane.y() * (moved.y() - plane.y() * moved.z());
       }
       row[kBlack] = fall * (1 - whiteness);
       row[kWhite] = fall * whiteness;
       row[kSlopeX] = flat * offset.x();
       row[kSlopeY] = flat * offset.y();
-      row[kLogBlur] = 0;
+      row[kLogBlur] = contrast * fall * white.dblur;
       row[kGrowth] = -contrast * fall * edge;
-      row[kLogBlur] = contrast * fall * blurSlope(white, cell, tag, blur, J);
-      row *= root;
-      normal->selfadjointView<Eigen::Lower>().rankUpdate(row, trust);
-      *gradient += trust * residual * row;
+      const double root = std::sqrt(pixel.weight);
+      result.add((pixel.light - flat * fall) * root, 2.5 * scale_, row * root);
     }
-    if (normal) *normal = normal->selfadjointView<Eigen::Lower>();
-    return cost;
-  }
-
-  /// d whiteness / d ln(blur), by a difference.
-  double blurSlope(const Whiteness& white, const Eigen::Vector2d& cell, const BlurredTag&,
-                   double blur, const Eigen::Matrix2d& J) const {
-    constexpr double kStep = 0.02;
-    const Eigen::Vector2d sigma =
-        (blur * (1 + kStep) * J.rowwise().norm()).cwiseMax(0.05).cwiseMin(0.9);
-    return (BlurredTag(target_.cells, sigma).at(cell).value - white.value) / kStep;
-  }
-
-  /// All residuals' mean square: shadows and light edges that the middle does not know widen it.
-  double meanSquare() const {
-    double sum = 0;
-    for (double residual : residuals_) sum += residual * residual;
-    return std::max(sum / double(residuals_.size()), scale_ * scale_);
+    result.normal = result.normal.selfadjointView<Eigen::Lower>();
+    return result;
   }
 
   /// Noise in units of the expected one, from the residuals' middle.
-  void measureScale() {
-    std::vector<double> sizes(residuals_.size());
-    std::transform(residuals_.begin(), residuals_.end(), sizes.begin(),
+  static double scaleOf(const std::vector<double>& residuals) {
+    std::vector<double> sizes(residuals.size());
+    std::transform(residuals.begin(), residuals.end(), sizes.begin(),
                    [](double r) { return std::abs(r); });
     const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
     std::nth_element(sizes.begin(), middle, sizes.end());
-    scale_ = std::max(1.4826 * *middle, 0.3);
+    return std::max(1.4826 * *middle, 0.3);
   }
 
+  std::optional<Parameters> stepFrom(const Evaluation& now, double damping) const {
+    Normal damped = now.normal;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += 1e-9;
+    Parameters step = damped.ldlt().solve(now.gradient);
+    if (!step.allFinite()) return std::nullopt;
+    step.head<8>() = step.head<8>().cwiseMax(-1).cwiseMin(1);
+    return step;
+  }
+
+  /// Levenberg and Marquardt's method on Huber's cost.
   bool descend() {
+    constexpr int kIterations = 20, kScalings = 3, kAttempts = 6;
+    constexpr double kSmallStep_px = 2e-3;
     scale_ = 1e6;
-    evaluate(theta_, nullptr, nullptr);
+    Evaluation now = evaluate(theta_);
     double damping = 1e-3;
-    for (int iteration = 0; iteration < 25; ++iteration) {
-      measureScale();
-      Parameters gradient;
-      const double cost = evaluate(theta_, &normal_, &gradient);
-      Parameters step = Parameters::Zero();
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      if (iteration < kScalings) {
+        scale_ = scaleOf(now.residuals);
+        now = evaluate(theta_);
+      }
       bool improved = false;
-      for (int attempt = 0; attempt < 6 && !improved; ++attempt) {
-        Normal damped = normal_;
-        damped.diagonal() *= 1 + damping;
-        damped.diagonal().array() += 1e-9;
-        step = damped.ldlt().solve(gradient);
-        if (!step.allFinite()) return false;
-        step.head<8>() = step.head<8>().cwiseMax(-1).cwiseMin(1);
-        Parameters next = theta_ + step;
+      double moved = 0;
+      for (int attempt = 0; attempt < kAttempts && !improved; ++attempt) {
+        const auto step = stepFrom(now, damping);
+        if (!step) return false;
+        moved = step->head<8>().cwiseAbs().maxCoeff();
+        Parameters next = theta_ + *step;
         next[kLogBlur] = std::clamp(next[kLogBlur], std::log(0.3), std::log(4.0));
         next[kGrowth] = std::clamp(next[kGrowth], -1.0, 1.0);
-        improved = evaluate(next, nullptr, nullptr) <= cost;
-        if (improved) theta_ = next;
-        damping *= improved ? 0.2 : 8;
+        Evaluation there = evaluate(next);
+        improved = there.cost <= now.cost;
+        if (improved) {
+          theta_ = next;
+          now = std::move(there);
+        }
+        damping *= improved ? 0.1 : 10;
       }
-      if (!improved || step.head<8>().cwiseAbs().maxCoeff() < 1e-3) break;
+      if (iteration >= kScalings && (!improved || moved < kSmallStep_px)) break;
     }
-    measureScale();
-    Parameters gradient;
-    evaluate(theta_, &normal_, &gradient);
+    scale_ = scaleOf(now.residuals);
+    double sum = 0;
+    for (double residual : now.residuals) sum += residual * residual;
+    // Shadows and edges of light, which the residuals' middle does not know, widen it.
+    const double mean_square = std::max(sum / double(now.residuals.size()), scale_ * scale_);
+    covariance_ = now.normal.ldlt().solve(Normal::Identity()) * mean_square;
     return theta_.allFinite() && theta_[kWhite] > theta_[kBlack];
   }
 
   double correlation() const {
     const Eigen::Matrix3d H = planeOfIdeal(theta_);
-    const Eigen::Vector2d sigma = (std::exp(theta_[kLogBlur]) * cellsPerPixel(H).rowwise().norm())
-                                      .cwiseMax(0.05)
-                                      .cwiseMin(0.9);
-    const BlurredTag tag(target_.cells, sigma);
+    const BlurredTag tag(target_.cells, blurInCells(theta_, cellsPerPixel(H)));
     double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
     for (const Pixel& pixel : pixels_) {
       const double white = tag.at(cellAt(H, pixel.ideal)).value;
@@ -356,7 +331,6 @@ class Fitter {
     fit.correlation = correlation();
     fit.blur_px = std::exp(theta_[kLogBlur]);
     fit.growth_px = theta_[kGrowth];
-    const Normal covariance = normal_.ldlt().solve(Normal::Identity()) * meanSquare();
     fit.seen.id = target_.tag.id;
     Eigen::Matrix<double, 8, 8> J = Eigen::Matrix<double, 8, 8>::Zero();
     const Corners corners = cornersOf(theta_);
@@ -374,7 +348,7 @@ class Fitter {
       J.block<2, 1>(k, k) = (*right - *pixel) / 0.5;
       J.block<2, 1>(k, k + 1) = (*below - *pixel) / 0.5;
     }
-    fit.seen.covariance = J * covariance.topLeftCorner<8, 8>() * J.transpose();
+    fit.seen.covariance = J * covariance_.topLeftCorner<8, 8>() * J.transpose();
     if (!fit.seen.covariance.allFinite()) return std::nullopt;
     return fit;
   }
@@ -390,8 +364,7 @@ class Fitter {
   double radius_ = 1;                                 ///< px, unit of the light's slope
   Parameters theta_ = Parameters::Zero();
   double scale_ = 1;
-  std::vector<double> residuals_;
-  Normal normal_ = Normal::Zero();
+  Normal covariance_ = Normal::Zero();
 };
 
 }  // namespace

@@ -67,6 +67,15 @@ class Solve {
     model_.camera = camera;
   }
 
+  /// The same without evidence of the print and the pixels' shape, for a projector's lens to look
+  /// through.
+  void solveRoughly() {
+    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
+    startLinearly();
+    dropSpoiltViews();
+    refineRounds(1);
+  }
+
   /// Model and board poses, with spoilt views left out; refuses what cannot be solved.
   void solve() {
     say("starting", 0);
@@ -385,9 +394,9 @@ Calibration solvePhotographs(const std::vector<Photographs>& photographs, const 
   const ViewReader reader(board, pattern, camera);
   const std::vector<View> first =
       readAll(photographs.size(), "reading tags", 0, 0.5, options, progress,
-              [&](std::size_t i) { return reader.observe(photographs[i]); });
+              [&](std::size_t i) { return reader.glance(photographs[i]); });
   Solve rough(first, board, pattern, camera, options, {});
-  rough.solve();
+  rough.solveRoughly();
   const Lens projector = rough.projector();
   const std::vector<View> second = readAll(
       photographs.size(), "reading tags through the projector's lens", 0.55, 0.8, options, progress,
