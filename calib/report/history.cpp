@@ -35,11 +35,9 @@ std::string shortDate(const std::string& date) {
 std::vector<CalibrationRecord> withThis(const Calibration& calibration,
                                         std::vector<CalibrationRecord> history,
                                         const std::string& date) {
-  const bool is_saved = !history.empty() && history.back().date == date;
-  if (!is_saved) {
-    history.push_back({date, calibration.estimate, calibration.held_out_rms_px,
-                       calibration.held_out_rms_mm, usedViews(calibration)});
-  }
+  if (!history.empty() && history.back().date == date) history.pop_back();  // saved already
+  history.push_back({date, calibration.estimate, calibration.held_out_rms_px,
+                     calibration.held_out_rms_mm, usedViews(calibration)});
   return history;
 }
 

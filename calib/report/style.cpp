@@ -83,7 +83,8 @@ text { font-family: inherit; font-variant-numeric: tabular-nums; }
 @media screen and (max-width: 800px) { .two, .three, .headline { grid-template-columns: 1fr; } }
 @page { size: A4; margin: 14mm 12mm; }
 @media print { html { font-size: 11px; } main { padding: 0; max-width: none; }
-  h2 { margin-top: 28px; } .big { font-size: 48px; } .two, .three { gap: 14px; }
+  h2 { margin-top: 28px; } .three, .scale, .legend { break-inside: avoid; }
+  .scale { break-before: avoid; } .big { font-size: 48px; } .two, .three { gap: 14px; }
   table, figcaption, .legend { font-size: 10px; } th { font-size: 10px; } }
 )";
 
