@@ -187,9 +187,15 @@ CameraInfoFile loadCameraInfo(const std::string& path) {
   const std::vector<double> used = reader.text(keys.model).empty() ? std::vector<double>{} : D;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   if (k.size() == 9) K << k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8];
-  // Size and D have been judged above, with their keys.
-  for (const std::string& violation : lensViolations(1, 1, K, {})) {
-    violations.push_back(keys.K + ": " + violation);
+  if (k.size() == 9 && K.isZero(0)) {
+    // What drivers send of cameras that nobody calibrated.
+    violations.push_back(keys.K +
+                         ": is all zero: this camera is not calibrated; calibrate it first");
+  } else {
+    // Size and D have been judged above, with their keys.
+    for (const std::string& violation : lensViolations(1, 1, K, {})) {
+      violations.push_back(keys.K + ": " + violation);
+    }
   }
   if (!violations.empty()) refuse(path, violations);
   return {makeLens(width, height, K, used), nameOf(root), compareWithP(K, P)};

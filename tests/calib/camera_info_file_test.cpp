@@ -103,6 +103,13 @@ TEST_F(CameraInfoFileTest, refusesOtherModelsByName) {
   expectRefusal(with("plumb_bob", "rational_polynomial"), {"has 8 numbers, found 5"});
 }
 
+TEST_F(CameraInfoFileTest, saysThatACameraIsNotCalibrated) {
+  const std::string said = refusal(
+      "{width: 640, height: 480, distortion_model: '', D: [], "
+      "K: [0, 0, 0, 0, 0, 0, 0, 0, 0]}");
+  EXPECT_EQ(said, path_ + ": K: is all zero: this camera is not calibrated; calibrate it first");
+}
+
 TEST_F(CameraInfoFileTest, namesAllThatIsWrongAtOnce) {
   std::string text =
       with("[1900, 0, 640, 0, 1901, 817, 0, 0, 1]}\n", "[0, 0, .nan, 0, x, 817, 0, 0, 1]}\n");
