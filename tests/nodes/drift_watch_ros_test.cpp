@@ -129,8 +129,8 @@ class DriftWatchTest : public test::GlTest {
 TEST_F(DriftWatchTest, saysInDiagnosticsWhetherTagsLieWhereTfHasThem) {
   Doctor doctor("watching: drift watch");
   test::NodeProcess node({AFTERGLOW_TEST_PROJECTOR_NODE, "__name:=watching",
-                                "_config:=" + writeConfig(), "_calibration:=" + folder_.path(""),
-                                "_window:=false"});
+                          "_config:=" + writeConfig(), "_calibration:=" + folder_.path(""),
+                          "_window:=false"});
   EXPECT_TRUE(doctor.says("3 nothing on /camera/image for 2 s")) << doctor.newest() << node.log();
 
   auto infos = nh_->advertise<sensor_msgs::CameraInfo>("/camera/camera_info", 1, true);
