@@ -3,6 +3,7 @@
 #include "nodes/verbs/calibrate_board.hpp"
 #include "nodes/verbs/calibrate_mount.hpp"
 #include "nodes/verbs/calibrate_pattern.hpp"
+#include "nodes/verbs/calibrate_solve.hpp"
 #include "nodes/verbs/calibrate_verify.hpp"
 
 namespace afterglow::nodes {
@@ -13,6 +14,7 @@ void addCalibrateVerb(CLI::App& app) {
   calibrate->require_subcommand(1);
   addCalibrateBoard(*calibrate);
   addCalibratePattern(*calibrate);
+  addCalibrateSolve(*calibrate);
   addCalibrateMount(*calibrate);
   addCalibrateVerify(*calibrate);
 }

@@ -1,0 +1,145 @@
+#include "nodes/verbs/calibrate_solve.hpp"
+
+#include <unistd.h>
+
+#include <CLI/Validators.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "calib/camera_info_file.hpp"
+#include "calib/report/calibration_yaml.hpp"
+#include "calib/solver/solve.hpp"
+#include "calib/targets/target_files.hpp"
+#include "nodes/calibrator/calibration_folder.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "nodes/verbs/view_pictures.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct Options {
+  std::string images, board, pattern, camera, out;
+  calib::CalibrationNames names;
+  std::optional<double> ruler_mm;
+  bool refine_camera = false;
+  bool json = false;
+};
+
+/// One line on stderr, if that is a terminal.
+calib::CalibrationProgress terminalProgress() {
+  if (isatty(STDERR_FILENO) != 1) return {};
+  return [](const std::string& doing, double share) {
+    std::cerr << "\r\033[K" << doing << ", " << fixedText(100 * share, 0) << " %" << std::flush;
+    if (share >= 1) std::cerr << "\r\033[K" << std::flush;
+  };
+}
+
+nlohmann::ordered_json solutionJson(const calib::Calibration& calibration) {
+  nlohmann::ordered_json json;
+  json["held_out_rms_px"] = calibration.held_out_rms_px;
+  json["held_out_rms_mm"] = calibration.held_out_rms_mm;
+  json["training_rms_px"] = calibration.training_rms_px;
+  json["board_rms_px"] = calibration.board_rms_px;
+  json["coverage"] = calibration.coverage.share();
+  for (const calib::ViewResult& view : calibration.views) {
+    nlohmann::ordered_json one;
+    one["name"] = view.name;
+    one["used"] = view.is_used;
+    if (!view.is_used) one["reason"] = view.reason;
+    if (view.held_out_px) one["held_out_px"] = *view.held_out_px;
+    if (view.held_out_mm) one["held_out_mm"] = *view.held_out_mm;
+    json["views"].push_back(one);
+  }
+  json["warnings"] = calibration.warnings;
+  return json;
+}
+
+void printSolution(const calib::Calibration& calibration, const Options& options) {
+  const calib::Lens& lens = calibration.estimate.projector;
+  std::size_t used = 0;
+  for (const calib::ViewResult& view : calibration.views) used += view.is_used ? 1 : 0;
+  std::cout << "Left-out views are predicted to " << fixedText(calibration.held_out_rms_px, 3)
+            << " px, " << fixedText(calibration.held_out_rms_mm, 3) << " mm on the board (" << used
+            << " of " << calibration.views.size() << " views used, "
+            << fixedText(100 * calibration.coverage.share(), 0) << " % of the picture covered)\n"
+            << "fx " << fixedText(lens.K(0, 0), 2) << "  fy " << fixedText(lens.K(1, 1), 2)
+            << "  cx " << fixedText(lens.K(0, 2), 2) << "  cy " << fixedText(lens.K(1, 2), 2)
+            << " px\n";
+  for (const std::string& warning : calibration.warnings) std::cout << "note: " << warning << "\n";
+  std::cout << "projector.yaml, T_camera_projector.yaml, calibration.yaml and report.html in "
+            << options.out << "\n";
+}
+
+void runSolve(const Options& options) {
+  const calib::Board board = calib::loadBoard(options.board);
+  const calib::Pattern pattern = calib::loadPattern(options.pattern);
+  const calib::CameraInfoFile camera = calib::loadCameraInfo(options.camera);
+  if (!camera.warning.empty()) {
+    std::cerr << "afterglow calibrate solve: " << options.camera << ": " << camera.warning << "\n";
+  }
+  std::vector<calib::Photographs> photographs;
+  for (const ViewFiles& files : findViews(options.images)) {
+    photographs.push_back(loadPhotographs(files));
+  }
+  std::filesystem::create_directories(options.out);
+  const CalibrationFolder folder(options.out);
+  calib::SolveOptions solve;
+  solve.refine_camera = options.refine_camera;
+  solve.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  if (options.ruler_mm) solve.measured_ruler_m = *options.ruler_mm / 1000;
+  try {
+    const calib::Calibration calibration = calib::solvePhotographs(
+        photographs, board, pattern, camera.lens, solve, terminalProgress());
+    folder.save(calibration, photographs, {options.names, board, pattern});
+    if (options.refine_camera) {
+      calib::replaceFile(options.out + "/camera.yaml",
+                         calib::projectorYaml(calibration.camera, camera.name));
+    }
+    if (options.json) {
+      std::cout << dumpJson(solutionJson(calibration), 2) << "\n";
+    } else {
+      printSolution(calibration, options);
+    }
+  } catch (const calib::CalibrationRefused& refused) {
+    folder.saveRefusal(refused, photographs);
+    throw std::runtime_error(std::string(refused.what()) + " (pictures: " + options.out +
+                             "/report.html)");
+  } catch (const std::invalid_argument& error) {  // pictures not of the camera's size
+    throw std::runtime_error(options.images + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+void addCalibrateSolve(CLI::App& calibrate) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = calibrate.add_subcommand(
+      "solve", "Calibrate from photographs: projector.yaml, T_camera_projector.yaml, report.html");
+  verb->add_option("--images", options->images,
+                   "Folder of view_NN.png (pattern shown) and view_NN_plain.png (plain grey shown)")
+      ->required();
+  verb->add_option("--board", options->board, "The board's board.yaml")->required();
+  verb->add_option("--pattern", options->pattern, "The pattern's pattern.yaml")->required();
+  verb->add_option("--camera", options->camera, "The camera's camera_info file")->required();
+  verb->add_option("--out", options->out, "Folder for the result; made if it is not there")
+      ->required();
+  verb->add_option("--ruler-mm", options->ruler_mm,
+                   "What the board's printed ruler measures; a wrong print is refused")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--refine-camera", options->refine_camera,
+                 "Estimate the camera's lens too (writes camera.yaml): a separate, careful camera "
+                 "calibration is 17 times better");
+  verb->add_option("--camera-frame", options->names.camera_frame, "tf frame of the camera")
+      ->capture_default_str();
+  verb->add_option("--projector-frame", options->names.projector_frame, "tf frame of the projector")
+      ->capture_default_str();
+  verb->add_flag("--json", options->json, "As JSON");
+  verb->callback([options] { runSolve(*options); });
+}
+
+}  // namespace afterglow::nodes
