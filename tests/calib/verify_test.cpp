@@ -113,7 +113,7 @@ TEST(ErrorSummary, hasNumpysQuantiles) {
 
 TEST(TagLayout, knowsWhichTagsGetInEachOthersWay) {
   const Tag tag = squareTag(1, {0, 0}, 0.08, 0);
-  EXPECT_TRUE(areTooClose(tag, squareTag(2, {0.09, 0}, 0.08, 0))) << "rim on rim";
+  EXPECT_TRUE(areTooClose(tag, squareTag(2, {0.095, 0}, 0.08, 0))) << "rim on rim";
   EXPECT_FALSE(areTooClose(tag, squareTag(2, {0.11, 0}, 0.08, 0)));
   EXPECT_TRUE(areTooClose(tag, squareTag(2, {0, 0}, 0.02, 0.3))) << "within";
   EXPECT_FALSE(areTooClose(tag, squareTag(2, {0.09, 0.09}, 0.08, M_PI / 4)))
