@@ -5,6 +5,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "calib/report/calibration_yaml.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -41,6 +43,10 @@ void CalibrationFolder::begin() const {
 
 void CalibrationFolder::keep(const calib::Photographs& photographs) const {
   keepIn(fs::path(path_) / "views", photographs);
+}
+
+void CalibrationFolder::keepCamera(const calib::Lens& camera) const {
+  calib::replaceFile(path_ + "/camera.yaml", calib::projectorYaml(camera, "camera"));
 }
 
 void CalibrationFolder::discard(const std::string& view) const {

@@ -2,7 +2,7 @@
 /// Where a live calibration leaves everything: its pictures, its result, its report.
 ///
 /// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
-/// saveCalibration's files, report.html, check/ (the pictures of the check) and
+/// camera.yaml, saveCalibration's files, report.html, check/ (the pictures of the check) and
 /// verification.yaml. Pictures of an earlier run are kept as OUT/views_DATE.
 #pragma once
 
@@ -24,6 +24,7 @@ class CalibrationFolder {
   /// A new set of views.
   void begin() const;
   void keep(const calib::Photographs& photographs) const;
+  void keepCamera(const calib::Lens& camera) const;
   void discard(const std::string& view) const;
   void save(const calib::Calibration& calibration,
             const std::vector<calib::Photographs>& photographs,

@@ -135,6 +135,7 @@ void CalibratorNode::beginGuide(const calib::Lens& camera) {
   reader_.emplace(board_, pattern_, camera);
   guide_.emplace(board_, pattern_, camera, options_.guide);
   guide_->start();
+  folder_.keepCamera(camera);
 }
 
 void CalibratorNode::keep(Keep kind, calib::Picture picture) {

@@ -1,5 +1,7 @@
 #include "nodes/calibrator/calibrator_options.hpp"
 
+#include <ros/names.h>
+
 #include <cmath>
 #include <stdexcept>
 
