@@ -59,7 +59,8 @@ std::vector<std::string> foldRefusals(const Lens& projector);
 struct PrintStretch {
   double stretch = 0, sigma = 0;
 };
-/// `measured_ruler_m`: what the user measured the printed ruler to be.
+/// `measured_ruler_m`: what the user measured the printed ruler to be. It alone tells a print that
+/// is too large or too small as a whole: pictures of it are those of a true one further off.
 std::vector<std::string> printRefusals(const Board& board, const std::optional<PrintStretch>& seen,
                                        const std::optional<double>& measured_ruler_m);
 

@@ -10,6 +10,7 @@
 #include "calib/parallel.hpp"
 #include "calib/solver/cross_validation.hpp"
 #include "calib/solver/linear_start.hpp"
+#include "calib/solver/reach.hpp"
 #include "calib/solver/refine.hpp"
 #include "calib/solver/refusals.hpp"
 #include "calib/verify/landing.hpp"
@@ -343,6 +344,9 @@ class Solve {
     refuseIf(foldRefusals(calibration.estimate.projector));
     refuseIf(misfitRefusals(calibration.held_out_rms_px, calibration.estimate.projector));
     refuseIf(uncertaintyRefusals(calibration.estimate, posedViews(views_)));
+    const Reach reach = reachOf(calibration.estimate, calibration.camera, posedViews(views_));
+    refuseIf(reachRefusals(reach));
+    for (const std::string& warning : reachWarnings(reach)) calibration.warnings.push_back(warning);
     for (const ViewResult& view : calibration.views) {
       if (!view.is_used) calibration.warnings.push_back(view.name + " left out: " + view.reason);
     }

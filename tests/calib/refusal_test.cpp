@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "calib/detection/tag_detector.hpp"
+#include "calib/solver/reach.hpp"
 #include "calib/solver/refusals.hpp"
 #include "calib/solver/solve.hpp"
 #include "tests/support/synthetic_rig.hpp"
@@ -91,6 +92,8 @@ std::unique_ptr<Scene> Refused::scene_;
 // ------------------------------------------------------------------------------------ single views
 
 TEST_F(Refused, nothingOfAGoodView) { EXPECT_EQ(faults(lit, plain), ""); }
+
+TEST_F(Refused, nothingOfAGoodSinglePicture) { EXPECT_EQ(faults(lit, {}), ""); }
 
 TEST_F(Refused, aViewWithoutTheBoard) {
   const std::string text = faults(photographer.photograph({}, pattern, 1), {});
@@ -202,21 +205,45 @@ std::string refusalOf(const std::vector<View>& views, const SyntheticRig& rig,
   return "";
 }
 
+/// Only the projected tags between these columns of the projector's picture.
+void keepTags(View& view, const Pattern& pattern, double left, double right) {
+  std::vector<SeenTag> kept;
+  for (const SeenTag& seen : view.projected) {
+    for (const Tag& tag : pattern.tags) {
+      const bool is_inside = tag.corners[0].x() >= left && tag.corners[1].x() <= right;
+      if (tag.id == seen.id && is_inside) kept.push_back(seen);
+    }
+  }
+  view.projected = kept;
+}
+
 TEST(Refusal, ofViewsThatSeeOneSideOnly) {
   const SyntheticRig rig = test::makeRig(RigKind::Standard, 1);
   std::vector<View> views = test::cornerViews(rig, 16, 0.05, 1);
-  for (View& view : views) {
-    const auto is_right = [&](const SeenTag& seen) {
-      const auto known = std::find_if(rig.pattern.tags.begin(), rig.pattern.tags.end(),
-                                      [&](const Tag& tag) { return tag.id == seen.id; });
-      return known->corners[1].x() > 400;
-    };
-    view.projected.erase(std::remove_if(view.projected.begin(), view.projected.end(), is_right),
-                         view.projected.end());
-  }
+  for (View& view : views) keepTags(view, rig.pattern, 0, 400);
   const std::string text = refusalOf(views, rig);
   EXPECT_SAYS(text, "of the projector's picture");
   EXPECT_SAYS(text, "nothing was seen in the right third: hold the board there too");
+}
+
+TEST(Refusal, isAWarningWhereHalfOfThePictureWasSeen) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 1);
+  std::vector<View> views = test::cornerViews(rig, 12, 0.05, 1);
+  for (View& view : views) keepTags(view, rig.pattern, 0, 760);
+  const Calibration result = solveViews(views, rig.board, rig.pattern, rig.camera);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_SAYS(result.warnings[0], "nothing was seen in the right third of what the camera sees");
+  EXPECT_SAYS(result.warnings[0], "do not trust what is projected there");
+}
+
+TEST(Refusal, ofAPatchOfThePicture) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 1);
+  PosedView view{"view_00", rig.T_world_camera.inverse() * test::boardPoses(rig, 1, 1)[0], {}};
+  for (int i = 0; i < 100; ++i) view.lit_px.emplace_back(300 + i, 300 + i % 7);
+  const Reach reach = reachOf(rig.truth(), rig.camera, {view});
+  EXPECT_LT(reach.covered, 0.1);
+  ASSERT_EQ(reachRefusals(reach).size(), 1u);
+  EXPECT_SAYS(reachRefusals(reach)[0], "% of what the camera sees of the projector's picture");
 }
 
 TEST(Refusal, ofTooFewCorners) {

@@ -1,0 +1,29 @@
+/// \file
+/// How much of what could be calibrated was: the projector's picture as far as the camera sees it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "calib/solver/calibration.hpp"
+#include "calib/solver/refusals.hpp"
+
+namespace afterglow::calib {
+
+/// Cell by cell as in Coverage; a cell is in reach if its light, at the boards' middle distance,
+/// falls where the camera sees it.
+struct Reach {
+  double covered = 0;  ///< share of the cells in reach that have corners, 0 to 1
+  /// left, right, upper, lower: thirds of the part in reach in which there are no corners.
+  std::vector<std::string> empty_sides;
+};
+Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera,
+              const std::vector<PosedView>& views);
+
+/// Nearly all in reach is unseen.
+std::vector<std::string> reachRefusals(const Reach& reach);
+/// What was left out will be uncertain: "nothing was seen in the right third of ...".
+std::vector<std::string> reachWarnings(const Reach& reach);
+
+}  // namespace afterglow::calib
