@@ -215,10 +215,11 @@ class Judge {
       fault(
           "the plain picture shows the pattern and the other does not: the pictures are "
           "exchanged, or each is one switch late; wait longer after switching");
-    } else if (is_same) {
+    } else if (is_same && !pattern_shows) {
       fault(
-          "both pictures show the same, without the pattern: the projector did not switch, or "
-          "the camera's frame is older than the switch; wait longer after switching");
+          "both pictures show the same, without the pattern: the projector did not switch (or is "
+          "too faint for this room), or the camera's frame is older than the switch; wait longer "
+          "after switching");
     } else {
       judgeMotion();
     }

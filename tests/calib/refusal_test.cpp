@@ -95,6 +95,14 @@ TEST_F(Refused, nothingOfAGoodView) { EXPECT_EQ(faults(lit, plain), ""); }
 
 TEST_F(Refused, nothingOfAGoodSinglePicture) { EXPECT_EQ(faults(lit, {}), ""); }
 
+TEST_F(Refused, noFaintPatternAsALateFrame) {
+  // Much light from the room: the pattern changes few pixels by more than noise may.
+  SyntheticRig bright = rig;
+  bright.ambient = 6;
+  const Photographer its(bright);
+  EXPECT_EQ(faults(its.photograph(pose, pattern, 1), its.photograph(pose, grey, 2)), "");
+}
+
 TEST_F(Refused, aViewWithoutTheBoard) {
   const std::string text = faults(photographer.photograph({}, pattern, 1), {});
   EXPECT_SAYS(text, "none of the board's tags was read: hold the whole board into");
