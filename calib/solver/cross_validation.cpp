@@ -1,5 +1,6 @@
 #include "calib/solver/cross_validation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calib/parallel.hpp"
@@ -32,7 +33,40 @@ HeldOut measure(const ProjectorModel& model, const ViewEvidence& view) {
   return result;
 }
 
+/// Sum over replicates of squared distances to their mean, times (n - 1) / n.
+double jackknifeVariance(const std::vector<Eigen::Vector2d>& pixels) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& pixel : pixels) mean += pixel / double(pixels.size());
+  double sum = 0;
+  for (const Eigen::Vector2d& pixel : pixels) sum += (pixel - mean).squaredNorm();
+  return sum * double(pixels.size() - 1) / double(pixels.size());
+}
+
 }  // namespace
+
+double jackknifeInflation(const ProjectorEstimate& estimate, const std::vector<ViewEvidence>& views,
+                          const std::vector<std::optional<HeldOut>>& held_out) {
+  double jackknifed = 0, predicted = 0;
+  for (const ViewEvidence& view : views) {
+    if (!view.is_used) continue;
+    // A few points a view do: the same parameters move them all.
+    const std::size_t stride = std::max<std::size_t>(1, view.projected.size() / 10);
+    for (std::size_t i = 0; i < view.projected.size(); i += stride) {
+      const Eigen::Vector3d p = onBoard(view.projected[i].rays[0], view.T_camera_board);
+      const auto full = predictPixel(estimate, p);
+      std::vector<Eigen::Vector2d> replicates;
+      for (const auto& one : held_out) {
+        if (!one) continue;
+        const auto pixel = predictPixel(one->without, p);
+        if (pixel) replicates.push_back(pixel->pixel);
+      }
+      if (!full || replicates.size() < 2) continue;
+      jackknifed += jackknifeVariance(replicates);
+      predicted += full->covariance.trace();
+    }
+  }
+  return predicted > 0 ? std::max(1.0, jackknifed / predicted) : 1;
+}
 
 std::vector<std::optional<HeldOut>> leaveOneOut(const ProjectorModel& model,
                                                 const std::vector<ViewEvidence>& views,
@@ -59,6 +93,8 @@ std::vector<std::optional<HeldOut>> leaveOneOut(const ProjectorModel& model,
     ViewEvidence view = kept[left_out];
     refineBoardPose(without, view);
     result[left_out] = measure(without, view);
+    result[left_out]->without.projector = without.projector;
+    result[left_out]->without.T_camera_projector = without.T_camera_projector;
   });
   return result;
 }

@@ -13,6 +13,7 @@ struct HeldOut {
   double rms_px = 0;  ///< projector pixels
   double rms_mm = 0;  ///< on the board
   int corners = 0;
+  ProjectorEstimate without;  ///< solved without the view; no covariance
 };
 
 /// For every used view, in order; empty for the others. The model is solved without the view, the
@@ -21,5 +22,12 @@ struct HeldOut {
 std::vector<std::optional<HeldOut>> leaveOneOut(const ProjectorModel& model,
                                                 const std::vector<ViewEvidence>& views,
                                                 const RefineSettings& settings, int threads);
+
+/// By how much the variance of projected points is larger than the estimate's covariance has it:
+/// the jackknife's, over views, against the predicted one, both averaged over the tags seen; at
+/// least 1. Least squares takes tags for independent, but those of a view share a board that is not
+/// quite flat, a focus, a light. Source: Efron and Stein, The Jackknife Estimate of Variance, 1981.
+double jackknifeInflation(const ProjectorEstimate& estimate, const std::vector<ViewEvidence>& views,
+                          const std::vector<std::optional<HeldOut>>& held_out);
 
 }  // namespace afterglow::calib

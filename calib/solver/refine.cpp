@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 namespace afterglow::calib {
@@ -350,7 +351,13 @@ double deviationsOf(const Vector8& error, const Matrix8& covariance, double scal
   return (whitening(covariance) * error).norm() / (std::sqrt(8.0) * scale);
 }
 
+constexpr double kOutlierDeviations = 6;
+
+/// NaN, from what cannot be projected, counts as infinite.
 double middleOf(std::vector<double>& values) {
+  for (double& value : values) {
+    if (std::isnan(value)) value = std::numeric_limits<double>::infinity();
+  }
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -453,7 +460,7 @@ PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidenc
   return shape;
 }
 
-bool isOutlier(const TagError& error) { return !(error.deviations < 6); }
+bool isOutlier(const TagError& error) { return !(error.deviations < kOutlierDeviations); }
 
 TagError printedError(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag) {
   TagError result;
@@ -485,24 +492,57 @@ TagError projectedError(const ProjectorModel& model, const ViewEvidence& view,
   return result;
 }
 
-void measureScales(ProjectorModel& model, const std::vector<ViewEvidence>& views) {
-  model.printed_scale = model.projected_scale = 1;
+namespace {
+
+struct Deviations {
   std::vector<double> printed, projected;
+};
+
+Deviations deviationsOf(const ProjectorModel& model, const std::vector<ViewEvidence>& views) {
+  Deviations all;
   for (const ViewEvidence& view : views) {
     if (!view.is_used) continue;
     for (const Sighting& tag : view.printed) {
-      const double deviations = printedError(model, view, tag).deviations;
-      if (std::isfinite(deviations)) printed.push_back(deviations);
+      all.printed.push_back(printedError(model, view, tag).deviations);
     }
     for (const Sighting& tag : view.projected) {
-      const double deviations = projectedError(model, view, tag).deviations;
-      if (std::isfinite(deviations)) projected.push_back(deviations);
+      all.projected.push_back(projectedError(model, view, tag).deviations);
     }
   }
+  return all;
+}
+
+double rootMeanSquare(const std::vector<double>& deviations) {
+  double sum = 0;
+  int count = 0;
+  for (double one : deviations) {
+    if (!(one < kOutlierDeviations)) continue;
+    sum += one * one;
+    ++count;
+  }
+  return count > 0 ? std::max(1.0, std::sqrt(sum / count)) : 1;
+}
+
+}  // namespace
+
+void measureScales(ProjectorModel& model, const std::vector<ViewEvidence>& views) {
+  model.printed_scale = model.projected_scale = 1;
+  Deviations all = deviationsOf(model, views);
   // The middle of a chi with eight degrees of freedom, per degree, is 0.958.
   constexpr double kMiddle = 0.958;
-  if (!printed.empty()) model.printed_scale = std::max(middleOf(printed) / kMiddle, 1e-3);
-  if (!projected.empty()) model.projected_scale = std::max(middleOf(projected) / kMiddle, 1e-3);
+  constexpr double kLeast = 1e-3;
+  if (!all.printed.empty()) {
+    model.printed_scale = std::max(middleOf(all.printed) / kMiddle, kLeast);
+  }
+  if (!all.projected.empty()) {
+    model.projected_scale = std::max(middleOf(all.projected) / kMiddle, kLeast);
+  }
+}
+
+void widenScales(ProjectorModel& model, const std::vector<ViewEvidence>& views) {
+  const Deviations all = deviationsOf(model, views);
+  model.printed_scale *= rootMeanSquare(all.printed);
+  model.projected_scale *= rootMeanSquare(all.projected);
 }
 
 }  // namespace afterglow::calib

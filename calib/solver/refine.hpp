@@ -51,8 +51,11 @@ PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvi
 /// Aspect and skew, solved free.
 PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views);
 
-/// Sets the scales from the residuals' middle.
+/// Sets the scales from the residuals' middle, which outliers do not move: for weights.
 void measureScales(ProjectorModel& model, const std::vector<ViewEvidence>& views);
+/// Widens scales that have been measured to the root mean square of all but the outliers: for
+/// covariances, since errors have heavier tails than a Gaussian of that middle.
+void widenScales(ProjectorModel& model, const std::vector<ViewEvidence>& views);
 
 /// Errors of one tag's corners and the deviations they amount to.
 struct TagError {

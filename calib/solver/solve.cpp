@@ -108,7 +108,11 @@ class Solve {
     }
     say("measuring uncertainty", 0.8);
     Calibration calibration;
-    calibration.estimate = estimateOf(model_, views_, settings_);
+    ProjectorModel widened = model_;
+    measureScales(widened, views_);
+    widenScales(widened, views_);
+    calibration.estimate = estimateOf(widened, views_, settings_);
+    calibration.estimate.covariance *= jackknifeInflation(calibration.estimate, views_, held_out);
     calibration.camera = model_.camera;
     calibration.coverage = coverageOfUsed();
     for (std::size_t i = 0; i < views_.size(); ++i) {
