@@ -169,6 +169,11 @@ class Judge {
       return "the picture has unknown tags (" + listed(unknown_) +
              "): another board than the layout says?";
     }
+    if (!has_plain_ && among(read_unlit_, pattern_ids_).size() >= kTelling) {
+      return "the pattern's light lies on the printed tags, and there is no picture without it: "
+             "take a second one while the projector shows plain grey, or show the pattern of "
+             "`afterglow calibrate pattern --single`";
+    }
     const Picture turned = mirrored(unlit_);
     if (countRead(board_.family, turned, board_ids_) >= kTelling) {
       return "the picture is mirrored: turn off the camera's mirroring, or photograph the board "

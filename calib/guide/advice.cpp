@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "calib/guide/board_pose.hpp"
-
 namespace afterglow::calib {
 namespace {
 
@@ -88,12 +86,21 @@ std::vector<std::string> missingDepth(const Poses& taken,
   const double to_far = kDepthRange * distance(*nearest) - here;
   const bool comes_closer = to_near <= to_far;
   const double way = std::max(0.0, comes_closer ? to_near : to_far);
-  const long centimetres = std::max(10L, 10 * std::lround(std::ceil(way * 10)));
-  return {comes_closer ? "come " + std::to_string(centimetres) + " cm closer"
-                       : "go " + std::to_string(centimetres) + " cm further back"};
+  const long centimeters = std::max(10L, 10 * std::lround(std::ceil(way * 10)));
+  return {comes_closer ? "come " + std::to_string(centimeters) + " cm closer"
+                       : "go " + std::to_string(centimeters) + " cm further back"};
 }
 
 }  // namespace
+
+Eigen::Vector2d boardTilt(const Rigid<Camera, Surface>& T_camera_board) {
+  const Eigen::Vector3d normal = T_camera_board.matrix().linear().col(2);
+  const Eigen::Vector3d to_camera = -T_camera_board.matrix().translation().normalized();
+  const Eigen::Vector3d right = (Eigen::Vector3d::UnitX() - to_camera.x() * to_camera).normalized();
+  const Eigen::Vector3d down = right.cross(to_camera);
+  const auto angle = [](double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); };
+  return {angle(normal.dot(right)), angle(normal.dot(down))};
+}
 
 bool areParallel(const Poses& taken) {
   for (std::size_t i = 0; i < taken.size(); ++i) {

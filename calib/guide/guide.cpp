@@ -15,7 +15,7 @@ constexpr int kMoreViews = 3;                // after a refusal
 // A check this much above what was promised is not chance: one view's error varies by half.
 constexpr double kSuspicious = 3, kSuspicious_mm = 1;
 
-std::string millimetres(double mm) {
+std::string millimeters(double mm) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f mm", mm);
   return text;
@@ -174,7 +174,7 @@ void Guide::solved(const Calibration& calibration) {
     if (!view.is_used) tell(view.name + " was left out: " + view.reason);
   }
   for (const std::string& warning : calibration.warnings) tell(warning);
-  tell("calibrated: a view that had no part in it is met to " + millimetres(promised_mm_) +
+  tell("calibrated: a view that had no part in it is met to " + millimeters(promised_mm_) +
        ". For the check, hold the board where it has not been yet");
   collect();
   phase_ = GuidePhase::Verifying;
@@ -187,16 +187,16 @@ void Guide::refused(const std::vector<std::string>& reasons) {
   collect();
 }
 
-void Guide::checked(const std::optional<HeldOutError>& error) {
+void Guide::checked(const ErrorSummary& errors) {
   if (phase_ != GuidePhase::Verifying) return;
-  if (!error) {
+  if (errors.corners == 0) {
     discard("the check could not be measured: hold the board further into the light");
     return;
   }
-  std::string text = "checked: the light is " + millimetres(error->rms_mm) + " off, at worst " +
-                     millimetres(error->worst_mm);
-  if (error->rms_mm > std::max(kSuspicious * promised_mm_, kSuspicious_mm)) {
-    text += "; that is more than the calibration promised (" + millimetres(promised_mm_) +
+  std::string text = "checked: the light is " + millimeters(errors.rms_mm) + " off, at worst " +
+                     millimeters(errors.max_mm);
+  if (errors.rms_mm > std::max(kSuspicious * promised_mm_, kSuspicious_mm)) {
+    text += "; that is more than the calibration promised (" + millimeters(promised_mm_) +
             "): have camera or projector moved? Calibrate again";
   }
   tell(text);

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "calib/detection/view.hpp"
-#include "calib/guide/held_out.hpp"
 #include "calib/guide/prompter.hpp"
 #include "calib/guide/view_taker.hpp"
 #include "calib/solver/calibration.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
+#include "calib/verify/landing.hpp"
 
 namespace afterglow::calib {
 
@@ -54,8 +54,8 @@ class Guide {
   void solved(const Calibration& calibration);
   /// The reasons are told; views are collected on.
   void refused(const std::vector<std::string>& reasons);
-  /// The check view's error; empty: it could not be measured, another one is needed.
-  void checked(const std::optional<HeldOutError>& error);
+  /// The check view's errors; without corners it could not be measured, and another one is needed.
+  void checked(const ErrorSummary& errors);
   /// Something the owner has to tell (a file that cannot be written, a camera that is silent).
   void tell(const std::string& text);
 

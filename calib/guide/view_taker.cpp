@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "calib/guide/board_pose.hpp"
+#include "calib/detection/board_pose.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -70,7 +70,7 @@ TakerAnswer ViewTaker::watch(const WatchedFrame& frame,
   T_camera_board_.reset();
   if (frame.pattern_tags > 0) return lacking(Lack::Light);
   const bool is_in_view = frame.board.size() >= options_.fewest_board_tags;
-  if (is_in_view) T_camera_board_ = boardPose(frame.board, board_, camera_);
+  if (is_in_view) T_camera_board_ = poseOf(frame);
   if (!T_camera_board_) {
     recent_.clear();
     return lacking(frame.board.empty() ? Lack::Board : Lack::WholeBoard);
@@ -91,6 +91,12 @@ TakerAnswer ViewTaker::watch(const WatchedFrame& frame,
   TakerAnswer answer;
   answer.show = Shown::Pattern;
   return answer;
+}
+
+std::optional<Rigid<Camera, Surface>> ViewTaker::poseOf(const WatchedFrame& frame) const {
+  const auto pose = boardPose(frame.board, board_.tags, camera_);
+  if (!pose) return std::nullopt;
+  return pose->T_camera_board;
 }
 
 bool ViewTaker::isStill() const {
@@ -174,7 +180,7 @@ TakerAnswer ViewTaker::awaitPlain(const WatchedFrame& frame) {
     TakerAnswer answer;
     answer.keep = TakerAnswer::Keep::Plain;
     answer.is_complete = true;
-    answer.T_camera_board = boardPose(frame.board, board_, camera_);
+    answer.T_camera_board = poseOf(frame);
     reset();
     return answer;
   }

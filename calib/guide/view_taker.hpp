@@ -78,6 +78,7 @@ class ViewTaker {
   TakerAnswer awaitPattern(const WatchedFrame& frame);
   TakerAnswer awaitPlain(const WatchedFrame& frame);
   TakerAnswer giveUp(const std::string& reason);
+  std::optional<Rigid<Camera, Surface>> poseOf(const WatchedFrame& frame) const;
   bool isStill() const;
   bool isNew(const Rigid<Camera, Surface>& T_camera_board,
              const std::vector<Rigid<Camera, Surface>>& taken) const;

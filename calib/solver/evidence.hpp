@@ -39,8 +39,8 @@ struct ViewEvidence {
 };
 
 /// Matches tags with the targets and finds each board's pose from its printed tags. Views with
-/// faults, or without a pose, come back unused with the reason. `names` of ids that are neither the
-/// board's nor the pattern's are dropped.
+/// faults, or without a pose, come back unused with the reason. Tags that are neither the board's
+/// nor the pattern's, and printed ones that do not lie as on the board, are dropped.
 std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const Board& board,
                                          const Pattern& pattern, const Lens& camera);
 

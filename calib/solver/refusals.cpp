@@ -80,7 +80,8 @@ std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
 std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens& projector) {
   constexpr const char* kAdvice =
       "keystone correction or a resolution that is not the projector's own seems to be switched "
-      "on: switch both off and calibrate again";
+      "on: switch both off and calibrate again (if they are off: is the camera_info this "
+      "camera's?)";
   std::vector<std::string> reasons;
   const double stretch = std::abs(std::log(shape.aspect));
   if (stretch > kLargestAspectError && stretch > 4 * shape.aspect_sigma) {
@@ -156,8 +157,10 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   const double scale = *measured_ruler_m / board.ruler_m;
   if (std::abs(scale - 1) <= kLargestPrintError) return reasons;
   if (!(scale > 0.5 && scale < 2)) {
-    reasons.push_back(formatted("the ruler measures %.6g m, the layout says %.6g m: give metres",
-                                *measured_ruler_m, board.ruler_m));
+    reasons.push_back(
+        formatted("the measured ruler is %.6g mm long and the layout's %.6g mm: is its length "
+                  "given in another unit, or the layout another board's?",
+                  1000 * *measured_ruler_m, 1000 * board.ruler_m));
     return reasons;
   }
   reasons.push_back(

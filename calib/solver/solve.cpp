@@ -10,10 +10,10 @@
 #include "calib/parallel.hpp"
 #include "calib/solver/cross_validation.hpp"
 #include "calib/solver/linear_start.hpp"
+#include "calib/solver/outcome.hpp"
 #include "calib/solver/reach.hpp"
 #include "calib/solver/refine.hpp"
 #include "calib/solver/refusals.hpp"
-#include "calib/verify/landing.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -116,9 +116,9 @@ class Solve {
     calibration.camera = model_.camera;
     calibration.coverage = coverageOfUsed();
     for (std::size_t i = 0; i < views_.size(); ++i) {
-      calibration.views.push_back(resultOf(views_[i], held_out[i]));
+      calibration.views.push_back(viewResult(model_, views_[i], held_out[i]));
     }
-    summarize(calibration, held_out);
+    setErrors(calibration, held_out);
     judge(calibration);
     say("done", 1);
     return calibration;
@@ -132,42 +132,34 @@ class Solve {
   void refuseIf(const std::vector<std::string>& reasons) const {
     if (reasons.empty()) return;
     std::vector<ViewResult> results;
-    for (const ViewEvidence& view : views_) {
-      ViewResult result;
-      result.name = view.name;
-      result.is_used = view.is_used;
-      result.reason = view.reason;
-      result.T_camera_board = view.T_camera_board;
-      addSeen(view.printed, false, result);
-      addSeen(view.projected, true, result);
-      results.push_back(result);
-    }
+    for (const ViewEvidence& view : views_) results.push_back(viewResult(view));
     std::vector<std::string> all = reasons;
     const auto unused = std::count_if(views_.begin(), views_.end(),
                                       [](const ViewEvidence& view) { return !view.is_used; });
     // When most views are unusable, why is what people need to hear.
     if (2 * std::size_t(unused) > views_.size()) {
-      for (const ViewEvidence& view : views_) {
-        if (!view.is_used) all.push_back(view.name + ": " + view.reason);
-      }
+      const std::vector<std::string> why = whyUnused();
+      all.insert(all.end(), why.begin(), why.end());
     }
     throw CalibrationRefused(all, results);
   }
 
-  /// Corners without errors: there is no calibration to compare them with.
-  static void addSeen(const std::vector<Sighting>& tags, bool is_projected, ViewResult& result) {
-    for (const Sighting& tag : tags) {
-      for (std::size_t i = 0; i < 4; ++i) {
-        CornerResidual corner;
-        corner.tag_id = tag.id;
-        corner.corner = static_cast<int>(i);
-        corner.is_projected = is_projected;
-        corner.camera_px = tag.camera_px[i];
-        corner.error_px.setZero();
-        if (is_projected) corner.pattern_px = tag.target[i];
-        result.residuals.push_back(corner);
+  /// Views with one reason together: "view_00, view_03: none of ...".
+  std::vector<std::string> whyUnused() const {
+    std::vector<std::pair<std::string, std::string>> names_by_reason;
+    for (const ViewEvidence& view : views_) {
+      if (view.is_used) continue;
+      const auto same = std::find_if(names_by_reason.begin(), names_by_reason.end(),
+                                     [&](const auto& one) { return one.second == view.reason; });
+      if (same == names_by_reason.end()) {
+        names_by_reason.emplace_back(view.name, view.reason);
+      } else {
+        same->first += ", " + view.name;
       }
     }
+    std::vector<std::string> lines;
+    for (const auto& [names, reason] : names_by_reason) lines.push_back(names + ": " + reason);
+    return lines;
   }
 
   void startLinearly() {
@@ -260,88 +252,6 @@ class Solve {
       if (views_[i].is_used) used.push_back(observed_[i]);
     }
     return coverageOf(used, pattern_);
-  }
-
-  ViewResult resultOf(const ViewEvidence& view, const std::optional<HeldOut>& held_out) const {
-    ViewResult result;
-    result.name = view.name;
-    result.is_used = view.is_used;
-    result.reason = view.reason;
-    result.T_camera_board = view.T_camera_board;
-    if (held_out) {
-      result.held_out_px = held_out->rms_px;
-      result.held_out_mm = held_out->rms_mm;
-    }
-    double sum = 0;
-    int count = 0;
-    for (const Sighting& tag : view.printed) addResiduals(view, tag, false, result);
-    for (const Sighting& tag : view.projected) {
-      if (addResiduals(view, tag, true, result)) continue;
-      sum += projectedError(model_, view, tag).error.squaredNorm();
-      count += 4;
-    }
-    if (count > 0) result.projected_rms_px = std::sqrt(sum / count);
-    return result;
-  }
-
-  /// Whether the tag is an outlier.
-  bool addResiduals(const ViewEvidence& view, const Sighting& tag, bool is_projected,
-                    ViewResult& result) const {
-    const TagError error =
-        is_projected ? projectedError(model_, view, tag) : printedError(model_, view, tag);
-    const Rigid<Projector, Surface> T_projector_board =
-        model_.T_camera_projector.inverse() * view.T_camera_board;
-    for (std::size_t i = 0; i < 4; ++i) {
-      CornerResidual residual;
-      residual.tag_id = tag.id;
-      residual.corner = static_cast<int>(i);
-      residual.is_projected = is_projected;
-      residual.camera_px = tag.camera_px[i];
-      residual.is_outlier = isOutlier(error);
-      const auto on_board = is_projected
-                                ? landing(model_.projector, tag.target[i], T_projector_board)
-                                : std::optional<Eigen::Vector2d>(tag.target[i]);
-      if (!on_board) continue;
-      const auto expected = project(
-          model_.camera, view.T_camera_board * Eigen::Vector3d(on_board->x(), on_board->y(), 0));
-      if (!expected) continue;
-      residual.error_px = tag.camera_px[i] - *expected;
-      if (is_projected) {
-        residual.pattern_px = tag.target[i];
-        residual.pattern_error_px = error.error.segment<2>(2 * Eigen::Index(i));
-      }
-      if (residual.pattern_error_px.allFinite()) result.residuals.push_back(residual);
-    }
-    return isOutlier(error);
-  }
-
-  void summarize(Calibration& calibration,
-                 const std::vector<std::optional<HeldOut>>& held_out) const {
-    double px = 0, mm = 0;
-    int corners = 0;
-    for (const auto& one : held_out) {
-      if (!one) continue;
-      px += one->rms_px * one->rms_px * one->corners;
-      mm += one->rms_mm * one->rms_mm * one->corners;
-      corners += one->corners;
-    }
-    calibration.held_out_rms_px = corners > 0 ? std::sqrt(px / corners) : kNever;
-    calibration.held_out_rms_mm = corners > 0 ? std::sqrt(mm / corners) : kNever;
-    double projected = 0, printed = 0;
-    int projected_count = 0, printed_count = 0;
-    for (const ViewResult& view : calibration.views) {
-      if (!view.is_used) continue;
-      for (const CornerResidual& residual : view.residuals) {
-        if (residual.is_outlier) continue;
-        if (residual.is_projected) {
-          projected += residual.pattern_error_px.squaredNorm(), ++projected_count;
-        } else {
-          printed += residual.error_px.squaredNorm(), ++printed_count;
-        }
-      }
-    }
-    if (projected_count > 0) calibration.training_rms_px = std::sqrt(projected / projected_count);
-    if (printed_count > 0) calibration.board_rms_px = std::sqrt(printed / printed_count);
   }
 
   void judge(Calibration& calibration) const {

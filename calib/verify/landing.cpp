@@ -31,9 +31,14 @@ std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& 
 ErrorSummary summarize(const std::vector<LandingError>& errors) {
   if (errors.empty()) return {};
   std::vector<double> mm;
-  for (const LandingError& error : errors) mm.push_back(error.mm());
+  double squares = 0;
+  for (const LandingError& error : errors) {
+    mm.push_back(error.mm());
+    squares += mm.back() * mm.back();
+  }
   std::sort(mm.begin(), mm.end());
-  return {static_cast<int>(mm.size()), quantile(mm, 0.5), quantile(mm, 0.95), mm.back()};
+  return {static_cast<int>(mm.size()), quantile(mm, 0.5), quantile(mm, 0.95), mm.back(),
+          std::sqrt(squares / static_cast<double>(mm.size()))};
 }
 
 }  // namespace afterglow::calib

@@ -31,7 +31,7 @@ struct LandingError {
 
 struct ErrorSummary {
   int corners = 0;
-  double median_mm = 0, p95_mm = 0, max_mm = 0;
+  double median_mm = 0, p95_mm = 0, max_mm = 0, rms_mm = 0;
 };
 
 /// Quantiles as numpy has them (linear between ranks). All zero without errors.

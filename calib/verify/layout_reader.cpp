@@ -4,11 +4,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "calib/detection/board_pose.hpp"
 #include "calib/detection/light.hpp"
 #include "calib/detection/ray_map.hpp"
 #include "calib/detection/tag_detector.hpp"
 #include "calib/detection/tag_fit.hpp"
-#include "calib/guide/board_pose.hpp"
 #include "calib/number_text.hpp"
 
 namespace afterglow::calib {
@@ -71,18 +71,24 @@ class LayoutReader {
   TagDetector detector_;
 };
 
+std::string notAsLaidOut(const std::string& how) {
+  return "the printed tags do not lie as the layout says: " + how +
+         "; measure their places and sizes again, and see that the camera's file is of this camera";
+}
+
 SurfacePose poseFrom(std::vector<SeenTag> seen, const TagLayout& layout, const Lens& camera) {
-  Board board;
-  board.family = layout.family;
-  board.tags = layout.tags;
-  const auto pose = boardPose({seen.begin(), seen.end()}, board, camera);
+  const auto pose = boardPose({seen.begin(), seen.end()}, layout.tags, camera);
+  if (!pose && seen.size() >= 2) {
+    throw std::runtime_error(
+        notAsLaidOut("no two of the " + std::to_string(seen.size()) + " seen agree"));
+  }
   if (!pose) {
     throw std::runtime_error(std::to_string(seen.size()) + " of the layout's " +
                              std::to_string(layout.tags.size()) +
                              " printed tags are seen in the photograph: at least 2 are needed to "
                              "know where the surface is; light them, or bring the camera nearer");
   }
-  SurfacePose surface{*pose, std::move(seen), 0};
+  SurfacePose surface{pose->T_camera_board, std::move(seen), 0};
   double worst = 0, sum = 0;
   int worst_id = 0;
   for (const SeenTag& tag : surface.tags) {
@@ -90,7 +96,8 @@ SurfacePose poseFrom(std::vector<SeenTag> seen, const TagLayout& layout, const L
                                     [&](const Tag& other) { return other.id == tag.id; });
     for (std::size_t i = 0; i < 4; ++i) {
       const Eigen::Vector2d& p = known->corners[i];
-      const auto pixel = project(camera, *pose * Eigen::Vector3d(p.x(), p.y(), 0));
+      const auto pixel =
+          project(camera, surface.T_camera_surface * Eigen::Vector3d(p.x(), p.y(), 0));
       const double off = pixel ? (*pixel - tag.corners[i]).norm() : 1e3;
       sum += off * off;
       if (off > worst) {
@@ -101,11 +108,9 @@ SurfacePose poseFrom(std::vector<SeenTag> seen, const TagLayout& layout, const L
   }
   surface.rms_px = std::sqrt(sum / static_cast<double>(4 * surface.tags.size()));
   if (surface.rms_px > kWorstFit_px) {
-    throw std::runtime_error(
-        "the printed tags do not lie as the layout says: " + fixedText(surface.rms_px, 1) +
-        " px rms off, worst tag " + std::to_string(worst_id) + " with " + fixedText(worst, 1) +
-        " px; measure their places and sizes again, and see that the "
-        "camera's file is of this camera");
+    throw std::runtime_error(notAsLaidOut(fixedText(surface.rms_px, 1) + " px rms off, worst tag " +
+                                          std::to_string(worst_id) + " with " +
+                                          fixedText(worst, 1) + " px"));
   }
   return surface;
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "calib/guide/board_pose.hpp"
+#include "calib/detection/board_pose.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -33,8 +33,8 @@ ViewCheck checkView(const View& view, const Board& board, const Pattern& pattern
   check.name = view.name;
   check.fault = faultsOf(view);
   if (!check.fault.empty()) return check;
-  const auto T_camera_board = boardPose({view.board.begin(), view.board.end()}, board, camera);
-  if (!T_camera_board) {
+  const auto pose = boardPose({view.board.begin(), view.board.end()}, board.tags, camera);
+  if (!pose) {
     check.fault = "only " + std::to_string(view.board.size()) +
                   " printed tags are seen: no telling where the board is; bring it nearer";
     return check;
@@ -43,7 +43,7 @@ ViewCheck checkView(const View& view, const Board& board, const Pattern& pattern
     const auto sent = std::find_if(pattern.tags.begin(), pattern.tags.end(),
                                    [&](const Tag& tag) { return tag.id == seen.id; });
     if (sent != pattern.tags.end()) {
-      addErrors(seen, *sent, *T_camera_board, camera, estimate, check);
+      addErrors(seen, *sent, pose->T_camera_board, camera, estimate, check);
     }
   }
   if (check.errors.empty()) {

@@ -9,6 +9,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/targets/target_files.hpp"
+#include "calib/verify/view_check.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -164,18 +165,17 @@ void CalibratorNode::finishCheck(const calib::View& first) {
   }
   if (!calibration) return;
   const calib::View view = reader_->observeAgain(first, pending_, calibration->estimate.projector);
-  std::optional<calib::HeldOutError> error;
-  if (view.faults.empty()) {
-    error = calib::heldOutError(view, board_, pattern_, calibration->camera, calibration->estimate);
-  }
+  const calib::ViewCheck check =
+      calib::checkView(view, board_, pattern_, calibration->camera, calibration->estimate);
+  const calib::ErrorSummary errors = calib::summarize(check.errors);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!guide_) return;
-    for (const std::string& fault : view.faults) guide_->tell(fault);
-    guide_->checked(error);
-    check_ = error;
+    if (!check.fault.empty()) guide_->tell(check.fault);
+    guide_->checked(errors);
+    check_ = errors;
   }
-  if (error) folder_.saveCheck(*error, pending_);
+  if (errors.corners > 0) folder_.saveCheck(errors, pending_);
 }
 
 // ------------------------------------------------------------------------------------- services
@@ -202,7 +202,7 @@ bool CalibratorNode::onStart(Trigger::Request& /*request*/, Trigger::Response& r
   guide_.reset();
   photographs_.clear();
   calibration_.reset();
-  check_.reset();
+  check_ = {};
   ++session_;
   is_started_ = true;
   response.success = true;

@@ -29,12 +29,12 @@
 #include "calib/guide/board_watch.hpp"
 #include "calib/guide/guide.hpp"
 #include "calib/solver/solve.hpp"
-#include "nodes/calibrator/calibration_folder.hpp"
 #include "nodes/calibrator/calibrator_messages.hpp"
 #include "nodes/calibrator/calibrator_options.hpp"
 #include "nodes/calibrator/calibrator_voice.hpp"
 #include "nodes/calibrator/camera_inbox.hpp"
 #include "nodes/calibrator/pattern_screen.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 
 namespace afterglow::nodes {
 
@@ -102,7 +102,7 @@ class CalibratorNode {
   std::optional<calib::Guide> guide_;
   std::vector<calib::Photographs> photographs_;
   std::optional<calib::Calibration> calibration_;
-  std::optional<calib::HeldOutError> check_;
+  calib::ErrorSummary check_;  ///< without corners before the check
   bool is_started_ = false;
   unsigned session_ = 0;  ///< counts starts: what belongs to an earlier one is dropped
   std::string problem_, progress_;

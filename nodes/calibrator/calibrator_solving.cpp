@@ -142,7 +142,7 @@ CalibratorState CalibratorNode::state() const {
     state.coverage = guide_->coverage();
   }
   if (calibration_) state.held_out_mm = calibration_->held_out_rms_mm;
-  if (check_) state.check_mm = check_->rms_mm;
+  if (check_.corners > 0) state.check_mm = check_.rms_mm;
   return state;
 }
 

@@ -139,7 +139,6 @@ void runMount(const Options& options) {
   std::vector<calib::MountPose> poses;
   for (const MountRecord& record : gatherPoses(options)) poses.push_back(record.pose());
   const calib::Mount mount = calib::averageMount(poses, options.limits);
-  fs::create_directories(options.out);
   const fs::path out(options.out);
   calib::replaceFile((out / "static_transform.yaml").string(),
                      calib::staticTransformYaml(mount, frames));

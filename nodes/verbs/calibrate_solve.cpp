@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/Validators.hpp>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,7 +14,7 @@
 #include "calib/report/calibration_yaml.hpp"
 #include "calib/solver/solve.hpp"
 #include "calib/targets/target_files.hpp"
-#include "nodes/calibrator/calibration_folder.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "nodes/verbs/view_pictures.hpp"
 
@@ -86,8 +85,8 @@ void runSolve(const Options& options) {
   for (const ViewFiles& files : findViews(options.images)) {
     photographs.push_back(loadPhotographs(files));
   }
-  std::filesystem::create_directories(options.out);
   const CalibrationFolder folder(options.out);
+  folder.make();
   calib::SolveOptions solve;
   solve.refine_camera = options.refine_camera;
   solve.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));

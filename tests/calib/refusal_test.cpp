@@ -103,6 +103,14 @@ TEST_F(Refused, noFaintPatternAsALateFrame) {
   EXPECT_EQ(faults(its.photograph(pose, pattern, 1), its.photograph(pose, grey, 2)), "");
 }
 
+TEST_F(Refused, aSinglePictureWithThePatternOverThePrint) {
+  SyntheticRig screen = rig;  // nothing of the board is left to read
+  screen.camera.width = pattern.width;
+  screen.camera.height = pattern.height;
+  const View view = observe({"view_00", pattern, {}}, rig.board, rig.pattern, screen.camera);
+  EXPECT_SAYS(joined(view.faults), "take a second one while the projector shows plain grey");
+}
+
 TEST_F(Refused, aViewWithoutTheBoard) {
   const std::string text = faults(photographer.photograph({}, pattern, 1), {});
   EXPECT_SAYS(text, "none of the board's tags was read: hold the whole board into");
@@ -294,7 +302,7 @@ TEST(Refusal, ofAMeasuredRuler) {
   EXPECT_SAYS(text, "the board is printed at 97.00 % of its size");
   EXPECT_SAYS(text, "\"actual size\"");
   options.measured_ruler_m = 200;
-  EXPECT_SAYS(refusalOf(views, rig, options), "give metres");
+  EXPECT_SAYS(refusalOf(views, rig, options), "given in another unit");
   options.measured_ruler_m = 0.2002;
   EXPECT_EQ(refusalOf(views, rig, options), "");
 }

@@ -1,4 +1,4 @@
-#include "nodes/calibrator/calibration_folder.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 
 #include <ctime>
 #include <filesystem>
@@ -12,8 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+void makeFolder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw std::runtime_error(folder.string() + ": cannot be made: " + error.message());
+}
+
 void keepIn(const fs::path& folder, const calib::Photographs& photographs) {
-  fs::create_directories(folder);
+  makeFolder(folder);
   const std::string stem = (folder / photographs.name).string();
   calib::savePicture(stem + ".png", photographs.pattern);
   if (photographs.plain) calib::savePicture(stem + "_plain.png", *photographs.plain);
@@ -30,15 +36,16 @@ std::string dateNow() {
   return text;
 }
 
+void CalibrationFolder::make() const { makeFolder(path_); }
+
 void CalibrationFolder::begin() const {
   const fs::path views = fs::path(path_) / "views";
-  fs::create_directories(path_);
   if (fs::exists(views) && !fs::is_empty(views)) {
     std::string old = path_ + "/views_" + dateNow();
     while (fs::exists(old)) old += "_";
     fs::rename(views, old);
   }
-  fs::create_directories(views);
+  makeFolder(views);
 }
 
 void CalibrationFolder::keep(const calib::Photographs& photographs) const {
@@ -71,13 +78,14 @@ void CalibrationFolder::saveRefusal(const calib::CalibrationRefused& refused,
   calib::replaceFile(path_ + "/report.html", calib::refusalPage(refused, photographs, dateNow()));
 }
 
-void CalibrationFolder::saveCheck(const calib::HeldOutError& error,
+void CalibrationFolder::saveCheck(const calib::ErrorSummary& errors,
                                   const calib::Photographs& photographs) const {
   keepIn(fs::path(path_) / "check", photographs);
   std::ostringstream text;
   text << "# One view that had no part in the calibration: where the light should be, and is.\n"
-       << "date: " << dateNow() << "\ncorners: " << error.corners << "\nrms_mm: " << error.rms_mm
-       << "\nworst_mm: " << error.worst_mm << "\nrms_px: " << error.rms_px << "\n";
+       << "date: " << dateNow() << "\ncorners: " << errors.corners << "\nrms_mm: " << errors.rms_mm
+       << "\nmedian_mm: " << errors.median_mm << "\np95_mm: " << errors.p95_mm
+       << "\nmax_mm: " << errors.max_mm << "\n";
   calib::replaceFile(path_ + "/verification.yaml", text.str());
 }
 

@@ -1,5 +1,6 @@
 /// \file
-/// Where a live calibration leaves everything: its pictures, its result, its report.
+/// Where a calibration, live or from pictures, leaves everything: its pictures, its result, its
+/// report.
 ///
 /// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
 /// camera.yaml, saveCalibration's files, report.html, check/ (the pictures of the check) and
@@ -10,9 +11,9 @@
 #include <vector>
 
 #include "calib/detection/observe.hpp"
-#include "calib/guide/held_out.hpp"
 #include "calib/report/report.hpp"
 #include "calib/solver/calibration.hpp"
+#include "calib/verify/landing.hpp"
 
 namespace afterglow::nodes {
 
@@ -21,6 +22,8 @@ class CalibrationFolder {
  public:
   explicit CalibrationFolder(const std::string& path) : path_(path) {}
 
+  /// The folder itself, so that one that cannot be made is noticed early.
+  void make() const;
   /// A new set of views.
   void begin() const;
   void keep(const calib::Photographs& photographs) const;
@@ -32,7 +35,7 @@ class CalibrationFolder {
   /// report.html says why; no other file is touched.
   void saveRefusal(const calib::CalibrationRefused& refused,
                    const std::vector<calib::Photographs>& photographs) const;
-  void saveCheck(const calib::HeldOutError& error, const calib::Photographs& photographs) const;
+  void saveCheck(const calib::ErrorSummary& errors, const calib::Photographs& photographs) const;
 
  private:
   std::string path_;

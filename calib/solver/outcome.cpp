@@ -1,0 +1,122 @@
+#include "calib/solver/outcome.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "calib/verify/landing.hpp"
+
+namespace afterglow::calib {
+namespace {
+
+ViewResult blankResult(const ViewEvidence& view) {
+  ViewResult result;
+  result.name = view.name;
+  result.is_used = view.is_used;
+  result.reason = view.reason;
+  result.T_camera_board = view.T_camera_board;
+  return result;
+}
+
+void addSeen(const std::vector<Sighting>& tags, bool is_projected, ViewResult& result) {
+  for (const Sighting& tag : tags) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      CornerResidual corner;
+      corner.tag_id = tag.id;
+      corner.corner = static_cast<int>(i);
+      corner.is_projected = is_projected;
+      corner.camera_px = tag.camera_px[i];
+      corner.error_px.setZero();
+      if (is_projected) corner.pattern_px = tag.target[i];
+      result.residuals.push_back(corner);
+    }
+  }
+}
+
+/// Whether the tag is an outlier.
+bool addResiduals(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag,
+                  bool is_projected, ViewResult& result) {
+  const TagError error =
+      is_projected ? projectedError(model, view, tag) : printedError(model, view, tag);
+  const Rigid<Projector, Surface> T_projector_board =
+      model.T_camera_projector.inverse() * view.T_camera_board;
+  for (std::size_t i = 0; i < 4; ++i) {
+    CornerResidual residual;
+    residual.tag_id = tag.id;
+    residual.corner = static_cast<int>(i);
+    residual.is_projected = is_projected;
+    residual.camera_px = tag.camera_px[i];
+    residual.is_outlier = isOutlier(error);
+    const auto on_board = is_projected ? landing(model.projector, tag.target[i], T_projector_board)
+                                       : std::optional<Eigen::Vector2d>(tag.target[i]);
+    if (!on_board) continue;
+    const auto expected = project(
+        model.camera, view.T_camera_board * Eigen::Vector3d(on_board->x(), on_board->y(), 0));
+    if (!expected) continue;
+    residual.error_px = tag.camera_px[i] - *expected;
+    if (is_projected) {
+      residual.pattern_px = tag.target[i];
+      residual.pattern_error_px = error.error.segment<2>(2 * Eigen::Index(i));
+    }
+    if (residual.pattern_error_px.allFinite()) result.residuals.push_back(residual);
+  }
+  return isOutlier(error);
+}
+
+}  // namespace
+
+ViewResult viewResult(const ProjectorModel& model, const ViewEvidence& view,
+                      const std::optional<HeldOut>& held_out) {
+  ViewResult result = blankResult(view);
+  if (held_out) {
+    result.held_out_px = held_out->rms_px;
+    result.held_out_mm = held_out->rms_mm;
+  }
+  double sum = 0;
+  int count = 0;
+  for (const Sighting& tag : view.printed) addResiduals(model, view, tag, false, result);
+  for (const Sighting& tag : view.projected) {
+    if (addResiduals(model, view, tag, true, result)) continue;
+    sum += projectedError(model, view, tag).error.squaredNorm();
+    count += 4;
+  }
+  if (count > 0) result.projected_rms_px = std::sqrt(sum / count);
+  return result;
+}
+
+ViewResult viewResult(const ViewEvidence& view) {
+  ViewResult result = blankResult(view);
+  addSeen(view.printed, false, result);
+  addSeen(view.projected, true, result);
+  return result;
+}
+
+void setErrors(Calibration& calibration, const std::vector<std::optional<HeldOut>>& held_out) {
+  const double nothing = std::numeric_limits<double>::infinity();
+  double px = 0, mm = 0;
+  int corners = 0;
+  for (const auto& one : held_out) {
+    if (!one) continue;
+    px += one->rms_px * one->rms_px * one->corners;
+    mm += one->rms_mm * one->rms_mm * one->corners;
+    corners += one->corners;
+  }
+  calibration.held_out_rms_px = corners > 0 ? std::sqrt(px / corners) : nothing;
+  calibration.held_out_rms_mm = corners > 0 ? std::sqrt(mm / corners) : nothing;
+  double projected = 0, printed = 0;
+  int projected_count = 0, printed_count = 0;
+  for (const ViewResult& view : calibration.views) {
+    if (!view.is_used) continue;
+    for (const CornerResidual& residual : view.residuals) {
+      if (residual.is_outlier) continue;
+      if (residual.is_projected) {
+        projected += residual.pattern_error_px.squaredNorm(), ++projected_count;
+      } else {
+        printed += residual.error_px.squaredNorm(), ++printed_count;
+      }
+    }
+  }
+  if (projected_count > 0) calibration.training_rms_px = std::sqrt(projected / projected_count);
+  if (printed_count > 0) calibration.board_rms_px = std::sqrt(printed / printed_count);
+}
+
+}  // namespace afterglow::calib
