@@ -28,10 +28,10 @@ void RenderTarget::begin(const float* background_rgb) {
   clearAll(width_, height_, background_rgb);
 }
 
-Image RenderTarget::read() {
+void RenderTarget::read(Image& image) {
   glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
                          height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  return readRgb(resolved_, width_, height_);
+  readRgb(resolved_, width_, height_, image);
 }
 
 void requireComplete(const Framebuffer& framebuffer, int width, int height) {
@@ -55,13 +55,17 @@ void clearAll(int width, int height, const float* background_rgb) {
 
 Image readRgb(const Framebuffer& framebuffer, int width, int height) {
   Image image;
+  readRgb(framebuffer, width, height, image);
+  return image;
+}
+
+void readRgb(const Framebuffer& framebuffer, int width, int height, Image& image) {
   image.width = width;
   image.height = height;
   image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer.id());
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
-  return image;
 }
 
 }  // namespace afterglow::render

@@ -18,7 +18,7 @@ class RenderTarget {
   /// Makes it what is drawn into, cleared.
   void begin(const float* background_rgb);
   /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
-  Image read();
+  void read(Image& image);
 
  private:
   int width_, height_;
@@ -35,5 +35,6 @@ void clearAll(int width, int height, const float* background_rgb);
 
 /// A framebuffer's pixels, lowest row first.
 Image readRgb(const Framebuffer& framebuffer, int width, int height);
+void readRgb(const Framebuffer& framebuffer, int width, int height, Image& image);
 
 }  // namespace afterglow::render

@@ -38,6 +38,14 @@ class GlContext {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Who draws clouds of PointStyle::Points. The picture is the same, within the rounding of 8 bits;
+/// where something may hide them it is OpenGL in any case.
+enum class PointDrawing {
+  Measured,  ///< whoever is faster here: each draws a few frames in the renderer's making
+  Gl,
+  Cpu,
+};
+
 /// What a projector has to show so that the scene's light lands where the scene says.
 /// Geometry is exact at vertices (placement, off-axis frustum from K with any principal point,
 /// distortion); edges are subdivided until the lens bends them by less than 0.1 px. Black where
@@ -51,10 +59,15 @@ class GlContext {
 /// itself by height over the surface, and lies over the layers before it.
 class ProjectorRenderer {
  public:
-  ProjectorRenderer(GlContext& context, const calib::Lens& lens);
+  ProjectorRenderer(GlContext& context, const calib::Lens& lens,
+                    PointDrawing points = PointDrawing::Gl);
   ~ProjectorRenderer();
   /// Throws std::logic_error as placementMatrix does.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
+  /// The same into an image whose memory is used again.
+  void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
+  /// How points are drawn, and why; for people.
+  const std::string& description() const;
 
  private:
   struct Impl;

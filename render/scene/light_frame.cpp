@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/splat/point_painter.hpp"
+
 namespace afterglow::render {
 namespace {
 
 constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
+/// From how many on painting points pays, although their picture has to be laid over GL's.
+constexpr std::size_t kManyPoints = 30'000;
 
 Eigen::Vector4f asFloats(const Rgba& color) {
   return Eigen::Vector4f(color.r, color.g, color.b, color.a);
@@ -37,10 +41,36 @@ bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
                      [&](const LightPoint& point) { return point.center.color != color; });
 }
 
+const PointCloud* paintable(const Drawable& drawable) {
+  const auto* cloud = std::get_if<PointCloud>(&drawable.shape);
+  const bool fits = cloud != nullptr && cloud->style == PointStyle::Points &&
+                    cloud->size <= PointPainter::kLargest;
+  return fits ? cloud : nullptr;
+}
+
+bool isOutlined(const Layer& layer) { return layer.surface && !layer.surface->polygon.empty(); }
+
+/// Whether OpenGL has nothing to do for it.
+bool isPaintable(const Layer& layer) {
+  return layer.drawables.empty() ||
+         (!isOutlined(layer) &&
+          std::all_of(layer.drawables.begin(), layer.drawables.end(), paintable));
+}
+
 }  // namespace
 
+bool LightFrame::isPaintedOnly() const {
+  return std::all_of(layers.begin(), layers.end(), [](const LightLayer& layer) {
+    const auto isPainted = [](const LightStep& step) {
+      return step.kind == LightStep::Kind::Painted;
+    };
+    return layer.steps.empty() ||
+           (!layer.masked && std::all_of(layer.steps.begin(), layer.steps.end(), isPainted));
+  });
+}
+
 LightComposer::LightComposer(const calib::Lens& lens)
-    : lens_(lens), domain_(lens), cutter_(domain_) {}
+    : lens_(lens), domain_(lens), cutter_(domain_), point_projector_(lens) {}
 
 const LightFrame& LightComposer::compose(const Scene& scene,
                                          const Rigid<Projector, World>& T_projector_world) {
@@ -48,6 +78,10 @@ const LightFrame& LightComposer::compose(const Scene& scene,
   frame_.indices.clear();
   frame_.points.clear();
   frame_.layers.clear();
+  frame_.runs.clear();
+  screen_point_count_ = 0;
+  has_more_than_points_ = !std::all_of(scene.layers.begin(), scene.layers.end(), isPaintable);
+  was_flattened_ = has_depths_ = false;
   for (const Layer& layer : scene.layers) addLayer(layer, T_projector_world);
   return frame_;
 }
@@ -59,17 +93,52 @@ void LightComposer::addLayer(const Layer& layer, const Rigid<Projector, World>& 
   placed.height = layer.surface ? heightRow(*layer.surface) : Eigen::Vector4d::Zero();
   LightLayer out;
   out.flattened = placed.flattened;
-  if (layer.surface && !layer.surface->polygon.empty()) {
+  if (placed.flattened || was_flattened_) has_depths_ = false;
+  was_flattened_ = placed.flattened;
+  if (isOutlined(layer)) {
     addMask(*layer.surface, T_projector_world, out);
   }
   const Eye eye = eyeOfLayer(layer, T_projector_world);
+  const bool painted = isPainted(layer);
   steps_.clear();
   for (const Drawable& drawable : layer.drawables) {
+    if (painted) {
+      addPainted(drawable, placed);
+      continue;
+    }
     tessellate(drawable, eye, tessellation_);
     addDrawable(placed);
   }
   addSteps(out);
+  has_depths_ =
+      has_depths_ || std::any_of(out.steps.begin(), out.steps.end(), [](const auto& step) {
+        return step.kind == LightStep::Kind::Opaque || step.kind == LightStep::Kind::Translucent;
+      });
   frame_.layers.push_back(std::move(out));
+}
+
+bool LightComposer::isPainted(const Layer& layer) const {
+  if (workers_ == nullptr || has_depths_) return false;
+  std::size_t count = 0;
+  for (const Drawable& drawable : layer.drawables) {
+    const PointCloud* cloud = paintable(drawable);
+    if (cloud == nullptr) return false;
+    count += cloud->points.size();
+  }
+  return !has_more_than_points_ || count >= kManyPoints;
+}
+
+void LightComposer::addPainted(const Drawable& drawable, const Placed& placed) {
+  const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
+  const PointPlacement placement{placed.P_optical_world * T_world_cloud,
+                                 T_world_cloud.transpose() * placed.height, placed.flattened};
+  const PointRun run =
+      point_projector_.project(std::get<PointCloud>(drawable.shape), drawable.color, placement,
+                               *workers_, frame_.screen_points, screen_point_count_);
+  if (run.count == 0) return;
+  const auto index = static_cast<std::uint32_t>(frame_.runs.size());
+  frame_.runs.push_back(run);
+  steps_.push_back({{LightStep::Kind::Painted, index, 1}, run.mean_depth});
 }
 
 /// A fan over the outline: where an odd number of its triangles overlap is inside, whether the

@@ -10,6 +10,7 @@
 #include "render/scene/mesh.hpp"
 #include "render/scene/scene.hpp"
 #include "render/scene/tessellate.hpp"
+#include "render/splat/point_projector.hpp"
 
 namespace afterglow::render {
 
@@ -29,9 +30,10 @@ struct LightStep {
     Opaque,       ///< triangles
     Translucent,  ///< triangles of one drawable, of which each pixel takes the nearest only
     Points,       ///< blended by how much of each pixel they cover, farthest first
+    Painted,      ///< the same, drawn by a PointPainter; nothing there hides them
   };
   Kind kind;
-  std::uint32_t first, count;  ///< of `indices`, or of `points`
+  std::uint32_t first, count;  ///< of `indices`, `points` or `runs`
 };
 
 struct LightLayer {
@@ -49,6 +51,11 @@ struct LightFrame {
   std::vector<std::uint32_t> indices;
   std::vector<LightPoint> points;
   std::vector<LightLayer> layers;
+  std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
+  std::vector<PointRun> runs;
+
+  /// Whether painted points are all there is, with no outline to cut them.
+  bool isPaintedOnly() const;
 };
 
 /// Keeps its buffers from frame to frame.
@@ -60,6 +67,12 @@ class LightComposer {
   explicit LightComposer(const calib::Lens& lens);
   LightComposer(const LightComposer&) = delete;
   LightComposer& operator=(const LightComposer&) = delete;
+
+  /// With workers, which must outlive this, clouds of PointStyle::Points become Painted steps
+  /// where nothing can hide them and, in a frame that OpenGL has to draw anyway, are large enough
+  /// to be worth it. nullptr: all become Points steps.
+  void paintPoints(Workers* workers) { workers_ = workers; }
+  bool paintsPoints() const { return workers_ != nullptr; }
 
   /// Valid until the next call. Throws std::logic_error as placementMatrix does.
   const LightFrame& compose(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
@@ -79,6 +92,8 @@ class LightComposer {
   };
 
   void addLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world);
+  bool isPainted(const Layer& layer) const;
+  void addPainted(const Drawable& drawable, const Placed& placed);
   void addMask(const SurfacePatch& surface, const Rigid<Projector, World>& T_projector_world,
                LightLayer& out);
   void addDrawable(const Placed& placed);
@@ -97,6 +112,13 @@ class LightComposer {
   std::vector<char> inside_;
   std::vector<std::uint32_t> index_of_;
   std::vector<Sorted> steps_;
+
+  PointProjector point_projector_;
+  Workers* workers_ = nullptr;
+  std::size_t screen_point_count_ = 0;
+  bool has_more_than_points_ = false;  ///< this frame
+  bool was_flattened_ = false;         ///< the layer before
+  bool has_depths_ = false;            ///< triangles drawn before may hide what follows
 };
 
 }  // namespace afterglow::render

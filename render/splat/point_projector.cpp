@@ -1,0 +1,204 @@
+#include "render/splat/point_projector.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "render/scene/lens_domain.hpp"
+
+namespace afterglow::render {
+namespace {
+
+constexpr std::size_t kBlock = 128;  // points a pass: small enough for the innermost cache
+using Floats = std::array<float, kBlock>;
+using Ints = std::array<std::int32_t, kBlock>;
+
+std::uint32_t packed(const Color& color, float alpha) {
+  // Written so that NaN is black.
+  const auto byte = [](float value) {
+    return static_cast<std::uint32_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
+  };
+  return byte(color.r) | byte(color.g) << 8 | byte(color.b) << 16 | byte(color.a * alpha) << 24;
+}
+
+/// a . (p - origin) + b, in floats.
+struct Row {
+  float x, y, z, b;
+  Row(const Eigen::RowVector4d& row, const Eigen::Vector3d& origin)
+      : x(static_cast<float>(row[0])),
+        y(static_cast<float>(row[1])),
+        z(static_cast<float>(row[2])),
+        b(static_cast<float>(row.dot(origin.homogeneous()))) {}
+};
+
+/// What one worker makes of its part of a cloud.
+struct Part {
+  std::size_t begin = 0, end = 0;  ///< of the cloud's points
+  std::size_t count = 0;           ///< written from `begin` on
+  double depth_sum = 0;
+  std::uint32_t first_color = 0;
+  bool one_color = true;
+};
+
+class PartProjector {
+ public:
+  PartProjector(const calib::Lens& lens, const PointCloud& cloud, const Color& color,
+                const PointPlacement& placement, const Eigen::Vector3f& origin)
+      : lens_(lens),
+        points_(cloud.points),
+        colors_(cloud.colors),
+        color_(color),
+        flattened_(placement.flattened),
+        origin_(origin),
+        x_(placement.P_optical_cloud.row(0), origin_.cast<double>()),
+        y_(placement.P_optical_cloud.row(1), origin_.cast<double>()),
+        z_(placement.P_optical_cloud.row(2), origin_.cast<double>()),
+        w_(placement.P_optical_cloud.row(3), origin_.cast<double>()),
+        height_(placement.height.transpose(), origin_.cast<double>()) {}
+
+  void project(Part& part, ScreenPoint* out) const {
+    Floats depth;
+    Ints u, v, keep;
+    const std::uint32_t flat = packed(color_, 1);
+    for (std::size_t first = part.begin; first < part.end; first += kBlock) {
+      const std::size_t count = std::min(kBlock, part.end - first);
+      projectBlock(first, count, u, v, depth, keep);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!keep[i]) continue;
+        const std::uint32_t color =
+            first + i < colors_.size() ? packed(colors_[first + i], color_.a) : flat;
+        if (color >> 24 == 0) continue;
+        if (part.count == 0) part.first_color = color;
+        part.one_color = part.one_color && color == part.first_color;
+        part.depth_sum += static_cast<double>(depth[i]);
+        ScreenPoint& point = out[part.count++];
+        point.u = u[i];
+        point.v = v[i];
+        point.order = orderOf(depth[i]);
+        point.color = color;
+      }
+    }
+  }
+
+ private:
+  /// Floats sort like their bits, but for the sign; inverted, the farthest comes first.
+  static std::uint32_t orderOf(float depth) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &depth, sizeof(bits));
+    return bits >> 31 ? bits : ~(bits | 0x80000000u);
+  }
+
+  /// Loops without branches, over arrays the compiler can see: they become vector code. Comparisons
+  /// are written so that NaN fails.
+  void projectBlock(std::size_t first, std::size_t count, Ints& u, Ints& v, Floats& depth,
+                    Ints& keep) const {
+    Floats px, py, pz;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3f& p = points_[first + i];
+      px[i] = p.x() - origin_.x();
+      py[i] = p.y() - origin_.y();
+      pz[i] = p.z() - origin_.z();
+    }
+    for (std::size_t i = count; i < kBlock; ++i) px[i] = py[i] = pz[i] = 0;
+    Floats nx, ny, z;
+    Ints in_front;
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const float w = w_.x * px[i] + w_.y * py[i] + w_.z * pz[i] + w_.b;
+      const float zw = z_.x * px[i] + z_.y * py[i] + z_.z * pz[i] + z_.b;
+      const float inverse = 1 / zw;
+      nx[i] = (x_.x * px[i] + x_.y * py[i] + x_.z * pz[i] + x_.b) * inverse;
+      ny[i] = (y_.x * px[i] + y_.y * py[i] + y_.z * pz[i] + y_.b) * inverse;
+      z[i] = zw / w;
+      in_front[i] = (w > 0) & (z[i] >= static_cast<float>(LensDomain::kNear));
+    }
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const float h = height_.x * px[i] + height_.y * py[i] + height_.z * pz[i] + height_.b;
+      const float flat = -h / (1 + std::abs(h));
+      const float distant = 1 - 2 * static_cast<float>(LensDomain::kNear) / z[i];
+      depth[i] = flattened_ ? flat : distant;
+    }
+    throughLens(nx, ny, in_front, u, v, keep);
+  }
+
+  /// calib::project, of normalized coordinates.
+  void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
+                   Ints& keep) const {
+    std::array<float, 8> D;
+    std::transform(lens_.D.begin(), lens_.D.end(), D.begin(),
+                   [](double d) { return static_cast<float>(d); });
+    const auto K = [&](int row, int column) { return static_cast<float>(lens_.K(row, column)); };
+    const float fx = K(0, 0), skew = K(0, 1), cx = K(0, 2), fy = K(1, 1), cy = K(1, 2);
+    const auto fold = static_cast<float>(std::min(lens_.fold_radius, 1e9));
+    const float u_end = static_cast<float>(lens_.width) + PointProjector::kMargin;
+    const float v_end = static_cast<float>(lens_.height) + PointProjector::kMargin;
+    constexpr float kFirst = -PointProjector::kMargin;
+    constexpr int kLift = 256;  // px: above zero, cutting off rounds down
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const float x = nx[i], y = ny[i], s = x * x + y * y;
+      const float radial =
+          (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
+      const float dx = radial * x + 2 * D[2] * x * y + D[3] * (s + 2 * x * x);
+      const float dy = radial * y + D[2] * (s + 2 * y * y) + 2 * D[3] * x * y;
+      const float pixel_u = fx * dx + skew * dy + cx, pixel_v = fy * dy + cy;
+      const int kept = in_front[i] & (s <= fold * fold) & (pixel_u >= kFirst) & (pixel_u <= u_end) &
+                       (pixel_v >= kFirst) & (pixel_v <= v_end);
+      const float shown_u = kept ? pixel_u : 0, shown_v = kept ? pixel_v : 0;
+      u[i] = static_cast<int>((shown_u + kLift) * kSubpixels + 0.5f) - kLift * kSubpixels;
+      v[i] = static_cast<int>((shown_v + kLift) * kSubpixels + 0.5f) - kLift * kSubpixels;
+      keep[i] = kept;
+    }
+  }
+
+  const calib::Lens& lens_;
+  const PointList& points_;
+  const ColorList& colors_;
+  const Color color_;
+  const bool flattened_;
+  const Eigen::Vector3f origin_;
+  const Row x_, y_, z_, w_, height_;
+};
+
+}  // namespace
+
+PointRun PointProjector::project(const PointCloud& cloud, const Color& color,
+                                 const PointPlacement& placement, Workers& workers,
+                                 std::vector<ScreenPoint>& points, std::size_t& used) const {
+  PointRun run;
+  run.first = static_cast<std::uint32_t>(used);
+  run.size_px = cloud.size;
+  const std::size_t total = cloud.points.size();
+  const PointList& list = cloud.points;
+  const auto origin =
+      std::find_if(list.begin(), list.end(), [](const auto& p) { return p.allFinite(); });
+  if (origin == list.end() || !placement.P_optical_cloud.allFinite()) return run;
+  if (points.size() < used + total) points.resize(used + total);
+  const PartProjector projector(lens_, cloud, color, placement, *origin);
+  std::array<Part, Workers::kCount> parts;
+  workers.run([&](int worker) {
+    const auto at = static_cast<std::size_t>(worker);
+    Part part;
+    part.begin = total * at / parts.size();
+    part.end = total * (at + 1) / parts.size();
+    projector.project(part, points.data() + used + part.begin);
+    parts[at] = part;
+  });
+  double depth_sum = 0;
+  bool one_color = true;
+  std::uint32_t some_color = 0;
+  for (const Part& part : parts) {
+    if (part.count == 0) continue;
+    const ScreenPoint* from = points.data() + run.first + part.begin;
+    std::copy(from, from + part.count, points.data() + used);  // closes the gap; to the front
+    one_color = one_color && part.one_color && (run.count == 0 || part.first_color == some_color);
+    some_color = part.first_color;
+    depth_sum += part.depth_sum;
+    used += part.count;
+    run.count += static_cast<std::uint32_t>(part.count);
+  }
+  run.is_ordered = !one_color || some_color >> 24 != 255;
+  run.mean_depth = depth_sum / std::max(1.0, static_cast<double>(run.count));
+  return run;
+}
+
+}  // namespace afterglow::render

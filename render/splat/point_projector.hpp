@@ -1,0 +1,43 @@
+/// \file
+/// A cloud's points onto the image: one matrix, then the exact lens for each.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "render/scene/scene.hpp"
+#include "render/splat/screen_point.hpp"
+#include "render/splat/workers.hpp"
+
+namespace afterglow::render {
+
+/// A cloud's way to the image.
+struct PointPlacement {
+  /// From the cloud's own frame: its pose, then the layer's placement, then the projector's pose.
+  Eigen::Matrix4d P_optical_cloud = Eigen::Matrix4d::Identity();
+  /// Height over the surface = height . p_cloud; for flattened layers.
+  Eigen::Vector4d height = Eigen::Vector4d::Zero();
+  bool flattened = false;  ///< higher hides lower; else nearer hides farther
+};
+
+/// Coordinates of a point, its distance from the cloud's first one, are floats: the error on the
+/// image is under 0.01 px for clouds of some ten metres wherever they are.
+class PointProjector {
+ public:
+  /// Points farther than this (px) over the image's border are dropped.
+  static constexpr float kMargin = 128;
+
+  explicit PointProjector(const calib::Lens& lens) : lens_(lens) {}
+
+  /// Appends to `points`, of which `used` are in use, what of the cloud reaches the image: points
+  /// in front of the lens, within its fold, visible. Style and `color` as Drawable has them.
+  PointRun project(const PointCloud& cloud, const Color& color, const PointPlacement& placement,
+                   Workers& workers, std::vector<ScreenPoint>& points, std::size_t& used) const;
+
+ private:
+  calib::Lens lens_;
+};
+
+}  // namespace afterglow::render

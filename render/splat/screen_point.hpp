@@ -1,0 +1,29 @@
+/// \file
+/// A point of a cloud on the image, as the CPU draws it.
+#pragma once
+
+#include <cstdint>
+
+namespace afterglow::render {
+
+/// 1/256 px: finer than 8-bit coverage can show.
+constexpr int kSubpixels = 256;
+
+/// 16 bytes: depth and colour side by side in 64 bits, so that sorting by depth moves both.
+struct ScreenPoint {
+  std::int32_t u, v;    ///< 1/256 px; the centre of the top-left pixel is (0, 0)
+  std::uint32_t order;  ///< what is drawn first, the farthest, has the least
+  std::uint32_t color;  ///< r, g, b, a from the lowest byte on
+
+  ScreenPoint() {}  // NOLINT: leaves its values open, so that large buffers grow without a pass
+};
+
+/// Points that are drawn together.
+struct PointRun {
+  std::uint32_t first = 0, count = 0;
+  float size_px = 1;
+  bool is_ordered = false;  ///< else any order shows the same: one opaque colour
+  double mean_depth = 0;    ///< as LightVertex::depth
+};
+
+}  // namespace afterglow::render

@@ -1,0 +1,245 @@
+// Points drawn by the CPU, without any GL: where they land, what they cover, what hides what.
+#include "render/splat/point_painter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "render/splat/point_order.hpp"
+#include "render/splat/point_projector.hpp"
+#include "tests/support/optics.hpp"
+
+namespace afterglow::render {
+namespace {
+
+constexpr int kWidth = 96, kHeight = 80;
+
+ScreenPoint pointAt(double u, double v, std::uint32_t color, std::uint32_t order = 0) {
+  ScreenPoint point;
+  point.u = static_cast<std::int32_t>(std::lround(u * kSubpixels));
+  point.v = static_cast<std::int32_t>(std::lround(v * kSubpixels));
+  point.order = order;
+  point.color = color;
+  return point;
+}
+
+class PointPainterTest : public ::testing::Test {
+ protected:
+  /// One run of all points.
+  void paint(const std::vector<ScreenPoint>& points, float size_px, bool is_ordered = true) {
+    PointRun run;
+    run.count = static_cast<std::uint32_t>(points.size());
+    run.size_px = size_px;
+    run.is_ordered = is_ordered;
+    rgb_.assign(3 * kWidth * kHeight, 77);
+    painter_.paintRgb(points, {run}, rgb_.data());
+  }
+  int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
+  int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }
+  /// Lit area in pixels, and its centre.
+  Eigen::Vector3d redAreaAndCenter() const {
+    Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) sums += red(u, v) / 255.0 * Eigen::Vector3d(1, u, v);
+    }
+    return {sums[0], sums[1] / sums[0], sums[2] / sums[0]};
+  }
+
+  Workers workers_;
+  PointPainter painter_{kWidth, kHeight, workers_};
+  std::vector<std::uint8_t> rgb_;
+};
+
+TEST_F(PointPainterTest, givesEachPixelTheShareThatIsCovered) {
+  for (const float size : {0.5f, 1.f, 2.5f, 3.f, 24.f}) {
+    // The second lies on the border between two bands.
+    for (const Eigen::Vector2d& at : {Eigen::Vector2d(40.3, 20.71), {33.125, 31.6}}) {
+      paint({pointAt(at.x(), at.y(), 0xffffffff)}, size);
+      const Eigen::Vector3d found = redAreaAndCenter();
+      EXPECT_NEAR(found[0], static_cast<double>(size * size), 0.02 * std::max(1.f, size)) << size;
+      if (size != std::round(size)) continue;  // the pixels' raster keeps no other centres
+      EXPECT_NEAR(found[1], at.x(), 0.01) << size;
+      EXPECT_NEAR(found[2], at.y(), 0.01) << size;
+    }
+  }
+}
+
+TEST_F(PointPainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
+  paint({}, 3);
+  EXPECT_EQ(*std::max_element(rgb_.begin(), rgb_.end()), 0);
+  paint({pointAt(0, 0, 0xffffffff), pointAt(kWidth - 1, kHeight - 1, 0xffffffff),
+         pointAt(-100, 5, 0xffffffff), pointAt(5, -100, 0xffffffff), pointAt(5, 200, 0xffffffff),
+         pointAt(220, 5, 0xffffffff)},
+        3);
+  EXPECT_NEAR(redAreaAndCenter()[0], 8, 0.01);
+}
+
+TEST_F(PointPainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
+  const std::uint32_t kRed = 0xff0000ff, kGreen = 0xff00ff00;
+  paint({pointAt(10.5, 10, kGreen, 2), pointAt(10, 10, kRed, 1)}, 3);
+  EXPECT_EQ(red(10, 10), 0);
+  EXPECT_EQ(green(10, 10), 255);
+  EXPECT_NEAR(red(9, 10), 128, 1);  // half of it is covered by what is nearer
+  EXPECT_NEAR(green(9, 10), 128, 1);
+  paint({pointAt(10, 10, 0x400000ff, 1), pointAt(10, 10, 0x4000ff00, 2)}, 1);
+  EXPECT_NEAR(red(10, 10), 64 * 0.75, 1);  // alpha 64 of 255, under as much green
+  EXPECT_NEAR(green(10, 10), 64, 1);
+}
+
+TEST_F(PointPainterTest, keepsRunsApart) {
+  PointRun first, second;
+  first.count = second.count = second.first = 1;
+  first.size_px = second.size_px = 3;
+  first.is_ordered = second.is_ordered = true;
+  rgb_.resize(3 * kWidth * kHeight);
+  // The second run lies over the first although its point is farther.
+  painter_.paintRgb({pointAt(10, 10, 0xff0000ff, 9), pointAt(10, 10, 0xff00ff00, 1)},
+                    {first, second}, rgb_.data());
+  EXPECT_EQ(red(10, 10), 0);
+  EXPECT_EQ(green(10, 10), 255);
+}
+
+TEST_F(PointPainterTest, leavesAlphaForWhatLiesBelow) {
+  std::vector<std::uint32_t> rgba(kWidth * kHeight, 7);
+  PointRun run;
+  run.count = 1;
+  run.size_px = 1;
+  painter_.paintRgba({pointAt(10.5, 10, 0xff00c8ff)}, {run}, rgba.data());
+  const std::uint32_t half = rgba[10 * kWidth + 10];
+  EXPECT_NEAR(half & 0xff, 128, 1);
+  EXPECT_NEAR(half >> 8 & 0xff, 100, 1);
+  EXPECT_NEAR(half >> 24, 128, 1);
+  EXPECT_EQ(rgba[0], 0u);
+}
+
+TEST(PointOrder, sortsByAllBitsAndKeepsEqualsInOrder) {
+  std::mt19937 random(3);
+  std::vector<ScreenPoint> points, room;
+  for (int i = 0; i < 5000; ++i) {
+    points.push_back(pointAt(i, 0, 0, i % 3 == 0 ? random() : random() % 64));
+  }
+  std::vector<ScreenPoint> expected = points;
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](const auto& a, const auto& b) { return a.order < b.order; });
+  const ScreenPoint* sorted = sortByOrder(points.data(), points.size(), room);
+  for (std::size_t i = 0; i < points.size(); ++i) ASSERT_EQ(sorted[i].u, expected[i].u) << i;
+}
+
+TEST(Workers, hasAllOfAJobDoneAndPassesFailuresOn) {
+  Workers workers;
+  for (int i = 0; i < 200; ++i) {
+    int done[Workers::kCount] = {};
+    workers.run([&](int worker) { ++done[worker]; });
+    EXPECT_EQ(done[0] + done[1], 2);
+  }
+  for (int failing = 0; failing < Workers::kCount; ++failing) {
+    EXPECT_THROW(workers.run([&](int worker) {
+      if (worker == failing) throw std::runtime_error("no memory");
+    }),
+                 std::runtime_error);
+  }
+}
+
+// ---------------------------------------------------------------------------------- projection
+struct Projected {
+  PointRun run;
+  std::vector<ScreenPoint> points;
+};
+
+Projected project(const calib::Lens& lens, const PointCloud& cloud,
+                  const PointPlacement& placement = {}, const Color& color = {}) {
+  Workers workers;
+  Projected result;
+  std::size_t used = 0;
+  result.run = PointProjector(lens).project(cloud, color, placement, workers, result.points, used);
+  EXPECT_EQ(used, result.run.count);
+  result.points.resize(used);
+  return result;
+}
+
+PointCloud cloudOf(const std::vector<Eigen::Vector3f>& points) {
+  PointCloud cloud;
+  cloud.style = PointStyle::Points;
+  cloud.size = 3;
+  cloud.points = points;
+  return cloud;
+}
+
+TEST(PointProjector, landsWhereOpenCvSaysThroughEveryLensAndFarFromTheOrigin) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> u(0, 1280), v(0, 800), distance(0.5, 4);
+  for (const std::vector<double>& D : {std::vector<double>{},
+                                       {-0.35, 0.12, 0.002, -0.0015, -0.03},
+                                       {-0.3, 0.1, 1e-3, -2e-3, 0.01, 0.02, 0.03, 0.01}}) {
+    const calib::Lens lens = test::lens(1280, 800, 900, 640, 817, D);
+    // The room's origin is a few hundred meters away.
+    Eigen::Isometry3d T_cloud_optical = Eigen::Isometry3d::Identity();
+    T_cloud_optical.linear() = test::randomRotation(random);
+    T_cloud_optical.translation() << 200, -100, 3;
+    PointPlacement placement;
+    placement.P_optical_cloud = T_cloud_optical.inverse().matrix();
+    std::vector<Eigen::Vector3f> points;
+    std::vector<Eigen::Vector3d> optical;
+    for (int i = 0; i < 1000; ++i) {
+      const auto ray = calib::unproject(lens, {u(random), v(random)});
+      if (!ray) continue;
+      points.push_back((T_cloud_optical * (*ray * distance(random))).cast<float>());
+      optical.push_back(T_cloud_optical.inverse() * points.back().cast<double>());
+    }
+    const auto pixels = test::projectWithOpenCv(lens, optical);
+    const Projected found = project(lens, cloudOf(points), placement);
+    ASSERT_EQ(found.points.size(), points.size());
+    double worst = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const Eigen::Vector2d pixel(found.points[i].u / 256.0, found.points[i].v / 256.0);
+      worst = std::max(worst, (pixel - pixels[i]).norm());
+    }
+    EXPECT_LT(worst, 0.02);  // half a subpixel's diagonal is 0.003
+  }
+}
+
+TEST(PointProjector, dropsWhatNoLensShows) {
+  const float nan = std::nanf("");
+  const calib::Lens folding = test::lens(1280, 800, 900, 640, 400, {-0.35, 0, 0, 0, 0});
+  ASSERT_LT(folding.fold_radius, 1.1);
+  const Projected found = project(folding, cloudOf({{nan, 0, 1},
+                                                    {0, 0, 1},
+                                                    {0, 0, -1},
+                                                    {0, 0, 0.01f},
+                                                    {0, INFINITY, 1},
+                                                    {1.6f, 0, 1},
+                                                    {0, 0, 0},
+                                                    {1e6f, 1e6f, 1},
+                                                    {1e-30f, 0, 1},
+                                                    {0.1f, 0, 1}}));
+  EXPECT_EQ(found.run.count, 3u);
+  EXPECT_EQ(project(folding, cloudOf({{nan, 0, 1}})).run.count, 0u);
+  EXPECT_EQ(project(folding, cloudOf({})).run.count, 0u);
+  EXPECT_EQ(project(folding, cloudOf({{0, 0, 1}}), {}, {1, 1, 1, 0}).run.count, 0u);  // invisible
+}
+
+TEST(PointProjector, ordersByDistanceOrHeightOnlyWhereItShows) {
+  PointCloud cloud = cloudOf({{0, 0, 1}, {0, 0, 3}, {0, 0, 2}});
+  const calib::Lens lens = test::viewsonic();
+  Projected found = project(lens, cloud);
+  EXPECT_FALSE(found.run.is_ordered);
+  EXPECT_LT(found.points[1].order, found.points[2].order);
+  EXPECT_LT(found.points[2].order, found.points[0].order);
+  PointPlacement draped;
+  draped.flattened = true;
+  draped.height << 0, 0, 1, -2;  // one below the surface, one on it, one above
+  found = project(lens, cloud, draped, {1, 0, 0, 0.5f});
+  EXPECT_TRUE(found.run.is_ordered);
+  EXPECT_LT(found.points[0].order, found.points[2].order);
+  EXPECT_LT(found.points[2].order, found.points[1].order);
+  cloud.colors = ColorList{{1, 0, 0, 1}, {0, 1, 0, 1}, {1, 0, 0, 1}};
+  found = project(lens, cloud);
+  EXPECT_TRUE(found.run.is_ordered);
+  EXPECT_EQ(found.points[1].color, 0xff00ff00u);
+}
+
+}  // namespace
+}  // namespace afterglow::render
