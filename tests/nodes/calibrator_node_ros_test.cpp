@@ -17,7 +17,7 @@
 #include "calib/targets/target_files.hpp"
 #include "tests/support/calibration_room.hpp"
 #include "tests/support/node_process.hpp"
-#include "tests/support/ros_master.hpp"
+#include "tests/support/ros_graph.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
 namespace afterglow::nodes {
@@ -28,22 +28,8 @@ using test::eventually;
 const std::string kProgram = AFTERGLOW_TEST_CALIBRATOR_NODE;
 constexpr int kViews = 5;
 
-class CalibratorNodeTest : public testing::Test {
+class CalibratorNodeTest : public test::RosGraph<testing::Test> {
  protected:
-  static void SetUpTestSuite() {
-    master_ = std::make_unique<test::RosMaster>();
-    int argc = 0;
-    ros::init(argc, nullptr, "calibrator_node_ros_test", ros::init_options::NoSigintHandler);
-    nh_ = std::make_unique<ros::NodeHandle>();
-    spinner_ = std::make_unique<ros::AsyncSpinner>(1);
-    spinner_->start();
-  }
-  static void TearDownTestSuite() {
-    spinner_.reset();
-    nh_.reset();
-    ros::shutdown();
-    master_.reset();
-  }
   void SetUp() override {
     calib::writeBoard(folder_.path("targets"), rig_.board);
     calib::writePattern(folder_.path("targets"), rig_.pattern);
@@ -72,9 +58,6 @@ class CalibratorNodeTest : public testing::Test {
     return trigger;
   }
 
-  static inline std::unique_ptr<test::RosMaster> master_;
-  static inline std::unique_ptr<ros::NodeHandle> nh_;
-  static inline std::unique_ptr<ros::AsyncSpinner> spinner_;
   const test::SyntheticRig rig_ = test::makeRig(test::RigKind::Standard, 3, 512);
   test::TempFolder folder_;
 };

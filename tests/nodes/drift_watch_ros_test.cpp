@@ -13,7 +13,7 @@
 #include "nodes/projector/projector_messages.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/node_process.hpp"
-#include "tests/support/ros_master.hpp"
+#include "tests/support/ros_graph.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
 namespace afterglow::nodes {
@@ -52,23 +52,8 @@ class Doctor {
 };
 
 /// A board on the floor is the layout of known tags; the camera that sees it hangs in the room.
-class DriftWatchTest : public test::GlTest {
+class DriftWatchTest : public test::RosGraph<test::GlTest> {
  protected:
-  static void SetUpTestSuite() {
-    master_ = std::make_unique<test::RosMaster>();
-    int argc = 0;
-    ros::init(argc, nullptr, "drift_watch_ros_test", ros::init_options::NoSigintHandler);
-    nh_ = std::make_unique<ros::NodeHandle>();
-    spinner_ = std::make_unique<ros::AsyncSpinner>(1);
-    spinner_->start();
-  }
-  static void TearDownTestSuite() {
-    spinner_.reset();
-    nh_.reset();
-    ros::shutdown();
-    master_.reset();
-  }
-
   std::string writeConfig() {
     std::ofstream layout(folder_.path("floor.yaml"));
     layout << "frame: floor\ntags:\n";
@@ -118,9 +103,6 @@ class DriftWatchTest : public test::GlTest {
     return message;
   }
 
-  static inline std::unique_ptr<test::RosMaster> master_;
-  static inline std::unique_ptr<ros::NodeHandle> nh_;
-  static inline std::unique_ptr<ros::AsyncSpinner> spinner_;
   test::TempFolder folder_;
   test::SyntheticRig rig_ = test::makeRig(test::RigKind::Standard, 2);
   test::BoardPose pose_ = test::boardPoses(rig_, 1, 5).front();

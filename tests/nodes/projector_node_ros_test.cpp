@@ -17,7 +17,7 @@
 #include "tests/support/gl_context.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/projected_cloud.hpp"
-#include "tests/support/ros_master.hpp"
+#include "tests/support/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -107,22 +107,8 @@ class Audience {
   ros::Subscriber image_, info_, diagnostics_;
 };
 
-class ProjectorNodeTest : public test::GlTest {
+class ProjectorNodeTest : public test::RosGraph<test::GlTest> {
  protected:
-  static void SetUpTestSuite() {
-    master_ = std::make_unique<test::RosMaster>();
-    int argc = 0;
-    ros::init(argc, nullptr, "projector_node_ros_test", ros::init_options::NoSigintHandler);
-    nh_ = std::make_unique<ros::NodeHandle>();
-    spinner_ = std::make_unique<ros::AsyncSpinner>(1);
-    spinner_->start();
-  }
-  static void TearDownTestSuite() {
-    spinner_.reset();
-    nh_.reset();
-    ros::shutdown();
-    master_.reset();
-  }
   void SetUp() override {
     test::GlTest::SetUp();
     if (!test::hasSharedData()) GTEST_SKIP() << "no " << test::kSharedData;
@@ -142,9 +128,6 @@ class ProjectorNodeTest : public test::GlTest {
     return publisher;
   }
 
-  static inline std::unique_ptr<test::RosMaster> master_;
-  static inline std::unique_ptr<ros::NodeHandle> nh_;
-  static inline std::unique_ptr<ros::AsyncSpinner> spinner_;
   test::TempFolder folder_;
 };
 
