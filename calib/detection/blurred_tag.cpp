@@ -65,16 +65,30 @@ struct Axis {
 
 }  // namespace
 
+BlurredTag::BlurredTag(const TagCells& cells, const Eigen::Vector2d& sigma_cells)
+    : sigma_(sigma_cells) {
+  for (auto& row : white_) row.fill(1);
+  for (std::size_t row = 0; row < kTagCells; ++row) {
+    for (std::size_t column = 0; column < kTagCells; ++column) {
+      if (cells[row][column]) white_[row + kMargin][column + kMargin] = 0;
+    }
+  }
+}
+
 Whiteness BlurredTag::at(const Eigen::Vector2d& cell) const {
   const Axis x(cell.x(), sigma_.x()), y(cell.y(), sigma_.y());
+  const auto first = [](int at) {
+    return static_cast<std::size_t>(std::clamp(at + kMargin, 0, kSide - Axis::kCells));
+  };
+  const std::size_t first_row = first(y.first), first_column = first(x.first);
   Whiteness result;
-  for (int row = 0; row < Axis::kCells; ++row) {
+  for (std::size_t row = 0; row < Axis::kCells; ++row) {
+    const double* white = &white_[first_row + row][first_column];
     double along = 0, along_slope = 0, along_blur = 0;
-    for (int column = 0; column < Axis::kCells; ++column) {
-      if (!isWhite(y.first + row, x.first + column)) continue;
-      along += x.share[column];
-      along_slope += x.slope[column];
-      along_blur += x.blur[column];
+    for (std::size_t column = 0; column < Axis::kCells; ++column) {
+      along += white[column] * x.share[column];
+      along_slope += white[column] * x.slope[column];
+      along_blur += white[column] * x.blur[column];
     }
     result.value += y.share[row] * along;
     result.dx += y.share[row] * along_slope;
@@ -82,11 +96,6 @@ Whiteness BlurredTag::at(const Eigen::Vector2d& cell) const {
     result.dblur += y.share[row] * along_blur + y.blur[row] * along;
   }
   return result;
-}
-
-bool BlurredTag::isWhite(int row, int column) const {
-  if (row < 0 || column < 0 || row >= kTagCells || column >= kTagCells) return true;
-  return !cells_[std::size_t(row)][std::size_t(column)];
 }
 
 }  // namespace afterglow::calib

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "calib/targets/tag_family.hpp"
 
@@ -20,16 +21,15 @@ struct Whiteness {
 /// shear.
 class BlurredTag {
  public:
-  /// Keeps a reference to the cells.
-  BlurredTag(const TagCells& cells, const Eigen::Vector2d& sigma_cells)
-      : cells_(cells), sigma_(sigma_cells) {}
+  BlurredTag(const TagCells& cells, const Eigen::Vector2d& sigma_cells);
 
+  /// Up to a cell and a half outside the black frame.
   Whiteness at(const Eigen::Vector2d& cell) const;
 
  private:
-  bool isWhite(int row, int column) const;
-
-  const TagCells& cells_;
+  /// White cells all around, so that no place needs a look at the edges.
+  static constexpr int kMargin = 4, kSide = kTagCells + 2 * kMargin;
+  std::array<std::array<double, kSide>, kSide> white_;  ///< 1 or 0
   Eigen::Vector2d sigma_;
 };
 

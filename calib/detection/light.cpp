@@ -88,11 +88,12 @@ Picture encoded(const Light& light) {
   std::vector<float> sorted = light.value;
   const auto high = sorted.begin() + std::ptrdiff_t(sorted.size() * 99 / 100);
   std::nth_element(sorted.begin(), high, sorted.end());
-  const double scale = *high > 0 ? 1 / double(*high) : 1;
+  const float scale = *high > 0 ? 1 / *high : 1;
   Picture picture{light.width, light.height, std::vector<std::uint8_t>(light.value.size())};
   for (std::size_t i = 0; i < light.value.size(); ++i) {
-    const double level = 220 * std::pow(std::max(0.0, double(light.value[i]) * scale), 1 / kGamma);
-    picture.pixels[i] = std::uint8_t(std::lround(std::min(level, 255.0)));
+    // A square root is near enough to gamma 2.2 for a detector, and ten times as fast.
+    const float level = 220 * std::sqrt(std::max(0.0f, light.value[i] * scale));
+    picture.pixels[i] = std::uint8_t(std::min(level + 0.5f, 255.0f));
   }
   return picture;
 }

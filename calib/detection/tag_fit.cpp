@@ -275,8 +275,8 @@ class Fitter {
 
   /// Levenberg and Marquardt's method on Huber's cost.
   bool descend() {
-    constexpr int kIterations = 20, kScalings = 3, kAttempts = 6;
-    constexpr double kSmallStep_px = 2e-3;
+    constexpr int kIterations = 20, kScalings = 2, kAttempts = 6;
+    constexpr double kSmallStep_px = 5e-3;
     scale_ = 1e6;
     Evaluation now = evaluate(theta_);
     double damping = 1e-3;

@@ -18,9 +18,10 @@ constexpr int kPoseSize = 6;   // rotation vector, translation
 using LensBlock = std::array<double, kLensSize>;
 using PoseBlock = std::array<double, kPoseSize>;
 
-/// OpenCV's camera model on z = 1 coordinates.
-template <typename T>
-void distortT(const T* D, const T& x, const T& y, T* dx, T* dy) {
+/// OpenCV's camera model on z = 1 coordinates. The lens may be known (doubles) where the point is
+/// not.
+template <typename L, typename T>
+void distortT(const L* D, const T& x, const T& y, T* dx, T* dy) {
   const T s = x * x + y * y;
   const T radial =
       (1.0 + s * (D[0] + s * (D[1] + s * D[4]))) / (1.0 + s * (D[5] + s * (D[6] + s * D[7])));
@@ -28,8 +29,8 @@ void distortT(const T* D, const T& x, const T& y, T* dx, T* dy) {
   *dy = y * radial + D[2] * (s + 2.0 * y * y) + 2.0 * D[3] * x * y;
 }
 
-template <typename T>
-void projectT(const T* lens, const T& x, const T& y, T* u, T* v) {
+template <typename L, typename T>
+void projectT(const L* lens, const T& x, const T& y, T* u, T* v) {
   T dx, dy;
   distortT(lens + 5, x, y, &dx, &dy);
   *u = lens[0] * dx + lens[4] * dy + lens[2];
@@ -66,73 +67,120 @@ void whiten(const Matrix8& root, const T* error, T* residual) {
 struct PrintedCost {
   const Sighting* tag;
   Matrix8 root;
-  template <typename T>
-  bool operator()(const T* camera, const T* board, T* residual) const {
+  /// For a sheet stretched by 1 + stretch along its x axis.
+  template <typename L, typename T>
+  bool evaluate(const L* camera, const T* board, const T& stretch, T* residual) const {
     T error[8];
     for (std::size_t i = 0; i < 4; ++i) {
-      const T p_board[3] = {T(tag->target[i].x()), T(tag->target[i].y()), T(0)};
-      cornerError(i, camera, board, p_board, error + 2 * i);
+      const T p_board[3] = {tag->target[i].x() * (1.0 + stretch), T(tag->target[i].y()), T(0)};
+      T p[3], u, v;
+      ceres::AngleAxisRotatePoint(board, p_board, p);
+      for (int k = 0; k < 3; ++k) p[k] += board[3 + k];
+      projectT(camera, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v);
+      error[2 * i] = tag->camera_px[i].x() - u;
+      error[2 * i + 1] = tag->camera_px[i].y() - v;
     }
     whiten(root, error, residual);
     return true;
   }
   template <typename T>
-  void cornerError(std::size_t i, const T* camera, const T* board, const T* p_board,
-                   T* error) const {
-    T p[3], u, v;
-    ceres::AngleAxisRotatePoint(board, p_board, p);
-    for (int k = 0; k < 3; ++k) p[k] += board[3 + k];
-    projectT(camera, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v);
-    error[0] = tag->camera_px[i].x() - u;
-    error[1] = tag->camera_px[i].y() - v;
+  bool operator()(const T* camera, const T* board, T* residual) const {
+    return evaluate(camera, board, T(0), residual);
   }
 };
 
-/// The same on a sheet stretched by 1 + stretch along its x axis.
+/// Through a camera that is known: fewer derivatives, which is what solving spends its time on.
+struct PrintedKnownCameraCost {
+  PrintedCost cost;
+  LensBlock camera;
+  template <typename T>
+  bool operator()(const T* board, T* residual) const {
+    return cost.evaluate(camera.data(), board, T(0), residual);
+  }
+};
+
 struct StretchedCost {
   PrintedCost cost;
+  LensBlock camera;
   template <typename T>
-  bool operator()(const T* camera, const T* board, const T* stretch, T* residual) const {
+  bool operator()(const T* board, const T* stretch, T* residual) const {
+    return cost.evaluate(camera.data(), board, stretch[0], residual);
+  }
+};
+
+/// Where the camera ray (x, y, 1) meets the board.
+template <typename T>
+void onBoardT(const T* board, const T& x, const T& y, T* p_camera) {
+  const T z_axis[3] = {T(0), T(0), T(1)};
+  T normal[3];
+  ceres::AngleAxisRotatePoint(board, z_axis, normal);
+  const T offset = normal[0] * board[3] + normal[1] * board[4] + normal[2] * board[5];
+  p_camera[2] = offset / (normal[0] * x + normal[1] * y + normal[2]);
+  p_camera[0] = x * p_camera[2];
+  p_camera[1] = y * p_camera[2];
+}
+
+/// Projected corners: camera ray, board's plane, projector, against the pattern's pixels.
+struct ProjectedCost {
+  const Sighting* tag;
+  Matrix8 root;        ///< of the errors in projector pixels
+  Eigen::Matrix3d R0;  ///< T_camera_projector is R0 * exp(w), t
+
+  /// Of one corner at p_camera.
+  template <typename P, typename T>
+  void cornerError(std::size_t i, const P* p_camera, const T* lens, const T* pose, T* error) const {
+    const T d[3] = {p_camera[0] - pose[3], p_camera[1] - pose[4], p_camera[2] - pose[5]};
+    const T back[3] = {-pose[0], -pose[1], -pose[2]};
+    T turned[3], p[3], u, v;
+    for (int k = 0; k < 3; ++k) turned[k] = R0(0, k) * d[0] + R0(1, k) * d[1] + R0(2, k) * d[2];
+    ceres::AngleAxisRotatePoint(back, turned, p);
+    projectT(lens, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v);
+    error[0] = u - tag->target[i].x();
+    error[1] = v - tag->target[i].y();
+  }
+  /// With the camera to be estimated too.
+  template <typename T>
+  bool operator()(const T* camera, const T* board, const T* lens, const T* pose,
+                  T* residual) const {
     T error[8];
     for (std::size_t i = 0; i < 4; ++i) {
-      const T p_board[3] = {cost.tag->target[i].x() * (1.0 + stretch[0]),
-                            T(cost.tag->target[i].y()), T(0)};
-      cost.cornerError(i, camera, board, p_board, error + 2 * i);
+      T x, y, p_camera[3];
+      unprojectT(camera, tag->camera_px[i].x(), tag->camera_px[i].y(), &x, &y);
+      onBoardT(board, x, y, p_camera);
+      cornerError(i, p_camera, lens, pose, error + 2 * i);
+    }
+    whiten(root, error, residual);
+    return true;
+  }
+};
+
+/// With the camera known.
+struct ProjectedKnownCameraCost {
+  ProjectedCost cost;
+  template <typename T>
+  bool operator()(const T* board, const T* lens, const T* pose, T* residual) const {
+    T error[8];
+    for (std::size_t i = 0; i < 4; ++i) {
+      T p_camera[3];
+      onBoardT(board, T(cost.tag->rays[i].x()), T(cost.tag->rays[i].y()), p_camera);
+      cost.cornerError(i, p_camera, lens, pose, error + 2 * i);
     }
     whiten(cost.root, error, residual);
     return true;
   }
 };
 
-/// Projected corners: camera ray, board's plane, projector, against the pattern's pixels.
-struct ProjectedCost {
-  const Sighting* tag;
-  Matrix8 root;  ///< of the errors in projector pixels
-  bool free_camera;
-  Eigen::Matrix3d R0;  ///< T_camera_projector is R0 * exp(w), t
+/// With camera and board known.
+struct ProjectedKnownBoardCost {
+  ProjectedCost cost;
+  std::array<Eigen::Vector3d, 4> p_camera;
   template <typename T>
-  bool operator()(const T* camera, const T* board, const T* lens, const T* pose,
-                  T* residual) const {
-    T normal[3];
-    const T z_axis[3] = {T(0), T(0), T(1)};
-    ceres::AngleAxisRotatePoint(board, z_axis, normal);
-    const T offset = normal[0] * board[3] + normal[1] * board[4] + normal[2] * board[5];
-    const T back[3] = {-pose[0], -pose[1], -pose[2]};
+  bool operator()(const T* lens, const T* pose, T* residual) const {
     T error[8];
     for (std::size_t i = 0; i < 4; ++i) {
-      T x = T(tag->rays[i].x()), y = T(tag->rays[i].y());
-      if (free_camera) unprojectT(camera, tag->camera_px[i].x(), tag->camera_px[i].y(), &x, &y);
-      const T depth = offset / (normal[0] * x + normal[1] * y + normal[2]);
-      const T d[3] = {x * depth - pose[3], y * depth - pose[4], depth - pose[5]};
-      T turned[3], p[3];
-      for (int k = 0; k < 3; ++k) turned[k] = R0(0, k) * d[0] + R0(1, k) * d[1] + R0(2, k) * d[2];
-      ceres::AngleAxisRotatePoint(back, turned, p);
-      T u, v;
-      projectT(lens, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v);
-      error[2 * i] = u - tag->target[i].x();
-      error[2 * i + 1] = v - tag->target[i].y();
+      cost.cornerError(i, p_camera[i].data(), lens, pose, error + 2 * i);
     }
-    whiten(root, error, residual);
+    whiten(cost.root, error, residual);
     return true;
   }
 };

@@ -118,26 +118,49 @@ class Bundle {
     board = blockOf(view.T_camera_board.matrix());
     const double printed_2 = model_.printed_scale * model_.printed_scale;
     const double projected_2 = model_.projected_scale * model_.projected_scale;
-    if (settings_.free_boards || settings_.free_camera) {
-      for (const Sighting& tag : view.printed) {
-        problem_.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<PrintedCost, 8, kLensSize, kPoseSize>(
-                new PrintedCost{&tag, whitening(tag.covariance * printed_2)}),
-            loss(), camera_.data(), board.data());
-      }
+    for (const Sighting& tag : view.printed) {
+      addPrinted({&tag, whitening(tag.covariance * printed_2)}, board);
     }
     for (const Sighting& tag : view.projected) {
       const Matrix8 covariance = projectorCovariance(model_, view, tag) * projected_2;
       if (!covariance.allFinite()) continue;
-      problem_.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ProjectedCost, 8, kLensSize, kPoseSize, kLensSize,
-                                          kPoseSize>(
-              new ProjectedCost{&tag, whitening(covariance), settings_.free_camera,
-                                model_.T_camera_projector.matrix().linear()}),
-          loss(), camera_.data(), board.data(), lens_.data(), pose_.data());
+      addProjected({&tag, whitening(covariance), model_.T_camera_projector.matrix().linear()},
+                   board, view);
     }
     if (!settings_.free_boards && problem_.HasParameterBlock(board.data())) {
       problem_.SetParameterBlockConstant(board.data());
+    }
+  }
+
+  template <typename Cost, int... kSizes, typename... Blocks>
+  void add(Cost* cost, Blocks*... blocks) {
+    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, 8, kSizes...>(cost), loss(),
+                              blocks...);
+  }
+
+  void addPrinted(const PrintedCost& cost, PoseBlock& board) {
+    if (settings_.free_camera) {
+      add<PrintedCost, kLensSize, kPoseSize>(new PrintedCost(cost), camera_.data(), board.data());
+    } else if (settings_.free_boards) {
+      add<PrintedKnownCameraCost, kPoseSize>(new PrintedKnownCameraCost{cost, camera_},
+                                             board.data());
+    }
+  }
+
+  void addProjected(const ProjectedCost& cost, PoseBlock& board, const ViewEvidence& view) {
+    if (settings_.free_camera) {
+      add<ProjectedCost, kLensSize, kPoseSize, kLensSize, kPoseSize>(
+          new ProjectedCost(cost), camera_.data(), board.data(), lens_.data(), pose_.data());
+    } else if (settings_.free_boards) {
+      add<ProjectedKnownCameraCost, kPoseSize, kLensSize, kPoseSize>(
+          new ProjectedKnownCameraCost{cost}, board.data(), lens_.data(), pose_.data());
+    } else {
+      std::array<Eigen::Vector3d, 4> p_camera;
+      for (std::size_t i = 0; i < 4; ++i) {
+        p_camera[i] = onBoard(cost.tag->rays[i], view.T_camera_board);
+      }
+      add<ProjectedKnownBoardCost, kLensSize, kPoseSize>(
+          new ProjectedKnownBoardCost{cost, p_camera}, lens_.data(), pose_.data());
     }
   }
 
@@ -156,12 +179,9 @@ class Bundle {
     if (!held.empty()) {
       problem_.SetManifold(lens_.data(), new ceres::SubsetManifold(kLensSize, held));
     }
-    if (!problem_.HasParameterBlock(camera_.data())) return;
-    if (settings_.free_camera) {
+    if (problem_.HasParameterBlock(camera_.data())) {
       problem_.SetManifold(camera_.data(),
                            new ceres::SubsetManifold(kLensSize, {4, 9, 10, 11, 12}));
-    } else {
-      problem_.SetParameterBlockConstant(camera_.data());
     }
   }
 
@@ -202,17 +222,15 @@ ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEviden
 }
 
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
-  LensBlock camera = blockOf(model.camera);
   PoseBlock board = blockOf(view.T_camera_board.matrix());
   ceres::Problem problem;
   for (const Sighting& tag : view.printed) {
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<PrintedCost, 8, kLensSize, kPoseSize>(
-                                 new PrintedCost{&tag, whitening(tag.covariance)}),
-                             new ceres::CauchyLoss(4 * model.printed_scale * std::sqrt(8.0)),
-                             camera.data(), board.data());
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<PrintedKnownCameraCost, 8, kPoseSize>(
+            new PrintedKnownCameraCost{{&tag, whitening(tag.covariance)}, blockOf(model.camera)}),
+        new ceres::CauchyLoss(4 * model.printed_scale * std::sqrt(8.0)), board.data());
   }
   if (view.printed.empty()) return;
-  problem.SetParameterBlockConstant(camera.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
@@ -222,7 +240,7 @@ void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
 }
 
 PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views) {
-  LensBlock camera = blockOf(model.camera);
+  const LensBlock camera = blockOf(model.camera);
   std::vector<PoseBlock> boards;
   boards.reserve(views.size());
   double stretch = 0;
@@ -233,13 +251,12 @@ PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvi
     for (const Sighting& tag : view.printed) {
       const PrintedCost cost{&tag,
                              whitening(tag.covariance * model.printed_scale * model.printed_scale)};
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<StretchedCost, 8, kLensSize, kPoseSize, 1>(
-              new StretchedCost{cost}),
-          new ceres::CauchyLoss(4 * std::sqrt(8.0)), camera.data(), boards.back().data(), &stretch);
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<StretchedCost, 8, kPoseSize, 1>(
+                                   new StretchedCost{cost, camera}),
+                               new ceres::CauchyLoss(4 * std::sqrt(8.0)), boards.back().data(),
+                               &stretch);
     }
   }
-  problem.SetParameterBlockConstant(camera.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.logging_type = ceres::SILENT;

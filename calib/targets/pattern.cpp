@@ -19,9 +19,45 @@ Tag tagAt(int id, int left, int top, int side) {
   return {id, {Eigen::Vector2d(l, t), {r, t}, {r, b}, {l, b}}};
 }
 
+/// A grid of small tags; in every third block of 2 x 2 one large tag stands for the four.
+std::vector<Tag> denseTags(int width, int height, int cell) {
+  std::vector<Tag> tags;
+  const int pitch = cell * (kTagCells + 2);
+  const int columns = width / pitch, rows = height / pitch;
+  const int left = (width - columns * pitch) / 2, top = (height - rows * pitch) / 2;
+  int id = kFirstPatternId;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const bool is_whole_block = (row | 1) < rows && (column | 1) < columns;
+      const bool is_large = is_whole_block && (column / 2 + row / 2) % 3 == 0;
+      if (is_large && (row % 2 == 1 || column % 2 == 1)) continue;
+      const int size = is_large ? 2 * cell : cell;
+      tags.push_back(
+          tagAt(id++, left + column * pitch + size, top + row * pitch + size, size * kTagCells));
+    }
+  }
+  return tags;
+}
+
+/// Small tags four times as far apart, up to the picture's edges.
+std::vector<Tag> sparseTags(int width, int height, int cell) {
+  std::vector<Tag> tags;
+  const int side = cell * kTagCells, pitch = 4 * cell * (kTagCells + 2);
+  const auto count = [&](int size) { return std::max(2, 1 + (size - side - 2 * cell) / pitch); };
+  const int columns = count(width), rows = count(height);
+  int id = kFirstPatternId;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      tags.push_back(tagAt(id++, cell + column * (width - side - 2 * cell) / (columns - 1),
+                           cell + row * (height - side - 2 * cell) / (rows - 1), side));
+    }
+  }
+  return tags;
+}
+
 }  // namespace
 
-Pattern makePattern(int width, int height, const std::string& family) {
+Pattern makePattern(int width, int height, const std::string& family, PatternUse use) {
   if (width < 320 || height < 200 || width > 8192 || height > 8192) {
     throw std::invalid_argument("a pattern of " + std::to_string(width) + " x " +
                                 std::to_string(height) +
@@ -33,22 +69,10 @@ Pattern makePattern(int width, int height, const std::string& family) {
   pattern.width = width;
   pattern.height = height;
   for (int cell = cellPixels(std::max(width, height)); pattern.tags.empty(); ++cell) {
-    // A grid of small tags; in every third block of 2 x 2 one large tag stands for the four.
-    const int pitch = cell * (kTagCells + 2);
-    const int columns = width / pitch, rows = height / pitch;
-    const int left = (width - columns * pitch) / 2, top = (height - rows * pitch) / 2;
-    int id = kFirstPatternId;
-    for (int row = 0; row < rows; ++row) {
-      for (int column = 0; column < columns; ++column) {
-        const bool is_whole_block = (row | 1) < rows && (column | 1) < columns;
-        const bool is_large = is_whole_block && (column / 2 + row / 2) % 3 == 0;
-        if (is_large && (row % 2 == 1 || column % 2 == 1)) continue;
-        const int size = is_large ? 2 * cell : cell;
-        pattern.tags.push_back(
-            tagAt(id++, left + column * pitch + size, top + row * pitch + size, size * kTagCells));
-      }
-    }
-    if (id > ids) pattern.tags.clear();  // a very wide picture: larger cells, fewer tags
+    pattern.tags =
+        use == PatternUse::Pairs ? denseTags(width, height, cell) : sparseTags(width, height, cell);
+    // A very wide picture: larger cells, fewer tags.
+    if (pattern.tags.back().id >= ids) pattern.tags.clear();
   }
   return pattern;
 }

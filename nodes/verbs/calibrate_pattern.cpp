@@ -15,10 +15,13 @@ struct Options {
   std::string out;
   int width = 0, height = 0;
   std::string family = "tag36h11";
+  bool single = false;
 };
 
 void runPattern(const Options& options) {
-  const calib::Pattern pattern = calib::makePattern(options.width, options.height, options.family);
+  const calib::Pattern pattern =
+      calib::makePattern(options.width, options.height, options.family,
+                         options.single ? calib::PatternUse::Singles : calib::PatternUse::Pairs);
   calib::writePattern(options.out, pattern);
   std::cout << "pattern.png and pattern.yaml in " << options.out << ": " << pattern.tags.size()
             << " tags (" << pattern.family << ", ids " << pattern.tags.front().id << " to "
@@ -42,6 +45,9 @@ void addCalibratePattern(CLI::App& calibrate) {
   verb->add_option("--family", options->family, "The tags' family")
       ->check(CLI::IsMember(calib::kTagFamilies))
       ->capture_default_str();
+  verb->add_flag("--single", options->single,
+                 "For photographs without a plain one beside each: fewer tags, between which the "
+                 "board's printed tags are read");
   verb->callback([options] { runPattern(*options); });
 }
 
