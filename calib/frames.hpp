@@ -10,7 +10,7 @@
 /// | Observer  | x right, y down, z forward (optical)   | the bystander's eye   | configuration       |
 /// | Link      | the robot's own                        | the robot's own       | robot_state_publisher|
 ///
-/// Metres, radians. Pixels: the centre of the top-left pixel is (0, 0), as in OpenCV.
+/// Meters, radians. Pixels: the center of the top-left pixel is (0, 0), as in OpenCV.
 #pragma once
 
 #include <Eigen/Geometry>

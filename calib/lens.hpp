@@ -41,7 +41,7 @@ double foldRadius(const Lens& lens);
 /// Normalized image coordinates (z = 1) after distortion, of those before. Knows of no fold.
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted);
 
-/// Pixel of a point in the optical frame (metres). Empty if it is not in front of the lens (z <= 0)
+/// Pixel of a point in the optical frame (meters). Empty if it is not in front of the lens (z <= 0)
 /// or lies beyond the fold. May lie outside the image; the caller clips. Pure.
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& p_optical);
 

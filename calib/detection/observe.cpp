@@ -118,7 +118,7 @@ struct ViewReader::Impl {
     return result;
   }
 
-  /// The board's plane (metres) to the camera's ideal pixels.
+  /// The board's plane (meters) to the camera's ideal pixels.
   std::optional<Eigen::Matrix3d> boardPlane(const std::vector<SeenTag>& printed) const {
     std::vector<Corners> on_board, seen;
     for (const SeenTag& tag : printed) {
@@ -209,7 +209,7 @@ struct ViewReader::Impl {
 View ViewReader::Impl::observe(const Photographs& photographs, bool refits_projected) const {
   const bool is_pair = photographs.plain.has_value();
   requireSize(photographs.pattern, photographs.name);
-  if (is_pair) requireSize(*photographs.plain, photographs.name);
+  if (is_pair) requireSize(*photographs.plain, photographs.name + "_plain");
   View view;
   view.name = photographs.name;
   const Picture& for_board = is_pair ? *photographs.plain : photographs.pattern;

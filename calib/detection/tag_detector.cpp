@@ -12,7 +12,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// libapriltag's corners run counterclockwise from the bottom left, with the centre of the top-left
+/// libapriltag's corners run counterclockwise from the bottom left, with the center of the top-left
 /// pixel at (0.5, 0.5).
 DetectedTag convert(const apriltag_detection_t& found) {
   DetectedTag tag;

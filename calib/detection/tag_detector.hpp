@@ -30,7 +30,7 @@ class TagDetector {
   ~TagDetector();
   TagDetector(TagDetector&&) noexcept;
 
-  /// Corners in OpenCV's convention ((0, 0) is the centre of the top-left pixel; AprilTag's own is
+  /// Corners in OpenCV's convention ((0, 0) is the center of the top-left pixel; AprilTag's own is
   /// half a pixel off). Throws std::invalid_argument for pictures below 16 px a side, on which
   /// libapriltag 3.3.0 crashes, or whose pixels do not match their size. An id seen several times
   /// is there several times.

@@ -13,7 +13,7 @@
 
 namespace afterglow::calib {
 
-/// What is looked for: a tag on a flat board (`corners` in metres), or one in a projector's picture
+/// What is looked for: a tag on a flat board (`corners` in meters), or one in a projector's picture
 /// (`corners` in its pixels) that lies on a flat board.
 struct TagTarget {
   Tag tag;

@@ -140,7 +140,7 @@ Rigid<Camera, Projector> Record::rigid(const std::string& key) const {
   if (R.determinant() < 0) refuse(key + ": is not rigid: it mirrors (determinant -1)");
   if (T.translation().norm() > kFarthest) {
     refuse(key + ": camera and projector are " + fixedText(T.translation().norm(), 1) +
-           " m apart; expected metres, not millimetres");
+           " m apart; expected meters, not millimeters");
   }
   return Rigid<Camera, Projector>(T);
 }

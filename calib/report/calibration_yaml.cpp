@@ -123,7 +123,7 @@ std::string projectorYaml(const Lens& projector, const std::string& name) {
 std::string transformYaml(const Rigid<Camera, Projector>& T_camera_projector,
                           const CalibrationNames& names) {
   return "# p_camera = T_camera_projector * p_projector; optical frames (x right, y down, z "
-         "forward), metres.\nparent_frame: " +
+         "forward), meters.\nparent_frame: " +
          quoted(names.camera_frame) + "\nchild_frame: " + quoted(names.projector_frame) +
          "\nT_camera_projector:\n" + rows(T_camera_projector.matrix().matrix());
 }
@@ -131,7 +131,7 @@ std::string transformYaml(const Rigid<Camera, Projector>& T_camera_projector,
 std::string calibrationYaml(const Calibration& calibration, const CalibrationNames& names,
                             const std::string& date) {
   std::string text =
-      "# The evidence behind projector.yaml and T_camera_projector.yaml. Pixels, metres, radians; "
+      "# The evidence behind projector.yaml and T_camera_projector.yaml. Pixels, meters, radians; "
       "errors in mm say so.\nformat: 1\ndate: " +
       quoted(date) + "\nprojector_name: " + quoted(names.projector_name) +
       "\nparent_frame: " + quoted(names.camera_frame) +

@@ -15,8 +15,8 @@ double longestHalfAxis(const Eigen::Matrix2d& covariance) {
   return kChi95 * std::sqrt(std::max(0.0, eigen.eigenvalues().maxCoeff()));
 }
 
-/// Metres on the plane z = distance for a pixel's step, by central differences over one pixel.
-std::optional<Eigen::Matrix2d> metresPerPixel(const Lens& lens, const Eigen::Vector2d& pixel,
+/// Meters on the plane z = distance for a pixel's step, by central differences over one pixel.
+std::optional<Eigen::Matrix2d> metersPerPixel(const Lens& lens, const Eigen::Vector2d& pixel,
                                               double distance_m) {
   Eigen::Matrix2d J;
   for (int axis = 0; axis < 2; ++axis) {
@@ -33,7 +33,7 @@ std::optional<Eigen::Matrix2d> metresPerPixel(const Lens& lens, const Eigen::Vec
 std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
                                          const Eigen::Vector2d& pixel, double distance_m) {
   const auto ray = unproject(estimate.projector, pixel);
-  const auto J = metresPerPixel(estimate.projector, pixel, distance_m);
+  const auto J = metersPerPixel(estimate.projector, pixel, distance_m);
   if (!ray || !J) return std::nullopt;
   const auto predicted = predictPixel(estimate, estimate.T_camera_projector * (*ray * distance_m));
   if (!predicted || !predicted->covariance.allFinite()) return std::nullopt;
@@ -54,7 +54,7 @@ std::optional<Drift> driftBetween(const ProjectorEstimate& before, const Project
     const Eigen::Vector2d pixel =
         share.cwiseProduct(Eigen::Vector2d(lens.width - 1, lens.height - 1)) / kSteps;
     const auto ray = unproject(lens, pixel);
-    const auto J = metresPerPixel(lens, pixel, distance_m);
+    const auto J = metersPerPixel(lens, pixel, distance_m);
     if (!ray || !J) continue;
     const auto now = project(after.projector,
                              T_after_camera * (before.T_camera_projector * (*ray * distance_m)));

@@ -183,7 +183,7 @@ std::string viewTableSection(const Calibration& calibration) {
   return element("h2", "View by view") +
          element("p",
                  "Root mean squares of the projected corners, in the projector’s pixels and "
-                 "in millimetres on the board. Distance: from the projector’s lens to the "
+                 "in millimeters on the board. Distance: from the projector’s lens to the "
                  "board’s middle. Tilt: between the board’s normal and the projector’s axis; "
                  "the arrow says where, seen from the projector, the board’s face turns to.") +
          "\n" + element("table", rows + totalRow(calibration)) + "\n";

@@ -118,7 +118,7 @@ std::string numbers(const UncertaintyGrid& grid, HeatUnit unit, const Lens& proj
 }
 
 std::string figure(const UncertaintyGrid& grid, HeatUnit unit, const Calibration& calibration) {
-  const std::string what = unit == HeatUnit::kPixels ? "pixels" : "millimetres";
+  const std::string what = unit == HeatUnit::kPixels ? "pixels" : "millimeters";
   return element("figure",
                  element("h3", "At " + fixedText(grid.distance_m, 0) + " m, in " + what) +
                      heatMap(grid, unit, calibration.coverage, calibration.estimate.projector)) +
@@ -135,9 +135,9 @@ UncertaintyGrid uncertaintyGrid(const ProjectorEstimate& estimate, double distan
   grid.cell_px = Eigen::Vector2d(double(estimate.projector.width) / kColumns,
                                  double(estimate.projector.height) / kRows);
   for (int i = 0; i < kColumns * kRows; ++i) {
-    const Eigen::Vector2d centre(i % kColumns + 0.5, i / kColumns + 0.5);
+    const Eigen::Vector2d center(i % kColumns + 0.5, i / kColumns + 0.5);
     grid.cells.push_back(uncertaintyAt(
-        estimate, grid.cell_px.cwiseProduct(centre) - Eigen::Vector2d(0.5, 0.5), distance_m));
+        estimate, grid.cell_px.cwiseProduct(center) - Eigen::Vector2d(0.5, 0.5), distance_m));
   }
   return grid;
 }
@@ -179,10 +179,10 @@ std::string uncertaintySection(const Calibration& calibration) {
       "radius of it (the longest half-axis of the 95 % ellipse), by the calibration’s covariance "
       "alone: errors of the camera’s own calibration and of tf come on top. The held-out error at "
       "the top is measured only where boards were held, and contains the noise of the corners it "
-      "is measured with. Millimetres are on a surface facing the projector at that distance. In "
+      "is measured with. Millimeters are on a surface facing the projector at that distance. In "
       "the hatched cells nothing was measured: the numbers there extrapolate, and hold only as far "
       "as the lens model does.");
-  for (const HeatUnit unit : {HeatUnit::kPixels, HeatUnit::kMillimetres}) {
+  for (const HeatUnit unit : {HeatUnit::kPixels, HeatUnit::kMillimeters}) {
     std::string figures;
     for (const UncertaintyGrid& grid : grids) figures += figure(grid, unit, calibration);
     text += element("div", "class=\"three\"", figures) + heatLegend(unit) + "\n";

@@ -9,14 +9,14 @@
 
 namespace afterglow::calib {
 
-enum class HeatUnit { kPixels, kMillimetres };
+enum class HeatUnit { kPixels, kMillimeters };
 
 /// uncertaintyAt over a grid of the projector's picture; computed once, drawn in both units.
 struct UncertaintyGrid {
   int columns = 0, rows = 0;
   double distance_m = 0;
   Eigen::Vector2d cell_px;                        ///< size of a cell in the projector's pixels
-  std::vector<std::optional<Uncertainty>> cells;  ///< row-major, at the cells' centres
+  std::vector<std::optional<Uncertainty>> cells;  ///< row-major, at the cells' centers
 
   const std::optional<Uncertainty>& at(int column, int row) const {
     return cells.at(static_cast<std::size_t>(row * columns + column));

@@ -125,7 +125,7 @@ std::string historyChart(const std::vector<CalibrationRecord>& records) {
                                    axes(chart, records) + "<path d=\"" + line +
                                        "\" stroke=\"#0b5fa5\" stroke-width=\"1.8\"/><path d=\"" +
                                        dots + "\" stroke=\"#0b5fa5\" stroke-width=\"6\"/>") +
-                               element("figcaption", "Held-out error in millimetres, over time."));
+                               element("figcaption", "Held-out error in millimeters, over time."));
 }
 
 }  // namespace

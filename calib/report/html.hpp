@@ -30,7 +30,7 @@ std::string coordinate(double value);
 /// "x y"
 std::string point(const Eigen::Vector2d& value);
 
-/// A drawing over a picture of width x height px. Pixel coordinates: the centre of the top-left
+/// A drawing over a picture of width x height px. Pixel coordinates: the center of the top-left
 /// pixel is (0, 0). The label is read out to who cannot see it.
 std::string drawing(int width, int height, const std::string& label, const std::string& content);
 

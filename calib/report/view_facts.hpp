@@ -14,7 +14,7 @@ struct ViewFacts {
   double tilt_deg = 0;    ///< between the board's normal and the projector's axis
   std::string turned;  ///< where the board's face is turned to, seen from the projector: an arrow
   int printed = 0, projected = 0, outliers = 0;  ///< corners
-  std::optional<double> training_mm;             ///< projected_rms_px as millimetres on the board
+  std::optional<double> training_mm;             ///< projected_rms_px as millimeters on the board
 };
 
 /// Of a view with a pose (one that has residuals).

@@ -61,7 +61,7 @@ struct ViewResult {
   std::vector<CornerResidual> residuals;
   double projected_rms_px = 0;  ///< projector pixels, training
   /// Root mean square of the projected corners' errors when the calibration is solved without this
-  /// view: projector pixels, and millimetres on the board. Empty if the view is not used.
+  /// view: projector pixels, and millimeters on the board. Empty if the view is not used.
   std::optional<double> held_out_px, held_out_mm;
 };
 

@@ -20,7 +20,7 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 using Matrix8 = Eigen::Matrix<double, 8, 8>;
 using Vector8 = Eigen::Matrix<double, 8, 1>;
 
-/// One tag seen: where its corners truly are (metres on the board, or pixels of the pattern) and
+/// One tag seen: where its corners truly are (meters on the board, or pixels of the pattern) and
 /// where the camera saw them.
 struct Sighting {
   int id = 0;

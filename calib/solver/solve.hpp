@@ -11,7 +11,7 @@
 namespace afterglow::calib {
 
 struct SolveOptions {
-  bool refine_camera = false;  ///< estimate the camera's focal lengths, centre and k1 k2 p1 p2 too
+  bool refine_camera = false;  ///< estimate the camera's focal lengths, center and k1 k2 p1 p2 too
   int threads = 2;
   std::optional<double> measured_ruler_m;  ///< what the board's printed ruler measures
 };

@@ -79,7 +79,7 @@ void judgeDistance(const std::vector<PosedView>& views, const Board& board,
   if (*middle >= kNearest_m && *middle <= kFarthest_m) return;
   reasons.push_back(
       formatted("the board seems to be %.3g m away from the camera: is its layout "
-                "(%.3g x %.3g m) in metres, and is the camera_info this camera's?",
+                "(%.3g x %.3g m) in meters, and is the camera_info this camera's?",
                 *middle, board.size_m.x(), board.size_m.y()));
 }
 

@@ -11,11 +11,11 @@
 namespace afterglow::calib {
 
 /// Board frame (tag `Surface` of calib/frames.hpp): origin in the board's middle, x right, y up, z
-/// out of the paper towards the viewer; metres.
+/// out of the paper towards the viewer; meters.
 struct Board {
   std::string family = "tag36h11";
   Eigen::Vector2d size_m = Eigen::Vector2d::Zero();  ///< the sheet
-  std::vector<Tag> tags;                             ///< corners in metres
+  std::vector<Tag> tags;                             ///< corners in meters
   double ruler_m = 0;  ///< length of the ruler printed on it, to check the print with; 0: none
 };
 

@@ -79,7 +79,7 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
   if (own.hasParam("measured_ruler")) {
     options.measured_ruler_m.emplace();
     take(own, "measured_ruler", *options.measured_ruler_m);
-    check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in metres");
+    check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in meters");
   }
   take(own, "refine_camera", options.refine_camera);
   take(own, "autostart", options.is_started);

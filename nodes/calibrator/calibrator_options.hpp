@@ -27,7 +27,7 @@ struct CalibratorOptions {
   /// ~views (16), ~coverage (0.5), ~still_seconds (0.5), ~still_pixels (0.5), ~settle_frames (2),
   /// ~patience_seconds (4)
   calib::GuideOptions guide;
-  std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in metres
+  std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in meters
   bool refine_camera = false;              ///< ~refine_camera
   bool is_started = true;                  ///< ~autostart: at once, without the service
   bool is_spoken = true;                   ///< ~speak: on /robotsound

@@ -279,7 +279,7 @@ TEST_F(CalibrationFilesTest, refusesAMatrixThatIsNotRigid) {
                 .find("is not rigid: it mirrors"),
             std::string::npos);
   EXPECT_EQ(with("  - [1, 0, 0, 94]\n  - [0, 1, 0, 90]\n  - [0, 0, 1, 60]\n" + last),
-            place + "camera and projector are 143.3 m apart; expected metres, not millimetres");
+            place + "camera and projector are 143.3 m apart; expected meters, not millimeters");
   EXPECT_EQ(refusal([&] { loadTCameraProjector(folder_.path("none.yaml")); }),
             folder_.path("none.yaml") + ": cannot be read");
 }

@@ -90,7 +90,7 @@ TEST(Lens, minusThirdOfK1FoldsAtItsRadius) {
   EXPECT_EQ(foldRadius(lens), lens.fold_radius);
   EXPECT_TRUE(project(lens, {0.97, 0, 1}));
   EXPECT_FALSE(project(lens, {0.98, 0, 1}));
-  EXPECT_FALSE(project(lens, {1.69, 0, 1})) << "lands on the image's centre again";
+  EXPECT_FALSE(project(lens, {1.69, 0, 1})) << "lands on the image's center again";
 }
 
 TEST(Lens, staysFoldedWhereTheModelGrowsAgain) {

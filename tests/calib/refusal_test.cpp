@@ -271,14 +271,14 @@ TEST(Refusal, ofTooFewCorners) {
   EXPECT_SAYS(refusalOf(views, rig), "projected corners were seen on the boards: at least 40");
 }
 
-TEST(Refusal, ofALayoutInMillimetres) {
+TEST(Refusal, ofALayoutInMillimeters) {
   const SyntheticRig rig = test::makeRig(RigKind::Standard, 1);
   SyntheticRig wrong = rig;
   for (Tag& tag : wrong.board.tags) {
     for (Eigen::Vector2d& corner : tag.corners) corner *= 1000;
   }
   wrong.board.size_m *= 1000;
-  EXPECT_SAYS(refusalOf(test::cornerViews(rig, 5, 0.05, 1), wrong), "in metres");
+  EXPECT_SAYS(refusalOf(test::cornerViews(rig, 5, 0.05, 1), wrong), "in meters");
 }
 
 TEST(Refusal, ofABoardPrintedTooWide) {

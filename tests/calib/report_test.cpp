@@ -226,7 +226,7 @@ TEST_F(ReportTest, hatchesWhatWasNotMeasured) {
   Coverage coverage;
   const auto hatched = [&] {
     return occurrences(
-        heatMap(grid, HeatUnit::kMillimetres, coverage, calibration_->estimate.projector),
+        heatMap(grid, HeatUnit::kMillimeters, coverage, calibration_->estimate.projector),
         "url(#hatch-mm-1)");
   };
   EXPECT_EQ(hatched(), 160u);

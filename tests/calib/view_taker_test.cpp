@@ -51,7 +51,7 @@ class Photographer {
 
 // ------------------------------------------------------------------------------------------ pose
 
-TEST(BoardPose, isFoundThroughTheLensToAMicrometre) {
+TEST(BoardPose, isFoundThroughTheLensToAMicrometer) {
   const Pose truth = pose(0.05, -0.1, 1.2, 0.3, -0.4);
   auto tags = seen(truth);
   tags.push_back(square(77, 10, 10, 20));  // of some other board

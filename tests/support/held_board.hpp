@@ -62,7 +62,7 @@ inline Lens camera() {
   return makeLens(640, 480, K, {-0.1, 0.05, 0.001, -0.001, 0});
 }
 
-/// Facing the camera, then tilted about the camera's axes; metres, radians.
+/// Facing the camera, then tilted about the camera's axes; meters, radians.
 inline Pose pose(double x, double y, double z, double about_x = 0, double about_y = 0) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << x, y, z;

@@ -23,7 +23,7 @@ inline int brightness(const render::Image& image, int u, int v) {
   return pixel[0] + pixel[1] + pixel[2];
 }
 
-/// Brightness-weighted centre within `radius` pixels (a square) of a place; empty if it is dark.
+/// Brightness-weighted center within `radius` pixels (a square) of a place; empty if it is dark.
 inline std::optional<Eigen::Vector2d> centroid(const render::Image& image,
                                                const Eigen::Vector2d& around, int radius) {
   const int u0 = static_cast<int>(std::lround(around.x()));

@@ -40,7 +40,7 @@ class Uniform {
 };
 
 struct KindValues {
-  double focal, centre_y;  ///< centre in picture heights
+  double focal, center_y;  ///< center in picture heights
   std::vector<double> D;
   double camera_focal;
 };
@@ -166,7 +166,7 @@ SyntheticRig makeRig(RigKind kind, std::uint32_t seed, int camera_width) {
   K(0, 0) = f;
   K(1, 1) = f * uniform(0.998, 1.002);
   K(0, 2) = width / 2 + uniform(-12, 12);
-  K(1, 2) = values.centre_y * height + uniform(-8, 8);
+  K(1, 2) = values.center_y * height + uniform(-8, 8);
   rig.projector = calib::makeLens(width, height, K, values.D);
   rig.camera = makeCamera(values.camera_focal, camera_width, uniform);
   const double rx = uniform(-.03, .03), ry = uniform(-.03, .03), rz = uniform(-.03, .03);

@@ -76,7 +76,7 @@ class Photographer {
 calib::Picture photograph(const SyntheticRig& rig, const std::optional<BoardPose>& pose,
                           const calib::Picture& shown, std::uint32_t seed);
 
-/// Where the middle of light sent through a projector pixel meets the board: metres in its frame.
+/// Where the middle of light sent through a projector pixel meets the board: meters in its frame.
 std::optional<Eigen::Vector2d> lightOnBoard(const SyntheticRig& rig, const BoardPose& pose,
                                             const Eigen::Vector2d& projector_px);
 
@@ -97,7 +97,7 @@ std::string viewName(int index);
 std::vector<Eigen::Vector3d> pointsInBeam(const SyntheticRig& rig, int count, std::uint32_t seed);
 
 /// 95th percentile of the distance between where truth and estimate send light meant for
-/// pointsInBeam, in millimetres on a surface facing the beam.
+/// pointsInBeam, in millimeters on a surface facing the beam.
 double errorP95_mm(const SyntheticRig& rig, const calib::ProjectorEstimate& estimate);
 
 }  // namespace afterglow::test
