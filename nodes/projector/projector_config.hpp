@@ -12,6 +12,7 @@
 
 #include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/projector/watch_config.hpp"
+#include "render/gl/renderer.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -51,6 +52,7 @@ struct ProjectorConfig {
   std::string frame;        ///< the projector's optical frame
   /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
   std::int64_t latency_ns = 0;
+  render::PointDrawing points = render::PointDrawing::Measured;
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::optional<WatchConfig> watch;  ///< projector_node's drift watch

@@ -120,8 +120,8 @@ void ProjectorNode::startDrawing() {
   drawing_ = std::thread([this, started = std::move(started)]() mutable {
     try {
       render::GlContext context;
-      render::ProjectorRenderer renderer(context, lens_);
-      started.set_value(context.description());
+      render::ProjectorRenderer renderer(context, lens_, scene_.config().points);
+      started.set_value(context.description() + "; " + renderer.description());
       drawLoop(renderer);
     } catch (...) {
       started.set_exception(std::current_exception());
@@ -159,14 +159,19 @@ void ProjectorNode::drawLoop(render::ProjectorRenderer& renderer) {
 void ProjectorNode::drawOne(render::ProjectorRenderer& renderer) {
   ros::Time now;
   const SceneFrame frame = composeFrame(now);
-  render::Image image =
-      frame.T_projector_world ? renderer.render(frame.scene, *frame.T_projector_world) : black();
+  render::Image image = std::move(used_picture_);
+  if (frame.T_projector_world) {
+    renderer.render(frame.scene, *frame.T_projector_world, image);
+  } else {
+    image = black();
+  }
   ros::Time drawn_for = now;
   if (!now.isZero()) drawn_for += ros::Duration().fromNSec(scene_.config().latency_ns);
   publish(image, drawn_for);
   ++drawn_;
   {
     const std::lock_guard<std::mutex> lock(picture_mutex_);
+    if (picture_) used_picture_ = std::move(*picture_);
     picture_ = std::move(image);
   }
   picture_ready_.notify_one();

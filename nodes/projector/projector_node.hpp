@@ -86,6 +86,7 @@ class ProjectorNode {
   std::mutex picture_mutex_;
   std::condition_variable picture_ready_;
   std::optional<render::Image> picture_;
+  render::Image used_picture_;  ///< one that nobody took; its memory is drawn into next
 
   ros::NodeHandle nh_, own_{"~"};
   tf2_ros::TransformListener listener_{transforms_};
