@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace afterglow::calib {
 namespace {
@@ -61,29 +62,39 @@ std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
 
 double Coverage::share() const {
   const auto filled = std::count_if(corners.begin(), corners.end(), [](int n) { return n > 0; });
-  return double(filled) / double(corners.size());
+  return double(filled) / std::max(possible, 1);
+}
+
+Coverage coverageOf(const std::vector<Eigen::Vector2d>& corners_px, const Pattern& pattern) {
+  const auto cellOf = [&](const Eigen::Vector2d& corner) {
+    const int column = static_cast<int>((corner.x() + 0.5) * Coverage::kColumns / pattern.width);
+    const int row = static_cast<int>((corner.y() + 0.5) * Coverage::kRows / pattern.height);
+    return static_cast<std::size_t>(std::clamp(row, 0, Coverage::kRows - 1) * Coverage::kColumns +
+                                    std::clamp(column, 0, Coverage::kColumns - 1));
+  };
+  Coverage coverage;
+  std::set<std::size_t> possible;
+  for (const Tag& tag : pattern.tags) {
+    for (const Eigen::Vector2d& corner : tag.corners) possible.insert(cellOf(corner));
+  }
+  coverage.possible = static_cast<int>(possible.size());
+  for (const Eigen::Vector2d& corner : corners_px) ++coverage.corners[cellOf(corner)];
+  return coverage;
 }
 
 Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern) {
   std::map<int, const Tag*> by_id;
   for (const Tag& tag : pattern.tags) by_id[tag.id] = &tag;
-  Coverage coverage;
+  std::vector<Eigen::Vector2d> corners;
   for (const View& view : views) {
     if (!view.faults.empty()) continue;
     for (const SeenTag& seen : view.projected) {
       const auto found = by_id.find(seen.id);
       if (found == by_id.end()) continue;
-      for (const Eigen::Vector2d& corner : found->second->corners) {
-        const int column =
-            static_cast<int>((corner.x() + 0.5) * Coverage::kColumns / pattern.width);
-        const int row = static_cast<int>((corner.y() + 0.5) * Coverage::kRows / pattern.height);
-        if (column < 0 || row < 0 || column >= Coverage::kColumns || row >= Coverage::kRows)
-          continue;
-        ++coverage.corners[std::size_t(row * Coverage::kColumns + column)];
-      }
+      corners.insert(corners.end(), found->second->corners.begin(), found->second->corners.end());
     }
   }
-  return coverage;
+  return coverageOf(corners, pattern);
 }
 
 CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons)

@@ -65,12 +65,14 @@ struct ViewResult {
   std::optional<double> held_out_px, held_out_mm;
 };
 
-/// Share of the projector's picture that tags on boards have lit, cell by cell.
+/// Where in the projector's picture tags on boards have been seen, cell by cell.
 struct Coverage {
   static constexpr int kColumns = 16, kRows = 10;
   std::vector<int> corners = std::vector<int>(kColumns * kRows, 0);  ///< row-major counts
-  double share() const;  ///< cells with at least one, 0 to 1
+  int possible = kColumns * kRows;  ///< cells in which the pattern has corners at all
+  double share() const;             ///< of the possible cells, those with a count, 0 to 1
 };
+Coverage coverageOf(const std::vector<Eigen::Vector2d>& corners_px, const Pattern& pattern);
 Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern);
 
 struct Calibration {

@@ -36,28 +36,31 @@ struct Cell {
   bool is_covered;
 };
 
+/// Of each cell whether it has any of the corners.
+std::vector<bool> cellsOf(const std::vector<Eigen::Vector2d>& corners, const Pattern& pattern) {
+  std::vector<bool> cells;
+  for (int count : coverageOf(corners, pattern).corners) cells.push_back(count > 0);
+  return cells;
+}
+
 std::vector<Cell> cellsInReach(const ProjectorEstimate& estimate, const Lens& camera,
-                               const std::vector<PosedView>& views) {
-  const Lens& projector = estimate.projector;
-  const Eigen::Vector2d cell_px(double(projector.width) / kColumns,
-                                double(projector.height) / kRows);
-  std::vector<bool> covered(std::size_t(kColumns * kRows), false);
+                               const Pattern& pattern, const std::vector<PosedView>& views) {
+  std::vector<Eigen::Vector2d> lit, all;
   for (const PosedView& view : views) {
-    for (const Eigen::Vector2d& corner : view.lit_px) {
-      const int column = std::clamp(int((corner.x() + 0.5) / cell_px.x()), 0, kColumns - 1);
-      const int row = std::clamp(int((corner.y() + 0.5) / cell_px.y()), 0, kRows - 1);
-      covered[std::size_t(row * kColumns + column)] = true;
-    }
+    lit.insert(lit.end(), view.lit_px.begin(), view.lit_px.end());
   }
+  for (const Tag& tag : pattern.tags) all.insert(all.end(), tag.corners.begin(), tag.corners.end());
+  const std::vector<bool> covered = cellsOf(lit, pattern), possible = cellsOf(all, pattern);
+  const Eigen::Vector2d cell_px(double(pattern.width) / kColumns, double(pattern.height) / kRows);
   const double distance = middleDistance(estimate, views);
   std::vector<Cell> cells;
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      const bool is_covered = covered[std::size_t(row * kColumns + column)];
+      const auto index = static_cast<std::size_t>(row * kColumns + column);
       const Eigen::Vector2d middle((column + 0.5) * cell_px.x() - 0.5,
                                    (row + 0.5) * cell_px.y() - 0.5);
-      if (is_covered || isInReach(estimate, camera, distance, middle)) {
-        cells.push_back({column, row, is_covered});
+      if (covered[index] || (possible[index] && isInReach(estimate, camera, distance, middle))) {
+        cells.push_back({column, row, covered[index]});
       }
     }
   }
@@ -91,11 +94,11 @@ std::vector<std::string> emptySides(const std::vector<Cell>& cells) {
 
 }  // namespace
 
-Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera,
+Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera, const Pattern& pattern,
               const std::vector<PosedView>& views) {
   Reach reach;
   if (views.empty()) return reach;
-  const std::vector<Cell> cells = cellsInReach(estimate, camera, views);
+  const std::vector<Cell> cells = cellsInReach(estimate, camera, pattern, views);
   if (cells.empty()) return reach;
   const auto covered =
       std::count_if(cells.begin(), cells.end(), [](const Cell& cell) { return cell.is_covered; });

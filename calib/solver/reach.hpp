@@ -12,13 +12,13 @@
 namespace afterglow::calib {
 
 /// Cell by cell as in Coverage; a cell is in reach if its light, at the boards' middle distance,
-/// falls where the camera sees it.
+/// falls where the camera sees it and the pattern has corners in it.
 struct Reach {
   double covered = 0;  ///< share of the cells in reach that have corners, 0 to 1
   /// left, right, upper, lower: thirds of the part in reach in which there are no corners.
   std::vector<std::string> empty_sides;
 };
-Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera,
+Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera, const Pattern& pattern,
               const std::vector<PosedView>& views);
 
 /// Nearly all in reach is unseen.

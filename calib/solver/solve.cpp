@@ -258,7 +258,8 @@ class Solve {
     refuseIf(foldRefusals(calibration.estimate.projector));
     refuseIf(misfitRefusals(calibration.held_out_rms_px, calibration.estimate.projector));
     refuseIf(uncertaintyRefusals(calibration.estimate, posedViews(views_)));
-    const Reach reach = reachOf(calibration.estimate, calibration.camera, posedViews(views_));
+    const Reach reach =
+        reachOf(calibration.estimate, calibration.camera, pattern_, posedViews(views_));
     refuseIf(reachRefusals(reach));
     for (const std::string& warning : reachWarnings(reach)) calibration.warnings.push_back(warning);
     for (const ViewResult& view : calibration.views) {

@@ -102,18 +102,6 @@ std::vector<std::string> emptySides(const std::vector<Eigen::Vector2d>& corners,
   return sides;
 }
 
-double coveredShare(const std::vector<Eigen::Vector2d>& corners, const Pattern& pattern) {
-  Coverage coverage;
-  for (const Eigen::Vector2d& corner : corners) {
-    const int column = static_cast<int>((corner.x() + 0.5) * Coverage::kColumns / pattern.width);
-    const int row = static_cast<int>((corner.y() + 0.5) * Coverage::kRows / pattern.height);
-    const int cell = std::clamp(row, 0, Coverage::kRows - 1) * Coverage::kColumns +
-                     std::clamp(column, 0, Coverage::kColumns - 1);
-    ++coverage.corners[std::size_t(cell)];
-  }
-  return coverage.share();
-}
-
 void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
                   std::vector<std::string>& reasons) {
   std::vector<Eigen::Vector2d> corners;
@@ -135,7 +123,7 @@ void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
   }
   const Eigen::Vector2d span =
       (high - low).cwiseQuotient(Eigen::Vector2d(pattern.width, pattern.height));
-  const double share = coveredShare(corners, pattern);
+  const double share = coverageOf(corners, pattern).share();
   if (span.x() >= kSmallestAcross && span.y() >= kSmallestDown && share >= kSmallestShare) return;
   std::string where;
   for (const std::string& side : emptySides(corners, pattern)) {

@@ -256,7 +256,7 @@ TEST(Refusal, ofAPatchOfThePicture) {
   const SyntheticRig rig = test::makeRig(RigKind::Standard, 1);
   PosedView view{"view_00", rig.T_world_camera.inverse() * test::boardPoses(rig, 1, 1)[0], {}};
   for (int i = 0; i < 100; ++i) view.lit_px.emplace_back(300 + i, 300 + i % 7);
-  const Reach reach = reachOf(rig.truth(), rig.camera, {view});
+  const Reach reach = reachOf(rig.truth(), rig.camera, rig.pattern, {view});
   EXPECT_LT(reach.covered, 0.1);
   ASSERT_EQ(reachRefusals(reach).size(), 1u);
   EXPECT_SAYS(reachRefusals(reach)[0], "% of what the camera sees of the projector's picture");
