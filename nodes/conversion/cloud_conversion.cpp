@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
@@ -45,6 +46,10 @@ class FieldReader {
  public:
   FieldReader(const PointField& field, bool big_endian)
       : offset_(field.offset), datatype_(field.datatype), swap_(big_endian) {}
+
+  /// Whether the bytes at offset() are a float as this machine has it.
+  bool isPlainFloat() const { return datatype_ == PointField::FLOAT32 && !swap_; }
+  std::size_t offset() const { return offset_; }
 
   /// The four bytes as they are: packed colors are bits, even where the field says FLOAT32.
   std::uint32_t bits(const std::uint8_t* point) const { return load<std::uint32_t>(point); }
@@ -134,10 +139,15 @@ std::string sizeRemark(const PointCloud2& message) {
   return message.data.size() > declared ? "data is longer than declared" : "";
 }
 
+/// Bytes of colors as shares: looked up, for a division each would be most of the work.
+constexpr std::array<float, 256> kShares = [] {
+  std::array<float, 256> shares{};
+  for (std::size_t i = 0; i < shares.size(); ++i) shares[i] = static_cast<float>(i) / 255.0f;
+  return shares;
+}();
+
 render::Color unpack(std::uint32_t bits, bool with_alpha) {
-  const auto channel = [bits](int shift) {
-    return static_cast<float>((bits >> shift) & 0xffu) / 255.0f;
-  };
+  const auto channel = [bits](int shift) { return kShares[(bits >> shift) & 0xffu]; };
   return {channel(16), channel(8), channel(0), with_alpha ? channel(24) : 1.0f};
 }
 
@@ -150,6 +160,8 @@ class CloudReader {
     for (const char* name : {"x", "y", "z"}) {
       xyz_.emplace_back(*findField(message, {name}), message.is_bigendian != 0);
     }
+    is_plain_ = std::all_of(xyz_.begin(), xyz_.end(),
+                            [](const FieldReader& field) { return field.isPlainFloat(); });
   }
 
   void readColors(const PointField& field) {
@@ -161,28 +173,49 @@ class CloudReader {
   }
 
   render::PointCloud read() {
+    const std::size_t most = std::size_t{message_.width} * message_.height;  // data holds as many
+    points_.reserve(most);
+    if (packed_) colors_.reserve(most);
     for (std::size_t row = 0; row < message_.height; ++row) {
       const std::uint8_t* point = message_.data.data() + row * message_.row_step;
       for (std::size_t i = 0; i < message_.width; ++i, point += message_.point_step) {
         addPoint(point);
       }
     }
-    if (intensity_) cloud_.colors = rainbowOf(values_);
+    if (intensity_) colors_ = rainbowOf(values_);
+    cloud_.points = std::move(points_);
+    cloud_.colors = std::move(colors_);
     return std::move(cloud_);
   }
 
  private:
   void addPoint(const std::uint8_t* point) {
-    const auto position =
-        toVector(xyz_[0].number(point), xyz_[1].number(point), xyz_[2].number(point));
+    const auto position = is_plain_ ? plainPosition(point)
+                                    : toVector(xyz_[0].number(point), xyz_[1].number(point),
+                                               xyz_[2].number(point));
     if (!position) return;
-    cloud_.points.push_back(*position);
-    if (packed_) cloud_.colors.push_back(unpack(packed_->bits(point), with_alpha_));
+    points_.push_back(*position);
+    if (packed_) colors_.push_back(unpack(packed_->bits(point), with_alpha_));
     if (intensity_) values_.push_back(intensity_->number(point));
+  }
+
+  /// toVector of what nearly every cloud has.
+  std::optional<Eigen::Vector3f> plainPosition(const std::uint8_t* point) const {
+    Eigen::Vector3f p;
+    for (int i = 0; i < 3; ++i) {
+      std::memcpy(&p[i], point + xyz_[static_cast<std::size_t>(i)].offset(), sizeof(float));
+    }
+    constexpr auto kLimit = static_cast<float>(kFarthest);
+    const bool fits = std::abs(p.x()) <= kLimit && std::abs(p.y()) <= kLimit &&
+                      std::abs(p.z()) <= kLimit;  // NaN fails, too
+    return fits ? std::optional<Eigen::Vector3f>(p) : std::nullopt;
   }
 
   const PointCloud2& message_;
   render::PointCloud cloud_;
+  render::PointList points_;
+  render::ColorList colors_;
+  bool is_plain_ = false;
   std::vector<FieldReader> xyz_;
   std::optional<FieldReader> packed_, intensity_;
   std::vector<double> values_;

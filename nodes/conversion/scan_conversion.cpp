@@ -26,6 +26,7 @@ Converted<render::PointCloud> toPointCloud(const sensor_msgs::LaserScan& message
   Result cloud;
   cloud.style = style.style;
   cloud.size = style.size;
+  render::PointList points;
   std::vector<double> values;
   for (std::size_t i = 0; i < message.ranges.size(); ++i) {
     const double range = static_cast<double>(message.ranges[i]);
@@ -34,9 +35,10 @@ Converted<render::PointCloud> toPointCloud(const sensor_msgs::LaserScan& message
                          static_cast<double>(i) * static_cast<double>(message.angle_increment);
     const auto point = toVector(range * std::cos(angle), range * std::sin(angle), 0);
     if (!point) continue;
-    cloud.points.push_back(*point);
+    points.push_back(*point);
     if (by_intensity) values.push_back(static_cast<double>(message.intensities[i]));
   }
+  cloud.points = std::move(points);
   if (by_intensity) cloud.colors = rainbowOf(values);
   return {std::move(cloud), {}};
 }
