@@ -102,8 +102,25 @@ MaybeShape toTriangles(Lists lists, const Eigen::Vector3f& scale) {
   return {render::Triangles{std::move(lists.points), std::move(lists.colors)}, {}};
 }
 
+MaybeShape toText(const Marker& marker, float height, MarkerAssets& assets) {
+  if (height <= 0) return fault("text height (scale.z) is not positive");
+  auto letters = assets.text(marker.text, height);
+  if (!letters.value) return refused<render::Shape>(std::move(letters.reason));
+  return {render::Text{std::move(*letters.value)}, marker.text.empty() ? "text is empty" : ""};
+}
+
+MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAssets& assets) {
+  if ((scale.array() == 0).count() > 1) return fault("scale is 0");
+  auto body = assets.meshes().get(marker.mesh_resource);
+  if (!body.value) return refused<render::Shape>(std::move(body.reason));
+  return {
+      render::MeshInstance{std::move(*body.value), scale, marker.mesh_use_embedded_materials != 0},
+      {}};
+}
+
 /// Every type but ARROW, which has a pose of its own.
-MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& scale) {
+MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& scale,
+                   MarkerAssets& assets) {
   switch (marker.type) {
     case Marker::CUBE:
       return toSolid<render::Cube>(scale);
@@ -123,9 +140,9 @@ MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& sca
     case Marker::TRIANGLE_LIST:
       return toTriangles(std::move(lists), scale);
     case Marker::TEXT_VIEW_FACING:
-      return fault("TEXT_VIEW_FACING is not drawn yet");
+      return toText(marker, scale.z(), assets);
     case Marker::MESH_RESOURCE:
-      return fault("MESH_RESOURCE is not drawn yet");
+      return toMesh(marker, scale, assets);
     default:
       return fault("unknown type");
   }
@@ -146,9 +163,17 @@ bool hasOwnColors(const render::Shape& shape) {
       shape);
 }
 
+/// Colors a point replace the marker's color altogether, its alpha too; so do a mesh's own, where
+/// the marker brings none to tint them with.
+render::Color colorBesides(const render::Shape& shape, const render::Color& color) {
+  const auto* mesh = std::get_if<render::MeshInstance>(&shape);
+  const bool untinted = mesh != nullptr && mesh->own_colors && color == render::Color{0, 0, 0, 0};
+  return hasOwnColors(shape) || untinted ? render::Color{} : color;
+}
+
 }  // namespace
 
-Converted<render::Drawable> toDrawable(const Marker& marker) {
+Converted<render::Drawable> toDrawable(const Marker& marker, MarkerAssets& assets) {
   auto pose = toPose(marker.pose);
   if (!pose.value) return refused<render::Drawable>(std::move(pose.reason));
   const auto color = toColor(marker.color);
@@ -164,12 +189,11 @@ Converted<render::Drawable> toDrawable(const Marker& marker) {
     const Rigid<World, World> placed(*pose.value * arrow.value->T_marker_arrow);
     return {render::Drawable{placed, std::move(arrow.value->shape), *color}, pose.reason};
   }
-  auto shape = toShape(marker, std::move(*lists.value), *scale);
+  auto shape = toShape(marker, std::move(*lists.value), *scale, assets);
   if (!shape.value) return refused<render::Drawable>(std::move(shape.reason));
-  // Colors a point replace the marker's color altogether, its alpha too.
-  const render::Color used = hasOwnColors(*shape.value) ? render::Color{} : *color;
+  const render::Color used = colorBesides(*shape.value, *color);
   return {render::Drawable{Rigid<World, World>(*pose.value), std::move(*shape.value), used},
-          pose.reason};
+          pose.reason.empty() ? shape.reason : pose.reason};
 }
 
 }  // namespace afterglow::nodes

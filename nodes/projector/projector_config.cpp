@@ -57,12 +57,13 @@ class ConfigReader {
 
   ProjectorConfig read() {
     const YamlMap root(file_, loadYaml(file_), "the configuration",
-                       {"fixed_frame", "projector", "surfaces", "layers", "watch"});
+                       {"fixed_frame", "projector", "surfaces", "layers", "mesh_roots", "watch"});
     config_.fixed_frame = root.text("fixed_frame");
     readProjector(map(root.at("projector"), "'projector'",
                       {"camera_info", "frame", "latency_ms", "points"}));
     if (root.has("surfaces")) readSurfaces(root);
     readLayers(root);
+    if (root.has("mesh_roots")) readMeshRoots(root);
     if (root.has("watch")) {
       config_.watch = readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys),
                                       std::filesystem::path(file_).parent_path().string());
@@ -129,9 +130,9 @@ class ConfigReader {
       root.fail(layers, "'layers' should be a list of at least one layer");
     }
     for (std::size_t i = 0; i < layers.size(); ++i) {
-      readLayer(map(
-          layers[i], "layer " + std::to_string(i + 1),
-          {"topic", "type", "style", "size", "color", "alpha", "placement", "surface", "viewer"}));
+      readLayer(map(layers[i], "layer " + std::to_string(i + 1),
+                    {"topic", "type", "style", "size", "color", "alpha", "placement", "surface",
+                     "viewer", "reader"}));
     }
   }
 
@@ -230,6 +231,41 @@ class ConfigReader {
           this->map(map.at("viewer"), "the viewer of " + map.where(), {"frame", "position"});
       const auto p = viewer.numbers(viewer.at("position"), "'position' of " + viewer.where(), 3);
       layer.viewer = ViewerConfig{viewer.text("frame"), {p[0], p[1], p[2]}};
+    }
+    if (map.has("reader")) readReader(map, layer);
+  }
+
+  void readReader(const YamlMap& map, LayerConfig& layer) const {
+    const YAML::Node node = map.at("reader");
+    if (!hasMarkers(layer.type) || layer.placement != render::Placement::Drape) {
+      map.fail(node, "'reader' in " + map.where() +
+                         " has no meaning without markers and placement drape");
+    }
+    if (node.IsSequence()) {
+      const auto p = map.numbers(node, "'reader' of " + map.where(), 2);
+      const bool has_direction = p[0] != 0 || p[1] != 0;
+      if (!has_direction) map.fail(node, "'reader' of " + map.where() + " has no direction");
+      layer.reader = ReaderConfig{config_.surfaces[*layer.surface].frame, {p[0], p[1], 0}, true};
+      return;
+    }
+    const YamlMap reader = this->map(node, "the reader of " + map.where(), {"frame", "position"});
+    const auto p = reader.numbers(reader.at("position"), "'position' of " + reader.where(), 3);
+    layer.reader = ReaderConfig{reader.text("frame"), {p[0], p[1], p[2]}, false};
+  }
+
+  void readMeshRoots(const YamlMap& root) {
+    const YAML::Node roots = root.at("mesh_roots");
+    if (!roots.IsSequence() || roots.size() == 0) {
+      root.fail(roots, "'mesh_roots' should be a list of at least one folder");
+    }
+    for (const YAML::Node& node : roots) {
+      const std::filesystem::path own_folder = std::filesystem::path(file_).parent_path();
+      const std::filesystem::path folder = own_folder / (node.IsScalar() ? node.Scalar() : "");
+      std::error_code ignored;
+      if (!node.IsScalar() || !std::filesystem::is_directory(folder, ignored)) {
+        root.fail(node, "no such folder in 'mesh_roots': '" + folder.string() + "'");
+      }
+      config_.mesh_roots.push_back(folder.string());
     }
   }
 

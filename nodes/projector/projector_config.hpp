@@ -34,6 +34,13 @@ struct ViewerConfig {
   Eigen::Vector3d p_frame;  ///< metres
 };
 
+/// Who Placement::Drape lays text for.
+struct ReaderConfig {
+  std::string frame;
+  Eigen::Vector3d p_frame;    ///< metres
+  bool is_direction = false;  ///< p_frame is a direction
+};
+
 struct LayerConfig {
   std::string topic;  ///< absolute
   LayerType type = LayerType::Marker;
@@ -44,6 +51,7 @@ struct LayerConfig {
   render::Placement placement = render::Placement::Direct;
   std::optional<std::size_t> surface;  ///< index; there for Drape and Viewer
   std::optional<ViewerConfig> viewer;  ///< there for Viewer
+  std::optional<ReaderConfig> reader;  ///< markers, Drape; none: from the surface's -y
 };
 
 struct ProjectorConfig {
@@ -55,6 +63,7 @@ struct ProjectorConfig {
   render::PointDrawing points = render::PointDrawing::Measured;
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
+  std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)
   std::optional<WatchConfig> watch;  ///< projector_node's drift watch
 };
 

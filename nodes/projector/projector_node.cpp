@@ -12,6 +12,7 @@
 #include <exception>
 #include <future>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "calib/camera_info_file.hpp"
@@ -72,6 +73,10 @@ ProjectorNode::~ProjectorNode() {
 template <typename MessageType>
 ros::Subscriber ProjectorNode::subscribe(std::size_t layer, std::uint32_t queue) {
   const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
+    if constexpr (std::is_same_v<MessageType, visualization_msgs::Marker> ||
+                  std::is_same_v<MessageType, visualization_msgs::MarkerArray>) {
+      scene_.prepare(*message);  // drawing goes on meanwhile
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     scene_.add(layer, *message, timeInOrder());
   };

@@ -39,7 +39,9 @@ std::string noTransform(const std::string& what, const std::string& frame,
 }  // namespace
 
 ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
-    : config_(std::move(config)), frames_(buffer, config_.fixed_frame) {
+    : config_(std::move(config)),
+      frames_(buffer, config_.fixed_frame),
+      assets_(config_.mesh_roots) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
 }
 
@@ -118,7 +120,7 @@ void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Mark
   if (marker.action == Marker::DELETEALL) return layer.removeAll();
   if (marker.action != Marker::ADD) return layer.drop("unknown action");
 
-  auto drawable = toDrawable(marker);
+  auto drawable = toDrawable(marker, assets_);
   const std::string fault = drawable.value ? headerFault(marker.header) : drawable.reason;
   if (!fault.empty()) {
     layer.remove(key);  // as RViz: what it replaces is no longer true
@@ -131,6 +133,17 @@ void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Mark
   content.lifetime_ns =
       std::int64_t{marker.lifetime.sec} * 1'000'000'000 + std::int64_t{marker.lifetime.nsec};
   show(layer, key, marker.header, std::move(content), now);
+}
+
+void ProjectorScene::prepare(const visualization_msgs::Marker& message) {
+  using visualization_msgs::Marker;
+  if (message.type == Marker::MESH_RESOURCE && message.action == Marker::ADD) {
+    assets_.meshes().get(message.mesh_resource);
+  }
+}
+
+void ProjectorScene::prepare(const visualization_msgs::MarkerArray& message) {
+  for (const visualization_msgs::Marker& marker : message.markers) prepare(marker);
 }
 
 void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
@@ -192,6 +205,18 @@ std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
       problems.push_back("viewer: not above surface '" + layer.surface->name + "'");
       return std::nullopt;
     }
+  }
+  if (config.reader) {
+    const auto pose = frames_.at(config.reader->frame, ros::Time(0));
+    if (!pose) {
+      problems.push_back(noTransform("reader", config.reader->frame, config_.fixed_frame));
+      return std::nullopt;
+    }
+    const bool is_direction = config.reader->is_direction;
+    const Eigen::Vector3d& p_frame = config.reader->p_frame;
+    layer.reader = render::Reader{is_direction ? Eigen::Vector3d(pose->linear() * p_frame)
+                                               : Eigen::Vector3d(*pose * p_frame),
+                                  is_direction};
   }
   layer.drawables = layers_[index].drawables(frames_);
   return layer;

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "calib/frames.hpp"
+#include "nodes/conversion/marker_assets.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
 #include "nodes/projector/projector_config.hpp"
@@ -46,6 +47,10 @@ class ProjectorScene {
   void add(std::size_t layer, const nav_msgs::Path& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::Marker& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::MarkerArray& message, ros::Time now);
+  /// Reads the meshes that a message names, so that add() finds them read. The one thing that may
+  /// run beside everything else, in any thread; a file can take seconds.
+  void prepare(const visualization_msgs::Marker& message);
+  void prepare(const visualization_msgs::MarkerArray& message);
   /// A message whose bytes are no message.
   void drop(std::size_t layer, const std::string& reason);
 
@@ -72,6 +77,7 @@ class ProjectorScene {
   ProjectorConfig config_;
   FrameLookup frames_;
   std::vector<LayerState> layers_;
+  MarkerAssets assets_;
 };
 
 }  // namespace afterglow::nodes

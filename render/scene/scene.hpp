@@ -4,14 +4,15 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "calib/frames.hpp"
-#include "render/scene/shared_list.hpp"
 
 namespace afterglow::render {
 
@@ -55,6 +56,24 @@ struct Triangles {
   ColorList colors;
 };
 
+/// Triangles made once and shared by every copy of the drawables that show them; never changed.
+struct Body {
+  PointList points;
+  ColorList colors;  ///< empty, or one a point
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+using SharedBody = std::shared_ptr<const Body>;
+/// Letters around the origin of their own plane: x along the line, y up. Of the pose only the
+/// position counts: they face the projector or the viewer, or lie on the surface (Reader).
+struct Text { SharedBody letters; };
+/// A mesh file's triangles times a scale, in their own colours, which the drawable's multiplies, or
+/// in the drawable's alone.
+struct MeshInstance {
+  SharedBody body;
+  Eigen::Vector3f scale = Eigen::Vector3f::Ones();
+  bool own_colors = false;
+};
+
 enum class PointStyle {
   Points,       ///< squares of `size` pixels
   Squares,      ///< `size` metres, facing the viewer
@@ -63,15 +82,16 @@ enum class PointStyle {
   Boxes,
 };
 struct PointCloud {
-  SharedList<Eigen::Vector3f> points;  ///< as PointList
-  SharedList<Color> colors;            ///< as ColorList
+  PointList points;
+  ColorList colors;
   PointStyle style = PointStyle::FlatSquares;
   float size = 0.01f;  ///< metres; for PointStyle::Points pixels
   /// Height of a square where it differs from its width (Marker POINTS); 0: the same.
   float size_y = 0;
 };
 
-using Shape = std::variant<Arrow, Cube, Sphere, Cylinder, Lines, ShapeList, Triangles, PointCloud>;
+using Shape = std::variant<Arrow, Cube, Sphere, Cylinder, Lines, ShapeList, Triangles, PointCloud,
+                           Text, MeshInstance>;
 
 /// A shape somewhere in the world.
 struct Drawable {
@@ -94,6 +114,12 @@ enum class Placement {
   Viewer,  ///< from a viewer's eye through the content onto the plane
 };
 
+/// Who text that lies on a surface is for: its lines' feet point there.
+struct Reader {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  bool is_direction = false;  ///< p_world is a direction, the same for all texts
+};
+
 /// Content of one topic.
 struct Layer {
   std::string name;  ///< topic
@@ -101,6 +127,7 @@ struct Layer {
   Placement placement = Placement::Direct;
   std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
   Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
+  std::optional<Reader> reader;  ///< for Drape; without one they point to the surface's -y
 };
 
 /// One frame's worth, drawn in order.

@@ -11,6 +11,31 @@ namespace {
 
 /// From how many on the spheres of a list are coarse.
 constexpr std::size_t kManySpheres = 200;
+const ColorList kNone;
+
+/// Right, up and towards the eye of letters at a place.
+Eigen::Matrix3d axesOfLetters(const Eye& eye, const Eigen::Vector3d& p) {
+  Eigen::Matrix3d R = eye.R_world_eye;
+  R.col(1) = -R.col(1);
+  R.col(2) = -R.col(2);
+  const Eigen::Vector3d n = R.col(2);
+  if (eye.reader) {
+    const Eigen::Vector3d to_reader =
+        eye.reader->p_world - (eye.reader->is_direction ? 0.0 : 1.0) * p;
+    const Eigen::Vector3d up = n * n.dot(to_reader) - to_reader;
+    if (!(up.norm() > 1e-6)) return R;  // right above the text there is no side
+    R.col(1) = up.normalized();
+    R.col(0) = R.col(1).cross(n);
+  } else if (eye.letters_face_it) {
+    const Eigen::Vector3d towards = (eye.p_world - p).normalized();
+    const Eigen::Vector3d right = n.cross(towards);
+    if (!(right.norm() > 1e-6)) return R;
+    R.col(0) = right.normalized();
+    R.col(1) = towards.cross(R.col(0));
+    R.col(2) = towards;
+  }
+  return R;
+}
 
 /// Draws one drawable's shape into a tessellation.
 class Tessellator {
@@ -69,6 +94,19 @@ class Tessellator {
     }
   }
 
+  void operator()(const Text& text) {
+    if (!text.letters) return;
+    Eigen::Affine3d M = Eigen::Affine3d::Identity();
+    M.linear() = axesOfLetters(eye_, pose_.translation());
+    M.translation() = pose_.translation();
+    addBody(*text.letters, M, kNone);
+  }
+
+  void operator()(const MeshInstance& mesh) {
+    if (!mesh.body) return;
+    addBody(*mesh.body, pose_ * scaled(mesh.scale), mesh.own_colors ? mesh.body->colors : kNone);
+  }
+
   void operator()(const PointCloud& cloud) {
     switch (cloud.style) {
       case PointStyle::Points:
@@ -118,6 +156,23 @@ class Tessellator {
     for (const auto& t : solid.triangles) {
       out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
+  }
+
+  void addBody(const Body& body, const Eigen::Affine3d& M, const ColorList& colors) {
+    if (!M.matrix().allFinite()) return;
+    const std::uint32_t first = size();
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+      addPoint(M * body.points[i].cast<double>(), tinted(colors, i));
+    }
+    for (const auto& t : body.triangles) {
+      out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+
+  Rgba tinted(const ColorList& colors, std::size_t i) const {
+    if (i >= colors.size()) return packed(color_);
+    const Color& own = colors[i];
+    return packed({own.r * color_.r, own.g * color_.g, own.b * color_.b, own.a * color_.a});
   }
 
   void addSolids(bool cubes, const PointList& points, const ColorList& colors,
@@ -178,6 +233,8 @@ Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_wo
   eye.R_world_eye.col(2) = -R_world_surface.col(2);
   eye.parallel = layer.placement == Placement::Drape;
   eye.p_world = layer.p_viewer;
+  eye.letters_face_it = layer.placement == Placement::Viewer;
+  if (layer.placement == Placement::Drape) eye.reader = layer.reader;
   return eye;
 }
 

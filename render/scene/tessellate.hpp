@@ -2,6 +2,7 @@
 /// Shapes into triangles and points. Sizes and forms are RViz's (scene.hpp).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "render/scene/mesh.hpp"
@@ -15,6 +16,9 @@ struct Eye {
   Eigen::Matrix3d R_world_eye = Eigen::Matrix3d::Identity();
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   bool parallel = false;  ///< looks along z from everywhere instead of from p_world
+  /// Letters stand before p_world, upright against z, instead of parallel to x and y.
+  bool letters_face_it = false;
+  std::optional<Reader> reader;  ///< letters turn to him in the plane of x and y
 };
 
 /// Direct: the projector. Drape and Viewer: flat things lie parallel to the surface, facing along

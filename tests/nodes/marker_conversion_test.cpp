@@ -41,6 +41,11 @@ Marker marker(int type, int points = 0) {
   return m;
 }
 
+Converted<render::Drawable> toDrawable(const Marker& m) {
+  MarkerAssets assets;
+  return nodes::toDrawable(m, assets);
+}
+
 template <typename Shape>
 Shape shapeOf(const Marker& m) {
   const auto drawable = toDrawable(m);
@@ -230,8 +235,6 @@ TEST(MarkerConversion, refusesEverythingThatIsNotFinite) {
 TEST(MarkerConversion, refusesTypesItDoesNotDraw) {
   EXPECT_EQ(reasonFor(marker(99)), "unknown type");
   EXPECT_EQ(reasonFor(marker(-1)), "unknown type");
-  EXPECT_EQ(reasonFor(marker(Marker::TEXT_VIEW_FACING)), "TEXT_VIEW_FACING is not drawn yet");
-  EXPECT_EQ(reasonFor(marker(Marker::MESH_RESOURCE)), "MESH_RESOURCE is not drawn yet");
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
             ":1: unknown key 'fixed_fram' in the configuration; did you mean 'fixed_frame'?");
   EXPECT_EQ(fault(kHead + kCloud + ", wavelength: 5}\n"),
             ":6: unknown key 'wavelength' in layer 1; known: topic, type, style, size, color, "
-            "alpha, placement, surface, viewer");
+            "alpha, placement, surface, viewer, reader");
   EXPECT_EQ(fault(kHead + kCloud + ", style: box}\n"),
             ":6: unknown style 'box' in layer 1; did you mean 'boxes'?");
   EXPECT_EQ(fault(kHead + "  - {topic: /a, type: sensor_msgs/PointCloud}\n"),
@@ -155,6 +155,29 @@ TEST_F(ProjectorConfigTest, refusesWhatIsMissingDoubledOrWithoutMeaning) {
   EXPECT_EQ(fault("fixed_frame: map\nprojector: {camera_info: p, frame: f}\n"
                   "surfaces: {floor: {frame: map, polygon: [[0, 0], [1, 1]]}}\n"),
             ":3: the polygon of surface 'floor' has no area");
+}
+
+TEST_F(ProjectorConfigTest, readsWhoTextIsForAndWhereMeshesComeFrom) {
+  const std::string on_floor = kMarker + ", placement: drape, surface: floor";
+  const ProjectorConfig person =
+      load(kHead + on_floor + ", reader: {frame: person, position: [0, 0, 1]}}\n");
+  ASSERT_TRUE(person.layers[0].reader);
+  EXPECT_EQ(person.layers[0].reader->frame, "person");
+  EXPECT_FALSE(person.layers[0].reader->is_direction);
+  const ProjectorConfig side = load(kHead + on_floor + ", reader: [1, 0]}\n" + "mesh_roots: [.]\n");
+  ASSERT_TRUE(side.layers[0].reader);
+  EXPECT_EQ(side.layers[0].reader->frame, "map");
+  EXPECT_TRUE(side.layers[0].reader->is_direction);
+  EXPECT_EQ(side.layers[0].reader->p_frame, Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(side.mesh_roots, std::vector<std::string>{folder_.path(".")});
+  EXPECT_EQ(fault(kHead + on_floor + ", reader: [0, 0]}\n"),
+            ":6: 'reader' of layer 1 has no direction");
+  EXPECT_EQ(fault(kHead + kMarker + ", reader: [1, 0]}\n"),
+            ":6: 'reader' in layer 1 has no meaning without markers and placement drape");
+  EXPECT_EQ(fault(kHead + on_floor + "}\nmesh_roots: [/nowhere/meshes]\n"),
+            ":7: no such folder in 'mesh_roots': '/nowhere/meshes'");
+  EXPECT_EQ(fault(kHead + on_floor + "}\nmesh_roots: /tmp\n"),
+            ":7: 'mesh_roots' should be a list of at least one folder");
 }
 
 TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {

@@ -359,5 +359,28 @@ TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
   EXPECT_EQ(frame.problems.back(), "viewer: not above surface 'table'");
 }
 
+TEST(ProjectorSceneSurface, laysTextForAReaderWhileHeIsKnown) {
+  ProjectorConfig on_floor = config();
+  on_floor.surfaces = {{"floor", "map", {}}};
+  on_floor.layers[kMarkers].surface = 0;
+  on_floor.layers[kMarkers].placement = render::Placement::Drape;
+  on_floor.layers[kMarkers].reader = ReaderConfig{"person", {0, 0, 1.6}, false};
+  tf2::BufferCore buffer;
+  ProjectorScene scene(on_floor, buffer);
+  SceneFrame frame = scene.frame(at(0));
+  EXPECT_EQ(frame.scene.layers.size(), 2u);
+  EXPECT_EQ(frame.problems.back(), "reader: no transform from 'person' to 'map'");
+  geometry_msgs::TransformStamped person;
+  person.header.frame_id = "map";
+  person.child_frame_id = "person";
+  person.transform.translation.y = 2;
+  person.transform.rotation.w = 1;
+  buffer.setTransform(person, "test", true);
+  frame = scene.frame(at(0));
+  ASSERT_EQ(frame.scene.layers.size(), 3u);
+  ASSERT_TRUE(frame.scene.layers[kMarkers].reader);
+  EXPECT_EQ(frame.scene.layers[kMarkers].reader->p_world, Eigen::Vector3d(0, 2, 1.6));
+}
+
 }  // namespace
 }  // namespace afterglow::nodes

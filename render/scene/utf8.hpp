@@ -1,0 +1,16 @@
+/// \file
+/// Text from the network.
+#pragma once
+
+#include <string>
+
+namespace afterglow::render {
+
+/// What stands for a character that cannot be shown.
+constexpr char32_t kReplacement = U'\uFFFD';
+
+/// Every byte that is part of no character (overlong forms, surrogates and what is beyond Unicode
+/// among them) becomes one kReplacement.
+std::u32string decodeUtf8(const std::string& text);
+
+}  // namespace afterglow::render
