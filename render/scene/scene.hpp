@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "calib/frames.hpp"
+#include "render/scene/shared_list.hpp"
 
 namespace afterglow::render {
 
@@ -82,8 +83,8 @@ enum class PointStyle {
   Boxes,
 };
 struct PointCloud {
-  PointList points;
-  ColorList colors;
+  SharedList<Eigen::Vector3f> points;  ///< as PointList
+  SharedList<Color> colors;            ///< as ColorList
   PointStyle style = PointStyle::FlatSquares;
   float size = 0.01f;  ///< metres; for PointStyle::Points pixels
   /// Height of a square where it differs from its width (Marker POINTS); 0: the same.
