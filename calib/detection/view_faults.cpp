@@ -170,7 +170,9 @@ class Judge {
              "): another board than the layout says?";
     }
     if (!has_plain_ && among(read_unlit_, pattern_ids_).size() >= kTelling) {
-      return "the pattern's light lies on the printed tags, and there is no picture without it: "
+      return "the pattern's light lies on the printed tags (if the board is in view), and there is "
+             "no "
+             "picture without it: "
              "take a second one while the projector shows plain grey, or show the pattern of "
              "`afterglow calibrate pattern --single`";
     }

@@ -112,7 +112,8 @@ TEST_F(Refused, aSinglePictureWithThePatternOverThePrint) {
 }
 
 TEST_F(Refused, aViewWithoutTheBoard) {
-  const std::string text = faults(photographer.photograph({}, pattern, 1), {});
+  const std::string text =
+      faults(photographer.photograph({}, pattern, 1), photographer.photograph({}, grey, 2));
   EXPECT_SAYS(text, "none of the board's tags was read: hold the whole board into");
 }
 
