@@ -34,13 +34,13 @@ class PointPainter {
 
  private:
   static constexpr int kBandRows = 32;
-  /// Four components in the lanes of 64 bits, so that one multiplication blends a pixel.
+  /// Four components in the lanes of 64 bits: two pixels are blended at once.
   using Pixel = std::uint64_t;
   struct Bin {
     std::size_t first = 0, count = 0;  ///< of binned_
   };
   struct Bench {
-    std::vector<Pixel> pixels;         ///< of one band
+    std::vector<Pixel> pixels;         ///< of one band, and one more
     std::vector<ScreenPoint> sorting;  ///< half of them is room to move to
     std::vector<std::size_t> filled;   ///< by band
   };
