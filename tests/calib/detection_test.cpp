@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -188,6 +190,16 @@ TEST(Observe, refusesPicturesThatAreNotTheCameras) {
     EXPECT_NE(std::string(error.what()).find("view_07"), std::string::npos) << error.what();
     EXPECT_NE(std::string(error.what()).find("320 x 240"), std::string::npos) << error.what();
   }
+}
+
+// libapriltag 3.3.0 by itself writes past its tables on such pictures.
+TEST(TagDetector, findsNothingInNoise) {
+  std::mt19937 random(1);
+  Picture noise{1280, 960, std::vector<std::uint8_t>(1280 * 960)};
+  for (std::uint8_t& pixel : noise.pixels) pixel = std::uint8_t(random() % 256);
+  EXPECT_TRUE(TagDetector("tag36h11").detect(noise).empty());
+  for (std::uint8_t& pixel : noise.pixels) pixel = random() % 2 == 0 ? 0 : 255;
+  EXPECT_TRUE(TagDetector("tag36h11").detect(noise).empty());
 }
 
 }  // namespace

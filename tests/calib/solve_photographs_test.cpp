@@ -1,4 +1,5 @@
-// Two spoilt views of sixteen, on simulated pictures: found, named and left out, and no harm done.
+// Calibrations from simulated pictures: two spoilt views of sixteen are found, named and left out
+// and do no harm; pictures without a plain one beside each do too.
 #include <gtest/gtest.h>
 
 #include "calib/solver/solve.hpp"
@@ -47,6 +48,22 @@ TEST(SpoiltViews, areNamedAndLeftOut) {
   EXPECT_NE(result.views[4].reason.find("wait longer"), std::string::npos);
   EXPECT_NE(result.views[11].reason.find("the board"), std::string::npos);
   EXPECT_NE(result.views[11].reason.find("move"), std::string::npos) << result.views[11].reason;
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.5);
+}
+
+TEST(SinglePictures, calibrateUnderTheSparsePattern) {
+  test::SyntheticRig rig = test::makeRig(test::RigKind::Standard, 3);
+  rig.pattern = makePattern(rig.projector.width, rig.projector.height, rig.pattern.family,
+                            PatternUse::Singles);
+  const test::Photographer photographer(rig);
+  const Picture pattern = test::patternPicture(rig.pattern);
+  std::vector<Photographs> photographs;
+  for (const test::BoardPose& pose : test::boardPoses(rig, 8, 3)) {
+    const int index = static_cast<int>(photographs.size());
+    photographs.push_back(
+        {test::viewName(index), photographer.photograph(pose, pattern, std::uint32_t(index)), {}});
+  }
+  const Calibration result = solvePhotographs(photographs, rig.board, rig.pattern, rig.camera);
   EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.5);
 }
 
