@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include <fstream>
 #include <map>
+#include <random>
 #include <sstream>
 
 #include "calib/detection/observe.hpp"
