@@ -49,6 +49,7 @@ class FieldReader {
 
   /// Whether the bytes at offset() are a float as this machine has it.
   bool isPlainFloat() const { return datatype_ == PointField::FLOAT32 && !swap_; }
+  bool isSwapped() const { return swap_; }
   std::size_t offset() const { return offset_; }
 
   /// The four bytes as they are: packed colors are bits, even where the field says FLOAT32.
@@ -178,6 +179,10 @@ class CloudReader {
     if (packed_) colors_.reserve(most);
     for (std::size_t row = 0; row < message_.height; ++row) {
       const std::uint8_t* point = message_.data.data() + row * message_.row_step;
+      if (is_plain_ && !intensity_ && !(packed_ && packed_->isSwapped())) {
+        addPlainRow(point);
+        continue;
+      }
       for (std::size_t i = 0; i < message_.width; ++i, point += message_.point_step) {
         addPoint(point);
       }
@@ -190,25 +195,34 @@ class CloudReader {
 
  private:
   void addPoint(const std::uint8_t* point) {
-    const auto position = is_plain_ ? plainPosition(point)
-                                    : toVector(xyz_[0].number(point), xyz_[1].number(point),
-                                               xyz_[2].number(point));
+    const auto position =
+        toVector(xyz_[0].number(point), xyz_[1].number(point), xyz_[2].number(point));
     if (!position) return;
     points_.push_back(*position);
     if (packed_) colors_.push_back(unpack(packed_->bits(point), with_alpha_));
     if (intensity_) values_.push_back(intensity_->number(point));
   }
 
-  /// toVector of what nearly every cloud has.
-  std::optional<Eigen::Vector3f> plainPosition(const std::uint8_t* point) const {
-    Eigen::Vector3f p;
-    for (int i = 0; i < 3; ++i) {
-      std::memcpy(&p[i], point + xyz_[static_cast<std::size_t>(i)].offset(), sizeof(float));
-    }
+  /// addPoint for what nearly every cloud has, without a decision for every value.
+  void addPlainRow(const std::uint8_t* point) {
+    const std::size_t x_at = xyz_[0].offset(), y_at = xyz_[1].offset(), z_at = xyz_[2].offset();
+    const bool is_colored = packed_.has_value();
+    const std::size_t color_at = is_colored ? packed_->offset() : 0;
     constexpr auto kLimit = static_cast<float>(kFarthest);
-    const bool fits = std::abs(p.x()) <= kLimit && std::abs(p.y()) <= kLimit &&
-                      std::abs(p.z()) <= kLimit;  // NaN fails, too
-    return fits ? std::optional<Eigen::Vector3f>(p) : std::nullopt;
+    for (std::size_t i = 0; i < message_.width; ++i, point += message_.point_step) {
+      float x, y, z;
+      std::memcpy(&x, point + x_at, sizeof(x));
+      std::memcpy(&y, point + y_at, sizeof(y));
+      std::memcpy(&z, point + z_at, sizeof(z));
+      const bool fits = (std::abs(x) <= kLimit) & (std::abs(y) <= kLimit) &
+                        (std::abs(z) <= kLimit);  // NaN fails, too
+      if (!fits) continue;
+      points_.emplace_back(x, y, z);
+      if (!is_colored) continue;
+      std::uint32_t bits;
+      std::memcpy(&bits, point + color_at, sizeof(bits));
+      colors_.push_back(unpack(bits, with_alpha_));
+    }
   }
 
   const PointCloud2& message_;
