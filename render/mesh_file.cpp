@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <vector>
 
@@ -73,6 +74,26 @@ void requireWholeStl(const fs::path& path) {
   const std::uintmax_t needed = 84 + std::uintmax_t{50} * count;
   if (fs::file_size(path) < needed) {
     throw std::runtime_error("malformed: shorter than its number of triangles says");
+  }
+}
+
+/// assimp 5.2 reads a Collada index list for ever that holds anything but numbers.
+void requireIndexLists(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  for (const std::string name : {"p", "v", "h", "vcount"}) {
+    const std::string opening = "<" + name;
+    for (std::size_t at = text.find(opening); at != std::string::npos;
+         at = text.find(opening, at + 1)) {
+      const char next = at + opening.size() < text.size() ? text[at + opening.size()] : '>';
+      if (next != '>' && std::isspace(static_cast<unsigned char>(next)) == 0) continue;
+      const std::size_t begin = text.find('>', at);
+      if (begin == std::string::npos) throw std::runtime_error("malformed: an open tag");
+      const std::size_t end = std::min(text.find('<', begin), text.size());
+      if (text.find_first_not_of("0123456789 \t\r\n", begin + 1) < end) {
+        throw std::runtime_error("malformed: an index list holds more than numbers");
+      }
+    }
   }
 }
 
@@ -164,6 +185,7 @@ Body loadMeshFile(const std::string& path, const std::string& root, const MeshFi
   const std::string fault = fileFault(path, root, limits.bytes);
   if (!fault.empty()) throw std::runtime_error(fault);
   if (extension == ".stl") requireWholeStl(path);
+  if (extension == ".dae") requireIndexLists(path);
 
   Assimp::Importer importer;
   importer.SetIOHandler(new RootedFiles(root, limits.bytes));  // the importer's from here on

@@ -90,6 +90,10 @@ TEST_F(MeshFile, refusesFilesItCannotTrust) {
       EXPECT_TRUE(why.rfind("malformed: ", 0) == 0 || why == "no triangles") << name << ": " << why;
     }
   }
+  std::string endless = test::cubeDae();
+  endless[endless.find("<p>") + 10] = '\xef';
+  EXPECT_EQ(refusal(write("endless.dae", endless)),
+            "malformed: an index list holds more than numbers");
   EXPECT_NE(refusal(write("empty.obj", "v 0 0 0\n")), "not refused");
   EXPECT_NE(refusal(write("index.obj", "v 0 0 0\nf 1 2 900000000\n")), "not refused");
   EXPECT_NE(refusal(write("cut.gltf", test::cubeGltf("none.bin"))), "not refused");
