@@ -68,15 +68,6 @@ class Solve {
     model_.camera = camera;
   }
 
-  /// The same without evidence of the print and the pixels' shape, for a projector's lens to look
-  /// through.
-  void solveRoughly() {
-    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
-    startLinearly();
-    dropSpoiltViews();
-    refineRounds(1);
-  }
-
   /// Model and board poses, with spoilt views left out; refuses what cannot be solved.
   void solve() {
     say("starting", 0);
@@ -93,6 +84,14 @@ class Solve {
     settings_.free_camera = options_.refine_camera;
     refineRounds(2);
     tryRational();
+  }
+
+  /// Without a look at print and pixels' shape: good enough a lens for reading the tags once more.
+  void solveRoughly() {
+    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
+    startLinearly();
+    dropSpoiltViews();
+    refineRounds(1);
   }
 
   const Lens& projector() const { return model_.projector; }
@@ -274,7 +273,7 @@ class Solve {
   const Board& board_;
   const Pattern& pattern_;
   SolveOptions options_;
-  const CalibrationProgress& progress_;
+  CalibrationProgress progress_;
   std::vector<ViewEvidence> views_;
   ProjectorModel model_;
   RefineSettings settings_;
