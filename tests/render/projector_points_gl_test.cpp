@@ -75,7 +75,7 @@ class ProjectorPoints : public test::GlTest {
       cloud.size = size_px;
       const auto chosen = choose(pixels, lens, result.times);
       for (const std::size_t i : chosen) cloud.points.push_back(points[i]);
-      const Image image = renderer.render({{Layer{"cloud", {{{}, cloud, {}}}, {}, {}, {}}}}, T);
+      const Image image = renderer.render({{Layer{"cloud", {{{}, cloud, {}}}, {}, {}, {}, {}}}}, T);
       for (const std::size_t i : chosen) {
         const auto found = centroid(image, pixels[i], 4);
         const double error = found ? (*found - pixels[i]).norm() : 1e3;
