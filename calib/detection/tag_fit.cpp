@@ -329,8 +329,6 @@ class Fitter {
   std::optional<TagFit> result() const {
     TagFit fit;
     fit.correlation = correlation();
-    fit.blur_px = std::exp(theta_[kLogBlur]);
-    fit.growth_px = theta_[kGrowth];
     fit.seen.id = target_.tag.id;
     Eigen::Matrix<double, 8, 8> J = Eigen::Matrix<double, 8, 8>::Zero();
     const Corners corners = cornersOf(theta_);

@@ -24,8 +24,6 @@ struct TagTarget {
 struct TagFit {
   SeenTag seen;
   double correlation = 0;  ///< of picture and fitted tag, 1 for a perfect likeness
-  double blur_px = 0;      ///< standard deviation of the picture's blur
-  double growth_px = 0;    ///< how far dark cells reach over their edges
 };
 
 /// `start`: the corners in the picture's pixels, within about half a cell. Empty if the tag is not

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <set>
@@ -46,6 +47,18 @@ void keepOnly(const std::set<int>& ids, std::vector<Sighting>& tags) {
 }
 
 }  // namespace
+
+void setRays(ViewEvidence& view, const Lens& camera) {
+  for (std::vector<Sighting>* sightings : {&view.printed, &view.projected}) {
+    for (Sighting& sighting : *sightings) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        const auto ray = unproject(camera, sighting.camera_px[i]);
+        sighting.rays[i] = ray ? Eigen::Vector2d(ray->head<2>())
+                               : Eigen::Vector2d(Eigen::Vector2d::Constant(std::nan("")));
+      }
+    }
+  }
+}
 
 Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board) {
   const Eigen::Vector3d direction = ray.homogeneous();

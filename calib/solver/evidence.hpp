@@ -44,6 +44,9 @@ struct ViewEvidence {
 std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const Board& board,
                                          const Pattern& pattern, const Lens& camera);
 
+/// The rays anew, through a camera whose estimate has changed. A corner without a ray gets NaN.
+void setRays(ViewEvidence& view, const Lens& camera);
+
 /// Where a camera ray meets the board, in the camera's frame; NaN if it does not.
 Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board);
 

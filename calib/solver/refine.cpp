@@ -81,7 +81,10 @@ class Bundle {
   /// Back into values.
   void store(ProjectorModel& model) {
     model.projector = lensOf(lens_, model.projector);
-    if (settings_.free_camera) model.camera = lensOf(camera_, model.camera);
+    if (settings_.free_camera) {
+      model.camera = lensOf(camera_, model.camera);
+      for (ViewEvidence& view : views_) setRays(view, model.camera);
+    }
     Eigen::Isometry3d T = model.T_camera_projector.matrix();
     Eigen::Matrix3d turn;
     ceres::AngleAxisToRotationMatrix(pose_.data(), turn.data());

@@ -63,6 +63,21 @@ TEST(Solve, takesTheRationalModelWhereTheLensNeedsIt) {
   EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.5);
 }
 
+TEST(Solve, refinesTheCameraOnRequest) {
+  SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 4));
+  const Lens truth = rig.camera;
+  rig.camera.K(0, 0) *= 1.01;  // what the camera_info says
+  rig.camera.K(1, 1) *= 1.01;
+  SolveOptions options;
+  options.refine_camera = true;
+  const Calibration result = solveViews(views, rig.board, rig.pattern, rig.camera, options);
+  EXPECT_NEAR(result.camera.K(0, 0), truth.K(0, 0), 2);
+  EXPECT_NEAR(result.camera.K(1, 2), truth.K(1, 2), 2);
+  // Everything after the refinement looks through the refined camera too.
+  EXPECT_LT(result.held_out_rms_px, 4 * kSigma_px);
+}
+
 TEST(Solve, isNotMovedByThreeWrongTagsOfTen) {
   const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
   std::vector<View> views = test::cornerViews(rig, 12, kSigma_px, 4);
