@@ -17,7 +17,7 @@ const std::vector<std::string> kTypes = {"sensor_msgs/PointCloud2", "sensor_msgs
                                          "nav_msgs/Path", "visualization_msgs/Marker",
                                          "visualization_msgs/MarkerArray"};
 const std::vector<std::string> kStyles = {"points", "squares", "flat_squares", "spheres", "boxes"};
-const std::vector<std::string> kPointDrawings = {"auto", "opengl", "cpu"};
+const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
 const std::vector<std::string> kPlacements = {"direct", "drape", "viewer"};
 const std::vector<std::string> kColorSources = {"flat",   "rgb8",   "intensity",
                                                 "axis_x", "axis_y", "axis_z"};
@@ -60,7 +60,7 @@ class ConfigReader {
                        {"fixed_frame", "projector", "surfaces", "layers", "mesh_roots", "watch"});
     config_.fixed_frame = root.text("fixed_frame");
     readProjector(map(root.at("projector"), "'projector'",
-                      {"camera_info", "frame", "latency_ms", "points"}));
+                      {"camera_info", "frame", "latency_ms", "drawing"}));
     if (root.has("surfaces")) readSurfaces(root);
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);
@@ -84,8 +84,8 @@ class ConfigReader {
     config_.camera_info = (folder / map.text("camera_info")).string();
     config_.frame = map.text("frame");
     config_.latency_ns = std::llround(map.number("latency_ms", 0, kGreatestLatency, 0) * 1e6);
-    if (map.has("points")) {
-      config_.points = static_cast<render::PointDrawing>(map.choice("points", kPointDrawings));
+    if (map.has("drawing")) {
+      config_.drawing = static_cast<render::Drawing>(map.choice("drawing", kDrawings));
     }
   }
 

@@ -60,7 +60,7 @@ struct ProjectorConfig {
   std::string frame;        ///< the projector's optical frame
   /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
   std::int64_t latency_ns = 0;
-  render::PointDrawing points = render::PointDrawing::Measured;
+  render::Drawing drawing = render::Drawing::Measured;
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)

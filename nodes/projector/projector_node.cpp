@@ -125,7 +125,7 @@ void ProjectorNode::startDrawing() {
   drawing_ = std::thread([this, started = std::move(started)]() mutable {
     try {
       render::GlContext context;
-      render::ProjectorRenderer renderer(context, lens_, scene_.config().points);
+      render::ProjectorRenderer renderer(context, lens_, scene_.config().drawing);
       started.set_value(context.description() + "; " + renderer.description());
       drawLoop(renderer);
     } catch (...) {

@@ -105,7 +105,7 @@ class BehaviorPictures {
         lens_(loadLens(config_.camera_info)),
         begin_(source_.behavior.begin),
         end_(endOf(*source_.store, source_.behavior)),
-        renderer_(context_, lens_, config_.points) {}
+        renderer_(context_, lens_, config_.drawing) {}
 
   /// The picture `seconds` after the beginning.
   render::Image at(double seconds) {

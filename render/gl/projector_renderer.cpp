@@ -77,9 +77,9 @@ struct ProjectorRenderer::Impl {
     }
   }
 
-  void choose(PointDrawing wanted, const calib::Lens& lens) {
-    if (wanted != PointDrawing::Measured) {
-      const bool cpu = wanted == PointDrawing::Cpu;
+  void choose(Drawing wanted, const calib::Lens& lens) {
+    if (wanted != Drawing::Measured) {
+      const bool cpu = wanted == Drawing::Cpu;
       composer.paintPoints(cpu ? &workers : nullptr);
       description = std::string("points by ") + (cpu ? "the CPU" : "OpenGL") + " (configured)";
       return;
@@ -236,7 +236,7 @@ struct ProjectorRenderer::Impl {
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens,
-                                     PointDrawing points) {
+                                     Drawing points) {
   context.makeCurrent();
   impl_ = std::make_unique<Impl>(context, lens);
   impl_->choose(points, lens);

@@ -40,7 +40,7 @@ class GlContext {
 
 /// Who draws clouds of PointStyle::Points. The picture is the same, within the rounding of 8 bits;
 /// where something may hide them it is OpenGL in any case.
-enum class PointDrawing {
+enum class Drawing {
   Measured,  ///< whoever is faster here: each draws a few frames in the renderer's making
   Gl,
   Cpu,
@@ -60,7 +60,7 @@ enum class PointDrawing {
 class ProjectorRenderer {
  public:
   ProjectorRenderer(GlContext& context, const calib::Lens& lens,
-                    PointDrawing points = PointDrawing::Gl);
+                    Drawing points = Drawing::Gl);
   ~ProjectorRenderer();
   /// Throws std::logic_error as placementMatrix does.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);

@@ -43,6 +43,7 @@ struct Lines {
   ColorList colors;
   float width = 0.01f;
   bool strip = true;
+  float width_px = 0;  ///< more than 0: the width in pixels of the image instead
 };
 /// One cube or sphere of the same size at every point.
 struct ShapeList {
@@ -102,11 +103,14 @@ struct Drawable {
 };
 
 // ---------------------------------------------------------------------------------- where it lands
+class Relief;
+
 /// A flat part of the world that light may fall on: the z = 0 plane of its frame.
 struct SurfacePatch {
   std::string name;
   Rigid<World, Surface> T_world_surface;
   std::vector<Eigen::Vector2d> polygon;  ///< outline, metres in the surface's frame; empty: unbounded
+  std::shared_ptr<const Relief> relief = nullptr;  ///< measured heights over its plane; none: it is flat
 };
 
 enum class Placement {
@@ -129,11 +133,15 @@ struct Layer {
   std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
   Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
   std::optional<Reader> reader;  ///< for Drape; without one they point to the surface's -y
+  float gain = 1;                ///< of its light, before sRGB's curve; for surfaces darker or farther
 };
 
 /// One frame's worth, drawn in order.
 struct Scene {
   std::vector<Layer> layers;
+  /// All that is known to catch light: a layer on a surface leaves dark what of its image falls on
+  /// another one before it.
+  std::vector<SurfacePatch> surfaces;
 };
 
 /// The 4x4 matrix that carries world points onto the layer's surface (identity for Direct).

@@ -72,7 +72,7 @@ nodes::ProjectorConfig config(nodes::ColorSource color) {
 
 /// Deserialized, checked and converted, placed by tf, drawn. p99_ms: what 99 of 100 frames need.
 void messageToFrame(benchmark::State& state, int columns, int rows, int width, int height,
-                    nodes::ColorSource color, PointDrawing drawing) {
+                    nodes::ColorSource color, Drawing drawing) {
   const std::vector<std::uint8_t> bytes = cloudBytes(columns, rows);
   tf2::BufferCore transforms;
   const auto T = test::lookAt<Projector>({0.1, -0.2, 0.1}, {0, 0, 1.5}, {0, -1, 0});
@@ -105,19 +105,19 @@ void messageToFrame(benchmark::State& state, int columns, int rows, int width, i
 }
 
 void cloud(const char* name, int columns, int rows, int width, int height, nodes::ColorSource color,
-           PointDrawing drawing) {
+           Drawing drawing) {
   benchmark::RegisterBenchmark(name, messageToFrame, columns, rows, width, height, color, drawing)
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime()
-      ->Iterations(drawing == PointDrawing::Gl ? 20 : 300);
+      ->Iterations(drawing == Drawing::Gl ? 20 : 300);
 }
 
 const bool kRegistered = [] {
   using nodes::ColorSource;
-  constexpr auto kMeasured = PointDrawing::Measured;
+  constexpr auto kMeasured = Drawing::Measured;
   cloud("cloud_307200_1280x800", 640, 480, 1280, 800, ColorSource::Rgb8, kMeasured);
   cloud("cloud_307200_1280x800_flat", 640, 480, 1280, 800, ColorSource::Flat, kMeasured);
-  cloud("cloud_307200_1280x800_opengl", 640, 480, 1280, 800, ColorSource::Rgb8, PointDrawing::Gl);
+  cloud("cloud_307200_1280x800_opengl", 640, 480, 1280, 800, ColorSource::Rgb8, Drawing::Gl);
   cloud("cloud_307200_1920x1080", 640, 480, 1920, 1080, ColorSource::Rgb8, kMeasured);
   cloud("cloud_100000_1920x1080", 400, 250, 1920, 1080, ColorSource::Rgb8, kMeasured);
   return true;

@@ -46,7 +46,7 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   const ProjectorConfig config = load(
       "fixed_frame: map\n"
       "projector: {camera_info: projector.yaml, frame: projector_optical_frame, latency_ms: 12.5,"
-      " points: cpu}\n"
+      " drawing: cpu}\n"
       "surfaces:\n"
       "  floor: {frame: map, polygon: [[-2, -2], [2, -2], [2, 2], [-2, 2]]}\n"
       "  table: {frame: table}\n"
@@ -64,7 +64,7 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   EXPECT_EQ(config.camera_info, "/calibration/projector.yaml");
   EXPECT_EQ(config.frame, "projector_optical_frame");
   EXPECT_EQ(config.latency_ns, 12'500'000);
-  EXPECT_EQ(config.points, render::PointDrawing::Cpu);
+  EXPECT_EQ(config.drawing, render::Drawing::Cpu);
   ASSERT_EQ(config.surfaces.size(), 2u);
   EXPECT_EQ(config.surfaces[0].polygon.at(1), Eigen::Vector2d(2, -2));
   EXPECT_TRUE(config.surfaces[1].polygon.empty());

@@ -46,13 +46,13 @@ class PaintedPoints : public test::GlTest {
     double mean = 0;
   };
 
-  Image drawn(const Scene& scene, PointDrawing points, const calib::Lens& lens) {
+  Image drawn(const Scene& scene, Drawing points, const calib::Lens& lens) {
     return ProjectorRenderer(context(), lens, points).render(scene, {});
   }
 
   void expectSame(const Scene& scene, const calib::Lens& lens, int worst = 3) {
-    const Image gl = drawn(scene, PointDrawing::Gl, lens);
-    const Image cpu = drawn(scene, PointDrawing::Cpu, lens);
+    const Image gl = drawn(scene, Drawing::Gl, lens);
+    const Image cpu = drawn(scene, Drawing::Cpu, lens);
     ASSERT_EQ(gl.rgb.size(), cpu.rgb.size());
     Difference difference;
     for (std::size_t i = 0; i < gl.rgb.size(); ++i) {
@@ -129,10 +129,10 @@ TEST_F(PaintedPoints, areLeftToOpenGlWhereSolidsMayHideThem) {
 }
 
 TEST_F(PaintedPoints, goWhereMeasuringSaysAndSayWhy) {
-  const ProjectorRenderer renderer(context(), lens_, PointDrawing::Measured);
+  const ProjectorRenderer renderer(context(), lens_, Drawing::Measured);
   EXPECT_NE(renderer.description().find(" ms by the CPU"), std::string::npos)
       << renderer.description();
-  EXPECT_EQ(ProjectorRenderer(context(), lens_, PointDrawing::Cpu).description(),
+  EXPECT_EQ(ProjectorRenderer(context(), lens_, Drawing::Cpu).description(),
             "points by the CPU (configured)");
 }
 
