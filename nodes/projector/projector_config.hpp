@@ -10,48 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/projector/layer_config.hpp"
 #include "nodes/projector/watch_config.hpp"
 #include "render/gl/renderer.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-enum class LayerType { PointCloud2, LaserScan, Path, Marker, MarkerArray };
-
-/// "sensor_msgs/PointCloud2" and so on.
-std::string typeName(LayerType type);
-
 struct SurfaceConfig {
   std::string name;
   std::string frame;                     ///< the surface is its z = 0 plane
   std::vector<Eigen::Vector2d> polygon;  ///< metres; empty: unbounded
-};
-
-/// Whose eye Placement::Viewer is for.
-struct ViewerConfig {
-  std::string frame;
-  Eigen::Vector3d p_frame;  ///< metres
-};
-
-/// Who Placement::Drape lays text for.
-struct ReaderConfig {
-  std::string frame;
-  Eigen::Vector3d p_frame;    ///< metres
-  bool is_direction = false;  ///< p_frame is a direction
-};
-
-struct LayerConfig {
-  std::string topic;  ///< absolute
-  LayerType type = LayerType::Marker;
-  CloudStyle cloud;          ///< PointCloud2 and LaserScan
-  float line_width = 0.03f;  ///< metres; Path
-  render::Color flat_color;  ///< everything but markers, which bring their colors
-  float alpha = 1;
-  render::Placement placement = render::Placement::Direct;
-  std::optional<std::size_t> surface;  ///< index; there for Drape and Viewer
-  std::optional<ViewerConfig> viewer;  ///< there for Viewer
-  std::optional<ReaderConfig> reader;  ///< markers, Drape; none: from the surface's -y
 };
 
 struct ProjectorConfig {
@@ -64,7 +33,7 @@ struct ProjectorConfig {
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)
-  std::optional<WatchConfig> watch;  ///< projector_node's drift watch
+  std::optional<WatchConfig> watch;     ///< projector_node's drift watch
 };
 
 /// `camera_info` is relative to `calibration_folder`, or, if that is empty, to the file's own

@@ -5,6 +5,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace afterglow::nodes {
@@ -38,6 +39,12 @@ class YamlMap {
                               std::size_t count) const;
   /// The position of the key's value in `names`.
   std::size_t choice(const std::string& key, const std::vector<std::string>& names) const;
+
+  /// A map within this one's file.
+  YamlMap map(const YAML::Node& node, std::string where,
+              const std::vector<std::string>& keys) const {
+    return {file_, node, std::move(where), keys};
+  }
 
   const std::string& where() const { return where_; }
   const YAML::Node& node() const { return node_; }

@@ -1,0 +1,57 @@
+/// \file
+/// What one topic shows and how: an entry of `layers` in a projector's configuration.
+/// assets/projector.yaml explains every key.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/tools/yaml_map.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::nodes {
+
+struct SurfaceConfig;
+
+enum class LayerType { PointCloud2, LaserScan, Path, Marker, MarkerArray };
+
+/// "sensor_msgs/PointCloud2" and so on.
+std::string typeName(LayerType type);
+
+/// Whose eye Placement::Viewer is for.
+struct ViewerConfig {
+  std::string frame;
+  Eigen::Vector3d p_frame;  ///< metres
+};
+
+/// Who Placement::Drape lays text for.
+struct ReaderConfig {
+  std::string frame;
+  Eigen::Vector3d p_frame;    ///< metres
+  bool is_direction = false;  ///< p_frame is a direction
+};
+
+struct LayerConfig {
+  std::string topic;  ///< absolute
+  LayerType type = LayerType::Marker;
+  CloudStyle cloud;          ///< PointCloud2 and LaserScan
+  float line_width = 0.03f;  ///< metres; Path
+  render::Color flat_color;  ///< everything but markers, which bring their colors
+  float alpha = 1;
+  render::Placement placement = render::Placement::Direct;
+  std::optional<std::size_t> surface;  ///< index; there for Drape and Viewer
+  std::optional<ViewerConfig> viewer;  ///< there for Viewer
+  std::optional<ReaderConfig> reader;  ///< markers, Drape; none: from the surface's -y
+};
+
+/// The keys of a layer.
+extern const std::vector<std::string> kLayerKeys;
+
+/// `surfaces` are those a layer may lie on. Throws std::runtime_error "FILE:LINE: what is wrong".
+LayerConfig readLayerConfig(const YamlMap& map, const std::vector<SurfaceConfig>& surfaces);
+
+}  // namespace afterglow::nodes
