@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "render/scene/lens_domain.hpp"
+#include "render/splat/float_lens.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -46,6 +47,8 @@ class PartProjector {
   PartProjector(const calib::Lens& lens, const PointCloud& cloud, const Color& color,
                 const PointPlacement& placement, const Eigen::Vector3f& origin)
       : lens_(lens),
+        columns_(lens.width),
+        rows_(lens.height),
         points_(cloud.points),
         colors_(cloud.colors),
         color_(color),
@@ -124,25 +127,17 @@ class PartProjector {
   /// calib::project, of normalized coordinates.
   void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
                    Ints& keep) const {
-    std::array<float, 8> D;
-    std::transform(lens_.D.begin(), lens_.D.end(), D.begin(),
-                   [](double d) { return static_cast<float>(d); });
-    const auto K = [&](int row, int column) { return static_cast<float>(lens_.K(row, column)); };
-    const float fx = K(0, 0), skew = K(0, 1), cx = K(0, 2), fy = K(1, 1), cy = K(1, 2);
-    const auto fold = static_cast<float>(std::min(lens_.fold_radius, 1e9));
-    const float u_end = static_cast<float>(lens_.width) + PointProjector::kMargin;
-    const float v_end = static_cast<float>(lens_.height) + PointProjector::kMargin;
+    const FloatLens lens = lens_;
+    const float u_end = static_cast<float>(columns_) + PointProjector::kMargin;
+    const float v_end = static_cast<float>(rows_) + PointProjector::kMargin;
     constexpr float kFirst = -PointProjector::kMargin;
     constexpr int kLift = 256;  // px: above zero, cutting off rounds down
     for (std::size_t i = 0; i < kBlock; ++i) {
-      const float x = nx[i], y = ny[i], s = x * x + y * y;
-      const float radial =
-          (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
-      const float dx = radial * x + 2 * D[2] * x * y + D[3] * (s + 2 * x * x);
-      const float dy = radial * y + D[2] * (s + 2 * y * y) + 2 * D[3] * x * y;
-      const float pixel_u = fx * dx + skew * dy + cx, pixel_v = fy * dy + cy;
-      const int kept = in_front[i] & (s <= fold * fold) & (pixel_u >= kFirst) & (pixel_u <= u_end) &
-                       (pixel_v >= kFirst) & (pixel_v <= v_end);
+      const float x = nx[i], y = ny[i];
+      float pixel_u, pixel_v;
+      lens.project(x, y, pixel_u, pixel_v);
+      const int kept = in_front[i] & (x * x + y * y <= lens.square_fold) & (pixel_u >= kFirst) &
+                       (pixel_u <= u_end) & (pixel_v >= kFirst) & (pixel_v <= v_end);
       const float shown_u = kept ? pixel_u : 0, shown_v = kept ? pixel_v : 0;
       u[i] = static_cast<int>((shown_u + kLift) * kSubpixels + 0.5f) - kLift * kSubpixels;
       v[i] = static_cast<int>((shown_v + kLift) * kSubpixels + 0.5f) - kLift * kSubpixels;
@@ -150,7 +145,8 @@ class PartProjector {
     }
   }
 
-  const calib::Lens& lens_;
+  const FloatLens lens_;
+  const int columns_, rows_;
   const PointList& points_;
   const ColorList& colors_;
   const Color color_;
