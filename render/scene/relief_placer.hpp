@@ -1,0 +1,70 @@
+/// \file
+/// Content laid on a surface's relief instead of its plane.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "render/scene/mesh.hpp"
+#include "render/scene/relief.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+struct LaidMesh {
+  Mesh mesh;                    ///< world; on the relief
+  std::vector<double> heights;  ///< of the content over the surface's plane, one a point: what is
+                                ///< higher hides what is lower
+};
+
+/// Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
+/// first meets the relief. What would land in a hole, outside the relief, or where the light does
+/// not reach because the relief itself is in its way, is left out. Keeps its buffers.
+class ReliefPlacer {
+ public:
+  /// Which layer follows, and where the light comes from (world). The layer must outlive its
+  /// placing. Throws std::logic_error if it has no relief or is not placed on a surface.
+  void begin(const Layer& layer, const Eigen::Vector3d& p_light);
+
+  /// Where a point of the content lands. World coordinates.
+  std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
+
+  /// Replaces what `out` held. Triangles are split until they follow the relief to kTolerance, and
+  /// near steps, holes and shadows to an eighth of a cell; neighbours that share an edge share its
+  /// splits.
+  void lay(const Mesh& mesh, LaidMesh& out);
+
+  static constexpr double kTolerance = 0.0005;  ///< metres
+
+ private:
+  struct Vertex {
+    Eigen::Vector3d p;  ///< content; surface's frame, as all here
+    Eigen::Vector4f color;
+    Eigen::Vector2d foot;                 ///< on the lowest plane of the relief
+    std::optional<Eigen::Vector3d> spot;  ///< on the relief; absent: dark
+    std::uint32_t index;                  ///< in the output, once it is there
+  };
+  using Triangle = std::array<std::uint32_t, 3>;
+
+  std::optional<Eigen::Vector3d> spotOf(const Eigen::Vector3d& p) const;
+  Eigen::Vector2d footOf(const Eigen::Vector3d& p, double height) const;
+  std::uint32_t addVertex(const Eigen::Vector3d& p, const Eigen::Vector4f& color);
+  std::uint32_t addBetween(std::uint32_t a, std::uint32_t b, double share);
+  void layBelowEye(const Triangle& triangle);
+  void split(const Triangle& triangle, int depth);
+  double longestAllowed(const Vertex& a, const Vertex& b, bool& is_empty) const;
+  void add(const Triangle& triangle);
+
+  const Layer* layer_ = nullptr;
+  const Relief* relief_ = nullptr;
+  Eigen::Isometry3d T_world_surface_ = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero(), p_eye_ = Eigen::Vector3d::Zero();
+  bool has_eye_ = false;
+  std::vector<Vertex> vertices_;
+  LaidMesh* out_ = nullptr;
+};
+
+}  // namespace afterglow::render
