@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/mesh_reader.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -22,6 +23,7 @@ constexpr std::size_t kLongestResource = 1024;
 constexpr std::size_t kMostEntries = 256;
 constexpr std::size_t kMostTriangles = 4'000'000;  // kept, all together
 constexpr std::chrono::seconds kRetry(5);
+constexpr int kRetryShare = 20;  // a file that was long in failing is let be for longer
 
 bool begins(const std::string& text, const std::string& with) {
   return text.compare(0, with.size(), with) == 0;
@@ -61,11 +63,12 @@ MaybeMesh MeshLibrary::get(const std::string& resource) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   auto found = entries_.find(resource);
-  if (found == entries_.end() ||
-      (!found->second.mesh.value && now - found->second.tried > kRetry)) {
+  if (found == entries_.end() || (!found->second.mesh.value && now > found->second.retry_at)) {
     MaybeMesh mesh = load(resource);
     if (!mesh.value) mesh.reason = "mesh '" + printable(resource) + "': " + mesh.reason;
-    found = entries_.insert_or_assign(resource, Entry{std::move(mesh), now, 0}).first;
+    const auto end = std::chrono::steady_clock::now();
+    const auto retry_at = end + kRetry + kRetryShare * (end - now);
+    found = entries_.insert_or_assign(resource, Entry{std::move(mesh), retry_at, 0}).first;
   }
   found->second.used = ++uses_;
   const MaybeMesh mesh = found->second.mesh;
@@ -78,7 +81,7 @@ MaybeMesh MeshLibrary::load(const std::string& resource) {
   if (!place.value) return refused<render::SharedBody>(place.reason);
   try {
     return {std::make_shared<const render::Body>(
-                render::loadMeshFile(place.value->path, place.value->root, limits_)),
+                readMeshFile(place.value->path, place.value->root, limits_)),
             {}};
   } catch (const std::exception& error) {  // std::bad_alloc, too: the file is to blame
     return refused<render::SharedBody>(error.what());

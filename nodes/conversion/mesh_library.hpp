@@ -15,6 +15,7 @@
 
 namespace afterglow::nodes {
 
+/// Files are read by a program of their own (mesh_reader.hpp): none brings this one down.
 /// Keeps what it has read, bounded in number and size, the least recently used going first. Any
 /// thread; one file is read at a time, and the others wait.
 class MeshLibrary {
@@ -30,7 +31,7 @@ class MeshLibrary {
  private:
   struct Entry {
     Converted<render::SharedBody> mesh;
-    std::chrono::steady_clock::time_point tried;
+    std::chrono::steady_clock::time_point retry_at;
     std::uint64_t used = 0;
   };
   struct Place {

@@ -1,0 +1,95 @@
+// Mesh files that were tampered with bring down the program that reads them, never this one.
+#include "nodes/conversion/mesh_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/support/cube_files.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+class MeshReader : public ::testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& content) {
+    test::writeFile(folder_.path(name), content);
+    return folder_.path(name);
+  }
+  /// Empty: it was read.
+  std::string refusal(const std::string& path, const render::MeshFileLimits& limits = {}) {
+    try {
+      EXPECT_FALSE(readMeshFile(path, folder_.path(""), limits).triangles.empty());
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return {};
+  }
+
+  test::TempFolder folder_;
+};
+
+TEST_F(MeshReader, bringsWhatTheFileHolds) {
+  const render::Body apart = readMeshFile(write("cube.dae", test::cubeDae()), folder_.path(""), {});
+  const render::Body here = render::loadMeshFile(folder_.path("cube.dae"), folder_.path(""));
+  EXPECT_EQ(apart.points, here.points);
+  EXPECT_EQ(apart.colors, here.colors);
+  EXPECT_EQ(apart.triangles, here.triangles);
+}
+
+TEST_F(MeshReader, passesOnLimitsAndReasons) {
+  const std::string path = write("cube.obj", test::cubeObj());
+  EXPECT_EQ(refusal(path, {100, 1000}), "larger than 0 MiB");
+  EXPECT_EQ(refusal(path, {1000, 11}), "more than 11 triangles");
+  EXPECT_EQ(refusal(folder_.path("none.stl")), "no such file");
+  EXPECT_EQ(refusal("/etc/passwd"), "not one of .stl, .dae, .obj, .gltf, .glb");
+}
+
+/// Bytes flipped, pieces cut out, doubled, exchanged.
+std::string bent(std::string text, std::mt19937& random) {
+  const auto place = [&] { return random() % text.size(); };
+  for (unsigned changes = 1 + random() % 4; changes > 0 && text.size() > 20; --changes) {
+    const std::size_t at = place(), length = 1 + random() % 40;
+    switch (random() % 4) {
+      case 0:
+        text[at] ^= static_cast<char>(1u << (random() % 8));
+        break;
+      case 1:
+        text.erase(at, length);
+        break;
+      case 2:
+        text.insert(place(), text.substr(at, length));
+        break;
+      default:
+        text.replace(at, std::min(length, text.size() - at), text.substr(place(), length));
+    }
+  }
+  return text;
+}
+
+TEST_F(MeshReader, survivesTamperedFiles) {
+  const std::vector<std::pair<std::string, std::string>> kinds = {
+      {"a.dae", test::cubeDae()},
+      {"b.stl", test::cubeStl()},
+      {"c.stl", test::cubeBinaryStl()},
+      {"d.obj", test::cubeObj("paint.mtl")},
+      {"e.gltf", test::cubeGltf("cube.bin")}};
+  write("cube.bin", test::cubeGltfBuffer());
+  write("paint.mtl", "newmtl paint\nKd 0 1 0\nd 0.25\n");
+  std::mt19937 random(11);
+  for (int i = 0; i < 20; ++i) {
+    for (const auto& [name, content] : kinds) {
+      const std::string why = refusal(write(name, bent(content, random)));
+      EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
