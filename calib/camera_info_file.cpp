@@ -107,13 +107,18 @@ void checkModel(const Keys& keys, const std::string& model, const std::vector<do
     if (D.size() != 8) {
       violations.push_back(keys.D + ": rational_polynomial has 8 numbers, found " + found);
     }
+  } else if (lensModelNamed(model)) {
+    if (D.size() != 4) {
+      violations.push_back(keys.D + ": " + model + " has 4 numbers, found " + found);
+    }
   } else if (model.empty()) {
     if (std::any_of(D.begin(), D.end(), [](double d) { return d != 0; })) {
       violations.push_back(keys.model + ": missing, but " + keys.D + " is not zero");
     }
   } else {
-    violations.push_back(keys.model + ": \"" + model +
-                         "\" is not supported; expected plumb_bob or rational_polynomial");
+    violations.push_back(
+        keys.model + ": \"" + model +
+        "\" is not supported; expected plumb_bob, rational_polynomial or equidistant");
   }
 }
 
@@ -198,7 +203,8 @@ CameraInfoFile loadCameraInfo(const std::string& path) {
     }
   }
   if (!violations.empty()) refuse(path, violations);
-  return {makeLens(width, height, K, used), nameOf(root), compareWithP(K, P)};
+  const LensModel model = lensModelNamed(reader.text(keys.model)).value_or(LensModel::BrownConrady);
+  return {makeLens(width, height, K, used, model), nameOf(root), compareWithP(K, P)};
 }
 
 }  // namespace afterglow::calib

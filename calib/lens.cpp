@@ -9,6 +9,8 @@ namespace afterglow::calib {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// 0.6 degrees from the image plane: no lens looks there.
+constexpr double kLargestRadius = 100;
 
 /// The radial part of Brown-Conrady, as functions of s = r^2: factor = N(s) / M(s).
 struct Radial {
@@ -30,6 +32,39 @@ struct Radial {
   /// Whether the distorted radius r * factor grows with r here, on this side of any pole.
   bool grows(double s) const { return denominator > 0 && factor() + 2 * s * factorSlope() > 0; }
 };
+
+/// Kannala-Brandt: the distorted radius as a function of the ray's angle to the axis, radians.
+double fisheyeRadius(const std::array<double, 8>& k, double angle) {
+  const double s = angle * angle;
+  return angle * (1 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3]))));
+}
+double fisheyeSlope(const std::array<double, 8>& k, double angle) {
+  const double s = angle * angle;
+  return 1 + s * (3 * k[0] + s * (5 * k[1] + s * (7 * k[2] + s * 9 * k[3])));
+}
+
+Eigen::Vector2d distortFisheye(const Lens& lens, const Eigen::Vector2d& n) {
+  const double radius = n.norm();
+  return radius > 0 ? n * fisheyeRadius(lens.D, std::atan(radius)) / radius : n;
+}
+
+/// Newton within the bracket that bisection keeps: the radius grows with the angle up to the fold.
+std::optional<Eigen::Vector2d> undistortFisheye(const Lens& lens, const Eigen::Vector2d& d) {
+  const double target = d.norm();
+  if (!(target > 0)) return target == 0 ? std::optional<Eigen::Vector2d>(d) : std::nullopt;
+  double low = 0, high = std::atan(lens.fold_radius);
+  if (!(target <= fisheyeRadius(lens.D, high))) return std::nullopt;
+  double angle = std::min(target, high);
+  for (int i = 0; i < 100; ++i) {
+    const double error = fisheyeRadius(lens.D, angle) - target;
+    (error < 0 ? low : high) = angle;
+    double next = angle - error / fisheyeSlope(lens.D, angle);
+    if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+    if (std::abs(next - angle) < 1e-16) break;
+    angle = next;
+  }
+  return Eigen::Vector2d(d * std::tan(angle) / target);
+}
 
 /// d distort / d undistorted
 Eigen::Matrix2d distortJacobian(const Lens& lens, const Eigen::Vector2d& n) {
@@ -61,6 +96,7 @@ double undistortRadius(const Lens& lens, double target) {
 
 /// Newton with step halving: near the fold a full step would jump across it.
 std::optional<Eigen::Vector2d> undistort(const Lens& lens, const Eigen::Vector2d& distorted) {
+  if (lens.model == LensModel::Equidistant) return undistortFisheye(lens, distorted);
   constexpr double kTolerance = 1e-12;
   const double radius = distorted.norm();
   Eigen::Vector2d n = distorted;
@@ -89,10 +125,31 @@ std::string text(double value) {
   return std::isfinite(value) ? digits : (std::isnan(value) ? "NaN" : "infinity");
 }
 
+bool isRational(const Lens& lens) {
+  return std::any_of(lens.D.begin() + 5, lens.D.end(), [](double d) { return d != 0; });
+}
+
 }  // namespace
 
+std::optional<LensModel> lensModelNamed(const std::string& distortion_model) {
+  const std::string& name = distortion_model;
+  if (name == "plumb_bob" || name == "rational_polynomial") return LensModel::BrownConrady;
+  if (name == "equidistant" || name == "fisheye") return LensModel::Equidistant;
+  return std::nullopt;
+}
+
+std::string distortionModel(const Lens& lens) {
+  if (lens.model == LensModel::Equidistant) return "equidistant";
+  return isRational(lens) ? "rational_polynomial" : "plumb_bob";
+}
+
+std::vector<double> distortionCoefficients(const Lens& lens) {
+  const int count = lens.model == LensModel::Equidistant ? 4 : isRational(lens) ? 8 : 5;
+  return {lens.D.begin(), lens.D.begin() + count};
+}
+
 std::vector<std::string> lensViolations(int width, int height, const Eigen::Matrix3d& K,
-                                        const std::vector<double>& D) {
+                                        const std::vector<double>& D, LensModel model) {
   std::vector<std::string> found;
   if (width <= 0 || height <= 0) {
     found.push_back("image size " + std::to_string(width) + " x " + std::to_string(height) +
@@ -106,8 +163,11 @@ std::vector<std::string> lensViolations(int width, int height, const Eigen::Matr
     found.push_back("K's last row is " + text(K(2, 0)) + ", " + text(K(2, 1)) + ", " +
                     text(K(2, 2)) + ": expected 0, 0, 1");
   }
-  if (D.size() != 0 && D.size() != 4 && D.size() != 5 && D.size() != 8) {
-    found.push_back("D has " + std::to_string(D.size()) + " numbers: expected 0, 4, 5 or 8");
+  const bool is_fisheye = model == LensModel::Equidistant;
+  const bool fits = D.size() == 4 || (!is_fisheye && (D.empty() || D.size() == 5 || D.size() == 8));
+  if (!fits) {
+    found.push_back("D has " + std::to_string(D.size()) + " numbers: expected " +
+                    (is_fisheye ? "4 for an equidistant lens" : "0, 4, 5 or 8"));
   }
   if (!std::all_of(D.begin(), D.end(), [](double d) { return std::isfinite(d); })) {
     found.push_back("D holds a number that is not finite");
@@ -115,8 +175,9 @@ std::vector<std::string> lensViolations(int width, int height, const Eigen::Matr
   return found;
 }
 
-Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector<double>& D) {
-  const std::vector<std::string> violations = lensViolations(width, height, K, D);
+Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector<double>& D,
+              LensModel model) {
+  const std::vector<std::string> violations = lensViolations(width, height, K, D, model);
   if (!violations.empty()) {
     std::string message = "unusable lens: ";
     for (const std::string& violation : violations) {
@@ -129,20 +190,22 @@ Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector
   lens.width = width;
   lens.height = height;
   lens.K = K;
+  lens.model = model;
   std::copy(D.begin(), D.end(), lens.D.begin());
   lens.fold_radius = foldRadius(lens);
   return lens;
 }
 
 double foldRadius(const Lens& lens) {
-  // r = 100 is 0.6 degrees from the image plane: no lens looks there.
-  constexpr double kLargest = 100;
-  const auto grows = [&](double r) { return Radial(lens.D, r * r).grows(r * r); };
+  const bool is_fisheye = lens.model == LensModel::Equidistant;
+  const auto grows = [&](double r) {
+    return is_fisheye ? fisheyeSlope(lens.D, std::atan(r)) > 0 : Radial(lens.D, r * r).grows(r * r);
+  };
   double low = 0, high = 0;
   do {
     low = high;
     high += std::max(1e-3, 1e-3 * high);
-    if (high > kLargest) return kInfinity;
+    if (high > kLargestRadius) return is_fisheye ? kLargestRadius : kInfinity;
   } while (grows(high));
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
@@ -152,6 +215,7 @@ double foldRadius(const Lens& lens) {
 }
 
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted) {
+  if (lens.model == LensModel::Equidistant) return distortFisheye(lens, undistorted);
   const double x = undistorted.x(), y = undistorted.y(), s = undistorted.squaredNorm();
   const double p1 = lens.D[2], p2 = lens.D[3];
   return Radial(lens.D, s).factor() * undistorted +

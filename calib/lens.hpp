@@ -1,7 +1,7 @@
 /// \file
-/// A projector's or camera's lens: pinhole with any principal point, and Brown-Conrady distortion.
-/// Source: OpenCV's camera model (calib3d, "Detailed Description"), REP 104 /
-/// sensor_msgs/CameraInfo.
+/// A projector's or camera's lens: pinhole with any principal point, and what bends its rays.
+/// Source: OpenCV's camera models (calib3d, "Detailed Description", and cv::fisheye), REP 104 /
+/// sensor_msgs/CameraInfo, sensor_msgs/distortion_models.h.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,11 @@
 
 namespace afterglow::calib {
 
+enum class LensModel {
+  BrownConrady,  ///< ROS: plumb_bob and rational_polynomial
+  Equidistant,   ///< Kannala-Brandt, fisheye lenses; ROS: equidistant
+};
+
 /// Valid once it comes from makeLens or a loader; the principal point may lie outside the image
 /// (lens shift is normal for projectors).
 struct Lens {
@@ -20,22 +25,33 @@ struct Lens {
   int height = 0;                                   ///< px
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  ///< px; K(0,1) is the skew
   /// k1 k2 p1 p2 k3 k4 k5 k6 (OpenCV's order): plumb_bob uses the first five, rational_polynomial
-  /// all eight.
+  /// all eight. Equidistant: k1 k2 k3 k4.
   std::array<double, 8> D{};
   /// foldRadius of D; makeLens computes it once.
   double fold_radius = std::numeric_limits<double>::infinity();
+  LensModel model = LensModel::BrownConrady;
 };
 
+/// The model that ROS calls so: plumb_bob, rational_polynomial, equidistant, or fisheye, as
+/// camera_calibration called the last one up to Melodic. Empty for any other name.
+std::optional<LensModel> lensModelNamed(const std::string& distortion_model);
+/// What ROS calls this lens's distortion_model, and its D there: 5, 8 or 4 numbers.
+std::string distortionModel(const Lens& lens);
+std::vector<double> distortionCoefficients(const Lens& lens);
+
 /// What is wrong with the values, all of it: size, focal lengths, K's form, how many D there are
-/// (0, 4, 5 or 8), numbers that are not finite. Empty if nothing is.
+/// (0, 4, 5 or 8; equidistant: 4), numbers that are not finite. Empty if nothing is.
 std::vector<std::string> lensViolations(int width, int height, const Eigen::Matrix3d& K,
-                                        const std::vector<double>& D);
+                                        const std::vector<double>& D,
+                                        LensModel model = LensModel::BrownConrady);
 
 /// Throws std::invalid_argument that lists every violation.
-Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector<double>& D);
+Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector<double>& D,
+              LensModel model = LensModel::BrownConrady);
 
 /// Largest undistorted radius (x^2 + y^2)^(1/2) / z up to which the radial distortion still grows;
-/// beyond it the model folds back into the image and is not used. Infinity without a fold.
+/// beyond it the model folds back into the image and is not used. Infinity without a fold, and for
+/// an equidistant lens 100: rays of 90 degrees and more have no place at z = 1, 89.4 are used.
 double foldRadius(const Lens& lens);
 
 /// Normalized image coordinates (z = 1) after distortion, of those before. Knows of no fold.

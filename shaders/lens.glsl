@@ -2,9 +2,28 @@
 // to pixels, the centre of the top-left pixel being (0, 0).
 uniform vec3 lens_focal;   // fx, fy, skew; px
 uniform vec2 lens_center;  // cx, cy; px
-uniform float lens_D[8];   // k1 k2 p1 p2 k3 k4 k5 k6
+uniform float lens_D[8];   // k1 k2 p1 p2 k3 k4 k5 k6; fisheye: k1 k2 k3 k4
+uniform bool lens_is_fisheye;
+
+// Up to 1: Abramowitz and Stegun, 4.4.49. Drivers' atan may be a hundred times coarser.
+float lensArcTangent(float r) {
+  const float a[9] = float[](1.0, -0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393,
+                             -0.0752896400, 0.0429096138, -0.0161657367, 0.0028662257);
+  float sum = 0.0;
+  for (int i = 8; i >= 0; --i) sum = a[i] + r * r * sum;
+  return r * sum;
+}
+
+vec2 fisheyeDistort(vec2 n) {
+  float r = length(n);
+  float angle = r > 1.0 ? 1.57079633 - lensArcTangent(1.0 / r) : lensArcTangent(r);
+  float t = angle * angle;
+  float bent = angle * (1.0 + t * (lens_D[0] + t * (lens_D[1] + t * (lens_D[2] + t * lens_D[3]))));
+  return r > 0.0 ? n * (bent / r) : n;
+}
 
 vec2 lensDistort(vec2 n) {
+  if (lens_is_fisheye) return fisheyeDistort(n);
   float s = dot(n, n);
   float radial = (1.0 + s * (lens_D[0] + s * (lens_D[1] + s * lens_D[4]))) /
                  (1.0 + s * (lens_D[5] + s * (lens_D[6] + s * lens_D[7])));

@@ -76,7 +76,8 @@ std::string matrixBlock(const std::string& key, int row_count, int column_count,
 std::string lensBlock(const std::string& key, const Lens& lens) {
   return key + ":\n  width: " + std::to_string(lens.width) +
          "\n  height: " + std::to_string(lens.height) + "\n  K: " + flat(lens.K) +
-         "\n  D: " + list(lens.D, lens.D.size()) + "\n";
+         "\n  D: " + list(lens.D, lens.D.size()) +
+         (lens.model == LensModel::Equidistant ? "\n  model: equidistant\n" : "\n");
 }
 
 std::string viewLine(const ViewResult& view) {
@@ -106,14 +107,13 @@ int viewsUsed(const Calibration& calibration) {
 }  // namespace
 
 std::string projectorYaml(const Lens& projector, const std::string& name) {
-  const bool is_plumb_bob = projector.D[5] == 0 && projector.D[6] == 0 && projector.D[7] == 0;
-  const int terms = is_plumb_bob ? 5 : 8;
+  const auto terms = static_cast<int>(distortionCoefficients(projector).size());
   Eigen::Matrix<double, 3, 4> P = Eigen::Matrix<double, 3, 4>::Zero();
   P.leftCols<3>() = projector.K;
   return "image_width: " + std::to_string(projector.width) +
          "\nimage_height: " + std::to_string(projector.height) + "\ncamera_name: " + quoted(name) +
          "\n" + matrixBlock("camera_matrix", 3, 3, flat(projector.K)) +
-         "distortion_model: " + (is_plumb_bob ? "plumb_bob" : "rational_polynomial") + "\n" +
+         "distortion_model: " + distortionModel(projector) + "\n" +
          matrixBlock("distortion_coefficients", 1, terms,
                      list(projector.D, static_cast<std::size_t>(terms))) +
          matrixBlock("rectification_matrix", 3, 3, flat(Eigen::Matrix3d::Identity().eval())) +

@@ -14,7 +14,8 @@ std::string size(int width, int height) {
 std::string lensText(const Lens& lens) {
   std::string text = size(lens.width, lens.height) + "; fx " + fixedText(lens.K(0, 0), 2) +
                      ", fy " + fixedText(lens.K(1, 1), 2) + ", cx " + fixedText(lens.K(0, 2), 2) +
-                     ", cy " + fixedText(lens.K(1, 2), 2) + " px; distortion";
+                     ", cy " + fixedText(lens.K(1, 2), 2) + " px; " +
+                     (lens.model == LensModel::Equidistant ? "equidistant " : "") + "distortion";
   std::size_t terms = lens.D.size();
   while (terms > 0 && lens.D[terms - 1] == 0) --terms;
   if (terms == 0) text += " none";

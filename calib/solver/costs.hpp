@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 
 #include "calib/solver/evidence.hpp"
 
@@ -29,22 +30,66 @@ void distortT(const L* D, const T& x, const T& y, T* dx, T* dy) {
   *dy = y * radial + D[2] * (s + 2.0 * y * y) + 2.0 * D[3] * x * y;
 }
 
+/// cv::fisheye's: D is k1 to k4.
 template <typename L, typename T>
-void projectT(const L* lens, const T& x, const T& y, T* u, T* v) {
+void distortFisheyeT(const L* D, const T& x, const T& y, T* dx, T* dy) {
+  using std::atan;
+  using std::sqrt;
+  const T s = x * x + y * y;
+  *dx = x;
+  *dy = y;
+  if (s < 1e-16) return;  // where the root has no derivative
+  const T r = sqrt(s), angle = atan(r), t = angle * angle;
+  const T scale = angle * (1.0 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3])))) / r;
+  *dx *= scale;
+  *dy *= scale;
+}
+
+template <typename L, typename T>
+void projectT(const L* lens, const T& x, const T& y, T* u, T* v,
+              LensModel model = LensModel::BrownConrady) {
   T dx, dy;
-  distortT(lens + 5, x, y, &dx, &dy);
+  if (model == LensModel::Equidistant) {
+    distortFisheyeT(lens + 5, x, y, &dx, &dy);
+  } else {
+    distortT(lens + 5, x, y, &dx, &dy);
+  }
   *u = lens[0] * dx + lens[4] * dy + lens[2];
   *v = lens[1] * dy + lens[3];
 }
 
-/// Inverse of projectT by fixed-point iteration; converges for every lens whose image does not
-/// fold.
+/// The factor from distorted to undistorted coordinates, by Newton's method in the angle.
 template <typename T>
-void unprojectT(const T* lens, double u, double v, T* x, T* y) {
+T undistortFisheyeT(const T* D, const T& dx, const T& dy) {
+  using std::sqrt;
+  using std::tan;
+  const T s = dx * dx + dy * dy;
+  if (s < 1e-16) return T(1);
+  const T radius = sqrt(s);
+  T angle = radius;
+  for (int i = 0; i < 10; ++i) {
+    const T t = angle * angle;
+    const T error = angle * (1.0 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3])))) - radius;
+    angle -=
+        error / (1.0 + t * (3.0 * D[0] + t * (5.0 * D[1] + t * (7.0 * D[2] + t * 9.0 * D[3]))));
+  }
+  return tan(angle) / radius;
+}
+
+/// Inverse of projectT, for Brown-Conrady by fixed-point iteration; converges for every lens whose
+/// image does not fold.
+template <typename T>
+void unprojectT(const T* lens, double u, double v, LensModel model, T* x, T* y) {
   const T dy = (v - lens[3]) / lens[1];
   const T dx = (u - lens[2] - lens[4] * dy) / lens[0];
   *x = dx;
   *y = dy;
+  if (model == LensModel::Equidistant) {
+    const T factor = undistortFisheyeT(lens + 5, dx, dy);
+    *x *= factor;
+    *y *= factor;
+    return;
+  }
   for (int i = 0; i < 25; ++i) {
     T ex, ey;
     distortT(lens + 5, *x, *y, &ex, &ey);
@@ -67,6 +112,7 @@ void whiten(const Matrix8& root, const T* error, T* residual) {
 struct PrintedCost {
   const Sighting* tag;
   Matrix8 root;
+  LensModel camera_model;
   /// For a sheet stretched by 1 + stretch along its x axis.
   template <typename L, typename T>
   bool evaluate(const L* camera, const T* board, const T& stretch, T* residual) const {
@@ -76,7 +122,7 @@ struct PrintedCost {
       T p[3], u, v;
       ceres::AngleAxisRotatePoint(board, p_board, p);
       for (int k = 0; k < 3; ++k) p[k] += board[3 + k];
-      projectT(camera, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v);
+      projectT(camera, T(p[0] / p[2]), T(p[1] / p[2]), &u, &v, camera_model);
       error[2 * i] = tag->camera_px[i].x() - u;
       error[2 * i + 1] = tag->camera_px[i].y() - v;
     }
@@ -125,6 +171,7 @@ struct ProjectedCost {
   const Sighting* tag;
   Matrix8 root;        ///< of the errors in projector pixels
   Eigen::Matrix3d R0;  ///< T_camera_projector is R0 * exp(w), t
+  LensModel camera_model;
 
   /// Of one corner at p_camera.
   template <typename P, typename T>
@@ -145,7 +192,7 @@ struct ProjectedCost {
     T error[8];
     for (std::size_t i = 0; i < 4; ++i) {
       T x, y, p_camera[3];
-      unprojectT(camera, tag->camera_px[i].x(), tag->camera_px[i].y(), &x, &y);
+      unprojectT(camera, tag->camera_px[i].x(), tag->camera_px[i].y(), camera_model, &x, &y);
       onBoardT(board, x, y, p_camera);
       cornerError(i, p_camera, lens, pose, error + 2 * i);
     }

@@ -122,12 +122,13 @@ class Bundle {
     const double printed_2 = model_.printed_scale * model_.printed_scale;
     const double projected_2 = model_.projected_scale * model_.projected_scale;
     for (const Sighting& tag : view.printed) {
-      addPrinted({&tag, whitening(tag.covariance * printed_2)}, board);
+      addPrinted({&tag, whitening(tag.covariance * printed_2), model_.camera.model}, board);
     }
     for (const Sighting& tag : view.projected) {
       const Matrix8 covariance = projectorCovariance(model_, view, tag) * projected_2;
       if (!covariance.allFinite()) continue;
-      addProjected({&tag, whitening(covariance), model_.T_camera_projector.matrix().linear()},
+      addProjected({&tag, whitening(covariance), model_.T_camera_projector.matrix().linear(),
+                    model_.camera.model},
                    board, view);
     }
     if (!settings_.free_boards && problem_.HasParameterBlock(board.data())) {
@@ -230,7 +231,8 @@ void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
   for (const Sighting& tag : view.printed) {
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<PrintedKnownCameraCost, 8, kPoseSize>(
-            new PrintedKnownCameraCost{{&tag, whitening(tag.covariance)}, blockOf(model.camera)}),
+            new PrintedKnownCameraCost{{&tag, whitening(tag.covariance), model.camera.model},
+                                       blockOf(model.camera)}),
         new ceres::CauchyLoss(4 * model.printed_scale * std::sqrt(8.0)), board.data());
   }
   if (view.printed.empty()) return;
@@ -253,7 +255,8 @@ PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvi
     boards.push_back(blockOf(view.T_camera_board.matrix()));
     for (const Sighting& tag : view.printed) {
       const PrintedCost cost{&tag,
-                             whitening(tag.covariance * model.printed_scale * model.printed_scale)};
+                             whitening(tag.covariance * model.printed_scale * model.printed_scale),
+                             model.camera.model};
       problem.AddResidualBlock(new ceres::AutoDiffCostFunction<StretchedCost, 8, kPoseSize, 1>(
                                    new StretchedCost{cost, camera}),
                                new ceres::CauchyLoss(4 * std::sqrt(8.0)), boards.back().data(),

@@ -1,6 +1,5 @@
 #include "nodes/calibrator/camera_messages.hpp"
 
-#include <sensor_msgs/distortion_models.h>
 #include <sensor_msgs/image_encodings.h>
 
 #include <algorithm>
@@ -91,12 +90,11 @@ calib::Lens toLens(const sensor_msgs::CameraInfo& message) {
         "(camera_calibration), or name a file in ~camera_info_file");
   }
   const std::string& model = message.distortion_model;
-  namespace models = sensor_msgs::distortion_models;
-  const bool is_known = model == models::PLUMB_BOB || model == models::RATIONAL_POLYNOMIAL ||
-                        (model.empty() && message.D.empty());
-  if (!is_known) {
+  const auto known = model.empty() && message.D.empty() ? calib::LensModel::BrownConrady
+                                                        : calib::lensModelNamed(model);
+  if (!known) {
     refuse("camera_info: distortion_model '" + model.substr(0, 40) +
-           "' is unknown: plumb_bob and rational_polynomial can be used");
+           "' is unknown: plumb_bob, rational_polynomial and equidistant can be used");
   }
   const bool has_region = message.roi.width != 0 && (message.roi.width != message.width ||
                                                      message.roi.height != message.height);
@@ -116,7 +114,7 @@ calib::Lens toLens(const sensor_msgs::CameraInfo& message) {
     return static_cast<int>(std::min<std::uint32_t>(side, 1U << 30));
   };
   try {
-    return calib::makeLens(clamped(message.width), clamped(message.height), K, message.D);
+    return calib::makeLens(clamped(message.width), clamped(message.height), K, message.D, *known);
   } catch (const std::invalid_argument& error) {
     refuse(std::string("camera_info: ") + error.what());
   }

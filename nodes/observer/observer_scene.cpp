@@ -21,7 +21,6 @@ ProjectorConfig solidsOnly(const std::string& fixed_frame) {
   solids.type = LayerType::MarkerArray;
   ProjectorConfig config;
   config.fixed_frame = fixed_frame;
-  config.frame = fixed_frame;  // nothing is projected: any frame that is known
   config.layers = {solids};
   return config;
 }
@@ -57,7 +56,9 @@ void ObserverScene::setLens(const sensor_msgs::CameraInfo& info) {
   const Eigen::Matrix3d K =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(info.K.data());
   try {
-    lens_ = calib::makeLens(static_cast<int>(info.width), static_cast<int>(info.height), K, info.D);
+    lens_ = calib::makeLens(
+        static_cast<int>(info.width), static_cast<int>(info.height), K, info.D,
+        calib::lensModelNamed(info.distortion_model).value_or(calib::LensModel::BrownConrady));
   } catch (const std::invalid_argument&) {
     drop("camera_info is no lens");
   }

@@ -1,9 +1,7 @@
 #include "nodes/projector/projector_messages.hpp"
 
-#include <sensor_msgs/distortion_models.h>
 #include <sensor_msgs/image_encodings.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -81,11 +79,8 @@ sensor_msgs::CameraInfo toCameraInfo(const calib::Lens& lens) {
   sensor_msgs::CameraInfo message;
   message.width = static_cast<std::uint32_t>(lens.width);
   message.height = static_cast<std::uint32_t>(lens.height);
-  const bool rational =
-      std::any_of(lens.D.begin() + 5, lens.D.end(), [](double d) { return d != 0; });
-  message.distortion_model = rational ? sensor_msgs::distortion_models::RATIONAL_POLYNOMIAL
-                                      : sensor_msgs::distortion_models::PLUMB_BOB;
-  message.D.assign(lens.D.begin(), lens.D.begin() + (rational ? 8 : 5));
+  message.distortion_model = calib::distortionModel(lens);
+  message.D = calib::distortionCoefficients(lens);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
       const auto at = static_cast<std::size_t>(row);

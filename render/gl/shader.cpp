@@ -94,6 +94,8 @@ void setLens(const Program& program, const calib::Lens& lens) {
   glProgramUniform3f(program.id(), uniform(program, "lens_focal"), k(0, 0), k(1, 1), k(0, 1));
   glProgramUniform2f(program.id(), uniform(program, "lens_center"), k(0, 2), k(1, 2));
   glProgramUniform1fv(program.id(), uniform(program, "lens_D"), 8, D);
+  glProgramUniform1i(program.id(), uniform(program, "lens_is_fisheye"),
+                     lens.model == calib::LensModel::Equidistant);
 }
 
 }  // namespace afterglow::render

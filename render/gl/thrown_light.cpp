@@ -10,7 +10,8 @@ namespace {
 constexpr float kGain = 8;  ///< white light at a metre, in units of what white paint shows as white
 
 bool sameLens(const calib::Lens& a, const calib::Lens& b) {
-  return a.width == b.width && a.height == b.height && a.K == b.K && a.D == b.D;
+  return a.width == b.width && a.height == b.height && a.K == b.K && a.D == b.D &&
+         a.model == b.model;
 }
 
 void setSampling(const Texture& texture, GLenum filter, GLenum wrap) {

@@ -18,10 +18,10 @@ CutVertex mix(const CutVertex& a, const CutVertex& b, double weight_a, double we
   return mixed;
 }
 
-/// The point of an edge that the pinhole image shows half-way.
+/// The point of an edge on the ray half-way between its ends' rays.
 CutVertex imageMiddle(const CutVertex& a, const CutVertex& b) {
-  const double za = a.p_optical.z(), zb = b.p_optical.z();
-  return mix(a, b, zb / (za + zb), za / (za + zb));
+  const double da = a.p_optical.head<3>().norm(), db = b.p_optical.head<3>().norm();
+  return mix(a, b, db / (da + db), da / (da + db));
 }
 
 double foldDistance(const LensDomain& domain, const Eigen::Vector2d& normal,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "calib/lens.hpp"
@@ -33,12 +34,14 @@ class LensDomain {
   static constexpr double kMaxSag = 0.08;  // px; below the promised 0.1
   void measureBox(const calib::Lens& lens);
   void measureBend(const calib::Lens& lens);
+  bool isStraightInFisheye(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 
   Eigen::Vector2d min_, max_;
   Eigen::Vector2d focal_;
   double fold_inner_radius_;
   std::vector<Eigen::Vector2d> fold_normals_;
   double radius_step_ = 1;
+  std::optional<calib::Lens> fisheye_;     ///< the lens, if it is one
   std::vector<double> max_square_length_;  ///< px^2, by radius; empty: a lens that bends nothing
 };
 

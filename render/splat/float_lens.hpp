@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "calib/lens.hpp"
 
@@ -17,26 +18,58 @@ struct FloatLens {
         cx(static_cast<float>(lens.K(0, 2))),
         fy(static_cast<float>(lens.K(1, 1))),
         cy(static_cast<float>(lens.K(1, 2))),
-        square_fold(static_cast<float>(std::min(lens.fold_radius * lens.fold_radius, 1e18))) {
+        square_fold(static_cast<float>(std::min(lens.fold_radius * lens.fold_radius, 1e18))),
+        is_fisheye(lens.model == calib::LensModel::Equidistant) {
     std::transform(lens.D.begin(), lens.D.end(), D.begin(),
                    [](double d) { return static_cast<float>(d); });
   }
 
   /// Pixel (the centre of the top-left one is (0, 0)) of normalized coordinates; means nothing
-  /// where x^2 + y^2 > square_fold.
+  /// where x^2 + y^2 > square_fold. kFisheye is is_fisheye: a decision made once, before the loop.
+  template <bool kFisheye>
   void project(float x, float y, float& u, float& v) const {
     const float s = x * x + y * y;
-    const float radial =
-        (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
-    const float dx = radial * x + 2 * D[2] * x * y + D[3] * (s + 2 * x * x);
-    const float dy = radial * y + D[2] * (s + 2 * y * y) + 2 * D[3] * x * y;
+    const float radial = kFisheye ? fisheyeFactor(s) : radialFactor(s);
+    // A fisheye has no tangential terms; D[2] and D[3] are others there.
+    const float p1 = kFisheye ? 0 : D[2], p2 = kFisheye ? 0 : D[3];
+    const float dx = radial * x + 2 * p1 * x * y + p2 * (s + 2 * x * x);
+    const float dy = radial * y + p1 * (s + 2 * y * y) + 2 * p2 * x * y;
     u = fx * dx + skew * dy + cx;
     v = fy * dy + cy;
   }
 
+  void project(float x, float y, float& u, float& v) const {
+    is_fisheye ? project<true>(x, y, u, v) : project<false>(x, y, u, v);
+  }
+
   float fx, skew, cx, fy, cy;
   float square_fold;
+  bool is_fisheye;  ///< calib::LensModel::Equidistant
   std::array<float, 8> D;
+
+ private:
+  float radialFactor(float s) const {
+    return (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
+  }
+  /// Distorted by undistorted radius, of the latter's square.
+  float fisheyeFactor(float s) const {
+    const float r = std::sqrt(s);
+    const float angle = s > 1 ? 1.57079633f - arcTangent(1 / r) : arcTangent(r);
+    const float t = angle * angle;
+    const float bent = angle * (1 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3]))));
+    return r > 0 ? bent / r : 1;
+  }
+  /// Up to 1, within 2e-8: Abramowitz and Stegun, 4.4.49. shaders/lens.glsl has it too.
+  static float arcTangent(float r) {
+    const float s = r * r;
+    return r * (1 + s * (-0.3333314528f +
+                         s * (0.1999355085f +
+                              s * (-0.1420889944f +
+                                   s * (0.1065626393f +
+                                        s * (-0.0752896400f +
+                                             s * (0.0429096138f +
+                                                  s * (-0.0161657367f + s * 0.0028662257f))))))));
+  }
 };
 
 }  // namespace afterglow::render

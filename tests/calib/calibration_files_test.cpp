@@ -16,6 +16,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/number_text.hpp"
+#include "calib/report/calibration_yaml.hpp"
 #include "calib/report/file_replacement.hpp"
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -150,6 +151,18 @@ TEST_F(CalibrationFilesTest, writesACameraInfoFileWithoutAWarning) {
   EXPECT_NE(read(path("projector.yaml")).find("distortion_model: rational_polynomial"),
             std::string::npos);
   expectSame(loadCalibration(folder()), rational.estimate);
+}
+
+TEST_F(CalibrationFilesTest, remembersThatTheCameraIsAFisheye) {
+  Calibration fisheye = calibration_;
+  const Lens& camera = calibration_.camera;
+  fisheye.camera = makeLens(camera.width, camera.height, camera.K, {0.1, 0.02, 0.03, 0.04},
+                            LensModel::Equidistant);
+  save(fisheye);
+  EXPECT_NE(read(path("calibration.yaml")).find("\n  model: equidistant\n"), std::string::npos);
+  expectSame(loadCalibration(folder()), fisheye.estimate);
+  EXPECT_NE(projectorYaml(fisheye.camera, "camera").find("distortion_model: equidistant"),
+            std::string::npos);
 }
 
 TEST_F(CalibrationFilesTest, namesItsFrames) {

@@ -97,9 +97,19 @@ TEST_F(CameraInfoFileTest, takesFourNumbersAndNoneAtAll) {
                                    "distortion_coefficients is not zero");
 }
 
+TEST_F(CameraInfoFileTest, readsEquidistantLensesAndTheirOlderName) {
+  for (const char* name : {"equidistant", "fisheye"}) {
+    std::string text = with("[-0.1, 0.02, 0.001, -0.002, 0.003]", "[0.1, 0.02, 0.03, 0.04]");
+    text.replace(text.find("plumb_bob"), 9, name);
+    const Lens lens = load(text).lens;
+    EXPECT_EQ(lens.model, LensModel::Equidistant);
+    EXPECT_EQ(lens.D[3], 0.04);
+  }
+  expectRefusal(with("plumb_bob", "equidistant"), {"equidistant has 4 numbers, found 5"});
+}
+
 TEST_F(CameraInfoFileTest, refusesOtherModelsByName) {
-  expectRefusal(with("plumb_bob", "equidistant"),
-                {"distortion_model: \"equidistant\" is not supported"});
+  expectRefusal(with("plumb_bob", "fov"), {"distortion_model: \"fov\" is not supported"});
   expectRefusal(with("plumb_bob", "rational_polynomial"), {"has 8 numbers, found 5"});
 }
 

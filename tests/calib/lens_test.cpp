@@ -83,6 +83,68 @@ TEST(Lens, unprojectsLikeOpenCvWhereThatConverges) {
   }
 }
 
+/// Fisheyes from bent little to far.
+Lens randomFisheye(std::mt19937& random) {
+  const auto within = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  Eigen::Matrix3d K;
+  K << within(300, 900), within(0, 3), within(-200, 1480), 0, within(300, 900), within(-300, 1100),
+      0, 0, 1;
+  return makeLens(
+      1280, 800, K,
+      {within(-0.08, 0.08), within(-0.03, 0.03), within(-0.01, 0.01), within(-0.003, 0.003)},
+      LensModel::Equidistant);
+}
+
+TEST(Lens, equidistantProjectsLikeOpenCvAndBack) {
+  std::mt19937 random(4);
+  for (int i = 0; i < 100; ++i) {
+    const Lens lens = randomFisheye(random);
+    std::vector<Eigen::Vector3d> points;
+    for (int j = 0; j < 50; ++j) {
+      points.push_back(randomPoint(random, std::min(20.0, 0.99 * lens.fold_radius)));
+    }
+    const auto expected = test::projectWithOpenCv(lens, points);
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      const auto pixel = project(lens, points[j]);
+      ASSERT_TRUE(pixel);
+      EXPECT_LT((*pixel - expected[j]).norm(), 1e-8);
+      const auto ray = unproject(lens, *pixel);
+      ASSERT_TRUE(ray);
+      EXPECT_LT((distort(lens, ray->head<2>()) - distort(lens, points[j].hnormalized())).norm(),
+                2e-12);
+    }
+  }
+}
+
+TEST(Lens, equidistantEndsAtItsFoldOrBelowNinetyDegrees) {
+  const Lens wide = test::fisheye(1280, 800, 400, 640, 400, {0, 0, 0, 0});
+  EXPECT_EQ(wide.fold_radius, 100);
+  EXPECT_TRUE(project(wide, {99, 0, 1}));
+  EXPECT_FALSE(project(wide, {101, 0, 1}));
+  EXPECT_FALSE(project(wide, {1, 0, 0}));
+  EXPECT_FALSE(unproject(wide, {640 + 630, 400})) << "400 pi / 2 = 628 px are 90 degrees";
+  EXPECT_EQ(*unproject(wide, {640, 400}), Eigen::Vector3d(0, 0, 1));
+  // 1 - 3 k1 t^2 ends at t = 1.
+  const Lens folded = test::fisheye(1280, 800, 400, 640, 400, {-1.0 / 3, 0, 0, 0});
+  EXPECT_NEAR(std::atan(folded.fold_radius), 1, 1e-9);
+  EXPECT_FALSE(project(folded, {std::tan(1.01), 0, 1}));
+  EXPECT_FALSE(unproject(folded, {640 + 400 * 0.67, 400}));
+}
+
+TEST(Lens, equidistantHasFourNumbersAndItsNames) {
+  EXPECT_THROW(test::fisheye(1280, 800, 400, 640, 400, {0, 0, 0, 0, 0}), std::invalid_argument);
+  EXPECT_THROW(test::fisheye(1280, 800, 400, 640, 400, {}), std::invalid_argument);
+  const Lens lens = test::fisheye(1280, 800, 400, 640, 400, {0.1, 0, 0, 0});
+  EXPECT_EQ(distortionModel(lens), "equidistant");
+  EXPECT_EQ(distortionCoefficients(lens), (std::vector<double>{0.1, 0, 0, 0}));
+  EXPECT_EQ(lensModelNamed("equidistant"), LensModel::Equidistant);
+  EXPECT_EQ(lensModelNamed("fisheye"), LensModel::Equidistant);
+  EXPECT_EQ(lensModelNamed("plumb_bob"), LensModel::BrownConrady);
+  EXPECT_FALSE(lensModelNamed("fov"));
+}
+
 TEST(Lens, minusThirdOfK1FoldsAtItsRadius) {
   // d(r + k1 r^3)/dr = 0 at r = (-1 / (3 k1))^(1/2).
   const Lens lens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});

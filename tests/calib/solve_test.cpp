@@ -63,6 +63,26 @@ TEST(Solve, takesTheRationalModelWhereTheLensNeedsIt) {
   EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.5);
 }
 
+TEST(Solve, seesThroughAFisheyeCamera) {
+  SyntheticRig rig = test::makeRig(RigKind::Standard, 7);
+  Eigen::Matrix3d K = rig.camera.K;
+  K.topLeftCorner<2, 2>() *= 0.9;
+  rig.camera = makeLens(rig.camera.width, rig.camera.height, K, {0.02, -0.03, 0.01, -0.004},
+                        LensModel::Equidistant);
+  const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 7));
+  const Calibration result = solved(rig, views);
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.3);
+  EXPECT_LT(result.held_out_rms_px, 4 * kSigma_px);
+  const Lens truth = rig.camera;
+  rig.camera.K(0, 0) *= 1.01;
+  rig.camera.K(1, 1) *= 1.01;
+  SolveOptions options;
+  options.refine_camera = true;
+  const Calibration refined = solveViews(views, rig.board, rig.pattern, rig.camera, options);
+  EXPECT_NEAR(refined.camera.K(0, 0), truth.K(0, 0), 2);
+  EXPECT_EQ(refined.camera.model, LensModel::Equidistant);
+}
+
 TEST(Solve, refinesTheCameraOnRequest) {
   SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
   const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 4));

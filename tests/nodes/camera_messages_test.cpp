@@ -102,6 +102,13 @@ TEST(CameraLens, isReadFromKAndD) {
   EXPECT_EQ(lens.D[3], -0.001);
 }
 
+TEST(CameraLens, mayBeAFisheye) {
+  sensor_msgs::CameraInfo message = info();
+  message.distortion_model = "equidistant";
+  message.D = {0.1, 0.02, 0.03, 0.04};
+  EXPECT_EQ(toLens(message).model, calib::LensModel::Equidistant);
+}
+
 TEST(CameraLens, isRefusedByName) {
   sensor_msgs::CameraInfo message = info();
   message.K.assign(0);
@@ -110,8 +117,10 @@ TEST(CameraLens, isRefusedByName) {
   message.K[4] = std::nan("");
   EXPECT_TRUE(contains(lensRefusal(message), "camera_info: ")) << lensRefusal(message);
   message = info();
+  message.distortion_model = "fov";
+  EXPECT_TRUE(contains(lensRefusal(message), "distortion_model 'fov' is unknown"));
   message.distortion_model = "equidistant";
-  EXPECT_TRUE(contains(lensRefusal(message), "distortion_model 'equidistant' is unknown"));
+  EXPECT_TRUE(contains(lensRefusal(message), "expected 4 for an equidistant lens"));
   message = info();
   message.binning_x = 2;
   EXPECT_TRUE(contains(lensRefusal(message), "binning"));

@@ -19,6 +19,14 @@ inline calib::Lens lens(int width, int height, double f, double cx, double cy,
   return calib::makeLens(width, height, K, D);
 }
 
+/// Kannala-Brandt; D has four numbers.
+inline calib::Lens fisheye(int width, int height, double f, double cx, double cy,
+                           const std::vector<double>& D) {
+  Eigen::Matrix3d K;
+  K << f, 0, cx, 0, f, cy, 0, 0, 1;
+  return calib::makeLens(width, height, K, D, calib::LensModel::Equidistant);
+}
+
 /// The paper's projector: the principal point lies below the image.
 inline calib::Lens viewsonic(const std::vector<double>& D = {}) {
   return lens(1280, 800, 1900, 640, 817, D);
@@ -30,7 +38,7 @@ inline cv::Mat cvK(const calib::Lens& lens) {
   return K;
 }
 
-/// cv::projectPoints; points in the optical frame.
+/// cv::projectPoints or cv::fisheye::projectPoints; points in the optical frame.
 inline std::vector<Eigen::Vector2d> projectWithOpenCv(
     const calib::Lens& lens, const std::vector<Eigen::Vector3d>& points_optical) {
   if (points_optical.empty()) return {};
@@ -38,8 +46,14 @@ inline std::vector<Eigen::Vector2d> projectWithOpenCv(
   for (const Eigen::Vector3d& p : points_optical) points.emplace_back(p.x(), p.y(), p.z());
   std::vector<cv::Point2d> pixels;
   const cv::Mat zero = cv::Mat::zeros(3, 1, CV_64F);
-  const std::vector<double> D(lens.D.begin(), lens.D.end());
-  cv::projectPoints(points, zero, zero, cvK(lens), D, pixels);
+  if (lens.model == calib::LensModel::Equidistant) {
+    cv::fisheye::projectPoints(points, pixels, zero, zero, cvK(lens),
+                               std::vector<double>(lens.D.begin(), lens.D.begin() + 4),
+                               lens.K(0, 1) / lens.K(0, 0));
+  } else {
+    const std::vector<double> D(lens.D.begin(), lens.D.end());
+    cv::projectPoints(points, zero, zero, cvK(lens), D, pixels);
+  }
   std::vector<Eigen::Vector2d> result;
   for (const cv::Point2d& pixel : pixels) result.emplace_back(pixel.x, pixel.y);
   return result;
