@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "render/scene/outline.hpp"
+
 namespace afterglow::render {
 namespace {
 
@@ -21,17 +23,6 @@ constexpr double kMargin = 1e-4;
 Relief::Range together(const Relief::Range& a, const Relief::Range& b) {
   return {std::min(a.least, b.least), std::max(a.greatest, b.greatest),
           a.is_complete && b.is_complete};
-}
-
-/// Even-odd.
-bool isInside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
-  bool inside = false;
-  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[j];
-    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
-    if (p.x() < a.x() + (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y())) inside = !inside;
-  }
-  return inside;
 }
 
 float median(std::vector<float>& values) {

@@ -47,16 +47,20 @@ Eigen::Vector2d ReliefPlacer::footOf(const Eigen::Vector3d& p, double height) co
   return p_eye_.head<2>() + (p.head<2>() - p_eye_.head<2>()) * share;
 }
 
-std::optional<Eigen::Vector3d> ReliefPlacer::spotOf(const Eigen::Vector3d& p) const {
-  std::optional<Eigen::Vector3d> spot;
+std::optional<Eigen::Vector3d> ReliefPlacer::landing(const Eigen::Vector3d& p) const {
   if (has_eye_) {
-    if (p.z() < p_eye_.z()) spot = relief_->firstHit(p_eye_, p - p_eye_);
-  } else if (const auto height = relief_->height(p.head<2>())) {
-    spot = Eigen::Vector3d(p.x(), p.y(), *height);
+    return p.z() < p_eye_.z() ? relief_->firstHit(p_eye_, p - p_eye_) : std::nullopt;
   }
+  const auto height = relief_->height(p.head<2>());
+  if (!height) return std::nullopt;
+  return Eigen::Vector3d(p.x(), p.y(), *height);
+}
+
+std::optional<Eigen::Vector3d> ReliefPlacer::spotOf(const Eigen::Vector3d& p) const {
+  const auto spot = landing(p);
   if (!spot) return std::nullopt;
-  const auto lit = relief_->firstHit(p_light_, *spot - p_light_);
-  const bool is_reached = !lit || (*lit - *spot).norm() < kTouch;
+  const auto stopped = relief_->firstHit(p_light_, *spot - p_light_);
+  const bool is_reached = !stopped || (*stopped - *spot).norm() < kTouch;
   return is_reached ? spot : std::nullopt;
 }
 
@@ -135,10 +139,13 @@ double ReliefPlacer::longestAllowed(const Vertex& a, const Vertex& b, bool& is_e
   const std::array<Eigen::Vector2d, 2> corners = {low.matrix(), high.matrix()};
   for (const Eigen::Vector2d& p : corners) include(p + (p_light_.head<2>() - p) * share);
   const Relief::Range around = relief_->range(low, high);
-  const double flat = kTolerance;
-  if (around.greatest - around.least <= flat) return std::numeric_limits<double>::infinity();
-  const double steepness = (under.greatest - under.least) / relief_->cell();
-  return relief_->cell() * std::clamp(4 * flat / (steepness * relief_->cell()), kFinest, 1.0);
+  const double any = std::numeric_limits<double>::infinity();
+  if (around.greatest - around.least <= kTolerance) return any;
+  if ((a.foot - b.foot).norm() > relief_->cell()) return relief_->cell();
+  if (!a.spot) return any;
+  const auto middle = landing((a.p + b.p) / 2);
+  const bool follows = middle && (*middle - (*a.spot + *b.spot) / 2).norm() <= kTolerance;
+  return follows ? any : relief_->cell() * kFinest;
 }
 
 void ReliefPlacer::split(const Triangle& triangle, int depth) {

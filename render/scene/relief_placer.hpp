@@ -29,6 +29,8 @@ class ReliefPlacer {
   /// placing. Throws std::logic_error if it has no relief or is not placed on a surface.
   void begin(const Layer& layer, const Eigen::Vector3d& p_light);
 
+  double cell() const { return relief_->cell(); }
+
   /// Where a point of the content lands. World coordinates.
   std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
 
@@ -49,6 +51,7 @@ class ReliefPlacer {
   };
   using Triangle = std::array<std::uint32_t, 3>;
 
+  std::optional<Eigen::Vector3d> landing(const Eigen::Vector3d& p) const;
   std::optional<Eigen::Vector3d> spotOf(const Eigen::Vector3d& p) const;
   Eigen::Vector2d footOf(const Eigen::Vector3d& p, double height) const;
   std::uint32_t addVertex(const Eigen::Vector3d& p, const Eigen::Vector4f& color);
