@@ -1,30 +1,50 @@
 /// \file
 /// Colors that are not in a message but follow from its values. Semantics: RViz 1.14,
-/// point_cloud_transformers.cpp (Intensity and AxisColor with automatic bounds, use rainbow).
+/// point_cloud_transformers.cpp.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-enum class ColorSource { Flat, Rgb8, Intensity, AxisX, AxisY, AxisZ };
+enum class ColorSource { Flat, Rgb8, Mono8, RgbF32, Intensity, AxisX, AxisY, AxisZ };
+
+/// How numbers become colors. Equal bounds make one color of all: that of the lower one.
+struct ColorScale {
+  bool rainbow = true;
+  bool invert = false;                                    ///< the rainbow begins with magenta
+  render::Color least{0, 0, 0, 1}, greatest{1, 1, 1, 1};  ///< without the rainbow
+  /// What the scale's ends stand for; none: the least and the greatest value of each message.
+  std::optional<std::array<double, 2>> bounds;
+};
 
 /// Red at 0 over yellow, green, cyan and blue to magenta at 1 (hue 0 to 300 degrees).
 render::Color rainbow(double share);
 
-/// The rainbow from the least value (red) to the greatest (magenta); all red if they are equal.
-/// Values that are not finite are red, too, and count for neither bound.
-render::ColorList rainbowOf(const std::vector<double>& values);
+/// One color a value. Values that are not finite count for neither bound and get the color of the
+/// lower one.
+render::ColorList colorsOf(const std::vector<double>& values, const ColorScale& scale);
+
+/// The same brightness without hue: MONO8.
+render::Color gray(const render::Color& color);
 
 /// Axis 0, 1 or 2 of an Axis source.
 int axisOf(ColorSource source);
 bool isAxis(ColorSource source);
 
-/// Replaces the cloud's colors by the rainbow over its points' coordinates along an axis of the
-/// fixed frame.
-void colorByAxis(render::PointCloud& cloud, ColorSource source,
+/// The coordinate that gives a cloud its colors.
+struct AxisColor {
+  int axis = 2;
+  ColorScale scale;
+};
+
+/// Replaces the cloud's colors by those of its points' coordinates in the fixed frame.
+void colorByAxis(render::PointCloud& cloud, const AxisColor& color,
                  const Eigen::Isometry3d& T_fixed_cloud);
 
 }  // namespace afterglow::nodes

@@ -5,138 +5,39 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <initializer_list>
-#include <limits>
 #include <optional>
-#include <string>
 #include <utility>
 #include <vector>
 
+#include "nodes/conversion/cloud_fields.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 using sensor_msgs::PointCloud2;
-using sensor_msgs::PointField;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-std::size_t sizeOf(std::uint8_t datatype) {
-  switch (datatype) {
-    case PointField::INT8:
-    case PointField::UINT8:
-      return 1;
-    case PointField::INT16:
-    case PointField::UINT16:
-      return 2;
-    case PointField::INT32:
-    case PointField::UINT32:
-    case PointField::FLOAT32:
-      return 4;
-    case PointField::FLOAT64:
-      return 8;
-    default:
-      return 0;
-  }
-}
-
-/// One field's place within a point, known to lie inside it.
-class FieldReader {
- public:
-  FieldReader(const PointField& field, bool big_endian)
-      : offset_(field.offset), datatype_(field.datatype), swap_(big_endian) {}
-
-  /// Whether the bytes at offset() are a float as this machine has it.
-  bool isPlainFloat() const { return datatype_ == PointField::FLOAT32 && !swap_; }
-  bool isSwapped() const { return swap_; }
-  std::size_t offset() const { return offset_; }
-
-  /// The four bytes as they are: packed colors are bits, even where the field says FLOAT32.
-  std::uint32_t bits(const std::uint8_t* point) const { return load<std::uint32_t>(point); }
-
-  double number(const std::uint8_t* point) const {
-    switch (datatype_) {
-      case PointField::INT8:
-        return load<std::int8_t>(point);
-      case PointField::UINT8:
-        return load<std::uint8_t>(point);
-      case PointField::INT16:
-        return load<std::int16_t>(point);
-      case PointField::UINT16:
-        return load<std::uint16_t>(point);
-      case PointField::INT32:
-        return load<std::int32_t>(point);
-      case PointField::UINT32:
-        return load<std::uint32_t>(point);
-      case PointField::FLOAT32:
-        return static_cast<double>(load<float>(point));
-      case PointField::FLOAT64:
-        return load<double>(point);
-      default:
-        return kNone;
-    }
-  }
-
- private:
-  template <typename T>
-  T load(const std::uint8_t* point) const {
-    std::array<std::uint8_t, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), point + offset_, sizeof(T));
-    if (swap_) std::reverse(bytes.begin(), bytes.end());
-    T value;
-    std::memcpy(&value, bytes.data(), sizeof(T));
-    return value;
-  }
-
-  std::size_t offset_;
-  std::uint8_t datatype_;
-  bool swap_;
-};
-
-/// The first field of one of these names, in the names' order.
-const PointField* findField(const PointCloud2& message, std::initializer_list<const char*> names) {
-  for (const char* name : names) {
-    for (const PointField& field : message.fields) {
-      if (field.name == name) return &field;
-    }
-  }
-  return nullptr;
-}
-
-/// Why a field cannot be read, or empty.
-std::string fieldFault(const PointCloud2& message, const PointField* field, const char* name,
-                       std::initializer_list<std::uint8_t> datatypes) {
-  const std::string quoted = "field '" + std::string(name) + "'";
-  if (field == nullptr) return "no " + quoted;
-  if (std::find(datatypes.begin(), datatypes.end(), field->datatype) == datatypes.end()) {
-    return quoted + " is of another type than can be read";
-  }
-  const std::uint64_t end = std::uint64_t{field->offset} + sizeOf(field->datatype);
-  return end > message.point_step ? quoted + " lies beyond the point" : "";
-}
-
-/// Why the declared sizes do not fit the data, or empty. 64 bits: width * height may pass 2^32.
+/// Why the declared sizes do not fit the data, or empty. Divisions: products may pass 2^64.
 std::string sizeFault(const PointCloud2& message) {
-  const std::uint64_t rows = message.height, columns = message.width;
+  const std::uint64_t rows = message.height, columns = message.width, size = message.data.size();
   if (message.point_step == 0) return "point_step is 0";
-  if (rows > kMostPoints || columns > kMostPoints || rows * columns > kMostPoints) {
-    return "too many points";
-  }
-  const std::uint64_t row_size = columns * message.point_step;  // < 2^22 * 2^32
+  const std::uint64_t row_size = columns * message.point_step;  // < 2^64
   if (rows > 1 && message.row_step < row_size) return "row_step is shorter than a row";
-  if ((rows - 1) * message.row_step + row_size > message.data.size()) {
+  if (row_size > size || (rows > 1 && rows - 1 > (size - row_size) / message.row_step)) {
     return "data is shorter than declared";
   }
   return {};
 }
 
-/// Remarks on data that is longer than declared.
+/// What is odd about sizes that fit.
 std::string sizeRemark(const PointCloud2& message) {
   const std::uint64_t row = std::uint64_t{message.width} * message.point_step;
   const std::uint64_t declared = message.height == 1
                                      ? std::max<std::uint64_t>(row, message.row_step)
                                      : std::uint64_t{message.height} * message.row_step;
+  if (std::uint64_t{message.width} * message.height > kMostCloudPoints) {
+    return "too many points: some are left out";
+  }
   return message.data.size() > declared ? "data is longer than declared" : "";
 }
 
@@ -152,64 +53,87 @@ render::Color unpack(std::uint32_t bits, bool with_alpha) {
   return {channel(16), channel(8), channel(0), with_alpha ? channel(24) : 1.0f};
 }
 
+/// What is read of every point.
+struct CloudFields {
+  std::vector<FieldReader> xyz;
+  std::vector<FieldReader> color;  ///< one packed, three shares, one number, or none
+  bool with_alpha = false;
+};
+
 /// Reads the points of one message whose sizes and fields have been checked.
 class CloudReader {
  public:
-  CloudReader(const PointCloud2& message, const CloudStyle& style) : message_(message) {
-    cloud_.style = style.style;
-    cloud_.size = style.size;
-    for (const char* name : {"x", "y", "z"}) {
-      xyz_.emplace_back(*findField(message, {name}), message.is_bigendian != 0);
-    }
-    is_plain_ = std::all_of(xyz_.begin(), xyz_.end(),
+  CloudReader(const PointCloud2& message, const CloudStyle& style, CloudFields fields)
+      : message_(message), style_(style), fields_(std::move(fields)) {
+    is_plain_ = std::all_of(fields_.xyz.begin(), fields_.xyz.end(),
                             [](const FieldReader& field) { return field.isPlainFloat(); });
-  }
-
-  void readColors(const PointField& field) {
-    packed_.emplace(field, message_.is_bigendian != 0);
-    with_alpha_ = field.name == "rgba";
-  }
-  void readIntensity(const PointField& field) {
-    intensity_.emplace(field, message_.is_bigendian != 0);
+    is_packed_ = style.color == ColorSource::Rgb8 || style.color == ColorSource::Mono8;
   }
 
   render::PointCloud read() {
-    const std::size_t most = std::size_t{message_.width} * message_.height;  // data holds as many
-    points_.reserve(most);
-    if (packed_) colors_.reserve(most);
-    for (std::size_t row = 0; row < message_.height; ++row) {
-      const std::uint8_t* point = message_.data.data() + row * message_.row_step;
-      if (is_plain_ && !intensity_ && !(packed_ && packed_->isSwapped())) {
-        addPlainRow(point);
-        continue;
-      }
-      for (std::size_t i = 0; i < message_.width; ++i, point += message_.point_step) {
-        addPoint(point);
-      }
+    const std::size_t all = std::size_t{message_.width} * message_.height;  // data holds as many
+    const std::size_t stride = (all + kMostCloudPoints - 1) / kMostCloudPoints;
+    points_.reserve(all / stride + 1);
+    if (style_.color == ColorSource::Intensity) {
+      values_.reserve(all / stride + 1);
+    } else if (!fields_.color.empty()) {
+      colors_.reserve(all / stride + 1);
     }
-    if (intensity_) colors_ = rainbowOf(values_);
-    cloud_.points = std::move(points_);
-    cloud_.colors = std::move(colors_);
-    return std::move(cloud_);
+    for (std::size_t row = 0; row < message_.height; ++row) {
+      const std::size_t first = (stride - row * message_.width % stride) % stride;
+      if (first >= message_.width) continue;
+      const std::uint8_t* begin = message_.data.data() + row * message_.row_step;
+      addRow(begin + first * message_.point_step, (message_.width - first - 1) / stride + 1,
+             stride * message_.point_step);
+    }
+    if (style_.color == ColorSource::Intensity) colors_ = colorsOf(values_, style_.scale);
+    if (style_.color == ColorSource::Mono8) {
+      for (render::Color& color : colors_) color = gray(color);
+    }
+    render::PointCloud cloud;
+    cloud.style = style_.style;
+    cloud.size = style_.size;
+    cloud.points = std::move(points_);
+    cloud.colors = std::move(colors_);
+    return cloud;
   }
 
  private:
-  void addPoint(const std::uint8_t* point) {
-    const auto position =
-        toVector(xyz_[0].number(point), xyz_[1].number(point), xyz_[2].number(point));
-    if (!position) return;
-    points_.push_back(*position);
-    if (packed_) colors_.push_back(unpack(packed_->bits(point), with_alpha_));
-    if (intensity_) values_.push_back(intensity_->number(point));
+  void addRow(const std::uint8_t* point, std::size_t count, std::size_t step) {
+    if (!is_plain_) return addOddPoints(point, count, step);
+    if (fields_.color.empty()) {
+      return addPlainPoints(point, count, step, [](const std::uint8_t*) {});
+    }
+    if (is_packed_ && !fields_.color[0].isSwapped()) {
+      const std::size_t at = fields_.color[0].offset();
+      return addPlainPoints(point, count, step, [this, at](const std::uint8_t* p) {
+        std::uint32_t bits;
+        std::memcpy(&bits, p + at, sizeof(bits));
+        colors_.push_back(unpack(bits, fields_.with_alpha));
+      });
+    }
+    addPlainPoints(point, count, step, [this](const std::uint8_t* p) { addColor(p); });
   }
 
-  /// addPoint for what nearly every cloud has, without a decision for every value.
-  void addPlainRow(const std::uint8_t* point) {
-    const std::size_t x_at = xyz_[0].offset(), y_at = xyz_[1].offset(), z_at = xyz_[2].offset();
-    const bool is_colored = packed_.has_value();
-    const std::size_t color_at = is_colored ? packed_->offset() : 0;
+  void addOddPoints(const std::uint8_t* point, std::size_t count, std::size_t step) {
+    const std::vector<FieldReader>& xyz = fields_.xyz;
+    for (std::size_t i = 0; i < count; ++i, point += step) {
+      const auto position =
+          toVector(xyz[0].number(point), xyz[1].number(point), xyz[2].number(point));
+      if (!position) continue;
+      points_.push_back(*position);
+      addColor(point);
+    }
+  }
+
+  /// What nearly every cloud has, without a decision for every value.
+  template <typename AddColor>
+  void addPlainPoints(const std::uint8_t* point, std::size_t count, std::size_t step,
+                      AddColor addColor) {
+    const std::size_t x_at = fields_.xyz[0].offset(), y_at = fields_.xyz[1].offset(),
+                      z_at = fields_.xyz[2].offset();
     constexpr auto kLimit = static_cast<float>(kFarthest);
-    for (std::size_t i = 0; i < message_.width; ++i, point += message_.point_step) {
+    for (std::size_t i = 0; i < count; ++i, point += step) {
       float x, y, z;
       std::memcpy(&x, point + x_at, sizeof(x));
       std::memcpy(&y, point + y_at, sizeof(y));
@@ -218,23 +142,62 @@ class CloudReader {
                         (std::abs(z) <= kLimit);  // NaN fails, too
       if (!fits) continue;
       points_.emplace_back(x, y, z);
-      if (!is_colored) continue;
-      std::uint32_t bits;
-      std::memcpy(&bits, point + color_at, sizeof(bits));
-      colors_.push_back(unpack(bits, with_alpha_));
+      addColor(point);
+    }
+  }
+
+  void addColor(const std::uint8_t* point) {
+    const std::vector<FieldReader>& color = fields_.color;
+    if (is_packed_) {
+      colors_.push_back(unpack(color[0].bits(point), fields_.with_alpha));
+    } else if (style_.color == ColorSource::RgbF32) {
+      const auto share = [&](std::size_t i) {
+        const double value = color[i].number(point);
+        return static_cast<float>(value > 0 ? std::min(value, 1.0) : 0);  // NaN is dark
+      };
+      colors_.push_back({share(0), share(1), share(2), 1});
+    } else if (style_.color == ColorSource::Intensity) {
+      values_.push_back(color[0].number(point));
     }
   }
 
   const PointCloud2& message_;
-  render::PointCloud cloud_;
+  const CloudStyle& style_;
+  CloudFields fields_;
+  bool is_plain_ = false, is_packed_ = false;
   render::PointList points_;
   render::ColorList colors_;
-  bool is_plain_ = false;
-  std::vector<FieldReader> xyz_;
-  std::optional<FieldReader> packed_, intensity_;
   std::vector<double> values_;
-  bool with_alpha_ = false;
 };
+
+/// Empty, with the finder's fault, if a field that is needed cannot be read.
+std::optional<CloudFields> findFields(FieldFinder& finder, const CloudStyle& style) {
+  CloudFields fields;
+  for (const char* name : {"x", "y", "z"}) {
+    const auto field = finder.find({name}, kRealTypes);
+    if (!field) return std::nullopt;
+    fields.xyz.push_back(*field);
+  }
+  std::vector<std::vector<std::string>> names;
+  const std::vector<std::uint8_t>* types = &kPackedTypes;
+  if (style.color == ColorSource::Rgb8 || style.color == ColorSource::Mono8) {
+    names = {{"rgb", "rgba"}};
+    fields.with_alpha = !finder.has("rgb");
+  } else if (style.color == ColorSource::RgbF32) {
+    names = {{"r"}, {"g"}, {"b"}};
+    types = &kRealTypes;
+  } else if (style.color == ColorSource::Intensity) {
+    names = {{style.channel}};
+    if (style.channel == "intensity") names[0].emplace_back("intensities");
+    types = &kNumberTypes;
+  }
+  for (const auto& either : names) {
+    const auto field = finder.find(either, *types);
+    if (!field) return std::nullopt;
+    fields.color.push_back(*field);
+  }
+  return fields;
+}
 
 }  // namespace
 
@@ -242,29 +205,12 @@ Converted<render::PointCloud> toPointCloud(const PointCloud2& message, const Clo
   using Result = render::PointCloud;
   if (message.width == 0 || message.height == 0) return {Result{}, {}};
   if (std::string fault = sizeFault(message); !fault.empty()) return refused<Result>(fault);
-  for (const char* name : {"x", "y", "z"}) {
-    const std::string fault = fieldFault(message, findField(message, {name}), name,
-                                         {PointField::FLOAT32, PointField::FLOAT64});
-    if (!fault.empty()) return refused<Result>(fault);
-  }
-  CloudReader reader(message, style);
-  if (style.color == ColorSource::Rgb8) {
-    const PointField* field = findField(message, {"rgb", "rgba"});
-    const std::string fault = fieldFault(
-        message, field, "rgb", {PointField::FLOAT32, PointField::INT32, PointField::UINT32});
-    if (!fault.empty()) return refused<Result>(fault);
-    reader.readColors(*field);
-  }
-  if (style.color == ColorSource::Intensity) {
-    const PointField* field = findField(message, {"intensity", "intensities"});
-    const std::string fault = fieldFault(
-        message, field, "intensity",
-        {PointField::INT8, PointField::UINT8, PointField::INT16, PointField::UINT16,
-         PointField::INT32, PointField::UINT32, PointField::FLOAT32, PointField::FLOAT64});
-    if (!fault.empty()) return refused<Result>(fault);
-    reader.readIntensity(*field);
-  }
-  return {reader.read(), sizeRemark(message)};
+  FieldFinder finder(message);
+  auto fields = findFields(finder, style);
+  if (!fields) return refused<Result>(finder.fault());
+  std::string remarks = sizeRemark(message);
+  if (!finder.remarks().empty()) remarks += (remarks.empty() ? "" : "; ") + finder.remarks();
+  return {CloudReader(message, style, std::move(*fields)).read(), remarks};
 }
 
 }  // namespace afterglow::nodes

@@ -6,6 +6,9 @@
 
 #include <sensor_msgs/PointCloud2.h>
 
+#include <cstddef>
+#include <string>
+
 #include "nodes/conversion/cloud_color.hpp"
 #include "nodes/conversion/converted.hpp"
 #include "render/scene/scene.hpp"
@@ -17,15 +20,22 @@ struct CloudStyle {
   render::PointStyle style = render::PointStyle::FlatSquares;
   float size = 0.01f;  ///< metres; for PointStyle::Points pixels
   ColorSource color = ColorSource::Flat;
+  std::string channel = "intensity";  ///< the field of ColorSource::Intensity
+  ColorScale scale = {};              ///< Intensity and axes
+  bool axis_of_fixed_frame = true;    ///< else of the cloud's own frame
 };
 
+/// Points that are drawn of one message; of more every second, third, ... is.
+constexpr std::size_t kMostCloudPoints = std::size_t{1} << 20;
+
 /// Points in the frame of the message's header. Those that are not finite or absurdly far are left
-/// out. Fields are found by name (the first of a name counts): x, y, z as FLOAT32 or FLOAT64; rgb
-/// or rgba (with alpha) as FLOAT32, INT32 or UINT32; intensity or intensities of any number type.
-/// A cloud of no points is a value without points whatever its fields, for it clears. Axis colors
-/// are not made here: they follow from where the cloud comes to lie (colorByAxis).
-/// Refused: sizes that do not fit the data, missing fields and types other than these, more points
-/// than kMostPoints. Pure; throws never.
+/// out. Fields are found by name (FieldFinder): x, y, z as FLOAT32 or FLOAT64; rgb or rgba (with
+/// alpha) as FLOAT32, INT32 or UINT32 for Rgb8 and Mono8; r, g, b as FLOAT32 or FLOAT64, 0 to 1,
+/// for RgbF32; the channel ("intensity" may be "intensities") of any number type for Intensity. A
+/// cloud of no points is a value without points whatever its fields, for it clears. Axis colors are
+/// not made here: they follow from where the cloud comes to lie (colorByAxis). Refused: sizes that
+/// do not fit the data, missing fields and types other than these. Remarks: longer data, odd
+/// fields, more points than kMostCloudPoints. Pure; throws never.
 Converted<render::PointCloud> toPointCloud(const sensor_msgs::PointCloud2& message,
                                            const CloudStyle& style);
 

@@ -1,19 +1,43 @@
 /// \file
-/// nav_msgs/Path -> a line to draw. Semantics: RViz 1.14's path display (path_display.cpp), style
-/// Billboards.
+/// nav_msgs/Path -> lines and, if wanted, axes or arrows at its poses. Semantics: RViz 1.14's path
+/// display (path_display.cpp).
 #pragma once
 
 #include <nav_msgs/Path.h>
+
+#include <vector>
 
 #include "nodes/conversion/converted.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// The line through the poses, in the frame of the path's own header, without repeated points.
-/// Fewer than two different points are no line: a value without points, which clears. Refused: a
-/// pose that is not finite or absurdly far, more poses than kMostPoints, and poses in a frame other
-/// than the path's (RViz ignores theirs and draws them wrong). Pure; throws never.
-Converted<render::Lines> toLines(const nav_msgs::Path& message, float width);
+/// Configured: it is not in the messages. Defaults are RViz's, but for its lines of one pixel.
+struct PathStyle {
+  enum class Line { Lines, Billboards } line = Line::Billboards;
+  enum class Poses { None, Axes, Arrows } poses = Poses::None;
+  float width = 0.03f;  ///< metres; for Line::Lines pixels
+  /// What RViz calls a radius is the axes' whole width there, too.
+  float axes_length = 0.3f, axes_diameter = 0.03f;
+  render::Arrow arrow{0.3f, 0.1f, 0.3f, 0.2f};  ///< shaft 0.1, head 0.2 long
+  render::Color arrow_color{1, 85 / 255.0f, 1, 1};
+};
+
+/// In the path's frame.
+struct PathShapes {
+  std::vector<render::Lines> strips;
+  render::SharedBody glyphs;  ///< axes (in colors of their own) or arrows; may be null
+};
+
+/// At most so many points, and axes or arrows, of one path are drawn.
+constexpr std::size_t kMostPathPoints = 100'000, kMostGlyphs = 2'000;
+
+/// The line through the poses, without repeated points, and a glyph at each of them: all in the
+/// frame of the path's own header, as in RViz. A path that says nothing (no pose; one, without
+/// glyphs) is a value without shapes, which clears. Remarks: a pose that is not finite or absurdly
+/// far (the line breaks there), poses in frames other than the path's, odd orientations, and longer
+/// paths, thinned out: their lines to points a millimetre or more apart, their glyphs to every
+/// second, third, ... pose. Refused: more poses than kMostPoints. Pure; throws never.
+Converted<PathShapes> toPathShapes(const nav_msgs::Path& message, const PathStyle& style);
 
 }  // namespace afterglow::nodes

@@ -1,35 +1,51 @@
 #include "nodes/conversion/scan_conversion.hpp"
 
 #include <cmath>
-#include <vector>
+#include <string>
+#include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
+namespace {
 
-Converted<render::PointCloud> toPointCloud(const sensor_msgs::LaserScan& message,
-                                           const CloudStyle& style) {
-  using Result = render::PointCloud;
-  const bool by_intensity = style.color == ColorSource::Intensity;
-  if (message.ranges.empty()) return {Result{}, {}};
-  if (message.ranges.size() > kMostPoints) return refused<Result>("too many points");
+constexpr double kLongestSweep = 10;  // s; tf2_ros remembers as much
+
+/// Why a scan cannot be read, or empty.
+std::string scanFault(const sensor_msgs::LaserScan& message, bool by_intensity) {
+  if (message.ranges.size() > kMostCloudPoints) return "too many points";
   if (!std::isfinite(message.angle_min) || !std::isfinite(message.angle_increment)) {
-    return refused<Result>("scan angles are not finite");
+    return "scan angles are not finite";
   }
   // An endless range_max is legal; rays without return are infinite and left out all the same.
   if (std::isnan(message.range_min) || std::isnan(message.range_max)) {
-    return refused<Result>("range limits are no numbers");
+    return "range limits are no numbers";
   }
+  const double last_s =
+      static_cast<double>(message.time_increment) * static_cast<double>(message.ranges.size() - 1);
+  if (!(std::abs(last_s) <= kLongestSweep)) return "time_increment is absurd";
   if (by_intensity && message.intensities.size() != message.ranges.size()) {
-    return refused<Result>("intensities are not as many as ranges");
+    return "intensities are not as many as ranges";
   }
-  Result cloud;
-  cloud.style = style.style;
-  cloud.size = style.size;
+  return {};
+}
+
+}  // namespace
+
+Converted<ScanPoints> toScanPoints(const sensor_msgs::LaserScan& message, const CloudStyle& style) {
+  ScanPoints scan;
+  if (message.ranges.empty()) return {scan, {}};
+  const bool by_intensity = style.color == ColorSource::Intensity;
+  if (const std::string fault = scanFault(message, by_intensity); !fault.empty()) {
+    return refused<ScanPoints>(fault);
+  }
+  const auto increment_s = static_cast<double>(message.time_increment);
+  const bool is_swept = increment_s != 0;
+  scan.sweep.last_s = increment_s * static_cast<double>(message.ranges.size() - 1);
   render::PointList points;
   std::vector<double> values;
   for (std::size_t i = 0; i < message.ranges.size(); ++i) {
-    const double range = static_cast<double>(message.ranges[i]);
+    const auto range = static_cast<double>(message.ranges[i]);
     if (!(range >= message.range_min && range <= message.range_max)) continue;
     const double angle = static_cast<double>(message.angle_min) +
                          static_cast<double>(i) * static_cast<double>(message.angle_increment);
@@ -37,10 +53,15 @@ Converted<render::PointCloud> toPointCloud(const sensor_msgs::LaserScan& message
     if (!point) continue;
     points.push_back(*point);
     if (by_intensity) values.push_back(static_cast<double>(message.intensities[i]));
+    if (is_swept) {
+      scan.sweep.seconds.push_back(static_cast<float>(increment_s * static_cast<double>(i)));
+    }
   }
-  cloud.points = std::move(points);
-  if (by_intensity) cloud.colors = rainbowOf(values);
-  return {std::move(cloud), {}};
+  scan.cloud.style = style.style;
+  scan.cloud.size = style.size;
+  scan.cloud.points = std::move(points);
+  if (by_intensity) scan.cloud.colors = colorsOf(values, style.scale);
+  return {std::move(scan), {}};
 }
 
 }  // namespace afterglow::nodes

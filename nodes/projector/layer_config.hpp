@@ -5,11 +5,13 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/conversion/cloud_conversion.hpp"
+#include "nodes/conversion/path_conversion.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "render/scene/scene.hpp"
 
@@ -38,8 +40,11 @@ struct ReaderConfig {
 struct LayerConfig {
   std::string topic;  ///< absolute
   LayerType type = LayerType::Marker;
-  CloudStyle cloud;          ///< PointCloud2 and LaserScan
-  float line_width = 0.03f;  ///< metres; Path
+  CloudStyle cloud;           ///< PointCloud2 and LaserScan
+  std::int64_t decay_ns = 0;  ///< the same; how long points stay. 0: until the next message's
+  PathStyle path;             ///< Path, and the following two
+  int buffer_length = 1;      ///< how many of the last paths are shown
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the fixed frame
   render::Color flat_color;  ///< everything but markers, which bring their colors
   float alpha = 1;
   render::Placement placement = render::Placement::Direct;

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
+#include <variant>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/projector/deskew.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -12,9 +15,32 @@ constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kShortestLifetime = 100'000;  // ns; RViz takes less for "forever"
 constexpr std::size_t kMostReasons = 32;             // frame names in them come from the network
 
+std::int64_t later(std::int64_t ns, std::int64_t by_ns) {
+  return by_ns > kNever - ns ? kNever : ns + by_ns;
+}
+
 std::int64_t expiry(const Content& content, std::int64_t arrived_ns) {
-  if (content.lifetime_ns <= kShortestLifetime) return kNever;
-  return content.lifetime_ns > kNever - arrived_ns ? kNever : arrived_ns + content.lifetime_ns;
+  const bool ends = content.lifetime_ns > kShortestLifetime;
+  return ends ? later(arrived_ns, content.lifetime_ns) : kNever;
+}
+
+std::size_t pointsIn(const Content& content) {
+  std::size_t points = 0;
+  for (const render::Drawable& drawable : content.drawables) {
+    const auto* cloud = std::get_if<render::PointCloud>(&drawable.shape);
+    if (cloud != nullptr) points += cloud->points.size();
+  }
+  return points;
+}
+
+/// Puts each ray of a scan where it was seen. False while a transform is missing.
+bool unfoldSweep(Content& content, FrameLookup& frames) {
+  if (content.sweep.seconds.empty() || content.stamp.isZero()) return true;
+  auto& cloud = std::get<render::PointCloud>(content.drawables.at(0).shape);
+  auto points = deskew(cloud.points, content.sweep, content.frame, content.stamp, frames);
+  if (!points) return false;
+  cloud.points = std::move(*points);
+  return true;
 }
 
 }  // namespace
@@ -35,7 +61,7 @@ void LayerState::remark(const std::string& reason) { count(status_.remarks, reas
 void LayerState::put(const ContentKey& key, Content content, std::int64_t now_ns,
                      FrameLookup& frames) {
   Waiting waiting{key, std::move(content), now_ns, next_order_++};
-  if (place(waiting, frames)) return;
+  if (place(waiting, now_ns, frames)) return;
   if (waiting_.size() >= limits_.waiting) {
     drop("too many waiting for a transform from '" + printable(waiting_.front().content.frame) +
          "'");
@@ -44,10 +70,10 @@ void LayerState::put(const ContentKey& key, Content content, std::int64_t now_ns
   waiting_.push_back(std::move(waiting));
 }
 
-bool LayerState::place(Waiting& waiting, FrameLookup& frames) {
+bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frames) {
   Content& content = waiting.content;
-  const auto T_fixed_frame = frames.at(content.frame, content.stamp);
-  if (!T_fixed_frame) return false;
+  auto T_fixed_frame = frames.at(content.frame, content.stamp);
+  if (!T_fixed_frame || !unfoldSweep(content, frames)) return false;
   const auto found = shown_.find(waiting.key);
   if (found == shown_.end() && shown_.size() >= limits_.shown) {
     drop("too many markers");
@@ -55,14 +81,29 @@ bool LayerState::place(Waiting& waiting, FrameLookup& frames) {
   }
   // What came later may have found its transform earlier.
   if (found != shown_.end() && found->second.order > waiting.order) return true;
-  auto* cloud = std::get_if<render::PointCloud>(&content.drawable.shape);
-  if (cloud != nullptr && content.axis_color) {
-    colorByAxis(*cloud, *content.axis_color, *T_fixed_frame * content.drawable.pose.matrix());
+  T_fixed_frame->pretranslate(content.offset);
+  for (render::Drawable& drawable : content.drawables) {
+    auto* cloud = std::get_if<render::PointCloud>(&drawable.shape);
+    if (cloud == nullptr || !content.axis_color) continue;
+    colorByAxis(*cloud, *content.axis_color, *T_fixed_frame * drawable.pose.matrix());
   }
-  const std::int64_t expires_ns = expiry(content, waiting.arrived_ns);
+  const bool decays = content.decay_ns > 0;
+  const std::int64_t expires_ns =
+      decays ? later(now_ns, content.decay_ns) : expiry(content, waiting.arrived_ns);
   shown_.insert_or_assign(waiting.key,
                           Shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order});
+  if (decays) evictPoints();
   return true;
+}
+
+void LayerState::evictPoints() {
+  std::size_t points = 0;
+  for (const auto& [key, shown] : shown_) points += pointsIn(shown.content);
+  while (points > limits_.points && shown_.size() > 1) {
+    remark("too many points: what was shown longest is left out");
+    points -= pointsIn(shown_.begin()->second.content);
+    shown_.erase(shown_.begin());
+  }
 }
 
 void LayerState::remove(const ContentKey& key) {
@@ -80,7 +121,7 @@ void LayerState::update(std::int64_t now_ns, FrameLookup& frames) {
   std::deque<Waiting> still_waiting;
   for (Waiting& waiting : waiting_) {
     const bool expired = expiry(waiting.content, waiting.arrived_ns) <= now_ns;
-    if (!expired && place(waiting, frames)) continue;
+    if (!expired && place(waiting, now_ns, frames)) continue;
     if (expired || now_ns - waiting.arrived_ns >= limits_.patience_ns) {
       drop("no transform from '" + printable(waiting.content.frame) + "' to '" +
            frames.fixedFrame() + "'");
@@ -107,11 +148,13 @@ std::vector<render::Drawable> LayerState::drawables(FrameLookup& frames) {
         continue;
       }
     }
-    if (shown.content.drawable.color.a <= 0) continue;
-    render::Drawable drawable = shown.content.drawable;
-    drawable.pose = Rigid<World, World>(*T_fixed_frame * drawable.pose.matrix());
-    drawable.color.a *= alpha_;
-    drawn.push_back(std::move(drawable));
+    for (const render::Drawable& own : shown.content.drawables) {
+      if (own.color.a <= 0) continue;
+      render::Drawable drawable = own;
+      drawable.pose = Rigid<World, World>(*T_fixed_frame * drawable.pose.matrix());
+      drawable.color.a *= alpha_;
+      drawn.push_back(std::move(drawable));
+    }
   }
   return drawn;
 }

@@ -17,22 +17,26 @@
 #include <vector>
 
 #include "nodes/conversion/cloud_color.hpp"
+#include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// Namespace and id of a marker; a cloud, scan or path is {"", 0}.
+/// Namespace and id of a marker; clouds, scans and paths are {"", place in a row of them}.
 using ContentKey = std::pair<std::string, int>;
 
-/// One drawable and how it is to be placed.
+/// What one message or marker shows, and how it is to be placed.
 struct Content {
-  render::Drawable drawable;              ///< its pose leads into `frame`
-  std::string frame;                      ///< without leading slash
-  ros::Time stamp;                        ///< 0: the newest transform
-  bool frame_locked = false;              ///< follows its frame; else it is placed once
-  std::int64_t lifetime_ns = 0;           ///< from arrival; at most 0.1 ms: forever
-  std::optional<ColorSource> axis_color;  ///< an axis of the fixed frame gives a cloud its colors
+  std::vector<render::Drawable> drawables;  ///< their poses lead into `frame`
+  std::string frame;                        ///< without leading slash
+  ros::Time stamp;                          ///< 0: the newest transform
+  bool frame_locked = false;                ///< follows its frame; else it is placed once
+  std::int64_t lifetime_ns = 0;             ///< from arrival; at most 0.1 ms: forever
+  std::int64_t decay_ns = 0;                ///< from placement, as RViz counts it; 0: forever
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< in the fixed frame
+  std::optional<AxisColor> axis_color;               ///< gives its clouds their colors
+  Sweep sweep;                                       ///< of its one cloud, if that is a scan
 };
 
 /// What happened on a topic, for people.
@@ -47,7 +51,7 @@ struct LayerStatus {
 };
 
 /// ROS time everywhere, as nanoseconds; it must not run backwards (clear() first). One thread at a
-/// time. Bounded: so many markers, waiting messages and distinct reasons, and no more.
+/// time. Bounded: so many markers, points, waiting messages and distinct reasons, and no more.
 class LayerState {
  public:
   struct Limits {
@@ -55,6 +59,8 @@ class LayerState {
     std::size_t waiting = 20'000;
     /// How long content waits for its transform: as long as tf2_ros keeps transforms.
     std::int64_t patience_ns = 10'000'000'000;
+    /// In all clouds shown that decay: the oldest go first.
+    std::size_t points = std::size_t{1} << 22;
   };
 
   LayerState(std::string topic, float alpha, Limits limits);
@@ -74,6 +80,7 @@ class LayerState {
   std::vector<render::Drawable> drawables(FrameLookup& frames);
 
   LayerStatus status() const;
+  bool isWaiting() const { return !waiting_.empty(); }  ///< something, for its transform
 
  private:
   struct Shown {
@@ -89,7 +96,8 @@ class LayerState {
     std::uint64_t order;
   };
 
-  bool place(Waiting& waiting, FrameLookup& frames);
+  bool place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frames);
+  void evictPoints();
   void count(std::map<std::string, std::uint64_t>& reasons, const std::string& reason);
 
   float alpha_;

@@ -1,19 +1,17 @@
 #include "nodes/projector/projector_scene.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
-#include "nodes/conversion/cloud_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/marker_conversion.hpp"
-#include "nodes/conversion/path_conversion.hpp"
-#include "nodes/conversion/scan_conversion.hpp"
+#include "nodes/projector/layer_content.hpp"
 #include "nodes/projector/projector_pose.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-const ContentKey kOnly{"", 0};
 constexpr std::size_t kCloudQueue = 10;  // RViz's
 /// A viewer this low over a surface, metres, sees nothing on it.
 constexpr double kLeastViewerHeight = 0.01;
@@ -41,6 +39,7 @@ std::string noTransform(const std::string& what, const std::string& frame,
 ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
     : config_(std::move(config)),
       frames_(buffer, config_.fixed_frame),
+      next_(config_.layers.size(), 0),
       assets_(config_.mesh_roots) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
 }
@@ -56,43 +55,36 @@ void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_ms
 // ------------------------------------------------------------------------- clouds, scans and paths
 void ProjectorScene::add(std::size_t layer, const sensor_msgs::PointCloud2& message,
                          ros::Time now) {
-  addCloud(layer, message.header, toPointCloud(message, config_.layers[layer].cloud), now);
+  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
 }
 
 void ProjectorScene::add(std::size_t layer, const sensor_msgs::LaserScan& message, ros::Time now) {
-  addCloud(layer, message.header, toPointCloud(message, config_.layers[layer].cloud), now);
+  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
 }
 
-void ProjectorScene::addCloud(std::size_t index, const std_msgs::Header& header,
-                              Converted<render::PointCloud> cloud, ros::Time now) {
-  LayerState& layer = layers_[index];
-  const LayerConfig& config = config_.layers[index];
-  layer.countMessage();
-  if (!cloud.value) return layer.drop(cloud.reason);
-  if (!cloud.reason.empty()) layer.remark(cloud.reason);
-  if (cloud.value->points.empty()) return layer.remove(kOnly);
-  if (const std::string fault = headerFault(header); !fault.empty()) return layer.drop(fault);
-  Content content;
-  content.drawable = {{}, std::move(*cloud.value), config.flat_color};
-  // Colors of its own stand for themselves; the flat color is not to tint them.
-  if (config.cloud.color != ColorSource::Flat) content.drawable.color = {};
-  if (isAxis(config.cloud.color)) content.axis_color = config.cloud.color;
-  show(layer, kOnly, header, std::move(content), now);
+void ProjectorScene::add(std::size_t layer, const nav_msgs::Path& message, ros::Time now) {
+  addContent(layer, message.header, toContent(message, config_.layers[layer]), now);
 }
 
-void ProjectorScene::add(std::size_t index, const nav_msgs::Path& message, ros::Time now) {
+void ProjectorScene::addContent(std::size_t index, const std_msgs::Header& header,
+                                Converted<Content> content, ros::Time now) {
   LayerState& layer = layers_[index];
-  const LayerConfig& config = config_.layers[index];
   layer.countMessage();
-  auto line = toLines(message, config.line_width);
-  if (!line.value) return layer.drop(line.reason);
-  if (line.value->points.empty()) return layer.remove(kOnly);
-  if (const std::string fault = headerFault(message.header); !fault.empty()) {
-    return layer.drop(fault);
-  }
-  Content content;
-  content.drawable = {{}, std::move(*line.value), config.flat_color};
-  show(layer, kOnly, message.header, std::move(content), now);
+  if (!content.value) return layer.drop(content.reason);
+  if (!content.reason.empty()) layer.remark(content.reason);
+  const bool is_empty = content.value->drawables.empty();
+  const std::string fault = is_empty ? "" : headerFault(header);
+  if (!fault.empty()) return layer.drop(fault);
+  const ContentKey key = nextKey(index);
+  if (is_empty) return layer.remove(key);
+  show(layer, key, header, std::move(*content.value), now);
+}
+
+ContentKey ProjectorScene::nextKey(std::size_t index) {
+  const LayerConfig& config = config_.layers[index];
+  const int count = next_[index];
+  next_[index] = count == std::numeric_limits<int>::max() ? 0 : count + 1;
+  return {"", config.decay_ns > 0 ? count : count % config.buffer_length};
 }
 
 // ------------------------------------------------------------------------------------------
@@ -128,7 +120,7 @@ void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Mark
   }
   if (!drawable.reason.empty()) layer.remark(drawable.reason);
   Content content;
-  content.drawable = std::move(*drawable.value);
+  content.drawables.push_back(std::move(*drawable.value));
   content.frame_locked = marker.frame_locked != 0;
   content.lifetime_ns =
       std::int64_t{marker.lifetime.sec} * 1'000'000'000 + std::int64_t{marker.lifetime.nsec};

@@ -65,8 +65,10 @@ class ProjectorScene {
   const ProjectorConfig& config() const { return config_; }
 
  private:
-  void addCloud(std::size_t layer, const std_msgs::Header& header,
-                Converted<render::PointCloud> cloud, ros::Time now);
+  void addContent(std::size_t layer, const std_msgs::Header& header, Converted<Content> content,
+                  ros::Time now);
+  /// One of its own for what decays; else the places of the buffer in turn.
+  ContentKey nextKey(std::size_t layer);
   void addMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time now);
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
@@ -77,6 +79,7 @@ class ProjectorScene {
   ProjectorConfig config_;
   FrameLookup frames_;
   std::vector<LayerState> layers_;
+  std::vector<int> next_;  ///< by layer, for nextKey()
   MarkerAssets assets_;
 };
 

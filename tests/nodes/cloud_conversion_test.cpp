@@ -106,19 +106,53 @@ TEST(CloudConversion, takesAnEmptyCloudForAValueWhateverItsFields) {
   EXPECT_TRUE(toPointCloud(cloudMessage("map", {}), {}).value);
 }
 
-TEST(CloudConversion, refusesSizesThatDoNotFit) {
+TEST(CloudConversion, refusesDataShorterThanDeclared) {
   PointCloud2 message = cloudMessage("map", kThree);
   message.data.pop_back();
   EXPECT_EQ(reasonFor(message), "data is shorter than declared");
-  message = cloudMessage("map", kThree);
+  message.data.clear();
+  EXPECT_EQ(reasonFor(message), "data is shorter than declared");
+}
+
+TEST(CloudConversion, refusesPointsOfNoSizeUnlessThereAreNone) {
+  PointCloud2 message = cloudMessage("map", kThree);
   message.point_step = 0;
   EXPECT_EQ(reasonFor(message), "point_step is 0");
-  message = cloudMessage("map", kThree);
+  message.width = 0;
+  EXPECT_TRUE(toPointCloud(message, {}).value);
+}
+
+TEST(CloudConversion, doesNotOverflowOnHugeSizes) {
+  PointCloud2 message = cloudMessage("map", kThree);
   message.width = 65536;  // the product is 65536 in 32 bits
   message.height = 65537;
-  EXPECT_EQ(reasonFor(message), "too many points");
-  message.width = message.height = message.point_step = message.row_step = 0xffffffffu;
-  EXPECT_EQ(reasonFor(message), "too many points");
+  message.row_step = message.width * message.point_step;
+  EXPECT_EQ(reasonFor(message), "data is shorter than declared");
+  message.width = message.height = message.point_step = 0xffffffffu;
+  message.row_step = 0xffffffffu;
+  EXPECT_EQ(reasonFor(message), "row_step is shorter than a row");
+  message.width = 1;
+  EXPECT_EQ(reasonFor(message), "data is shorter than declared");
+  message.height = 1;
+  EXPECT_EQ(reasonFor(message), "data is shorter than declared");
+}
+
+TEST(CloudConversion, thinsOutACloudAboveTheBudgetEvenlyAndSaysSo) {
+  constexpr std::uint32_t kColumns = 1500, kRows = 1001;  // above the budget, below twice that
+  PointCloud2 message = cloudMessage("map", std::vector<Eigen::Vector3f>(kColumns * kRows));
+  message.width = kColumns;
+  message.height = kRows;
+  message.row_step = kColumns * message.point_step;
+  for (std::uint32_t i = 0; i < kColumns * kRows; ++i)
+    put(message, 12 * i, 0.5f * static_cast<float>(i));
+  const auto cloud = toPointCloud(message, {});
+  ASSERT_TRUE(cloud.value);
+  EXPECT_EQ(cloud.reason, "too many points: some are left out");
+  ASSERT_EQ(cloud.value->points.size(), (kColumns * kRows + 1) / 2);
+  EXPECT_LE(cloud.value->points.size(), kMostCloudPoints);
+  for (std::size_t i = 0; i < cloud.value->points.size(); ++i) {  // over the ends of rows, too
+    ASSERT_EQ(cloud.value->points[i].x(), static_cast<float>(i));
+  }
 }
 
 TEST(CloudConversion, takesTheDeclaredPartOfLongerData) {
@@ -145,10 +179,23 @@ TEST(CloudConversion, refusesFieldsItCannotRead) {
   EXPECT_EQ(reasonFor(message), "field 'x' is of another type than can be read");
 }
 
-TEST(CloudConversion, takesTheFirstOfTwoFieldsOfOneName) {
+TEST(CloudConversion, takesTheFirstOfTwoFieldsOfOneNameAndSaysSo) {
   PointCloud2 message = cloudMessage("map", {kThree[0]});
   message.fields.push_back(field("x", 4, PointField::FLOAT32));
-  EXPECT_EQ(toPointCloud(message, {}).value->points[0].x(), 1);
+  const auto cloud = toPointCloud(message, {});
+  EXPECT_EQ(cloud.value->points[0].x(), 1);
+  EXPECT_EQ(cloud.reason, "field 'x' more than once: the first counts");
+}
+
+TEST(CloudConversion, takesTheFirstNumberOfAFieldOfAnotherCountAndSaysSo) {
+  for (const std::uint32_t count : {0u, 3u, 0xffffffffu}) {
+    PointCloud2 message = cloudMessage("map", {kThree[0]});
+    message.fields[0].count = count;
+    const auto cloud = toPointCloud(message, {});
+    ASSERT_TRUE(cloud.value) << count;
+    EXPECT_EQ(cloud.value->points[0], kThree[0]);
+    EXPECT_EQ(cloud.reason, "field 'x' is not of one number: the first counts");
+  }
 }
 
 TEST(CloudConversion, readsPackedColorsAsBits) {
@@ -190,17 +237,95 @@ TEST(CloudConversion, colorsByAnAxisOfTheFixedFrame) {
   render::PointCloud cloud = *toPointCloud(cloudMessage("camera", kThree), {}).value;
   Eigen::Isometry3d T_fixed_cloud = Eigen::Isometry3d::Identity();
   T_fixed_cloud.rotate(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()));  // z points down
-  colorByAxis(cloud, ColorSource::AxisZ, T_fixed_cloud);
+  colorByAxis(cloud, {2, {}}, T_fixed_cloud);
   EXPECT_EQ(cloud.colors.front(), (render::Color{1, 0, 1, 1}));
   EXPECT_EQ(cloud.colors.back(), (render::Color{1, 0, 0, 1}));
 }
 
-TEST(CloudConversion, colorsEqualAndUnusableValuesRed) {
+TEST(CloudConversion, readsAnyNumberOfAnyFieldAsIntensity) {
+  PointCloud2 message = cloudMessage("map", kThree, 14);
+  message.fields.push_back(field("ring", 12, PointField::INT16));
+  put<std::int16_t>(message, 12, -1);
+  put<std::int16_t>(message, 26, 0);
+  put<std::int16_t>(message, 40, 1);
+  CloudStyle style = colored(ColorSource::Intensity);
+  style.channel = "ring";
+  EXPECT_EQ(toPointCloud(message, style).value->colors.at(1), (render::Color{0, 1, 0.5f, 1}));
+  style.channel = "ri\nng";
+  EXPECT_EQ(reasonFor(message, style), "no field 'ri?ng'");
+  style.channel = "x";  // as in the fast path of plain floats
+  EXPECT_EQ(toPointCloud(message, style).value->colors.at(2), (render::Color{1, 0, 1, 1}));
+}
+
+TEST(CloudConversion, makesGraysOfPackedColorsByTheirLuminance) {
+  PointCloud2 message = cloudMessage("map", {kThree[0]}, 16);
+  message.fields.push_back(field("rgba", 12, PointField::UINT32));
+  put<std::uint32_t>(message, 12, 0x33ff0000u);
+  const auto cloud = toPointCloud(message, colored(ColorSource::Mono8));
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{0.2989f, 0.2989f, 0.2989f, 0.2f}));
+  EXPECT_EQ(gray({0, 1, 0, 1}).g, 0.5870f);
+  EXPECT_EQ(gray({0, 0, 1, 1}).b, 0.1140f);
+}
+
+TEST(CloudConversion, readsColorsThatAreThreeFloats) {
+  PointCloud2 message = cloudMessage("map", {kThree[0]}, 24);
+  message.fields.push_back(field("g", 12, PointField::FLOAT32));
+  message.fields.push_back(field("r", 16, PointField::FLOAT32));
+  put<float>(message, 12, 0.25f);
+  put<float>(message, 16, 7);
+  EXPECT_EQ(reasonFor(message, colored(ColorSource::RgbF32)), "no field 'b'");
+  message.fields.push_back(field("b", 20, PointField::FLOAT32));
+  put<float>(message, 20, std::numeric_limits<float>::quiet_NaN());
+  const auto cloud = toPointCloud(message, colored(ColorSource::RgbF32));
+  ASSERT_TRUE(cloud.value) << cloud.reason;
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{1, 0.25f, 0, 1}));
+}
+
+TEST(CloudConversion, readsBigEndianColors) {
+  PointCloud2 message = cloudMessage("map", {{0, 0, 0}}, 16);
+  message.fields.push_back(field("rgb", 12, PointField::UINT32));
+  message.is_bigendian = 1;
+  put<std::uint32_t>(message, 12, 0x0000ff00u);  // 0x00ff0000 the other way around
+  EXPECT_EQ(toPointCloud(message, colored(ColorSource::Rgb8)).value->colors.at(0),
+            (render::Color{1, 0, 0, 1}));
+}
+
+TEST(ColorScale, colorsEqualAndUnusableValuesRed) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(rainbowOf({5, 5})[1], (render::Color{1, 0, 0, 1}));
-  EXPECT_EQ(rainbowOf({nan, 1, 2})[0], (render::Color{1, 0, 0, 1}));
-  EXPECT_EQ(rainbowOf({nan, 1, 2})[2], (render::Color{1, 0, 1, 1}));
-  EXPECT_EQ(rainbowOf({-1.7e308, 1.7e308})[1], (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(colorsOf({5, 5}, {})[1], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(colorsOf({nan, 1, 2}, {})[0], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(colorsOf({nan, 1, 2}, {})[2], (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(colorsOf({-1.7e308, 1.7e308}, {})[1], (render::Color{1, 0, 1, 1}));
+}
+
+TEST(ColorScale, holdsValuesWithinFixedBounds) {
+  ColorScale scale;
+  scale.bounds = {0, 4096};
+  const auto colors = colorsOf({-5, 2048, 1e9}, scale);
+  EXPECT_EQ(colors[0], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(colors[1], (render::Color{0, 1, 0.5f, 1}));
+  EXPECT_EQ(colors[2], (render::Color{1, 0, 1, 1}));
+  scale.bounds = {7, 7};
+  EXPECT_EQ(colorsOf({1, 9}, scale), render::ColorList(2, {1, 0, 0, 1}));
+}
+
+TEST(ColorScale, turnsTheRainbowAround) {
+  ColorScale scale;
+  scale.invert = true;
+  EXPECT_EQ(colorsOf({1, 2}, scale)[0], (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(colorsOf({1, 2}, scale)[1], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(colorsOf({1, 1}, scale)[0], (render::Color{1, 0, 1, 1}));
+}
+
+TEST(ColorScale, blendsBetweenTwoColorsWithoutRainbow) {
+  ColorScale scale;
+  scale.rainbow = false;
+  EXPECT_EQ(colorsOf({0, 1, 4}, scale)[1], (render::Color{0.25f, 0.25f, 0.25f, 1}));
+  scale.least = {1, 0, 0, 1};
+  scale.greatest = {0, 1, 0, 1};
+  EXPECT_EQ(colorsOf({0, 1, 4}, scale)[1], (render::Color{0.75f, 0.25f, 0, 1}));
+  EXPECT_EQ(colorsOf({3, 3}, scale)[0], scale.least);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   EXPECT_EQ(config.layers[1].alpha, 0.5f);
   EXPECT_EQ(config.layers[2].cloud.size, 3);  // pixels
   EXPECT_EQ(config.layers[2].flat_color, (render::Color{206 / 255.0f, 92 / 255.0f, 0, 1}));
-  EXPECT_EQ(config.layers[3].line_width, 0.05f);
+  EXPECT_EQ(config.layers[3].path.width, 0.05f);
   EXPECT_EQ(config.layers[3].surface, 1u);
   ASSERT_TRUE(config.layers[3].viewer);
   EXPECT_EQ(config.layers[3].viewer->p_frame, Eigen::Vector3d(0, 0.5, 1));
@@ -103,7 +103,8 @@ TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
             ":1: unknown key 'fixed_fram' in the configuration; did you mean 'fixed_frame'?");
   EXPECT_EQ(fault(kHead + kCloud + ", wavelength: 5}\n"),
             ":6: unknown key 'wavelength' in layer 1; known: topic, type, style, size, color, "
-            "alpha, placement, surface, viewer, reader");
+            "alpha, decay, placement, surface, viewer, reader, pose_style, axes, arrows, "
+            "buffer_length, offset");
   EXPECT_EQ(fault(kHead + kCloud + ", style: box}\n"),
             ":6: unknown style 'box' in layer 1; did you mean 'boxes'?");
   EXPECT_EQ(fault(kHead + "  - {topic: /a, type: sensor_msgs/PointCloud}\n"),
@@ -125,8 +126,8 @@ TEST_F(ProjectorConfigTest, refusesValuesOfTheWrongKind) {
   EXPECT_EQ(fault(kHead + kCloud + ", color: [1, 2]}\n"),
             ":6: 'color' of layer 1 should be 3 numbers in brackets");
   EXPECT_EQ(fault(kHead + kCloud + ", color: \"#12345g\"}\n"),
-            ":6: 'color' of layer 1 should be \"#rrggbb\", [r, g, b], rgb8, intensity, axis_x, "
-            "axis_y or axis_z, not '#12345g'");
+            ":6: 'color' of layer 1 should be \"#rrggbb\", [r, g, b], rgb8, mono8, rgbf32, "
+            "intensity, axis_x, axis_y, axis_z or a map, not '#12345g'");
   EXPECT_EQ(fault(kHead + kCloud + ", color: [1, 2, 256]}\n"), ":6: a color goes from 0 to 255");
   EXPECT_EQ(fault(kHead + "  - {topic: cloud, type: nav_msgs/Path}\n"),
             ":6: topic 'cloud' should begin with '/'");
@@ -143,7 +144,7 @@ TEST_F(ProjectorConfigTest, refusesWhatIsMissingDoubledOrWithoutMeaning) {
   EXPECT_EQ(fault(kHead + kMarker + ", size: 1}\n"),
             ":6: 'size' in layer 1 has no meaning for visualization_msgs/Marker");
   EXPECT_EQ(fault(kHead + "  - {topic: /p, type: nav_msgs/Path, style: boxes}\n"),
-            ":6: 'style' in layer 1 has no meaning for nav_msgs/Path");
+            ":6: unknown style 'boxes' in layer 1; known: lines, billboards");
   EXPECT_EQ(fault(kHead + "  - {topic: /p, type: sensor_msgs/LaserScan, color: rgb8}\n"),
             ":6: sensor_msgs/LaserScan has no color 'rgb8'");
   EXPECT_EQ(fault(kHead + kMarker + ", placement: drape}\n"),
