@@ -1,6 +1,7 @@
 #include "nodes/calibrator/calibrator_window.hpp"
 
 #include <optional>
+#include <stdexcept>
 
 #include "nodes/player/stop_signal.hpp"
 #include "nodes/projector/projector_window.hpp"
@@ -20,6 +21,7 @@ render::Image inColor(const calib::Picture& picture) {
 void showUntilStopped(CalibratorNode& node, const WindowChoice& choice) {
   PatternScreen& screen = node.screen();
   auto window = openWindow(choice, "Afterglow calibration", screen.width(), screen.height());
+  if (window && !window->problem().empty()) throw std::runtime_error(window->problem());
   while (ros::ok() && !isStopRequested()) {
     const auto picture = screen.takeChanged(std::chrono::milliseconds(50));
     if (!window) continue;

@@ -23,22 +23,22 @@ std::string oneDecimal(double number) {
   return text;
 }
 
-DiagnosticStatus projectorStatus(const ProjectorState& state) {
+DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState& output) {
   DiagnosticStatus status;
-  status.name = state.name + ": projector";
+  status.name = state.name + ": projector" + (output.name.empty() ? "" : " " + output.name);
   status.hardware_id = "projector";
   // Problems of the projector itself come first and keep it dark.
   const bool is_dark =
-      !state.problems.empty() && state.problems.front().rfind("projector:", 0) == 0;
-  status.level = is_dark                  ? DiagnosticStatus::ERROR
-                 : state.problems.empty() ? DiagnosticStatus::OK
-                                          : DiagnosticStatus::WARN;
-  status.message = state.problems.empty() ? "projecting" : state.problems.front();
+      !output.problems.empty() && output.problems.front().rfind("projector:", 0) == 0;
+  status.level = is_dark                   ? DiagnosticStatus::ERROR
+                 : output.problems.empty() ? DiagnosticStatus::OK
+                                           : DiagnosticStatus::WARN;
+  status.message = output.problems.empty() ? "projecting" : output.problems.front();
   addValue(status, "drawn_hz", oneDecimal(state.drawn_hz));
   addValue(status, "wanted_hz", oneDecimal(state.wanted_hz));
   addValue(status, "late", std::to_string(state.late));
-  addValue(status, "renderer", state.renderer);
-  for (const std::string& problem : state.problems) addValue(status, "problem", problem);
+  addValue(status, "renderer", output.renderer);
+  for (const std::string& problem : output.problems) addValue(status, "problem", problem);
   return status;
 }
 
@@ -95,7 +95,9 @@ sensor_msgs::CameraInfo toCameraInfo(const calib::Lens& lens) {
 
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state) {
   diagnostic_msgs::DiagnosticArray array;
-  array.status.push_back(projectorStatus(state));
+  for (const OutputState& output : state.outputs) {
+    array.status.push_back(projectorStatus(state, output));
+  }
   for (const LayerStatus& layer : state.layers) {
     array.status.push_back(layerStatus(state.name, layer));
   }

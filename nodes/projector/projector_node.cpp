@@ -2,33 +2,49 @@
 
 #include <diagnostic_msgs/DiagnosticArray.h>
 #include <nav_msgs/Path.h>
-#include <sensor_msgs/Image.h>
 #include <sensor_msgs/LaserScan.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include <boost/make_shared.hpp>
 #include <exception>
-#include <future>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
-#include "calib/camera_info_file.hpp"
 #include "nodes/projector/projector_messages.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr std::uint32_t kCloudQueue = 10, kMarkerQueue = 100;  // RViz's
-const ros::Duration kJump(0.5);                                // less is a clock being set right
+constexpr std::uint64_t kJumpNs = 500'000'000;                 // less is a clock being set right
 
-calib::Lens loadLens(const std::string& path) {
-  calib::CameraInfoFile file = calib::loadCameraInfo(path);
-  if (!file.warning.empty()) ROS_WARN("%s: %s", path.c_str(), file.warning.c_str());
-  return file.lens;
+/// ~monitor is for the only projector.
+void setMonitor(ProjectorConfig& config, const std::string& monitor) {
+  if (monitor.empty()) return;
+  if (config.projectors.size() > 1) {
+    throw std::runtime_error(
+        "parameter ~monitor is for one projector; the configuration has several, each with its own "
+        "'monitor'");
+  }
+  config.projectors.front().monitor = monitor;
 }
+
+ProjectorConfig loadConfig(const ProjectorNodeOptions& options) {
+  ProjectorConfig config = loadProjectorConfig(options.config, options.calibration);
+  setMonitor(config, options.window.monitor);
+  return config;
+}
+
+/// Ends the renderers before the context they draw in.
+struct RendererEnd {
+  const std::vector<std::unique_ptr<ProjectorOutput>>& outputs;
+  ~RendererEnd() {
+    for (const auto& output : outputs) output->stopDrawing();
+  }
+};
 
 }  // namespace
 
@@ -47,11 +63,11 @@ ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
 }
 
 ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
-    : options_(options),
-      scene_(loadProjectorConfig(options.config, options.calibration), transforms_) {
-  lens_ = loadLens(scene_.config().camera_info);
-  image_publisher_ = own_.advertise<sensor_msgs::Image>("image", 2);
-  camera_info_publisher_ = own_.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
+    : options_(options), scene_(loadConfig(options), transforms_) {
+  for (const OutputConfig& projector : scene_.config().projectors) {
+    outputs_.push_back(std::make_unique<ProjectorOutput>(projector, own_));
+  }
+  problems_.resize(outputs_.size());
   diagnostics_publisher_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   counted_at_ = std::chrono::steady_clock::now();
   subscribeAll();
@@ -63,10 +79,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
 }
 
-ProjectorNode::~ProjectorNode() {
-  is_stopping_ = true;
-  if (drawing_.joinable()) drawing_.join();
-}
+ProjectorNode::~ProjectorNode() { endDrawing(); }
 
 // --------------------------------------------------------------------------------------------
 // input
@@ -77,8 +90,12 @@ ros::Subscriber ProjectorNode::subscribe(std::size_t layer, std::uint32_t queue)
                   std::is_same_v<MessageType, visualization_msgs::MarkerArray>) {
       scene_.prepare(*message);  // drawing goes on meanwhile
     }
-    const std::lock_guard<std::mutex> lock(mutex_);
-    scene_.add(layer, *message, timeInOrder());
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      scene_.add(layer, *message, timeInOrder());
+      has_news_ = true;
+    }
+    woken_.notify_all();
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
   return nh_.subscribe<MessageType>(scene_.config().layers[layer].topic, queue, function);
@@ -109,7 +126,7 @@ void ProjectorNode::subscribeAll() {
 ros::Time ProjectorNode::timeInOrder() {
   const ros::Time now = ros::Time::now();
   // As RViz: what was shown belongs to another time. The listener clears the transforms itself.
-  if (now + kJump < last_time_) {
+  if (now.toNSec() + kJumpNs < last_time_.toNSec()) {
     ROS_WARN("ROS time has jumped back: the projection is cleared");
     scene_.clear();
   }
@@ -120,104 +137,88 @@ ros::Time ProjectorNode::timeInOrder() {
 // ------------------------------------------------------------------------------------------
 // drawing
 void ProjectorNode::startDrawing() {
-  std::promise<std::string> started;
-  std::future<std::string> description = started.get_future();
-  drawing_ = std::thread([this, started = std::move(started)]() mutable {
-    try {
-      render::GlContext context;
-      render::ProjectorRenderer renderer(context, lens_, scene_.config().drawing);
-      started.set_value(context.description() + "; " + renderer.description());
-      drawLoop(renderer);
-    } catch (...) {
-      started.set_exception(std::current_exception());
-    }
-  });
+  std::promise<void> started;
+  std::future<void> start = started.get_future();
+  drawing_ = std::thread([this, started = std::move(started)]() mutable { drawInThread(started); });
   try {
-    gl_description_ = description.get();
+    start.get();
   } catch (...) {
     drawing_.join();
     throw;
   }
 }
 
-void ProjectorNode::drawLoop(render::ProjectorRenderer& renderer) {
-  const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(1 / options_.rate_hz));
-  auto deadline = std::chrono::steady_clock::now();
+void ProjectorNode::drawInThread(std::promise<void>& started) {
+  bool is_started = false;
   try {
-    while (!is_stopping_) {
-      drawOne(renderer);
-      deadline += period;
-      const auto now = std::chrono::steady_clock::now();
-      if (deadline < now) {  // go on from here: no burst of pictures to catch up
-        ++late_;
-        deadline = now;
-      }
-      std::this_thread::sleep_until(deadline);
-    }
+    render::GlContext context;
+    const RendererEnd end{outputs_};
+    for (const auto& output : outputs_) output->startDrawing(context);
+    is_started = true;
+    started.set_value();
+    drawLoop();
   } catch (const std::exception& error) {
+    if (!is_started) return started.set_exception(std::current_exception());
     const std::lock_guard<std::mutex> lock(mutex_);
     failure_ = error.what();
   }
 }
 
-void ProjectorNode::drawOne(render::ProjectorRenderer& renderer) {
-  ros::Time now;
-  const SceneFrame frame = composeFrame(now);
-  render::Image image = std::move(used_picture_);
-  if (frame.T_projector_world) {
-    renderer.render(frame.scene, *frame.T_projector_world, image);
-  } else {
-    image = black();
+void ProjectorNode::drawLoop() {
+  const std::chrono::duration<double> period(1 / options_.rate_hz);
+  while (!is_stopping_) {
+    const auto drawn_at = std::chrono::steady_clock::now();
+    drawAll();
+    if (std::chrono::steady_clock::now() - drawn_at > period) ++late_;
+    awaitDue(drawn_at);
   }
-  ros::Time drawn_for = now;
-  if (!now.isZero()) drawn_for += ros::Duration().fromNSec(scene_.config().latency_ns);
-  publish(image, drawn_for);
+}
+
+void ProjectorNode::awaitDue(std::chrono::steady_clock::time_point drawn_at) {
+  const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+      std::chrono::duration<double>(1 / options_.rate_hz));
+  std::unique_lock<std::mutex> lock(mutex_);
+  woken_.wait_until(lock, drawn_at + period / 2, [this] { return is_stopping_.load(); });
+  // What waits for a transform may be waiting for one that has just come.
+  if (!scene_.isWaiting()) {
+    woken_.wait_until(lock, drawn_at + period, [this] { return is_stopping_ || has_news_; });
+  }
+  has_news_ = false;
+}
+
+void ProjectorNode::drawAll() {
+  render::Scene scene;
+  std::vector<std::optional<Rigid<Projector, World>>> poses(outputs_.size());
+  std::vector<std::vector<std::string>> problems(outputs_.size());
+  ros::Time now;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    now = timeInOrder();
+    std::vector<std::string> of_scene;
+    if (!now.isZero()) scene = scene_.scene(now, of_scene);
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      if (now.isZero()) {
+        problems[i].push_back("projector: waiting for /clock");
+      } else {
+        poses[i] = scene_.projectorPose(i, now, problems[i]);
+      }
+      problems[i].insert(problems[i].end(), of_scene.begin(), of_scene.end());
+    }
+    problems_ = std::move(problems);
+  }
+  for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->draw(scene, poses[i], now);
   ++drawn_;
   {
-    const std::lock_guard<std::mutex> lock(picture_mutex_);
-    if (picture_) used_picture_ = std::move(*picture_);
-    picture_ = std::move(image);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    has_pictures_ = true;
   }
-  picture_ready_.notify_one();
+  pictures_ready_.notify_one();
 }
 
-SceneFrame ProjectorNode::composeFrame(ros::Time& now) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  now = timeInOrder();
-  SceneFrame frame;
-  if (now.isZero()) {
-    frame.problems = {"projector: waiting for /clock"};
-  } else {
-    frame = scene_.frame(now);
-  }
-  problems_ = frame.problems;
-  return frame;
-}
-
-render::Image ProjectorNode::black() const {
-  const auto pixels =
-      static_cast<std::size_t>(lens_.width) * static_cast<std::size_t>(lens_.height);
-  return {lens_.width, lens_.height, std::vector<std::uint8_t>(3 * pixels, 0)};
-}
-
-void ProjectorNode::publish(const render::Image& image, ros::Time drawn_for) {
-  std_msgs::Header header;
-  header.stamp = drawn_for;
-  header.frame_id = scene_.config().frame;
-  const auto info = boost::make_shared<sensor_msgs::CameraInfo>(toCameraInfo(lens_));
-  info->header = header;
-  camera_info_publisher_.publish(info);
-  if (image_publisher_.getNumSubscribers() == 0) return;
-  const auto message = boost::make_shared<sensor_msgs::Image>(toImage(image));
-  message->header = header;
-  image_publisher_.publish(message);
-}
-
-std::optional<render::Image> ProjectorNode::takePicture(std::chrono::milliseconds patience) {
-  std::unique_lock<std::mutex> lock(picture_mutex_);
-  picture_ready_.wait_for(lock, patience, [this] { return picture_.has_value(); });
-  return std::exchange(picture_, std::nullopt);
+void ProjectorNode::awaitPictures(std::chrono::milliseconds patience) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  pictures_ready_.wait_for(lock, patience, [this] { return has_pictures_; });
+  has_pictures_ = false;
 }
 
 std::string ProjectorNode::failure() const {
@@ -225,10 +226,18 @@ std::string ProjectorNode::failure() const {
   return failure_;
 }
 
-void ProjectorNode::stop() {
-  is_stopping_ = true;
+void ProjectorNode::endDrawing() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopping_ = true;
+  }
+  woken_.notify_all();
   if (drawing_.joinable()) drawing_.join();
-  publish(black(), ros::Time::now());
+}
+
+void ProjectorNode::stop() {
+  endDrawing();
+  for (const auto& output : outputs_) output->publishBlack();
 }
 
 // --------------------------------------------------------------------------------------
@@ -238,7 +247,6 @@ void ProjectorNode::publishDiagnostics() {
   const std::uint64_t drawn = drawn_;
   ProjectorState state;
   state.name = ros::this_node::getName().substr(1);
-  state.renderer = gl_description_;
   state.wanted_hz = options_.rate_hz;
   state.drawn_hz = static_cast<double>(drawn - drawn_before_) /
                    std::chrono::duration<double>(now - counted_at_).count();
@@ -247,13 +255,35 @@ void ProjectorNode::publishDiagnostics() {
   counted_at_ = now;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    state.problems = problems_;
     state.layers = scene_.status();
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+      state.outputs.push_back({outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i]});
+    }
   }
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    std::vector<std::string>& problems = state.outputs[i].problems;
+    const std::string window_problem = outputs_[i]->windowProblem();
+    if (!window_problem.empty()) problems.insert(problems.begin(), "projector: " + window_problem);
+  }
+  const LayerStatus transforms = inbox_.status();
+  if (!transforms.dropped.empty()) state.layers.push_back(transforms);
+  logFaults(state);
   diagnostic_msgs::DiagnosticArray array = toDiagnostics(state);
   if (watch_) array.status.push_back(watch_->status(state.name));
   array.header.stamp = ros::Time::now();
   diagnostics_publisher_.publish(array);
+}
+
+void ProjectorNode::logFaults(const ProjectorState& state) {
+  std::vector<std::string> problems;
+  for (const auto& output : state.outputs) {
+    problems.insert(problems.end(), output.problems.begin(), output.problems.end());
+  }
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+  for (const std::string& line : faults_.news(problems, state.layers, now_ns)) {
+    ROS_WARN("%s", line.c_str());
+  }
 }
 
 }  // namespace afterglow::nodes

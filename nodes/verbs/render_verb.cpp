@@ -16,6 +16,7 @@
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/video_writer.hpp"
+#include "nodes/verbs/observed_pictures.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/gl/renderer.hpp"
 #include "render/image_file.hpp"
@@ -33,9 +34,12 @@ struct Options {
   std::string store;
   std::string config;
   std::string calibration;
+  std::string projector;
   std::optional<double> at_s;
   std::string out;
   int fps = 30;
+  bool is_observed = false;
+  ObserverOptions observer;
 };
 
 /// How finely the last lit moment is looked for.
@@ -96,16 +100,37 @@ std::string darkReason(const SceneFrame& frame, const std::vector<LayerStatus>& 
   return text.empty() ? "nothing within the projector's picture" : text;
 }
 
+/// The configuration with one projector alone: the one of that name, or the only one.
+ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
+  std::string names;
+  for (const OutputConfig& projector : config.projectors) {
+    if (projector.name == name || (name.empty() && config.projectors.size() == 1)) {
+      config.projectors = {OutputConfig(projector)};
+      return config;
+    }
+    names += (names.empty() ? "" : ", ") + projector.name;
+  }
+  if (name.empty()) throw std::runtime_error("--projector is needed, one of: " + names);
+  throw std::runtime_error("no projector '" + name + "' in the configuration" +
+                           (names.empty() ? ", its only one has no name" : "; known: " + names));
+}
+
 /// Draws one behavior at its moments.
 class BehaviorPictures {
  public:
   BehaviorPictures(Source source, const Options& options)
       : source_(std::move(source)),
-        config_(loadProjectorConfig(options.config, options.calibration)),
-        lens_(loadLens(config_.camera_info)),
+        config_(ofProjector(loadProjectorConfig(options.config, options.calibration),
+                            options.projector)),
+        light_(config_.projectors[0].light),
+        lens_(loadLens(config_.projectors[0].camera_info)),
         begin_(source_.behavior.begin),
         end_(endOf(*source_.store, source_.behavior)),
-        renderer_(context_, lens_, config_.drawing) {}
+        renderer_(context_, lens_, config_.projectors[0].drawing) {
+    if (options.is_observed) {
+      observed_.emplace(context_, *source_.store, source_.behavior, config_, options.observer);
+    }
+  }
 
   /// The picture `seconds` after the beginning.
   render::Image at(double seconds) {
@@ -115,33 +140,36 @@ class BehaviorPictures {
                                fixedText(duration_s, 3) + " s of " + source_.name);
     }
     RecordedScene scene = start();
-    const SceneFrame frame = scene.at({begin_.ns + std::llround(seconds * 1e9)});
+    const Stamp moment{begin_.ns + std::llround(seconds * 1e9)};
+    const SceneFrame frame = scene.at(moment);
     render::Image image = draw(frame);
     if (!isLit(image)) {
       std::cerr << "afterglow render: the picture is dark: " << darkReason(frame, scene.status())
                 << std::endl;
     }
-    return image;
+    return shown(moment, frame, std::move(image));
   }
 
   /// The picture of the last moment at which anything was lit.
   render::Image lastLit() {
     if (const auto moment = lastMomentWithContent()) {
       RecordedScene scene = start();
-      render::Image image = draw(scene.at(*moment));
-      if (isLit(image)) return image;
+      const SceneFrame frame = scene.at(*moment);
+      render::Image image = draw(frame);
+      if (isLit(image)) return shown(*moment, frame, std::move(image));
     }
     // Content outside the picture at the end: every moment has to be looked at.
-    std::optional<render::Image> last;
+    std::optional<Stamp> last;
     RecordedScene scene = start();
     SceneFrame frame;
     eachMoment(kSearchStepNs, [&](Stamp moment) {
       frame = scene.at(moment);
-      if (!hasContent(frame)) return;
-      render::Image image = draw(frame);
-      if (isLit(image)) last = std::move(image);
+      if (hasContent(frame) && isLit(draw(frame))) last = moment;
     });
-    if (last) return std::move(*last);
+    if (last) {
+      frame = start().at(*last);
+      return shown(*last, frame, draw(frame));
+    }
     throw std::runtime_error("nothing of " + source_.name +
                              " is lit: " + darkReason(frame, scene.status()));
   }
@@ -150,7 +178,8 @@ class BehaviorPictures {
   const std::string& remark() const { return remark_; }
 
   void writeVideo(const std::string& path, int fps) {
-    VideoWriter video(path, lens_.width, lens_.height, fps);
+    VideoWriter video(path, observed_ ? observed_->width() : lens_.width,
+                      observed_ ? observed_->height() : lens_.height, fps);
     RecordedScene scene = start();
     Progress progress("rendering");
     const auto total = static_cast<std::uint64_t>(end_.ns - begin_.ns);
@@ -158,9 +187,9 @@ class BehaviorPictures {
     SceneFrame frame;
     eachMoment(1'000'000'000 / fps, [&](Stamp moment) {
       frame = scene.at(moment);
-      const render::Image image = draw(frame);
+      render::Image image = draw(frame);
       is_dark = is_dark && !isLit(image);
-      video.write(image);
+      video.write(shown(moment, frame, std::move(image)));
       progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
     });
     video.close();
@@ -191,6 +220,14 @@ class BehaviorPictures {
                                    : renderer_.render({}, {});
   }
 
+  /// What is to be seen of it: as it is sent to the projector, or as it falls on the room, where
+  /// the projector's own ways have no part.
+  render::Image shown(Stamp moment, const SceneFrame& frame, render::Image image) {
+    if (observed_) return observed_->see(moment, frame, lens_, std::move(image));
+    light_.apply(image);
+    return image;
+  }
+
   /// From the beginning in steps, and the end itself.
   template <typename Visit>
   void eachMoment(std::int64_t step_ns, const Visit& visit) const {
@@ -210,11 +247,13 @@ class BehaviorPictures {
 
   Source source_;
   ProjectorConfig config_;
+  render::LightOutput light_;
   std::string remark_;
   calib::Lens lens_;
   Stamp begin_, end_;
   render::GlContext context_;
   render::ProjectorRenderer renderer_;
+  std::optional<ObservedPictures> observed_;
 };
 
 bool isVideo(const std::string& path) { return std::filesystem::path(path).extension() == ".mp4"; }
@@ -249,6 +288,11 @@ void addRenderVerb(CLI::App& app) {
       ->required();
   verb->add_option("--calibration", options->calibration,
                    "Folder of the lens's file; without it, the configuration's folder");
+  verb->add_option("--projector", options->projector,
+                   "Which of several projectors of the configuration");
+  CLI::Option* view = verb->add_option(
+      "--view", "projector (default): the projector's picture; observer: the room it lights");
+  view->check(CLI::IsMember({"projector", "observer"}));
   verb->add_option("--out", options->out, "The picture (.png) or video (.mp4) to write")
       ->required()
       ->check(CLI::Validator(checkEnding, "FILE.png|FILE.mp4"));
@@ -259,7 +303,12 @@ void addRenderVerb(CLI::App& app) {
       ->check(CLI::Range(1, 240))
       ->capture_default_str();
   addStoreOption(*verb, options->store);
-  verb->callback([options, at] {
+  addObserverOptions(*verb, options->observer);
+  verb->callback([options, at, view] {
+    options->is_observed = !view->empty() && view->as<std::string>() == "observer";
+    if (!options->is_observed && options->observer.isGiven()) {
+      throw CLI::ValidationError("--view", "these options need --view observer");
+    }
     if (isVideo(options->out) && !at->empty()) {
       throw CLI::ValidationError("--at", "a video shows the whole behavior");
     }

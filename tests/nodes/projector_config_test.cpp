@@ -61,10 +61,11 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
       "  - {topic: /depth, type: sensor_msgs/PointCloud2, color: axis_z}\n",
       "/calibration");
   EXPECT_EQ(config.fixed_frame, "map");
-  EXPECT_EQ(config.camera_info, "/calibration/projector.yaml");
-  EXPECT_EQ(config.frame, "projector_optical_frame");
-  EXPECT_EQ(config.latency_ns, 12'500'000);
-  EXPECT_EQ(config.drawing, render::Drawing::Cpu);
+  ASSERT_EQ(config.projectors.size(), 1u);
+  EXPECT_EQ(config.projectors[0].camera_info, "/calibration/projector.yaml");
+  EXPECT_EQ(config.projectors[0].frame, "projector_optical_frame");
+  EXPECT_EQ(config.projectors[0].latency_ns, 12'500'000);
+  EXPECT_EQ(config.projectors[0].drawing, render::Drawing::Cpu);
   ASSERT_EQ(config.surfaces.size(), 2u);
   EXPECT_EQ(config.surfaces[0].polygon.at(1), Eigen::Vector2d(2, -2));
   EXPECT_TRUE(config.surfaces[1].polygon.empty());
@@ -88,12 +89,12 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
 
 TEST_F(ProjectorConfigTest, readsTheExampleThatIsShipped) {
   const ProjectorConfig config = loadProjectorConfig("assets/projector.yaml", "calibration");
-  EXPECT_EQ(config.camera_info, "calibration/projector.yaml");
+  EXPECT_EQ(config.projectors.at(0).camera_info, "calibration/projector.yaml");
   EXPECT_EQ(config.layers.size(), 5u);
 }
 
 TEST_F(ProjectorConfigTest, findsTheLensBesideItselfWithoutACalibrationFolder) {
-  EXPECT_EQ(load(kHead + kCloud + "}\n").camera_info, folder_.path("p.yaml"));
+  EXPECT_EQ(load(kHead + kCloud + "}\n").projectors.at(0).camera_info, folder_.path("p.yaml"));
 }
 
 TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
@@ -179,6 +180,45 @@ TEST_F(ProjectorConfigTest, readsWhoTextIsForAndWhereMeshesComeFrom) {
             ":7: no such folder in 'mesh_roots': '/nowhere/meshes'");
   EXPECT_EQ(fault(kHead + on_floor + "}\nmesh_roots: /tmp\n"),
             ":7: 'mesh_roots' should be a list of at least one folder");
+}
+
+TEST_F(ProjectorConfigTest, readsSeveralProjectorsAndTheirLight) {
+  const std::string layers = "layers: [{topic: /c, type: sensor_msgs/PointCloud2}]\n";
+  const ProjectorConfig config = load(
+      "fixed_frame: map\n"
+      "projectors:\n"
+      "  left: {camera_info: l.yaml, frame: l, monitor: HDMI-1, mirror: horizontal, gamma: 2.2}\n"
+      "  right: {camera_info: r.yaml, frame: r, gamma: [2, 2.1, 2.2], max_brightness: 0.5}\n" +
+      layers);
+  ASSERT_EQ(config.projectors.size(), 2u);
+  EXPECT_EQ(config.projectors[0].name, "left");
+  EXPECT_EQ(config.projectors[0].monitor, "HDMI-1");
+  EXPECT_EQ(config.projectors[0].light.mirror, render::Mirror::Horizontal);
+  EXPECT_EQ(config.projectors[0].light.gamma, (std::array<double, 3>{2.2, 2.2, 2.2}));
+  EXPECT_EQ(config.projectors[0].light.max_brightness, 1);
+  EXPECT_EQ(config.projectors[1].camera_info, folder_.path("r.yaml"));
+  EXPECT_EQ(config.projectors[1].light.gamma, (std::array<double, 3>{2, 2.1, 2.2}));
+  EXPECT_EQ(config.projectors[1].light.max_brightness, 0.5);
+  const auto faultOf = [&](const std::string& projectors) {
+    return fault("fixed_frame: map\n" + projectors + layers);
+  };
+  const std::string values = "{camera_info: l.yaml, frame: l, monitor: A}";
+  EXPECT_EQ(faultOf("projectors: {a: " + values + "}\nprojector: " + values + "\n"),
+            ":2: either 'projector' or 'projectors', not both");
+  EXPECT_EQ(faultOf("projectors: {}\n"),
+            ":2: 'projectors' should map names to at least one projector");
+  EXPECT_EQ(faultOf("projectors: {a b: " + values + "}\n"),
+            ":2: projector 'a b': a name has letters, digits and '_', and begins with a letter");
+  EXPECT_EQ(faultOf("projectors: {a: " + values + ", a: " + values + "}\n"),
+            ":2: projector 'a' twice");
+  EXPECT_EQ(faultOf("projectors: {a: " + values + ", b: " + values + "}\n"),
+            ":2: monitor 'A' twice");
+  EXPECT_EQ(faultOf("projectors: {a: {camera_info: l, frame: l, mirror: up}}\n"),
+            ":2: unknown mirror 'up' in projector 'a'; known: none, horizontal, vertical, both");
+  EXPECT_EQ(faultOf("projector: {camera_info: l, frame: l, gamma: [1, 2, 9]}\n"),
+            ":2: a gamma goes from 1 to 4");
+  EXPECT_EQ(faultOf("projector: {camera_info: l, frame: l, max_brightness: 2}\n"),
+            ":2: 'max_brightness' of 'projector' should be a number from 0 to 1, not '2'");
 }
 
 TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {

@@ -21,7 +21,8 @@ ros::Time at(double seconds) { return ros::Time(1000 + seconds); }
 ProjectorConfig config() {
   ProjectorConfig config;
   config.fixed_frame = "map";
-  config.frame = "projector";
+  config.projectors.resize(1);
+  config.projectors[0].frame = "projector";
   config.layers.resize(3);
   config.layers[kCloud].topic = "/cloud";
   config.layers[kCloud].type = LayerType::PointCloud2;
@@ -169,6 +170,30 @@ TEST_F(ProjectorSceneTest, hidesAFrameLockedMarkerWhileItsFrameIsGone) {
   EXPECT_DOUBLE_EQ(firstX(at(2)), 7);
 }
 
+TEST_F(ProjectorSceneTest, hidesWhatFollowsAFrameThatIsStale) {
+  transform("arm", 1, at(0));
+  Marker m = cube(1, "arm");
+  m.frame_locked = 1;
+  add(m, at(0));
+  EXPECT_EQ(drawn(kMarkers, at(2)).size(), 1u);
+  const SceneFrame frame = scene.frame(at(2.1));
+  EXPECT_TRUE(frame.scene.layers[kMarkers].drawables.empty());
+  EXPECT_EQ(frame.problems.back(), "/markers: the transform from 'arm' to 'map' is stale");
+  transform("arm", 2, at(3));
+  EXPECT_DOUBLE_EQ(firstX(at(3)), 2);
+}
+
+TEST_F(ProjectorSceneTest, placesNothingByAStaleTransform) {
+  transform("arm", 1, at(0));
+  add(cube(1, "arm"), at(5));  // stamp 0: where the arm is now, and nobody knows
+  EXPECT_TRUE(drawn(kMarkers, at(5)).empty());
+  EXPECT_TRUE(scene.isWaiting());
+  transform("arm", 2, at(6));
+  EXPECT_DOUBLE_EQ(firstX(at(6)), 2);
+  EXPECT_FALSE(scene.isWaiting());
+  EXPECT_DOUBLE_EQ(firstX(at(60)), 2);  // once placed it stands
+}
+
 TEST_F(ProjectorSceneTest, waitsForATransformAndKeepsWhatWasShownMeanwhile) {
   transform("arm", 1, at(0));
   Marker m = cube(1, "arm");
@@ -310,7 +335,7 @@ TEST_F(ProjectorSceneTest, trustsAStaticPoseForever) {
 
 TEST_F(ProjectorSceneTest, drawsAMovingProjectorForWhenItsLightLeaves) {
   ProjectorConfig late = config();
-  late.latency_ns = 100'000'000;
+  late.projectors[0].latency_ns = 100'000'000;
   ProjectorScene late_scene(late, buffer);
   for (int i = 0; i <= 10; ++i) transform("projector", i * 0.02, at(i * 0.01));  // 2 m/s
   const auto T = late_scene.frame(at(0.12)).T_projector_world;
@@ -320,15 +345,135 @@ TEST_F(ProjectorSceneTest, drawsAMovingProjectorForWhenItsLightLeaves) {
               1e-9);  // without latency: the newest as it is
 }
 
+/// A projector on the arm of a turret that turns at 1 rad/s, its tf at 50 Hz and a little late,
+/// angles in encoder counts.
+class TurningTurret : public ::testing::Test {
+ protected:
+  static constexpr double kLatency = 0.05, kCount = 1e-4;
+
+  static Eigen::Isometry3d turret(double angle) {
+    return Eigen::Translation3d(0.3, 0.1, 1) * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ());
+  }
+  static Eigen::Isometry3d armToProjector() {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translate(Eigen::Vector3d(0.15, 0.05, 0.2));
+    T.rotate(Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()));  // optical: z along x
+    T.rotate(Eigen::AngleAxisd(-M_PI / 2 - 0.7, Eigen::Vector3d::UnitX()));
+    return T;
+  }
+
+  void publish(const std::string& parent, const std::string& child, const Eigen::Isometry3d& T,
+               ros::Time stamp, bool is_static) {
+    geometry_msgs::TransformStamped message;
+    message.header.frame_id = parent;
+    message.child_frame_id = child;
+    message.header.stamp = stamp;
+    message.transform = toTransform(T);
+    buffer.setTransform(message, "test", is_static);
+  }
+
+  /// Transforms of up to `seconds`.
+  void turnUntil(double seconds) {
+    publish("turret", "projector", armToProjector(), {}, true);
+    for (; published * 0.02 <= seconds; ++published) {
+      const double angle = std::round(published * 0.02 / kCount) * kCount;
+      publish("map", "turret", turret(angle), at(published * 0.02), false);
+    }
+  }
+
+  /// The farthest that light meant for points of the floor misses them, drawn at `seconds`.
+  static double miss(const Rigid<Projector, World>& T_projector_world, double seconds) {
+    const Eigen::Isometry3d truth = turret(seconds + kLatency) * armToProjector();
+    double worst = 0;
+    for (const double ahead : {0.8, 1.5, 2.5}) {
+      for (const double aside : {-0.5, 0.0, 0.5}) {
+        Eigen::Vector3d p = turret(seconds) * Eigen::Vector3d(ahead, aside, 0);
+        p.z() = 0;
+        const Eigen::Vector3d ray = truth.linear() * (T_projector_world * p);
+        const Eigen::Vector3d eye = truth.translation();
+        EXPECT_LT(ray.z(), 0);
+        worst = std::max(worst, (eye - ray * (eye.z() / ray.z()) - p).norm());
+      }
+    }
+    return worst;
+  }
+
+  tf2::BufferCore buffer;
+  int published = 0;
+};
+
+TEST_F(TurningTurret, leavesLightOnTheFloorWhereItIs) {
+  ProjectorConfig late = config();
+  late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
+  ProjectorScene late_scene(late, buffer), prompt_scene(config(), buffer);
+  for (int frame = 0; frame < 60; ++frame) {
+    const double now = 0.2 + frame * 0.0337;
+    turnUntil(now - 0.008);
+    const auto T = late_scene.frame(at(now)).T_projector_world;
+    ASSERT_TRUE(T);
+    ASSERT_LT(miss(*T, now), 0.002) << now;
+    EXPECT_GT(miss(*prompt_scene.frame(at(now)).T_projector_world, now),
+              0.04);  // what latency costs
+  }
+}
+
+TEST_F(TurningTurret, isDarkOnceNobodyKnowsHowItWentOn) {
+  ProjectorConfig late = config();
+  late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
+  ProjectorScene late_scene(late, buffer);
+  turnUntil(1);
+  EXPECT_TRUE(late_scene.frame(at(1.4)).T_projector_world);
+  const SceneFrame frame = late_scene.frame(at(1.5));
+  EXPECT_FALSE(frame.T_projector_world);
+  EXPECT_EQ(frame.problems.at(0),
+            "projector: it moves, and the transform from 'projector' to 'map' is too old to say "
+            "where to");
+}
+
+TEST_F(TurningTurret, servesSeveralProjectorsFromOneScene) {
+  ProjectorConfig two = config();
+  two.projectors.push_back({});
+  two.projectors[1].frame = "elsewhere";
+  ProjectorScene both(two, buffer);
+  turnUntil(1);
+  std::vector<std::string> problems, of_second;
+  both.scene(at(1), problems);
+  EXPECT_TRUE(problems.empty());
+  EXPECT_TRUE(both.projectorPose(0, at(1), problems));
+  EXPECT_FALSE(both.projectorPose(1, at(1), of_second));
+  EXPECT_TRUE(problems.empty());
+  EXPECT_EQ(of_second.at(0), "projector: no transform from 'elsewhere' to 'map'");
+}
+
+TEST(ProjectorPose, goesOnAlongItsScrew) {
+  const auto pose = [](double turn) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    const Eigen::Vector3d pivot(2, -1, 0), axis(0, 0, 1);
+    T.translate(pivot + 0.3 * turn * axis);
+    T.rotate(Eigen::AngleAxisd(turn, axis));
+    T.translate(Eigen::Vector3d(0.5, 0, 0.1));
+    T.rotate(Eigen::AngleAxisd(1, Eigen::Vector3d::UnitX()));
+    return T;
+  };
+  for (const double step : {0.5, 1e-3, 1e-5, 1e-8}) {
+    const auto T = extrapolate({pose(1), 1'000}, {pose(1 + step), 2'000}, 5'000);
+    EXPECT_LT((T.matrix() - pose(1 + 4 * step).matrix()).norm(), 1e-7) << step;
+  }
+  Eigen::Isometry3d ahead = pose(1);
+  ahead.translation().y() += 1;
+  EXPECT_NEAR(
+      extrapolate({pose(1), 1}, {ahead, 2}, 4).translation().y() - pose(1).translation().y(), 3,
+      1e-9);
+}
+
 TEST(ProjectorPose, goesOnTurningAboutItsAxis) {
   StampedPose a{Eigen::Isometry3d::Identity(), 1'000}, b = a;
   b.stamp_ns = 2'000;
   b.T_fixed_frame.rotate(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
-  b.T_fixed_frame.translation().x() = 1;
   const Eigen::Isometry3d T = extrapolate(a, b, 5'000);
   EXPECT_TRUE(T.linear().isApprox(
       Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix(), 1e-9));
-  EXPECT_NEAR(T.translation().x(), 4, 1e-12);
+  EXPECT_NEAR(T.translation().norm(), 0, 1e-12);
 }
 
 // -----------------------------------------------------------------------------------------

@@ -1,0 +1,32 @@
+/// \file
+/// One projector: its lens, where it is, what light it gives and which screen is its own.
+/// `projector`, or an entry of `projectors`, in the configuration; assets/projector.yaml explains
+/// every key.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "nodes/tools/yaml_map.hpp"
+#include "render/gl/renderer.hpp"
+#include "render/light_output.hpp"
+
+namespace afterglow::nodes {
+
+struct OutputConfig {
+  std::string name;         ///< among several projectors; empty: it is the only one
+  std::string camera_info;  ///< path of the lens's file
+  std::string frame;        ///< the projector's optical frame
+  /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
+  std::int64_t latency_ns = 0;
+  render::Drawing drawing = render::Drawing::Measured;
+  std::string monitor;  ///< connector, model or index; empty: not said
+  render::LightSettings light;
+};
+
+/// The projectors of a whole configuration, at least one: `projector` or `projectors`.
+/// `camera_info` is relative to `folder`. Throws std::runtime_error "FILE:LINE: what is wrong".
+std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,137 @@
+#include "nodes/projector/projector_output.hpp"
+
+#include <sensor_msgs/CameraInfo.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "calib/camera_info_file.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+calib::Lens loadLens(const std::string& path) {
+  calib::CameraInfoFile file = calib::loadCameraInfo(path);
+  if (!file.warning.empty()) ROS_WARN("%s: %s", path.c_str(), file.warning.c_str());
+  return file.lens;
+}
+
+void makeBlack(render::Image& image, const calib::Lens& lens) {
+  image.width = lens.width;
+  image.height = lens.height;
+  image.rgb.assign(3 * static_cast<std::size_t>(lens.width) * static_cast<std::size_t>(lens.height),
+                   0);
+}
+
+/// The lens of a picture that is sent mirrored: its pixels lie the other way round.
+sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirror) {
+  using render::Mirror;
+  sensor_msgs::CameraInfo info = toCameraInfo(lens);
+  const auto turnRound = [&info](std::size_t row, int pixels) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      double& k = info.K[3 * row + column];
+      k = column == 2 ? pixels - 1 - k : -k;
+      info.P[4 * row + column] = k;
+    }
+  };
+  if (mirror == Mirror::Horizontal || mirror == Mirror::Both) turnRound(0, lens.width);
+  if (mirror == Mirror::Vertical || mirror == Mirror::Both) turnRound(1, lens.height);
+  return info;
+}
+
+}  // namespace
+
+ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own)
+    : config_(config), lens_(loadLens(config.camera_info)), light_(config.light) {
+  ros::NodeHandle nh(own, config.name);
+  image_publisher_ = nh.advertise<sensor_msgs::Image>("image", 2);
+  camera_info_publisher_ = nh.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
+  message_ = toImage({lens_.width, lens_.height, {}});
+  message_.header.frame_id = config.frame;
+}
+
+// ------------------------------------------------------------------------------------------
+// drawing
+void ProjectorOutput::startDrawing(render::GlContext& context) {
+  renderer_ = std::make_unique<render::ProjectorRenderer>(context, lens_, config_.drawing);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  description_ = context.description() + "; " + renderer_->description();
+}
+
+void ProjectorOutput::draw(const render::Scene& scene,
+                           const std::optional<Rigid<Projector, World>>& T_projector_world,
+                           ros::Time now) {
+  render::Image image;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::swap(image, spare_);
+  }
+  if (T_projector_world) {
+    renderer_->render(scene, *T_projector_world, image);
+    light_.apply(image);
+  } else {
+    makeBlack(image, lens_);
+  }
+  if (!now.isZero()) {  // ROS time has an end
+    const auto light_ns = now.toNSec() + static_cast<std::uint64_t>(config_.latency_ns);
+    now.fromNSec(std::min(light_ns, ros::TIME_MAX.toNSec()));
+  }
+  publish(image, now);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (picture_) spare_ = std::move(*picture_);
+  picture_ = std::move(image);
+}
+
+void ProjectorOutput::stopDrawing() { renderer_.reset(); }
+
+void ProjectorOutput::publish(render::Image& image, ros::Time drawn_for) {
+  message_.header.stamp = drawn_for;
+  sensor_msgs::CameraInfo info = toSentInfo(lens_, config_.light.mirror);
+  info.header = message_.header;
+  camera_info_publisher_.publish(info);
+  if (image_publisher_.getNumSubscribers() == 0) return;
+  // Lent, not copied: publishing by reference is done with the pixels when it returns.
+  message_.data.swap(image.rgb);
+  image_publisher_.publish(message_);
+  message_.data.swap(image.rgb);
+}
+
+void ProjectorOutput::publishBlack() {
+  render::Image image = black();
+  publish(image, ros::Time::now());
+}
+
+// -------------------------------------------------------------------------------------------
+// window
+std::optional<render::Image> ProjectorOutput::takePicture() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(picture_, std::nullopt);
+}
+
+void ProjectorOutput::giveBack(render::Image&& picture) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  spare_ = std::move(picture);
+}
+
+render::Image ProjectorOutput::black() const {
+  render::Image image;
+  makeBlack(image, lens_);
+  return image;
+}
+
+void ProjectorOutput::setWindowProblem(const std::string& problem) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  window_problem_ = problem;
+}
+
+std::string ProjectorOutput::windowProblem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return window_problem_;
+}
+
+std::string ProjectorOutput::renderer() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return description_;
+}
+
+}  // namespace afterglow::nodes

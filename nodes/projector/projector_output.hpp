@@ -1,0 +1,74 @@
+/// \file
+/// One projector of projector_node: its lens, its pictures of the one scene, its topics, and the
+/// hand-over to its window.
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/Image.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "calib/lens.hpp"
+#include "nodes/projector/output_config.hpp"
+#include "nodes/projector/projector_messages.hpp"
+#include "render/gl/renderer.hpp"
+#include "render/light_output.hpp"
+
+namespace afterglow::nodes {
+
+class ProjectorOutput {
+ public:
+  /// Topics lie below `own`, those of a projector with a name below that. Throws
+  /// std::runtime_error: the lens's file, and why.
+  ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own);
+
+  const calib::Lens& lens() const { return lens_; }
+  const OutputConfig& config() const { return config_; }
+
+  // In the drawing thread, where the context is.
+  void startDrawing(render::GlContext& context);
+  /// Publishes the picture as of ROS time `now` and lays it out for takePicture(); black without a
+  /// pose.
+  void draw(const render::Scene& scene,
+            const std::optional<Rigid<Projector, World>>& T_projector_world, ros::Time now);
+  void stopDrawing();  ///< before the context ends
+
+  /// After drawing has ended: the last picture.
+  void publishBlack();
+
+  // In the window's thread.
+  /// The newest picture that has not been taken.
+  std::optional<render::Image> takePicture();
+  /// A taken picture, for its memory.
+  void giveBack(render::Image&& picture);
+  render::Image black() const;
+  /// Why its window is not on its screen; empty: it is, or there is none.
+  void setWindowProblem(const std::string& problem);
+
+  // In any thread.
+  std::string renderer() const;
+  std::string windowProblem() const;
+
+ private:
+  void publish(render::Image& image, ros::Time drawn_for);
+
+  OutputConfig config_;
+  calib::Lens lens_;
+  render::LightOutput light_;
+  std::unique_ptr<render::ProjectorRenderer> renderer_;
+  ros::Publisher image_publisher_, camera_info_publisher_;
+  sensor_msgs::Image message_;  ///< lends its header; the pixels are the picture's
+
+  mutable std::mutex mutex_;  ///< what follows
+  std::optional<render::Image> picture_;
+  render::Image spare_;  ///< memory to draw into next
+  std::string description_;
+  std::string window_problem_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,75 @@
+#include "render/gl/monitor_choice.hpp"
+
+namespace afterglow::render {
+namespace {
+
+std::string sizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+std::string listText(const std::vector<Monitor>& monitors) {
+  std::string text;
+  for (std::size_t i = 0; i < monitors.size(); ++i) {
+    const Monitor& monitor = monitors[i];
+    text += (i == 0 ? "" : ", ") + std::to_string(i) + " '" + monitor.name + "' " +
+            (monitor.model.empty() ? "" : "'" + monitor.model + "' ") +
+            sizeText(monitor.width, monitor.height);
+  }
+  return text.empty() ? "none" : text;
+}
+
+MonitorChoice findMonitor(const std::vector<Monitor>& monitors, const std::string& wanted) {
+  if (wanted.empty() && !monitors.empty()) return {monitors.size() - 1, ""};
+  std::vector<std::size_t> of_model;
+  for (std::size_t i = 0; i < monitors.size(); ++i) {
+    if (wanted == monitors[i].name || wanted == std::to_string(i)) return {i, ""};
+    if (wanted == monitors[i].model) of_model.push_back(i);
+  }
+  if (of_model.size() == 1) return {of_model.front(), ""};
+  const std::string fault =
+      of_model.empty() ? "no monitor '" + wanted + "'" : "several monitors '" + wanted + "'";
+  return {std::nullopt, fault + "; there are: " + listText(monitors)};
+}
+
+bool overlap(const Monitor& a, const Monitor& b) {
+  return a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height;
+}
+
+}  // namespace
+
+MonitorChoice chooseMonitor(const std::vector<Monitor>& monitors, const std::string& wanted,
+                            int width, int height) {
+  MonitorChoice choice = findMonitor(monitors, wanted);
+  if (!choice.monitor) return choice;
+  const Monitor& chosen = monitors[*choice.monitor];
+  if (chosen.width != width || chosen.height != height) {
+    return {std::nullopt, "monitor '" + chosen.name + "' is set to " +
+                              sizeText(chosen.width, chosen.height) +
+                              " but the projector's lens is for " + sizeText(width, height) +
+                              ": set the output to that resolution"};
+  }
+  for (const Monitor& other : monitors) {
+    if (&other != &chosen && overlap(other, chosen)) {
+      return {std::nullopt, "monitor '" + chosen.name + "' shows what '" + other.name +
+                                "' shows: extend the desktop instead of mirroring it"};
+    }
+  }
+  return choice;
+}
+
+std::string edidModel(const std::vector<std::uint8_t>& edid) {
+  constexpr std::size_t kFirst = 54, kSize = 18, kEnd = 126, kText = 5;
+  for (std::size_t at = kFirst; at + kSize <= kEnd && at + kSize <= edid.size(); at += kSize) {
+    const bool is_name = edid[at] == 0 && edid[at + 1] == 0 && edid[at + 3] == 0xfc;
+    if (!is_name) continue;
+    std::string name;
+    for (std::size_t i = at + kText; i < at + kSize && edid[i] >= ' ' && edid[i] < 0x7f; ++i) {
+      name += static_cast<char>(edid[i]);
+    }
+    while (!name.empty() && name.back() == ' ') name.pop_back();
+    return name;
+  }
+  return {};
+}
+
+}  // namespace afterglow::render

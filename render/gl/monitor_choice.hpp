@@ -1,0 +1,36 @@
+/// \file
+/// Which screen a projector's window belongs on, and when on none: the rule, without a display.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace afterglow::render {
+
+/// One screen as the desktop has it.
+struct Monitor {
+  std::string name;           ///< its connector, as RandR calls it: "HDMI-1"
+  std::string model;          ///< as it calls itself; empty: it does not say
+  int x = 0, y = 0;           ///< px, its top left corner on the desktop
+  int width = 0, height = 0;  ///< px, now
+};
+
+struct MonitorChoice {
+  std::optional<std::size_t> monitor;  ///< index
+  std::string problem;                 ///< for people: why none
+};
+
+/// The monitor, of those that are there with the primary one first, for pictures of a size.
+/// `wanted` is a connector, a model or an index ("1"); empty: the last that is not the primary one,
+/// else the only one. None if it is not there, is one of several of that model, has another
+/// resolution (light would land elsewhere), or shows what another one shows, too.
+MonitorChoice chooseMonitor(const std::vector<Monitor>& monitors, const std::string& wanted,
+                            int width, int height);
+
+/// The model in a monitor's EDID (VESA E-EDID 1.4, 3.10.3.4), or nothing.
+std::string edidModel(const std::vector<std::uint8_t>& edid);
+
+}  // namespace afterglow::render

@@ -1,0 +1,47 @@
+/// \file
+/// From the drawn picture to the one that is sent to a projector: its measured response, the limit
+/// of its light, the mirrors it is seen by. GL-free.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::render {
+
+/// Horizontal swaps left and right, Vertical top and bottom, Both is half a turn.
+enum class Mirror { None, Horizontal, Vertical, Both };
+
+/// How a projector differs from one that shows sRGB upright and in full light.
+///
+/// A mirror and calibration: the lens and everything else that is calibrated describe the picture
+/// *before* it is mirrored here, since no lens and pose can describe a reflection. So calibrate
+/// with the same mirror (calibrator_node's ~mirror): the thrown tags are then upright on the wall.
+/// Where the projector's own menu mirrors (rear or ceiling projection), none is needed here.
+struct LightSettings {
+  /// Measured response of red, green and blue: light = (value / 255)^gamma. None: sRGB's curve.
+  std::optional<std::array<double, 3>> gamma;
+  /// Share of its full light that white gets, in (linear) light; all else dims in proportion.
+  double max_brightness = 1;
+  Mirror mirror = Mirror::None;
+};
+
+/// Tables made once, for pictures of one projector. Any thread; black stays black.
+class LightOutput {
+ public:
+  explicit LightOutput(const LightSettings& settings);
+  /// In place, in one pass. Settings that say nothing cost nothing.
+  void apply(Image& image) const;
+
+ private:
+  /// Both pixels' new values, each in the other's place. They may be one and the same.
+  void exchange(std::uint8_t* a, std::uint8_t* b) const;
+
+  bool is_identity_;
+  bool flips_columns_, flips_rows_;
+  std::array<std::array<std::uint8_t, 256>, 3> tables_;
+};
+
+}  // namespace afterglow::render

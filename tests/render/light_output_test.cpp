@@ -1,0 +1,103 @@
+#include "render/light_output.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace afterglow::render {
+namespace {
+
+/// Every pixel another one; sizes odd and even.
+Image numbered(int width, int height) {
+  Image image{width, height, {}};
+  for (int i = 0; i < width * height; ++i) {
+    for (int channel = 0; channel < 3; ++channel) {
+      image.rgb.push_back(static_cast<std::uint8_t>(3 * i + channel));
+    }
+  }
+  return image;
+}
+
+std::array<int, 3> at(const Image& image, int x, int y) {
+  const auto i = static_cast<std::size_t>(3 * (y * image.width + x));
+  return {image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]};
+}
+
+/// Light of a value that an sRGB screen gives, 0 to 1.
+double srgbLight(int value) {
+  const double v = value / 255.0;
+  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+
+std::array<int, 3> sent(const LightSettings& settings, std::uint8_t value) {
+  Image image{1, 1, {value, value, value}};
+  LightOutput(settings).apply(image);
+  return at(image, 0, 0);
+}
+
+TEST(LightOutput, leavesThePictureAloneWhereNothingIsConfigured) {
+  Image image = numbered(5, 4);
+  LightOutput({}).apply(image);
+  EXPECT_EQ(image.rgb, numbered(5, 4).rgb);
+}
+
+TEST(LightOutput, mirrorsPixelByPixel) {
+  for (const auto& [width, height] : {std::pair{5, 4}, {4, 5}, {1, 1}, {7, 7}}) {
+    const Image original = numbered(width, height);
+    for (const Mirror mirror : {Mirror::Horizontal, Mirror::Vertical, Mirror::Both}) {
+      LightSettings settings;
+      settings.mirror = mirror;
+      Image image = original;
+      LightOutput(settings).apply(image);
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const int from_x = mirror == Mirror::Vertical ? x : width - 1 - x;
+          const int from_y = mirror == Mirror::Horizontal ? y : height - 1 - y;
+          ASSERT_EQ(at(image, x, y), at(original, from_x, from_y))
+              << width << "x" << height << " at " << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST(LightOutput, makesAProjectorOfAnyResponseGiveTheLightThatSrgbMeans) {
+  LightSettings settings;
+  settings.gamma = {{1.8, 2.2, 2.8}};
+  for (const int value : {0, 20, 90, 128, 200, 255}) {
+    const auto out = sent(settings, static_cast<std::uint8_t>(value));
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      // Half a value to either side is what 8 bits can do.
+      const auto light = [&](double v) { return std::pow(v / 255, (*settings.gamma)[channel]); };
+      const int v = out[channel];
+      EXPECT_LE(light(std::max(0.0, v - 0.5)), srgbLight(value) + 1e-12) << value;
+      EXPECT_GE(light(v + 0.5), srgbLight(value) - 1e-12) << value;
+    }
+  }
+}
+
+TEST(LightOutput, dimsLightInProportion) {
+  LightSettings settings;
+  settings.max_brightness = 0.25;
+  EXPECT_NEAR(srgbLight(sent(settings, 255)[0]), 0.25, 0.002);
+  EXPECT_NEAR(srgbLight(sent(settings, 128)[1]), 0.25 * srgbLight(128), 0.002);
+  EXPECT_EQ(sent(settings, 0), (std::array<int, 3>{0, 0, 0}));
+  settings.max_brightness = 0;
+  EXPECT_EQ(sent(settings, 255), (std::array<int, 3>{0, 0, 0}));
+  settings.max_brightness = 0.5;
+  settings.gamma = {{1, 1, 1}};
+  EXPECT_EQ(sent(settings, 255)[2], 128);
+}
+
+TEST(LightOutput, mapsAndMirrorsEveryPixelOnce) {
+  LightSettings settings;
+  settings.mirror = Mirror::Both;
+  settings.max_brightness = 0.5;
+  settings.gamma = {{1, 1, 1}};
+  Image image{3, 3, std::vector<std::uint8_t>(27, 255)};
+  LightOutput(settings).apply(image);
+  EXPECT_EQ(image.rgb, std::vector<std::uint8_t>(27, 128));
+}
+
+}  // namespace
+}  // namespace afterglow::render
