@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/projector/transform_intake.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -83,7 +84,8 @@ void RecordedScene::feedTransforms(const replay::Message& message, const replay:
   const auto transforms = toMessage<tf2_msgs::TFMessage>(message.bytes);
   if (!transforms) return;  // one lost transform is bridged by the next
   for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
-    transforms_.setTransform(transform, channel.caller_id, channel.topic == kStaticTransforms);
+    takeTransform(transforms_, transform, channel.caller_id, channel.topic == kStaticTransforms,
+                  toTime(message.received));  // nor does one that is refused end the recording
   }
 }
 

@@ -45,6 +45,7 @@ void addSegment(const RibbonPoint& a, const RibbonPoint& b, double width, const 
 void addJoin(const RibbonPoint& point, double width, const Eye& eye, Mesh& mesh) {
   constexpr int kSides = 12;
   const Eigen::Vector3d n = towards(eye, point.p_world);
+  if (n.isZero()) return;  // in the eye itself there is no side
   const Eigen::Vector3d x = n.unitOrthogonal() * (0.5 * width), y = n.cross(x);
   const std::uint32_t center = add(mesh, point.p_world, point.color);
   for (int i = 0; i < kSides; ++i) {

@@ -28,8 +28,7 @@ def marker(kind, points=(), scale=(0.3, 0.3, 0.3), color=(0.2, 1.0, 0.2), at=(0.
     m.pose.position.x, m.pose.position.y, m.pose.position.z = at
     m.pose.orientation.z, m.pose.orientation.w = 0.3826834, 0.9238795  # 45 degrees: no side is seen from its edge
     m.scale.x, m.scale.y, m.scale.z = scale
-    m.color.r, m.color.g, m.color.b = color
-    m.color.a = 1
+    m.color.r, m.color.g, m.color.b, m.color.a = (*color, 1)[:4]
     m.points = [Point(*p) for p in points]
     return m
 
@@ -63,7 +62,9 @@ def markers(out):
         "text_view_facing": marker(M.TEXT_VIEW_FACING, scale=(0, 0, 0.2), text="Gearbox Ag\n2nd line"),
         "mesh_resource": marker(M.MESH_RESOURCE, scale=(0.5, 0.5, 0.5), mesh_resource="file://" + stl),
         "mesh_own_colors": marker(M.MESH_RESOURCE, scale=(0.5, 0.5, 0.5), mesh_resource="file://" + dae,
-                                  mesh_use_embedded_materials=True),
+                                  color=(0, 0, 0, 0), mesh_use_embedded_materials=True),
+        "mesh_tinted": marker(M.MESH_RESOURCE, scale=(0.5, 0.5, 0.5), mesh_resource="file://" + dae,
+                              color=(1, 1, 1), mesh_use_embedded_materials=True),
         "triangle_list": marker(M.TRIANGLE_LIST, triangles, scale=(1, 1, 1), colors=rainbow(9)),
     }
 
@@ -274,6 +275,7 @@ def main():
     options = parser.parse_args()
     stage.require(options.bin)
     import cv2
+    import numpy
     import rospy
     out = os.path.abspath(options.out)
     with stage.Stage(out, WIDTH, HEIGHT) as set_up:
@@ -295,16 +297,16 @@ def main():
             publishers[topic].publish(eraser)
             settled(set_up.screenshot, False)
             settled(projection.picture, False)
-            if rviz is None or ours is None:
-                print(f"{name:20} not drawn by {'RViz' if rviz is None else 'projector_node'}")
-                unseen.append(name)
-                continue
+            for who, picture in (("RViz", rviz), ("projector_node", ours)):
+                if picture is None:
+                    print(f"{name:20} not drawn by {who}")
+                    unseen.append(name)
+            rviz, ours = (numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8) if p is None else p for p in (rviz, ours))
             figure = overlap(rviz, ours)
             print(f"{name:20} {figure:.3f}", flush=True)
             pairs.append(pair_of(name, rviz, ours, figure))
             cv2.imwrite(os.path.join(out, name + ".png"), pairs[-1])
-        if pairs:
-            cv2.imwrite(os.path.join(out, "sheet.png"), sheet_of(pairs))
+        cv2.imwrite(os.path.join(out, "sheet.png"), sheet_of(pairs))
         del eye
     return 1 if unseen else 0
 

@@ -1,0 +1,191 @@
+// Headers, transforms and times as broken as they come: nothing is drawn where nobody knows where
+// it belongs, what cannot be is counted and logged once, and everything else is still drawn.
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "nodes/projector/transform_intake.hpp"
+#include "tests/support/faulty_scene.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kLastSecond = std::numeric_limits<std::uint32_t>::max();
+
+class FrameFaults : public test::FaultyScene {
+ protected:
+  static geometry_msgs::TransformStamped stamped(const std::string& frame, double x,
+                                                 ros::Time stamp) {
+    geometry_msgs::TransformStamped message;
+    message.header.frame_id = "map";
+    message.child_frame_id = frame;
+    message.header.stamp = stamp;
+    message.transform.translation.x = x;
+    message.transform.rotation.w = 1;
+    return message;
+  }
+  std::string take(const geometry_msgs::TransformStamped& message, ros::Time now,
+                   bool is_static = false) {
+    return takeTransform(buffer_, message, "test", is_static, now);
+  }
+
+  /// Shown never; given up after the patience of a layer, in words that name the frame.
+  void expectNeverPlaced(const Marker& lost, const std::string& frame) {
+    SCOPED_TRACE(frame);
+    startAgain();
+    add({cube(1), lost, cube(2)}, at(0));
+    EXPECT_EQ(drawn(at(0)).size(), 2u);
+    EXPECT_EQ(scene_->status()[kMarkers].waiting_for, frame);
+    EXPECT_EQ(drawn(at(11)).size(), 2u);
+    const std::string reason = "no transform from '" + frame + "' to 'map'";
+    EXPECT_EQ(dropped(), (std::map<std::string, std::uint64_t>{{reason, 1}}));
+    EXPECT_EQ(logged(0), std::vector<std::string>{"/markers: dropped: " + reason});
+    EXPECT_TRUE(logged(1).empty());
+  }
+};
+
+// 38
+TEST_F(FrameFaults, aFrameWithoutANameIsRefused) {
+  expectRefused(cube(7, ""), "frame_id is empty");
+  expectRefused(cube(7, "/"), "frame_id is empty");
+}
+
+TEST_F(FrameFaults, aLeadingSlashIsNoPartOfAName) {
+  transform("arm", 2, at(0), true);
+  EXPECT_DOUBLE_EQ(expectDrawn(cube(7, "/arm")).pose.matrix().translation().x(), 2);
+}
+
+TEST_F(FrameFaults, unknownFramesAreNamedAndNothingIsDrawnInTheirStead) {
+  expectNeverPlaced(cube(7, "nowhere"), "nowhere");
+  expectNeverPlaced(cube(7, "//map"), "/map");
+  expectNeverPlaced(cube(7, "h\xc3\xa4nd\n\x1b[2J"), "h??nd??[2J");
+  expectNeverPlaced(cube(7, std::string(65536, 'x')), std::string(80, 'x') + "...");
+  expectNeverPlaced(cube(7, std::string("a\0b", 3)), "a?b");
+}
+
+// 39
+TEST_F(FrameFaults, aLoopOfFramesHidesWhatHangsOnIt) {
+  transform("b", 1, at(0), false, "a");
+  transform("a", 1, at(0), false, "b");
+  expectNeverPlaced(cube(7, "a"), "a");
+}
+
+TEST_F(FrameFaults, aFrameWithTwoParentsIsWhereItWasPutLast) {
+  transform("table", 3, at(0), true);
+  transform("arm", 1, at(0));
+  transform("arm", 1, at(1), false, "table");
+  EXPECT_DOUBLE_EQ(expectDrawn(cube(7, "arm")).pose.matrix().translation().x(), 4);
+}
+
+TEST_F(FrameFaults, transformsThatAreNoneAreRefusedByName) {
+  auto bad = stamped("arm", 1, at(0));
+  bad.transform.translation.y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(take(bad, at(0)), "transform of 'arm': not finite or absurdly far");
+  bad = stamped("arm", 1e300, at(0));
+  EXPECT_EQ(take(bad, at(0), true), "transform of 'arm': not finite or absurdly far");
+  for (const double w : {0.0, 5.0, std::numeric_limits<double>::infinity()}) {
+    bad = stamped("arm", 1, at(0));
+    bad.transform.rotation.w = w;
+    EXPECT_EQ(take(bad, at(0)), "transform of 'arm': rotation is not normalized") << w;
+  }
+  bad = stamped("", 1, at(0));
+  EXPECT_EQ(take(bad, at(0)), "transform of '': a frame without a name");
+  EXPECT_EQ(take(stamped("/map", 1, at(0)), at(0)), "transform of 'map': its own parent");
+  EXPECT_EQ(take(stamped("arm", 1, at(0)), at(0)), "");
+  EXPECT_DOUBLE_EQ(expectDrawn(cube(7, "arm")).pose.matrix().translation().x(), 1);
+}
+
+TEST_F(FrameFaults, aChainThatEndsAbsurdlyFarLeadsNowhere) {
+  transform("far", 9e5, at(0), true);
+  transform("farther", 9e5, at(0), true, "far");
+  expectNeverPlaced(cube(7, "farther"), "farther");
+}
+
+TEST_F(FrameFaults, aStampTfDoesNotReachIsWaitedForAndGivenUp) {
+  transform("arm", 1, at(0));
+  transform("arm", 2, at(1));
+  for (const ros::Time stamp :
+       {at(-5), at(500), ros::Time(1), ros::Time(kLastSecond, 999'999'999)}) {
+    Marker m = cube(7, "arm");
+    m.header.stamp = stamp;
+    expectNeverPlaced(m, "arm");
+  }
+}
+
+// 40
+TEST_F(FrameFaults, aFrameThatJumpsIsFollowedAtOnce) {
+  transform("arm", 1, at(0));
+  Marker m = cube(7, "arm");
+  m.frame_locked = 1;
+  add({m}, at(0));
+  transform("arm", 50, at(0.1));
+  EXPECT_DOUBLE_EQ(drawn(at(0.1)).at(0).pose.matrix().translation().x(), 50);
+}
+
+// 41
+TEST_F(FrameFaults, stampsThatAreNoTimeAreRefusedAndZeroMeansNow) {
+  Marker m = cube(7);
+  for (const std::uint32_t nsec : {1'000'000'000u, 0xffffffffu}) {
+    m.header.stamp.sec = 5;
+    m.header.stamp.nsec = nsec;
+    expectRefused(m, "stamp is no time");
+  }
+  m = cube(7, "arm");
+  transform("arm", 1, at(0));
+  transform("arm", 2, at(1));
+  m.header.stamp = ros::Time(0);
+  EXPECT_DOUBLE_EQ(expectDrawn(m).pose.matrix().translation().x(), 2);
+}
+
+TEST_F(FrameFaults, sequenceNumbersMeanNothing) {
+  Marker m = cube(7);
+  m.header.seq = 0xffffffffu;
+  expectDrawn(m);
+}
+
+// 42
+TEST_F(FrameFaults, aClockThatStandsStillEndsNothing) {
+  Marker m = cube(7);
+  m.lifetime = ros::Duration(1);
+  add({m}, at(0));
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(drawn(at(0.5)).size(), 1u);
+}
+
+// 43
+TEST_F(FrameFaults, theEndOfRosTimeIsLivedThrough) {
+  const ros::Time end(kLastSecond, 999'999'999);
+  Marker m = cube(7);
+  m.lifetime = ros::Duration(5);
+  m.header.stamp = end;
+  scene_->add(kRest, cube(1), end);
+  add({m}, end);
+  EXPECT_EQ(drawn(end).size(), 1u);
+}
+
+TEST_F(FrameFaults, aTransformFromTheEndOfTimeIsRefusedBeforeItShadowsAllOthers) {
+  for (const ros::Time& stamp :
+       {ros::Time(kLastSecond, 999'999'999), ros::Time(kLastSecond, 0), at(61)}) {
+    EXPECT_EQ(take(stamped("arm", 9, stamp), at(0)),
+              "transform of 'arm': stamp lies in the future");
+  }
+  EXPECT_EQ(take(stamped("arm", 9, ros::Time(kLastSecond, 0)), ros::Time(0)),
+            "transform of 'arm': stamp lies in the future");  // tf2 would throw
+  auto odd = stamped("arm", 9, at(0));
+  odd.header.stamp.nsec = 2'000'000'000u;
+  EXPECT_EQ(take(odd, at(0)), "transform of 'arm': stamp is no time");
+  EXPECT_EQ(take(stamped("arm", 1, at(0)), at(0)), "");
+  EXPECT_DOUBLE_EQ(expectDrawn(cube(7, "arm")).pose.matrix().translation().x(), 1);
+  EXPECT_EQ(take(stamped("wall", 1, ros::Time(kLastSecond, 0)), at(0), true), "");  // means nothing
+}
+
+TEST(FaultLog, saysEachProblemWhenItIsNewAndNowAndThen) {
+  FaultLog log;
+  const std::vector<std::string> problems = {"projector: no transform from 'p' to 'map'"};
+  EXPECT_EQ(log.news(problems, {}, 0), problems);
+  EXPECT_TRUE(log.news(problems, {}, FaultLog::kAgainNs - 1).empty());
+  EXPECT_EQ(log.news(problems, {}, FaultLog::kAgainNs), problems);
+  EXPECT_TRUE(log.news({}, {}, FaultLog::kAgainNs + 1).empty());
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
