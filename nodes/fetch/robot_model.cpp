@@ -9,6 +9,8 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+#include <variant>
 
 namespace afterglow::nodes {
 namespace {
@@ -60,7 +62,9 @@ Joint convertJoint(const urdf::Joint& source, const std::string& name) {
   return joint;
 }
 
-render::Shape convertShape(const urdf::Geometry& geometry, const std::string& where) {
+/// Empty for a mesh that cannot be read.
+std::optional<render::Shape> convertShape(const urdf::Geometry& geometry, const std::string& where,
+                                          const MeshReader& read_mesh) {
   if (const auto* box = dynamic_cast<const urdf::Box*>(&geometry))
     return render::Cube{toEigen(box->dim).cast<float>()};
   if (const auto* ball = dynamic_cast<const urdf::Sphere*>(&geometry))
@@ -68,19 +72,28 @@ render::Shape convertShape(const urdf::Geometry& geometry, const std::string& wh
   if (const auto* can = dynamic_cast<const urdf::Cylinder*>(&geometry))
     return render::Cylinder{
         Eigen::Vector3d(2 * can->radius, 2 * can->radius, can->length).cast<float>()};
-  throw std::runtime_error(where + " has a mesh; only boxes, cylinders and spheres are drawn");
+  const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
+  if (!mesh || !read_mesh)
+    throw std::runtime_error(where + " has a mesh; only boxes, cylinders and spheres are drawn");
+  const render::SharedBody body = read_mesh(mesh->filename);
+  if (!body) return std::nullopt;
+  return render::MeshInstance{body, toEigen(mesh->scale).cast<float>(), false};
 }
 
-LinkVisual convertVisual(const std::string& link, const urdf::Visual& source,
-                         const std::string& name) {
+std::optional<LinkVisual> convertVisual(const std::string& link, const urdf::Visual& source,
+                                        const std::string& name, const MeshReader& read_mesh) {
+  if (!source.geometry) throw std::runtime_error(name + ": a visual of " + link + " has no shape");
+  const auto shape = convertShape(*source.geometry, name + ": link " + link, read_mesh);
+  if (!shape) return std::nullopt;
   LinkVisual visual;
   visual.link = link;
   visual.T_link_shape = toEigen(source.origin);
-  if (!source.geometry) throw std::runtime_error(name + ": a visual of " + link + " has no shape");
-  visual.shape = convertShape(*source.geometry, name + ": link " + link);
+  visual.shape = *shape;
   if (source.material) {
     const urdf::Color& c = source.material->color;
     visual.color = {c.r, c.g, c.b, c.a};
+  } else if (auto* mesh = std::get_if<render::MeshInstance>(&visual.shape)) {
+    mesh->own_colors = true;
   }
   return visual;
 }
@@ -98,15 +111,16 @@ Eigen::Isometry3d Joint::T_parent_child(double position) const {
   }
 }
 
-RobotModel RobotModel::fromFile(const std::string& path) {
+RobotModel RobotModel::fromFile(const std::string& path, const MeshReader& read_mesh) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(path + ": cannot be opened");
   std::ostringstream text;
   text << file.rdbuf();
-  return fromXml(text.str(), path);
+  return fromXml(text.str(), path, read_mesh);
 }
 
-RobotModel RobotModel::fromXml(const std::string& xml, const std::string& name) {
+RobotModel RobotModel::fromXml(const std::string& xml, const std::string& name,
+                               const MeshReader& read_mesh) {
   const urdf::ModelInterfaceSharedPtr source = urdf::parseURDF(xml);
   if (!source || !source->getRoot()) throw std::runtime_error(name + ": not a URDF robot");
   RobotModel model;
@@ -115,8 +129,10 @@ RobotModel RobotModel::fromXml(const std::string& xml, const std::string& name) 
   std::vector<urdf::LinkConstSharedPtr> open = {source->getRoot()};
   for (std::size_t i = 0; i < open.size(); ++i) {  // breadth first: parents before children
     const urdf::LinkConstSharedPtr link = open[i];
-    for (const auto& visual : link->visual_array)
-      model.visuals_.push_back(convertVisual(link->name, *visual, name));
+    for (const auto& source_visual : link->visual_array) {
+      auto visual = convertVisual(link->name, *source_visual, name, read_mesh);
+      if (visual) model.visuals_.push_back(std::move(*visual));
+    }
     for (const auto& joint : link->child_joints)
       model.joints_.push_back(convertJoint(*joint, name));
     open.insert(open.end(), link->child_links.begin(), link->child_links.end());

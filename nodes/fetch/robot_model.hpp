@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -35,7 +36,7 @@ struct Joint {
 struct LinkVisual {
   std::string link;
   Eigen::Isometry3d T_link_shape = Eigen::Isometry3d::Identity();
-  render::Shape shape;  ///< Cube, Cylinder or Sphere
+  render::Shape shape;  ///< Cube, Cylinder, Sphere or MeshInstance
   render::Color color;
 };
 
@@ -45,13 +46,17 @@ struct PanTilt {
   std::string frame;  ///< the link that the pointed direction is given in
 };
 
+/// Triangles of a mesh that a URDF names, package:// or file://; none: the shape is left out.
+using MeshReader = std::function<render::SharedBody(const std::string& resource)>;
+
 /// A value: copy it freely; const members are safe from any thread.
 class RobotModel {
  public:
   /// Both throw std::runtime_error naming the file (or `name`) and what is wrong with it: not a
-  /// URDF, a mesh (primitive shapes only), an unsupported joint type.
-  static RobotModel fromFile(const std::string& path);
-  static RobotModel fromXml(const std::string& xml, const std::string& name = "robot_description");
+  /// URDF, an unsupported joint type, or, without a reader for it, a mesh.
+  static RobotModel fromFile(const std::string& path, const MeshReader& read_mesh = {});
+  static RobotModel fromXml(const std::string& xml, const std::string& name = "robot_description",
+                            const MeshReader& read_mesh = {});
 
   const std::string& xml() const { return xml_; }  ///< what it was made from
   const std::string& rootLink() const { return root_; }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/observer/room_solids.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -14,16 +15,6 @@ constexpr std::int64_t kDarkAfterNs = 2'000'000'000;  // without a new picture
 constexpr std::size_t kMostWaiting = 8;
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
-
-ProjectorConfig solidsOnly(const std::string& fixed_frame) {
-  LayerConfig solids;
-  solids.topic = "/room/solids";
-  solids.type = LayerType::MarkerArray;
-  ProjectorConfig config;
-  config.fixed_frame = fixed_frame;
-  config.layers = {solids};
-  return config;
-}
 
 /// Rows without their padding. Empty if it is not rgb8 or its sizes do not fit.
 std::optional<render::Image> toPicture(const sensor_msgs::Image& image) {
@@ -46,7 +37,7 @@ std::optional<render::Image> toPicture(const sensor_msgs::Image& image) {
 ObserverScene::ObserverScene(RoomView room, const tf2::BufferCore& buffer)
     : room_(std::move(room)),
       frames_(buffer, room_.fixed_frame),
-      solids_(solidsOnly(room_.fixed_frame), buffer) {}
+      solids_(roomSolidsConfig(room_.fixed_frame), buffer) {}
 
 void ObserverScene::addSolids(const visualization_msgs::MarkerArray& solids, ros::Time now) {
   solids_.add(0, solids, now);
@@ -77,17 +68,11 @@ bool ObserverScene::isFurnished() { return hasRobot() || solids_.status().front(
 std::vector<render::Drawable> ObserverScene::solids(ros::Time now) {
   frames_.forget();
   std::vector<render::Drawable> all = room_.shell;
-  SceneFrame frame = solids_.frame(now);
-  for (render::Layer& layer : frame.scene.layers) {
-    all.insert(all.end(), layer.drawables.begin(), layer.drawables.end());
-  }
-  if (!robot_) return all;
-  LinkPoses T_world_link;
-  for (const LinkVisual& visual : robot_->visuals()) {
-    if (const auto pose = frames_.at(visual.link, ros::Time(0))) T_world_link[visual.link] = *pose;
-  }
-  const auto robot = robot_->drawables(T_world_link);
-  all.insert(all.end(), robot.begin(), robot.end());
+  const auto add = [&all](const std::vector<render::Drawable>& more) {
+    all.insert(all.end(), more.begin(), more.end());
+  };
+  add(solidsOf(solids_.frame(now).scene));
+  if (robot_) add(robotSolids(*robot_, frames_));
   return all;
 }
 

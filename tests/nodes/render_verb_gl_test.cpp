@@ -12,9 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/program.hpp"
+#include "render/light_output.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/gl_context.hpp"
+#include "tests/support/optics.hpp"
 #include "tests/support/projected_cloud.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -93,6 +96,32 @@ TEST_F(RenderVerb, drawsABehaviorOfAStoreAtAMoment) {
   }
 }
 
+TEST_F(RenderVerb, drawsOneOfSeveralProjectorsAsItIsSent) {
+  std::string text = kConfig;
+  const std::string one = "projector: {", values =
+                                              "camera_info: viewsonic_pa503w_camera_info.yaml, "
+                                              "frame: projector_optical_frame";
+  text.replace(text.find(one), text.find("}\n") + 2 - text.find(one),
+               "projectors:\n  left: {" + values + "}\n  right: {" + values + ", mirror: both}\n");
+  std::ofstream(config_) << text;
+  ProgramResult result = render(bag_, png_, {"--projector", "left"});
+  ASSERT_EQ(result.status, 0) << result.output;
+  const render::Image left = readPng(png_);
+  cloud_.expectLit(left);
+  ASSERT_EQ(render(bag_, png_, {"--projector", "right"}).status, 0);
+  render::Image right = readPng(png_);
+  render::LightOutput({{}, 1, render::Mirror::Both}).apply(right);
+  EXPECT_EQ(left.rgb, right.rgb);
+  result = render(bag_, png_);
+  EXPECT_EQ(result.status, 1);
+  EXPECT_NE(result.output.find("--projector is needed, one of: left, right"), std::string::npos)
+      << result.output;
+  result = render(bag_, png_, {"--projector", "up"});
+  EXPECT_NE(result.output.find("no projector 'up' in the configuration; known: left, right"),
+            std::string::npos)
+      << result.output;
+}
+
 TEST_F(RenderVerb, makesAVideoOfTheWholeBehavior) {
   if (!hasProgram("ffmpeg") || !hasProgram("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
   const std::string video = folder_.path("film.mp4");
@@ -134,6 +163,185 @@ TEST_F(RenderVerb, refusesInOneLine) {
   expectRefusal(render(folder_.path("none.bag"), png_), "none.bag");
   EXPECT_EQ(render(bag_, folder_.path("out.jpg")).status, 2);
   EXPECT_EQ(render(bag_, png_, {"--fps", "0"}).status, 2);
+}
+
+/// A projector with a fisheye 2 m over the floor, and a green square on the floor before it.
+class ObservedBehavior : public test::GlTest {
+ protected:
+  void SetUp() override {
+    test::GlTest::SetUp();
+    setenv("ROS_MASTER_URI", "http://localhost:1", 1);
+    write(lens_,
+          "{image_width: 800, image_height: 600, camera_name: p,\n"
+          " camera_matrix: {rows: 3, cols: 3, data: [500, 0, 400, 0, 500, 300, 0, 0, 1]},\n"
+          " distortion_model: equidistant,\n"
+          " distortion_coefficients: {rows: 1, cols: 4, data: [0.02, -0.01, 0, 0]}}\n");
+    write(
+        config_,
+        "fixed_frame: map\n"
+        "projector: {camera_info: lens.yaml, frame: projector}\n"
+        "surfaces: {floor: {frame: map, polygon: [[-3, -3], [3, -3], [3, 3], [-3, 3]]}}\n"
+        "layers:\n"
+        "  - {topic: /mark, type: visualization_msgs/Marker, placement: drape, surface: floor}\n");
+    write(urdf_,
+          "<robot name='shade'><link name='shade'><visual><geometry><box size='0.3 0.3 0.02'/>"
+          "</geometry></visual></link></robot>\n");
+    writeBag();
+  }
+
+  static void write(const std::string& path, const std::string& text) {
+    std::ofstream(path) << text;
+  }
+
+  void writeBag() {
+    tf2_msgs::TFMessage transforms, later;
+    const auto add = [&](const std::string& frame, const Eigen::Isometry3d& T_map_frame) {
+      transforms.transforms.emplace_back();
+      transforms.transforms.back().header.frame_id = "map";
+      transforms.transforms.back().child_frame_id = frame;
+      transforms.transforms.back().transform = toTransform(T_map_frame);
+    };
+    add("projector", test::lookAt<Projector>({0, 0, 2}, {1, 0, 0}).matrix());
+    add("shade", Eigen::Isometry3d(Eigen::Translation3d(p_mark_ / 2 + Eigen::Vector3d(0, 0, 1))));
+    visualization_msgs::Marker mark;
+    mark.header.frame_id = "map";
+    mark.type = visualization_msgs::Marker::CUBE;
+    mark.pose.position.x = p_mark_.x();
+    mark.pose.position.y = p_mark_.y();
+    mark.pose.position.z = 0.7;
+    mark.pose.orientation.w = 1;
+    mark.scale.x = mark.scale.y = mark.scale.z = 0.2;
+    mark.color.g = mark.color.a = 1;
+    rosbag::Bag bag(bag_, rosbag::bagmode::Write);
+    bag.write("/tf_static", ros::Time(1000), transforms);
+    bag.write("/mark", ros::Time(1000.5), mark);
+    bag.write("/tf", ros::Time(1001), later);
+    bag.close();
+  }
+
+  ProgramResult observe(const std::string& out, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all = {AFTERGLOW_TEST_COMMAND,
+                                    "render",
+                                    bag_,
+                                    "--config",
+                                    config_,
+                                    "--out",
+                                    out,
+                                    "--view",
+                                    "observer"};
+    all.insert(all.end(), more.begin(), more.end());
+    return runProgram(all);
+  }
+  ProgramResult observeFromTheSide(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all = {"--eye", "-1,-2,1.5", "--look-at=0.8,0.1,0"};
+    all.insert(all.end(), more.begin(), more.end());
+    return observe(png_, all);
+  }
+
+  /// Where a place of the room is in that picture.
+  static Eigen::Vector2d pixel(const Eigen::Vector3d& p_world) {
+    const auto T_world_eye = test::lookAt<Observer>({-1, -2, 1.5}, {0.8, 0.1, 0});
+    const Eigen::Vector3d p = T_world_eye.inverse() * p_world;
+    return Eigen::Vector2d(639.5, 359.5) + 360 / std::tan(0.375) * p.hnormalized();
+  }
+
+  struct Green {
+    int pixels = 0;
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  };
+  static Green green(const render::Image& image) {
+    Green green;
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        const auto* rgb = &image.rgb[3 * static_cast<std::size_t>(v * image.width + u)];
+        if (rgb[1] < rgb[0] + 60) continue;
+        ++green.pixels;
+        green.middle += Eigen::Vector2d(u, v);
+      }
+    }
+    green.middle /= std::max(green.pixels, 1);
+    return green;
+  }
+
+  const Eigen::Vector3d p_mark_{0.8, 0.1, 0};
+  test::TempFolder folder_;
+  const std::string bag_ = folder_.path("small.bag"), config_ = folder_.path("config.yaml"),
+                    lens_ = folder_.path("lens.yaml"), urdf_ = folder_.path("shade.urdf"),
+                    png_ = folder_.path("out.png");
+};
+
+TEST_F(ObservedBehavior, lightFallsOnTheFloorUnderTheMarker) {
+  const ProgramResult result = observeFromTheSide();
+  ASSERT_EQ(result.status, 0) << result.output;
+  const render::Image image = readPng(png_);
+  ASSERT_EQ(image.width, 1280);
+  const Green found = green(image);
+  EXPECT_LT((found.middle - pixel(p_mark_)).norm(), 1.5);
+  std::vector<cv::Point2f> corners;
+  for (const auto& [x, y] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    const Eigen::Vector2d corner = pixel(p_mark_ + 0.1 * Eigen::Vector3d(x, y, 0));
+    corners.emplace_back(static_cast<float>(corner.x()), static_cast<float>(corner.y()));
+  }
+  EXPECT_NEAR(found.pixels / cv::contourArea(corners), 1, 0.05);
+}
+
+TEST_F(ObservedBehavior, whatTheRobotIsInTheWayOfFallsOnTheRobot) {
+  const ProgramResult result = observeFromTheSide({"--urdf", urdf_});
+  ASSERT_EQ(result.status, 0) << result.output;
+  const Green found = green(readPng(png_));
+  EXPECT_GT(found.pixels, 500);
+  EXPECT_LT((found.middle - pixel(p_mark_ / 2 + Eigen::Vector3d(0, 0, 1.01))).norm(), 20);
+}
+
+TEST_F(ObservedBehavior, standsInARoomWithPlaces) {
+  write(folder_.path("room.yaml"),
+        "{fixed_frame: map, eye: [-1, -2, 1.5], target: [0.8, 0.1, 0], vertical_fov: 45,\n"
+        " size: [320, 180], others: {top: {eye: [0.7, 0, 3], target: [0.8, 0.1, 0],"
+        " vertical_fov: 60}},\n"
+        " floor: {center: [0, 0], size: [6, 6], color: \"#cccccc\", tile: 0.5,"
+        " joint_color: \"#999999\"}, walls: []}\n");
+  const std::string room = folder_.path("room.yaml");
+  ASSERT_EQ(observe(png_, {"--room", room}).status, 0);
+  const Green aside = green(readPng(png_));
+  EXPECT_EQ(readPng(png_).width, 320);
+  ASSERT_EQ(observe(png_, {"--room", room, "--place", "top"}).status, 0);
+  const Green above = green(readPng(png_));
+  EXPECT_GT(aside.pixels, 50);
+  EXPECT_LT((above.middle - Eigen::Vector2d(159.5, 89.5)).norm(), 2);
+  EXPECT_NE(observe(png_, {"--room", room, "--place", "roof"})
+                .output.find("room.yaml: has no place 'roof' to look from; it has: top"),
+            std::string::npos);
+  if (!hasProgram("ffmpeg") || !hasProgram("ffprobe")) return;
+  const std::string video = folder_.path("film.mp4");
+  ASSERT_EQ(observe(video, {"--room", room, "--fps", "2"}).status, 0);
+  EXPECT_EQ(runProgram({"ffprobe", "-v", "error", "-count_frames", "-show_entries",
+                        "stream=width,height,nb_read_frames", "-of", "csv=p=0", video})
+                .output,
+            "320,180,3\n");
+}
+
+TEST_F(ObservedBehavior, refusesInOneLine) {
+  const auto expectRefusal = [this](const ProgramResult& result, const std::string& text) {
+    EXPECT_EQ(result.status, 1) << result.output;
+    EXPECT_NE(result.output.find(text), std::string::npos) << result.output;
+    EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
+    EXPECT_FALSE(std::filesystem::exists(png_));
+  };
+  expectRefusal(observe(png_), "--view observer needs to know where from: --eye");
+  expectRefusal(observe(png_, {"--eye", "1,2", "--look-at", "0,0,0"}),
+                "--eye should be x,y,z in meters, not '1,2'");
+  expectRefusal(observe(png_, {"--eye", "1,2,3", "--look-at", "0,0,zero"}),
+                "--look-at should be x,y,z in meters, not '0,0,zero'");
+  expectRefusal(observe(png_, {"--eye", "1,2,3", "--look-at", "1,2,0"}), "straight above or below");
+  expectRefusal(observeFromTheSide({"--urdf", folder_.path("none.urdf")}),
+                "none.urdf: cannot be opened");
+  expectRefusal(observe(png_, {"--room", folder_.path("none.yaml")}), "none.yaml");
+  EXPECT_EQ(observe(png_, {"--eye", "1,2,3"}).status, 2);
+  EXPECT_EQ(observeFromTheSide({"--place", "top"}).status, 2);
+  EXPECT_EQ(runProgram({AFTERGLOW_TEST_COMMAND, "render", bag_, "--config", config_, "--out", png_,
+                        "--urdf", urdf_})
+                .status,
+            2);
 }
 
 }  // namespace

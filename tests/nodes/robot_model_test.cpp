@@ -185,6 +185,23 @@ TEST(RobotModel, movesItsVisualsWithItsLinks) {
   EXPECT_GT(moved, 20);
 }
 
+TEST(RobotModel, takesMeshesFromWhoeverReadsThem) {
+  const auto body = std::make_shared<const render::Body>();
+  const RobotModel model = RobotModel::fromXml(
+      "<robot name='r'><link name='a'>"
+      "<visual><geometry><mesh filename='package://p/m.stl' scale='2 2 3'/></geometry></visual>"
+      "<visual><geometry><mesh filename='package://p/none.stl'/></geometry></visual>"
+      "</link></robot>",
+      "some.urdf", [&](const std::string& resource) -> render::SharedBody {
+        return resource == "package://p/m.stl" ? body : nullptr;
+      });
+  ASSERT_EQ(model.visuals().size(), 1u);
+  const auto& mesh = std::get<render::MeshInstance>(model.visuals()[0].shape);
+  EXPECT_EQ(mesh.body, body);
+  EXPECT_EQ(mesh.scale, Eigen::Vector3f(2, 2, 3));
+  EXPECT_TRUE(mesh.own_colors);
+}
+
 TEST(RobotModel, refusesWhatItCannotReadNamingTheReason) {
   EXPECT_EQ(refusal("<robot"), "some.urdf: not a URDF robot");
   EXPECT_EQ(refusal("<robot name='r'><link name='a'><visual><geometry><mesh filename='m.stl'/>"

@@ -60,7 +60,7 @@ class Observed : public test::GlTest {
     return {sum / std::max(weight, 1.0), count};
   }
 
-  const calib::Lens lens_ = test::lens(1280, 800, 1100, 640, 500, {-0.25, 0.05, 0.001, -0.001, 0});
+  calib::Lens lens_ = test::lens(1280, 800, 1100, 640, 500, {-0.25, 0.05, 0.001, -0.001, 0});
   const Rigid<World, Projector> T_world_projector_ =
       test::lookAt<Projector>({0, 0, 1.5}, {1.3, 0, 0});
   std::vector<Drawable> room_;
@@ -81,6 +81,12 @@ TEST_F(Observed, projectedSquareLiesWhereGeometrySays) {
     area += (a.x() * b.y() - a.y() * b.x()) / 2;
   }
   EXPECT_NEAR(count / std::abs(area), 1, 0.2) << "softened edges count, too";
+}
+
+TEST_F(Observed, aFisheyesLightLiesThereToo) {
+  lens_ = test::fisheye(1280, 800, 500, 640, 500, {-0.03, 0.01, -0.004, 0.0005});
+  const ProjectedLight light = lightForSquare(1.5, 0.3, 0.2f);
+  EXPECT_LT((difference(observe(&light), observe(nullptr)).first - pixel({1.5, 0.3, 0})).norm(), 1);
 }
 
 TEST_F(Observed, lightIsClearlyVisibleInTheDimmedRoom) {

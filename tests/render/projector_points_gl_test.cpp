@@ -118,6 +118,10 @@ TEST_F(ProjectorPoints, landWhereOpenCvSaysThroughARationalLens) {
       kFewPoses);
 }
 
+TEST_F(ProjectorPoints, landWhereOpenCvSaysThroughAFisheye) {
+  expectExact(test::fisheye(1280, 800, 500, 600, 420, {-0.03, 0.01, -0.004, 0.0005}), 2, kFewPoses);
+}
+
 TEST_F(ProjectorPoints, ofOnePixelAreExactToo) {
   expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 1, kFewPoses);
 }

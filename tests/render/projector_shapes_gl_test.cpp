@@ -62,7 +62,8 @@ class ProjectorShapes : public test::GlTest {
 
 TEST_F(ProjectorShapes, trianglesCoverTheirOutline) {
   for (const auto& lens : {test::viewsonic(), test::viewsonic(kStrong),
-                           test::lens(1280, 800, 700, 640, 400, {-0.3, 0.05, 0, 0, 0})}) {
+                           test::lens(1280, 800, 700, 640, 400, {-0.3, 0.05, 0, 0, 0}),
+                           test::fisheye(1280, 800, 500, 600, 420, {-0.03, 0.01, 0, 0})}) {
     Triangles triangles;
     const double s = 1900 / lens.K(0, 0), y = (400 - lens.K(1, 2)) / lens.K(1, 1);
     const Points corners = {{-0.3 * s, (y - 0.1) * 1.5, 1.5},

@@ -1,0 +1,52 @@
+/// \file
+/// `afterglow render --view observer`: the room as a bystander sees it, with the projected light
+/// falling on it.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <string>
+#include <vector>
+
+#include "nodes/observer/recorded_room.hpp"
+#include "nodes/observer/room_view.hpp"
+#include "render/gl/renderer.hpp"
+
+namespace afterglow::nodes {
+
+struct ObserverOptions {
+  std::string eye, look_at;  ///< "x,y,z": fixed frame, meters; both or none
+  std::string room;          ///< file, as assets/demo/view.yaml
+  std::string place;         ///< to look from, one of the room's
+  std::string urdf;
+
+  bool isGiven() const { return !(eye + room + urdf).empty(); }
+};
+
+/// --eye, --look-at, --room, --place and --urdf.
+void addObserverOptions(CLI::App& verb, ObserverOptions& options);
+
+/// Solid are the recorded /room/solids, the robot where tf had it, the configuration's surfaces
+/// and, with a room, its floor and walls. The store must outlive this; the thread of `context`.
+class ObservedPictures {
+ public:
+  /// Throws std::runtime_error for a room, a place or a URDF that cannot be used, and for options
+  /// that do not say where to look from.
+  ObservedPictures(render::GlContext& context, const replay::Store& store,
+                   const replay::Behavior& behavior, const ProjectorConfig& config,
+                   const ObserverOptions& options);
+
+  int width() const { return room_view_.width; }
+  int height() const { return room_view_.height; }
+  /// `projected` is what `frame` looks like through `lens`. Moments must not decrease.
+  render::Image see(replay::Stamp moment, const SceneFrame& frame, const calib::Lens& lens,
+                    render::Image projected);
+
+ private:
+  std::vector<render::Drawable> solids(replay::Stamp moment, const SceneFrame& frame);
+
+  RoomView room_view_;
+  RecordedRoom room_;
+  render::ObserverRenderer renderer_;
+};
+
+}  // namespace afterglow::nodes
