@@ -133,6 +133,9 @@ class CloudReader {
     const std::size_t x_at = fields_.xyz[0].offset(), y_at = fields_.xyz[1].offset(),
                       z_at = fields_.xyz[2].offset();
     constexpr auto kLimit = static_cast<float>(kFarthest);
+    const std::size_t before = points_.size();
+    points_.resize(before + count);
+    Eigen::Vector3f* next = points_.data() + before;
     for (std::size_t i = 0; i < count; ++i, point += step) {
       float x, y, z;
       std::memcpy(&x, point + x_at, sizeof(x));
@@ -141,9 +144,10 @@ class CloudReader {
       const bool fits = (std::abs(x) <= kLimit) & (std::abs(y) <= kLimit) &
                         (std::abs(z) <= kLimit);  // NaN fails, too
       if (!fits) continue;
-      points_.emplace_back(x, y, z);
+      *next++ = Eigen::Vector3f(x, y, z);
       addColor(point);
     }
+    points_.resize(static_cast<std::size_t>(next - points_.data()));
   }
 
   void addColor(const std::uint8_t* point) {
