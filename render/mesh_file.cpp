@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "render/scene/closed_body.hpp"
+
 namespace afterglow::render {
 namespace {
 
@@ -140,6 +142,7 @@ class BodyBuilder {
       }
     }
     if (body_.triangles.empty()) throw std::runtime_error("no triangles");
+    findWhetherClosed(body_);
     return std::move(body_);
   }
 

@@ -98,6 +98,7 @@ class PathReader {
         addArrow(*pose.value, style_.arrow, *body);
       }
     }
+    body->is_closed = true;  // each of its solids is
     if (!body->points.empty()) shapes_.glyphs = std::move(body);
   }
 

@@ -214,16 +214,19 @@ std::string glText(GLenum name) {
 }  // namespace
 
 struct GlContext::Impl {
-  std::unique_ptr<EglContext> egl = findContext();
+  std::unique_ptr<EglContext> egl;
 };
 
 GlContext::GlContext() : impl_(std::make_unique<Impl>()) {}
 GlContext::~GlContext() = default;
 
-void GlContext::makeCurrent() { impl_->egl->makeCurrent(); }
-
-std::string GlContext::description() const {
+void GlContext::makeCurrent() {
+  if (!impl_->egl) impl_->egl = findContext();
   impl_->egl->makeCurrent();
+}
+
+std::string GlContext::description() {
+  makeCurrent();
   return glText(GL_VERSION) + ", " + glText(GL_RENDERER);
 }
 

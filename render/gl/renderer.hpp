@@ -21,8 +21,9 @@ struct Image {
 };
 
 /// An OpenGL context without window or screen (EGL: surfaceless, then device, then default
-/// platform). Make it in the thread that draws; everything below is used in that thread alone and
-/// destroyed before it. Throws std::runtime_error naming the step that failed and what is missing.
+/// platform), made when it is first used: what needs none works where there is none. Everything
+/// below is used in one thread alone and destroyed before it. makeCurrent() and description() throw
+/// std::runtime_error naming the step that failed and what is missing.
 class GlContext {
  public:
   GlContext();
@@ -31,19 +32,19 @@ class GlContext {
   GlContext& operator=(const GlContext&) = delete;
   /// Whatever needs the context calls this; several can take turns in a thread.
   void makeCurrent();
-  std::string description() const;  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
+  std::string description();  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Who draws clouds of PointStyle::Points. The picture is the same, within the rounding of 8 bits;
-/// where something may hide them it is OpenGL in any case.
+/// Who draws. The picture is the same but for edges: the CPU gives each pixel the exact share that
+/// is covered (FramePainter), OpenGL takes four samples.
 enum class Drawing {
   Measured,  ///< whoever is faster here: each draws a few frames in the renderer's making
   Gl,
-  Cpu,
+  Cpu,  ///< no OpenGL is needed
 };
 
 /// What a projector has to show so that the scene's light lands where the scene says.
@@ -52,21 +53,19 @@ enum class Drawing {
 /// nothing is drawn. Content that the lens model folds back is clipped.
 ///
 /// Light, not ink: every shape has its full flat colour, where RViz's headlight shades solids; a
-/// shaded side would only be a darker projection. Alpha blends over black in sRGB values, as RViz's;
-/// of a translucent thing each pixel takes the nearest surface only. Edges: four samples a pixel,
-/// and the exact share of each pixel for PointStyle::Points (up to 250 px large).
-/// Direct layers hide each other by distance. A draped or viewer-placed one lies flat: it hides
-/// itself by height over the surface, and lies over the layers before it.
+/// shaded side would only be a darker projection. Alpha blends over black in sRGB values, as
+/// RViz's; of a translucent thing each pixel takes the nearest surface only. Direct layers hide
+/// each other by distance. A draped or viewer-placed one lies flat: it hides itself by height over
+/// the surface, and lies over the layers before it.
 class ProjectorRenderer {
  public:
-  ProjectorRenderer(GlContext& context, const calib::Lens& lens,
-                    Drawing points = Drawing::Gl);
+  ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing = Drawing::Cpu);
   ~ProjectorRenderer();
   /// Throws std::logic_error as placementMatrix does.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
   /// The same into an image whose memory is used again.
   void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
-  /// How points are drawn, and why; for people.
+  /// Who draws, and why; for people.
   const std::string& description() const;
 
  private:
@@ -88,9 +87,9 @@ struct ProjectedLight {
   Image image;
 };
 
-/// The room as a bystander sees it: solid things (every drawable opaque, colour its paint), soft room
-/// light with contact shadows left out, and the projector's light with occlusion, lens and falloff.
-/// PointStyle::Points, which has no size in a room, is left out.
+/// The room as a bystander sees it: solid things (every drawable opaque, colour its paint), soft
+/// room light with contact shadows left out, and the projector's light with occlusion, lens and
+/// falloff. PointStyle::Points, which has no size in a room, is left out.
 class ObserverRenderer {
  public:
   explicit ObserverRenderer(GlContext& context);

@@ -39,6 +39,10 @@ bool isInside(const LensDomain& domain, const CutVertex& vertex) {
          n.norm() <= domain.foldInnerRadius();
 }
 
+CutVertex mixed(const CutVertex& from, const CutVertex& to, double share) {
+  return mix(from, to, 1 - share, share);
+}
+
 /// Sutherland-Hodgman against distance(p) >= 0. A cut is computed from the inner end to the outer,
 /// whichever way round the triangle has it, so that neighbours agree to the last bit.
 template <typename Distance>

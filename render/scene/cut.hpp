@@ -26,6 +26,9 @@ inline Eigen::Vector2d normalized(const CutVertex& vertex) {
   return vertex.p_optical.head<2>() / vertex.p_optical.z();
 }
 
+/// The vertex at a share of the way.
+CutVertex mixed(const CutVertex& from, const CutVertex& to, double share);
+
 /// Keeps its buffers between calls.
 class TriangleCutter {
  public:

@@ -22,6 +22,9 @@ class LensDomain {
   const Eigen::Vector2d& min() const { return min_; }
   const Eigen::Vector2d& max() const { return max_; }
 
+  /// Pixels by normalized coordinates, on the axis.
+  const Eigen::Vector2d& focal() const { return focal_; }
+
   /// A regular polygon with this inner radius and these outward normals lies within the fold;
   /// so close that, as the lens's magnification ends there, the difference is not seen.
   double foldInnerRadius() const { return fold_inner_radius_; }

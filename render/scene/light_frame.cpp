@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/splat/point_painter.hpp"
+#include "render/scene/thin_lines.hpp"
 
 namespace afterglow::render {
 namespace {
 
 constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
-/// From how many on painting points pays, although their picture has to be laid over GL's.
-constexpr std::size_t kManyPoints = 30'000;
 
-Eigen::Vector4f asFloats(const Rgba& color) {
-  return Eigen::Vector4f(color.r, color.g, color.b, color.a);
+Eigen::Vector4f asFloats(const Rgba& color, float gain) {
+  return Eigen::Vector4f(gain * color.r, gain * color.g, gain * color.b, color.a);
 }
 
 Rgba asBytes(const Eigen::Vector4f& color) {
@@ -33,6 +31,41 @@ Eigen::Vector4d heightRow(const SurfacePatch& surface) {
   return {n.x(), n.y(), n.z(), -n.dot(T.translation())};
 }
 
+std::vector<Eigen::Vector3d> outlineInWorld(const SurfacePatch& surface) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const Eigen::Vector2d& corner : surface.polygon) {
+    corners.push_back(surface.T_world_surface.matrix() *
+                      Eigen::Vector3d(corner.x(), corner.y(), 0));
+  }
+  return corners;
+}
+
+bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
+  return a.name == b.name && a.polygon == b.polygon &&
+         a.T_world_surface.matrix().matrix() == b.T_world_surface.matrix().matrix();
+}
+
+/// The part of an outline that a surface's plane does not separate from the lens: light through it
+/// never reaches the surface.
+std::vector<Eigen::Vector3d> partBefore(const SurfacePatch& surface,
+                                        const std::vector<Eigen::Vector3d>& outline,
+                                        const Eigen::Vector3d& p_lens) {
+  constexpr double kClearance = 0.003;  // metres; what lies closer lies on the surface
+  const Eigen::Vector4d row = heightRow(surface);
+  const double side = row.dot(p_lens.homogeneous()) < 0 ? -1 : 1;
+  const auto clearance = [&](const Eigen::Vector3d& p) {
+    return side * row.dot(p.homogeneous()) - kClearance;
+  };
+  std::vector<Eigen::Vector3d> part;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector3d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    const double at_a = clearance(a), at_b = clearance(b);
+    if (at_a >= 0) part.push_back(a);
+    if ((at_a >= 0) != (at_b >= 0)) part.push_back(a + (b - a) * (at_a / (at_a - at_b)));
+  }
+  return part;
+}
+
 /// Any order of drawing shows the same if all have one opaque colour.
 bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
   const Rgba color = points[first].center.color;
@@ -41,33 +74,7 @@ bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
                      [&](const LightPoint& point) { return point.center.color != color; });
 }
 
-const PointCloud* paintable(const Drawable& drawable) {
-  const auto* cloud = std::get_if<PointCloud>(&drawable.shape);
-  const bool fits = cloud != nullptr && cloud->style == PointStyle::Points &&
-                    cloud->size <= PointPainter::kLargest;
-  return fits ? cloud : nullptr;
-}
-
-bool isOutlined(const Layer& layer) { return layer.surface && !layer.surface->polygon.empty(); }
-
-/// Whether OpenGL has nothing to do for it.
-bool isPaintable(const Layer& layer) {
-  return layer.drawables.empty() ||
-         (!isOutlined(layer) &&
-          std::all_of(layer.drawables.begin(), layer.drawables.end(), paintable));
-}
-
 }  // namespace
-
-bool LightFrame::isPaintedOnly() const {
-  return std::all_of(layers.begin(), layers.end(), [](const LightLayer& layer) {
-    const auto isPainted = [](const LightStep& step) {
-      return step.kind == LightStep::Kind::Painted;
-    };
-    return layer.steps.empty() ||
-           (!layer.masked && std::all_of(layer.steps.begin(), layer.steps.end(), isPainted));
-  });
-}
 
 LightComposer::LightComposer(const calib::Lens& lens)
     : lens_(lens), domain_(lens), cutter_(domain_), point_projector_(lens) {}
@@ -77,81 +84,124 @@ const LightFrame& LightComposer::compose(const Scene& scene,
   frame_.vertices.clear();
   frame_.indices.clear();
   frame_.points.clear();
+  frame_.masks.clear();
   frame_.layers.clear();
   frame_.runs.clear();
+  masked_.clear();
   screen_point_count_ = 0;
-  has_more_than_points_ = !std::all_of(scene.layers.begin(), scene.layers.end(), isPaintable);
-  was_flattened_ = has_depths_ = false;
-  for (const Layer& layer : scene.layers) addLayer(layer, T_projector_world);
+  for (const Layer& layer : scene.layers) addLayer(layer, scene, T_projector_world);
   return frame_;
 }
 
-void LightComposer::addLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world) {
+void LightComposer::addLayer(const Layer& layer, const Scene& scene,
+                             const Rigid<Projector, World>& T_projector_world) {
   Placed placed;
   placed.P_optical_world = T_projector_world.matrix().matrix() * placementMatrix(layer);
   placed.flattened = layer.placement != Placement::Direct;
   placed.height = layer.surface ? heightRow(*layer.surface) : Eigen::Vector4d::Zero();
+  placed.gain = std::pow(std::max(0.f, layer.gain), 1 / 2.2f);
   LightLayer out;
   out.flattened = placed.flattened;
-  if (placed.flattened || was_flattened_) has_depths_ = false;
-  was_flattened_ = placed.flattened;
-  if (isOutlined(layer)) {
-    addMask(*layer.surface, T_projector_world, out);
+  if (layer.surface) out.mask = maskOf(*layer.surface, scene, T_projector_world);
+  placer_ = nullptr;
+  if (placed.flattened && layer.surface->relief) {
+    placed.P_optical_world = T_projector_world.matrix().matrix();
+    relief_placer_.begin(layer, T_projector_world.matrix().inverse().translation());
+    placer_ = &relief_placer_;
   }
-  const Eye eye = eyeOfLayer(layer, T_projector_world);
-  const bool painted = isPainted(layer);
+  const Eye eye = eyeOfLayer(layer, T_projector_world, domain_.focal().mean());
   steps_.clear();
   for (const Drawable& drawable : layer.drawables) {
-    if (painted) {
-      addPainted(drawable, placed);
-      continue;
+    const auto* cloud = std::get_if<PointCloud>(&drawable.shape);
+    if (cloud != nullptr && cloud->style == PointStyle::Points) {
+      addPoints(placer_ != nullptr ? laid(drawable, *cloud) : drawable, placed);
+    } else {
+      tessellate(drawable, eye, tessellation_);
+      addMesh(placed);
     }
-    tessellate(drawable, eye, tessellation_);
-    addDrawable(placed);
   }
   addSteps(out);
-  has_depths_ =
-      has_depths_ || std::any_of(out.steps.begin(), out.steps.end(), [](const auto& step) {
-        return step.kind == LightStep::Kind::Opaque || step.kind == LightStep::Kind::Translucent;
-      });
   frame_.layers.push_back(std::move(out));
 }
 
-bool LightComposer::isPainted(const Layer& layer) const {
-  if (workers_ == nullptr || has_depths_) return false;
-  std::size_t count = 0;
-  for (const Drawable& drawable : layer.drawables) {
-    const PointCloud* cloud = paintable(drawable);
-    if (cloud == nullptr) return false;
-    count += cloud->points.size();
+/// A cloud's points on the relief, in world coordinates.
+Drawable LightComposer::laid(const Drawable& drawable, const PointCloud& cloud) const {
+  PointCloud out;
+  out.style = cloud.style;
+  out.size = cloud.size;
+  PointList points;
+  ColorList colors;
+  const ColorList& own_colors = cloud.colors;
+  const PointList& own_points = cloud.points;
+  for (std::size_t i = 0; i < own_points.size(); ++i) {
+    if (!own_points[i].allFinite()) continue;
+    const auto spot = placer_->place(drawable.pose.matrix() * own_points[i].cast<double>());
+    if (!spot) continue;
+    points.push_back(spot->cast<float>());
+    if (i < own_colors.size()) colors.push_back(own_colors[i]);
   }
-  return !has_more_than_points_ || count >= kManyPoints;
+  out.points = std::move(points);
+  out.colors = std::move(colors);
+  return {{}, std::move(out), drawable.color};
 }
 
-void LightComposer::addPainted(const Drawable& drawable, const Placed& placed) {
+void LightComposer::addPoints(const Drawable& drawable, const Placed& placed) {
+  if (isForPainter()) {
+    addRun(drawable, placed);
+  } else {
+    tessellate(drawable, {}, tessellation_);
+    addSplats(placed);
+  }
+}
+
+void LightComposer::addRun(const Drawable& drawable, const Placed& placed) {
   const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
   const PointPlacement placement{placed.P_optical_world * T_world_cloud,
-                                 T_world_cloud.transpose() * placed.height, placed.flattened};
+                                 T_world_cloud.transpose() * placed.height, placed.flattened,
+                                 placed.gain};
   const PointRun run =
       point_projector_.project(std::get<PointCloud>(drawable.shape), drawable.color, placement,
                                *workers_, frame_.screen_points, screen_point_count_);
   if (run.count == 0) return;
   const auto index = static_cast<std::uint32_t>(frame_.runs.size());
   frame_.runs.push_back(run);
-  steps_.push_back({{LightStep::Kind::Painted, index, 1}, run.mean_depth});
+  steps_.push_back({{LightStep::Kind::Run, index, 1}, run.mean_depth});
+}
+
+int LightComposer::maskOf(const SurfacePatch& surface, const Scene& scene,
+                          const Rigid<Projector, World>& T_projector_world) {
+  const auto known = std::find_if(masked_.begin(), masked_.end(), [&](const SurfacePatch* other) {
+    return isSame(*other, surface);
+  });
+  if (known != masked_.end()) return static_cast<int>(known - masked_.begin());
+  LightMask mask;
+  if (!surface.polygon.empty()) {
+    mask.outline = addOutline(outlineInWorld(surface), T_projector_world);
+  }
+  const Eigen::Vector3d p_lens = T_projector_world.matrix().inverse().translation();
+  for (const SurfacePatch& other : scene.surfaces) {
+    if (other.name == surface.name || other.polygon.empty()) continue;
+    const auto before = partBefore(surface, outlineInWorld(other), p_lens);
+    if (before.size() < 3) continue;
+    const LightOutline shade = addOutline(before, T_projector_world);
+    if (shade.count > 0) mask.shades.push_back(shade);
+  }
+  if (!mask.outline && mask.shades.empty()) return -1;
+  masked_.push_back(&surface);
+  frame_.masks.push_back(std::move(mask));
+  return static_cast<int>(masked_.size()) - 1;
 }
 
 /// A fan over the outline: where an odd number of its triangles overlap is inside, whether the
 /// outline is convex or not. Edges inside the fan cancel out, however the lens would bend them.
-void LightComposer::addMask(const SurfacePatch& surface,
-                            const Rigid<Projector, World>& T_projector_world, LightLayer& out) {
-  out.masked = true;
-  out.mask_first = static_cast<std::uint32_t>(frame_.indices.size());
+LightOutline LightComposer::addOutline(const std::vector<Eigen::Vector3d>& corners_world,
+                                       const Rigid<Projector, World>& T_projector_world) {
+  LightOutline added;
+  added.first = static_cast<std::uint32_t>(frame_.indices.size());
   cut_vertices_.clear();
-  for (const Eigen::Vector2d& corner : surface.polygon) {
+  for (const Eigen::Vector3d& p_world : corners_world) {
     CutVertex vertex;
-    const Eigen::Vector3d p_surface(corner.x(), corner.y(), 0);
-    vertex.p_optical = (T_projector_world * (surface.T_world_surface * p_surface)).homogeneous();
+    vertex.p_optical = (T_projector_world.matrix() * p_world).homogeneous();
     vertex.color.setZero();
     cut_vertices_.push_back(vertex);
   }
@@ -161,35 +211,34 @@ void LightComposer::addMask(const SurfacePatch& surface,
   for (std::uint32_t i = 2; i < outline.size(); ++i) {
     frame_.indices.insert(frame_.indices.end(), {first, first + i - 1, first + i});
   }
-  out.mask_count = static_cast<std::uint32_t>(frame_.indices.size()) - out.mask_first;
+  added.count = static_cast<std::uint32_t>(frame_.indices.size()) - added.first;
+  return added;
 }
 
-void LightComposer::addDrawable(const Placed& placed) {
-  const auto meanDepth = [](auto first, auto last, auto depth) {
-    double sum = 0;
-    for (auto it = first; it != last; ++it) sum += depth(*it);
-    return sum / static_cast<double>(std::max<std::ptrdiff_t>(1, last - first));
-  };
-  const Mesh& mesh = tessellation_.mesh;
-  if (!std::all_of(mesh.colors.begin(), mesh.colors.end(), isInvisible)) {
-    const auto first = static_cast<std::uint32_t>(frame_.indices.size());
-    const auto vertex = static_cast<std::ptrdiff_t>(frame_.vertices.size());
-    addMesh(mesh, placed);
-    const auto count = static_cast<std::uint32_t>(frame_.indices.size()) - first;
-    const bool opaque = std::all_of(mesh.colors.begin(), mesh.colors.end(), isOpaque);
-    const LightStep step{opaque ? LightStep::Kind::Opaque : LightStep::Kind::Translucent, first,
-                         count};
-    const double depth = meanDepth(frame_.vertices.begin() + vertex, frame_.vertices.end(),
-                                   [](const LightVertex& v) { return v.depth; });
-    if (count > 0) steps_.push_back({step, depth});
+/// Triangles and thin lines: one step.
+void LightComposer::addMesh(const Placed& placed) {
+  const auto first = static_cast<std::uint32_t>(frame_.indices.size());
+  const std::size_t vertex = frame_.vertices.size();
+  const Mesh* mesh = &tessellation_.mesh;
+  const bool is_seen = !std::all_of(mesh->colors.begin(), mesh->colors.end(), isInvisible);
+  if (is_seen && placer_ != nullptr) {
+    placer_->lay(*mesh, laid_);
+    mesh = &laid_.mesh;
   }
-  const auto first = static_cast<std::uint32_t>(frame_.points.size());
-  addSplats(tessellation_.splats, placed);
-  const auto count = static_cast<std::uint32_t>(frame_.points.size()) - first;
+  if (is_seen) addTriangles(*mesh, placed);
+  for (const ThinLine& line : tessellation_.thin_lines) addThin(line, placed);
+  const auto count = static_cast<std::uint32_t>(frame_.indices.size()) - first;
   if (count == 0) return;
-  const double depth = meanDepth(frame_.points.begin() + first, frame_.points.end(),
-                                 [](const LightPoint& p) { return p.center.depth; });
-  steps_.push_back({{LightStep::Kind::Points, first, count}, depth});
+  double depth = 0;
+  for (std::size_t i = vertex; i < frame_.vertices.size(); ++i) {
+    depth += static_cast<double>(frame_.vertices[i].depth);
+  }
+  const bool opaque =
+      std::all_of(frame_.vertices.begin() + static_cast<std::ptrdiff_t>(vertex),
+                  frame_.vertices.end(), [](const LightVertex& v) { return isOpaque(v.color); });
+  const auto kind = opaque ? LightStep::Kind::Opaque : LightStep::Kind::Translucent;
+  steps_.push_back(
+      {{kind, first, count}, depth / static_cast<double>(frame_.vertices.size() - vertex)});
 }
 
 /// Opaque things in any order, in as few runs as possible; then the others, farthest first.
@@ -213,15 +262,45 @@ void LightComposer::addSteps(LightLayer& out) {
   }
 }
 
-void LightComposer::addMesh(const Mesh& mesh, const Placed& placed) {
+/// On a relief it is laid piece by piece.
+void LightComposer::addThin(const ThinLine& line, const Placed& placed) {
+  const double cell = placer_ != nullptr ? placer_->cell() : 0;
+  const double length = (line.to - line.from).norm();
+  const int pieces = cell > 0 ? static_cast<int>(std::min(std::ceil(length / cell), 1e4)) : 1;
+  const auto at = [&](int i) -> std::optional<CutVertex> {
+    const double share = static_cast<double>(i) / pieces;
+    const Eigen::Vector3d content = line.from + share * (line.to - line.from);
+    const auto p = placer_ != nullptr ? placer_->place(content) : std::optional(content);
+    if (!p) return std::nullopt;
+    const auto weight = static_cast<float>(share);
+    return CutVertex{placed.P_optical_world * p->homogeneous(),
+                     (1 - weight) * asFloats(line.from_color, placed.gain) +
+                         weight * asFloats(line.to_color, placed.gain),
+                     placed.height.dot(content.homogeneous())};
+  };
+  thin_.clear();
+  auto from = at(0);
+  for (int i = 1; i <= pieces; ++i) {
+    auto to = at(i);
+    if (from && to) addThinLine(domain_, *from, *to, line.width_px, thin_);
+    from = to;
+  }
+  for (std::size_t i = 0; i < thin_.size(); i += 3) {
+    for (const CutVertex& vertex : cutter_.cut(thin_[i], thin_[i + 1], thin_[i + 2])) {
+      frame_.indices.push_back(addVertex(vertex, placed));
+    }
+  }
+}
+
+void LightComposer::addTriangles(const Mesh& mesh, const Placed& placed) {
   const std::size_t count = mesh.points.size();
   cut_vertices_.resize(count);
   inside_.resize(count);
   index_of_.assign(count, kNoIndex);
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector4d p_world = mesh.points[i].homogeneous();
-    cut_vertices_[i] = {placed.P_optical_world * p_world, asFloats(mesh.colors[i]),
-                        placed.height.dot(p_world)};
+    cut_vertices_[i] = {placed.P_optical_world * p_world, asFloats(mesh.colors[i], placed.gain),
+                        placer_ != nullptr ? laid_.heights[i] : placed.height.dot(p_world)};
     inside_[i] = isInside(domain_, cut_vertices_[i]);
   }
   const auto straight = [&](const CutVertex& a, const CutVertex& b) {
@@ -243,12 +322,12 @@ void LightComposer::addMesh(const Mesh& mesh, const Placed& placed) {
   }
 }
 
-void LightComposer::addSplats(const std::vector<Splat>& splats, const Placed& placed) {
+void LightComposer::addSplats(const Placed& placed) {
   const std::size_t first = frame_.points.size();
-  for (const Splat& splat : splats) {
+  for (const Splat& splat : tessellation_.splats) {
     if (isInvisible(splat.color)) continue;
     const Eigen::Vector4d p_world = splat.p_world.homogeneous();
-    CutVertex vertex{placed.P_optical_world * p_world, asFloats(splat.color),
+    CutVertex vertex{placed.P_optical_world * p_world, asFloats(splat.color, placed.gain),
                      placed.height.dot(p_world)};
     if (!(vertex.p_optical.w() > 0)) continue;
     vertex.p_optical /= vertex.p_optical.w();
@@ -260,11 +339,21 @@ void LightComposer::addSplats(const std::vector<Splat>& splats, const Placed& pl
     }
     frame_.points.push_back({lightVertex(vertex, placed), splat.size_px});
   }
-  if (first < frame_.points.size() && needsSorting(frame_.points, first)) {
-    std::stable_sort(
-        frame_.points.begin() + static_cast<std::ptrdiff_t>(first), frame_.points.end(),
-        [](const LightPoint& a, const LightPoint& b) { return a.center.depth > b.center.depth; });
+  const std::size_t count = frame_.points.size() - first;
+  if (count == 0) return;
+  const auto begin = frame_.points.begin() + static_cast<std::ptrdiff_t>(first);
+  if (needsSorting(frame_.points, first)) {
+    std::stable_sort(begin, frame_.points.end(), [](const LightPoint& a, const LightPoint& b) {
+      return a.center.depth > b.center.depth;
+    });
   }
+  double depth = 0;
+  for (auto it = begin; it != frame_.points.end(); ++it) {
+    depth += static_cast<double>(it->center.depth);
+  }
+  steps_.push_back({{LightStep::Kind::Points, static_cast<std::uint32_t>(first),
+                     static_cast<std::uint32_t>(count)},
+                    depth / static_cast<double>(count)});
 }
 
 LightVertex LightComposer::lightVertex(const CutVertex& vertex, const Placed& placed) const {

@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "render/scene/cut.hpp"
 #include "render/scene/mesh.hpp"
+#include "render/scene/relief_placer.hpp"
 #include "render/scene/scene.hpp"
 #include "render/scene/tessellate.hpp"
 #include "render/splat/point_projector.hpp"
@@ -30,16 +32,24 @@ struct LightStep {
     Opaque,       ///< triangles
     Translucent,  ///< triangles of one drawable, of which each pixel takes the nearest only
     Points,       ///< blended by how much of each pixel they cover, farthest first
-    Painted,      ///< the same, drawn by a PointPainter; nothing there hides them
+    Run,          ///< the same, projected already, for a FramePainter
   };
   Kind kind;
   std::uint32_t first, count;  ///< of `indices`, `points` or `runs`
 };
 
+/// Triangles, in `indices`, whose even-odd union is an outline.
+struct LightOutline {
+  std::uint32_t first = 0, count = 0;
+};
+/// Where a surface catches light.
+struct LightMask {
+  std::optional<LightOutline> outline;  ///< none: it is endless
+  std::vector<LightOutline> shades;     ///< surfaces before it
+};
+
 struct LightLayer {
-  /// Triangles whose even-odd union is the surface's outline; none: not clipped to one.
-  std::uint32_t mask_first = 0, mask_count = 0;
-  bool masked = false;
+  int mask = -1;  ///< of `masks`; -1: light may go anywhere
   /// Flattened layers hide by height over the surface and lie over what was drawn before; the
   /// others hide each other by distance.
   bool flattened = false;
@@ -50,12 +60,10 @@ struct LightFrame {
   std::vector<LightVertex> vertices;
   std::vector<std::uint32_t> indices;
   std::vector<LightPoint> points;
+  std::vector<LightMask> masks;
   std::vector<LightLayer> layers;
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
   std::vector<PointRun> runs;
-
-  /// Whether painted points are all there is, with no outline to cut them.
-  bool isPaintedOnly() const;
 };
 
 /// Keeps its buffers from frame to frame.
@@ -68,11 +76,10 @@ class LightComposer {
   LightComposer(const LightComposer&) = delete;
   LightComposer& operator=(const LightComposer&) = delete;
 
-  /// With workers, which must outlive this, clouds of PointStyle::Points become Painted steps
-  /// where nothing can hide them and, in a frame that OpenGL has to draw anyway, are large enough
-  /// to be worth it. nullptr: all become Points steps.
-  void paintPoints(Workers* workers) { workers_ = workers; }
-  bool paintsPoints() const { return workers_ != nullptr; }
+  /// With workers, which must outlive this, for a FramePainter: clouds of PointStyle::Points become
+  /// Run steps. nullptr: Points steps, for OpenGL.
+  void composeForPainter(Workers* workers) { workers_ = workers; }
+  bool isForPainter() const { return workers_ != nullptr; }
 
   /// Valid until the next call. Throws std::logic_error as placementMatrix does.
   const LightFrame& compose(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
@@ -85,21 +92,30 @@ class LightComposer {
     /// Height over the surface = height . p_world
     Eigen::Vector4d height = Eigen::Vector4d::Zero();
     bool flattened = false;
+    float gain = 1;  ///< of sRGB components
   };
   struct Sorted {
     LightStep step;
     double depth;
   };
 
-  void addLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world);
-  bool isPainted(const Layer& layer) const;
-  void addPainted(const Drawable& drawable, const Placed& placed);
-  void addMask(const SurfacePatch& surface, const Rigid<Projector, World>& T_projector_world,
-               LightLayer& out);
-  void addDrawable(const Placed& placed);
+  void addLayer(const Layer& layer, const Scene& scene,
+                const Rigid<Projector, World>& T_projector_world);
+  Drawable laid(const Drawable& drawable, const PointCloud& cloud) const;
+  /// PointStyle::Points.
+  void addPoints(const Drawable& drawable, const Placed& placed);
+  void addRun(const Drawable& drawable, const Placed& placed);
+  /// The tessellation's points, and its triangles.
+  void addSplats(const Placed& placed);
+  void addMesh(const Placed& placed);
+  void addThin(const ThinLine& line, const Placed& placed);
+  void addTriangles(const Mesh& mesh, const Placed& placed);
+  /// The surface's mask, made once a frame.
+  int maskOf(const SurfacePatch& surface, const Scene& scene,
+             const Rigid<Projector, World>& T_projector_world);
+  LightOutline addOutline(const std::vector<Eigen::Vector3d>& corners_world,
+                          const Rigid<Projector, World>& T_projector_world);
   void addSteps(LightLayer& out);
-  void addMesh(const Mesh& mesh, const Placed& placed);
-  void addSplats(const std::vector<Splat>& splats, const Placed& placed);
   LightVertex lightVertex(const CutVertex& vertex, const Placed& placed) const;
   std::uint32_t addVertex(const CutVertex& vertex, const Placed& placed);
 
@@ -108,17 +124,19 @@ class LightComposer {
   TriangleCutter cutter_;
   LightFrame frame_;
   Tessellation tessellation_;
-  std::vector<CutVertex> cut_vertices_;
+  std::vector<CutVertex> cut_vertices_, thin_;
   std::vector<char> inside_;
   std::vector<std::uint32_t> index_of_;
   std::vector<Sorted> steps_;
 
+  ReliefPlacer relief_placer_;
+  ReliefPlacer* placer_ = nullptr;  ///< there for layers on a relief
+  LaidMesh laid_;
+
   PointProjector point_projector_;
   Workers* workers_ = nullptr;
   std::size_t screen_point_count_ = 0;
-  bool has_more_than_points_ = false;  ///< this frame
-  bool was_flattened_ = false;         ///< the layer before
-  bool has_depths_ = false;            ///< triangles drawn before may hide what follows
+  std::vector<const SurfacePatch*> masked_;  ///< whose mask is where in frame_.masks; null: none
 };
 
 }  // namespace afterglow::render

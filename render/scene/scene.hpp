@@ -63,6 +63,7 @@ struct Body {
   PointList points;
   ColorList colors;  ///< empty, or one a point
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  bool is_closed = false;  ///< nobody outside sees its triangles' clockwise sides (closed_body.hpp)
 };
 using SharedBody = std::shared_ptr<const Body>;
 /// Letters around the origin of their own plane: x along the line, y up. Of the pose only the
@@ -141,7 +142,7 @@ struct Scene {
   std::vector<Layer> layers;
   /// All that is known to catch light: a layer on a surface leaves dark what of its image falls on
   /// another one before it.
-  std::vector<SurfacePatch> surfaces;
+  std::vector<SurfacePatch> surfaces = {};
 };
 
 /// The 4x4 matrix that carries world points onto the layer's surface (identity for Direct).

@@ -1,11 +1,19 @@
 #include "render/scene/solids.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 namespace afterglow::render {
 namespace {
 
-constexpr int kSegments = 32;  // an outline 0.5 % of the radius inside the circle
+constexpr std::array<int, 9> kSides = {kLeastSides, 16, 24, 32, 48, 64, 96, 128, kMostSides};
+
+/// Makes a polygon's area its circle's.
+double widened(double radius, int sides) {
+  const double angle = 2 * M_PI / sides;
+  return radius * std::sqrt(angle / std::sin(angle));
+}
 
 Eigen::Vector3d onCircle(int i, int count, double radius, double z) {
   const double angle = 2 * M_PI * i / count;
@@ -20,6 +28,7 @@ std::uint32_t add(Solid& solid, const Eigen::Vector3d& p) {
 /// A ring of `count` points; returns the index of its first.
 std::uint32_t addRing(Solid& solid, int count, double radius, double z) {
   const auto first = static_cast<std::uint32_t>(solid.points.size());
+  radius = widened(radius, count);
   for (int i = 0; i < count; ++i) solid.points.push_back(onCircle(i, count, radius, z));
   return first;
 }
@@ -59,7 +68,8 @@ Solid makeCube() {
   return cube;
 }
 
-Solid makeSphere(int slices, int stacks) {
+Solid makeSphere(int slices) {
+  const int stacks = slices / 2;
   Solid sphere;
   const std::uint32_t south = add(sphere, {0, 0, -0.5});
   std::uint32_t previous = 0;
@@ -78,24 +88,37 @@ Solid makeSphere(int slices, int stacks) {
   return sphere;
 }
 
-Solid makeCylinder() {
+Solid makeCylinder(int sides) {
   Solid cylinder;
-  const std::uint32_t bottom = addRing(cylinder, kSegments, 0.5, -0.5);
-  const std::uint32_t top = addRing(cylinder, kSegments, 0.5, 0.5);
-  joinRings(cylinder, bottom, top, kSegments);
-  joinTip(cylinder, add(cylinder, {0, 0, -0.5}), bottom, kSegments, false);
-  joinTip(cylinder, add(cylinder, {0, 0, 0.5}), top, kSegments, true);
+  const std::uint32_t bottom = addRing(cylinder, sides, 0.5, -0.5);
+  const std::uint32_t top = addRing(cylinder, sides, 0.5, 0.5);
+  joinRings(cylinder, bottom, top, sides);
+  joinTip(cylinder, add(cylinder, {0, 0, -0.5}), bottom, sides, false);
+  joinTip(cylinder, add(cylinder, {0, 0, 0.5}), top, sides, true);
   return cylinder;
 }
 
-Solid makeCone() {
+Solid makeCone(int sides) {
   Solid cone;
-  const std::uint32_t base = addRing(cone, kSegments, 0.5, 0);
-  joinTip(cone, add(cone, {0, 0, 1}), base, kSegments, true);
-  joinTip(cone, add(cone, {0, 0, 0}), base, kSegments, false);
+  const std::uint32_t base = addRing(cone, sides, 0.5, 0);
+  joinTip(cone, add(cone, {0, 0, 1}), base, sides, true);
+  joinTip(cone, add(cone, {0, 0, 0}), base, sides, false);
   // Around x instead of z: a rotation of the axes, so that the winding stays.
   for (Eigen::Vector3d& p : cone.points) p = Eigen::Vector3d(p.z(), p.x(), p.y());
   return cone;
+}
+
+using Solids = std::array<Solid, kSides.size()>;
+
+Solids makeAll(Solid (*make)(int sides)) {
+  Solids solids;
+  std::transform(kSides.begin(), kSides.end(), solids.begin(), make);
+  return solids;
+}
+
+std::size_t indexOf(int sides) {
+  const auto enough = std::lower_bound(kSides.begin(), kSides.end() - 1, sides);
+  return static_cast<std::size_t>(enough - kSides.begin());
 }
 
 }  // namespace
@@ -105,19 +128,40 @@ const Solid& unitCube() {
   return cube;
 }
 
-const Solid& unitSphere(Roundness roundness) {
-  static const Solid fine = makeSphere(kSegments, 16), coarse = makeSphere(14, 8);
-  return roundness == Roundness::Fine ? fine : coarse;
+const Solid& unitSphere(int sides) {
+  static const Solids spheres = makeAll(makeSphere);
+  return spheres[indexOf(sides)];
 }
 
-const Solid& unitCylinder() {
-  static const Solid cylinder = makeCylinder();
-  return cylinder;
+const Solid& unitCylinder(int sides) {
+  static const Solids cylinders = makeAll(makeCylinder);
+  return cylinders[indexOf(sides)];
 }
 
-const Solid& unitCone() {
-  static const Solid cone = makeCone();
-  return cone;
+const Solid& unitCone(int sides) {
+  static const Solids cones = makeAll(makeCone);
+  return cones[indexOf(sides)];
+}
+
+/// Its outline is the circle where lines of sight touch it. Between that and the nearest point one
+/// more ring makes depths right to a thirtieth of the radius.
+void seenOfUnitSphere(const Eigen::Vector3d& eye, bool is_direction, int sides, Solid& out) {
+  out.points.clear();
+  out.triangles.clear();
+  const int count = kSides[indexOf(sides)];
+  Eigen::Matrix3d axes;
+  axes.col(2) = eye.normalized();
+  axes.col(0) = axes.col(2).unitOrthogonal();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  const double outline = is_direction ? M_PI / 2 : std::acos(0.5 / eye.norm());
+  const std::uint32_t tip = add(out, {0, 0, 0.5});
+  const auto ring = [&](double polar) {
+    return addRing(out, count, 0.5 * std::sin(polar), 0.5 * std::cos(polar));
+  };
+  const std::uint32_t inner = ring(outline / 2), outer = ring(outline);
+  joinTip(out, tip, inner, count, true);
+  joinRings(out, outer, inner, count);
+  for (Eigen::Vector3d& p : out.points) p = axes * p;
 }
 
 }  // namespace afterglow::render

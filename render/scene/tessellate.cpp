@@ -9,8 +9,8 @@
 namespace afterglow::render {
 namespace {
 
-/// From how many on the spheres of a list are coarse.
-constexpr std::size_t kManySpheres = 200;
+constexpr int kUsualSides = 32;        ///< of round things that are not for a lens
+constexpr double kOutlineError = 0.1;  ///< px; half of it outwards, half inwards
 const ColorList kNone;
 
 /// Right, up and towards the eye of letters at a place.
@@ -49,19 +49,18 @@ class Tessellator {
     Eigen::Affine3d along_x = Eigen::Affine3d::Identity();
     along_x.linear() << 0, 0, shaft, d, 0, 0, 0, d, 0;
     along_x.translation() = Eigen::Vector3d(shaft / 2, 0, 0);
-    if (shaft > 0) addSolid(unitCylinder(), along_x, packed(color_));
+    if (shaft > 0) addSolid(unitCylinder(sides(along_x)), along_x, packed(color_));
     Eigen::Affine3d tip = Eigen::Affine3d::Identity();
     tip.linear() = Eigen::Vector3d(head, D, D).asDiagonal();
     tip.translation() = Eigen::Vector3d(shaft, 0, 0);
-    addSolid(unitCone(), tip, packed(color_));
+    addSolid(unitCone(sides(tip)), tip, packed(color_));
   }
 
   void operator()(const Cube& cube) { addSolid(unitCube(), scaled(cube.size), packed(color_)); }
-  void operator()(const Sphere& sphere) {
-    addSolid(unitSphere(Roundness::Fine), scaled(sphere.size), packed(color_));
-  }
+  void operator()(const Sphere& sphere) { addSphere(scaled(sphere.size), packed(color_)); }
   void operator()(const Cylinder& cylinder) {
-    addSolid(unitCylinder(), scaled(cylinder.size), packed(color_));
+    const Eigen::Affine3d shape = scaled(cylinder.size);
+    addSolid(unitCylinder(sides(shape)), shape, packed(color_));
   }
 
   void operator()(const Lines& lines) {
@@ -69,7 +68,9 @@ class Tessellator {
     for (std::size_t i = 0; i < points.size(); ++i) {
       points[i] = {world(lines.points[i]), colorAt(lines.colors, i)};
     }
-    if (lines.strip) {
+    if (lines.width_px > 0) {
+      addThinLines(points, lines);
+    } else if (lines.strip) {
       addStrip(points, lines.width, eye_, out_.mesh);
     } else {
       addSegments(points, lines.width, eye_, out_.mesh);
@@ -148,13 +149,61 @@ class Tessellator {
     out_.mesh.colors.push_back(color);
   }
 
+  /// How many sides a round shape of diameter 1 needs where it is.
+  int sides(const Eigen::Affine3d& shape) const {
+    if (!(eye_.focal_px > 0)) return kUsualSides;
+    const Eigen::Affine3d M = pose_ * shape;
+    const double distance = (M.translation() - eye_.p_lens).norm();
+    const double radius = 0.5 * M.linear().colwise().norm().maxCoeff();
+    const double radius_px = eye_.focal_px * radius / std::max(distance, radius);
+    const double share = std::min(kOutlineError / radius_px, 1.0);
+    const double enough = M_PI / std::acos(1 - share);
+    return enough < kMostSides ? static_cast<int>(std::ceil(enough)) : kMostSides;
+  }
+
+  /// The eye as a unit body sees it that M puts into the world; absent: nothing can be left out.
+  std::optional<Eigen::Vector3d> eyeIn(const Eigen::Affine3d& M) const {
+    if (!(eye_.focal_px > 0)) return std::nullopt;
+    const Eigen::Matrix3d inverse = M.linear().inverse();
+    const Eigen::Vector3d eye = eye_.parallel
+                                    ? Eigen::Vector3d(inverse * -eye_.R_world_eye.col(2))
+                                    : Eigen::Vector3d(inverse * (eye_.p_world - M.translation()));
+    if (!eye.allFinite()) return std::nullopt;
+    return eye;
+  }
+
+  void addSphere(const Eigen::Affine3d& shape, const Rgba& color) {
+    const int count = sides(shape);
+    const auto eye = eyeIn(pose_ * shape);
+    const bool is_outside = eye && (eye_.parallel || eye->norm() > 0.501);
+    if (!is_outside) return addSolid(unitSphere(count), shape, color);
+    seenOfUnitSphere(*eye, eye_.parallel, count, seen_);
+    addFaces(seen_, pose_ * shape, color, [](const auto&) { return true; });
+  }
+
   void addSolid(const Solid& solid, const Eigen::Affine3d& shape, const Rgba& color) {
     const Eigen::Affine3d M = pose_ * shape;
+    const auto eye = eyeIn(M);
+    const std::size_t before = out_.mesh.triangles.size();
+    if (eye) addSeenFaces(solid, M, color, *eye);
+    // Without an eye to leave faces out for, or from within: all of them.
+    if (out_.mesh.triangles.size() == before)
+      addFaces(solid, M, color, [](const auto&) { return true; });
+  }
+
+  void addSeenFaces(const Solid& solid, const Eigen::Affine3d& M, const Rgba& color,
+                    const Eigen::Vector3d& eye) {
+    addFaces(solid, M, color, [&](const auto& t) { return faces(solid.points, t, eye); });
+  }
+
+  template <typename IsSeen>
+  void addFaces(const Solid& solid, const Eigen::Affine3d& M, const Rgba& color,
+                const IsSeen& is_seen) {
     if (!M.matrix().allFinite()) return;
     const std::uint32_t first = size();
     for (const Eigen::Vector3d& p : solid.points) addPoint(M * p, color);
     for (const auto& t : solid.triangles) {
-      out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      if (is_seen(t)) out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
   }
 
@@ -164,9 +213,28 @@ class Tessellator {
     for (std::size_t i = 0; i < body.points.size(); ++i) {
       addPoint(M * body.points[i].cast<double>(), tinted(colors, i));
     }
+    const auto eye = body.is_closed ? eyeIn(M) : std::nullopt;
+    const bool is_outside = eye && (eye_.parallel || !isWithin(body, *eye));
     for (const auto& t : body.triangles) {
+      if (is_outside && !faces(body.points, t, *eye)) continue;
       out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
+  }
+
+  static bool isWithin(const Body& body, const Eigen::Vector3d& eye) {
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p : body.points) box.extend(p);
+    return box.contains(eye.cast<float>());
+  }
+
+  /// Whether a counterclockwise triangle is seen from there.
+  template <typename Points>
+  bool faces(const Points& points, const std::array<std::uint32_t, 3>& t,
+             const Eigen::Vector3d& eye) const {
+    const Eigen::Vector3d a = points[t[0]].template cast<double>();
+    const Eigen::Vector3d b = points[t[1]].template cast<double>();
+    const Eigen::Vector3d c = points[t[2]].template cast<double>();
+    return (b - a).cross(c - a).dot(eye_.parallel ? eye : Eigen::Vector3d(eye - a)) > 0;
   }
 
   Rgba tinted(const ColorList& colors, std::size_t i) const {
@@ -177,12 +245,24 @@ class Tessellator {
 
   void addSolids(bool cubes, const PointList& points, const ColorList& colors,
                  const Eigen::Vector3f& sizes) {
-    const Roundness roundness = points.size() > kManySpheres ? Roundness::Coarse : Roundness::Fine;
-    const Solid& solid = cubes ? unitCube() : unitSphere(roundness);
     Eigen::Affine3d shape = scaled(sizes);
     for (std::size_t i = 0; i < points.size(); ++i) {
       shape.translation() = points[i].cast<double>();
-      addSolid(solid, shape, colorAt(colors, i));
+      if (cubes) {
+        addSolid(unitCube(), shape, colorAt(colors, i));
+      } else {
+        addSphere(shape, colorAt(colors, i));
+      }
+    }
+  }
+
+  void addThinLines(const std::vector<RibbonPoint>& points, const Lines& lines) {
+    const std::size_t step = lines.strip ? 1 : 2;
+    for (std::size_t i = 0; i + 1 < points.size(); i += step) {
+      const RibbonPoint &a = points[i], &b = points[i + 1];
+      if (!a.p_world.allFinite() || !b.p_world.allFinite()) continue;
+      out_.thin_lines.push_back(
+          {a.p_world, b.p_world, a.color, b.color, static_cast<double>(lines.width_px)});
     }
   }
 
@@ -215,16 +295,20 @@ class Tessellator {
   const Color color_;
   const Eye& eye_;
   Tessellation& out_;
+  Solid seen_;
 };
 
 }  // namespace
 
-Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world) {
+Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world,
+               double focal_px) {
+  const Rigid<World, Projector> T_world_projector = T_projector_world.inverse();
   Eye eye;
+  eye.focal_px = focal_px;
+  eye.p_lens = T_world_projector.matrix().translation();
   if (layer.placement == Placement::Direct || !layer.surface) {
-    const Rigid<World, Projector> T_world_projector = T_projector_world.inverse();
     eye.R_world_eye = T_world_projector.matrix().linear();
-    eye.p_world = T_world_projector.matrix().translation();
+    eye.p_world = eye.p_lens;
     return eye;
   }
   const Eigen::Matrix3d R_world_surface = layer.surface->T_world_surface.matrix().linear();
@@ -241,6 +325,7 @@ Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_wo
 void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
   out.mesh.clear();
   out.splats.clear();
+  out.thin_lines.clear();
   if (!drawable.pose.matrix().matrix().allFinite()) return;
   std::visit(Tessellator(drawable, eye, out), drawable.shape);
 }

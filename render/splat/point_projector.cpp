@@ -15,12 +15,13 @@ constexpr std::size_t kBlock = 128;  // points a pass: small enough for the inne
 using Floats = std::array<float, kBlock>;
 using Ints = std::array<std::int32_t, kBlock>;
 
-std::uint32_t packed(const Color& color, float alpha) {
+std::uint32_t packed(const Color& color, float alpha, float gain) {
   // Written so that NaN is black.
   const auto byte = [](float value) {
     return static_cast<std::uint32_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
   };
-  return byte(color.r) | byte(color.g) << 8 | byte(color.b) << 16 | byte(color.a * alpha) << 24;
+  return byte(gain * color.r) | byte(gain * color.g) << 8 | byte(gain * color.b) << 16 |
+         byte(color.a * alpha) << 24;
 }
 
 /// a . (p - origin) + b, in floats.
@@ -53,6 +54,7 @@ class PartProjector {
         colors_(cloud.colors),
         color_(color),
         flattened_(placement.flattened),
+        gain_(placement.gain),
         origin_(origin),
         x_(placement.P_optical_cloud.row(0), origin_.cast<double>()),
         y_(placement.P_optical_cloud.row(1), origin_.cast<double>()),
@@ -63,14 +65,14 @@ class PartProjector {
   void project(Part& part, ScreenPoint* out) const {
     Floats depth;
     Ints u, v, keep;
-    const std::uint32_t flat = packed(color_, 1);
+    const std::uint32_t flat = packed(color_, 1, gain_);
     for (std::size_t first = part.begin; first < part.end; first += kBlock) {
       const std::size_t count = std::min(kBlock, part.end - first);
       projectBlock(first, count, u, v, depth, keep);
       for (std::size_t i = 0; i < count; ++i) {
         if (!keep[i]) continue;
         const std::uint32_t color =
-            first + i < colors_.size() ? packed(colors_[first + i], color_.a) : flat;
+            first + i < colors_.size() ? packed(colors_[first + i], color_.a, gain_) : flat;
         if (color >> 24 == 0) continue;
         if (part.count == 0) part.first_color = color;
         part.one_color = part.one_color && color == part.first_color;
@@ -121,10 +123,15 @@ class PartProjector {
       const float distant = 1 - 2 * static_cast<float>(LensDomain::kNear) / z[i];
       depth[i] = flattened_ ? flat : distant;
     }
-    throughLens(nx, ny, in_front, u, v, keep);
+    if (lens_.is_fisheye) {
+      throughLens<true>(nx, ny, in_front, u, v, keep);
+    } else {
+      throughLens<false>(nx, ny, in_front, u, v, keep);
+    }
   }
 
   /// calib::project, of normalized coordinates.
+  template <bool kFisheye>
   void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
                    Ints& keep) const {
     const FloatLens lens = lens_;
@@ -135,7 +142,7 @@ class PartProjector {
     for (std::size_t i = 0; i < kBlock; ++i) {
       const float x = nx[i], y = ny[i];
       float pixel_u, pixel_v;
-      lens.project(x, y, pixel_u, pixel_v);
+      lens.project<kFisheye>(x, y, pixel_u, pixel_v);
       const int kept = in_front[i] & (x * x + y * y <= lens.square_fold) & (pixel_u >= kFirst) &
                        (pixel_u <= u_end) & (pixel_v >= kFirst) & (pixel_v <= v_end);
       const float shown_u = kept ? pixel_u : 0, shown_v = kept ? pixel_v : 0;
@@ -151,6 +158,7 @@ class PartProjector {
   const ColorList& colors_;
   const Color color_;
   const bool flattened_;
+  const float gain_;
   const Eigen::Vector3f origin_;
   const Row x_, y_, z_, w_, height_;
 };

@@ -20,6 +20,7 @@ struct PointPlacement {
   /// Height over the surface = height . p_cloud; for flattened layers.
   Eigen::Vector4d height = Eigen::Vector4d::Zero();
   bool flattened = false;  ///< higher hides lower; else nearer hides farther
+  float gain = 1;          ///< multiplies r, g and b
 };
 
 /// Coordinates of a point, its distance from the cloud's first one, are floats: the error on the

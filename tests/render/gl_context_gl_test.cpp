@@ -21,11 +21,11 @@ TEST_F(GlContextTest, severalTakeTurnsInAThread) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << 0, -0.3, 1.5;
   layer.drawables = {{Rigid<World, World>(T), Cube{Eigen::Vector3f::Constant(0.1f)}, {}}};
-  ProjectorRenderer first(context(), lens);
+  ProjectorRenderer first(context(), lens, Drawing::Gl);
   const Image expected = first.render({{layer}}, {});
   {
     GlContext other;
-    ProjectorRenderer second(other, lens);
+    ProjectorRenderer second(other, lens, Drawing::Gl);
     EXPECT_EQ(second.render({{layer}}, {}).rgb, expected.rgb);
     EXPECT_EQ(first.render({{layer}}, {}).rgb, expected.rgb);
     EXPECT_EQ(second.render({{layer}}, {}).rgb, expected.rgb);

@@ -141,8 +141,9 @@ TEST(LightFrame, sharesTheVerticesOfSmallThings) {
   layer.drawables.push_back({Rigid<World, World>(T), cube, {}});
   LightComposer composer(kWorstLens);
   const LightFrame& frame = composer.compose({{layer}}, {});
-  EXPECT_EQ(frame.vertices.size(), 8u);
-  EXPECT_EQ(frame.indices.size(), 36u);
+  EXPECT_LE(frame.vertices.size(), 7u) << "one corner is out of sight";
+  EXPECT_LE(frame.indices.size(), 18u) << "at most three faces are seen";
+  EXPECT_GE(frame.indices.size(), 6u);
 }
 
 TEST(LightFrame, leavesOutWhatIsNotFinite) {

@@ -18,6 +18,7 @@ class GlTest : public ::testing::Test {
   void SetUp() override {
     try {
       context_ = std::make_unique<render::GlContext>();
+      context_->makeCurrent();
     } catch (const std::runtime_error& error) {
       if (std::getenv("AFTERGLOW_REQUIRE_GL")) FAIL() << error.what();
       GTEST_SKIP() << error.what();

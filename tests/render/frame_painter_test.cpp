@@ -1,5 +1,5 @@
-// Points drawn by the CPU, without any GL: where they land, what they cover, what hides what.
-#include "render/splat/point_painter.hpp"
+// Frames drawn by the CPU, without any GL: where things land, what they cover, what hides what.
+#include "render/splat/frame_painter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ ScreenPoint pointAt(double u, double v, std::uint32_t color, std::uint32_t order
   return point;
 }
 
-class PointPainterTest : public ::testing::Test {
+class FramePainterTest : public ::testing::Test {
  protected:
   /// One run of all points.
   void paint(const std::vector<ScreenPoint>& points, float size_px, bool is_ordered = true) {
@@ -34,8 +34,18 @@ class PointPainterTest : public ::testing::Test {
     run.count = static_cast<std::uint32_t>(points.size());
     run.size_px = size_px;
     run.is_ordered = is_ordered;
+    paint(points, {run});
+  }
+  void paint(const std::vector<ScreenPoint>& points, const std::vector<PointRun>& runs) {
+    LightFrame frame;
+    frame.screen_points = points;
+    frame.runs = runs;
+    frame.layers.resize(1);
+    for (std::uint32_t i = 0; i < runs.size(); ++i) {
+      frame.layers[0].steps.push_back({LightStep::Kind::Run, i, 1});
+    }
     rgb_.assign(3 * kWidth * kHeight, 77);
-    painter_.paintRgb(points, {run}, rgb_.data());
+    painter_.paint(frame, rgb_.data());
   }
   int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
   int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }
@@ -49,11 +59,11 @@ class PointPainterTest : public ::testing::Test {
   }
 
   Workers workers_;
-  PointPainter painter_{kWidth, kHeight, workers_};
+  FramePainter painter_{test::lens(kWidth, kHeight, 100, 48, 40), workers_};
   std::vector<std::uint8_t> rgb_;
 };
 
-TEST_F(PointPainterTest, givesEachPixelTheShareThatIsCovered) {
+TEST_F(FramePainterTest, givesEachPixelTheShareThatIsCovered) {
   for (const float size : {0.5f, 1.f, 2.5f, 3.f, 24.f}) {
     // The second lies on the border between two bands.
     for (const Eigen::Vector2d& at : {Eigen::Vector2d(40.3, 20.71), {33.125, 31.6}}) {
@@ -67,7 +77,7 @@ TEST_F(PointPainterTest, givesEachPixelTheShareThatIsCovered) {
   }
 }
 
-TEST_F(PointPainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
+TEST_F(FramePainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
   paint({}, 3);
   EXPECT_EQ(*std::max_element(rgb_.begin(), rgb_.end()), 0);
   paint({pointAt(0, 0, 0xffffffff), pointAt(kWidth - 1, kHeight - 1, 0xffffffff),
@@ -77,7 +87,7 @@ TEST_F(PointPainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
   EXPECT_NEAR(redAreaAndCenter()[0], 8, 0.01);
 }
 
-TEST_F(PointPainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
+TEST_F(FramePainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
   const std::uint32_t kRed = 0xff0000ff, kGreen = 0xff00ff00;
   paint({pointAt(10.5, 10, kGreen, 2), pointAt(10, 10, kRed, 1)}, 3);
   EXPECT_EQ(red(10, 10), 0);
@@ -89,30 +99,15 @@ TEST_F(PointPainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
   EXPECT_NEAR(green(10, 10), 64, 1);
 }
 
-TEST_F(PointPainterTest, keepsRunsApart) {
+TEST_F(FramePainterTest, keepsRunsApart) {
   PointRun first, second;
   first.count = second.count = second.first = 1;
   first.size_px = second.size_px = 3;
   first.is_ordered = second.is_ordered = true;
-  rgb_.resize(3 * kWidth * kHeight);
   // The second run lies over the first although its point is farther.
-  painter_.paintRgb({pointAt(10, 10, 0xff0000ff, 9), pointAt(10, 10, 0xff00ff00, 1)},
-                    {first, second}, rgb_.data());
+  paint({pointAt(10, 10, 0xff0000ff, 9), pointAt(10, 10, 0xff00ff00, 1)}, {first, second});
   EXPECT_EQ(red(10, 10), 0);
   EXPECT_EQ(green(10, 10), 255);
-}
-
-TEST_F(PointPainterTest, leavesAlphaForWhatLiesBelow) {
-  std::vector<std::uint32_t> rgba(kWidth * kHeight, 7);
-  PointRun run;
-  run.count = 1;
-  run.size_px = 1;
-  painter_.paintRgba({pointAt(10.5, 10, 0xff00c8ff)}, {run}, rgba.data());
-  const std::uint32_t half = rgba[10 * kWidth + 10];
-  EXPECT_NEAR(half & 0xff, 128, 1);
-  EXPECT_NEAR(half >> 8 & 0xff, 100, 1);
-  EXPECT_NEAR(half >> 24, 128, 1);
-  EXPECT_EQ(rgba[0], 0u);
 }
 
 TEST(PointOrder, sortsByAllBitsAndKeepsEqualsInOrder) {

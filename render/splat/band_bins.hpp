@@ -1,0 +1,86 @@
+/// \file
+/// What is drawn, by the bands of rows that it touches.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "render/splat/workers.hpp"
+
+namespace afterglow::render {
+
+/// The image is painted in bands that fit a core's cache.
+constexpr int kBandRows = 16;
+
+/// Runs of items, each run in its order within every band. Keeps its buffers.
+template <typename Item>
+class BandBins {
+ public:
+  struct Bin {
+    std::size_t first = 0, count = 0;
+  };
+
+  void begin(int bands) {
+    bands_ = bands;
+    used_ = 0;
+    bins_.clear();
+    for (auto& filled : filled_) filled.resize(static_cast<std::size_t>(bands));
+  }
+
+  /// rowsOf(i): the first row that item i touches and the last, in any order with the image's;
+  /// itemOf(i): the item. Counted first, so that each worker knows where its half goes.
+  template <typename RowsOf, typename ItemOf>
+  void add(std::size_t count, Workers& workers, const RowsOf& rowsOf, const ItemOf& itemOf) {
+    const auto part = [count](int worker) { return count * static_cast<unsigned>(worker) / 2; };
+    const auto eachBand = [&](std::size_t i, const auto& visit) {
+      const auto [top, bottom] = rowsOf(i);
+      const int last = std::min(bands_ * kBandRows - 1, bottom) / kBandRows;
+      if (bottom < 0) return;
+      for (int band = std::max(0, top) / kBandRows; band <= last; ++band) {
+        visit(static_cast<std::size_t>(band));
+      }
+    };
+    workers.run([&](int worker) {
+      auto& filled = filled_[static_cast<std::size_t>(worker)];
+      std::fill(filled.begin(), filled.end(), 0);
+      for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
+        eachBand(i, [&](std::size_t band) { ++filled[band]; });
+      }
+    });
+    placeBins();
+    workers.run([&](int worker) {
+      auto& filled = filled_[static_cast<std::size_t>(worker)];
+      for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
+        eachBand(i, [&](std::size_t band) { items_[filled[band]++] = itemOf(i); });
+      }
+    });
+  }
+
+  std::size_t runs() const { return bins_.size() / static_cast<std::size_t>(bands_); }
+  const Bin& bin(std::size_t run, int band) const {
+    return bins_[run * static_cast<std::size_t>(bands_) + static_cast<std::size_t>(band)];
+  }
+  const Item* items(const Bin& bin) const { return items_.data() + bin.first; }
+
+ private:
+  void placeBins() {
+    for (std::size_t band = 0; band < static_cast<std::size_t>(bands_); ++band) {
+      Bin bin{used_, 0};
+      for (auto& filled : filled_) used_ += std::exchange(filled[band], used_);
+      bin.count = used_ - bin.first;
+      bins_.push_back(bin);
+    }
+    if (items_.size() < used_) items_.resize(used_ + used_ / 4);
+  }
+
+  int bands_ = 0;
+  std::size_t used_ = 0;
+  std::vector<Bin> bins_;  ///< a band's of each run, run by run
+  std::vector<Item> items_;
+  std::array<std::vector<std::size_t>, Workers::kCount> filled_;  ///< by band
+};
+
+}  // namespace afterglow::render

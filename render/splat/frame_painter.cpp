@@ -1,0 +1,190 @@
+#include "render/splat/frame_painter.hpp"
+
+#include <atomic>
+#include <cstring>
+
+#include "render/splat/point_brush.hpp"
+#include "render/splat/point_order.hpp"
+
+namespace afterglow::render {
+namespace {
+
+static_assert(sizeof(Rgba) == sizeof(std::uint32_t));
+
+std::uint32_t bitsOf(const Rgba& color) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &color, sizeof(bits));
+  return bits;
+}
+
+/// The even-odd rule for shares: 0 and 2 are outside, 1 is inside.
+float evenOdd(float sum) {
+  const float within = std::fmod(std::abs(sum), 2.f);
+  return within <= 1 ? within : 2 - within;
+}
+
+}  // namespace
+
+FramePainter::FramePainter(const calib::Lens& lens, Workers& workers)
+    : width_(lens.width),
+      height_(lens.height),
+      bands_((lens.height + kBandRows - 1) / kBandRows),
+      lens_(lens),
+      workers_(workers),
+      benches_{Bench(lens.width), Bench(lens.width)} {}
+
+void FramePainter::paint(const LightFrame& frame, std::uint8_t* rgb) {
+  project(frame);
+  addJobs(frame);
+  std::atomic<int> next{0};
+  workers_.run([&](int worker) {
+    Bench& bench = benches_[static_cast<std::size_t>(worker)];
+    for (int band = next++; band < bands_; band = next++) paintBand(frame, band, bench, rgb);
+  });
+}
+
+void FramePainter::project(const LightFrame& frame) {
+  vertices_.resize(frame.vertices.size());
+  workers_.run([&](int worker) {
+    if (lens_.is_fisheye) {
+      projectPart<true>(frame, worker);
+    } else {
+      projectPart<false>(frame, worker);
+    }
+  });
+}
+
+template <bool kFisheye>
+void FramePainter::projectPart(const LightFrame& frame, int worker) {
+  const auto part = [&](int k) { return vertices_.size() * static_cast<unsigned>(k) / 2; };
+  for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
+    const LightVertex& vertex = frame.vertices[i];
+    const float inverse = 1 / vertex.z;
+    float u, v;
+    lens_.project<kFisheye>(vertex.x * inverse, vertex.y * inverse, u, v);
+    vertices_[i] = {{u + 0.5f, v + 0.5f}, vertex.depth, bitsOf(vertex.color)};
+  }
+}
+
+void FramePainter::addJobs(const LightFrame& frame) {
+  jobs_.clear();
+  triangle_bins_.begin(bands_);
+  point_bins_.begin(bands_);
+  bool was_flattened = false;
+  for (const LightLayer& layer : frame.layers) {
+    if (layer.flattened || was_flattened) jobs_.push_back({Job::Kind::Flatten});
+    was_flattened = layer.flattened;
+    for (const LightStep& step : layer.steps) {
+      Job job{Job::Kind::Points, 0, step.first, layer.mask};
+      if (step.kind == LightStep::Kind::Run) {
+        const PointRun& run = frame.runs[step.first];
+        const ScreenPoint* points = frame.screen_points.data() + run.first;
+        job.bins = static_cast<std::uint32_t>(point_bins_.runs());
+        point_bins_.add(
+            run.count, workers_, [&](std::size_t i) { return rowsOfPoint(points[i], run.size_px); },
+            [&](std::size_t i) { return points[i]; });
+      } else {
+        job.kind =
+            step.kind == LightStep::Kind::Opaque ? Job::Kind::Opaque : Job::Kind::Translucent;
+        job.bins = static_cast<std::uint32_t>(triangle_bins_.runs());
+        addTriangles(frame, step);
+      }
+      jobs_.push_back(job);
+    }
+  }
+}
+
+void FramePainter::addTriangles(const LightFrame& frame, const LightStep& step) {
+  const auto rowsOf = [&](std::size_t i) {
+    const std::uint32_t* at = &frame.indices[step.first + 3 * i];
+    const auto [top, bottom] =
+        std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y, vertices_[at[2]].at.y});
+    // Far outside is outside; an integer could not hold it.
+    const auto limit = static_cast<float>(height_ + kBandRows);
+    return Rows{static_cast<int>(std::clamp(std::floor(top), -limit, limit)),
+                static_cast<int>(std::clamp(std::floor(bottom), -limit, limit))};
+  };
+  triangle_bins_.add(step.count / 3, workers_, rowsOf,
+                     [&](std::size_t i) { return static_cast<std::uint32_t>(step.first + 3 * i); });
+}
+
+ScreenTriangle FramePainter::triangle(const LightFrame& frame, std::uint32_t first) const {
+  const std::uint32_t* at = &frame.indices[first];
+  return {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]]};
+}
+
+void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
+                             std::uint8_t* rgb) const {
+  const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
+  bench.canvas.clear();
+  bench.mask_index = -1;
+  for (const Job& job : jobs_) {
+    if (job.kind == Job::Kind::Flatten) {
+      bench.canvas.flatten();
+      continue;
+    }
+    if (job.kind == Job::Kind::Points) {
+      const auto& bin = point_bins_.bin(job.bins, band);
+      if (bin.count == 0) continue;
+      const std::uint16_t* mask = maskOf(frame, job, band, bench);
+      const PointRun& run = frame.runs[job.run];
+      const ScreenPoint* points = point_bins_.items(bin);
+      if (run.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
+      PointBrush brush(width_, run.size_px);
+      for (std::size_t i = 0; i < bin.count; ++i) {
+        brush.paint(points[i], row_begin, row_end, mask, bench.canvas);
+      }
+      continue;
+    }
+    if (triangle_bins_.bin(job.bins, band).count == 0) continue;
+    const bool is_opaque = job.kind == Job::Kind::Opaque;
+    paintTriangles(job, band, maskOf(frame, job, band, bench), bench,
+                   is_opaque ? bench.canvas : bench.glass, frame);
+    if (!is_opaque) bench.canvas.lay(bench.glass);
+  }
+  for (int row = row_begin; row < row_end; ++row) {
+    const Light* lights = bench.canvas.finish(row - row_begin);
+    std::uint8_t* out = rgb + 3 * static_cast<std::size_t>(row) * static_cast<std::size_t>(width_);
+    for (int i = 0; i < width_; ++i) {
+      for (int lane = 0; lane < 3; ++lane) *out++ = static_cast<std::uint8_t>(lights[i][lane]);
+    }
+  }
+}
+
+void FramePainter::paintTriangles(const Job& job, int band, const std::uint16_t* mask, Bench& bench,
+                                  Canvas& canvas, const LightFrame& frame) const {
+  const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
+  const auto& bin = triangle_bins_.bin(job.bins, band);
+  const std::uint32_t* triangles = triangle_bins_.items(bin);
+  for (std::size_t i = 0; i < bin.count; ++i) {
+    bench.brush.paint(triangle(frame, triangles[i]), row_begin, row_end, mask, canvas);
+  }
+}
+
+/// Outlines are few and made of few triangles: they need no bins.
+const std::uint16_t* FramePainter::maskOf(const LightFrame& frame, const Job& job, int band,
+                                          Bench& bench) const {
+  if (job.mask < 0) return nullptr;
+  if (bench.mask_index == job.mask) return bench.mask.data();
+  bench.mask_index = job.mask;
+  const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
+  const LightMask& mask = frame.masks[static_cast<std::size_t>(job.mask)];
+  std::fill(bench.mask.begin(), bench.mask.end(), static_cast<std::uint16_t>(kWhole));
+  const auto multiply = [&](const LightOutline& outline, bool inside) {
+    std::fill(bench.mask_sums.begin(), bench.mask_sums.end(), 0.f);
+    for (std::uint32_t i = 0; i < outline.count; i += 3) {
+      bench.brush.add(triangle(frame, outline.first + i), row_begin, row_end,
+                      bench.mask_sums.data());
+    }
+    for (std::size_t i = 0; i < bench.mask.size(); ++i) {
+      const float share = evenOdd(bench.mask_sums[i]);
+      bench.mask[i] = static_cast<std::uint16_t>(
+          static_cast<float>(bench.mask[i]) * (inside ? share : 1 - share) + 0.5f);
+    }
+  };
+  if (mask.outline) multiply(*mask.outline, true);
+  for (const LightOutline& shade : mask.shades) multiply(shade, false);
+  return bench.mask.data();
+}
+
+}  // namespace afterglow::render

@@ -1,0 +1,79 @@
+/// \file
+/// A whole frame of light drawn by the CPU: every edge with the exact share of each pixel. Without
+/// a GPU that is many times faster than OpenGL, and it needs no OpenGL at all.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "render/scene/light_frame.hpp"
+#include "render/splat/band_bins.hpp"
+#include "render/splat/canvas.hpp"
+#include "render/splat/float_lens.hpp"
+#include "render/splat/triangle_brush.hpp"
+#include "render/splat/workers.hpp"
+
+namespace afterglow::render {
+
+/// Things are put into the bins of the bands that they touch; then each worker paints band after
+/// band. Keeps its buffers from frame to frame. Used from one thread at a time.
+class FramePainter {
+ public:
+  /// The workers must outlive it.
+  FramePainter(const calib::Lens& lens, Workers& workers);
+  FramePainter(const FramePainter&) = delete;
+  FramePainter& operator=(const FramePainter&) = delete;
+
+  /// 3 bytes a pixel, rows from the top, no padding; black where nothing is.
+  void paint(const LightFrame& frame, std::uint8_t* rgb);
+
+ private:
+  /// What is painted one after the other.
+  struct Job {
+    enum class Kind { Opaque, Translucent, Points, Flatten } kind;
+    std::uint32_t bins = 0;  ///< which run of triangle_bins_ or point_bins_
+    std::uint32_t run = 0;   ///< of the frame; points
+    int mask = -1;           ///< of the frame; -1: none
+  };
+  /// A worker's place.
+  struct Bench {
+    explicit Bench(int width)
+        : canvas(width),
+          glass(width),
+          brush(width),
+          mask_sums(canvasSize(width)),
+          mask(mask_sums.size()) {}
+    static std::size_t canvasSize(int width) { return static_cast<std::size_t>(width) * kBandRows; }
+    Canvas canvas;
+    Canvas glass;  ///< for one translucent thing
+    TriangleBrush brush;
+    std::vector<float> mask_sums;
+    std::vector<std::uint16_t> mask;
+    int mask_index = -1;  ///< of `mask`, in this band
+    std::vector<ScreenPoint> sorting;
+  };
+
+  void project(const LightFrame& frame);
+  template <bool kFisheye>
+  void projectPart(const LightFrame& frame, int worker);
+  void addJobs(const LightFrame& frame);
+  void addTriangles(const LightFrame& frame, const LightStep& step);
+  void paintBand(const LightFrame& frame, int band, Bench& bench, std::uint8_t* rgb) const;
+  void paintTriangles(const Job& job, int band, const std::uint16_t* mask, Bench& bench,
+                      Canvas& canvas, const LightFrame& frame) const;
+  const std::uint16_t* maskOf(const LightFrame& frame, const Job& job, int band,
+                              Bench& bench) const;
+  ScreenTriangle triangle(const LightFrame& frame, std::uint32_t first) const;
+
+  int width_, height_, bands_;
+  FloatLens lens_;
+  Workers& workers_;
+  std::vector<ScreenVertex> vertices_;
+  std::vector<Job> jobs_;
+  BandBins<std::uint32_t> triangle_bins_;  ///< first of a triangle's indices
+  BandBins<ScreenPoint> point_bins_;
+  std::array<Bench, Workers::kCount> benches_;
+};
+
+}  // namespace afterglow::render

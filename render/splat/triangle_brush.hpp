@@ -1,0 +1,39 @@
+/// \file
+/// Triangles onto a band's canvas: every pixel gets the exact share that is covered.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "render/splat/canvas.hpp"
+#include "render/splat/triangle_coverage.hpp"
+
+namespace afterglow::render {
+
+/// A vertex as it is seen.
+struct ScreenVertex {
+  Corner at;
+  float depth;          ///< as LightVertex::depth
+  std::uint32_t color;  ///< r, g, b, a from the lowest byte on
+};
+using ScreenTriangle = std::array<ScreenVertex, 3>;
+
+class TriangleBrush {
+ public:
+  explicit TriangleBrush(int width) : width_(width), coverage_(width) {}
+
+  /// Paints the part of a triangle in a band whose first row is `row_begin`; both its sides are
+  /// seen. `mask`: shares of kWhole, row by row, that light may cover; nullptr: all.
+  void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
+             Canvas& canvas);
+
+  /// Adds the shares that are covered to `sums`, row by row; negative where it turns the other way.
+  void add(const ScreenTriangle& triangle, int row_begin, int row_end, float* sums);
+
+ private:
+  int width_;
+  TriangleCoverage coverage_;
+};
+
+}  // namespace afterglow::render

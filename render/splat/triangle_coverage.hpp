@@ -1,0 +1,130 @@
+/// \file
+/// The exact share of every pixel that a triangle covers.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace afterglow::render {
+
+/// A corner on the image; pixel i spans [i, i + 1).
+struct Corner {
+  float x, y;
+};
+
+/// Sums what each edge covers to its right, as font rasterizers do ("signed area coverage"): two
+/// triangles that share an edge share its pixels without gap or overlap. Float arithmetic: shares
+/// are right to about 1e-5. Keeps its buffer.
+class TriangleCoverage {
+ public:
+  explicit TriangleCoverage(int width)
+      : width_(width), sums_(static_cast<std::size_t>(width) + 2) {}
+
+  /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end) that
+  /// is touched. Shares are positive if the corners turn clockwise as seen (y down), else negative.
+  template <typename Visit>
+  void visit(const std::array<Corner, 3>& corners, int row_begin, int row_end, const Visit& visit) {
+    const auto [top, bottom] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+    if (!(bottom > static_cast<float>(row_begin) && top < static_cast<float>(row_end))) return;
+    std::array<Edge, 3> edges;
+    for (std::size_t i = 0; i < 3; ++i) edges[i] = edgeOf(corners[i], corners[(i + 1) % 3]);
+    const int first = std::max(row_begin, static_cast<int>(top));
+    const int last = std::min(row_end - 1, static_cast<int>(bottom));
+    for (int row = first; row <= last; ++row) {
+      begin_ = width_;
+      end_ = 0;
+      for (const Edge& edge : edges) addRow(edge, static_cast<float>(row));
+      if (begin_ >= end_) continue;
+      float* sums = sums_.data() + begin_;
+      const int count = end_ - begin_;
+      float share = 0;
+      for (int i = 0; i < count; ++i) sums[i] = share += sums[i];
+      visit(row, begin_, count, static_cast<const float*>(sums));
+      std::fill(sums, sums_.data() + std::min(end_ + 2, width_ + 2), 0.f);
+    }
+  }
+
+ private:
+  struct Edge {
+    float x, top, bottom;  ///< x at its top
+    float slope;           ///< x by y
+    float sign;
+  };
+
+  static Edge edgeOf(const Corner& a, const Corner& b) {
+    const bool is_up = b.y < a.y;
+    const Corner& high = is_up ? b : a;
+    const Corner& low = is_up ? a : b;
+    const float height = low.y - high.y;
+    return {high.x, high.y, low.y, height > 0 ? (low.x - high.x) / height : 0, is_up ? 1.f : -1.f};
+  }
+
+  void addRow(const Edge& edge, float row) {
+    const float top = std::max(edge.top, row), bottom = std::min(edge.bottom, row + 1);
+    if (!(bottom > top)) return;
+    const float from = edge.x + (top - edge.top) * edge.slope;
+    const float to = edge.x + (bottom - edge.top) * edge.slope;
+    const float height = (bottom - top) * edge.sign;
+    addInside(std::min(from, to), std::max(from, to), height);
+  }
+
+  /// What lies beyond the image's sides counts there as far as it matters to the image.
+  void addInside(float left, float right, float height) {
+    const auto width = static_cast<float>(width_);
+    if (left >= width) {
+      end_ = width_;
+      return;
+    }
+    if (right > width) {
+      const float inside = (width - left) / (right - left);
+      end_ = width_;
+      height *= inside;
+      right = width;
+    }
+    if (left < 0) {
+      const float outside = right <= 0 ? 1 : -left / (right - left);
+      begin_ = 0;
+      end_ = std::max(end_, 1);
+      sums_[0] += height * outside;
+      if (right <= 0) return;
+      height *= 1 - outside;
+      left = 0;
+    }
+    addSpan(left, right, height);
+  }
+
+  void addSpan(float left, float right, float height) {
+    const int first = static_cast<int>(left), last = static_cast<int>(right);
+    begin_ = std::min(begin_, first);
+    end_ = std::max(end_, std::min(last + 1, width_));
+    float* sums = sums_.data();
+    if (first == last) {
+      const float outside = 0.5f * (left + right) - static_cast<float>(first);
+      sums[first] += height * (1 - outside);
+      sums[first + 1] += height * outside;
+      return;
+    }
+    // Covered of a column: the mean height of the edge over it, from `left` on.
+    const float by_x = height / (right - left);
+    const float in_first = static_cast<float>(first + 1) - left;
+    float before = 0.5f * by_x * in_first * in_first;
+    sums[first] += before;
+    for (int i = first + 1; i < last; ++i) {
+      const float here = by_x * (static_cast<float>(i) + 0.5f - left);
+      sums[i] += here - before;
+      before = here;
+    }
+    const float in_last = right - static_cast<float>(last);
+    const float here = height - 0.5f * by_x * in_last * in_last;
+    sums[last] += here - before;
+    sums[last + 1] += height - here;
+  }
+
+  int width_;
+  int begin_ = 0, end_ = 0;  ///< columns of this row that are touched
+  std::vector<float> sums_;  ///< changes of the share from column to column
+};
+
+}  // namespace afterglow::render

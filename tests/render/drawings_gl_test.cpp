@@ -1,0 +1,248 @@
+// What the CPU draws and what OpenGL draws is the same picture.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "tests/support/gl_context.hpp"
+#include "tests/support/image_measures.hpp"
+#include "tests/support/optics.hpp"
+
+namespace afterglow::render {
+namespace {
+
+const std::vector<double> kBent = {-0.2, 0.05, 0.001, -0.001, 0};
+const std::vector<double> kFolding = {-0.35, 0, 0, 0, 0};
+
+/// A bumpy wall of points about 1.5 m away, wider than the image, in colors that tell neighbors
+/// apart.
+PointCloud wall(int count, float size_px, bool colored) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> wide(-0.9f, 0.9f), deep(1.3f, 1.9f), color(0, 1);
+  PointCloud cloud;
+  cloud.style = PointStyle::Points;
+  cloud.size = size_px;
+  ColorList colors;
+  PointList points;
+  for (int i = 0; i < count; ++i) {
+    points.emplace_back(wide(random), 0.7f * wide(random), deep(random));
+    if (colored) colors.push_back({color(random), color(random), color(random), 1});
+  }
+  cloud.points = std::move(points);
+  cloud.colors = std::move(colors);
+  return cloud;
+}
+
+Layer layerOf(PointCloud cloud, const Color& color = {}) {
+  Layer layer;
+  layer.drawables = {{{}, std::move(cloud), color}};
+  return layer;
+}
+
+class Drawings : public test::GlTest {
+ protected:
+  struct Difference {
+    int worst = 0;
+    double mean = 0;
+    double area = 0;  ///< relative
+  };
+
+  Image drawn(const Scene& scene, Drawing points, const calib::Lens& lens) {
+    return ProjectorRenderer(context(), lens, points).render(scene, {});
+  }
+
+  Difference difference(const Scene& scene, const calib::Lens& lens, bool at_edges) {
+    const Image gl = drawn(scene, Drawing::Gl, lens);
+    const Image cpu = drawn(scene, Drawing::Cpu, lens);
+    EXPECT_EQ(gl.rgb.size(), cpu.rgb.size());
+    EXPECT_GT(test::whiteArea(gl), 100);
+    Difference found;
+    const auto row = 3 * static_cast<std::size_t>(gl.width);
+    for (std::size_t i = row + 3; i + row + 3 < gl.rgb.size(); ++i) {
+      const int apart = std::abs(int{gl.rgb[i]} - int{cpu.rgb[i]});
+      found.mean += apart / static_cast<double>(gl.rgb.size());
+      bool is_edge = false;
+      for (const std::size_t k : {i - 3, i + 3, i - row, i + row}) {
+        is_edge = is_edge || std::abs(int{gl.rgb[k]} - int{gl.rgb[i]}) > 8 ||
+                  std::abs(int{cpu.rgb[k]} - int{cpu.rgb[i]}) > 8;
+      }
+      if (at_edges || !is_edge) found.worst = std::max(found.worst, apart);
+    }
+    std::printf("lit %.1f and %.1f px, difference at most %d, mean %.4f of 255\n",
+                test::whiteArea(gl), test::whiteArea(cpu), found.worst, found.mean);
+    found.area = test::whiteArea(cpu) / test::whiteArea(gl) - 1;
+    return found;
+  }
+
+  /// Points: the same arithmetic, but for its rounding.
+  void expectSame(const Scene& scene, const calib::Lens& lens) {
+    const Difference found = difference(scene, lens, true);
+    EXPECT_NEAR(found.area, 0, 1e-3);
+    EXPECT_LE(found.worst, 3);  // 1/256 px is 1 level at an edge; blending rounds
+    EXPECT_LT(found.mean, 0.15);
+  }
+
+  /// Shapes: edges are OpenGL's four samples, but the CPU's exact shares.
+  void expectAlike(const Scene& scene, const calib::Lens& lens, double area = 2e-3) {
+    const Difference found = difference(scene, lens, false);
+    EXPECT_NEAR(found.area, 0, area);
+    EXPECT_LE(found.worst, 9);  // colors between corners are interpolated elsewhere in the pixel
+    EXPECT_LT(found.mean, 0.3);
+  }
+
+  const calib::Lens lens_ = test::lens(640, 400, 600, 320, 250, kBent);
+};
+
+TEST_F(Drawings, ofPointsAreTheSamePictureOfOneColor) {
+  for (const float size : {1.f, 3.f, 7.5f}) expectSame({{layerOf(wall(3000, size, false))}}, lens_);
+}
+
+TEST_F(Drawings, ofPointsAreTheSamePictureWhereColorsOverlap) {
+  expectSame({{layerOf(wall(20000, 3, true))}}, lens_);
+}
+
+TEST_F(Drawings, ofPointsAreTheSamePictureTranslucent) {
+  expectSame({{layerOf(wall(3000, 5, true), {1, 1, 1, 0.4f})}}, lens_);
+}
+
+TEST_F(Drawings, ofPointsEndAtTheFoldOfALensAndAtTheBorderAlike) {
+  const calib::Lens folding = test::lens(640, 400, 300, 320, 200, kFolding);
+  ASSERT_LT(folding.fold_radius, 1);
+  expectSame({{layerOf(wall(3000, 3, false))}}, folding);
+}
+
+TEST_F(Drawings, ofSeveralLayersLieOverEachOtherAlike) {
+  PointCloud below = wall(3000, 9, true);
+  Layer draped = layerOf(wall(3000, 4, true), {});
+  draped.placement = Placement::Drape;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().z() = 2;
+  T.linear() = Eigen::AngleAxisd(M_PI - 0.2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  draped.surface = SurfacePatch{"wall", Rigid<World, Surface>(T), {}};
+  Layer viewed = layerOf(wall(2000, 3, true), {1, 1, 1, 0.5f});
+  viewed.placement = Placement::Viewer;
+  viewed.surface = draped.surface;
+  viewed.p_viewer = {0.1, 0.2, -0.5};
+  expectSame({{layerOf(below), draped, viewed}}, lens_);
+}
+
+Rigid<World, World> at(double x, double y, double z) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << x, y, z;
+  T.rotate(Eigen::AngleAxisd(0.7 + x, Eigen::Vector3d(1, 2, 0.5).normalized()));
+  return Rigid<World, World>(T);
+}
+
+/// One of everything, in the places of a raster.
+std::vector<Drawable> everything() {
+  const Eigen::Vector3f size(0.2f, 0.14f, 0.1f);
+  const PointList points = {{-0.05f, 0, 0}, {0.05f, 0.03f, 0}, {0.02f, -0.06f, 0.02f}};
+  const ColorList colors = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}};
+  PointCloud squares, boxes, spheres;
+  squares.points = boxes.points = spheres.points = points;
+  squares.colors = boxes.colors = spheres.colors = colors;
+  squares.size = boxes.size = spheres.size = 0.05f;
+  squares.style = PointStyle::Squares;
+  boxes.style = PointStyle::Boxes;
+  spheres.style = PointStyle::Spheres;
+  Lines thin{points, colors, 0.01f, true};
+  thin.width_px = 2;
+  const std::vector<Shape> shapes = {Arrow{},
+                                     Cube{size},
+                                     Sphere{size},
+                                     Cylinder{size},
+                                     Lines{points, colors, 0.02f, true},
+                                     thin,
+                                     ShapeList{ShapeList::Kind::Cubes, points, colors, 0.5f * size},
+                                     ShapeList{ShapeList::Kind::Spheres, points, {}, 0.5f * size},
+                                     Triangles{points, colors},
+                                     squares,
+                                     boxes,
+                                     spheres};
+  std::vector<Drawable> all;
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const double x = 0.3 * (static_cast<double>(i % 4) - 1.5);
+    const double y = 0.3 * (static_cast<double>(i / 4) - 1);
+    all.push_back({at(x, y, 1.5), shapes[i], {1, 1, 0.2f, 1}});
+  }
+  std::get<Arrow>(all[0].shape) = {0.2f, 0.04f, 0.08f, 0.06f};
+  return all;
+}
+
+TEST_F(Drawings, ofEveryShapeAreAlikeButForTheirEdges) {
+  Layer layer;
+  layer.drawables = everything();
+  expectAlike({{layer}}, lens_);
+  for (Drawable& drawable : layer.drawables) drawable.color.a = 0.5f;
+  expectAlike({{layer}}, lens_);
+}
+
+TEST_F(Drawings, onASurfaceAreAlike) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().z() = 1.8;
+  T.linear() = Eigen::AngleAxisd(M_PI - 0.3, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  Layer draped;
+  draped.drawables = everything();
+  draped.placement = Placement::Drape;
+  draped.surface = SurfacePatch{
+      "wall", Rigid<World, Surface>(T), {{-0.6, -0.4}, {0.5, -0.3}, {0.1, 0.1}, {0.3, 0.4}}};
+  Layer viewed = draped;
+  viewed.placement = Placement::Viewer;
+  viewed.p_viewer = {0.3, 0.2, -0.5};
+  expectAlike({{draped}}, lens_, 0.01);
+  expectAlike({{viewed}}, lens_, 0.01);
+}
+
+TEST_F(Drawings, leaveWhatFallsOnANearerSurfaceDarkAlike) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  T.translation().z() = 1.8;
+  Layer floor;
+  floor.placement = Placement::Drape;
+  floor.surface = SurfacePatch{"floor", Rigid<World, Surface>(T), {}};
+  floor.drawables = {{Rigid<World, World>(T), Cube{{1, 0.6f, 0.01f}}, {}}};
+  T.translation().z() = 1.2;
+  const SurfacePatch table{
+      "table", Rigid<World, Surface>(T), {{-0.2, -0.1}, {0.2, -0.1}, {0.2, 0.1}, {-0.2, 0.1}}};
+  T.translation().z() = 1.4;
+  const SurfacePatch shelf{
+      "shelf", Rigid<World, Surface>(T), {{0, 0}, {0.4, 0}, {0.4, 0.2}, {0, 0.2}}};
+  Scene scene{{floor}, {*floor.surface, table, shelf}};
+  expectAlike(scene, lens_);
+  const Image image = drawn(scene, Drawing::Cpu, lens_);
+  scene.surfaces.clear();
+  const double shaded = test::whiteArea(drawn(scene, Drawing::Cpu, lens_)) - test::whiteArea(image);
+  EXPECT_GT(shaded, 0.9 * 0.4 * 0.2 * std::pow(600 / 1.2, 2)) << "table, and part of the shelf";
+}
+
+TEST_F(Drawings, ofPointsAmongSolidsAreAlike) {
+  Layer solid;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << 0.1, 0, 1.6;
+  solid.drawables = {{Rigid<World, World>(T), Cube{Eigen::Vector3f::Constant(0.4f)}, {}}};
+  const Scene scene{{solid, layerOf(wall(40000, 3, true))}, {}};
+  const Difference found = difference(scene, lens_, false);
+  EXPECT_NEAR(found.area, 0, 2e-3);
+  EXPECT_LT(found.mean, 0.3);
+}
+
+TEST_F(Drawings, ofPointsAreCutAtASurfacesOutlineAlike) {
+  Layer cut = layerOf(wall(40000, 3, false));
+  cut.placement = Placement::Drape;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().z() = 1.8;
+  cut.surface =
+      SurfacePatch{"wall", Rigid<World, Surface>(T), {{-0.4, -0.3}, {0.5, -0.2}, {0, 0.4}}};
+  expectAlike({{cut}, {}}, lens_, 5e-3);
+}
+
+TEST_F(Drawings, goWhereMeasuringSaysAndSayWhy) {
+  const ProjectorRenderer renderer(context(), lens_, Drawing::Measured);
+  EXPECT_NE(renderer.description().find(" ms by the CPU"), std::string::npos)
+      << renderer.description();
+  EXPECT_EQ(ProjectorRenderer(context(), lens_, Drawing::Cpu).description(),
+            "drawn by the CPU (configured)");
+}
+
+}  // namespace
+}  // namespace afterglow::render
