@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "render/gl/renderer.hpp"
 
@@ -13,6 +15,8 @@ namespace afterglow::render {
 
 /// Horizontal swaps left and right, Vertical top and bottom, Both is half a turn.
 enum class Mirror { None, Horizontal, Vertical, Both };
+/// In the enum's order.
+inline const std::vector<std::string> kMirrorNames = {"none", "horizontal", "vertical", "both"};
 
 /// How a projector differs from one that shows sRGB upright and in full light.
 ///

@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     CalibratorNode node(options);
     ros::AsyncSpinner spinner(1);
     spinner.start();
-    showUntilStopped(node, options.window);
+    showUntilStopped(node, options);
     letMessagesLeave();
     spinner.stop();
   } catch (const std::exception& error) {

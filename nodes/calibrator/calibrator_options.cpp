@@ -2,6 +2,7 @@
 
 #include <ros/names.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -42,6 +43,17 @@ void readGuide(const ros::NodeHandle& own, calib::GuideOptions& guide) {
   check("still_pixels", guide.taker.still_px, 0.01, 100.0, "from 0.01 to 100 px");
   take(own, "settle_frames", guide.taker.settle_frames);
   check("settle_frames", guide.taker.settle_frames, 0, 1000, "from 0 to 1000");
+}
+
+render::Mirror readMirror(const ros::NodeHandle& own) {
+  std::string name = render::kMirrorNames.front();
+  take(own, "mirror", name);
+  const auto& names = render::kMirrorNames;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    throw std::runtime_error("parameter ~mirror should be none, horizontal, vertical or both");
+  }
+  return static_cast<render::Mirror>(found - names.begin());
 }
 
 }  // namespace
@@ -89,6 +101,7 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
   take(own, "projector_frame", options.names.projector_frame);
   take(own, "projector_name", options.names.projector_name);
   options.window = WindowChoice::read(own);
+  options.mirror = readMirror(own);
   return options;
 }
 

@@ -10,6 +10,7 @@
 #include "calib/guide/guide.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/window_choice.hpp"
+#include "render/light_output.hpp"
 
 namespace afterglow::nodes {
 
@@ -35,6 +36,9 @@ struct CalibratorOptions {
   std::string camera_frame;          ///< ~camera_frame; empty: the images'
   calib::CalibrationNames names;     ///< ~projector_frame, ~projector_name; camera_frame as above
   WindowChoice window;
+  /// ~mirror (none, horizontal, vertical, both) of the window's picture: as in the configuration of
+  /// projector_node (render::LightSettings says why).
+  render::Mirror mirror = render::Mirror::None;
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
   static CalibratorOptions read(const ros::NodeHandle& own);

@@ -18,15 +18,22 @@ render::Image inColor(const calib::Picture& picture) {
 
 }  // namespace
 
-void showUntilStopped(CalibratorNode& node, const WindowChoice& choice) {
+void showUntilStopped(CalibratorNode& node, const CalibratorOptions& options) {
   PatternScreen& screen = node.screen();
-  auto window = openWindow(choice, "Afterglow calibration", screen.width(), screen.height());
+  auto window =
+      openWindow(options.window, "Afterglow calibration", screen.width(), screen.height());
+  const render::LightOutput mirror({{}, 1, options.mirror});
   if (window && !window->problem().empty()) throw std::runtime_error(window->problem());
+  const auto show = [&](const calib::Picture& picture) {
+    render::Image image = inColor(picture);
+    mirror.apply(image);
+    window->show(image);
+  };
   while (ros::ok() && !isStopRequested()) {
     const auto picture = screen.takeChanged(std::chrono::milliseconds(50));
     if (!window) continue;
     if (picture) {
-      window->show(inColor(*picture));
+      show(*picture);
     } else {
       window->poll();
     }
@@ -38,7 +45,7 @@ void showUntilStopped(CalibratorNode& node, const WindowChoice& choice) {
   node.stop();
   if (!window) return;
   if (const auto black = screen.takeChanged(std::chrono::milliseconds(0))) {
-    window->show(inColor(*black));
+    show(*black);
   }
 }
 

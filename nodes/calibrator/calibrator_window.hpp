@@ -3,13 +3,12 @@
 #pragma once
 
 #include "nodes/calibrator/calibrator_node.hpp"
-#include "nodes/tools/window_choice.hpp"
 
 namespace afterglow::nodes {
 
-/// Shows what the node wants shown until a stop is requested, then stops the node; the window's
+/// Shows what the node wants shown, mirrored if the options say so, until a stop is requested, then stops the node; the window's
 /// last picture is black. Main thread only. Throws std::runtime_error if a window is demanded and
 /// there can be none.
-void showUntilStopped(CalibratorNode& node, const WindowChoice& choice);
+void showUntilStopped(CalibratorNode& node, const CalibratorOptions& options);
 
 }  // namespace afterglow::nodes

@@ -6,7 +6,8 @@
 
 namespace afterglow::nodes {
 
-void showUntilStopped(CalibratorNode& node, const WindowChoice& choice) {
+void showUntilStopped(CalibratorNode& node, const CalibratorOptions& options) {
+  const WindowChoice& choice = options.window;
   if (choice.mode == WindowMode::Always || !choice.monitor.empty()) {
     throw std::runtime_error(
         "no window: this build has no renderer; show ~pattern on the projector and set ~window to "

@@ -11,9 +11,8 @@ namespace {
 
 const std::vector<std::string> kKeys = {"camera_info", "frame", "latency_ms",     "drawing",
                                         "monitor",     "gamma", "max_brightness", "mirror"};
-// In the order of the enums they name.
+// In the order of the enum it names.
 const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
-const std::vector<std::string> kMirrors = {"none", "horizontal", "vertical", "both"};
 
 constexpr double kGreatestLatency = 500;  // ms; beyond it extrapolation is a guess
 constexpr double kLeastGamma = 1, kGreatestGamma = 4;
@@ -44,7 +43,7 @@ OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   if (map.has("gamma")) output.light.gamma = readGamma(map);
   output.light.max_brightness = map.number("max_brightness", 0, 1, 1);
   if (map.has("mirror")) {
-    output.light.mirror = static_cast<render::Mirror>(map.choice("mirror", kMirrors));
+    output.light.mirror = static_cast<render::Mirror>(map.choice("mirror", render::kMirrorNames));
   }
   return output;
 }

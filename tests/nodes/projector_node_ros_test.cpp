@@ -5,6 +5,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <visualization_msgs/Marker.h>
 
+#include <algorithm>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include <string>
 
 #include "nodes/tools/program.hpp"
+#include "render/light_output.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/node_process.hpp"
@@ -195,6 +197,48 @@ TEST_F(ProjectorNodeTest, staysDarkWhileItsOwnPlaceIsUnknown) {
   const std::uint64_t before = audience.images();
   ASSERT_TRUE(eventually([&] { return audience.images() > before; }));
   EXPECT_EQ(test::litPixels(audience.image()), 0);
+}
+
+TEST_F(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
+  const test::ProjectedCloud cloud;
+  const ros::Publisher transforms = publishTransforms(cloud);
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
+  clouds.publish(test::cloudMessage("base_link", cloud.points));
+  const std::string lens = "{camera_info: viewsonic_pa503w_camera_info.yaml, frame: ";
+  Audience left("pair/left"), right("pair/right"), whole("pair");
+  Node node("pair", writeConfig("fixed_frame: map\n"
+                                "projectors:\n"
+                                "  left: " +
+                                lens +
+                                "projector_optical_frame}\n"
+                                "  right: " +
+                                lens +
+                                "projector_optical_frame, mirror: horizontal,"
+                                " max_brightness: 0.5}\n"
+                                "  lost: " +
+                                lens +
+                                "no_such_frame}\n"
+                                "layers:\n"
+                                "  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points,"
+                                " size: 3}\n"));
+  ASSERT_TRUE(eventually(
+      [&] { return test::litPixels(left.image()) > 0 && test::litPixels(right.image()) > 0; }));
+  cloud.expectLit(left.image());
+  render::Image image = right.image();
+  EXPECT_EQ(*std::max_element(image.rgb.begin(), image.rgb.end()), 188);  // half of white's light
+  render::LightSettings mirror;
+  mirror.mirror = render::Mirror::Horizontal;
+  render::LightOutput(mirror).apply(image);
+  cloud.expectLit(image);
+  ASSERT_TRUE(eventually([&] { return left.cameraInfo() && right.cameraInfo(); }));
+  // The mirrored picture's lens: x' = 1279 - x.
+  EXPECT_EQ(right.cameraInfo()->K[0], -left.cameraInfo()->K[0]);
+  EXPECT_EQ(right.cameraInfo()->K[2], 1279 - left.cameraInfo()->K[2]);
+  EXPECT_EQ(right.cameraInfo()->K[4], left.cameraInfo()->K[4]);
+  EXPECT_TRUE(whole.isSaid("pair: projector left", "0 projecting"));
+  EXPECT_TRUE(whole.isSaid("pair: projector lost",
+                           "2 projector: no transform from 'no_such_frame' to 'map'"));
+  EXPECT_EQ(whole.images(), 0u);
 }
 
 TEST_F(ProjectorNodeTest, refusesInOneLine) {
