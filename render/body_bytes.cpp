@@ -16,7 +16,7 @@ namespace {
 
 struct Head {
   char kind[8] = {'A', 'G', 'B', 'O', 'D', 'Y', '0', '1'};
-  std::uint64_t points = 0, colors = 0, triangles = 0, is_closed = 0;
+  std::uint64_t points = 0, colors = 0, triangles = 0;
 };
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -59,7 +59,6 @@ std::string toBytes(const Body& body) {
   head.points = body.points.size();
   head.colors = body.colors.size();
   head.triangles = body.triangles.size();
-  head.is_closed = body.is_closed ? 1 : 0;
   std::string bytes(reinterpret_cast<const char*>(&head), sizeof(head));
   append(bytes, body.points);
   append(bytes, body.colors);
@@ -86,7 +85,6 @@ Body bodyFromBytes(const std::string& bytes) {
   body.points = take<Eigen::Vector3f>(bytes, at, head.points);
   body.colors = take<Color>(bytes, at, head.colors);
   body.triangles = take<Triangle>(bytes, at, head.triangles);
-  body.is_closed = head.is_closed != 0;
   if (!isSound(body)) fail();
   findWhetherClosed(body);
   return body;

@@ -2,8 +2,11 @@
 /// What markers need besides their message: letters and meshes.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/conversion/mesh_library.hpp"
@@ -21,12 +24,16 @@ class MarkerAssets {
       : meshes_(std::move(mesh_roots)) {}
 
   /// UTF-8; bytes that are none become replacement characters. Refused: more than kMostLetters, and
-  /// a machine without a font.
+  /// a machine without a font. Equal texts share their letters while anyone shows them.
   Converted<render::SharedBody> text(const std::string& text, double capital_height);
   MeshLibrary& meshes() { return meshes_; }
 
  private:
+  void forgetUnseen();
+
   std::unique_ptr<render::Typeface> typeface_;
+  std::map<std::pair<std::string, double>, std::weak_ptr<const render::Body>> texts_;
+  std::size_t sweep_at_ = 64;  ///< as many texts: those nobody shows are forgotten
   MeshLibrary meshes_;
 };
 

@@ -35,6 +35,16 @@ TEST(TextMarkers, becomeLettersOfTheirHeight) {
   EXPECT_GT(letters.triangles.size(), 20u);
 }
 
+TEST(TextMarkers, shareLettersWhileTheyAreShown) {
+  MarkerAssets assets;
+  const auto first = assets.text("same", 0.1).value;
+  EXPECT_EQ(assets.text("same", 0.1).value, first);
+  EXPECT_NE(assets.text("same", 0.2).value, first);
+  EXPECT_NE(assets.text("other", 0.1).value, first);
+  for (int i = 0; i < 1000; ++i) assets.text("text " + std::to_string(i), 0.1);
+  EXPECT_EQ(assets.text("same", 0.1).value, first);  // what is shown is not forgotten
+}
+
 TEST(TextMarkers, areRefusedWhenTheyCannotBeRead) {
   MarkerAssets assets;
   Marker m = marker(Marker::TEXT_VIEW_FACING);

@@ -41,6 +41,7 @@ TEST_F(MeshReader, bringsWhatTheFileHolds) {
   EXPECT_EQ(apart.points, here.points);
   EXPECT_EQ(apart.colors, here.colors);
   EXPECT_EQ(apart.triangles, here.triangles);
+  EXPECT_EQ(apart.is_closed, here.is_closed);
 }
 
 TEST_F(MeshReader, passesOnLimitsAndReasons) {

@@ -3,7 +3,7 @@
 
 compare.py OUT [--bin build/bin] [--only NAME]    OUT/sheet.png: pairs, RViz left, ours right; OUT/NAME.png: one pair
 
-Prints how far the lit pixels of the two overlap (intersection over union; RViz shades, so brightness says nothing).
+Prints how far what is lit overlaps, intersection over union. What differs and why: README.md, "As RViz draws it".
 Needs RViz, Xvfb and ImageMagick beside what the tests need; says so where they are missing.
 """
 import argparse
@@ -16,7 +16,9 @@ import stage
 
 WIDTH, HEIGHT = 640, 480
 EYE, PITCH = (-1.8, 0.0, 1.0), 0.45
-RVIZ_LIT, OUR_LIT = 20, 127  # RViz's edges are hard and its shade dark; ours are half covered at half brightness
+LIT = 20  # of 255; less is black
+# RViz shades these, so that only what is lit at all can be compared; of the others every pixel's brightness is.
+SHADED = ("arrow", "cube", "sphere", "cylinder", "mesh", "cloud_spheres", "cloud_boxes", "path_axes", "path_arrows")
 
 
 # ------------------------------------------------------------------------------------------------ what is shown
@@ -218,17 +220,20 @@ def settled(look, is_lit, seconds=8):
     end, last = time.monotonic() + seconds, None
     while time.monotonic() < end:
         picture = look()
-        if (picture.max() > RVIZ_LIT) == is_lit and last is not None and numpy.array_equal(picture, last):
+        if (picture.max() > LIT) == is_lit and last is not None and numpy.array_equal(picture, last):
             return picture
         last = picture
         time.sleep(0.15)
     return None
 
 
-def overlap(rviz, ours):
-    """Intersection over union of the lit pixels."""
-    a, b = rviz.max(axis=2) > RVIZ_LIT, ours.max(axis=2) > OUR_LIT
-    return (a & b).sum() / max(1, (a | b).sum())
+def overlap(name, rviz, ours):
+    """Of lit pixels, intersection over union; where both are flat, pixels count as much as they are covered."""
+    import numpy
+    a, b = rviz.max(axis=2).astype(float), ours.max(axis=2).astype(float)
+    if name.startswith(SHADED):
+        a, b = a > LIT, b > 127  # ours is at half brightness where it is half covered
+    return numpy.minimum(a, b).sum() / max(1, numpy.maximum(a, b).sum())
 
 
 def pair_of(name, rviz, ours, figure):
@@ -302,7 +307,7 @@ def main():
                     print(f"{name:20} not drawn by {who}")
                     unseen.append(name)
             rviz, ours = (numpy.zeros((HEIGHT, WIDTH, 3), numpy.uint8) if p is None else p for p in (rviz, ours))
-            figure = overlap(rviz, ours)
+            figure = overlap(name, rviz, ours)
             print(f"{name:20} {figure:.3f}", flush=True)
             pairs.append(pair_of(name, rviz, ours, figure))
             cv2.imwrite(os.path.join(out, name + ".png"), pairs[-1])
