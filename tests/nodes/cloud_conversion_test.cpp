@@ -138,7 +138,7 @@ TEST(CloudConversion, doesNotOverflowOnHugeSizes) {
 }
 
 TEST(CloudConversion, thinsOutACloudAboveTheBudgetEvenlyAndSaysSo) {
-  constexpr std::uint32_t kColumns = 1500, kRows = 1001;  // above the budget, below twice that
+  constexpr std::uint32_t kColumns = 1501, kRows = 1001;  // above the budget, below twice that
   PointCloud2 message = cloudMessage("map", std::vector<Eigen::Vector3f>(kColumns * kRows));
   message.width = kColumns;
   message.height = kRows;

@@ -255,12 +255,12 @@ TEST_F(LayerContentTest, keepsTheLastPathsOfItsBuffer) {
 
 TEST_F(LayerContentTest, shiftsAPathInTheFixedFrame) {
   layer.type = LayerType::Path;
-  layer.offset = {0, 0, 0.25};
+  layer.offset = {1, 0, 0.25};
   transform(0, 7, M_PI);
   nav_msgs::Path path = pathTo(1);
   path.header.frame_id = "laser";
   add(path, 0);
-  EXPECT_EQ(drawn(0).at(0).pose.matrix().translation(), Eigen::Vector3d(7, 0, 0.25));
+  EXPECT_EQ(drawn(0).at(0).pose.matrix().translation(), Eigen::Vector3d(8, 0, 0.25));
 }
 
 TEST_F(LayerContentTest, drawsAPathsLineAndItsArrows) {
