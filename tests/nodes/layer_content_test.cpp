@@ -177,7 +177,8 @@ TEST_F(LayerContentTest, putsEachRayOfAMovingScannerWhereItWasSeen) {
   for (int i = 0; i <= 8; ++i) {
     const double yaw = share(i) * M_PI / 2;
     const Eigen::Vector3d expected(share(i) + 2 * std::cos(yaw), 2 * std::sin(yaw), 0);
-    EXPECT_LT((seen[static_cast<std::size_t>(i)] - expected).norm(), 0.01) << i;  // its stops are not on knots
+    // Its stops lie between the poses that are asked for.
+    EXPECT_LT((seen[static_cast<std::size_t>(i)] - expected).norm(), 0.01) << i;
   }
 }
 
