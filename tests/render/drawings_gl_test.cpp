@@ -173,6 +173,7 @@ TEST_F(Drawings, ofEveryShapeAreAlikeButForTheirEdges) {
   Layer layer;
   layer.drawables = everything();
   expectAlike({{layer}}, lens_);
+  expectAlike({{layer}}, test::fisheye(640, 400, 420, 320, 250, {-0.03, 0.01, -0.004, 0.0005}));
   for (Drawable& drawable : layer.drawables) drawable.color.a = 0.5f;
   expectAlike({{layer}}, lens_);
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "render/scene/light_frame.hpp"
-#include "render/splat/float_lens.hpp"
+#include "render/splat/frame_painter.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {
@@ -208,11 +208,18 @@ TEST_P(EveryLens, bendsLongEdgesAsTheExactLensDoes) {
 TEST_P(EveryLens, showsNothingFromBeyondTheFold) {
   const double fold = lens().fold_radius;
   if (std::isinf(fold)) GTEST_SKIP() << "this lens does not fold";
+  Workers workers;
   LightComposer composer(lens());
+  composer.composeForPainter(&workers);
+  FramePainter painter(lens(), workers);
+  std::vector<std::uint8_t> rgb(std::size_t{3} * 1280 * 800);
+  const auto isBlack = [&] {
+    return std::count(rgb.begin(), rgb.end(), 0) == std::ptrdiff_t(rgb.size());
+  };
   // All around, from just outside to far out.
   for (double radius = 1.02 * fold; radius < 6 * fold; radius *= 1.3) {
-    for (int i = 0; i < 24; ++i) {
-      const double angle = 2 * M_PI * i / 24;
+    for (int i = 0; i < 8; ++i) {
+      const double angle = 2 * M_PI * i / 8;
       const Eigen::Vector3d p(radius * std::cos(angle), radius * std::sin(angle), 1);
       EXPECT_FALSE(calib::project(lens(), p));
       Triangles small;
@@ -224,7 +231,8 @@ TEST_P(EveryLens, showsNothingFromBeyondTheFold) {
       PointCloud cloud;
       cloud.style = PointStyle::Points;
       cloud.points = PointList{p.cast<float>()};
-      EXPECT_TRUE(composer.compose(inFront(cloud), {}).points.empty());
+      painter.paint(composer.compose(inFront(cloud), {}), rgb.data());
+      ASSERT_TRUE(isBlack());
     }
   }
   // A wall before everything ends at the fold.
