@@ -1,7 +1,6 @@
 #include "nodes/projector/projector_config.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -11,10 +10,6 @@
 namespace afterglow::nodes {
 namespace {
 
-// In the order of the enum it names.
-const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
-constexpr double kGreatestLatency = 500;  // ms; beyond it extrapolation is a guess
-
 /// Reads one file into one ProjectorConfig.
 class ConfigReader {
  public:
@@ -23,16 +18,18 @@ class ConfigReader {
 
   ProjectorConfig read() {
     const YamlMap root(file_, loadYaml(file_), "the configuration",
-                       {"fixed_frame", "projector", "surfaces", "layers", "mesh_roots", "watch"});
+                       {"fixed_frame", "projector", "projectors", "surfaces", "layers",
+                        "mesh_roots", "watch"});
     config_.fixed_frame = root.text("fixed_frame");
-    readProjector(map(root.at("projector"), "'projector'",
-                      {"camera_info", "frame", "latency_ms", "drawing"}));
-    if (root.has("surfaces")) readSurfaces(root);
+    const std::string own_folder = std::filesystem::path(file_).parent_path().string();
+    config_.projectors =
+        readOutputs(root, calibration_folder_.empty() ? own_folder : calibration_folder_);
+    if (root.has("surfaces")) config_.surfaces = readSurfaceConfigs(root);
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);
     if (root.has("watch")) {
-      config_.watch = readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys),
-                                      std::filesystem::path(file_).parent_path().string());
+      config_.watch =
+          readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys), own_folder);
     }
     return std::move(config_);
   }
@@ -41,53 +38,6 @@ class ConfigReader {
   YamlMap map(const YAML::Node& node, const std::string& where,
               const std::vector<std::string>& keys) const {
     return {file_, node, where, keys};
-  }
-
-  void readProjector(const YamlMap& map) {
-    const std::filesystem::path own_folder = std::filesystem::path(file_).parent_path();
-    const std::filesystem::path folder =
-        calibration_folder_.empty() ? own_folder : std::filesystem::path(calibration_folder_);
-    config_.camera_info = (folder / map.text("camera_info")).string();
-    config_.frame = map.text("frame");
-    config_.latency_ns = std::llround(map.number("latency_ms", 0, kGreatestLatency, 0) * 1e6);
-    if (map.has("drawing")) {
-      config_.drawing = static_cast<render::Drawing>(map.choice("drawing", kDrawings));
-    }
-  }
-
-  void readSurfaces(const YamlMap& root) {
-    const YAML::Node surfaces = root.at("surfaces");
-    if (!surfaces.IsMap()) root.fail(surfaces, "'surfaces' should map names to surfaces");
-    for (const auto& entry : surfaces) {
-      SurfaceConfig surface;
-      surface.name = entry.first.Scalar();
-      const YamlMap map =
-          this->map(entry.second, "surface '" + surface.name + "'", {"frame", "polygon"});
-      const auto same = [&surface](const auto& other) { return other.name == surface.name; };
-      if (std::any_of(config_.surfaces.begin(), config_.surfaces.end(), same)) {
-        root.fail(entry.first, "surface '" + surface.name + "' twice");
-      }
-      surface.frame = map.text("frame");
-      if (map.has("polygon")) surface.polygon = readPolygon(map);
-      config_.surfaces.push_back(std::move(surface));
-    }
-  }
-
-  static std::vector<Eigen::Vector2d> readPolygon(const YamlMap& map) {
-    const YAML::Node node = map.at("polygon");
-    std::vector<Eigen::Vector2d> polygon;
-    for (std::size_t i = 0; node.IsSequence() && i < node.size(); ++i) {
-      const auto corner = map.numbers(node[i], "a corner of " + map.where(), 2);
-      polygon.emplace_back(corner[0], corner[1]);
-    }
-    double area = 0;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Eigen::Vector2d& a = polygon[i];
-      const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
-      area += (a.x() * b.y() - a.y() * b.x()) / 2;
-    }
-    if (!(std::abs(area) > 0)) map.fail(node, "the polygon of " + map.where() + " has no area");
-    return polygon;
   }
 
   void readLayers(const YamlMap& root) {

@@ -1,35 +1,25 @@
 /// \file
-/// The configuration of one projector's world: what is shown where and how. One file for
+/// The configuration of the projectors' world: what is shown where and how. One file for
 /// projector_node and `afterglow render`; assets/projector.yaml explains every key.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/projector/layer_config.hpp"
+#include "nodes/projector/output_config.hpp"
+#include "nodes/projector/surface_config.hpp"
 #include "nodes/projector/watch_config.hpp"
-#include "render/gl/renderer.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-struct SurfaceConfig {
-  std::string name;
-  std::string frame;                     ///< the surface is its z = 0 plane
-  std::vector<Eigen::Vector2d> polygon;  ///< metres; empty: unbounded
-};
-
 struct ProjectorConfig {
   std::string fixed_frame;
-  std::string camera_info;  ///< path of the lens's file
-  std::string frame;        ///< the projector's optical frame
-  /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
-  std::int64_t latency_ns = 0;
-  render::Drawing drawing = render::Drawing::Measured;
+  std::vector<OutputConfig> projectors;  ///< from a file: at least one
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)

@@ -19,6 +19,13 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr std::uint32_t kCloudQueue = 10, kMarkerQueue = 100;  // RViz's
+
+/// Where the next message replaces the last one, only the newest is worth the wait.
+std::uint32_t queueOf(const LayerConfig& layer) {
+  if (layer.type == LayerType::Marker || layer.type == LayerType::MarkerArray) return kMarkerQueue;
+  return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;
+}
+
 constexpr std::uint64_t kJumpNs = 500'000'000;                 // less is a clock being set right
 
 /// ~monitor is for the only projector.
@@ -74,6 +81,11 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
   if (scene_.config().watch) {
     watch_ = std::make_unique<DriftWatch>(*scene_.config().watch, transforms_);
   }
+  surface_service_ = std::make_unique<SurfaceService>(
+      scene_.config().surfaces, transforms_, [this](std::size_t surface, const Finding& finding) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        scene_.takeSurface(surface, finding);
+      });
   startDrawing();
   diagnostics_timer_ = nh_.createWallTimer(
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
@@ -84,7 +96,7 @@ ProjectorNode::~ProjectorNode() { endDrawing(); }
 // --------------------------------------------------------------------------------------------
 // input
 template <typename MessageType>
-ros::Subscriber ProjectorNode::subscribe(std::size_t layer, std::uint32_t queue) {
+ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
   const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
     if constexpr (std::is_same_v<MessageType, visualization_msgs::Marker> ||
                   std::is_same_v<MessageType, visualization_msgs::MarkerArray>) {
@@ -98,26 +110,28 @@ ros::Subscriber ProjectorNode::subscribe(std::size_t layer, std::uint32_t queue)
     woken_.notify_all();
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
-  return nh_.subscribe<MessageType>(scene_.config().layers[layer].topic, queue, function);
+  const LayerConfig& config = scene_.config().layers[layer];
+  return nh_.subscribe<MessageType>(config.topic, queueOf(config), function, ros::VoidConstPtr(),
+                                    ros::TransportHints().tcpNoDelay());
 }
 
 void ProjectorNode::subscribeAll() {
   for (std::size_t i = 0; i < scene_.config().layers.size(); ++i) {
     switch (scene_.config().layers[i].type) {
       case LayerType::PointCloud2:
-        subscribers_.push_back(subscribe<sensor_msgs::PointCloud2>(i, kCloudQueue));
+        subscribers_.push_back(subscribe<sensor_msgs::PointCloud2>(i));
         break;
       case LayerType::LaserScan:
-        subscribers_.push_back(subscribe<sensor_msgs::LaserScan>(i, kCloudQueue));
+        subscribers_.push_back(subscribe<sensor_msgs::LaserScan>(i));
         break;
       case LayerType::Path:
-        subscribers_.push_back(subscribe<nav_msgs::Path>(i, kCloudQueue));
+        subscribers_.push_back(subscribe<nav_msgs::Path>(i));
         break;
       case LayerType::Marker:
-        subscribers_.push_back(subscribe<visualization_msgs::Marker>(i, kMarkerQueue));
+        subscribers_.push_back(subscribe<visualization_msgs::Marker>(i));
         break;
       case LayerType::MarkerArray:
-        subscribers_.push_back(subscribe<visualization_msgs::MarkerArray>(i, kMarkerQueue));
+        subscribers_.push_back(subscribe<visualization_msgs::MarkerArray>(i));
         break;
     }
   }
@@ -178,10 +192,12 @@ void ProjectorNode::awaitDue(std::chrono::steady_clock::time_point drawn_at) {
   const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(1 / options_.rate_hz));
   std::unique_lock<std::mutex> lock(mutex_);
-  woken_.wait_until(lock, drawn_at + period / 2, [this] { return is_stopping_.load(); });
   // What waits for a transform may be waiting for one that has just come.
-  if (!scene_.isWaiting()) {
-    woken_.wait_until(lock, drawn_at + period, [this] { return is_stopping_ || has_news_; });
+  const auto regular = drawn_at + (scene_.isWaiting() ? period / 2 : period);
+  woken_.wait_until(lock, regular, [this] { return is_stopping_ || has_news_; });
+  if (has_news_) {
+    woken_.wait_until(lock, news_drawn_at_ + period / 2, [this] { return is_stopping_.load(); });
+    news_drawn_at_ = std::chrono::steady_clock::now();
   }
   has_news_ = false;
 }

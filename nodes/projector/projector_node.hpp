@@ -5,6 +5,8 @@
 /// drawn for, frame = the projector's optical frame), ~camera_info beside each image (of a picture
 /// that is sent mirrored: with negative focal lengths), /diagnostics once a second. Of several
 /// projectors: ~NAME/image and ~NAME/camera_info each.
+/// Service ~find_surfaces (std_srvs/Trigger): finds in the next clouds the surfaces that are to be
+/// found, and keeps them until it is called again.
 /// Parameters: ~config, ~calibration (folder of the lens's file; empty: the configuration's),
 /// ~rate (Hz, 30), ~window (auto, true, false), ~monitor (of the only projector: connector, model
 /// or index; comes before its `monitor` in the configuration).
@@ -30,6 +32,7 @@
 #include "nodes/projector/projector_messages.hpp"
 #include "nodes/projector/projector_output.hpp"
 #include "nodes/projector/projector_scene.hpp"
+#include "nodes/projector/surface_service.hpp"
 #include "nodes/projector/transform_inbox.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/gl/renderer.hpp"
@@ -67,7 +70,7 @@ class ProjectorNode {
 
  private:
   template <typename MessageType>
-  ros::Subscriber subscribe(std::size_t layer, std::uint32_t queue);
+  ros::Subscriber subscribe(std::size_t layer);
   void subscribeAll();
   void startDrawing();
   void endDrawing();
@@ -89,6 +92,7 @@ class ProjectorNode {
   std::vector<std::vector<std::string>> problems_;  ///< of the last pictures, by projector
   std::string failure_;
   bool has_news_ = false;      ///< content that no picture shows
+  std::chrono::steady_clock::time_point news_drawn_at_;
   bool has_pictures_ = false;  ///< for awaitPictures()
   std::condition_variable woken_, pictures_ready_;
 
@@ -98,6 +102,7 @@ class ProjectorNode {
   ros::Publisher diagnostics_publisher_;
   std::vector<ros::Subscriber> subscribers_;
   std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
+  std::unique_ptr<SurfaceService> surface_service_;
   ros::WallTimer diagnostics_timer_;
   FaultLog faults_;
   std::atomic<std::uint64_t> drawn_{0}, late_{0};

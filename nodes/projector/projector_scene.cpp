@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -29,9 +30,20 @@ LayerState makeLayer(const LayerConfig& config) {
   return {config.topic, config.alpha, limits};
 }
 
-std::string noTransform(const std::string& what, const std::string& frame,
-                        const std::string& fixed_frame) {
-  return what + ": no transform from '" + frame + "' to '" + fixed_frame + "'";
+bool namesOneTwice(const visualization_msgs::MarkerArray& message) {
+  std::vector<std::pair<std::string_view, int>> added;
+  for (const visualization_msgs::Marker& marker : message.markers) {
+    if (marker.action == visualization_msgs::Marker::ADD) added.emplace_back(marker.ns, marker.id);
+    if (marker.action == visualization_msgs::Marker::DELETEALL) added.clear();
+  }
+  std::sort(added.begin(), added.end());
+  return std::adjacent_find(added.begin(), added.end()) != added.end();
+}
+
+/// Whether something went from one pose to the other, more than tf's noise.
+bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() > 1e-3 ||
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
 }
 
 }  // namespace
@@ -39,6 +51,7 @@ std::string noTransform(const std::string& what, const std::string& frame,
 ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
     : config_(std::move(config)),
       frames_(buffer, config_.fixed_frame),
+      surfaces_(config_.surfaces),
       next_(config_.layers.size(), 0),
       assets_(config_.mesh_roots) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
@@ -48,7 +61,7 @@ void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_ms
                           Content content, ros::Time now) {
   content.frame = frameName(header.frame_id);
   content.stamp = header.stamp;
-  frames_.forget();
+  frames_.forget(toNs(now));
   layer.put(key, std::move(content), toNs(now), frames_);
 }
 
@@ -98,6 +111,7 @@ void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& me
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArray& message,
                          ros::Time now) {
   layers_[layer].countMessage();
+  if (namesOneTwice(message)) layers_[layer].remark("an id twice in one array: the last is shown");
   for (const visualization_msgs::Marker& marker : message.markers) {
     addMarker(layers_[layer], marker, now);
   }
@@ -146,7 +160,7 @@ void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
 // -------------------------------------------------------------------------------------------
 // frames
 void ProjectorScene::update(ros::Time now) {
-  frames_.forget();
+  frames_.forget(toNs(now));
   for (LayerState& layer : layers_) layer.update(toNs(now), frames_);
 }
 
@@ -154,18 +168,37 @@ void ProjectorScene::clear() {
   for (LayerState& layer : layers_) layer.removeAll();
 }
 
+void ProjectorScene::takeSurface(std::size_t surface, const Finding& finding) {
+  surfaces_.take(surface, finding);
+}
+
 SceneFrame ProjectorScene::frame(ros::Time now) {
-  update(now);
   SceneFrame frame;
-  frame.T_projector_world = projectorPose(now, frame.problems);
+  std::vector<std::string> problems;
+  frame.scene = scene(now, problems);
+  if (!config_.projectors.empty()) frame.T_projector_world = projectorPose(0, now, frame.problems);
+  frame.problems.insert(frame.problems.end(), problems.begin(), problems.end());
+  return frame;
+}
+
+render::Scene ProjectorScene::scene(ros::Time now, std::vector<std::string>& problems) {
+  update(now);
+  surfaces_.update(frames_, problems);
+  render::Scene scene;
+  scene.surfaces = surfaces_.known();
   for (std::size_t i = 0; i < layers_.size(); ++i) {
-    if (auto drawn = layer(i, frame.problems)) frame.scene.layers.push_back(std::move(*drawn));
+    if (auto drawn = layer(i, problems)) scene.layers.push_back(std::move(*drawn));
     const LayerStatus status = layers_[i].status();
     if (!status.waiting_for.empty()) {
-      frame.problems.push_back(noTransform(status.topic, status.waiting_for, config_.fixed_frame));
+      problems.push_back(frames_.noTransform(status.topic, status.waiting_for));
     }
   }
-  return frame;
+  return scene;
+}
+
+bool ProjectorScene::isWaiting() const {
+  return std::any_of(layers_.begin(), layers_.end(),
+                     [](const LayerState& layer) { return layer.isWaiting(); });
 }
 
 std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
@@ -175,20 +208,14 @@ std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
   layer.name = config.topic;
   layer.placement = config.placement;
   if (config.surface) {
-    const SurfaceConfig& surface = config_.surfaces[*config.surface];
-    const auto pose = frames_.at(surface.frame, ros::Time(0));
-    if (!pose) {
-      problems.push_back(
-          noTransform("surface '" + surface.name + "'", surface.frame, config_.fixed_frame));
-      return std::nullopt;
-    }
-    layer.surface =
-        render::SurfacePatch{surface.name, Rigid<World, Surface>(*pose), surface.polygon};
+    layer.surface = surfaces_[*config.surface];
+    layer.gain = config_.surfaces[*config.surface].gain;
+    if (!layer.surface) return std::nullopt;
   }
   if (config.viewer) {
     const auto pose = frames_.at(config.viewer->frame, ros::Time(0));
     if (!pose) {
-      problems.push_back(noTransform("viewer", config.viewer->frame, config_.fixed_frame));
+      problems.push_back(frames_.noTransform("viewer", config.viewer->frame));
       return std::nullopt;
     }
     layer.p_viewer = *pose * config.viewer->p_frame;
@@ -201,43 +228,43 @@ std::optional<render::Layer> ProjectorScene::layer(std::size_t index,
   if (config.reader) {
     const auto pose = frames_.at(config.reader->frame, ros::Time(0));
     if (!pose) {
-      problems.push_back(noTransform("reader", config.reader->frame, config_.fixed_frame));
+      problems.push_back(frames_.noTransform("reader", config.reader->frame));
       return std::nullopt;
     }
     const bool is_direction = config.reader->is_direction;
     const Eigen::Vector3d& p_frame = config.reader->p_frame;
-    layer.reader = render::Reader{is_direction ? Eigen::Vector3d(pose->linear() * p_frame)
-                                               : Eigen::Vector3d(*pose * p_frame),
-                                  is_direction};
+    layer.reader = render::Reader{
+        is_direction ? Eigen::Vector3d(pose->linear() * p_frame) : Eigen::Vector3d(*pose * p_frame),
+        is_direction};
   }
   layer.drawables = layers_[index].drawables(frames_);
   return layer;
 }
 
 std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
-    ros::Time now, std::vector<std::string>& problems) {
-  const auto newest = frames_.newest(config_.frame);
-  if (!newest) {
-    problems.push_back(noTransform("projector", config_.frame, config_.fixed_frame));
+    std::size_t projector, ros::Time now, std::vector<std::string>& problems) {
+  const OutputConfig& config = config_.projectors[projector];
+  const auto newest = frames_.newest(config.frame);
+  if (!newest || frames_.isStale(*newest)) {
+    problems.push_back(frames_.noTransform("projector", config.frame));
     return std::nullopt;
   }
   StampedPose pose = *newest;
-  const bool is_static = pose.stamp_ns == 0;
-  if (!is_static && toNs(now) - pose.stamp_ns > kStalePoseNs) {
-    problems.push_back("projector: the transform from '" + config_.frame + "' to '" +
-                       config_.fixed_frame + "' is stale");
-    return std::nullopt;
-  }
-  if (!is_static && config_.latency_ns > 0 && pose.stamp_ns > kVelocityBaseNs) {
+  if (pose.stamp_ns > kVelocityBaseNs && config.latency_ns > 0) {
     StampedPose earlier;
     earlier.stamp_ns = pose.stamp_ns - kVelocityBaseNs;
     ros::Time then;
     then.fromNSec(static_cast<std::uint64_t>(earlier.stamp_ns));
-    if (const auto known = frames_.at(config_.frame, then)) {
+    if (const auto known = frames_.at(config.frame, then)) {
       earlier.T_fixed_frame = *known;
-      const std::int64_t light_ns =
-          std::min(toNs(now) + config_.latency_ns, pose.stamp_ns + kFarthestAheadNs);
-      pose.T_fixed_frame = extrapolate(earlier, pose, light_ns);
+      const std::int64_t light_ns = toNs(now) + config.latency_ns;
+      if (light_ns > pose.stamp_ns + kFarthestAheadNs && hasMoved(*known, pose.T_fixed_frame)) {
+        problems.push_back("projector: it moves, and the transform from '" + config.frame +
+                           "' to '" + config_.fixed_frame + "' is too old to say where to");
+        return std::nullopt;
+      }
+      pose.T_fixed_frame =
+          extrapolate(earlier, pose, std::min(light_ns, pose.stamp_ns + kFarthestAheadNs));
     }
   }
   return Rigid<World, Projector>(pose.T_fixed_frame).inverse();

@@ -22,6 +22,7 @@
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
 #include "nodes/projector/projector_config.hpp"
+#include "nodes/projector/scene_surfaces.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -29,7 +30,7 @@ namespace afterglow::nodes {
 /// One moment's worth. World is the configuration's fixed frame.
 struct SceneFrame {
   render::Scene scene;
-  /// Absent while the projector's pose is unknown or stale: then nothing may be lit.
+  /// Of the first projector. Absent while its pose is unknown or stale: then nothing may be lit.
   std::optional<Rigid<Projector, World>> T_projector_world;
   std::vector<std::string> problems;  ///< one line each, for people; empty: all is well
 };
@@ -54,10 +55,21 @@ class ProjectorScene {
   /// A message whose bytes are no message.
   void drop(std::size_t layer, const std::string& reason);
 
+  /// What was found of one of the configuration's surfaces, or why not (SceneSurfaces).
+  void takeSurface(std::size_t surface, const Finding& finding);
+
   /// Lets waiting content in and expired content out.
   void update(ros::Time now);
-  /// update(), and the scene that is to be seen `latency` after now.
+  /// update(), and what is there to be seen from any projector. Adds to `problems`.
+  render::Scene scene(ros::Time now, std::vector<std::string>& problems);
+  /// Where one of the configuration's projectors is by the time its light leaves, as of the last
+  /// update(). Absent, with a problem, while that is unknown.
+  std::optional<Rigid<Projector, World>> projectorPose(std::size_t projector, ros::Time now,
+                                                       std::vector<std::string>& problems);
+  /// Both, for the first projector.
   SceneFrame frame(ros::Time now);
+  /// Whether content waits for its transform: it may appear with the next.
+  bool isWaiting() const;
   /// Forgets all content (not the counts): time has jumped.
   void clear();
 
@@ -73,11 +85,10 @@ class ProjectorScene {
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
   std::optional<render::Layer> layer(std::size_t index, std::vector<std::string>& problems);
-  std::optional<Rigid<Projector, World>> projectorPose(ros::Time now,
-                                                       std::vector<std::string>& problems);
 
   ProjectorConfig config_;
   FrameLookup frames_;
+  SceneSurfaces surfaces_;
   std::vector<LayerState> layers_;
   std::vector<int> next_;  ///< by layer, for nextKey()
   MarkerAssets assets_;

@@ -14,6 +14,8 @@ namespace {
 
 const char kTransforms[] = "/tf", kStaticTransforms[] = "/tf_static";
 constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf2 remembers
+/// ns; a cloud that cannot be placed by then is given up for another.
+constexpr std::int64_t kCloudPatience = 1'000'000'000;
 
 ros::Time toTime(replay::Stamp stamp) {
   ros::Time time;
@@ -41,6 +43,7 @@ RecordedScene::RecordedScene(const replay::Store& store, replay::Behavior behavi
     range.topics.push_back(config.layers[i].topic);
   }
   feedEarlierTransforms();
+  findSurfaces();
   cursor_ = store_.messages(behavior_, range);
   next_ = cursor_->next();
 }
@@ -55,6 +58,45 @@ void RecordedScene::feedEarlierTransforms() {
   };
   feedBetween(kStaticTransforms, 0);
   feedBetween(kTransforms, behavior_.begin.ns - kTransformsBefore);
+}
+
+/// In the first clouds of the recording that can be placed: as if found before it began.
+void RecordedScene::findSurfaces() {
+  const std::vector<SurfaceConfig>& surfaces = scene_.config().surfaces;
+  SurfaceFinder finder(surfaces, transforms_);
+  if (finder.topics().empty()) return;
+  replay::MessageRange range;
+  range.topics = finder.topics();
+  range.topics.insert(range.topics.end(), {kTransforms, kStaticTransforms});
+  std::map<std::string, sensor_msgs::PointCloud2> clouds;
+  std::map<std::string, std::int64_t> next_ns;
+  const auto cursor = store_.messages(behavior_, range);
+  while (!finder.topics().empty()) {
+    const auto message = cursor->next();
+    if (!message) break;
+    const replay::Channel& source = channel(message->channel);
+    const bool is_wanted = std::count(finder.topics().begin(), finder.topics().end(), source.topic);
+    if (source.topic == kTransforms || source.topic == kStaticTransforms) {
+      feedTransforms(*message, source);
+    } else if (is_wanted && message->received.ns >= next_ns[source.topic]) {
+      requireType<sensor_msgs::PointCloud2>(source);
+      if (auto cloud = toMessage<sensor_msgs::PointCloud2>(message->bytes)) {
+        clouds[source.topic] = std::move(*cloud);
+        next_ns[source.topic] = message->received.ns + kCloudPatience;
+      }
+    }
+    for (const auto& [topic, cloud] : clouds) {
+      if (std::count(finder.topics().begin(), finder.topics().end(), topic) > 0) {
+        finder.take(topic, cloud);
+      }
+    }
+  }
+  const std::vector<Finding> findings = finder.find();
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (surfaces[i].isMeasured()) scene_.takeSurface(i, findings[i]);
+  }
+  transforms_.clear();  // they come again, each when it is due
+  feedEarlierTransforms();
 }
 
 SceneFrame RecordedScene::at(replay::Stamp moment) {

@@ -31,10 +31,13 @@ class RecordedScene {
   /// type than the configuration says.
   SceneFrame at(replay::Stamp moment);
 
+  /// As of the last at(); lives as long as this.
+  const tf2::BufferCore& transforms() const { return transforms_; }
   std::vector<LayerStatus> status() const { return scene_.status(); }
 
  private:
   void feedEarlierTransforms();
+  void findSurfaces();
   void feed(const replay::Message& message);
   void feedTransforms(const replay::Message& message, const replay::Channel& channel);
   void feedLayer(std::size_t layer, const replay::Message& message, const replay::Channel& channel);
