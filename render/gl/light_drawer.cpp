@@ -128,6 +128,7 @@ struct LightDrawer::Impl {
         return glDrawArrays(GL_POINTS, static_cast<GLint>(step.first),
                             static_cast<GLsizei>(step.count));
       case LightStep::Kind::Run:
+      case LightStep::Kind::Sprites:
         throw std::logic_error("a frame composed for the painter is not for OpenGL");
     }
   }

@@ -66,6 +66,33 @@ std::vector<Eigen::Vector3d> partBefore(const SurfacePatch& surface,
   return part;
 }
 
+/// A drawable as a list of things that are all alike.
+struct SpriteList {
+  const PointList* points;
+  const ColorList* colors;
+  SpriteShape shape;
+};
+
+std::optional<SpriteList> spriteList(const Shape& shape) {
+  using Kind = SpriteShape::Kind;
+  if (const auto* list = std::get_if<ShapeList>(&shape)) {
+    const Kind kind = list->kind == ShapeList::Kind::Cubes ? Kind::Box : Kind::Ball;
+    return SpriteList{&list->points, &list->colors, {kind, 0.5f * list->size}};
+  }
+  const auto* cloud = std::get_if<PointCloud>(&shape);
+  if (cloud == nullptr || cloud->style == PointStyle::Points) return std::nullopt;
+  const PointList& points = cloud->points;
+  const ColorList& colors = cloud->colors;
+  const bool is_square =
+      cloud->style == PointStyle::Squares || cloud->style == PointStyle::FlatSquares;
+  const Kind kind = is_square                           ? Kind::Square
+                    : cloud->style == PointStyle::Boxes ? Kind::Box
+                                                        : Kind::Ball;
+  const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
+  return SpriteList{
+      &points, &colors, {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
+}
+
 /// Any order of drawing shows the same if all have one opaque colour.
 bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
   const Rgba color = points[first].center.color;
@@ -77,7 +104,11 @@ bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
 }  // namespace
 
 LightComposer::LightComposer(const calib::Lens& lens)
-    : lens_(lens), domain_(lens), cutter_(domain_), point_projector_(lens) {}
+    : lens_(lens),
+      domain_(lens),
+      cutter_(domain_),
+      point_projector_(lens),
+      sprite_projector_(lens) {}
 
 const LightFrame& LightComposer::compose(const Scene& scene,
                                          const Rigid<Projector, World>& T_projector_world) {
@@ -87,6 +118,8 @@ const LightFrame& LightComposer::compose(const Scene& scene,
   frame_.masks.clear();
   frame_.layers.clear();
   frame_.runs.clear();
+  frame_.sprites.clear();
+  frame_.sprite_runs.clear();
   masked_.clear();
   screen_point_count_ = 0;
   for (const Layer& layer : scene.layers) addLayer(layer, scene, T_projector_world);
@@ -115,7 +148,7 @@ void LightComposer::addLayer(const Layer& layer, const Scene& scene,
     const auto* cloud = std::get_if<PointCloud>(&drawable.shape);
     if (cloud != nullptr && cloud->style == PointStyle::Points) {
       addPoints(placer_ != nullptr ? laid(drawable, *cloud) : drawable, placed);
-    } else {
+    } else if (!addSprites(drawable, eye, placed)) {
       tessellate(drawable, eye, tessellation_);
       addMesh(placed);
     }
@@ -155,10 +188,7 @@ void LightComposer::addPoints(const Drawable& drawable, const Placed& placed) {
 }
 
 void LightComposer::addRun(const Drawable& drawable, const Placed& placed) {
-  const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
-  const PointPlacement placement{placed.P_optical_world * T_world_cloud,
-                                 T_world_cloud.transpose() * placed.height, placed.flattened,
-                                 placed.gain};
+  const PointPlacement placement = pointPlacement(drawable, placed);
   const PointRun run =
       point_projector_.project(std::get<PointCloud>(drawable.shape), drawable.color, placement,
                                *workers_, frame_.screen_points, screen_point_count_);
@@ -166,6 +196,36 @@ void LightComposer::addRun(const Drawable& drawable, const Placed& placed) {
   const auto index = static_cast<std::uint32_t>(frame_.runs.size());
   frame_.runs.push_back(run);
   steps_.push_back({{LightStep::Kind::Run, index, 1}, run.mean_depth});
+}
+
+PointPlacement LightComposer::pointPlacement(const Drawable& drawable, const Placed& placed) {
+  const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
+  return {placed.P_optical_world * T_world_cloud, T_world_cloud.transpose() * placed.height,
+          placed.flattened, placed.gain};
+}
+
+bool LightComposer::addSprites(const Drawable& drawable, const Eye& eye, const Placed& placed) {
+  if (!isForPainter() || placer_ != nullptr) return false;
+  const auto list = spriteList(drawable.shape);
+  if (!list || !drawable.pose.matrix().matrix().allFinite()) return false;
+  SpriteShape shape = list->shape;
+  const Eigen::Isometry3d T_list_world = drawable.pose.matrix().inverse();
+  shape.eye_is_direction = eye.parallel;
+  shape.eye = (eye.parallel ? Eigen::Vector3d(T_list_world.linear() * -eye.R_world_eye.col(2))
+                            : Eigen::Vector3d(T_list_world * eye.p_world))
+                  .cast<float>();
+  shape.right = (T_list_world.linear() * eye.R_world_eye.col(0)).cast<float>();
+  shape.up = (T_list_world.linear() * eye.R_world_eye.col(1)).cast<float>();
+  const auto run =
+      sprite_projector_.project(*list->points, *list->colors, drawable.color, shape,
+                                pointPlacement(drawable, placed), *workers_, frame_.sprites);
+  if (!run) return false;
+  if (run->count > 0) {
+    const auto index = static_cast<std::uint32_t>(frame_.sprite_runs.size());
+    frame_.sprite_runs.push_back(*run);
+    steps_.push_back({{LightStep::Kind::Sprites, index, 1}, run->mean_depth});
+  }
+  return true;
 }
 
 int LightComposer::maskOf(const SurfacePatch& surface, const Scene& scene,
@@ -241,11 +301,15 @@ void LightComposer::addMesh(const Placed& placed) {
       {{kind, first, count}, depth / static_cast<double>(frame_.vertices.size() - vertex)});
 }
 
+bool LightComposer::isOpaqueStep(const LightStep& step) const {
+  return step.kind == LightStep::Kind::Opaque ||
+         (step.kind == LightStep::Kind::Sprites && frame_.sprite_runs[step.first].is_opaque);
+}
+
 /// Opaque things in any order, in as few runs as possible; then the others, farthest first.
 void LightComposer::addSteps(LightLayer& out) {
-  std::stable_sort(steps_.begin(), steps_.end(), [](const Sorted& a, const Sorted& b) {
-    const bool a_opaque = a.step.kind == LightStep::Kind::Opaque;
-    const bool b_opaque = b.step.kind == LightStep::Kind::Opaque;
+  std::stable_sort(steps_.begin(), steps_.end(), [&](const Sorted& a, const Sorted& b) {
+    const bool a_opaque = isOpaqueStep(a.step), b_opaque = isOpaqueStep(b.step);
     if (a_opaque || b_opaque) return a_opaque && !b_opaque;
     return a.depth > b.depth;
   });

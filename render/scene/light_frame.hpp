@@ -13,6 +13,7 @@
 #include "render/scene/scene.hpp"
 #include "render/scene/tessellate.hpp"
 #include "render/splat/point_projector.hpp"
+#include "render/splat/sprites.hpp"
 
 namespace afterglow::render {
 
@@ -33,9 +34,10 @@ struct LightStep {
     Translucent,  ///< triangles of one drawable, of which each pixel takes the nearest only
     Points,       ///< blended by how much of each pixel they cover, farthest first
     Run,          ///< the same, projected already, for a FramePainter
+    Sprites,      ///< small things, projected already, for a FramePainter
   };
   Kind kind;
-  std::uint32_t first, count;  ///< of `indices`, `points` or `runs`
+  std::uint32_t first, count;  ///< of `indices`, `points`, `runs` or `sprite_runs`
 };
 
 /// Triangles, in `indices`, whose even-odd union is an outline.
@@ -64,6 +66,8 @@ struct LightFrame {
   std::vector<LightLayer> layers;
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
   std::vector<PointRun> runs;
+  Sprites sprites;
+  std::vector<SpriteRun> sprite_runs;
 };
 
 /// Keeps its buffers from frame to frame.
@@ -77,7 +81,7 @@ class LightComposer {
   LightComposer& operator=(const LightComposer&) = delete;
 
   /// With workers, which must outlive this, for a FramePainter: clouds of PointStyle::Points become
-  /// Run steps. nullptr: Points steps, for OpenGL.
+  /// Run steps, lists of small things Sprites. nullptr: for OpenGL.
   void composeForPainter(Workers* workers) { workers_ = workers; }
   bool isForPainter() const { return workers_ != nullptr; }
 
@@ -105,6 +109,9 @@ class LightComposer {
   /// PointStyle::Points.
   void addPoints(const Drawable& drawable, const Placed& placed);
   void addRun(const Drawable& drawable, const Placed& placed);
+  /// Whether the drawable is a list of things small enough; then it is added.
+  static PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed);
+  bool addSprites(const Drawable& drawable, const Eye& eye, const Placed& placed);
   /// The tessellation's points, and its triangles.
   void addSplats(const Placed& placed);
   void addMesh(const Placed& placed);
@@ -116,6 +123,7 @@ class LightComposer {
   LightOutline addOutline(const std::vector<Eigen::Vector3d>& corners_world,
                           const Rigid<Projector, World>& T_projector_world);
   void addSteps(LightLayer& out);
+  bool isOpaqueStep(const LightStep& step) const;
   LightVertex lightVertex(const CutVertex& vertex, const Placed& placed) const;
   std::uint32_t addVertex(const CutVertex& vertex, const Placed& placed);
 
@@ -134,6 +142,7 @@ class LightComposer {
   LaidMesh laid_;
 
   PointProjector point_projector_;
+  SpriteProjector sprite_projector_;
   Workers* workers_ = nullptr;
   std::size_t screen_point_count_ = 0;
   std::vector<const SurfacePatch*> masked_;  ///< whose mask is where in frame_.masks; null: none

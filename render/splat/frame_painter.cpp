@@ -69,29 +69,58 @@ void FramePainter::projectPart(const LightFrame& frame, int worker) {
 void FramePainter::addJobs(const LightFrame& frame) {
   jobs_.clear();
   triangle_bins_.begin(bands_);
+  sprite_bins_.begin(bands_);
   point_bins_.begin(bands_);
   bool was_flattened = false;
   for (const LightLayer& layer : frame.layers) {
     if (layer.flattened || was_flattened) jobs_.push_back({Job::Kind::Flatten});
     was_flattened = layer.flattened;
     for (const LightStep& step : layer.steps) {
-      Job job{Job::Kind::Points, 0, step.first, layer.mask};
+      Job job{Job::Kind::Triangles};
+      job.mask = layer.mask;
+      job.is_opaque = step.kind == LightStep::Kind::Opaque;
       if (step.kind == LightStep::Kind::Run) {
         const PointRun& run = frame.runs[step.first];
-        const ScreenPoint* points = frame.screen_points.data() + run.first;
+        job.kind = Job::Kind::Points;
         job.bins = static_cast<std::uint32_t>(point_bins_.runs());
-        point_bins_.add(
-            run.count, workers_, [&](std::size_t i) { return rowsOfPoint(points[i], run.size_px); },
-            [&](std::size_t i) { return points[i]; });
+        job.size_px = run.size_px;
+        job.is_ordered = run.is_ordered;
+        addPoints(frame, run);
+      } else if (step.kind == LightStep::Kind::Sprites) {
+        const SpriteRun& run = frame.sprite_runs[step.first];
+        job.kind = Job::Kind::Sprites;
+        job.bins = static_cast<std::uint32_t>(sprite_bins_.runs());
+        job.is_opaque = run.is_opaque;
+        addSprites(frame.sprites, run);
       } else {
-        job.kind =
-            step.kind == LightStep::Kind::Opaque ? Job::Kind::Opaque : Job::Kind::Translucent;
         job.bins = static_cast<std::uint32_t>(triangle_bins_.runs());
         addTriangles(frame, step);
       }
       jobs_.push_back(job);
     }
   }
+}
+
+void FramePainter::addPoints(const LightFrame& frame, const PointRun& run) {
+  const ScreenPoint* points = frame.screen_points.data() + run.first;
+  point_bins_.add(
+      run.count, workers_, [&](std::size_t i) { return rowsOfPoint(points[i], run.size_px); },
+      [&](std::size_t i) { return points[i]; });
+}
+
+void FramePainter::addSprites(const Sprites& sprites, const SpriteRun& run) {
+  const auto rowsOf = [&](std::size_t i) {
+    const Sprite& sprite = sprites.all[run.first + i];
+    const Corner* corners = &sprites.corners[sprite.first];
+    float top = corners[0].y, bottom = top;
+    for (std::uint32_t k = 1; k < sprite.count; ++k) {
+      top = std::min(top, corners[k].y);
+      bottom = std::max(bottom, corners[k].y);
+    }
+    return Rows{static_cast<int>(std::floor(top)), static_cast<int>(std::floor(bottom))};
+  };
+  sprite_bins_.add(run.count, workers_, rowsOf,
+                   [&](std::size_t i) { return static_cast<std::uint32_t>(run.first + i); });
 }
 
 void FramePainter::addTriangles(const LightFrame& frame, const LightStep& step) {
@@ -119,28 +148,22 @@ void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
   bench.canvas.clear();
   bench.mask_index = -1;
   for (const Job& job : jobs_) {
-    if (job.kind == Job::Kind::Flatten) {
-      bench.canvas.flatten();
-      continue;
-    }
-    if (job.kind == Job::Kind::Points) {
-      const auto& bin = point_bins_.bin(job.bins, band);
-      if (bin.count == 0) continue;
-      const std::uint16_t* mask = maskOf(frame, job, band, bench);
-      const PointRun& run = frame.runs[job.run];
-      const ScreenPoint* points = point_bins_.items(bin);
-      if (run.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
-      PointBrush brush(width_, run.size_px);
-      for (std::size_t i = 0; i < bin.count; ++i) {
-        brush.paint(points[i], row_begin, row_end, mask, bench.canvas);
+    switch (job.kind) {
+      case Job::Kind::Flatten:
+        bench.canvas.flatten();
+        break;
+      case Job::Kind::Points:
+        if (point_bins_.bin(job.bins, band).count == 0) break;
+        paintPoints(job, band, maskOf(frame, job, band, bench), bench);
+        break;
+      case Job::Kind::Triangles:
+      case Job::Kind::Sprites: {
+        const auto& bins = job.kind == Job::Kind::Sprites ? sprite_bins_ : triangle_bins_;
+        if (bins.bin(job.bins, band).count == 0) break;
+        paintSolid(frame, job, band, maskOf(frame, job, band, bench), bench);
+        break;
       }
-      continue;
     }
-    if (triangle_bins_.bin(job.bins, band).count == 0) continue;
-    const bool is_opaque = job.kind == Job::Kind::Opaque;
-    paintTriangles(job, band, maskOf(frame, job, band, bench), bench,
-                   is_opaque ? bench.canvas : bench.glass, frame);
-    if (!is_opaque) bench.canvas.lay(bench.glass);
   }
   for (int row = row_begin; row < row_end; ++row) {
     const Light* lights = bench.canvas.finish(row - row_begin);
@@ -151,14 +174,37 @@ void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
   }
 }
 
-void FramePainter::paintTriangles(const Job& job, int band, const std::uint16_t* mask, Bench& bench,
-                                  Canvas& canvas, const LightFrame& frame) const {
+void FramePainter::paintPoints(const Job& job, int band, const std::uint16_t* mask,
+                               Bench& bench) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
-  const auto& bin = triangle_bins_.bin(job.bins, band);
-  const std::uint32_t* triangles = triangle_bins_.items(bin);
+  const auto& bin = point_bins_.bin(job.bins, band);
+  const ScreenPoint* points = point_bins_.items(bin);
+  if (job.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
+  PointBrush brush(width_, job.size_px);
   for (std::size_t i = 0; i < bin.count; ++i) {
-    bench.brush.paint(triangle(frame, triangles[i]), row_begin, row_end, mask, canvas);
+    brush.paint(points[i], row_begin, row_end, mask, bench.canvas);
   }
+}
+
+/// What is translucent is painted by itself first: each pixel takes its nearest surface.
+void FramePainter::paintSolid(const LightFrame& frame, const Job& job, int band,
+                              const std::uint16_t* mask, Bench& bench) const {
+  const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
+  Canvas& canvas = job.is_opaque ? bench.canvas : bench.glass;
+  const bool has_sprites = job.kind == Job::Kind::Sprites;
+  const auto& bins = has_sprites ? sprite_bins_ : triangle_bins_;
+  const auto& bin = bins.bin(job.bins, band);
+  const std::uint32_t* items = bins.items(bin);
+  for (std::size_t i = 0; i < bin.count; ++i) {
+    if (has_sprites) {
+      const Sprite& sprite = frame.sprites.all[items[i]];
+      bench.brush.paint(sprite, &frame.sprites.corners[sprite.first], row_begin, row_end, mask,
+                        canvas);
+    } else {
+      bench.brush.paint(triangle(frame, items[i]), row_begin, row_end, mask, canvas);
+    }
+  }
+  if (!job.is_opaque) bench.canvas.lay(bench.glass);
 }
 
 /// Outlines are few and made of few triangles: they need no bins.

@@ -11,7 +11,7 @@
 #include "render/splat/band_bins.hpp"
 #include "render/splat/canvas.hpp"
 #include "render/splat/float_lens.hpp"
-#include "render/splat/triangle_brush.hpp"
+#include "render/splat/polygon_brush.hpp"
 #include "render/splat/workers.hpp"
 
 namespace afterglow::render {
@@ -31,10 +31,12 @@ class FramePainter {
  private:
   /// What is painted one after the other.
   struct Job {
-    enum class Kind { Opaque, Translucent, Points, Flatten } kind;
-    std::uint32_t bins = 0;  ///< which run of triangle_bins_ or point_bins_
-    std::uint32_t run = 0;   ///< of the frame; points
-    int mask = -1;           ///< of the frame; -1: none
+    enum class Kind { Triangles, Sprites, Points, Flatten } kind;
+    bool is_opaque = true;
+    std::uint32_t bins = 0;  ///< which run of the bins of its kind
+    float size_px = 0;       ///< points
+    bool is_ordered = false;
+    int mask = -1;  ///< of the frame; -1: none
   };
   /// A worker's place.
   struct Bench {
@@ -47,7 +49,7 @@ class FramePainter {
     static std::size_t canvasSize(int width) { return static_cast<std::size_t>(width) * kBandRows; }
     Canvas canvas;
     Canvas glass;  ///< for one translucent thing
-    TriangleBrush brush;
+    PolygonBrush brush;
     std::vector<float> mask_sums;
     std::vector<std::uint16_t> mask;
     int mask_index = -1;  ///< of `mask`, in this band
@@ -59,9 +61,12 @@ class FramePainter {
   void projectPart(const LightFrame& frame, int worker);
   void addJobs(const LightFrame& frame);
   void addTriangles(const LightFrame& frame, const LightStep& step);
+  void addSprites(const Sprites& sprites, const SpriteRun& run);
+  void addPoints(const LightFrame& frame, const PointRun& run);
   void paintBand(const LightFrame& frame, int band, Bench& bench, std::uint8_t* rgb) const;
-  void paintTriangles(const Job& job, int band, const std::uint16_t* mask, Bench& bench,
-                      Canvas& canvas, const LightFrame& frame) const;
+  void paintPoints(const Job& job, int band, const std::uint16_t* mask, Bench& bench) const;
+  void paintSolid(const LightFrame& frame, const Job& job, int band, const std::uint16_t* mask,
+                  Bench& bench) const;
   const std::uint16_t* maskOf(const LightFrame& frame, const Job& job, int band,
                               Bench& bench) const;
   ScreenTriangle triangle(const LightFrame& frame, std::uint32_t first) const;
@@ -72,6 +77,7 @@ class FramePainter {
   std::vector<ScreenVertex> vertices_;
   std::vector<Job> jobs_;
   BandBins<std::uint32_t> triangle_bins_;  ///< first of a triangle's indices
+  BandBins<std::uint32_t> sprite_bins_;
   BandBins<ScreenPoint> point_bins_;
   std::array<Bench, Workers::kCount> benches_;
 };

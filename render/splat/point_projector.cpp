@@ -7,6 +7,7 @@
 
 #include "render/scene/lens_domain.hpp"
 #include "render/splat/float_lens.hpp"
+#include "render/splat/packed_color.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -14,15 +15,6 @@ namespace {
 constexpr std::size_t kBlock = 128;  // points a pass: small enough for the innermost cache
 using Floats = std::array<float, kBlock>;
 using Ints = std::array<std::int32_t, kBlock>;
-
-std::uint32_t packed(const Color& color, float alpha, float gain) {
-  // Written so that NaN is black.
-  const auto byte = [](float value) {
-    return static_cast<std::uint32_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
-  };
-  return byte(gain * color.r) | byte(gain * color.g) << 8 | byte(gain * color.b) << 16 |
-         byte(color.a * alpha) << 24;
-}
 
 /// a . (p - origin) + b, in floats.
 struct Row {
@@ -65,14 +57,14 @@ class PartProjector {
   void project(Part& part, ScreenPoint* out) const {
     Floats depth;
     Ints u, v, keep;
-    const std::uint32_t flat = packed(color_, 1, gain_);
+    const std::uint32_t flat = packedColor(color_, 1, gain_);
     for (std::size_t first = part.begin; first < part.end; first += kBlock) {
       const std::size_t count = std::min(kBlock, part.end - first);
       projectBlock(first, count, u, v, depth, keep);
       for (std::size_t i = 0; i < count; ++i) {
         if (!keep[i]) continue;
         const std::uint32_t color =
-            first + i < colors_.size() ? packed(colors_[first + i], color_.a, gain_) : flat;
+            first + i < colors_.size() ? packedColor(colors_[first + i], color_.a, gain_) : flat;
         if (color >> 24 == 0) continue;
         if (part.count == 0) part.first_color = color;
         part.one_color = part.one_color && color == part.first_color;

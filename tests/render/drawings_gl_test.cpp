@@ -178,6 +178,27 @@ TEST_F(Drawings, ofEveryShapeAreAlikeButForTheirEdges) {
   expectAlike({{layer}}, lens_);
 }
 
+TEST_F(Drawings, ofSmallThingsByTheThousandAreAlike) {
+  for (const PointStyle style : {PointStyle::Squares, PointStyle::Spheres, PointStyle::Boxes}) {
+    PointCloud cloud = wall(800, 0.012f, true);
+    cloud.style = style;
+    Layer layer = layerOf(cloud);
+    layer.drawables[0].pose = at(0.02, 0.01, 0);
+    const Difference apart = difference({{layer}}, lens_, false);
+    EXPECT_NEAR(apart.area, 0, 5e-3);
+    EXPECT_LT(apart.mean, 0.3);
+    layer.placement = Placement::Drape;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation().z() = 2;
+    T.linear() = Eigen::AngleAxisd(M_PI - 0.2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    layer.surface = SurfacePatch{"wall", Rigid<World, Surface>(T), {}};
+    layer.drawables[0].color.a = 0.5f;
+    const Difference draped = difference({{layer}}, lens_, false);
+    EXPECT_NEAR(draped.area, 0, 5e-3);
+    EXPECT_LT(draped.mean, 0.3);
+  }
+}
+
 TEST_F(Drawings, onASurfaceAreAlike) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation().z() = 1.8;

@@ -1,10 +1,9 @@
 /// \file
-/// The exact share of every pixel that a triangle covers.
+/// The exact share of every pixel that a convex polygon covers.
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cmath>
+#include <cstddef>
 #include <vector>
 
 namespace afterglow::render {
@@ -17,25 +16,31 @@ struct Corner {
 /// Sums what each edge covers to its right, as font rasterizers do ("signed area coverage"): two
 /// triangles that share an edge share its pixels without gap or overlap. Float arithmetic: shares
 /// are right to about 1e-5. Keeps its buffer.
-class TriangleCoverage {
+class PolygonCoverage {
  public:
-  explicit TriangleCoverage(int width)
-      : width_(width), sums_(static_cast<std::size_t>(width) + 2) {}
+  explicit PolygonCoverage(int width) : width_(width), sums_(static_cast<std::size_t>(width) + 2) {}
 
   /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end) that
   /// is touched. Shares are positive if the corners turn clockwise as seen (y down), else negative.
   template <typename Visit>
-  void visit(const std::array<Corner, 3>& corners, int row_begin, int row_end, const Visit& visit) {
-    const auto [top, bottom] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+  void visit(const Corner* corners, std::size_t corner_count, int row_begin, int row_end,
+             const Visit& visit) {
+    float top = corners[0].y, bottom = corners[0].y;
+    for (std::size_t i = 0; i < corner_count; ++i) {
+      top = std::min(top, corners[i].y);
+      bottom = std::max(bottom, corners[i].y);
+    }
     if (!(bottom > static_cast<float>(row_begin) && top < static_cast<float>(row_end))) return;
-    std::array<Edge, 3> edges;
-    for (std::size_t i = 0; i < 3; ++i) edges[i] = edgeOf(corners[i], corners[(i + 1) % 3]);
+    edges_.clear();
+    for (std::size_t i = 0; i < corner_count; ++i) {
+      edges_.push_back(edgeOf(corners[i], corners[(i + 1) % corner_count]));
+    }
     const int first = std::max(row_begin, static_cast<int>(top));
     const int last = std::min(row_end - 1, static_cast<int>(bottom));
     for (int row = first; row <= last; ++row) {
       begin_ = width_;
       end_ = 0;
-      for (const Edge& edge : edges) addRow(edge, static_cast<float>(row));
+      for (const Edge& edge : edges_) addRow(edge, static_cast<float>(row));
       if (begin_ >= end_) continue;
       float* sums = sums_.data() + begin_;
       const int count = end_ - begin_;
@@ -123,6 +128,7 @@ class TriangleCoverage {
   }
 
   int width_;
+  std::vector<Edge> edges_;
   int begin_ = 0, end_ = 0;  ///< columns of this row that are touched
   std::vector<float> sums_;  ///< changes of the share from column to column
 };

@@ -1,4 +1,6 @@
-#include "render/splat/triangle_brush.hpp"
+#include "render/splat/polygon_brush.hpp"
+
+#include <cmath>
 
 namespace afterglow::render {
 namespace {
@@ -52,26 +54,15 @@ constexpr float kLeastSlack = 2e-7f;
 
 }  // namespace
 
-void TriangleBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
-                          const std::uint16_t* mask, Canvas& canvas) {
+void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
+                         const std::uint16_t* mask, Canvas& canvas) {
   const Plane depth(t, t[0].depth, t[1].depth, t[2].depth);
   const float slack = depth.slack() + kLeastSlack;
+  const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
   const auto paintWith = [&](const auto& lightAt) {
-    coverage_.visit({t[0].at, t[1].at, t[2].at}, row_begin, row_end,
-                    [&](int row, int begin, int count, const float* shares) {
-                      canvas.touch(row - row_begin, begin, begin + count);
-                      const std::uint16_t* allowed =
-                          mask == nullptr ? nullptr : mask + (row - row_begin) * width_;
-                      for (int column = begin; column < begin + count; ++column) {
-                        auto share = static_cast<std::uint32_t>(
-                            std::abs(shares[column - begin]) * kWhole + 0.5f);
-                        share = std::min(share, kWhole);
-                        if (allowed != nullptr) share = share * allowed[column] / kWhole;
-                        if (share == 0) continue;
-                        canvas.add(row - row_begin, column, lightAt(column, row), share,
-                                   depth.at(column, row), slack);
-                      }
-                    });
+    paintPolygon(
+        corners.data(), corners.size(), row_begin, row_end, mask, canvas, lightAt,
+        [&](int column, int row) { return depth.at(column, row); }, slack);
   };
   if (t[0].color == t[1].color && t[1].color == t[2].color) {
     const Light light = lightOf(components(t[0].color));
@@ -86,8 +77,38 @@ void TriangleBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
   });
 }
 
-void TriangleBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {
-  coverage_.visit({t[0].at, t[1].at, t[2].at}, row_begin, row_end,
+void PolygonBrush::paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
+                         const std::uint16_t* mask, Canvas& canvas) {
+  const Light light = lightOf(components(sprite.color));
+  paintPolygon(
+      corners, sprite.count, row_begin, row_end, mask, canvas, [light](int, int) { return light; },
+      [&](int, int) { return sprite.depth; }, sprite.slack);
+}
+
+template <typename LightAt, typename DepthAt>
+void PolygonBrush::paintPolygon(const Corner* corners, std::size_t count, int row_begin,
+                                int row_end, const std::uint16_t* mask, Canvas& canvas,
+                                const LightAt& lightAt, const DepthAt& depthAt, float slack) {
+  coverage_.visit(
+      corners, count, row_begin, row_end,
+      [&](int row, int begin, int columns, const float* shares) {
+        canvas.touch(row - row_begin, begin, begin + columns);
+        const std::uint16_t* allowed =
+            mask == nullptr ? nullptr : mask + (row - row_begin) * width_;
+        for (int column = begin; column < begin + columns; ++column) {
+          auto share = static_cast<std::uint32_t>(std::abs(shares[column - begin]) * kWhole + 0.5f);
+          share = std::min(share, kWhole);
+          if (allowed != nullptr) share = share * allowed[column] / kWhole;
+          if (share == 0) continue;
+          canvas.add(row - row_begin, column, lightAt(column, row), share, depthAt(column, row),
+                     slack);
+        }
+      });
+}
+
+void PolygonBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {
+  const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
+  coverage_.visit(corners.data(), corners.size(), row_begin, row_end,
                   [&](int row, int begin, int count, const float* shares) {
                     float* out = sums + (row - row_begin) * width_ + begin;
                     for (int i = 0; i < count; ++i) out[i] += shares[i];

@@ -1,5 +1,5 @@
 /// \file
-/// Triangles onto a band's canvas: every pixel gets the exact share that is covered.
+/// Triangles and sprites onto a band's canvas: every pixel gets the exact share that is covered.
 #pragma once
 
 #include <array>
@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "render/splat/canvas.hpp"
-#include "render/splat/triangle_coverage.hpp"
+#include "render/splat/polygon_coverage.hpp"
+#include "render/splat/sprites.hpp"
 
 namespace afterglow::render {
 
@@ -19,21 +20,29 @@ struct ScreenVertex {
 };
 using ScreenTriangle = std::array<ScreenVertex, 3>;
 
-class TriangleBrush {
+class PolygonBrush {
  public:
-  explicit TriangleBrush(int width) : width_(width), coverage_(width) {}
+  explicit PolygonBrush(int width) : width_(width), coverage_(width) {}
 
   /// Paints the part of a triangle in a band whose first row is `row_begin`; both its sides are
   /// seen. `mask`: shares of kWhole, row by row, that light may cover; nullptr: all.
   void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
 
+  void paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
+             const std::uint16_t* mask, Canvas& canvas);
+
   /// Adds the shares that are covered to `sums`, row by row; negative where it turns the other way.
   void add(const ScreenTriangle& triangle, int row_begin, int row_end, float* sums);
 
  private:
+  template <typename LightAt, typename DepthAt>
+  void paintPolygon(const Corner* corners, std::size_t count, int row_begin, int row_end,
+                    const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
+                    const DepthAt& depthAt, float slack);
+
   int width_;
-  TriangleCoverage coverage_;
+  PolygonCoverage coverage_;
 };
 
 }  // namespace afterglow::render

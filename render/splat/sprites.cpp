@@ -1,0 +1,320 @@
+#include "render/splat/sprites.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "render/scene/lens_domain.hpp"
+#include "render/splat/float_lens.hpp"
+#include "render/splat/packed_color.hpp"
+
+namespace afterglow::render {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Corners of the outline of a box as seen from one of the 27 regions around it, by whether the eye
+/// lies before, between or behind the two faces of each axis. Bit i of a corner: the far end of
+/// axis i.
+struct BoxOutline {
+  int count = 0;
+  std::array<int, 6> corners{};
+};
+
+/// Edges of the faces that are seen, without those that two of them share.
+BoxOutline outlineFrom(const std::array<int, 3>& side) {
+  std::array<int, 8> next;
+  next.fill(-1);
+  std::array<std::array<bool, 8>, 8> has{};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (side[static_cast<std::size_t>(axis)] == 0) continue;
+    const bool far = side[static_cast<std::size_t>(axis)] > 0;
+    const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3, base = far ? 1 << axis : 0;
+    // Counterclockwise from outside.
+    std::array<int, 4> face = {base, base | b, base | b | c, base | c};
+    if (!far) std::swap(face[1], face[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      has[static_cast<std::size_t>(face[i])][static_cast<std::size_t>(face[(i + 1) % 4])] = true;
+    }
+  }
+  int start = -1;
+  for (std::size_t a = 0; a < 8; ++a) {
+    for (std::size_t b = 0; b < 8; ++b) {
+      if (!has[a][b] || has[b][a]) continue;
+      next[a] = static_cast<int>(b);
+      start = static_cast<int>(a);
+    }
+  }
+  BoxOutline outline;
+  if (start < 0) return outline;
+  int at = start;
+  do {
+    outline.corners[static_cast<std::size_t>(outline.count++)] = at;
+    at = next[static_cast<std::size_t>(at)];
+  } while (at != start && outline.count < 6);
+  return outline;
+}
+
+/// By 9 (x + 1) + 3 (y + 1) + z + 1, each side being -1, 0 or 1.
+const std::array<BoxOutline, 27>& boxOutlines() {
+  static const std::array<BoxOutline, 27> outlines = [] {
+    std::array<BoxOutline, 27> all;
+    for (int i = 0; i < 27; ++i) {
+      all[static_cast<std::size_t>(i)] = outlineFrom({i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    }
+    return all;
+  }();
+  return outlines;
+}
+
+constexpr std::size_t kMostCorners = 24;
+
+/// One worker's part.
+struct Part {
+  std::size_t begin = 0, end = 0;
+  std::size_t count = 0;
+  double depth_sum = 0;
+  bool is_opaque = true, is_too_large = false;
+};
+
+template <bool kFisheye>
+class PartProjector {
+ public:
+  PartProjector(const calib::Lens& lens, const PointList& points, const ColorList& colors,
+                const Color& color, const SpriteShape& shape, const PointPlacement& placement,
+                std::size_t stride)
+      : lens_(lens),
+        width_(static_cast<float>(lens.width)),
+        height_(static_cast<float>(lens.height)),
+        points_(points),
+        colors_(colors),
+        color_(color),
+        shape_(shape),
+        placement_(placement),
+        stride_(stride),
+        origin_(points.front()),
+        P_(shifted(placement.P_optical_cloud, origin_).cast<float>()),
+        height_row_((placement.height.transpose() * shift(origin_)).cast<float>()) {
+    for (std::size_t i = 0; i < stride; ++i) {
+      // Widened so that the polygon has the circle's area.
+      const double angle = 2 * M_PI / static_cast<double>(stride);
+      const double wide = std::sqrt(angle / std::sin(angle));
+      circle_[i] = (wide * Eigen::Vector2d(std::cos(angle * static_cast<double>(i)),
+                                           std::sin(angle * static_cast<double>(i))))
+                       .cast<float>();
+    }
+  }
+
+  void project(Part& part, Sprite* sprites, std::size_t first_corner, Corner* corners) const {
+    for (std::size_t i = part.begin; i < part.end; ++i) {
+      if (!points_[i].allFinite()) continue;
+      const std::uint32_t color = i < colors_.size()
+                                      ? packedColor(colors_[i], color_.a, placement_.gain)
+                                      : packedColor(color_, 1, placement_.gain);
+      if (color >> 24 == 0) continue;
+      Sprite& sprite = sprites[part.count];
+      const std::size_t at = part.count * stride_;
+      if (!place(points_[i] - origin_, corners + at, sprite, part)) continue;
+      sprite.first = static_cast<std::uint32_t>(first_corner + at);
+      sprite.color = color;
+      part.is_opaque = part.is_opaque && color >> 24 == 255;
+      part.depth_sum += static_cast<double>(sprite.depth);
+      ++part.count;
+    }
+  }
+
+ private:
+  static Eigen::Matrix4d shift(const Vector3f& origin) {
+    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+    T.topRightCorner<3, 1>() = origin.cast<double>();
+    return T;
+  }
+  static Eigen::Matrix4d shifted(const Eigen::Matrix4d& P, const Vector3f& origin) {
+    return P * shift(origin);
+  }
+
+  bool toImage(const Vector3f& p, Corner& corner) const {
+    const Eigen::Vector4f q = P_ * p.homogeneous();
+    const float inverse = 1 / q.z();
+    const float x = q.x() * inverse, y = q.y() * inverse;
+    if (!(q.w() > 0 && q.z() >= static_cast<float>(LensDomain::kNear) * q.w() &&
+          x * x + y * y <= lens_.square_fold)) {
+      return false;
+    }
+    lens_.project<kFisheye>(x, y, corner.x, corner.y);
+    corner.x += 0.5f;
+    corner.y += 0.5f;
+    return true;
+  }
+
+  bool place(const Vector3f& p, Corner* corners, Sprite& sprite, Part& part) const {
+    const Eigen::Vector4f q = P_ * p.homogeneous();
+    if (!(q.w() > 0 && q.z() >= static_cast<float>(LensDomain::kNear) * q.w())) return false;
+    if (!outline(p, corners, sprite)) return false;
+    float left = 1e9f, right = -1e9f, top = 1e9f, bottom = -1e9f;
+    for (std::uint32_t i = 0; i < sprite.count; ++i) {
+      left = std::min(left, corners[i].x);
+      right = std::max(right, corners[i].x);
+      top = std::min(top, corners[i].y);
+      bottom = std::max(bottom, corners[i].y);
+    }
+    if (right <= 0 || bottom <= 0 || left >= width_ || top >= height_) return false;
+    const float largest = std::max(right - left, bottom - top);
+    const bool is_square = shape_.kind == SpriteShape::Kind::Square;
+    part.is_too_large = part.is_too_large || largest > (is_square ? kLargestSquare : kLargestBody);
+    setDepth(p, q, sprite);
+    return true;
+  }
+
+  /// As LightVertex::depth; its slack is what half a sprite's size makes.
+  void setDepth(const Vector3f& p, const Eigen::Vector4f& q, Sprite& sprite) const {
+    const float size = shape_.half.maxCoeff();
+    if (placement_.flattened) {
+      const float h = height_row_.dot(p.homogeneous());
+      sprite.depth = -h / (1 + std::abs(h));
+      sprite.slack = 1e-6f;
+    } else {
+      const float z = q.z() / q.w();
+      constexpr auto kScale = static_cast<float>(2 * LensDomain::kNear);
+      sprite.depth = 1 - kScale / z;
+      sprite.slack = kScale * size / (z * z);
+    }
+  }
+
+  bool outline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+    switch (shape_.kind) {
+      case SpriteShape::Kind::Square:
+        return squareOutline(p, corners, sprite);
+      case SpriteShape::Kind::Box:
+        return boxOutline(p, corners, sprite);
+      case SpriteShape::Kind::Ball:
+        return ballOutline(p, corners, sprite);
+    }
+    return false;
+  }
+
+  bool squareOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+    const Vector3f x = shape_.right * shape_.half.x(), y = shape_.up * shape_.half.y();
+    sprite.count = 4;
+    return toImage(p - x - y, corners[0]) && toImage(p + x - y, corners[1]) &&
+           toImage(p + x + y, corners[2]) && toImage(p - x + y, corners[3]);
+  }
+
+  Vector3f towardsEye(const Vector3f& p) const {
+    return shape_.eye_is_direction ? shape_.eye : Vector3f(shape_.eye - origin_ - p);
+  }
+
+  bool boxOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+    const Vector3f eye = towardsEye(p);
+    std::size_t region = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float face = shape_.eye_is_direction ? 0 : shape_.half[axis];
+      const int side = eye[axis] > face ? 1 : eye[axis] < -face ? -1 : 0;
+      region = 3 * region + static_cast<std::size_t>(side + 1);
+    }
+    const BoxOutline& outline = boxOutlines()[region];
+    if (outline.count == 0) return false;  // the eye is within
+    sprite.count = static_cast<std::uint32_t>(outline.count);
+    for (int i = 0; i < outline.count; ++i) {
+      const int corner = outline.corners[static_cast<std::size_t>(i)];
+      Vector3f offset = shape_.half;
+      for (int axis = 0; axis < 3; ++axis) {
+        if ((corner >> axis & 1) == 0) offset[axis] = -offset[axis];
+      }
+      if (!toImage(p + offset, corners[i])) return false;
+    }
+    return true;
+  }
+
+  /// The circle where lines of sight touch the ball; an ellipsoid is a ball in its own scale.
+  bool ballOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
+    const Vector3f eye = towardsEye(p).cwiseQuotient(shape_.half);
+    const float distance = eye.norm();
+    const float middle = shape_.eye_is_direction ? 0 : 1 / distance;
+    if (!(middle < 1)) return false;  // the eye is within
+    const float radius = std::sqrt(1 - middle * middle);
+    const Vector3f n = eye / distance, x = n.unitOrthogonal() * radius, y = n.cross(x);
+    sprite.count = static_cast<std::uint32_t>(stride_);
+    for (std::size_t i = 0; i < stride_; ++i) {
+      const Vector3f unit = n * middle + x * circle_[i].x() + y * circle_[i].y();
+      if (!toImage(p + unit.cwiseProduct(shape_.half), corners[i])) return false;
+    }
+    return true;
+  }
+
+  const FloatLens lens_;
+  const float width_, height_;
+  const PointList& points_;
+  const ColorList& colors_;
+  const Color color_;
+  const SpriteShape& shape_;
+  const PointPlacement& placement_;
+  const std::size_t stride_;
+  const Vector3f origin_;  ///< floats are differences to it
+  const Eigen::Matrix4f P_;
+  const Eigen::RowVector4f height_row_;
+  std::array<Eigen::Vector2f, kMostCorners> circle_;
+};
+
+/// Corners that are kept for each.
+std::size_t strideOf(const SpriteShape& shape) {
+  switch (shape.kind) {
+    case SpriteShape::Kind::Square:
+      return 4;
+    case SpriteShape::Kind::Box:
+      return 6;
+    case SpriteShape::Kind::Ball:
+      return 16;  // of the largest, the outline is a sixth of a pixel off at most
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const ColorList& colors,
+                                                  const Color& color, const SpriteShape& shape,
+                                                  const PointPlacement& placement, Workers& workers,
+                                                  Sprites& out) const {
+  SpriteRun run;
+  run.first = static_cast<std::uint32_t>(out.used);
+  const auto origin =
+      std::find_if(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); });
+  if (origin == points.end() || !placement.P_optical_cloud.allFinite()) return run;
+  const std::size_t stride = strideOf(shape), total = points.size();
+  if (out.all.size() < out.used + total) out.all.resize(out.used + total);
+  if (out.corners.size() < out.used_corners + stride * total) {
+    out.corners.resize(out.used_corners + stride * total);
+  }
+  std::array<Part, Workers::kCount> parts;
+  workers.run([&](int worker) {
+    const auto at = static_cast<std::size_t>(worker);
+    Part& part = parts[at];
+    part.begin = total * at / parts.size();
+    part.end = total * (at + 1) / parts.size();
+    const std::size_t first_corner = out.used_corners + stride * part.begin;
+    Sprite* sprites = out.all.data() + out.used + part.begin;
+    Corner* corners = out.corners.data() + first_corner;
+    if (lens_.model == calib::LensModel::Equidistant) {
+      PartProjector<true>(lens_, points, colors, color, shape, placement, stride)
+          .project(part, sprites, first_corner, corners);
+    } else {
+      PartProjector<false>(lens_, points, colors, color, shape, placement, stride)
+          .project(part, sprites, first_corner, corners);
+    }
+  });
+  double depth_sum = 0;
+  for (const Part& part : parts) {
+    if (part.is_too_large) return std::nullopt;
+    // Closes the gap between the parts; corners stay where they are.
+    const Sprite* from = out.all.data() + run.first + part.begin;
+    std::copy(from, from + part.count, out.all.data() + run.first + run.count);
+    run.count += static_cast<std::uint32_t>(part.count);
+    run.is_opaque = run.is_opaque && part.is_opaque;
+    depth_sum += part.depth_sum;
+  }
+  out.used += run.count;
+  out.used_corners += stride * total;
+  run.mean_depth = depth_sum / std::max(1.0, static_cast<double>(run.count));
+  return run;
+}
+
+}  // namespace afterglow::render

@@ -1,0 +1,70 @@
+/// \file
+/// Small squares, boxes and balls by the thousand: each becomes one convex outline on the image,
+/// its corners put through the exact lens, instead of a dozen triangles.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "calib/lens.hpp"
+#include "render/scene/scene.hpp"
+#include "render/splat/point_projector.hpp"
+#include "render/splat/polygon_coverage.hpp"
+#include "render/splat/workers.hpp"
+
+namespace afterglow::render {
+
+/// What stands at every point of a list. All in the list's own frame.
+struct SpriteShape {
+  enum class Kind { Square, Box, Ball } kind;
+  /// Half sizes along x, y and z; a square's along its own two axes.
+  Eigen::Vector3f half = Eigen::Vector3f::Ones();
+  Eigen::Vector3f right = Eigen::Vector3f::UnitX(), up = Eigen::Vector3f::UnitY();  ///< a square's
+  Eigen::Vector3f eye = Eigen::Vector3f::UnitZ();  ///< whose outline is wanted
+  bool eye_is_direction = false;                   ///< towards the eye
+};
+
+/// One on the image. As deep as its centre all over.
+struct Sprite {
+  std::uint32_t first = 0, count = 0;  ///< of the corners
+  std::uint32_t color = 0;
+  float depth = 0, slack = 0;
+};
+
+struct SpriteRun {
+  std::uint32_t first = 0, count = 0;  ///< of the sprites
+  bool is_opaque = true;
+  double mean_depth = 0;
+};
+
+struct Sprites {
+  std::vector<Sprite> all;      ///< `used` of them, and room
+  std::vector<Corner> corners;  ///< `used_corners` of them, and room
+  std::size_t used = 0, used_corners = 0;
+
+  void clear() { used = used_corners = 0; }
+};
+
+/// Sprites are at most this large (px): the edges of a larger square may bend in a lens, and a larger
+/// body's depth is not that of its centre.
+constexpr float kLargestSquare = 64, kLargestBody = 24;
+
+class SpriteProjector {
+ public:
+  explicit SpriteProjector(const calib::Lens& lens) : lens_(lens) {}
+
+  /// Appends what reaches the image; what touches the fold of the lens or its near plane is left
+  /// out. Absent, and nothing appended, if one is larger than that.
+  std::optional<SpriteRun> project(const PointList& points, const ColorList& colors,
+                                   const Color& color, const SpriteShape& shape,
+                                   const PointPlacement& placement, Workers& workers,
+                                   Sprites& out) const;
+
+ private:
+  calib::Lens lens_;
+};
+
+}  // namespace afterglow::render
