@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <stdexcept>
+#include <string>
 
 #include "nodes/player/stop_signal.hpp"
 #include "nodes/projector/projector_window.hpp"
@@ -29,6 +30,7 @@ void showUntilStopped(CalibratorNode& node, const CalibratorOptions& options) {
     mirror.apply(image);
     window->show(image);
   };
+  std::string problem;  // as told
   while (ros::ok() && !isStopRequested()) {
     const auto picture = screen.takeChanged(std::chrono::milliseconds(50));
     if (!window) continue;
@@ -36,6 +38,10 @@ void showUntilStopped(CalibratorNode& node, const CalibratorOptions& options) {
       show(*picture);
     } else {
       window->poll();
+    }
+    if (window->problem() != problem) {
+      problem = window->problem();
+      if (!problem.empty()) node.tell(problem);
     }
     if (window->isClosed()) {
       node.tell("the projector's window is closed: only ~pattern has the picture now");

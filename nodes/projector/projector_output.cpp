@@ -55,7 +55,7 @@ ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHand
 void ProjectorOutput::startDrawing(render::GlContext& context) {
   renderer_ = std::make_unique<render::ProjectorRenderer>(context, lens_, config_.drawing);
   const std::lock_guard<std::mutex> lock(mutex_);
-  description_ = context.description() + "; " + renderer_->description();
+  description_ = renderer_->description();
 }
 
 void ProjectorOutput::draw(const render::Scene& scene,

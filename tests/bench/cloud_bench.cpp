@@ -61,7 +61,8 @@ void setStaticTransform(tf2::BufferCore& transforms, const std::string& child,
 nodes::ProjectorConfig config(nodes::ColorSource color) {
   nodes::ProjectorConfig config;
   config.fixed_frame = "map";
-  config.frame = "projector";
+  config.projectors.resize(1);
+  config.projectors[0].frame = "projector";
   nodes::LayerConfig layer;
   layer.topic = "/cloud";
   layer.type = nodes::LayerType::PointCloud2;
