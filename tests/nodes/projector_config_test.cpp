@@ -49,7 +49,7 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
       " drawing: cpu}\n"
       "surfaces:\n"
       "  floor: {frame: map, polygon: [[-2, -2], [2, -2], [2, 2], [-2, 2]]}\n"
-      "  table: {frame: table}\n"
+      "  table: {frame: table, gain: 0.5}\n"
       "layers:\n"
       "  - {topic: /green, type: sensor_msgs/PointCloud2, style: boxes, size: 0.006,"
       " color: \"#00ff00\", placement: direct}\n"
@@ -69,6 +69,8 @@ TEST_F(ProjectorConfigTest, readsTheWholeOfADesignersExample) {
   ASSERT_EQ(config.surfaces.size(), 2u);
   EXPECT_EQ(config.surfaces[0].polygon.at(1), Eigen::Vector2d(2, -2));
   EXPECT_TRUE(config.surfaces[1].polygon.empty());
+  EXPECT_EQ(config.surfaces[0].gain, 1);
+  EXPECT_EQ(config.surfaces[1].gain, 0.5f);
   ASSERT_EQ(config.layers.size(), 5u);
   EXPECT_EQ(config.layers[0].cloud.style, render::PointStyle::Boxes);
   EXPECT_EQ(config.layers[0].cloud.size, 0.006f);

@@ -480,7 +480,10 @@ TEST(ProjectorPose, goesOnTurningAboutItsAxis) {
 // surfaces
 TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
   ProjectorConfig on_table = config();
-  on_table.surfaces = {{"table", "table_frame", {}}};
+  on_table.surfaces.resize(1);
+  on_table.surfaces[0].name = "table";
+  on_table.surfaces[0].frame = "table_frame";
+  on_table.surfaces[0].gain = 0.5f;
   on_table.layers[kMarkers].surface = 0;
   on_table.layers[kMarkers].placement = render::Placement::Viewer;
   on_table.layers[kMarkers].viewer = ViewerConfig{"map", {0, 0, 1.6}};
@@ -498,6 +501,8 @@ TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
   frame = scene.frame(at(0));
   ASSERT_EQ(frame.scene.layers.size(), 3u);
   EXPECT_EQ(frame.scene.layers[kMarkers].p_viewer, Eigen::Vector3d(0, 0, 1.6));
+  EXPECT_EQ(frame.scene.layers[kMarkers].gain, 0.5f);
+  EXPECT_EQ(frame.scene.layers[kCloud].gain, 1);
   table.transform.translation.z = 1.7;  // over the viewer's head
   buffer.setTransform(table, "test", true);
   frame = scene.frame(at(0));
@@ -506,7 +511,9 @@ TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
 
 TEST(ProjectorSceneSurface, laysTextForAReaderWhileHeIsKnown) {
   ProjectorConfig on_floor = config();
-  on_floor.surfaces = {{"floor", "map", {}}};
+  on_floor.surfaces.resize(1);
+  on_floor.surfaces[0].name = "floor";
+  on_floor.surfaces[0].frame = "map";
   on_floor.layers[kMarkers].surface = 0;
   on_floor.layers[kMarkers].placement = render::Placement::Drape;
   on_floor.layers[kMarkers].reader = ReaderConfig{"person", {0, 0, 1.6}, false};
