@@ -26,7 +26,7 @@ std::uint32_t queueOf(const LayerConfig& layer) {
   return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;
 }
 
-constexpr std::uint64_t kJumpNs = 500'000'000;                 // less is a clock being set right
+constexpr std::uint64_t kJumpNs = 500'000'000;  // less is a clock being set right
 
 /// ~monitor is for the only projector.
 void setMonitor(ProjectorConfig& config, const std::string& monitor) {
@@ -282,7 +282,8 @@ void ProjectorNode::publishDiagnostics() {
     if (!window_problem.empty()) problems.insert(problems.begin(), "projector: " + window_problem);
   }
   const LayerStatus transforms = inbox_.status();
-  if (!transforms.dropped.empty()) state.layers.push_back(transforms);
+  if (!transforms.dropped.empty() || !transforms.remarks.empty())
+    state.layers.push_back(transforms);
   logFaults(state);
   diagnostic_msgs::DiagnosticArray array = toDiagnostics(state);
   if (watch_) array.status.push_back(watch_->status(state.name));

@@ -46,6 +46,12 @@ bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
          Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
 }
 
+/// Farther than anything carries a projector within kVelocityBaseNs: it was put elsewhere, and that
+/// is no speed.
+bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() > 1;
+}
+
 }  // namespace
 
 ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
@@ -255,7 +261,8 @@ std::optional<Rigid<Projector, World>> ProjectorScene::projectorPose(
     earlier.stamp_ns = pose.stamp_ns - kVelocityBaseNs;
     ros::Time then;
     then.fromNSec(static_cast<std::uint64_t>(earlier.stamp_ns));
-    if (const auto known = frames_.at(config.frame, then)) {
+    const auto known = frames_.at(config.frame, then);
+    if (known && !hasJumped(*known, pose.T_fixed_frame)) {
       earlier.T_fixed_frame = *known;
       const std::int64_t light_ns = toNs(now) + config.latency_ns;
       if (light_ns > pose.stamp_ns + kFarthestAheadNs && hasMoved(*known, pose.T_fixed_frame)) {

@@ -37,9 +37,13 @@ void TransformInbox::take(const ros::MessageEvent<const tf2_msgs::TFMessage>& ev
   const std::lock_guard<std::mutex> lock(mutex_);
   counts_.countMessage();
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
-    const std::string fault =
+    const Intake taken =
         takeTransform(buffer_, transform, event.getPublisherName(), is_static, now);
-    if (!fault.empty()) counts_.drop(fault);
+    if (!taken.is_stored) {
+      counts_.drop(taken.reason);
+    } else if (!taken.reason.empty()) {
+      counts_.remark(taken.reason);
+    }
   }
 }
 

@@ -22,7 +22,7 @@ class TransformInbox {
   explicit TransformInbox(tf2::BufferCore& buffer);
   ~TransformInbox();
 
-  /// Messages and what was refused of them; nothing else.
+  /// Messages, and what was refused or odd of them; nothing else.
   LayerStatus status() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <optional>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 
@@ -13,7 +14,8 @@ namespace {
 constexpr std::int64_t kFarthestAheadNs = 60'000'000'000;
 /// tf2 adds its ten seconds of memory to a stamp, and ROS times end with 32 bits of seconds.
 constexpr std::int64_t kLastNs = (std::int64_t{1} << 32) * 1'000'000'000 - 2 * kFarthestAheadNs;
-constexpr double kOffUnit = 0.01;  // tf2's tolerance
+constexpr double kOffUnit = 0.01;               // tf2's tolerance
+constexpr double kJump = 0.5, kJumpSpeed = 20;  // m, m/s
 
 std::string stampFault(ros::Time stamp, ros::Time now) {
   if (stamp.nsec >= 1'000'000'000u) return "stamp is no time";
@@ -31,25 +33,54 @@ std::string placeFault(const geometry_msgs::Transform& transform) {
   return std::abs(norm - 1) <= kOffUnit ? "" : "rotation is not normalized";
 }
 
+/// Where the frame was before, if it has jumped from there: farther and faster than robots move.
+std::optional<geometry_msgs::TransformStamped> jumpedFrom(
+    const tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform) {
+  const std::string parent = frameName(transform.header.frame_id);
+  const std::string child = frameName(transform.child_frame_id);
+  if (!buffer.canTransform(parent, child, ros::Time(0))) return std::nullopt;
+  auto before = buffer.lookupTransform(parent, child, ros::Time(0));
+  const double distance =
+      (toIsometry(before.transform).translation() - toIsometry(transform.transform).translation())
+          .norm();
+  const auto between_ns = static_cast<std::int64_t>(transform.header.stamp.toNSec()) -
+                          static_cast<std::int64_t>(before.header.stamp.toNSec());
+  const double seconds = static_cast<double>(between_ns) * 1e-9;
+  const bool has_jumped = distance > kJump && seconds > 0 && distance > kJumpSpeed * seconds;
+  return has_jumped ? std::optional(before) : std::nullopt;
+}
+
+/// False also for what repeats or is too old, which happens to the best.
+bool store(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
+           const std::string& authority, bool is_static) {
+  const auto before = is_static ? std::nullopt : jumpedFrom(buffer, transform);
+  if (before) {
+    geometry_msgs::TransformStamped until = transform;
+    until.transform = before->transform;
+    until.header.stamp.fromNSec(transform.header.stamp.toNSec() - 1);
+    buffer.setTransform(until, authority);
+  }
+  buffer.setTransform(transform, authority, is_static);
+  return before.has_value();
+}
+
 }  // namespace
 
-std::string takeTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
-                          const std::string& authority, bool is_static, ros::Time now) {
+Intake takeTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
+                     const std::string& authority, bool is_static, ros::Time now) {
   const std::string child = frameName(transform.child_frame_id);
   const std::string parent = frameName(transform.header.frame_id);
   const std::string of = "transform of '" + printable(child) + "': ";
-  if (child.empty() || parent.empty()) return of + "a frame without a name";
-  if (child == parent) return of + "its own parent";
+  if (child.empty() || parent.empty()) return {false, of + "a frame without a name"};
+  if (child == parent) return {false, of + "its own parent"};
   std::string fault = placeFault(transform.transform);
   if (fault.empty() && !is_static) fault = stampFault(transform.header.stamp, now);
-  if (!fault.empty()) return of + fault;
+  if (!fault.empty()) return {false, of + fault};
   try {
-    // False also for what repeats or is too old, which happens to the best.
-    buffer.setTransform(transform, authority, is_static);
+    return {true, store(buffer, transform, authority, is_static) ? of + "has jumped" : ""};
   } catch (const std::exception& error) {
-    return of + error.what();
+    return {false, of + error.what()};
   }
-  return {};
 }
 
 }  // namespace afterglow::nodes

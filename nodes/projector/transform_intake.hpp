@@ -10,11 +10,18 @@
 
 namespace afterglow::nodes {
 
-/// Stores a transform, or says why not in a line that names its frame. Refused, beside what tf2
-/// refuses: a place absurdly far; a stamp that is no time, or so far ahead of `now` (ROS time; 0:
-/// unknown) that everything after it would count as old. A static one's stamp means nothing. Any
-/// thread.
-std::string takeTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
-                          const std::string& authority, bool is_static, ros::Time now);
+/// What became of a transform.
+struct Intake {
+  bool is_stored = false;
+  std::string
+      reason;  ///< why not; beside one that is stored: what is odd about it. Names its frame
+};
+
+/// Stores a transform. Refused, beside what tf2 refuses: a place absurdly far; a stamp that is no
+/// time, or so far ahead of `now` (ROS time; 0: unknown) that everything after it would count as
+/// old. A static one's stamp means nothing. A frame that jumps is where it was until it jumps:
+/// nothing is drawn on the way between, through walls. Any thread.
+Intake takeTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
+                     const std::string& authority, bool is_static, ros::Time now);
 
 }  // namespace afterglow::nodes

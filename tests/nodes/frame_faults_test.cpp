@@ -26,7 +26,10 @@ class FrameFaults : public test::FaultyScene {
   }
   std::string take(const geometry_msgs::TransformStamped& message, ros::Time now,
                    bool is_static = false) {
-    return takeTransform(buffer_, message, "test", is_static, now);
+    const Intake taken = takeTransform(buffer_, message, "test", is_static, now);
+    EXPECT_EQ(taken.is_stored,
+              taken.reason.empty() || taken.reason.find(": has jumped") != std::string::npos);
+    return taken.reason;
   }
 
   /// Shown never; given up after the patience of a layer, in words that name the frame.
@@ -113,13 +116,35 @@ TEST_F(FrameFaults, aStampTfDoesNotReachIsWaitedForAndGivenUp) {
 }
 
 // 40
-TEST_F(FrameFaults, aFrameThatJumpsIsFollowedAtOnce) {
-  transform("arm", 1, at(0));
-  Marker m = cube(7, "arm");
-  m.frame_locked = 1;
-  add({m}, at(0));
-  transform("arm", 50, at(0.1));
-  EXPECT_DOUBLE_EQ(drawn(at(0.1)).at(0).pose.matrix().translation().x(), 50);
+TEST_F(FrameFaults, aFrameThatJumpsIsWhereItWasAndThenWhereItIsAndFlagged) {
+  EXPECT_EQ(take(stamped("arm", 1, at(0)), at(0)), "");
+  Marker locked = cube(7, "arm");
+  locked.frame_locked = 1;
+  add({locked}, at(0));
+  EXPECT_EQ(take(stamped("arm", 1.4, at(0.1)), at(0.1)), "");  // as a fast robot does
+  EXPECT_EQ(take(stamped("arm", 50, at(0.2)), at(0.2)), "transform of 'arm': has jumped");
+  EXPECT_EQ(take(stamped("arm", 50, at(0.3)), at(0.3)), "");
+  EXPECT_DOUBLE_EQ(drawn(at(0.3)).at(0).pose.matrix().translation().x(), 50);
+  Marker between = cube(7, "arm");  // not halfway, in some wall
+  between.header.stamp = at(0.15);
+  startAgain();
+  add({between}, at(0.3));
+  EXPECT_DOUBLE_EQ(drawn(at(0.3)).at(0).pose.matrix().translation().x(), 1.4);
+  EXPECT_EQ(take(stamped("arm", 60, at(5)), at(5)), "");  // nobody knows how it came there
+}
+
+TEST_F(FrameFaults, aProjectorPutElsewhereIsNotThoughtToFly) {
+  ProjectorConfig config;
+  config.fixed_frame = "map";
+  config.projectors.resize(1);
+  config.projectors[0].frame = "projector";
+  config.projectors[0].latency_ns = 100'000'000;
+  ProjectorScene scene(config, buffer_);
+  for (int i = 0; i < 10; ++i) take(stamped("projector", 1, at(0.02 * i)), at(0.02 * i));
+  take(stamped("projector", 5, at(0.2)), at(0.2));
+  const auto T_projector_world = scene.frame(at(0.2)).T_projector_world;
+  ASSERT_TRUE(T_projector_world);
+  EXPECT_DOUBLE_EQ(T_projector_world->inverse().matrix().translation().x(), 5);
 }
 
 // 41

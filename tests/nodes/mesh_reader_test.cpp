@@ -52,6 +52,12 @@ TEST_F(MeshReader, passesOnLimitsAndReasons) {
   EXPECT_EQ(refusal("/etc/passwd"), "not one of .stl, .dae, .obj, .gltf, .glb");
 }
 
+TEST_F(MeshReader, outlivesAFileThatCrashesAssimp) {
+  std::string text = test::cubeDae();
+  text.replace(text.find("count=\"24\""), 5, "coUnt");  // a list of unknown length
+  EXPECT_EQ(refusal(write("cube.dae", text)).rfind("malformed: ", 0), 0u);
+}
+
 /// Bytes flipped, pieces cut out, doubled, exchanged.
 std::string bent(std::string text, std::mt19937& random) {
   const auto place = [&] { return random() % text.size(); };
