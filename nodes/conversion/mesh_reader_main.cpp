@@ -17,13 +17,13 @@
 
 namespace {
 
-constexpr rlim_t kCpuSeconds = 10;
-constexpr unsigned kSeconds = 30;
+constexpr rlim_t kCpuSeconds = 20;  // a million triangles of STL take 5 here
+constexpr unsigned kSeconds = 60;
 constexpr rlim_t kOutput = rlim_t{512} << 20;
 #ifdef __SANITIZE_ADDRESS__
 constexpr rlim_t kMemory = RLIM_INFINITY;  // its shadow alone is terabytes of addresses
 #else
-constexpr rlim_t kMemory = rlim_t{2} << 30;
+constexpr rlim_t kMemory = rlim_t{3} << 30;  // and 2 GiB
 #endif
 
 void bound(int resource, rlim_t most) {

@@ -11,7 +11,6 @@
 
 #include <ros/ros.h>
 #include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
 
 #include <cstdint>
 #include <deque>
@@ -25,6 +24,7 @@
 #include "nodes/observer/observer_scene.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/observer/timed_video.hpp"
+#include "nodes/projector/transform_inbox.hpp"
 #include "render/gl/renderer.hpp"
 
 namespace afterglow::nodes {
@@ -69,7 +69,7 @@ class ObserverNode {
   ObserverNodeOptions options_;
   ros::NodeHandle own_{"~"};
   tf2_ros::Buffer tf_;
-  tf2_ros::TransformListener tf_listener_{tf_};
+  TransformInbox tf_inbox_{tf_};
   render::GlContext context_;
   render::ObserverRenderer renderer_{context_};
   RoomView room_;
