@@ -126,14 +126,15 @@ TEST(Golden, everyCloudStyle) {
     ColorList colors;
     for (int i = 0; i < 36; ++i) {
       const float x = static_cast<float>(i % 6) - 2.5f, y = static_cast<float>(i / 6) - 2.5f;
-      points.emplace_back(0.04f * x, 0.04f * y, 0.01f * x * y);
+      points.emplace_back(0.04f * x, 0.04f * y, 0);
       colors.push_back({0.5f + 0.2f * x, 0.5f + 0.2f * y, 0.5f - 0.2f * x, 1});
     }
     cloud.points = std::move(points);
     cloud.colors = std::move(colors);
     cloud.style = static_cast<PointStyle>(style);
     cloud.size = style == 0 ? 3 : 0.03f;
-    layer.drawables.push_back({at(style % 3, style / 3), cloud, {1, 1, 1, style == 4 ? 0.5f : 1}});
+    layer.drawables.push_back(
+        {at(style % 3, style / 3, 0.3), cloud, {1, 1, 1, style == 4 ? 0.5f : 1}});
   }
   expectGolden("clouds", {{layer}, {}});
 }
