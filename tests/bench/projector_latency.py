@@ -21,7 +21,7 @@ import tempfile
 import threading
 import time
 
-CODES = 4096  # colors that are told apart
+CODES = 32  # colors in turn; what takes longer than half of them counts as the next round
 TILT = (1, 0, 0, 0)  # the projector looks straight down
 
 
@@ -39,7 +39,8 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def write_configuration(folder, width, height):
+def write_configuration(folder, width, height, count):
+    size = max(3, int((width * height / max(count, 1)) ** 0.5) + 1)  # px, without gaps
     with open(os.path.join(folder, "lens.yaml"), "w") as file:
         file.write(f"""image_width: {width}
 image_height: {height}
@@ -52,11 +53,11 @@ projection_matrix: {{rows: 3, cols: 4, data: [{width}, 0, {width / 2}, 0, 0, {wi
 """)
     path = os.path.join(folder, "config.yaml")
     with open(path, "w") as file:
-        file.write("""fixed_frame: map
-projector: {camera_info: lens.yaml, frame: projector}
+        file.write(f"""fixed_frame: map
+projector: {{camera_info: lens.yaml, frame: projector}}
 layers:
-  - {topic: /marker, type: visualization_msgs/Marker}
-  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points, size: 4, color: rgb8}
+  - {{topic: /marker, type: visualization_msgs/Marker}}
+  - {{topic: /cloud, type: sensor_msgs/PointCloud2, style: points, size: {size}, color: rgb8}}
 """)
     return path
 
@@ -80,8 +81,8 @@ def start_master(folder):
 
 
 def color_of(code):
-    """Sixteen values a channel, in the middle of their range."""
-    return tuple(((code >> shift) & 15) * 16 + 8 for shift in (0, 4, 8))
+    """Eight values a channel, in the middle of their range."""
+    return tuple(((code >> shift) & 7) * 32 + 16 for shift in (0, 3, 6))
 
 
 def middle_code(buffer):
@@ -94,7 +95,7 @@ def middle_code(buffer):
     step = struct.unpack_from("<I", buffer, at + 1)[0]
     pixel = at + 9 + height // 2 * step + width // 2 * 3
     r, g, b = buffer[pixel:pixel + 3]
-    return (r >> 4) | (g >> 4) << 4 | (b >> 4) << 8
+    return (r >> 5) | (g >> 5) << 3 | (b >> 5) << 6
 
 
 class Watch:
@@ -150,8 +151,17 @@ def marker_sender(rospy):
 
 
 def cloud_sender(rospy, count, width, height):
+    """All clouds are serialized beforehand: Python is slow at that."""
+    import io
     import numpy
     from sensor_msgs.msg import PointCloud2, PointField
+
+    class Serialized(PointCloud2):
+        __slots__ = ["bytes"]
+
+        def serialize(self, buff):
+            buff.write(self.bytes)
+
     columns = int((count * width / height) ** 0.5)
     points = numpy.zeros(count, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
     index = numpy.arange(count)
@@ -161,14 +171,17 @@ def cloud_sender(rospy, count, width, height):
     cloud.header.frame_id = "map"
     cloud.fields = [PointField(name, 4 * i, PointField.FLOAT32, 1)
                     for i, name in enumerate(("x", "y", "z", "rgb"))]
-    publisher = rospy.Publisher("/cloud", PointCloud2, queue_size=1, tcp_nodelay=True)
-
-    def send(code):
+    messages = []
+    for code in range(CODES):
         r, g, b = color_of(code)
         points["rgb"] = r << 16 | g << 8 | b
         cloud.data = points.tobytes()
-        publisher.publish(cloud)
-    return publisher, send
+        buffer = io.BytesIO()
+        cloud.serialize(buffer)
+        messages.append(Serialized())
+        messages[-1].bytes = buffer.getvalue()
+    publisher = rospy.Publisher("/cloud", PointCloud2, queue_size=1, tcp_nodelay=True)
+    return publisher, lambda code: publisher.publish(messages[code])
 
 
 def resident_bytes(pid):
@@ -201,7 +214,8 @@ def report_memory(samples):
 
 def run(arguments, folder):
     width, height = (int(number) for number in arguments.size.split("x"))
-    config = write_configuration(folder, width, height)
+    count = arguments.cloud or (100000 if arguments.memory else 0)
+    config = write_configuration(folder, width, height, count)
     node = subprocess.Popen([arguments.node, f"_config:={config}", "_window:=false"])
     try:
         import rospy
@@ -209,8 +223,8 @@ def run(arguments, folder):
         kept = [transform(rospy)]
         watch = Watch()
         senders = []
-        if arguments.cloud or arguments.memory:
-            senders.append(cloud_sender(rospy, arguments.cloud or 100000, width, height))
+        if count:
+            senders.append(cloud_sender(rospy, count, width, height))
         if not arguments.cloud:
             senders.append(marker_sender(rospy))
         kept.append(rospy.Subscriber("/projector_node/image", rospy.AnyMsg, watch.see,
@@ -219,10 +233,10 @@ def run(arguments, folder):
             if node.poll() is not None:
                 sys.exit("projector_node has ended")
             time.sleep(0.05)
-        count = int(arguments.memory * 60 * arguments.hz) or arguments.messages
+        messages = int(arguments.memory * 60 * arguments.hz) or arguments.messages
         samples = []
         due = time.monotonic()
-        for number in range(count):
+        for number in range(messages):
             for _, send in senders:
                 watch.publish(number % CODES, send)
             if number % int(arguments.hz) == 0:
