@@ -67,7 +67,6 @@ void ProjectorScene::show(LayerState& layer, const ContentKey& key, const std_ms
                           Content content, ros::Time now) {
   content.frame = frameName(header.frame_id);
   content.stamp = header.stamp;
-  frames_.forget(toNs(now));
   layer.put(key, std::move(content), toNs(now), frames_);
 }
 
@@ -88,6 +87,7 @@ void ProjectorScene::add(std::size_t layer, const nav_msgs::Path& message, ros::
 void ProjectorScene::addContent(std::size_t index, const std_msgs::Header& header,
                                 Converted<Content> content, ros::Time now) {
   LayerState& layer = layers_[index];
+  frames_.forget(toNs(now));
   layer.countMessage();
   if (!content.value) return layer.drop(content.reason);
   if (!content.reason.empty()) layer.remark(content.reason);
@@ -110,12 +110,14 @@ ContentKey ProjectorScene::nextKey(std::size_t index) {
 // markers
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& message,
                          ros::Time now) {
+  frames_.forget(toNs(now));
   layers_[layer].countMessage();
   addMarker(layers_[layer], message, now);
 }
 
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArray& message,
                          ros::Time now) {
+  frames_.forget(toNs(now));  // once: markers of one message share what is looked up
   layers_[layer].countMessage();
   if (namesOneTwice(message)) layers_[layer].remark("an id twice in one array: the last is shown");
   for (const visualization_msgs::Marker& marker : message.markers) {
