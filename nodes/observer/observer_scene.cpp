@@ -32,6 +32,16 @@ std::optional<render::Image> toPicture(const sensor_msgs::Image& image) {
   return picture;
 }
 
+/// Negative focal lengths are those of a picture that is sent mirrored (projector_node): what
+/// mirror it is seen by, and K becomes that of the picture behind it.
+render::Mirror takeMirror(const sensor_msgs::CameraInfo& info, Eigen::Matrix3d& K) {
+  const bool columns = K(0, 0) < 0, rows = K(1, 1) < 0;
+  if (columns) K.row(0) = Eigen::RowVector3d(0, 0, info.width - 1.0) - K.row(0);
+  if (rows) K.row(1) = Eigen::RowVector3d(0, 0, info.height - 1.0) - K.row(1);
+  return columns ? (rows ? render::Mirror::Both : render::Mirror::Horizontal)
+                 : (rows ? render::Mirror::Vertical : render::Mirror::None);
+}
+
 }  // namespace
 
 ObserverScene::ObserverScene(RoomView room, const tf2::BufferCore& buffer)
@@ -44,8 +54,8 @@ void ObserverScene::addSolids(const visualization_msgs::MarkerArray& solids, ros
 }
 
 void ObserverScene::setLens(const sensor_msgs::CameraInfo& info) {
-  const Eigen::Matrix3d K =
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(info.K.data());
+  Eigen::Matrix3d K = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(info.K.data());
+  mirror_ = render::LightOutput({{}, 1, takeMirror(info, K)});
   try {
     lens_ = calib::makeLens(
         static_cast<int>(info.width), static_cast<int>(info.height), K, info.D,
@@ -96,6 +106,7 @@ void ObserverScene::throwLight(const Picture& picture, const Eigen::Isometry3d& 
     return drop("the projector's image has not the size of its lens");
   }
   light_ = {*lens_, Rigid<World, Projector>(T_world_projector).inverse(), *picture.image};
+  mirror_.apply(light_.image);
   light_ns_ = toNs(picture.header.stamp);
 }
 

@@ -18,6 +18,7 @@
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/projector/projector_scene.hpp"
+#include "render/light_output.hpp"
 
 namespace afterglow::nodes {
 
@@ -61,6 +62,7 @@ class ObserverScene {
   ProjectorScene solids_;
   std::optional<RobotModel> robot_;
   std::optional<calib::Lens> lens_;
+  render::LightOutput mirror_{{}};  ///< that the projector is seen by
   std::deque<Picture> waiting_;  ///< for the projector's pose, oldest first
   std::shared_ptr<const render::Image> newest_image_;
   render::ProjectedLight light_;

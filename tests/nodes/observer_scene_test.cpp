@@ -74,6 +74,24 @@ TEST_F(ObserverSceneTest, throwsTheLightFromWhereTheProjectorWas) {
   EXPECT_EQ(light->image.rgb.size(), std::size_t{kWidth} * kHeight * 3);
 }
 
+TEST_F(ObserverSceneTest, seesAMirroredPictureByItsMirror) {
+  auto mirrored = info();
+  mirrored.K[0] = -50;
+  mirrored.K[2] = kWidth - 1 - 30;
+  scene.setLens(mirrored);
+  place("projector_optical_frame", 1, at(0));
+  auto picture = image(at(0), 0);
+  picture.data[3 * 5] = 255;  // in the first row
+  scene.addImage(picture);
+  const render::ProjectedLight* light = scene.light(at(0));
+  ASSERT_NE(light, nullptr);
+  EXPECT_EQ(light->lens.K(0, 0), 50);
+  EXPECT_EQ(light->lens.K(0, 2), 30);
+  EXPECT_EQ(light->lens.K(1, 1), 50);
+  EXPECT_EQ(light->image.rgb[3 * (kWidth - 1 - 5)], 255);
+  EXPECT_EQ(scene.projectorImage()->rgb[3 * 5], 255);  // as it is sent
+}
+
 TEST_F(ObserverSceneTest, keepsAPictureUntilItsPoseIsKnown) {
   scene.setLens(info());
   place("projector_optical_frame", 1, at(0));
