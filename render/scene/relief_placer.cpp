@@ -16,7 +16,7 @@ constexpr double kHighest = 0.999;
 /// Light that is stopped this near to where it is to land, metres, is not stopped: noise.
 constexpr double kTouch = 0.01;
 constexpr double kFinest = 1.0 / 8;  // of a cell
-/// Small triangles whose corners land this many cells apart reach over something hidden.
+/// The smallest triangles whose corners land this many cells apart reach over something hidden.
 constexpr double kFarApart = 2;
 
 Eigen::Vector4f asFloats(const Rgba& color) {
@@ -175,8 +175,8 @@ void ReliefPlacer::add(const Triangle& triangle) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Vertex &a = vertices_[triangle[i]], &b = vertices_[triangle[(i + 1) % 3]];
     if (!a.spot || !b.spot) return;
-    const bool is_small = (a.foot - b.foot).norm() <= relief_->cell();
-    if (is_small && (*a.spot - *b.spot).norm() > kFarApart * relief_->cell()) return;
+    const bool is_finest = (a.foot - b.foot).norm() <= kFinest * relief_->cell();
+    if (is_finest && (*a.spot - *b.spot).norm() > kFarApart * relief_->cell()) return;
   }
   Triangle indices;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -1,186 +1,406 @@
-// The independent referee: a marker on the floor, rendered for a rig that it made up and thrown
-// back on the floor by it, lies where it should.
+// Every kind of shape, laid on floor and table by drape and by viewer, rendered for rigs that the
+// independent referee made up and thrown back into the room by it: outlines lie where the formulas
+// of projection put them, and nothing else is lit.
 #include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <opencv2/imgcodecs.hpp>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 
-#include "render/image_file.hpp"
 #include "tests/support/gl_context.hpp"
-#include "tests/support/optics.hpp"
-#include "tests/support/temp_folder.hpp"
+#include "tests/support/referee.hpp"
 
 namespace afterglow::render {
 namespace {
 
-const std::string kReferee = "../shared/tools/procam_sim.py";
-constexpr double kPatch = 0.4;        // m, side of the piece of floor that is looked at
-constexpr double kStep = 0.0005;      // m, a pixel of its picture
-constexpr double kTolerance = 0.001;  // m: what is asked for
+using Points = std::vector<Eigen::Vector3d>;
+using Outline = std::vector<Eigen::Vector2d>;
 
-int run(const std::string& command, const std::string& log) {
-  return std::system((command + " 2>> " + log).c_str());
-}
+constexpr double kWorstPixels = 0.3;  // of an outline's points
+constexpr double kWorstAt = 0.0005;   // m, on a screen 1.5 m away
+constexpr double kReach = 1.5;        // px around an outline that is looked at
+constexpr double kPatch = 0.46, kPitch = 0.11;
 
-struct Rig {
-  calib::Lens lens;
-  Rigid<World, Projector> T_world_projector;
+/// A shape and what it is the union of: convex bodies' points, in its own coordinates.
+struct Item {
+  Shape shape;
+  std::vector<Points> bodies;
+  bool lies_flat = false;  ///< along the surface's axes, whatever its pose; for drape
 };
 
-Rig readRig(const YAML::Node& rig) {
-  const auto K = rig["projector"]["K"].as<std::vector<double>>();
-  Rig result;
-  result.lens =
-      calib::makeLens(rig["projector"]["width"].as<int>(), rig["projector"]["height"].as<int>(),
-                      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(K.data()),
-                      rig["projector"]["D"].as<std::vector<double>>());
-  Eigen::Isometry3d T;
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      T.matrix()(row, column) = rig["T_world_projector"][row][column].as<double>();
+Points boxAt(const Eigen::Vector3d& center, const Eigen::Vector3d& size) {
+  Points points;
+  for (int i = 0; i < 8; ++i) {
+    points.emplace_back(center +
+                        Eigen::Vector3d(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5)
+                            .cwiseProduct(size));
+  }
+  return points;
+}
+
+Points ballAt(const Eigen::Vector3d& center, const Eigen::Vector3d& size) {
+  Points points;
+  for (int i = 0; i <= 120; ++i) {
+    for (int j = 0; j < 240; ++j) {
+      const double a = M_PI * i / 120, b = 2 * M_PI * j / 240;
+      const Eigen::Vector3d p(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
+      points.push_back(center + p.cwiseProduct(size) / 2);
     }
   }
-  result.T_world_projector = Rigid<World, Projector>(T);
-  return result;
+  return points;
 }
 
-/// Where the ray of a pixel meets the floor.
-Eigen::Vector2d onFloor(const Rig& rig, const Eigen::Vector2d& pixel) {
-  const Eigen::Vector3d eye = rig.T_world_projector * Eigen::Vector3d::Zero();
-  const Eigen::Vector3d ray = rig.T_world_projector * *calib::unproject(rig.lens, pixel) - eye;
-  return (eye - ray * eye.z() / ray.z()).head<2>();
+/// A ring across an axis: 0 around x, 2 around z.
+void addRing(Points& points, int axis, double at, double diameter) {
+  for (int i = 0; i < 360; ++i) {
+    const double u = diameter / 2 * std::cos(M_PI * i / 180);
+    const double v = diameter / 2 * std::sin(M_PI * i / 180);
+    points.push_back(axis == 0 ? Eigen::Vector3d(at, u, v) : Eigen::Vector3d(u, v, at));
+  }
 }
 
-class Referee : public test::GlTest {
+Points tube(int axis, double from, double to, double diameter) {
+  Points points;
+  addRing(points, axis, from, diameter);
+  addRing(points, axis, to, diameter);
+  return points;
+}
+
+std::vector<Item> solidItems() {
+  std::vector<Item> items;
+  items.push_back({Cube{{0.06f, 0.05f, 0.03f}}, {boxAt({0, 0, 0}, {0.06, 0.05, 0.03})}});
+  items.push_back({Sphere{{0.06f, 0.05f, 0.04f}}, {ballAt({0, 0, 0}, {0.06, 0.05, 0.04})}});
+  items.push_back({Cylinder{{0.05f, 0.05f, 0.04f}}, {tube(2, -0.02, 0.02, 0.05)}});
+  Points head = tube(0, 0.055, 0.055, 0.045);
+  head.emplace_back(0.075, 0, 0);
+  items.push_back({Arrow{0.075f, 0.024f, 0.045f, 0.02f}, {tube(0, 0, 0.055, 0.024), head}});
+  const PointList two = {{-0.024f, 0, 0}, {0.024f, 0.01f, 0.01f}};
+  const Eigen::Vector3d a = two[0].cast<double>(), b = two[1].cast<double>();
+  const Eigen::Vector3d size(0.025, 0.03, 0.02), large(0.04, 0.04, 0.04);
+  items.push_back({ShapeList{ShapeList::Kind::Cubes, two, {}, size.cast<float>()},
+                   {boxAt(a, size), boxAt(b, size)}});
+  items.push_back({ShapeList{ShapeList::Kind::Spheres, two, {}, large.cast<float>()},
+                   {ballAt(a, large), ballAt(b, large)}});
+  const Points triangle = {{-0.03, -0.02, 0}, {0.03, -0.025, 0.01}, {0, 0.03, -0.01}};
+  PointList corners;
+  for (const Eigen::Vector3d& p : triangle) corners.push_back(p.cast<float>());
+  items.push_back({Triangles{corners, {}}, {triangle}});
+  PointCloud cloud;
+  cloud.points = two;
+  cloud.size = 0.04f;
+  cloud.style = PointStyle::Boxes;
+  items.push_back({cloud, {boxAt(a, large), boxAt(b, large)}});
+  cloud.style = PointStyle::Spheres;
+  items.push_back({cloud, {ballAt(a, large), ballAt(b, large)}});
+  auto body = std::make_shared<Body>();
+  body->points = {{-0.5f, -0.3f, 0}, {0.5f, -0.5f, 0.2f}, {0.4f, 0.5f, 0}, {-0.5f, 0.4f, 0.1f}};
+  body->triangles = {{0, 1, 2}, {0, 2, 3}};
+  Points sheet;
+  for (const Eigen::Vector3f& p : body->points) sheet.push_back(p.cast<double>() * 0.06);
+  items.push_back({MeshInstance{body, {0.06f, 0.06f, 0.06f}, false}, {sheet}});
+  return items;
+}
+
+std::vector<Item> flatItems() {
+  std::vector<Item> items;
+  Lines lines;
+  lines.points = {{-0.03f, -0.02f, 0}, {0.03f, 0.02f, 0}};
+  lines.width = 0.024f;
+  const Eigen::Vector3d along(0.03, 0.02, 0),
+      across = Eigen::Vector3d(-2, 3, 0).normalized() * 0.012;
+  const Points bar = {-along - across, -along + across, along + across, along - across};
+  items.push_back({lines, {bar}, true});
+  lines.strip = false;
+  items.push_back({lines, {bar}, true});
+  for (const PointStyle style : {PointStyle::Squares, PointStyle::FlatSquares}) {
+    PointCloud cloud;
+    cloud.points = {{0, 0, 0}};
+    cloud.size = 0.05f;
+    cloud.size_y = 0.03f;
+    cloud.style = style;
+    items.push_back({cloud, {boxAt({0, 0, 0}, {0.05, 0.03, 0})}, true});
+  }
+  return items;
+}
+
+Outline hullOf(const Outline& points) {
+  std::vector<cv::Point2f> all, hull;
+  for (const auto& p : points) all.emplace_back(1e3 * p.x(), 1e3 * p.y());  // mm
+  cv::convexHull(all, hull);  // counterclockwise with y up
+  Outline outline;
+  for (const cv::Point2f& p : hull) outline.emplace_back(1e-3 * p.x, 1e-3 * p.y);
+  double area = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    area += a.x() * b.y() - a.y() * b.x();
+  }
+  if (area < 0) std::reverse(outline.begin(), outline.end());
+  return outline;
+}
+
+/// More than 0 inside; metres.
+double depthIn(const Outline& hull, const Eigen::Vector2d& p) {
+  double depth = 1e9;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Eigen::Vector2d &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const Eigen::Vector2d edge = (b - a).normalized(), to = p - a;
+    depth = std::min(depth, edge.x() * to.y() - edge.y() * to.x());
+  }
+  return depth;
+}
+
+/// A point of an outline away from corners.
+struct Sample {
+  Eigen::Vector2d p, normal;  ///< outwards
+};
+
+std::vector<Sample> samplesOf(const Outline& hull) {
+  constexpr double kTick = 0.001;
+  Outline dense;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const Eigen::Vector2d &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    const int pieces = std::max(1, static_cast<int>((b - a).norm() / kTick));
+    for (int j = 0; j < pieces; ++j) dense.emplace_back(a + (b - a) * (1.0 * j / pieces));
+  }
+  std::vector<Sample> samples;
+  const std::size_t n = dense.size(), reach = 5;
+  for (std::size_t i = 0; i < n; i += 4) {
+    const Eigen::Vector2d before = (dense[i] - dense[(i + n - reach) % n]).normalized();
+    const Eigen::Vector2d after = (dense[(i + reach) % n] - dense[i]).normalized();
+    if (before.dot(after) < std::cos(0.4)) continue;
+    const Eigen::Vector2d along = (before + after).normalized();
+    samples.push_back({dense[i], {along.y(), -along.x()}});
+  }
+  return samples;
+}
+
+/// One surface with things laid on it.
+struct Plane {
+  test::RefereeSurface surface;
+  Layer layer;
+  std::vector<std::vector<Outline>> items;  ///< outlines of each one's bodies, on the surface
+};
+
+class RefereeTest : public test::GlTest {
  protected:
   void SetUp() override {
-    GlTest::SetUp();
+    test::GlTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    if (!std::filesystem::exists(kReferee)) GTEST_SKIP() << kReferee << " is not here";
-    if (run(kReferee + " --help > " + folder_.path("help"), folder_.path("log")) != 0) {
-      GTEST_SKIP() << kReferee << " does not run: python3-numpy, -opencv or -yaml is missing";
-    }
+    const std::string absence = test::Referee::absence();
+    if (!absence.empty()) GTEST_SKIP() << absence;
   }
 
-  /// What lands on the floor around `center`, 0 to 1, row by row from y's greatest.
-  cv::Mat throwBack(YAML::Node rig, const Eigen::Vector2d& center, const Image& frame) {
-    YAML::Node T(YAML::NodeType::Sequence);
-    const Eigen::Matrix4d M =
-        (Eigen::Translation3d(center.x(), center.y(), 0) * Eigen::Isometry3d::Identity()).matrix();
-    for (int row = 0; row < 4; ++row) {
-      for (int column = 0; column < 4; ++column) T[row][column] = M(row, column);
+  /// A patch at some height where the pixel's ray meets it.
+  static test::RefereeSurface patchAt(const std::string& name, const test::Referee& referee,
+                                      const Eigen::Vector2d& share, double height,
+                                      const Eigen::Matrix3d& R) {
+    const Eigen::Vector2d pixel =
+        share.cwiseProduct(Eigen::Vector2d(referee.lens.width, referee.lens.height));
+    const Eigen::Vector3d eye = referee.T_world_projector * Eigen::Vector3d::Zero();
+    const Eigen::Vector3d way =
+        referee.T_world_projector * *calib::unproject(referee.lens, pixel) - eye;
+    test::RefereeSurface patch{name, Eigen::Isometry3d::Identity(), kPatch, kPatch};
+    patch.T_world_surface.translation() = eye + way * ((height - eye.z()) / way.z());
+    patch.T_world_surface.linear() = R;
+    return patch;
+  }
+
+  /// Where placement puts a point: formulas of their own.
+  static Eigen::Vector2d landing(const Plane& plane, const Eigen::Vector3d& p_world) {
+    const Eigen::Isometry3d T = plane.surface.T_world_surface.inverse();
+    const Eigen::Vector3d p = T * p_world;
+    if (plane.layer.placement == Placement::Drape) return p.head<2>();
+    const Eigen::Vector3d eye = T * plane.layer.p_viewer;
+    return eye.head<2>() + (p - eye).head<2>() * (eye.z() / (eye.z() - p.z()));
+  }
+
+  static Plane makePlane(const test::RefereeSurface& surface, Placement placement, bool has_table) {
+    Plane plane;
+    plane.surface = surface;
+    plane.layer.name = surface.name;
+    plane.layer.placement = placement;
+    plane.layer.p_viewer =
+        surface.T_world_surface * Eigen::Vector3d(0.5, -1.2, has_table ? 1.0 : 1.4);
+    const double side = has_table ? kPatch / 2 : 3;  // the floor is larger than its patch
+    plane.layer.surface =
+        SurfacePatch{surface.name,
+                     Rigid<World, Surface>(surface.T_world_surface),
+                     {{-side, -side}, {side, -side}, {side, side}, {-side, side}}};
+    std::vector<Item> items = solidItems();
+    if (placement == Placement::Drape) {
+      for (Item& item : flatItems()) items.push_back(std::move(item));
     }
-    rig["surfaces"][0]["T_world_surface"] = T;
-    rig["surfaces"][0]["size"] = std::vector<double>{kPatch, kPatch};
-    std::ofstream(folder_.path("patch.yaml")) << rig;
-    writePng(folder_.path("frame.png"), frame);
-    const int status = run(kReferee + " topview --surface floor --mm-per-px 0.5 --frame " +
-                               folder_.path("frame.png") + " --truth " +
-                               folder_.path("patch.yaml") + " --out " + folder_.path("top.png"),
-                           folder_.path("log"));
-    EXPECT_EQ(status, 0);
-    cv::Mat top;
-    cv::imread(folder_.path("top.png"), cv::IMREAD_GRAYSCALE).convertTo(top, CV_64F, 1 / 255.0);
-    return top;
+    for (std::size_t i = 0; i < items.size(); ++i) addItem(plane, items[i], i);
+    return plane;
+  }
+
+  static void addItem(Plane& plane, const Item& item, std::size_t index) {
+    const double height = 0.05 + 0.02 * static_cast<double>(index % 4);
+    const Eigen::Vector3d cell(kPitch * (static_cast<double>(index % 4) - 1.5),
+                               kPitch * (static_cast<double>(index / 4) - 1.5), 0);
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() = cell + Eigen::Vector3d(0, 0, height);
+    if (plane.layer.placement == Placement::Viewer) {
+      const Eigen::Vector3d eye = plane.surface.T_world_surface.inverse() * plane.layer.p_viewer;
+      T.translation() = cell + (eye - cell) * (height / eye.z());
+    }
+    if (!item.lies_flat) {
+      T.linear() =
+          (Eigen::AngleAxisd(0.7 + 0.4 * static_cast<double>(index), Eigen::Vector3d::UnitZ()) *
+           Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()))
+              .toRotationMatrix();
+    }
+    const Eigen::Isometry3d pose = plane.surface.T_world_surface * T;
+    plane.layer.drawables.push_back({Rigid<World, World>(pose), item.shape, {}});
+    std::vector<Outline> outlines;
+    for (const Points& body : item.bodies) {
+      Outline points;
+      for (const Eigen::Vector3d& p : body) points.push_back(landing(plane, pose * p));
+      outlines.push_back(hullOf(points));
+    }
+    plane.items.push_back(std::move(outlines));
   }
 
   static double light(const cv::Mat& top, const Eigen::Vector2d& p) {
-    const double x = (p.x() + kPatch / 2) / kStep - 0.5, y = (kPatch / 2 - p.y()) / kStep - 0.5;
+    const double x = (p.x() + kPatch / 2) / test::Referee::kStep - 0.5;
+    const double y = (kPatch / 2 - p.y()) / test::Referee::kStep - 0.5;
     const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
+    if (x0 < 0 || y0 < 0 || x0 + 1 >= top.cols || y0 + 1 >= top.rows) return 0;
     const double a = x - x0, b = y - y0;
     const auto at = [&](int row, int column) { return top.at<double>(row, column); };
     return (at(y0, x0) * (1 - a) + at(y0, x0 + 1) * a) * (1 - b) +
            (at(y0 + 1, x0) * (1 - a) + at(y0 + 1, x0 + 1) * a) * b;
   }
 
-  static Eigen::Vector2d centroid(const cv::Mat& top) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double weight = 0;
-    for (int row = 0; row < top.rows; ++row) {
-      for (int column = 0; column < top.cols; ++column) {
-        const double w = top.at<double>(row, column);
-        sum += w * Eigen::Vector2d((column + 0.5) * kStep - kPatch / 2,
-                                   kPatch / 2 - (row + 0.5) * kStep);
-        weight += w;
-      }
-    }
-    return sum / weight;
-  }
-
   /// How far outwards from a point on an outline light falls to one half.
-  static double edgeOffset(const cv::Mat& top, const Eigen::Vector2d& p, const Eigen::Vector2d& n) {
-    constexpr double kReach = 0.012, kTick = 0.0001;
-    double offset = -kReach;
-    while (offset < kReach && light(top, p + n * offset) > 0.5) offset += kTick;
+  static double edgeOffset(const cv::Mat& top, const Sample& sample, double pixel) {
+    const double tick = pixel / 50;
+    double offset = -kReach * pixel;
+    while (offset < kReach * pixel && light(top, sample.p + sample.normal * offset) > 0.5) {
+      offset += tick;
+    }
     return offset;
   }
 
-  void expectLands(const std::string& kind, int seed, const Eigen::Vector2d& share) {
-    SCOPED_TRACE(kind + " " + std::to_string(seed));
-    ASSERT_EQ(run(kReferee + " rig --kind " + kind + " --seed " + std::to_string(seed) + " > " +
-                      folder_.path("rig.yaml"),
-                  folder_.path("log")),
-              0);
-    const YAML::Node yaml = YAML::LoadFile(folder_.path("rig.yaml"));
-    const Rig rig = readRig(yaml);
-    const Eigen::Vector2d at = share.cwiseProduct(Eigen::Vector2d(rig.lens.width, rig.lens.height));
-    const Eigen::Vector2d center = onFloor(rig, at);
-
-    const Eigen::Vector2d size(0.16, 0.1);
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.translation() << center.x(), center.y(), 0.05;
-    const Eigen::Matrix2d R = Eigen::Rotation2Dd(0.5).toRotationMatrix();
-    T.linear().topLeftCorner<2, 2>() = R;
-    Layer layer;
-    layer.name = "/marker";
-    layer.placement = Placement::Drape;
-    layer.surface = SurfacePatch{"floor", {}, {}};
-    layer.drawables = {{Rigid<World, World>(T),
-                        Cube{Eigen::Vector3d(size.x(), size.y(), 0.03).cast<float>()},
-                        {}}};
-    const Image frame =
-        ProjectorRenderer(context(), rig.lens).render({{layer}}, rig.T_world_projector.inverse());
-    const cv::Mat top = throwBack(yaml, center, frame);
-    ASSERT_FALSE(top.empty());
-
-    const Eigen::Vector2d found = centroid(top);
-    double worst = 0, sum = 0;
-    int count = 0;
-    for (const Eigen::Vector2d& n : {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
-                                     Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)}) {
-      const Eigen::Vector2d along(n.y(), n.x());
-      for (int i = -8; i <= 8; ++i) {
-        const Eigen::Vector2d p = (n + along * (i / 10.0)).cwiseProduct(size) / 2;
-        const double offset = edgeOffset(top, R * p, R * n);
-        worst = std::max(worst, std::abs(offset));
-        sum += std::abs(offset);
-        ++count;
-      }
-    }
-    std::printf("%-11s seed %d: centroid %.2f mm off, edges %.2f mm on average, %.2f mm at most\n",
-                kind.c_str(), seed, 1e3 * found.norm(), 1e3 * sum / count, 1e3 * worst);
-    EXPECT_LT(found.norm(), kTolerance);
-    // An edge is drawn to a quarter of a pixel, which is all that a coarse pixel can show.
-    const double pixel = std::max((onFloor(rig, at + Eigen::Vector2d(1, 0)) - center).norm(),
-                                  (onFloor(rig, at + Eigen::Vector2d(0, 1)) - center).norm());
-    EXPECT_LT(worst, std::max(kTolerance, 0.3 * pixel)) << "a pixel is " << pixel << " m";
-    EXPECT_LT(sum / count, kTolerance);
+  static Eigen::Vector2d pixelOf(const test::Referee& referee, const Plane& plane,
+                                 const Eigen::Vector2d& p) {
+    const Eigen::Vector3d p_world =
+        plane.surface.T_world_surface * Eigen::Vector3d(p.x(), p.y(), 0);
+    return *calib::project(referee.lens, referee.T_world_projector.inverse() * p_world);
   }
 
-  test::TempFolder folder_;
+  /// The longer side of one, there.
+  static double pixelSize(const test::Referee& referee, const Plane& plane) {
+    constexpr double kStep = 0.01;
+    const Eigen::Vector2d middle = pixelOf(referee, plane, {0, 0});
+    return kStep / std::min((pixelOf(referee, plane, {kStep, 0}) - middle).norm(),
+                            (pixelOf(referee, plane, {0, kStep}) - middle).norm());
+  }
+
+  /// Whether no corner and no other body is near, so that nothing but this edge is seen.
+  static bool isFree(const Plane& plane, const Outline& outline, const Sample& sample,
+                     double pixel) {
+    for (const std::vector<Outline>& item : plane.items) {
+      for (const Outline& other : item) {
+        if (&other != &outline && depthIn(other, sample.p) > -2 * kReach * pixel) return false;
+      }
+    }
+    return depthIn(outline, sample.p - sample.normal * kReach * pixel) > 0.95 * kReach * pixel;
+  }
+
+  static void expectOutlines(const test::Referee& referee, const Plane& plane, const cv::Mat& top) {
+    double worst = 0, sum = 0;
+    int count = 0;
+    const double pixel = pixelSize(referee, plane);
+    for (std::size_t i = 0; i < plane.items.size(); ++i) {
+      double worst_of_item = 0;
+      int count_of_item = 0;
+      for (const Outline& outline : plane.items[i]) {
+        for (const Sample& sample : samplesOf(outline)) {
+          if (!isFree(plane, outline, sample, pixel)) continue;
+          const double offset = edgeOffset(top, sample, pixel);
+          const double pixels = (pixelOf(referee, plane, sample.p + sample.normal * offset) -
+                                 pixelOf(referee, plane, sample.p))
+                                    .norm();
+          worst_of_item = std::max(worst_of_item, pixels);
+          sum += pixels;
+          ++count_of_item;
+        }
+      }
+      EXPECT_GT(count_of_item, 5) << "item " << i;
+      EXPECT_LT(worst_of_item, kWorstPixels) << "item " << i << " on the " << plane.surface.name;
+      worst = std::max(worst, worst_of_item);
+      count += count_of_item;
+    }
+    const double metres = worst * 1.5 / referee.lens.K(0, 0);
+    std::printf(
+        "%s, %zu things: outlines %.3f px off on average, %.3f at most (%.2f mm at 1.5 m)\n",
+        plane.surface.name.c_str(), plane.items.size(), sum / count, worst, 1e3 * metres);
+    EXPECT_LT(metres, kWorstAt) << "on the " << plane.surface.name;
+  }
+
+  /// Two pixels away from all outlines nothing is lit.
+  static void expectDarkAround(const test::Referee& referee, const Plane& plane,
+                               const cv::Mat& top) {
+    const double pixel = pixelSize(referee, plane);
+    int spilled = 0;
+    for (int row = 2; row < top.rows; row += 5) {
+      for (int column = 2; column < top.cols; column += 5) {
+        const Eigen::Vector2d p((column + 0.5) * test::Referee::kStep - kPatch / 2,
+                                kPatch / 2 - (row + 0.5) * test::Referee::kStep);
+        if (top.at<double>(row, column) < 0.1) continue;
+        const bool is_meant = std::any_of(
+            plane.items.begin(), plane.items.end(), [&](const std::vector<Outline>& outlines) {
+              return std::any_of(outlines.begin(), outlines.end(), [&](const Outline& outline) {
+                return depthIn(outline, p) > -2 * pixel;
+              });
+            });
+        spilled += is_meant ? 0 : 1;
+      }
+    }
+    EXPECT_EQ(spilled, 0) << "on the " << plane.surface.name;
+  }
+
+  void expectLands(const std::string& kind, int seed, Placement placement,
+                   const Eigen::Vector2d& floor_share, const Eigen::Vector2d& table_share) {
+    SCOPED_TRACE(kind + " " + std::to_string(seed));
+    test::Referee referee(kind, seed);
+    const Eigen::Matrix3d tilted = (Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(0.15, Eigen::Vector3d::UnitX()))
+                                       .toRotationMatrix();
+    const Plane floor = makePlane(
+        patchAt("floor", referee, floor_share, 0, Eigen::Matrix3d::Identity()), placement, false);
+    const Plane table =
+        makePlane(patchAt("table", referee, table_share, 0.35, tilted), placement, true);
+    Scene scene;
+    scene.layers = {floor.layer, table.layer};
+    scene.surfaces = {*floor.layer.surface, *table.layer.surface};
+    // What lies on the floor under the table has no light to give to the table.
+    scene.layers.insert(scene.layers.begin(), floor.layer);
+    for (Drawable& drawable : scene.layers[0].drawables) {
+      Eigen::Isometry3d T = drawable.pose.matrix();
+      T.translation().head<2>() += table.surface.T_world_surface.translation().head<2>() -
+                                   floor.surface.T_world_surface.translation().head<2>();
+      drawable.pose = Rigid<World, World>(T);
+    }
+    const Image frame = ProjectorRenderer(context(), referee.lens)
+                            .render(scene, referee.T_world_projector.inverse());
+    const std::vector<test::RefereeSurface> room = {floor.surface, table.surface};
+    std::printf("%s %d, %s: ", kind.c_str(), seed,
+                placement == Placement::Drape ? "drape" : "viewer");
+    for (const Plane* plane : {&floor, &table}) {
+      const cv::Mat top = referee.topView(frame, room, plane->surface.name);
+      ASSERT_FALSE(top.empty());
+      expectOutlines(referee, *plane, top);
+      if (plane == &table) expectDarkAround(referee, *plane, top);
+    }
+  }
 };
 
-TEST_F(Referee, markerLandsWithinAMillimetreOnAllKindsOfRigs) {
-  expectLands("standard", 1, {0.5, 0.5});
-  expectLands("standard", 2, {0.8, 0.8});
-  expectLands("lens_shift", 3, {0.5, 0.6});
-  expectLands("lens_shift", 4, {0.15, 0.85});
-  expectLands("wide", 5, {0.5, 0.55});
-  expectLands("wide", 6, {0.15, 0.85});
-  expectLands("short_throw", 7, {0.8, 0.9});
+TEST_F(RefereeTest, outlinesOfAllShapesLandOnFloorAndTable) {
+  expectLands("standard", 2, Placement::Drape, {0.75, 0.7}, {0.25, 0.4});
+  expectLands("lens_shift", 4, Placement::Viewer, {0.75, 0.75}, {0.25, 0.4});
+  expectLands("wide", 6, Placement::Drape, {0.15, 0.85}, {0.6, 0.5});
+  expectLands("short_throw", 7, Placement::Viewer, {0.8, 0.9}, {0.4, 0.6});
 }
 
 }  // namespace

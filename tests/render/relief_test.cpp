@@ -289,7 +289,7 @@ TEST(ReliefPlacer, leavesNoCracks) {
     ReliefPlacer placer;
     placer.begin(layer, pose(layer) * kAbove);
     LaidMesh laid;
-    const Eigen::Vector2d low(-0.3, -0.2), high(0.15, 0.25);
+    const Eigen::Vector2d low(-0.3, -0.2), high(0.4, 0.25);  // over bump and step
     placer.lay(rectangle(layer, {low.x(), low.y(), 0}, {high.x(), high.y(), 0}), laid);
     using Place = std::array<double, 3>;
     std::map<std::pair<Place, Place>, int> edges;
