@@ -26,6 +26,7 @@ std::uint32_t queueOf(const LayerConfig& layer) {
   return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;
 }
 
+const std::string kOwnProblem = "projector: ";  // not one of the whole scene's
 constexpr std::uint64_t kJumpNs = 500'000'000;  // less is a clock being set right
 
 /// ~monitor is for the only projector.
@@ -279,7 +280,7 @@ void ProjectorNode::publishDiagnostics() {
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     std::vector<std::string>& problems = state.outputs[i].problems;
     const std::string window_problem = outputs_[i]->windowProblem();
-    if (!window_problem.empty()) problems.insert(problems.begin(), "projector: " + window_problem);
+    if (!window_problem.empty()) problems.insert(problems.begin(), kOwnProblem + window_problem);
   }
   const LayerStatus transforms = inbox_.status();
   if (!transforms.dropped.empty() || !transforms.remarks.empty())
@@ -293,8 +294,12 @@ void ProjectorNode::publishDiagnostics() {
 
 void ProjectorNode::logFaults(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& output : state.outputs) {
-    problems.insert(problems.end(), output.problems.begin(), output.problems.end());
+  for (const auto& [name, renderer, of_picture] : state.outputs) {
+    for (const std::string& problem : of_picture) {
+      const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
+      problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())
+                                : problem);
+    }
   }
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
