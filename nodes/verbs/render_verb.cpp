@@ -1,7 +1,6 @@
 #include "nodes/verbs/render_verb.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -16,17 +15,15 @@
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/video_writer.hpp"
+#include "nodes/verbs/behavior_source.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/gl/renderer.hpp"
 #include "render/image_file.hpp"
-#include "replay/bag_file.hpp"
-#include "replay/store.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-using replay::Behavior;
 using replay::Stamp;
 
 struct Options {
@@ -44,38 +41,6 @@ struct Options {
 
 /// How finely the last lit moment is looked for.
 constexpr std::int64_t kSearchStepNs = 100'000'000;
-
-/// A behavior and the store it lies in.
-struct Source {
-  std::unique_ptr<replay::Store> store;
-  Behavior behavior;
-  std::string name;  // for people
-};
-
-Source openBag(const std::string& path) {
-  Source source;
-  source.store = replay::openMemoryStore();
-  Progress progress("reading the bag");
-  replay::BagImport import;
-  import.progress = [&progress](std::uint64_t done, std::uint64_t total) {
-    progress.update(done, total);
-};
-source.behavior = replay::importBag(path, *source.store, import).behavior;
-source.name = path;
-return source;
-}  // namespace
-
-Source openSource(const Options& options) {
-  std::int64_t id = 0;
-  const char* end = options.what.data() + options.what.size();
-  const auto [rest, error] = std::from_chars(options.what.data(), end, id);
-  if (error != std::errc() || rest != end) return openBag(options.what);
-  Source source;
-  source.store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  source.behavior = findBehavior(*source.store, options.store, id);
-  source.name = "behavior " + std::to_string(id) + " '" + source.behavior.name + "'";
-  return source;
-}
 
 bool isLit(const render::Image& image) {
   return std::any_of(image.rgb.begin(), image.rgb.end(),
@@ -118,7 +83,7 @@ ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
 /// Draws one behavior at its moments.
 class BehaviorPictures {
  public:
-  BehaviorPictures(Source source, const Options& options)
+  BehaviorPictures(BehaviorSource source, const Options& options)
       : source_(std::move(source)),
         config_(ofProjector(loadProjectorConfig(options.config, options.calibration),
                             options.projector)),
@@ -245,7 +210,7 @@ class BehaviorPictures {
     return last;
   }
 
-  Source source_;
+  BehaviorSource source_;
   ProjectorConfig config_;
   render::LightOutput light_;
   std::string remark_;
@@ -264,7 +229,7 @@ std::string checkEnding(const std::string& path) {
 }
 
 void runRender(const Options& options) {
-  BehaviorPictures pictures(openSource(options), options);
+  BehaviorPictures pictures(openBehavior(options.what, options.store), options);
   if (isVideo(options.out)) {
     pictures.writeVideo(options.out, options.fps);
   } else {
@@ -276,7 +241,7 @@ void runRender(const Options& options) {
   }
 }
 
-}  // namespace afterglow::nodes
+}  // namespace
 
 void addRenderVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
