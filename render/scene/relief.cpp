@@ -17,6 +17,7 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr Relief::Range kNothing{std::numeric_limits<float>::infinity(),
                                  -std::numeric_limits<float>::infinity(), false};
 constexpr double kMostNodes = 4e6;
+constexpr std::size_t kBlock = 3;  // the level whose cells are passed over at once: 8 x 8
 /// Rays start and end this far beyond the heights, metres, so that rounding loses none of them.
 constexpr double kMargin = 1e-4;
 
@@ -151,6 +152,37 @@ std::optional<double> Relief::hitInCell(const Step& step, bool was_above, bool& 
   return step.begin + first * (step.end - step.begin);
 }
 
+/// Over a block of cells that are all lower and known, in one step.
+bool Relief::passOver(Step& step) const {
+  if (levels_.size() <= kBlock) return false;
+  const Level& blocks = levels_[kBlock];
+  const Eigen::Array2i cell(step.column, step.row), block(cell / (1 << kBlock));
+  const Range& range =
+      blocks.cells[static_cast<std::size_t>(block.y() * blocks.columns + block.x())];
+  if (!range.is_complete) return false;
+  double end = kInfinity;
+  int axis = 0;
+  for (int i = 0; i < 2; ++i) {
+    const double d = step.direction[i];
+    if (d == 0) continue;
+    const double border = (block[i] + (d > 0 ? 1 : 0)) * (1 << kBlock);
+    const double share = (border - step.from[i]) / d;
+    if (share < end) axis = i;
+    end = std::min(end, share);
+  }
+  if (!(end > step.begin && end < kInfinity)) return false;
+  if (step.from.z() + step.direction.z() * end <= range.greatest) return false;
+  const bool is_upwards = step.direction[axis] > 0;
+  const double other = step.from[1 - axis] + step.direction[1 - axis] * end;
+  const int along = (block[axis] + (is_upwards ? 1 : 0)) * (1 << kBlock) - (is_upwards ? 0 : 1);
+  const int low = block[1 - axis] * (1 << kBlock);
+  const int across = std::clamp(static_cast<int>(std::floor(other)), low, low + (1 << kBlock) - 1);
+  step.begin = end;
+  step.column = axis == 0 ? along : across;
+  step.row = axis == 0 ? across : along;
+  return true;
+}
+
 std::optional<Eigen::Vector3d> Relief::firstHit(const Eigen::Vector3d& from,
                                                 const Eigen::Vector3d& direction) const {
   if (range().isEmpty() || !(direction.z() < 0)) return std::nullopt;
@@ -184,6 +216,10 @@ std::optional<Eigen::Vector3d> Relief::firstHit(const Eigen::Vector3d& from,
   bool was_above = from.z() > range().greatest;
   while (step.begin < end && step.column >= 0 && step.column < columns_ - 1 && step.row >= 0 &&
          step.row < rows_ - 1) {
+    if (passOver(step)) {
+      was_above = true;
+      continue;
+    }
     const double next_x = border(0, step.column), next_y = border(1, step.row);
     step.end = std::max(step.begin, std::min({next_x, next_y, end}));
     const std::size_t cell =

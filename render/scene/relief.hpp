@@ -51,6 +51,7 @@ class Relief {
   struct Step;
 
   void addLevels();
+  bool passOver(Step& step) const;
   double heightInCell(int column, int row, const Eigen::Vector2d& grid) const;
   std::optional<double> hitInCell(const Step& step, bool was_above, bool& is_lost) const;
 

@@ -74,6 +74,7 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) {
   out.mesh.clear();
   out.heights.clear();
   vertices_.clear();
+  edges_.clear();
   if (relief_->range().isEmpty()) return;
   out_ = &out;
   const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
@@ -92,7 +93,8 @@ std::uint32_t ReliefPlacer::addBetween(std::uint32_t a, std::uint32_t b, double 
   const Vertex &from = vertices_[a], &to = vertices_[b];
   const Eigen::Vector3d p = from.p * (1 - share) + to.p * share;
   const auto s = static_cast<float>(share);
-  return addVertex(p, from.color * (1 - s) + to.color * s);
+  const Eigen::Vector4f color = from.color * (1 - s) + to.color * s;
+  return addVertex(p, color);
 }
 
 /// What is as high as the eye or higher has no place below it.
@@ -114,9 +116,21 @@ void ReliefPlacer::layBelowEye(const Triangle& triangle) {
   for (std::size_t i = 2; i < count; ++i) split({kept[0], kept[i - 1], kept[i]}, 0);
 }
 
-/// How long this edge may be on the ground. Looks at all that its light can meet, and at nothing
-/// but the edge, so that its other side decides the same.
-double ReliefPlacer::longestAllowed(const Vertex& a, const Vertex& b, bool& is_empty) const {
+ReliefPlacer::Edge& ReliefPlacer::edge(std::uint32_t a, std::uint32_t b) {
+  const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+  const auto [entry, is_new] = edges_.try_emplace(key, Edge{0, false, kNoIndex});
+  if (is_new) judge(entry->second, a, b);
+  return entry->second;
+}
+
+std::uint32_t ReliefPlacer::middle(Edge& edge, std::uint32_t a, std::uint32_t b) {
+  if (edge.middle == kNoIndex) edge.middle = addBetween(a, b, 0.5);
+  return edge.middle;
+}
+
+/// Looks at all that the edge's light can meet.
+void ReliefPlacer::judge(Edge& edge, std::uint32_t from, std::uint32_t to) {
+  const Vertex a = vertices_[from], b = vertices_[to];
   const Relief::Range& all = relief_->range();
   Eigen::Array2d low = a.foot.array().min(b.foot.array());
   Eigen::Array2d high = a.foot.array().max(b.foot.array());
@@ -128,10 +142,14 @@ double ReliefPlacer::longestAllowed(const Vertex& a, const Vertex& b, bool& is_e
     for (const Vertex* vertex : {&a, &b}) include(footOf(vertex->p, all.greatest));
   }
   const Relief::Range under = relief_->range(low, high);
-  is_empty = under.isEmpty();
-  if (is_empty) return std::numeric_limits<double>::infinity();
+  const double any = std::numeric_limits<double>::infinity();
+  const double cell = relief_->cell();
+  edge.is_empty = under.isEmpty();
+  edge.allowed = any;
+  if (edge.is_empty) return;
   if (!under.is_complete || a.spot.has_value() != b.spot.has_value()) {
-    return relief_->cell() * kFinest;
+    edge.allowed = cell * kFinest;
+    return;
   }
   // What may stand in the light's way, between the ground and the greatest height.
   const double rise = p_light_.z() - all.least;
@@ -139,13 +157,15 @@ double ReliefPlacer::longestAllowed(const Vertex& a, const Vertex& b, bool& is_e
   const std::array<Eigen::Vector2d, 2> corners = {low.matrix(), high.matrix()};
   for (const Eigen::Vector2d& p : corners) include(p + (p_light_.head<2>() - p) * share);
   const Relief::Range around = relief_->range(low, high);
-  const double any = std::numeric_limits<double>::infinity();
-  if (around.greatest - around.least <= kTolerance) return any;
-  if ((a.foot - b.foot).norm() > relief_->cell()) return relief_->cell();
-  if (!a.spot) return any;
-  const auto middle = landing((a.p + b.p) / 2);
-  const bool follows = middle && (*middle - (*a.spot + *b.spot) / 2).norm() <= kTolerance;
-  return follows ? any : relief_->cell() * kFinest;
+  if (around.greatest - around.least <= kTolerance) return;
+  const double length = (a.foot - b.foot).norm();
+  if (length > cell) {
+    edge.allowed = cell;
+  } else if (length > cell * kFinest && a.spot) {
+    const auto& spot = vertices_[middle(edge, from, to)].spot;
+    const bool follows = spot && (*spot - (*a.spot + *b.spot) / 2).norm() <= kTolerance;
+    edge.allowed = follows ? any : cell * kFinest;
+  }
 }
 
 void ReliefPlacer::split(const Triangle& triangle, int depth) {
@@ -153,12 +173,11 @@ void ReliefPlacer::split(const Triangle& triangle, int depth) {
   double length = 0;
   bool is_empty = true;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vertex &a = vertices_[triangle[i]], &b = vertices_[triangle[(i + 1) % 3]];
-    bool is_edge_empty = false;
-    const double allowed = longestAllowed(a, b, is_edge_empty);
-    is_empty = is_empty && is_edge_empty;
-    const double own = (a.foot - b.foot).norm();
-    if (own <= std::max(allowed, length)) continue;
+    const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
+    const Edge& between = edge(a, b);
+    is_empty = is_empty && between.is_empty;
+    const double own = (vertices_[a].foot - vertices_[b].foot).norm();
+    if (own <= std::max(between.allowed, length)) continue;
     length = own;
     longest = i;
   }
@@ -166,9 +185,9 @@ void ReliefPlacer::split(const Triangle& triangle, int depth) {
   if (longest == 3 || depth == kMaxSplits) return add(triangle);
   const std::uint32_t from = triangle[longest], to = triangle[(longest + 1) % 3];
   const std::uint32_t other = triangle[(longest + 2) % 3];
-  const std::uint32_t middle = addBetween(from, to, 0.5);
-  split({from, middle, other}, depth + 1);
-  split({middle, to, other}, depth + 1);
+  const std::uint32_t between = middle(edge(from, to), from, to);
+  split({from, between, other}, depth + 1);
+  split({between, to, other}, depth + 1);
 }
 
 void ReliefPlacer::add(const Triangle& triangle) {

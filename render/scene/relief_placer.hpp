@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "render/scene/mesh.hpp"
@@ -49,6 +50,12 @@ class ReliefPlacer {
     std::optional<Eigen::Vector3d> spot;  ///< on the relief; absent: dark
     std::uint32_t index;                  ///< in the output, once it is there
   };
+  /// Between two vertices; found once, for both triangles that it belongs to.
+  struct Edge {
+    double allowed = 0;     ///< how long it may be on the ground
+    bool is_empty = false;  ///< nothing is known around it
+    std::uint32_t middle;   ///< a vertex, once it is there
+  };
   using Triangle = std::array<std::uint32_t, 3>;
 
   std::optional<Eigen::Vector3d> landing(const Eigen::Vector3d& p) const;
@@ -58,7 +65,9 @@ class ReliefPlacer {
   std::uint32_t addBetween(std::uint32_t a, std::uint32_t b, double share);
   void layBelowEye(const Triangle& triangle);
   void split(const Triangle& triangle, int depth);
-  double longestAllowed(const Vertex& a, const Vertex& b, bool& is_empty) const;
+  Edge& edge(std::uint32_t a, std::uint32_t b);
+  std::uint32_t middle(Edge& edge, std::uint32_t a, std::uint32_t b);
+  void judge(Edge& edge, std::uint32_t a, std::uint32_t b);
   void add(const Triangle& triangle);
 
   const Layer* layer_ = nullptr;
@@ -67,6 +76,7 @@ class ReliefPlacer {
   Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero(), p_eye_ = Eigen::Vector3d::Zero();
   bool has_eye_ = false;
   std::vector<Vertex> vertices_;
+  std::unordered_map<std::uint64_t, Edge> edges_;  ///< by both vertices, the lesser one first
   LaidMesh* out_ = nullptr;
 };
 
