@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "render/scene/closed_body.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/referee.hpp"
 
@@ -97,6 +98,13 @@ std::vector<Item> solidItems() {
   Points sheet;
   for (const Eigen::Vector3f& p : body->points) sheet.push_back(p.cast<double>() * 0.06);
   items.push_back({MeshInstance{body, {0.06f, 0.06f, 0.06f}, false}, {sheet}});
+  auto closed = std::make_shared<Body>();
+  closed->points = {{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0, 0.5f, 0}, {0.2f, 0, 1}};
+  closed->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  findWhetherClosed(*closed);
+  Points pyramid;
+  for (const Eigen::Vector3f& p : closed->points) pyramid.push_back(p.cast<double>() * 0.06);
+  items.push_back({MeshInstance{closed, {0.06f, 0.06f, 0.06f}, false}, {pyramid}});
   return items;
 }
 
