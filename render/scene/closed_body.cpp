@@ -1,6 +1,7 @@
 #include "render/scene/closed_body.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -45,6 +46,22 @@ void findWhetherClosed(Body& body) {
   std::sort(edges.begin(), edges.end());
   std::sort(reversed.begin(), reversed.end());
   body.is_closed = volume > 0 && edges == reversed;
+}
+
+void findOutline(Body& body) {
+  using Edge = std::array<std::uint32_t, 2>;
+  std::vector<Edge> edges, reversed;
+  for (const auto& t : body.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      edges.push_back({t[i], t[(i + 1) % 3]});
+      reversed.push_back({t[(i + 1) % 3], t[i]});
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  std::sort(reversed.begin(), reversed.end());
+  body.outline.clear();
+  std::set_difference(edges.begin(), edges.end(), reversed.begin(), reversed.end(),
+                      std::back_inserter(body.outline));
 }
 
 }  // namespace afterglow::render

@@ -1,5 +1,5 @@
 /// \file
-/// Whether a body is solid, so that what faces away from an eye need not be drawn.
+/// What there is to know of a body that saves drawing parts of it.
 #pragma once
 
 #include "render/scene/scene.hpp"
@@ -9,5 +9,9 @@ namespace afterglow::render {
 /// Every edge joins two triangles that turn alike, and they face outwards (counterclockwise as seen
 /// from there). Corners at the same place are one. Sets Body::is_closed.
 void findWhetherClosed(Body& body);
+
+/// The edges that one triangle has alone. Sets Body::outline; for a flat body whose triangles do
+/// not overlap and turn all the same way.
+void findOutline(Body& body);
 
 }  // namespace afterglow::render

@@ -39,6 +39,17 @@ bool isInside(const LensDomain& domain, const CutVertex& vertex) {
          n.norm() <= domain.foldInnerRadius();
 }
 
+unsigned bordersBeyond(const LensDomain& domain, const CutVertex& vertex) {
+  const Eigen::Vector4d& p = vertex.p_optical;
+  const Eigen::Vector2d low = domain.min(), high = domain.max();
+  const double distances[] = {p.w() - kMinWeight,      p.z() - LensDomain::kNear * p.w(),
+                              p.x() - low.x() * p.z(), high.x() * p.z() - p.x(),
+                              p.y() - low.y() * p.z(), high.y() * p.z() - p.y()};
+  unsigned bits = 0;
+  for (unsigned i = 0; i < 6; ++i) bits |= distances[i] < 0 ? 1u << i : 0u;
+  return bits;
+}
+
 CutVertex mixed(const CutVertex& from, const CutVertex& to, double share) {
   return mix(from, to, 1 - share, share);
 }

@@ -21,6 +21,10 @@ struct CutVertex {
 /// Whether a vertex lies within all bounds, and thus a triangle of such vertices needs no cutting.
 bool isInside(const LensDomain& domain, const CutVertex& vertex);
 
+/// Bits of the domain's borders that a vertex lies beyond; what lies beyond one with all its
+/// vertices is not seen.
+unsigned bordersBeyond(const LensDomain& domain, const CutVertex& vertex);
+
 /// Normalized coordinates of a vertex in front of the lens.
 inline Eigen::Vector2d normalized(const CutVertex& vertex) {
   return vertex.p_optical.head<2>() / vertex.p_optical.z();

@@ -103,10 +103,20 @@ bool LensDomain::isStraightInFisheye(const Eigen::Vector2d& from, const Eigen::V
 bool LensDomain::isStraight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   if (fisheye_) return isStraightInFisheye(from, to);
   if (max_square_length_.empty()) return true;
-  const double radius = std::sqrt(std::max(from.squaredNorm(), to.squaredNorm()));
+  return isStraight((to - from).cwiseProduct(focal_).squaredNorm(),
+                    std::sqrt(std::max(from.squaredNorm(), to.squaredNorm())));
+}
+
+bool LensDomain::isStraightWithin(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const {
+  if (fisheye_) return false;  // no bound is known: each edge is measured
+  if (max_square_length_.empty()) return true;
+  return isStraight((high - low).cwiseProduct(focal_).squaredNorm(),
+                    low.cwiseAbs().cwiseMax(high.cwiseAbs()).norm());
+}
+
+bool LensDomain::isStraight(double square_length, double radius) const {
   const auto bin = static_cast<std::size_t>(std::ceil(radius / radius_step_));
-  const double limit = max_square_length_[std::min(bin, max_square_length_.size() - 1)];
-  return (to - from).cwiseProduct(focal_).squaredNorm() <= limit;
+  return square_length <= max_square_length_[std::min(bin, max_square_length_.size() - 1)];
 }
 
 }  // namespace afterglow::render

@@ -32,9 +32,12 @@ class LensDomain {
 
   /// Whether the lens bends the edge by less than kMaxSag somewhere near these radii.
   bool isStraight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  /// Whether it does so to every edge within a rectangle.
+  bool isStraightWithin(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const;
 
  private:
   static constexpr double kMaxSag = 0.08;  // px; below the promised 0.1
+  bool isStraight(double square_length, double radius) const;
   void measureBox(const calib::Lens& lens);
   void measureBend(const calib::Lens& lens);
   bool isStraightInFisheye(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;

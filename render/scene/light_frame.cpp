@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "render/scene/thin_lines.hpp"
 
@@ -220,11 +221,7 @@ bool LightComposer::addSprites(const Drawable& drawable, const Eye& eye, const P
       sprite_projector_.project(*list->points, *list->colors, drawable.color, shape,
                                 pointPlacement(drawable, placed), *workers_, frame_.sprites);
   if (!run) return false;
-  if (run->count > 0) {
-    const auto index = static_cast<std::uint32_t>(frame_.sprite_runs.size());
-    frame_.sprite_runs.push_back(*run);
-    steps_.push_back({{LightStep::Kind::Sprites, index, 1}, run->mean_depth});
-  }
+  addSpriteRun(*run);
   return true;
 }
 
@@ -361,15 +358,32 @@ void LightComposer::addTriangles(const Mesh& mesh, const Placed& placed) {
   cut_vertices_.resize(count);
   inside_.resize(count);
   index_of_.assign(count, kNoIndex);
+  Eigen::AlignedBox2d seen;
+  unsigned beyond_all = ~0u;
+  bool all_inside = true;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector4d p_world = mesh.points[i].homogeneous();
-    cut_vertices_[i] = {placed.P_optical_world * p_world, asFloats(mesh.colors[i], placed.gain),
-                        placer_ != nullptr ? laid_.heights[i] : placed.height.dot(p_world)};
-    inside_[i] = isInside(domain_, cut_vertices_[i]);
+    CutVertex& vertex = cut_vertices_[i];
+    vertex = {placed.P_optical_world * p_world, asFloats(mesh.colors[i], placed.gain),
+              placer_ != nullptr ? laid_.heights[i] : placed.height.dot(p_world)};
+    inside_[i] = isInside(domain_, vertex);
+    all_inside = all_inside && inside_[i];
+    if (inside_[i]) seen.extend(normalized(vertex));
+    if (beyond_all != 0) beyond_all &= inside_[i] ? 0 : bordersBeyond(domain_, vertex);
   }
+  if (beyond_all != 0) return;
+  // Most things are so small that none of their edges can be bent.
+  const bool is_small = all_inside && domain_.isStraightWithin(seen.min(), seen.max());
   const auto straight = [&](const CutVertex& a, const CutVertex& b) {
-    return domain_.isStraight(normalized(a), normalized(b));
+    return is_small || domain_.isStraight(normalized(a), normalized(b));
   };
+  const auto* outline = isForPainter() && placer_ == nullptr ? tessellation_.outline : nullptr;
+  if (outline != nullptr && all_inside &&
+      std::all_of(outline->begin(), outline->end(), [&](const auto& edge) {
+        return straight(cut_vertices_[edge[0]], cut_vertices_[edge[1]]);
+      })) {
+    return addFlat(placed);
+  }
   for (const auto& t : mesh.triangles) {
     const CutVertex &a = cut_vertices_[t[0]], &b = cut_vertices_[t[1]], &c = cut_vertices_[t[2]];
     if (inside_[t[0]] && inside_[t[1]] && inside_[t[2]] && straight(a, b) && straight(b, c) &&
@@ -384,6 +398,27 @@ void LightComposer::addTriangles(const Mesh& mesh, const Placed& placed) {
       frame_.indices.push_back(addVertex(vertex, placed));
     }
   }
+}
+
+/// The tessellation's outline, of its cut vertices.
+void LightComposer::addFlat(const Placed& placed) {
+  outline_points_.clear();
+  for (const CutVertex& vertex : cut_vertices_) {
+    const LightVertex light = lightVertex(vertex, placed);
+    outline_points_.push_back({light.x / light.z, light.y / light.z, light.depth});
+  }
+  const Rgba color = asBytes(cut_vertices_.front().color);
+  std::uint32_t bits;
+  std::memcpy(&bits, &color, sizeof(bits));
+  addSpriteRun(sprite_projector_.projectOutline(outline_points_, *tessellation_.outline, bits,
+                                                frame_.sprites));
+}
+
+void LightComposer::addSpriteRun(const SpriteRun& run) {
+  if (run.count == 0) return;
+  const auto index = static_cast<std::uint32_t>(frame_.sprite_runs.size());
+  frame_.sprite_runs.push_back(run);
+  steps_.push_back({{LightStep::Kind::Sprites, index, 1}, run.mean_depth});
 }
 
 void LightComposer::addSplats(const Placed& placed) {

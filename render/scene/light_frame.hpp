@@ -117,6 +117,8 @@ class LightComposer {
   void addMesh(const Placed& placed);
   void addThin(const ThinLine& line, const Placed& placed);
   void addTriangles(const Mesh& mesh, const Placed& placed);
+  void addFlat(const Placed& placed);
+  void addSpriteRun(const SpriteRun& run);
   /// The surface's mask, made once a frame.
   int maskOf(const SurfacePatch& surface, const Scene& scene,
              const Rigid<Projector, World>& T_projector_world);
@@ -134,6 +136,7 @@ class LightComposer {
   Tessellation tessellation_;
   std::vector<CutVertex> cut_vertices_, thin_;
   std::vector<char> inside_;
+  std::vector<OutlinePoint> outline_points_;
   std::vector<std::uint32_t> index_of_;
   std::vector<Sorted> steps_;
 

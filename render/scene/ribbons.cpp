@@ -41,18 +41,28 @@ void addSegment(const RibbonPoint& a, const RibbonPoint& b, double width, const 
   mesh.triangles.push_back({first, first + 2, first + 3});
 }
 
-/// A disc of the line's width where two segments meet.
-void addJoin(const RibbonPoint& point, double width, const Eye& eye, Mesh& mesh) {
-  constexpr int kSides = 12;
+/// What is open between the ends of two segments on the outer side of their corner: part of a disc
+/// of the line's width.
+void addJoin(const RibbonPoint& from, const RibbonPoint& point, const RibbonPoint& to, double width,
+             const Eye& eye, Mesh& mesh) {
+  if (!from.p_world.allFinite() || !point.p_world.allFinite() || !to.p_world.allFinite()) return;
+  constexpr double kStep = M_PI / 6;
   const Eigen::Vector3d n = towards(eye, point.p_world);
-  if (n.isZero()) return;  // in the eye itself there is no side
-  const Eigen::Vector3d x = n.unitOrthogonal() * (0.5 * width), y = n.cross(x);
+  Eigen::Vector3d a = sideways(eye, point.p_world - from.p_world, point.p_world, width);
+  Eigen::Vector3d b = sideways(eye, to.p_world - point.p_world, point.p_world, width);
+  const double turn = std::atan2(a.cross(b).dot(n), a.dot(b));
+  if (turn > 0) {  // sideways is on the right-hand side, as the eye sees it
+    a = -a;
+    b = -b;
+  }
+  const int steps = static_cast<int>(std::ceil(std::abs(turn) / kStep));
   const std::uint32_t center = add(mesh, point.p_world, point.color);
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = 2 * M_PI * i / kSides;
-    add(mesh, point.p_world + std::cos(angle) * x + std::sin(angle) * y, point.color);
-    const std::uint32_t k = static_cast<std::uint32_t>(i);
-    mesh.triangles.push_back({center, center + 1 + k, center + 1 + (k + 1) % kSides});
+  std::uint32_t last = add(mesh, point.p_world + a, point.color);
+  for (int i = 1; i <= steps; ++i) {
+    const Eigen::Vector3d side = Eigen::AngleAxisd(turn * i / steps, n) * a;
+    const std::uint32_t next = add(mesh, point.p_world + side, point.color);
+    mesh.triangles.push_back({center, last, next});
+    last = next;
   }
 }
 
@@ -61,7 +71,7 @@ void addJoin(const RibbonPoint& point, double width, const Eye& eye, Mesh& mesh)
 void addStrip(const std::vector<RibbonPoint>& points, double width, const Eye& eye, Mesh& mesh) {
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     addSegment(points[i], points[i + 1], width, eye, mesh);
-    if (i > 0 && points[i].p_world.allFinite()) addJoin(points[i], width, eye, mesh);
+    if (i > 0) addJoin(points[i - 1], points[i], points[i + 1], width, eye, mesh);
   }
 }
 

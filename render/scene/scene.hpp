@@ -63,6 +63,8 @@ struct Body {
   PointList points;
   ColorList colors;  ///< empty, or one a point
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  /// Of what is flat: the edges around it, which turn around its inside all the same way; else none.
+  std::vector<std::array<std::uint32_t, 2>> outline = {};
   bool is_closed = false;  ///< nobody outside sees its triangles' clockwise sides (closed_body.hpp)
 };
 using SharedBody = std::shared_ptr<const Body>;

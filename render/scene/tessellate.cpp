@@ -101,6 +101,7 @@ class Tessellator {
     M.linear() = axesOfLetters(eye_, pose_.translation());
     M.translation() = pose_.translation();
     addBody(*text.letters, M, kNone);
+    if (!text.letters->outline.empty()) out_.outline = &text.letters->outline;
   }
 
   void operator()(const MeshInstance& mesh) {
@@ -326,6 +327,7 @@ void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
   out.mesh.clear();
   out.splats.clear();
   out.thin_lines.clear();
+  out.outline = nullptr;
   if (!drawable.pose.matrix().matrix().allFinite()) return;
   std::visit(Tessellator(drawable, eye, out), drawable.shape);
 }

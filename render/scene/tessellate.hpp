@@ -42,6 +42,8 @@ struct Tessellation {
   Mesh mesh;
   std::vector<Splat> splats;         ///< PointStyle::Points only
   std::vector<ThinLine> thin_lines;  ///< Lines with width_px only
+  /// Of something flat, all of one color: edges between the mesh's points. Null: not known to be.
+  const std::vector<std::array<std::uint32_t, 2>>* outline = nullptr;
 };
 
 /// Replaces what `out` held. Points that are not finite are left out, and so is what they belong

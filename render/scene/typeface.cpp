@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "render/scene/closed_body.hpp"
 #include "render/scene/triangulate.hpp"
 #include "render/scene/utf8.hpp"
 
@@ -217,6 +218,7 @@ Body Typeface::block(const std::u32string& text, double capital_height) {
   }
   const auto shift = static_cast<float>(-0.5 * longest * unit);
   for (Eigen::Vector3f& p : body.points) p.x() += shift;
+  findOutline(body);
   return body;
 }
 

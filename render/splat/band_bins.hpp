@@ -43,20 +43,24 @@ class BandBins {
         visit(static_cast<std::size_t>(band));
       }
     };
-    workers.run([&](int worker) {
-      auto& filled = filled_[static_cast<std::size_t>(worker)];
-      std::fill(filled.begin(), filled.end(), 0);
-      for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
-        eachBand(i, [&](std::size_t band) { ++filled[band]; });
-      }
-    });
+    workers.run(
+        [&](int worker) {
+          auto& filled = filled_[static_cast<std::size_t>(worker)];
+          std::fill(filled.begin(), filled.end(), 0);
+          for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
+            eachBand(i, [&](std::size_t band) { ++filled[band]; });
+          }
+        },
+        count);
     placeBins();
-    workers.run([&](int worker) {
-      auto& filled = filled_[static_cast<std::size_t>(worker)];
-      for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
-        eachBand(i, [&](std::size_t band) { items_[filled[band]++] = itemOf(i); });
-      }
-    });
+    workers.run(
+        [&](int worker) {
+          auto& filled = filled_[static_cast<std::size_t>(worker)];
+          for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
+            eachBand(i, [&](std::size_t band) { items_[filled[band]++] = itemOf(i); });
+          }
+        },
+        count);
   }
 
   std::size_t runs() const { return bins_.size() / static_cast<std::size_t>(bands_); }

@@ -45,13 +45,15 @@ void FramePainter::paint(const LightFrame& frame, std::uint8_t* rgb) {
 
 void FramePainter::project(const LightFrame& frame) {
   vertices_.resize(frame.vertices.size());
-  workers_.run([&](int worker) {
-    if (lens_.is_fisheye) {
-      projectPart<true>(frame, worker);
-    } else {
-      projectPart<false>(frame, worker);
-    }
-  });
+  workers_.run(
+      [&](int worker) {
+        if (lens_.is_fisheye) {
+          projectPart<true>(frame, worker);
+        } else {
+          projectPart<false>(frame, worker);
+        }
+      },
+      vertices_.size());
 }
 
 template <bool kFisheye>

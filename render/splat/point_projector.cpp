@@ -171,14 +171,16 @@ PointRun PointProjector::project(const PointCloud& cloud, const Color& color,
   if (points.size() < used + total) points.resize(used + total);
   const PartProjector projector(lens_, cloud, color, placement, *origin);
   std::array<Part, Workers::kCount> parts;
-  workers.run([&](int worker) {
-    const auto at = static_cast<std::size_t>(worker);
-    Part part;
-    part.begin = total * at / parts.size();
-    part.end = total * (at + 1) / parts.size();
-    projector.project(part, points.data() + used + part.begin);
-    parts[at] = part;
-  });
+  workers.run(
+      [&](int worker) {
+        const auto at = static_cast<std::size_t>(worker);
+        Part part;
+        part.begin = total * at / parts.size();
+        part.end = total * (at + 1) / parts.size();
+        projector.project(part, points.data() + used + part.begin);
+        parts[at] = part;
+      },
+      total);
   double depth_sum = 0;
   bool one_color = true;
   std::uint32_t some_color = 0;

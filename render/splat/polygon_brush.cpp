@@ -60,8 +60,8 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
   const float slack = depth.slack() + kLeastSlack;
   const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
   const auto paintWith = [&](const auto& lightAt) {
-    paintPolygon(
-        corners.data(), corners.size(), row_begin, row_end, mask, canvas, lightAt,
+    paintOutline(
+        corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas, lightAt,
         [&](int column, int row) { return depth.at(column, row); }, slack);
   };
   if (t[0].color == t[1].color && t[1].color == t[2].color) {
@@ -80,17 +80,22 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
 void PolygonBrush::paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
                          const std::uint16_t* mask, Canvas& canvas) {
   const Light light = lightOf(components(sprite.color));
-  paintPolygon(
-      corners, sprite.count, row_begin, row_end, mask, canvas, [light](int, int) { return light; },
-      [&](int, int) { return sprite.depth; }, sprite.slack);
+  const auto depthAt = [&](int column, int row) {
+    return sprite.depth + sprite.by_x * (static_cast<float>(column) + 0.5f) +
+           sprite.by_y * (static_cast<float>(row) + 0.5f);
+  };
+  paintOutline(
+      corners, sprite.count, sprite.outline, row_begin, row_end, mask, canvas,
+      [light](int, int) { return light; }, depthAt, sprite.slack);
 }
 
 template <typename LightAt, typename DepthAt>
-void PolygonBrush::paintPolygon(const Corner* corners, std::size_t count, int row_begin,
-                                int row_end, const std::uint16_t* mask, Canvas& canvas,
-                                const LightAt& lightAt, const DepthAt& depthAt, float slack) {
+void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outline outline,
+                                int row_begin, int row_end, const std::uint16_t* mask,
+                                Canvas& canvas, const LightAt& lightAt, const DepthAt& depthAt,
+                                float slack) {
   coverage_.visit(
-      corners, count, row_begin, row_end,
+      corners, count, outline, row_begin, row_end,
       [&](int row, int begin, int columns, const float* shares) {
         canvas.touch(row - row_begin, begin, begin + columns);
         const std::uint16_t* allowed =
@@ -108,7 +113,7 @@ void PolygonBrush::paintPolygon(const Corner* corners, std::size_t count, int ro
 
 void PolygonBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {
   const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
-  coverage_.visit(corners.data(), corners.size(), row_begin, row_end,
+  coverage_.visit(corners.data(), corners.size(), Outline::Polygon, row_begin, row_end,
                   [&](int row, int begin, int count, const float* shares) {
                     float* out = sums + (row - row_begin) * width_ + begin;
                     for (int i = 0; i < count; ++i) out[i] += shares[i];

@@ -36,9 +36,11 @@ class PolygonBrush {
   void add(const ScreenTriangle& triangle, int row_begin, int row_end, float* sums);
 
  private:
+  using Outline = PolygonCoverage::Outline;
+
   template <typename LightAt, typename DepthAt>
-  void paintPolygon(const Corner* corners, std::size_t count, int row_begin, int row_end,
-                    const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
+  void paintOutline(const Corner* corners, std::size_t count, Outline outline, int row_begin,
+                    int row_end, const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
                     const DepthAt& depthAt, float slack);
 
   int width_;

@@ -1,5 +1,5 @@
 /// \file
-/// The exact share of every pixel that a convex polygon covers.
+/// The exact share of every pixel that an outline covers.
 #pragma once
 
 #include <algorithm>
@@ -20,27 +20,37 @@ class PolygonCoverage {
  public:
   explicit PolygonCoverage(int width) : width_(width), sums_(static_cast<std::size_t>(width) + 2) {}
 
+  /// What is inside of an outline.
+  enum class Outline {
+    Polygon,  ///< convex: each corner is joined to the next, and the last to the first
+    Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
+  };
+
   /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end) that
-  /// is touched. Shares are positive if the corners turn clockwise as seen (y down), else negative.
+  /// is touched. Shares are positive if the outline turns clockwise as seen (y down), else
+  /// negative.
   template <typename Visit>
-  void visit(const Corner* corners, std::size_t corner_count, int row_begin, int row_end,
-             const Visit& visit) {
+  void visit(const Corner* corners, std::size_t corner_count, Outline outline, int row_begin,
+             int row_end, const Visit& visit) {
     float top = corners[0].y, bottom = corners[0].y;
     for (std::size_t i = 0; i < corner_count; ++i) {
       top = std::min(top, corners[i].y);
       bottom = std::max(bottom, corners[i].y);
     }
     if (!(bottom > static_cast<float>(row_begin) && top < static_cast<float>(row_end))) return;
-    edges_.clear();
-    for (std::size_t i = 0; i < corner_count; ++i) {
-      edges_.push_back(edgeOf(corners[i], corners[(i + 1) % corner_count]));
+    const bool is_polygon = outline == Outline::Polygon;
+    const std::size_t edge_count = is_polygon ? corner_count : corner_count / 2;
+    if (edges_.size() < edge_count) edges_.resize(edge_count);
+    for (std::size_t i = 0; i < edge_count; ++i) {
+      edges_[i] = is_polygon ? edgeOf(corners[i], corners[i + 1 < corner_count ? i + 1 : 0])
+                             : edgeOf(corners[2 * i], corners[2 * i + 1]);
     }
     const int first = std::max(row_begin, static_cast<int>(top));
     const int last = std::min(row_end - 1, static_cast<int>(bottom));
     for (int row = first; row <= last; ++row) {
       begin_ = width_;
       end_ = 0;
-      for (const Edge& edge : edges_) addRow(edge, static_cast<float>(row));
+      for (std::size_t i = 0; i < edge_count; ++i) addRow(edges_[i], static_cast<float>(row));
       if (begin_ >= end_) continue;
       float* sums = sums_.data() + begin_;
       const int count = end_ - begin_;

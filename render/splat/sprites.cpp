@@ -66,7 +66,7 @@ const std::array<BoxOutline, 27>& boxOutlines() {
   return outlines;
 }
 
-constexpr std::size_t kMostCorners = 24;
+constexpr std::size_t kMostCorners = 16;
 
 /// One worker's part.
 struct Part {
@@ -263,9 +263,34 @@ std::size_t strideOf(const SpriteShape& shape) {
     case SpriteShape::Kind::Box:
       return 6;
     case SpriteShape::Kind::Ball:
-      return 16;  // of the largest, the outline is a sixth of a pixel off at most
+      return kMostCorners;  // of the largest, the outline is a sixth of a pixel off at most
   }
   return 0;
+}
+
+/// Through three points far apart.
+void setPlane(const std::vector<OutlinePoint>& points, const std::vector<Corner>& seen,
+              Sprite& sprite) {
+  const auto from = [&](std::size_t i) {
+    return Eigen::Vector2f(seen[i].x - seen[0].x, seen[i].y - seen[0].y);
+  };
+  const auto area = [&](std::size_t i, std::size_t k) {
+    return from(i).x() * from(k).y() - from(i).y() * from(k).x();
+  };
+  std::size_t b = 0, c = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (from(i).squaredNorm() > from(b).squaredNorm()) b = i;
+  }
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    if (std::abs(area(b, i)) > std::abs(area(b, c))) c = i;
+  }
+  if (std::abs(area(b, c)) > 1e-3f) {
+    const float at_b = points[b].depth - points[0].depth, at_c = points[c].depth - points[0].depth;
+    sprite.by_x = (at_b * from(c).y() - at_c * from(b).y()) / area(b, c);
+    sprite.by_y = (at_c * from(b).x() - at_b * from(c).x()) / area(b, c);
+  }
+  sprite.depth = points[0].depth - sprite.by_x * seen[0].x - sprite.by_y * seen[0].y;
+  sprite.slack = 1e-6f + 0.75f * (std::abs(sprite.by_x) + std::abs(sprite.by_y));
 }
 
 }  // namespace
@@ -285,22 +310,24 @@ std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const
     out.corners.resize(out.used_corners + stride * total);
   }
   std::array<Part, Workers::kCount> parts;
-  workers.run([&](int worker) {
-    const auto at = static_cast<std::size_t>(worker);
-    Part& part = parts[at];
-    part.begin = total * at / parts.size();
-    part.end = total * (at + 1) / parts.size();
-    const std::size_t first_corner = out.used_corners + stride * part.begin;
-    Sprite* sprites = out.all.data() + out.used + part.begin;
-    Corner* corners = out.corners.data() + first_corner;
-    if (lens_.model == calib::LensModel::Equidistant) {
-      PartProjector<true>(lens_, points, colors, color, shape, placement, stride)
-          .project(part, sprites, first_corner, corners);
-    } else {
-      PartProjector<false>(lens_, points, colors, color, shape, placement, stride)
-          .project(part, sprites, first_corner, corners);
-    }
-  });
+  workers.run(
+      [&](int worker) {
+        const auto at = static_cast<std::size_t>(worker);
+        Part& part = parts[at];
+        part.begin = total * at / parts.size();
+        part.end = total * (at + 1) / parts.size();
+        const std::size_t first_corner = out.used_corners + stride * part.begin;
+        Sprite* sprites = out.all.data() + out.used + part.begin;
+        Corner* corners = out.corners.data() + first_corner;
+        if (lens_.model == calib::LensModel::Equidistant) {
+          PartProjector<true>(lens_, points, colors, color, shape, placement, stride)
+              .project(part, sprites, first_corner, corners);
+        } else {
+          PartProjector<false>(lens_, points, colors, color, shape, placement, stride)
+              .project(part, sprites, first_corner, corners);
+        }
+      },
+      total);
   double depth_sum = 0;
   for (const Part& part : parts) {
     if (part.is_too_large) return std::nullopt;
@@ -315,6 +342,39 @@ std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const
   out.used_corners += stride * total;
   run.mean_depth = depth_sum / std::max(1.0, static_cast<double>(run.count));
   return run;
+}
+
+SpriteRun SpriteProjector::projectOutline(const std::vector<OutlinePoint>& points,
+                                          const std::vector<std::array<std::uint32_t, 2>>& edges,
+                                          std::uint32_t color, Sprites& out) const {
+  const FloatLens lens(lens_);
+  std::vector<Corner> seen(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const OutlinePoint& p = points[i];
+    if (lens.is_fisheye) {
+      lens.project<true>(p.x, p.y, seen[i].x, seen[i].y);
+    } else {
+      lens.project<false>(p.x, p.y, seen[i].x, seen[i].y);
+    }
+    seen[i].x += 0.5f;
+    seen[i].y += 0.5f;
+  }
+  Sprite sprite;
+  sprite.outline = PolygonCoverage::Outline::Edges;
+  sprite.color = color;
+  setPlane(points, seen, sprite);
+  sprite.first = static_cast<std::uint32_t>(out.used_corners);
+  sprite.count = static_cast<std::uint32_t>(2 * edges.size());
+  if (out.corners.size() < out.used_corners + sprite.count) {
+    out.corners.resize(out.used_corners + sprite.count);
+  }
+  for (const auto& edge : edges) {
+    for (const std::uint32_t i : edge) out.corners[out.used_corners++] = seen[i];
+  }
+  if (out.all.size() == out.used) out.all.resize(2 * out.used + 16);
+  out.all[out.used] = sprite;
+  return {static_cast<std::uint32_t>(out.used++), 1, color >> 24 == 255,
+          static_cast<double>(points.front().depth)};
 }
 
 }  // namespace afterglow::render

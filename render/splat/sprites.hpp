@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -27,11 +28,14 @@ struct SpriteShape {
   bool eye_is_direction = false;                   ///< towards the eye
 };
 
-/// One on the image. As deep as its centre all over.
+/// One on the image.
 struct Sprite {
   std::uint32_t first = 0, count = 0;  ///< of the corners
   std::uint32_t color = 0;
-  float depth = 0, slack = 0;
+  float slack = 0;
+  float depth = 0;           ///< at window coordinates (0, 0), and how it changes
+  float by_x = 0, by_y = 0;  ///< a list's: 0, as deep as its centre all over
+  PolygonCoverage::Outline outline = PolygonCoverage::Outline::Polygon;
 };
 
 struct SpriteRun {
@@ -48,8 +52,13 @@ struct Sprites {
   void clear() { used = used_corners = 0; }
 };
 
-/// Sprites are at most this large (px): the edges of a larger square may bend in a lens, and a larger
-/// body's depth is not that of its centre.
+/// In normalized coordinates; depth as LightVertex::depth.
+struct OutlinePoint {
+  float x, y, depth;
+};
+
+/// Sprites are at most this large (px): the edges of a larger square may bend in a lens, and a
+/// larger body's depth is not that of its centre.
 constexpr float kLargestSquare = 64, kLargestBody = 24;
 
 class SpriteProjector {
@@ -62,6 +71,12 @@ class SpriteProjector {
                                    const Color& color, const SpriteShape& shape,
                                    const PointPlacement& placement, Workers& workers,
                                    Sprites& out) const;
+
+  /// Appends the outline of something flat that is of one color: `edges` are pairs of `points`,
+  /// which all lie in front of the lens.
+  SpriteRun projectOutline(const std::vector<OutlinePoint>& points,
+                           const std::vector<std::array<std::uint32_t, 2>>& edges,
+                           std::uint32_t color, Sprites& out) const;
 
  private:
   calib::Lens lens_;

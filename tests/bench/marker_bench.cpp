@@ -1,15 +1,20 @@
-// An array of 2,000 mixed markers, from the bytes of its message to the scene that is to be drawn.
+// An array of 2,000 mixed markers, from the bytes of its message to the scene and to the picture.
 #include <benchmark/benchmark.h>
 #include <ros/serialization.h>
 #include <tf2/buffer_core.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "nodes/projector/projector_scene.hpp"
+#include "render/gl/renderer.hpp"
 #include "tests/support/cube_files.hpp"
+#include "tests/support/optics.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes {
@@ -33,10 +38,12 @@ Marker marker(int i, const std::string& mesh) {
   m.mesh_resource = m.type == Marker::MESH_RESOURCE ? mesh : "";
   const bool has_points =
       (m.type >= Marker::LINE_STRIP && m.type <= Marker::POINTS) || m.type == Marker::TRIANGLE_LIST;
+  // Solids of 4 cm; of lists each element is small against the whole.
+  if (has_points && m.type != Marker::TRIANGLE_LIST) m.scale.x = m.scale.y = m.scale.z = 0.005;
   for (int k = 0; has_points && k < 12; ++k) {
     m.points.emplace_back();
-    m.points.back().x = 0.003 * k;
-    m.points.back().y = 0.002 * (k % 3);
+    m.points.back().x = 0.004 * k;
+    m.points.back().y = 0.008 * (k % 3);
     m.colors.push_back(m.color);
   }
   return m;
@@ -61,35 +68,79 @@ void setArm(tf2::BufferCore& transforms, double x, ros::Time stamp) {
   transforms.setTransform(transform, "bench");
 }
 
-/// One message and one frame an iteration, as at 60 Hz, with a frame that moves.
-void markersToScene(benchmark::State& state) {
-  const test::TempFolder folder;
-  test::writeFile(folder.path("cube.stl"), test::cubeStl());
-  const auto bytes =
-      arrayBytes(static_cast<int>(state.range(0)), "file://" + folder.path("cube.stl"));
-  ProjectorConfig config;
-  config.fixed_frame = "map";
-  config.mesh_roots = {folder.path("")};
-  config.layers.resize(1);
-  config.layers[0].topic = "/markers";
-  config.layers[0].type = LayerType::MarkerArray;
-  tf2::BufferCore transforms;
-  ProjectorScene scene(config, transforms);
-  visualization_msgs::MarkerArray message;
-  ros::Time now(1000);
-  for (auto _ : state) {
-    now += ros::Duration(1.0 / 60);
-    setArm(transforms, 0.01, now);
-    ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
-                                       static_cast<std::uint32_t>(bytes.size()));
-    ros::serialization::deserialize(stream, message);
-    scene.add(0, message, now);
-    benchmark::DoNotOptimize(scene.frame(now));
+/// One message and one frame a step, as at 60 Hz, with a frame that moves.
+class MarkerStream {
+ public:
+  explicit MarkerStream(int count) {
+    test::writeFile(folder_.path("cube.stl"), test::cubeStl());
+    bytes_ = arrayBytes(count, "file://" + folder_.path("cube.stl"));
+    ProjectorConfig config;
+    config.fixed_frame = "map";
+    config.mesh_roots = {folder_.path("")};
+    config.layers.resize(1);
+    config.layers[0].topic = "/markers";
+    config.layers[0].type = LayerType::MarkerArray;
+    scene_.emplace(config, transforms_);
   }
-  const std::size_t shown = scene.status()[0].shown;
-  if (shown != static_cast<std::size_t>(state.range(0))) state.SkipWithError("some are missing");
+
+  SceneFrame step() {
+    now_ += ros::Duration(1.0 / 60);
+    setArm(transforms_, 0.01, now_);
+    ros::serialization::IStream stream(bytes_.data(), static_cast<std::uint32_t>(bytes_.size()));
+    ros::serialization::deserialize(stream, message_);
+    scene_->add(0, message_, now_);
+    return scene_->frame(now_);
+  }
+  std::size_t shown() const { return scene_->status()[0].shown; }
+
+ private:
+  test::TempFolder folder_;
+  std::vector<std::uint8_t> bytes_;
+  tf2::BufferCore transforms_;
+  std::optional<ProjectorScene> scene_;
+  visualization_msgs::MarkerArray message_;
+  ros::Time now_{1000};
+};
+
+void markersToScene(benchmark::State& state) {
+  MarkerStream stream(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(stream.step());
+  if (stream.shown() != static_cast<std::size_t>(state.range(0))) {
+    state.SkipWithError("some are missing");
+  }
 }
 BENCHMARK(markersToScene)->Arg(2000)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The same, drawn from above. p99_ms: what 99 of 100 frames need.
+void markersToPicture(benchmark::State& state) {
+  MarkerStream stream(static_cast<int>(state.range(0)));
+  render::GlContext context;
+  render::ProjectorRenderer renderer(
+      context, test::lens(1280, 800, 1100, 640, 500, {-0.2, 0.05, 0.001, -0.001, 0}),
+      render::Drawing::Measured);
+  const auto T_projector_world =
+      test::lookAt<Projector>({1.2, 1, 2.5}, {1.2, 1.01, 0}, {0, 1, 0}).inverse();
+  render::Image image;
+  std::vector<double> times_ms;
+  for (auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
+    const SceneFrame frame = stream.step();
+    renderer.render(frame.scene, T_projector_world, image);
+    times_ms.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+            .count());
+  }
+  const auto lit = std::count_if(image.rgb.begin(), image.rgb.end(), [](auto c) { return c > 0; });
+  std::sort(times_ms.begin(), times_ms.end());
+  state.counters["p99_ms"] = times_ms[(times_ms.size() * 99 - 1) / 100];
+  state.counters["lit_share"] = static_cast<double>(lit) / static_cast<double>(image.rgb.size());
+}
+BENCHMARK(markersToPicture)
+    ->Name("markers_2000_1280x800")
+    ->Arg(2000)
+    ->Iterations(300)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 /// A frame of markers that came before.
 void shownMarkersToScene(benchmark::State& state) {

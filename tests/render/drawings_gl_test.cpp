@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "render/scene/typeface.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
@@ -165,6 +166,8 @@ std::vector<Drawable> everything() {
     const double y = 0.3 * (static_cast<double>(i / 4) - 1);
     all.push_back({at(x, y, 1.5), shapes[i], {1, 1, 0.2f, 1}});
   }
+  const auto letters = std::make_shared<const Body>(Typeface().block(U"Ärgi&8\n%@", 0.08));
+  all.push_back({at(0.6, 0.33, 1.4), Text{letters}, {0, 1, 1, 1}});
   std::get<Arrow>(all[0].shape) = {0.2f, 0.04f, 0.08f, 0.06f};
   return all;
 }
