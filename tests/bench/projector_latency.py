@@ -40,7 +40,7 @@ def parse_arguments():
 
 
 def write_configuration(folder, width, height, count):
-    size = max(3, int((width * height / max(count, 1)) ** 0.5) + 1)  # px, without gaps
+    size = max(3, int((width * height / count) ** 0.5) + 1) if count else 3  # px, without gaps
     with open(os.path.join(folder, "lens.yaml"), "w") as file:
         file.write(f"""image_width: {width}
 image_height: {height}
