@@ -6,129 +6,21 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "render/scene/closed_body.hpp"
 #include "tests/support/gl_context.hpp"
+#include "tests/support/outlined_shapes.hpp"
 #include "tests/support/referee.hpp"
 
 namespace afterglow::render {
 namespace {
 
-using Points = std::vector<Eigen::Vector3d>;
+using test::OutlinedShape;
+using test::Points;
 using Outline = std::vector<Eigen::Vector2d>;
 
 constexpr double kWorstPixels = 0.3;  // of an outline's points
 constexpr double kWorstAt = 0.0005;   // m, on a screen 1.5 m away
 constexpr double kReach = 1.5;        // px around an outline that is looked at
 constexpr double kPatch = 0.46, kPitch = 0.11;
-
-/// A shape and what it is the union of: convex bodies' points, in its own coordinates.
-struct Item {
-  Shape shape;
-  std::vector<Points> bodies;
-  bool lies_flat = false;  ///< along the surface's axes, whatever its pose; for drape
-};
-
-Points boxAt(const Eigen::Vector3d& center, const Eigen::Vector3d& size) {
-  Points points;
-  for (int i = 0; i < 8; ++i) {
-    points.emplace_back(center +
-                        Eigen::Vector3d(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5)
-                            .cwiseProduct(size));
-  }
-  return points;
-}
-
-Points ballAt(const Eigen::Vector3d& center, const Eigen::Vector3d& size) {
-  Points points;
-  for (int i = 0; i <= 120; ++i) {
-    for (int j = 0; j < 240; ++j) {
-      const double a = M_PI * i / 120, b = 2 * M_PI * j / 240;
-      const Eigen::Vector3d p(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
-      points.push_back(center + p.cwiseProduct(size) / 2);
-    }
-  }
-  return points;
-}
-
-/// A ring across an axis: 0 around x, 2 around z.
-void addRing(Points& points, int axis, double at, double diameter) {
-  for (int i = 0; i < 360; ++i) {
-    const double u = diameter / 2 * std::cos(M_PI * i / 180);
-    const double v = diameter / 2 * std::sin(M_PI * i / 180);
-    points.push_back(axis == 0 ? Eigen::Vector3d(at, u, v) : Eigen::Vector3d(u, v, at));
-  }
-}
-
-Points tube(int axis, double from, double to, double diameter) {
-  Points points;
-  addRing(points, axis, from, diameter);
-  addRing(points, axis, to, diameter);
-  return points;
-}
-
-std::vector<Item> solidItems() {
-  std::vector<Item> items;
-  items.push_back({Cube{{0.06f, 0.05f, 0.03f}}, {boxAt({0, 0, 0}, {0.06, 0.05, 0.03})}});
-  items.push_back({Sphere{{0.06f, 0.05f, 0.04f}}, {ballAt({0, 0, 0}, {0.06, 0.05, 0.04})}});
-  items.push_back({Cylinder{{0.05f, 0.05f, 0.04f}}, {tube(2, -0.02, 0.02, 0.05)}});
-  Points head = tube(0, 0.055, 0.055, 0.045);
-  head.emplace_back(0.075, 0, 0);
-  items.push_back({Arrow{0.075f, 0.024f, 0.045f, 0.02f}, {tube(0, 0, 0.055, 0.024), head}});
-  const PointList two = {{-0.024f, 0, 0}, {0.024f, 0.01f, 0.01f}};
-  const Eigen::Vector3d a = two[0].cast<double>(), b = two[1].cast<double>();
-  const Eigen::Vector3d size(0.025, 0.03, 0.02), large(0.04, 0.04, 0.04);
-  items.push_back({ShapeList{ShapeList::Kind::Cubes, two, {}, size.cast<float>()},
-                   {boxAt(a, size), boxAt(b, size)}});
-  items.push_back({ShapeList{ShapeList::Kind::Spheres, two, {}, large.cast<float>()},
-                   {ballAt(a, large), ballAt(b, large)}});
-  const Points triangle = {{-0.03, -0.02, 0}, {0.03, -0.025, 0.01}, {0, 0.03, -0.01}};
-  PointList corners;
-  for (const Eigen::Vector3d& p : triangle) corners.push_back(p.cast<float>());
-  items.push_back({Triangles{corners, {}}, {triangle}});
-  PointCloud cloud;
-  cloud.points = two;
-  cloud.size = 0.04f;
-  cloud.style = PointStyle::Boxes;
-  items.push_back({cloud, {boxAt(a, large), boxAt(b, large)}});
-  cloud.style = PointStyle::Spheres;
-  items.push_back({cloud, {ballAt(a, large), ballAt(b, large)}});
-  auto body = std::make_shared<Body>();
-  body->points = {{-0.5f, -0.3f, 0}, {0.5f, -0.5f, 0.2f}, {0.4f, 0.5f, 0}, {-0.5f, 0.4f, 0.1f}};
-  body->triangles = {{0, 1, 2}, {0, 2, 3}};
-  Points sheet;
-  for (const Eigen::Vector3f& p : body->points) sheet.push_back(p.cast<double>() * 0.06);
-  items.push_back({MeshInstance{body, {0.06f, 0.06f, 0.06f}, false}, {sheet}});
-  auto closed = std::make_shared<Body>();
-  closed->points = {{-0.5f, -0.5f, 0}, {0.5f, -0.5f, 0}, {0, 0.5f, 0}, {0.2f, 0, 1}};
-  closed->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  findWhetherClosed(*closed);
-  Points pyramid;
-  for (const Eigen::Vector3f& p : closed->points) pyramid.push_back(p.cast<double>() * 0.06);
-  items.push_back({MeshInstance{closed, {0.06f, 0.06f, 0.06f}, false}, {pyramid}});
-  return items;
-}
-
-std::vector<Item> flatItems() {
-  std::vector<Item> items;
-  Lines lines;
-  lines.points = {{-0.03f, -0.02f, 0}, {0.03f, 0.02f, 0}};
-  lines.width = 0.024f;
-  const Eigen::Vector3d along(0.03, 0.02, 0),
-      across = Eigen::Vector3d(-2, 3, 0).normalized() * 0.012;
-  const Points bar = {-along - across, -along + across, along + across, along - across};
-  items.push_back({lines, {bar}, true});
-  lines.strip = false;
-  items.push_back({lines, {bar}, true});
-  for (const PointStyle style : {PointStyle::Squares, PointStyle::FlatSquares}) {
-    PointCloud cloud;
-    cloud.points = {{0, 0, 0}};
-    cloud.size = 0.05f;
-    cloud.size_y = 0.03f;
-    cloud.style = style;
-    items.push_back({cloud, {boxAt({0, 0, 0}, {0.05, 0.03, 0})}, true});
-  }
-  return items;
-}
 
 Outline hullOf(const Outline& points) {
   std::vector<cv::Point2f> all, hull;
@@ -233,15 +125,15 @@ class RefereeTest : public test::GlTest {
         SurfacePatch{surface.name,
                      Rigid<World, Surface>(surface.T_world_surface),
                      {{-side, -side}, {side, -side}, {side, side}, {-side, side}}};
-    std::vector<Item> items = solidItems();
+    std::vector<OutlinedShape> items = test::solidShapes();
     if (placement == Placement::Drape) {
-      for (Item& item : flatItems()) items.push_back(std::move(item));
+      for (OutlinedShape& item : test::flatShapes()) items.push_back(std::move(item));
     }
     for (std::size_t i = 0; i < items.size(); ++i) addItem(plane, items[i], i);
     return plane;
   }
 
-  static void addItem(Plane& plane, const Item& item, std::size_t index) {
+  static void addItem(Plane& plane, const OutlinedShape& item, std::size_t index) {
     const double height = 0.05 + 0.02 * static_cast<double>(index % 4);
     const Eigen::Vector3d cell(kPitch * (static_cast<double>(index % 4) - 1.5),
                                kPitch * (static_cast<double>(index / 4) - 1.5), 0);
