@@ -193,8 +193,12 @@ void ProjectorNode::awaitDue(std::chrono::steady_clock::time_point drawn_at) {
   const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
       std::chrono::duration<double>(1 / options_.rate_hz));
   std::unique_lock<std::mutex> lock(mutex_);
-  // What waits for a transform may be waiting for one that has just come.
-  const auto regular = drawn_at + (scene_.isWaiting() ? period / 2 : period);
+  // What waits for a transform may be waiting for one that has just come. After news, the next may
+  // come at about the same rate: a regular picture just before it would only delay it.
+  const bool was_news = news_drawn_at_ + period / 2 > drawn_at;
+  const auto regular = drawn_at + (scene_.isWaiting() ? period / 2
+                                   : was_news         ? period + period / 4
+                                                      : period);
   woken_.wait_until(lock, regular, [this] { return is_stopping_ || has_news_; });
   if (has_news_) {
     woken_.wait_until(lock, news_drawn_at_ + period / 2, [this] { return is_stopping_.load(); });
