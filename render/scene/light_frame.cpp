@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/scene/surface_outline.hpp"
 #include "render/scene/thin_lines.hpp"
+#include "render/splat/sprite_list.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -22,77 +24,14 @@ Rgba asBytes(const Eigen::Vector4f& color) {
   return {byte(color[0]), byte(color[1]), byte(color[2]), byte(color[3])};
 }
 
+std::uint32_t bitsOf(const Rgba& color) {
+  std::uint32_t bits;
+  std::memcpy(&bits, &color, sizeof(bits));
+  return bits;
+}
+
 bool isOpaque(const Rgba& color) { return color.a == 255; }
 bool isInvisible(const Rgba& color) { return color.a == 0; }
-
-/// Height over the surface's plane as a row: height = row . (p, 1).
-Eigen::Vector4d heightRow(const SurfacePatch& surface) {
-  const Eigen::Isometry3d& T = surface.T_world_surface.matrix();
-  const Eigen::Vector3d n = T.linear().col(2);
-  return {n.x(), n.y(), n.z(), -n.dot(T.translation())};
-}
-
-std::vector<Eigen::Vector3d> outlineInWorld(const SurfacePatch& surface) {
-  std::vector<Eigen::Vector3d> corners;
-  for (const Eigen::Vector2d& corner : surface.polygon) {
-    corners.push_back(surface.T_world_surface.matrix() *
-                      Eigen::Vector3d(corner.x(), corner.y(), 0));
-  }
-  return corners;
-}
-
-bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
-  return a.name == b.name && a.polygon == b.polygon &&
-         a.T_world_surface.matrix().matrix() == b.T_world_surface.matrix().matrix();
-}
-
-/// The part of an outline that a surface's plane does not separate from the lens: light through it
-/// never reaches the surface.
-std::vector<Eigen::Vector3d> partBefore(const SurfacePatch& surface,
-                                        const std::vector<Eigen::Vector3d>& outline,
-                                        const Eigen::Vector3d& p_lens) {
-  constexpr double kClearance = 0.003;  // metres; what lies closer lies on the surface
-  const Eigen::Vector4d row = heightRow(surface);
-  const double side = row.dot(p_lens.homogeneous()) < 0 ? -1 : 1;
-  const auto clearance = [&](const Eigen::Vector3d& p) {
-    return side * row.dot(p.homogeneous()) - kClearance;
-  };
-  std::vector<Eigen::Vector3d> part;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Eigen::Vector3d &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    const double at_a = clearance(a), at_b = clearance(b);
-    if (at_a >= 0) part.push_back(a);
-    if ((at_a >= 0) != (at_b >= 0)) part.push_back(a + (b - a) * (at_a / (at_a - at_b)));
-  }
-  return part;
-}
-
-/// A drawable as a list of things that are all alike.
-struct SpriteList {
-  const PointList* points;
-  const ColorList* colors;
-  SpriteShape shape;
-};
-
-std::optional<SpriteList> spriteList(const Shape& shape) {
-  using Kind = SpriteShape::Kind;
-  if (const auto* list = std::get_if<ShapeList>(&shape)) {
-    const Kind kind = list->kind == ShapeList::Kind::Cubes ? Kind::Box : Kind::Ball;
-    return SpriteList{&list->points, &list->colors, {kind, 0.5f * list->size}};
-  }
-  const auto* cloud = std::get_if<PointCloud>(&shape);
-  if (cloud == nullptr || cloud->style == PointStyle::Points) return std::nullopt;
-  const PointList& points = cloud->points;
-  const ColorList& colors = cloud->colors;
-  const bool is_square =
-      cloud->style == PointStyle::Squares || cloud->style == PointStyle::FlatSquares;
-  const Kind kind = is_square                           ? Kind::Square
-                    : cloud->style == PointStyle::Boxes ? Kind::Box
-                                                        : Kind::Ball;
-  const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
-  return SpriteList{
-      &points, &colors, {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
-}
 
 /// Any order of drawing shows the same if all have one opaque colour.
 bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
@@ -377,12 +316,17 @@ void LightComposer::addTriangles(const Mesh& mesh, const Placed& placed) {
   const auto straight = [&](const CutVertex& a, const CutVertex& b) {
     return is_small || domain_.isStraight(normalized(a), normalized(b));
   };
-  const auto* outline = isForPainter() && placer_ == nullptr ? tessellation_.outline : nullptr;
-  if (outline != nullptr && all_inside &&
-      std::all_of(outline->begin(), outline->end(), [&](const auto& edge) {
-        return straight(cut_vertices_[edge[0]], cut_vertices_[edge[1]]);
-      })) {
-    return addFlat(placed);
+  if (isForPainter() && placer_ == nullptr && all_inside) {
+    const auto* outline = tessellation_.outline;
+    if (outline != nullptr && std::all_of(outline->begin(), outline->end(), [&](const auto& edge) {
+          return straight(cut_vertices_[edge[0]], cut_vertices_[edge[1]]);
+        })) {
+      return addFlat(placed);
+    }
+    const Eigen::Vector2d size_px = seen.sizes().cwiseProduct(domain_.focal());
+    if (!tessellation_.convex_parts.empty() && size_px.maxCoeff() <= double{kLargestBody}) {
+      return addHulls(placed);
+    }
   }
   for (const auto& t : mesh.triangles) {
     const CutVertex &a = cut_vertices_[t[0]], &b = cut_vertices_[t[1]], &c = cut_vertices_[t[2]];
@@ -400,18 +344,37 @@ void LightComposer::addTriangles(const Mesh& mesh, const Placed& placed) {
   }
 }
 
-/// The tessellation's outline, of its cut vertices.
-void LightComposer::addFlat(const Placed& placed) {
+void LightComposer::findOutlinePoints(const Placed& placed) {
   outline_points_.clear();
   for (const CutVertex& vertex : cut_vertices_) {
     const LightVertex light = lightVertex(vertex, placed);
     outline_points_.push_back({light.x / light.z, light.y / light.z, light.depth});
   }
-  const Rgba color = asBytes(cut_vertices_.front().color);
-  std::uint32_t bits;
-  std::memcpy(&bits, &color, sizeof(bits));
-  addSpriteRun(sprite_projector_.projectOutline(outline_points_, *tessellation_.outline, bits,
+}
+
+/// The tessellation's outline, of its cut vertices.
+void LightComposer::addFlat(const Placed& placed) {
+  findOutlinePoints(placed);
+  addSpriteRun(sprite_projector_.projectOutline(outline_points_, *tessellation_.outline,
+                                                bitsOf(asBytes(cut_vertices_.front().color)),
                                                 frame_.sprites));
+}
+
+/// The tessellation's convex parts, each of one color.
+void LightComposer::addHulls(const Placed& placed) {
+  findOutlinePoints(placed);
+  const std::vector<std::uint32_t>& parts = tessellation_.convex_parts;
+  SpriteRun run;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const std::size_t end = i + 1 < parts.size() ? parts[i + 1] : outline_points_.size();
+    const SpriteRun one = sprite_projector_.projectHull(
+        &outline_points_[parts[i]], end - parts[i], bitsOf(asBytes(cut_vertices_[parts[i]].color)),
+        frame_.sprites);
+    if (i == 0) run = one;
+    run.count = static_cast<std::uint32_t>(frame_.sprites.used) - run.first;
+    run.is_opaque = run.is_opaque && one.is_opaque;
+  }
+  addSpriteRun(run);
 }
 
 void LightComposer::addSpriteRun(const SpriteRun& run) {

@@ -117,7 +117,9 @@ class LightComposer {
   void addMesh(const Placed& placed);
   void addThin(const ThinLine& line, const Placed& placed);
   void addTriangles(const Mesh& mesh, const Placed& placed);
+  void findOutlinePoints(const Placed& placed);
   void addFlat(const Placed& placed);
+  void addHulls(const Placed& placed);
   void addSpriteRun(const SpriteRun& run);
   /// The surface's mask, made once a frame.
   int maskOf(const SurfacePatch& surface, const Scene& scene,

@@ -13,30 +13,6 @@ constexpr int kUsualSides = 32;        ///< of round things that are not for a l
 constexpr double kOutlineError = 0.1;  ///< px; half of it outwards, half inwards
 const ColorList kNone;
 
-/// Right, up and towards the eye of letters at a place.
-Eigen::Matrix3d axesOfLetters(const Eye& eye, const Eigen::Vector3d& p) {
-  Eigen::Matrix3d R = eye.R_world_eye;
-  R.col(1) = -R.col(1);
-  R.col(2) = -R.col(2);
-  const Eigen::Vector3d n = R.col(2);
-  if (eye.reader) {
-    const Eigen::Vector3d to_reader =
-        eye.reader->p_world - (eye.reader->is_direction ? 0.0 : 1.0) * p;
-    const Eigen::Vector3d up = n * n.dot(to_reader) - to_reader;
-    if (!(up.norm() > 1e-6)) return R;  // right above the text there is no side
-    R.col(1) = up.normalized();
-    R.col(0) = R.col(1).cross(n);
-  } else if (eye.letters_face_it) {
-    const Eigen::Vector3d towards = (eye.p_world - p).normalized();
-    const Eigen::Vector3d right = n.cross(towards);
-    if (!(right.norm() > 1e-6)) return R;
-    R.col(0) = right.normalized();
-    R.col(1) = towards.cross(R.col(0));
-    R.col(2) = towards;
-  }
-  return R;
-}
-
 /// Draws one drawable's shape into a tessellation.
 class Tessellator {
  public:
@@ -46,9 +22,11 @@ class Tessellator {
   void operator()(const Arrow& arrow) {
     const double head = std::min(arrow.head_length, arrow.length);
     const double shaft = arrow.length - head, d = arrow.shaft_diameter, D = arrow.head_diameter;
+    // The shaft ends within the head, not at it: there they would have to share pixels' edges.
+    const double end = shaft + (D > d ? 0.5 * head * (1 - d / D) : 0);
     Eigen::Affine3d along_x = Eigen::Affine3d::Identity();
-    along_x.linear() << 0, 0, shaft, d, 0, 0, 0, d, 0;
-    along_x.translation() = Eigen::Vector3d(shaft / 2, 0, 0);
+    along_x.linear() << 0, 0, end, d, 0, 0, 0, d, 0;
+    along_x.translation() = Eigen::Vector3d(end / 2, 0, 0);
     if (shaft > 0) addSolid(unitCylinder(sides(along_x)), along_x, packed(color_));
     Eigen::Affine3d tip = Eigen::Affine3d::Identity();
     tip.linear() = Eigen::Vector3d(head, D, D).asDiagonal();
@@ -185,16 +163,10 @@ class Tessellator {
   void addSolid(const Solid& solid, const Eigen::Affine3d& shape, const Rgba& color) {
     const Eigen::Affine3d M = pose_ * shape;
     const auto eye = eyeIn(M);
-    const std::size_t before = out_.mesh.triangles.size();
-    if (eye) addSeenFaces(solid, M, color, *eye);
-    // Without an eye to leave faces out for, or from within: all of them.
-    if (out_.mesh.triangles.size() == before)
-      addFaces(solid, M, color, [](const auto&) { return true; });
-  }
-
-  void addSeenFaces(const Solid& solid, const Eigen::Affine3d& M, const Rgba& color,
-                    const Eigen::Vector3d& eye) {
-    addFaces(solid, M, color, [&](const auto& t) { return faces(solid.points, t, eye); });
+    const auto isSeen = [&](const auto& t) { return faces(solid.points, t, *eye); };
+    const bool is_outside =
+        eye && std::any_of(solid.triangles.begin(), solid.triangles.end(), isSeen);
+    addFaces(solid, M, color, [&](const auto& t) { return !is_outside || isSeen(t); });
   }
 
   template <typename IsSeen>
@@ -202,6 +174,7 @@ class Tessellator {
                 const IsSeen& is_seen) {
     if (!M.matrix().allFinite()) return;
     const std::uint32_t first = size();
+    out_.convex_parts.push_back(first);
     for (const Eigen::Vector3d& p : solid.points) addPoint(M * p, color);
     for (const auto& t : solid.triangles) {
       if (is_seen(t)) out_.mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
@@ -301,33 +274,12 @@ class Tessellator {
 
 }  // namespace
 
-Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world,
-               double focal_px) {
-  const Rigid<World, Projector> T_world_projector = T_projector_world.inverse();
-  Eye eye;
-  eye.focal_px = focal_px;
-  eye.p_lens = T_world_projector.matrix().translation();
-  if (layer.placement == Placement::Direct || !layer.surface) {
-    eye.R_world_eye = T_world_projector.matrix().linear();
-    eye.p_world = eye.p_lens;
-    return eye;
-  }
-  const Eigen::Matrix3d R_world_surface = layer.surface->T_world_surface.matrix().linear();
-  eye.R_world_eye.col(0) = R_world_surface.col(0);
-  eye.R_world_eye.col(1) = -R_world_surface.col(1);
-  eye.R_world_eye.col(2) = -R_world_surface.col(2);
-  eye.parallel = layer.placement == Placement::Drape;
-  eye.p_world = layer.p_viewer;
-  eye.letters_face_it = layer.placement == Placement::Viewer;
-  if (layer.placement == Placement::Drape) eye.reader = layer.reader;
-  return eye;
-}
-
 void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
   out.mesh.clear();
   out.splats.clear();
   out.thin_lines.clear();
   out.outline = nullptr;
+  out.convex_parts.clear();
   if (!drawable.pose.matrix().matrix().allFinite()) return;
   std::visit(Tessellator(drawable, eye, out), drawable.shape);
 }

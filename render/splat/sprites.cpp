@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/scene/lens_domain.hpp"
+#include "render/splat/box_outline.hpp"
 #include "render/splat/float_lens.hpp"
 #include "render/splat/packed_color.hpp"
 
@@ -11,60 +12,6 @@ namespace afterglow::render {
 namespace {
 
 using Eigen::Vector3f;
-
-/// Corners of the outline of a box as seen from one of the 27 regions around it, by whether the eye
-/// lies before, between or behind the two faces of each axis. Bit i of a corner: the far end of
-/// axis i.
-struct BoxOutline {
-  int count = 0;
-  std::array<int, 6> corners{};
-};
-
-/// Edges of the faces that are seen, without those that two of them share.
-BoxOutline outlineFrom(const std::array<int, 3>& side) {
-  std::array<int, 8> next;
-  next.fill(-1);
-  std::array<std::array<bool, 8>, 8> has{};
-  for (int axis = 0; axis < 3; ++axis) {
-    if (side[static_cast<std::size_t>(axis)] == 0) continue;
-    const bool far = side[static_cast<std::size_t>(axis)] > 0;
-    const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3, base = far ? 1 << axis : 0;
-    // Counterclockwise from outside.
-    std::array<int, 4> face = {base, base | b, base | b | c, base | c};
-    if (!far) std::swap(face[1], face[3]);
-    for (std::size_t i = 0; i < 4; ++i) {
-      has[static_cast<std::size_t>(face[i])][static_cast<std::size_t>(face[(i + 1) % 4])] = true;
-    }
-  }
-  int start = -1;
-  for (std::size_t a = 0; a < 8; ++a) {
-    for (std::size_t b = 0; b < 8; ++b) {
-      if (!has[a][b] || has[b][a]) continue;
-      next[a] = static_cast<int>(b);
-      start = static_cast<int>(a);
-    }
-  }
-  BoxOutline outline;
-  if (start < 0) return outline;
-  int at = start;
-  do {
-    outline.corners[static_cast<std::size_t>(outline.count++)] = at;
-    at = next[static_cast<std::size_t>(at)];
-  } while (at != start && outline.count < 6);
-  return outline;
-}
-
-/// By 9 (x + 1) + 3 (y + 1) + z + 1, each side being -1, 0 or 1.
-const std::array<BoxOutline, 27>& boxOutlines() {
-  static const std::array<BoxOutline, 27> outlines = [] {
-    std::array<BoxOutline, 27> all;
-    for (int i = 0; i < 27; ++i) {
-      all[static_cast<std::size_t>(i)] = outlineFrom({i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
-    }
-    return all;
-  }();
-  return outlines;
-}
 
 constexpr std::size_t kMostCorners = 16;
 
@@ -211,7 +158,7 @@ class PartProjector {
       const int side = eye[axis] > face ? 1 : eye[axis] < -face ? -1 : 0;
       region = 3 * region + static_cast<std::size_t>(side + 1);
     }
-    const BoxOutline& outline = boxOutlines()[region];
+    const BoxOutline& outline = render::boxOutline(region);
     if (outline.count == 0) return false;  // the eye is within
     sprite.count = static_cast<std::uint32_t>(outline.count);
     for (int i = 0; i < outline.count; ++i) {
@@ -268,31 +215,6 @@ std::size_t strideOf(const SpriteShape& shape) {
   return 0;
 }
 
-/// Through three points far apart.
-void setPlane(const std::vector<OutlinePoint>& points, const std::vector<Corner>& seen,
-              Sprite& sprite) {
-  const auto from = [&](std::size_t i) {
-    return Eigen::Vector2f(seen[i].x - seen[0].x, seen[i].y - seen[0].y);
-  };
-  const auto area = [&](std::size_t i, std::size_t k) {
-    return from(i).x() * from(k).y() - from(i).y() * from(k).x();
-  };
-  std::size_t b = 0, c = 0;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (from(i).squaredNorm() > from(b).squaredNorm()) b = i;
-  }
-  for (std::size_t i = 0; i < seen.size(); ++i) {
-    if (std::abs(area(b, i)) > std::abs(area(b, c))) c = i;
-  }
-  if (std::abs(area(b, c)) > 1e-3f) {
-    const float at_b = points[b].depth - points[0].depth, at_c = points[c].depth - points[0].depth;
-    sprite.by_x = (at_b * from(c).y() - at_c * from(b).y()) / area(b, c);
-    sprite.by_y = (at_c * from(b).x() - at_b * from(c).x()) / area(b, c);
-  }
-  sprite.depth = points[0].depth - sprite.by_x * seen[0].x - sprite.by_y * seen[0].y;
-  sprite.slack = 1e-6f + 0.75f * (std::abs(sprite.by_x) + std::abs(sprite.by_y));
-}
-
 }  // namespace
 
 std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const ColorList& colors,
@@ -342,39 +264,6 @@ std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const
   out.used_corners += stride * total;
   run.mean_depth = depth_sum / std::max(1.0, static_cast<double>(run.count));
   return run;
-}
-
-SpriteRun SpriteProjector::projectOutline(const std::vector<OutlinePoint>& points,
-                                          const std::vector<std::array<std::uint32_t, 2>>& edges,
-                                          std::uint32_t color, Sprites& out) const {
-  const FloatLens lens(lens_);
-  std::vector<Corner> seen(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const OutlinePoint& p = points[i];
-    if (lens.is_fisheye) {
-      lens.project<true>(p.x, p.y, seen[i].x, seen[i].y);
-    } else {
-      lens.project<false>(p.x, p.y, seen[i].x, seen[i].y);
-    }
-    seen[i].x += 0.5f;
-    seen[i].y += 0.5f;
-  }
-  Sprite sprite;
-  sprite.outline = PolygonCoverage::Outline::Edges;
-  sprite.color = color;
-  setPlane(points, seen, sprite);
-  sprite.first = static_cast<std::uint32_t>(out.used_corners);
-  sprite.count = static_cast<std::uint32_t>(2 * edges.size());
-  if (out.corners.size() < out.used_corners + sprite.count) {
-    out.corners.resize(out.used_corners + sprite.count);
-  }
-  for (const auto& edge : edges) {
-    for (const std::uint32_t i : edge) out.corners[out.used_corners++] = seen[i];
-  }
-  if (out.all.size() == out.used) out.all.resize(2 * out.used + 16);
-  out.all[out.used] = sprite;
-  return {static_cast<std::uint32_t>(out.used++), 1, color >> 24 == 255,
-          static_cast<double>(points.front().depth)};
 }
 
 }  // namespace afterglow::render

@@ -78,7 +78,12 @@ class SpriteProjector {
                            const std::vector<std::array<std::uint32_t, 2>>& edges,
                            std::uint32_t color, Sprites& out) const;
 
+  /// Appends the convex hull of points in front of the lens, as deep as their mean.
+  SpriteRun projectHull(const OutlinePoint* points, std::size_t count, std::uint32_t color,
+                        Sprites& out) const;
+
  private:
+  Corner seen(const OutlinePoint& point) const;
   calib::Lens lens_;
 };
 
