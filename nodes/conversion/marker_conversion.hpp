@@ -20,8 +20,9 @@ namespace afterglow::nodes {
 /// solid flat.
 ///
 /// TEXT_VIEW_FACING: scale.z is the height of a capital (the message's definition; RViz draws it
-/// smaller, because its font's cells are that high). MESH_RESOURCE: with mesh_use_embedded_materials
-/// the file's flat colors, times the marker's color unless that is all zero.
+/// smaller, because its font's cells are that high). MESH_RESOURCE: with
+/// mesh_use_embedded_materials the file's flat colors, times the marker's color unless that is all
+/// zero.
 Converted<render::Drawable> toDrawable(const visualization_msgs::Marker& marker,
                                        MarkerAssets& assets);
 

@@ -11,8 +11,8 @@
 namespace afterglow::nodes {
 
 /// As render::loadMeshFile. Starts afterglow_mesh_reader, which lies beside the running program,
-/// and waits for it: a minute at most. Throws std::runtime_error also where the file crashes it, takes
-/// it too much time or memory, or where it cannot be started. Safe from several threads.
+/// and waits for it: a minute at most. Throws std::runtime_error also where the file crashes it,
+/// takes it too much time or memory, or where it cannot be started. Safe from several threads.
 render::Body readMeshFile(const std::string& path, const std::string& root,
                           const render::MeshFileLimits& limits = {});
 

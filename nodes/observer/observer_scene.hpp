@@ -63,7 +63,7 @@ class ObserverScene {
   std::optional<RobotModel> robot_;
   std::optional<calib::Lens> lens_;
   render::LightOutput mirror_{{}};  ///< that the projector is seen by
-  std::deque<Picture> waiting_;  ///< for the projector's pose, oldest first
+  std::deque<Picture> waiting_;     ///< for the projector's pose, oldest first
   std::shared_ptr<const render::Image> newest_image_;
   render::ProjectedLight light_;
   std::int64_t light_ns_ = 0;  ///< the picture's stamp; 0: none

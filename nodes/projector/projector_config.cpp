@@ -17,9 +17,9 @@ class ConfigReader {
       : file_(std::move(file)), calibration_folder_(std::move(calibration_folder)) {}
 
   ProjectorConfig read() {
-    const YamlMap root(file_, loadYaml(file_), "the configuration",
-                       {"fixed_frame", "projector", "projectors", "surfaces", "layers",
-                        "mesh_roots", "watch"});
+    const YamlMap root(
+        file_, loadYaml(file_), "the configuration",
+        {"fixed_frame", "projector", "projectors", "surfaces", "layers", "mesh_roots", "watch"});
     config_.fixed_frame = root.text("fixed_frame");
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
@@ -28,8 +28,7 @@ class ConfigReader {
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);
     if (root.has("watch")) {
-      config_.watch =
-          readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys), own_folder);
+      config_.watch = readWatchConfig(map(root.at("watch"), "'watch'", kWatchKeys), own_folder);
     }
     return std::move(config_);
   }

@@ -91,7 +91,7 @@ class ProjectorNode {
   ros::Time last_time_;
   std::vector<std::vector<std::string>> problems_;  ///< of the last pictures, by projector
   std::string failure_;
-  bool has_news_ = false;      ///< content that no picture shows
+  bool has_news_ = false;  ///< content that no picture shows
   std::chrono::steady_clock::time_point news_drawn_at_;
   bool has_pictures_ = false;  ///< for awaitPictures()
   std::condition_variable woken_, pictures_ready_;

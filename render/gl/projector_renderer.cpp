@@ -6,8 +6,8 @@
 
 #include "render/gl/light_drawer.hpp"
 #include "render/gl/renderer.hpp"
+#include "render/paint/frame_painter.hpp"
 #include "render/scene/light_frame.hpp"
-#include "render/splat/frame_painter.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/paint/sprite_list.hpp"
 #include "render/scene/surface_outline.hpp"
 #include "render/scene/thin_lines.hpp"
-#include "render/splat/sprite_list.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -171,7 +171,8 @@ int LightComposer::maskOf(const SurfacePatch& surface, const Scene& scene,
   });
   if (known != masked_.end()) return static_cast<int>(known - masked_.begin());
   LightMask mask;
-  if (!surface.polygon.empty()) {
+  // A relief ends within the outline by itself, at its own height.
+  if (!surface.polygon.empty() && !surface.relief) {
     mask.outline = addOutline(outlineInWorld(surface), T_projector_world);
   }
   const Eigen::Vector3d p_lens = T_projector_world.matrix().inverse().translation();

@@ -7,13 +7,13 @@
 #include <optional>
 #include <vector>
 
+#include "render/paint/point_projector.hpp"
+#include "render/paint/sprites.hpp"
 #include "render/scene/cut.hpp"
 #include "render/scene/mesh.hpp"
 #include "render/scene/relief_placer.hpp"
 #include "render/scene/scene.hpp"
 #include "render/scene/tessellate.hpp"
-#include "render/splat/point_projector.hpp"
-#include "render/splat/sprites.hpp"
 
 namespace afterglow::render {
 

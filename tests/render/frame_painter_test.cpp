@@ -1,5 +1,5 @@
 // Frames drawn by the CPU, without any GL: where things land, what they cover, what hides what.
-#include "render/splat/frame_painter.hpp"
+#include "render/paint/frame_painter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "render/splat/point_order.hpp"
-#include "render/splat/point_projector.hpp"
+#include "render/paint/point_order.hpp"
+#include "render/paint/point_projector.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {

@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "render/splat/frame_painter.hpp"
+#include "render/paint/frame_painter.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/paint/frame_painter.hpp"
 #include "render/scene/light_frame.hpp"
-#include "render/splat/frame_painter.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {

@@ -1,4 +1,4 @@
-#include "render/splat/sprite_list.hpp"
+#include "render/paint/sprite_list.hpp"
 
 namespace afterglow::render {
 

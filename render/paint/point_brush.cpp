@@ -1,4 +1,4 @@
-#include "render/splat/point_brush.hpp"
+#include "render/paint/point_brush.hpp"
 
 #include <cstring>
 

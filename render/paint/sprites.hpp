@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "render/paint/point_projector.hpp"
+#include "render/paint/polygon_coverage.hpp"
+#include "render/paint/workers.hpp"
 #include "render/scene/scene.hpp"
-#include "render/splat/point_projector.hpp"
-#include "render/splat/polygon_coverage.hpp"
-#include "render/splat/workers.hpp"
 
 namespace afterglow::render {
 

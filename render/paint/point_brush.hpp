@@ -3,8 +3,8 @@
 /// it.
 #pragma once
 
-#include "render/splat/canvas.hpp"
-#include "render/splat/screen_point.hpp"
+#include "render/paint/canvas.hpp"
+#include "render/paint/screen_point.hpp"
 
 namespace afterglow::render {
 

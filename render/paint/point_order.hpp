@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "render/splat/screen_point.hpp"
+#include "render/paint/screen_point.hpp"
 
 namespace afterglow::render {
 

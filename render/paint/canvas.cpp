@@ -1,6 +1,6 @@
-#include "render/splat/canvas.hpp"
+#include "render/paint/canvas.hpp"
 
-#include "render/splat/band_bins.hpp"
+#include "render/paint/band_bins.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -1,13 +1,13 @@
-#include "render/splat/point_projector.hpp"
+#include "render/paint/point_projector.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 
+#include "render/paint/float_lens.hpp"
+#include "render/paint/packed_color.hpp"
 #include "render/scene/lens_domain.hpp"
-#include "render/splat/float_lens.hpp"
-#include "render/splat/packed_color.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <optional>
 
+#include "render/paint/sprites.hpp"
 #include "render/scene/scene.hpp"
-#include "render/splat/sprites.hpp"
 
 namespace afterglow::render {
 

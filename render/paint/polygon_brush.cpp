@@ -1,4 +1,4 @@
-#include "render/splat/polygon_brush.hpp"
+#include "render/paint/polygon_brush.hpp"
 
 #include <cmath>
 
@@ -35,9 +35,12 @@ class Plane {
   }
   /// At the pixel's centre.
   float at(int column, int row) const {
-    const float value = origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
-                        by_y_ * (static_cast<float>(row) + 0.5f);
-    return std::clamp(value, least_, greatest_);
+    return std::clamp(plainAt(column, row), least_, greatest_);
+  }
+  /// The same, whatever the corners have.
+  float plainAt(int column, int row) const {
+    return origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
+           by_y_ * (static_cast<float>(row) + 0.5f);
   }
   /// How far it may change from a pixel's centre to its corner.
   float slack() const {
@@ -75,6 +78,21 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
     return lightOf({planes[0].at(column, row), planes[1].at(column, row), planes[2].at(column, row),
                     planes[3].at(column, row)});
   });
+}
+
+void PolygonBrush::paint(const ScreenQuad& q, int row_begin, int row_end, const std::uint16_t* mask,
+                         Canvas& canvas) {
+  const Plane depth({q[0], q[1], q[2]}, q[0].depth, q[1].depth, q[2].depth);
+  const auto [least, greatest] = std::minmax({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
+  const float slack = std::max(depth.slack(), (greatest - least) / 8) + kLeastSlack;
+  const std::array<Corner, 4> corners = {q[0].at, q[1].at, q[2].at, q[3].at};
+  const Light light = lightOf(components(q[0].color));
+  const float low = least, high = greatest;  // captured below
+  paintOutline(
+      corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
+      [light](int, int) { return light; },
+      [&](int column, int row) { return std::clamp(depth.plainAt(column, row), low, high); },
+      slack);
 }
 
 void PolygonBrush::paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,

@@ -1,4 +1,4 @@
-#include "render/splat/workers.hpp"
+#include "render/paint/workers.hpp"
 
 #include <utility>
 

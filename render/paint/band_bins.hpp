@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/splat/workers.hpp"
+#include "render/paint/workers.hpp"
 
 namespace afterglow::render {
 

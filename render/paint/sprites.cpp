@@ -1,12 +1,12 @@
-#include "render/splat/sprites.hpp"
+#include "render/paint/sprites.hpp"
 
 #include <array>
 #include <cmath>
 
+#include "render/paint/box_outline.hpp"
+#include "render/paint/float_lens.hpp"
+#include "render/paint/packed_color.hpp"
 #include "render/scene/lens_domain.hpp"
-#include "render/splat/box_outline.hpp"
-#include "render/splat/float_lens.hpp"
-#include "render/splat/packed_color.hpp"
 
 namespace afterglow::render {
 namespace {

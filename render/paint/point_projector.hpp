@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "render/paint/screen_point.hpp"
+#include "render/paint/workers.hpp"
 #include "render/scene/scene.hpp"
-#include "render/splat/screen_point.hpp"
-#include "render/splat/workers.hpp"
 
 namespace afterglow::render {
 

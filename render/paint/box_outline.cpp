@@ -1,4 +1,4 @@
-#include "render/splat/box_outline.hpp"
+#include "render/paint/box_outline.hpp"
 
 #include <utility>
 

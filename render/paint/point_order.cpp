@@ -1,4 +1,4 @@
-#include "render/splat/point_order.hpp"
+#include "render/paint/point_order.hpp"
 
 #include <algorithm>
 #include <array>

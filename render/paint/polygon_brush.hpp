@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/splat/canvas.hpp"
-#include "render/splat/polygon_coverage.hpp"
-#include "render/splat/sprites.hpp"
+#include "render/paint/canvas.hpp"
+#include "render/paint/polygon_coverage.hpp"
+#include "render/paint/sprites.hpp"
 
 namespace afterglow::render {
 
@@ -19,6 +19,7 @@ struct ScreenVertex {
   std::uint32_t color;  ///< r, g, b, a from the lowest byte on
 };
 using ScreenTriangle = std::array<ScreenVertex, 3>;
+using ScreenQuad = std::array<ScreenVertex, 4>;
 
 class PolygonBrush {
  public:
@@ -29,6 +30,9 @@ class PolygonBrush {
   void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
 
+  /// Two triangles that share an edge, all of one color, in about one plane.
+  void paint(const ScreenQuad& quad, int row_begin, int row_end, const std::uint16_t* mask,
+             Canvas& canvas);
   void paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
              const std::uint16_t* mask, Canvas& canvas);
 

@@ -1,10 +1,10 @@
-#include "render/splat/frame_painter.hpp"
+#include "render/paint/frame_painter.hpp"
 
 #include <atomic>
 #include <cstring>
 
-#include "render/splat/point_brush.hpp"
-#include "render/splat/point_order.hpp"
+#include "render/paint/point_brush.hpp"
+#include "render/paint/point_order.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -70,7 +70,7 @@ void FramePainter::projectPart(const LightFrame& frame, int worker) {
 
 void FramePainter::addJobs(const LightFrame& frame) {
   jobs_.clear();
-  triangle_bins_.begin(bands_);
+  face_bins_.begin(bands_);
   sprite_bins_.begin(bands_);
   point_bins_.begin(bands_);
   bool was_flattened = false;
@@ -95,7 +95,7 @@ void FramePainter::addJobs(const LightFrame& frame) {
         job.is_opaque = run.is_opaque;
         addSprites(frame.sprites, run);
       } else {
-        job.bins = static_cast<std::uint32_t>(triangle_bins_.runs());
+        job.bins = static_cast<std::uint32_t>(face_bins_.runs());
         addTriangles(frame, step);
       }
       jobs_.push_back(job);
@@ -125,18 +125,41 @@ void FramePainter::addSprites(const Sprites& sprites, const SpriteRun& run) {
                    [&](std::size_t i) { return static_cast<std::uint32_t>(run.first + i); });
 }
 
+/// Ribbons, boxes and tubes come as pairs of triangles: as quads they are half the work.
+void FramePainter::findFaces(const LightFrame& frame, const LightStep& step) {
+  const auto turnsRight = [this](const std::uint32_t* at) {
+    const Corner &a = vertices_[at[0]].at, &b = vertices_[at[1]].at, &c = vertices_[at[2]].at;
+    return (b.x - a.x) * (c.y - a.y) > (b.y - a.y) * (c.x - a.x);
+  };
+  faces_.clear();
+  const std::uint32_t end = step.first + step.count;
+  for (std::uint32_t i = step.first; i < end; i += 3) {
+    const std::uint32_t* at = &frame.indices[i];
+    const auto color = [&](int k) { return vertices_[at[k]].color; };
+    const bool is_quad = i + 3 < end && at[3] == at[0] && at[4] == at[2] && color(0) == color(1) &&
+                         color(1) == color(2) && color(2) == color(5) &&
+                         turnsRight(at) == turnsRight(at + 3);
+    faces_.push_back({i, is_quad});
+    if (is_quad) i += 3;
+  }
+}
+
 void FramePainter::addTriangles(const LightFrame& frame, const LightStep& step) {
+  findFaces(frame, step);
   const auto rowsOf = [&](std::size_t i) {
-    const std::uint32_t* at = &frame.indices[step.first + 3 * i];
-    const auto [top, bottom] =
+    const std::uint32_t* at = &frame.indices[faces_[i].first];
+    auto [top, bottom] =
         std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y, vertices_[at[2]].at.y});
+    if (faces_[i].is_quad) {
+      top = std::min(top, vertices_[at[5]].at.y);
+      bottom = std::max(bottom, vertices_[at[5]].at.y);
+    }
     // Far outside is outside; an integer could not hold it.
     const auto limit = static_cast<float>(height_ + kBandRows);
     return Rows{static_cast<int>(std::clamp(std::floor(top), -limit, limit)),
                 static_cast<int>(std::clamp(std::floor(bottom), -limit, limit))};
   };
-  triangle_bins_.add(step.count / 3, workers_, rowsOf,
-                     [&](std::size_t i) { return static_cast<std::uint32_t>(step.first + 3 * i); });
+  face_bins_.add(faces_.size(), workers_, rowsOf, [&](std::size_t i) { return faces_[i]; });
 }
 
 ScreenTriangle FramePainter::triangle(const LightFrame& frame, std::uint32_t first) const {
@@ -159,12 +182,13 @@ void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
         paintPoints(job, band, maskOf(frame, job, band, bench), bench);
         break;
       case Job::Kind::Triangles:
-      case Job::Kind::Sprites: {
-        const auto& bins = job.kind == Job::Kind::Sprites ? sprite_bins_ : triangle_bins_;
-        if (bins.bin(job.bins, band).count == 0) break;
+        if (face_bins_.bin(job.bins, band).count == 0) break;
         paintSolid(frame, job, band, maskOf(frame, job, band, bench), bench);
         break;
-      }
+      case Job::Kind::Sprites:
+        if (sprite_bins_.bin(job.bins, band).count == 0) break;
+        paintSolid(frame, job, band, maskOf(frame, job, band, bench), bench);
+        break;
     }
   }
   for (int row = row_begin; row < row_end; ++row) {
@@ -193,20 +217,33 @@ void FramePainter::paintSolid(const LightFrame& frame, const Job& job, int band,
                               const std::uint16_t* mask, Bench& bench) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
   Canvas& canvas = job.is_opaque ? bench.canvas : bench.glass;
-  const bool has_sprites = job.kind == Job::Kind::Sprites;
-  const auto& bins = has_sprites ? sprite_bins_ : triangle_bins_;
-  const auto& bin = bins.bin(job.bins, band);
-  const std::uint32_t* items = bins.items(bin);
-  for (std::size_t i = 0; i < bin.count; ++i) {
-    if (has_sprites) {
+  if (job.kind == Job::Kind::Sprites) {
+    const auto& bin = sprite_bins_.bin(job.bins, band);
+    const std::uint32_t* items = sprite_bins_.items(bin);
+    for (std::size_t i = 0; i < bin.count; ++i) {
       const Sprite& sprite = frame.sprites.all[items[i]];
       bench.brush.paint(sprite, &frame.sprites.corners[sprite.first], row_begin, row_end, mask,
                         canvas);
-    } else {
-      bench.brush.paint(triangle(frame, items[i]), row_begin, row_end, mask, canvas);
+    }
+  } else {
+    const auto& bin = face_bins_.bin(job.bins, band);
+    const Face* faces = face_bins_.items(bin);
+    for (std::size_t i = 0; i < bin.count; ++i) {
+      paintFace(frame, faces[i], row_begin, row_end, mask, bench, canvas);
     }
   }
   if (!job.is_opaque) bench.canvas.lay(bench.glass);
+}
+
+void FramePainter::paintFace(const LightFrame& frame, const Face& face, int row_begin, int row_end,
+                             const std::uint16_t* mask, Bench& bench, Canvas& canvas) const {
+  if (!face.is_quad) {
+    bench.brush.paint(triangle(frame, face.first), row_begin, row_end, mask, canvas);
+    return;
+  }
+  const std::uint32_t* at = &frame.indices[face.first];
+  const ScreenQuad quad = {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]], vertices_[at[5]]};
+  bench.brush.paint(quad, row_begin, row_end, mask, canvas);
 }
 
 /// Outlines are few and made of few triangles: they need no bins.

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <utility>
 
-#include "render/splat/float_lens.hpp"
-#include "render/splat/sprites.hpp"
+#include "render/paint/float_lens.hpp"
+#include "render/paint/sprites.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -7,12 +7,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/paint/band_bins.hpp"
+#include "render/paint/canvas.hpp"
+#include "render/paint/float_lens.hpp"
+#include "render/paint/polygon_brush.hpp"
+#include "render/paint/workers.hpp"
 #include "render/scene/light_frame.hpp"
-#include "render/splat/band_bins.hpp"
-#include "render/splat/canvas.hpp"
-#include "render/splat/float_lens.hpp"
-#include "render/splat/polygon_brush.hpp"
-#include "render/splat/workers.hpp"
 
 namespace afterglow::render {
 
@@ -29,6 +29,11 @@ class FramePainter {
   void paint(const LightFrame& frame, std::uint8_t* rgb);
 
  private:
+  /// A triangle, or two that are next to each other and of one color, as four corners.
+  struct Face {
+    std::uint32_t first = 0;  ///< of the frame's indices
+    bool is_quad = false;
+  };
   /// What is painted one after the other.
   struct Job {
     enum class Kind { Triangles, Sprites, Points, Flatten } kind;
@@ -67,6 +72,9 @@ class FramePainter {
   void paintPoints(const Job& job, int band, const std::uint16_t* mask, Bench& bench) const;
   void paintSolid(const LightFrame& frame, const Job& job, int band, const std::uint16_t* mask,
                   Bench& bench) const;
+  void paintFace(const LightFrame& frame, const Face& face, int row_begin, int row_end,
+                 const std::uint16_t* mask, Bench& bench, Canvas& canvas) const;
+  void findFaces(const LightFrame& frame, const LightStep& step);
   const std::uint16_t* maskOf(const LightFrame& frame, const Job& job, int band,
                               Bench& bench) const;
   ScreenTriangle triangle(const LightFrame& frame, std::uint32_t first) const;
@@ -76,7 +84,8 @@ class FramePainter {
   Workers& workers_;
   std::vector<ScreenVertex> vertices_;
   std::vector<Job> jobs_;
-  BandBins<std::uint32_t> triangle_bins_;  ///< first of a triangle's indices
+  std::vector<Face> faces_;  ///< of one step
+  BandBins<Face> face_bins_;
   BandBins<std::uint32_t> sprite_bins_;
   BandBins<ScreenPoint> point_bins_;
   std::array<Bench, Workers::kCount> benches_;
