@@ -33,12 +33,13 @@ void setPlane(const std::vector<OutlinePoint>& points, const std::vector<Corner>
   sprite.slack = 1e-6f + 0.75f * (std::abs(sprite.by_x) + std::abs(sprite.by_y));
 }
 
-/// Andrew's monotone chain: the lower half from left to right, then the upper one back.
-std::vector<Corner> hullOf(std::vector<Corner> corners) {
+/// Andrew's monotone chain: the lower half from left to right, then the upper one back. Sorts the
+/// corners.
+void findHull(std::vector<Corner>& corners, std::vector<Corner>& hull) {
   std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
     return a.x < b.x || (a.x == b.x && a.y < b.y);
   });
-  std::vector<Corner> hull;
+  hull.clear();
   const auto addHalf = [&hull](auto begin, auto end) {
     const std::size_t first = hull.size();
     for (auto it = begin; it != end; ++it) {
@@ -53,10 +54,12 @@ std::vector<Corner> hullOf(std::vector<Corner> corners) {
   };
   addHalf(corners.begin(), corners.end());
   addHalf(corners.rbegin(), corners.rend());
-  return hull;
 }
 
 SpriteRun append(Sprite sprite, const std::vector<Corner>& corners, float depth, Sprites& out) {
+  SpriteRun run{static_cast<std::uint32_t>(out.used), 0, sprite.color >> 24 == 255,
+                static_cast<double>(depth)};
+  if (corners.size() < 3) return run;
   sprite.first = static_cast<std::uint32_t>(out.used_corners);
   sprite.count = static_cast<std::uint32_t>(corners.size());
   if (out.corners.size() < out.used_corners + corners.size()) {
@@ -66,51 +69,49 @@ SpriteRun append(Sprite sprite, const std::vector<Corner>& corners, float depth,
             out.corners.begin() + static_cast<std::ptrdiff_t>(out.used_corners));
   out.used_corners += corners.size();
   if (out.all.size() == out.used) out.all.resize(2 * out.used + 16);
-  out.all[out.used] = sprite;
-  return {static_cast<std::uint32_t>(out.used++), corners.size() < 3 ? 0u : 1u,
-          sprite.color >> 24 == 255, static_cast<double>(depth)};
+  out.all[out.used++] = sprite;
+  run.count = 1;
+  return run;
 }
 
 }  // namespace
 
 SpriteRun SpriteProjector::projectOutline(const std::vector<OutlinePoint>& points,
                                           const std::vector<std::array<std::uint32_t, 2>>& edges,
-                                          std::uint32_t color, Sprites& out) const {
-  std::vector<Corner> corners(points.size());
-  std::transform(points.begin(), points.end(), corners.begin(),
-                 [this](const OutlinePoint& point) { return seen(point); });
+                                          std::uint32_t color, Sprites& out) {
+  corners_.clear();
+  for (const OutlinePoint& point : points) corners_.push_back(seen(point));
   Sprite sprite;
   sprite.outline = PolygonCoverage::Outline::Edges;
   sprite.color = color;
-  setPlane(points, corners, sprite);
-  std::vector<Corner> ends;
-  ends.reserve(2 * edges.size());
+  setPlane(points, corners_, sprite);
+  outline_.clear();
   for (const auto& edge : edges) {
-    for (const std::uint32_t i : edge) ends.push_back(corners[i]);
+    for (const std::uint32_t i : edge) outline_.push_back(corners_[i]);
   }
-  return append(sprite, ends, points.front().depth, out);
+  return append(sprite, outline_, points.front().depth, out);
 }
 
 SpriteRun SpriteProjector::projectHull(const OutlinePoint* points, std::size_t count,
-                                       std::uint32_t color, Sprites& out) const {
-  std::vector<Corner> corners(count);
+                                       std::uint32_t color, Sprites& out) {
+  corners_.clear();
   Sprite sprite;
   sprite.color = color;
   float least = points[0].depth, greatest = least;
   for (std::size_t i = 0; i < count; ++i) {
-    corners[i] = seen(points[i]);
+    corners_.push_back(seen(points[i]));
     sprite.depth += points[i].depth / static_cast<float>(count);
     least = std::min(least, points[i].depth);
     greatest = std::max(greatest, points[i].depth);
   }
   sprite.slack = 1e-6f + (greatest - least) / 2;
-  return append(sprite, hullOf(std::move(corners)), sprite.depth, out);
+  findHull(corners_, outline_);
+  return append(sprite, outline_, sprite.depth, out);
 }
 
 Corner SpriteProjector::seen(const OutlinePoint& point) const {
-  const FloatLens lens(lens_);
   Corner corner;
-  lens.project(point.x, point.y, corner.x, corner.y);
+  lens_.project(point.x, point.y, corner.x, corner.y);
   return {corner.x + 0.5f, corner.y + 0.5f};
 }
 

@@ -26,12 +26,12 @@ struct Part {
 template <bool kFisheye>
 class PartProjector {
  public:
-  PartProjector(const calib::Lens& lens, const PointList& points, const ColorList& colors,
-                const Color& color, const SpriteShape& shape, const PointPlacement& placement,
-                std::size_t stride)
+  PartProjector(const FloatLens& lens, int width, int height, const PointList& points,
+                const ColorList& colors, const Color& color, const SpriteShape& shape,
+                const PointPlacement& placement, std::size_t stride)
       : lens_(lens),
-        width_(static_cast<float>(lens.width)),
-        height_(static_cast<float>(lens.height)),
+        width_(static_cast<float>(width)),
+        height_(static_cast<float>(height)),
         points_(points),
         colors_(colors),
         color_(color),
@@ -241,11 +241,13 @@ std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const
         const std::size_t first_corner = out.used_corners + stride * part.begin;
         Sprite* sprites = out.all.data() + out.used + part.begin;
         Corner* corners = out.corners.data() + first_corner;
-        if (lens_.model == calib::LensModel::Equidistant) {
-          PartProjector<true>(lens_, points, colors, color, shape, placement, stride)
+        if (lens_.is_fisheye) {
+          PartProjector<true>(lens_, width_, height_, points, colors, color, shape, placement,
+                              stride)
               .project(part, sprites, first_corner, corners);
         } else {
-          PartProjector<false>(lens_, points, colors, color, shape, placement, stride)
+          PartProjector<false>(lens_, width_, height_, points, colors, color, shape, placement,
+                               stride)
               .project(part, sprites, first_corner, corners);
         }
       },

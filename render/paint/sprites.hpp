@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "render/paint/float_lens.hpp"
 #include "render/paint/point_projector.hpp"
 #include "render/paint/polygon_coverage.hpp"
 #include "render/paint/workers.hpp"
@@ -61,9 +62,11 @@ struct OutlinePoint {
 /// larger body's depth is not that of its centre.
 constexpr float kLargestSquare = 64, kLargestBody = 24;
 
+/// Keeps its buffers between calls.
 class SpriteProjector {
  public:
-  explicit SpriteProjector(const calib::Lens& lens) : lens_(lens) {}
+  explicit SpriteProjector(const calib::Lens& lens)
+      : lens_(lens), width_(lens.width), height_(lens.height) {}
 
   /// Appends what reaches the image; what touches the fold of the lens or its near plane is left
   /// out. Absent, and nothing appended, if one is larger than that.
@@ -76,15 +79,18 @@ class SpriteProjector {
   /// which all lie in front of the lens.
   SpriteRun projectOutline(const std::vector<OutlinePoint>& points,
                            const std::vector<std::array<std::uint32_t, 2>>& edges,
-                           std::uint32_t color, Sprites& out) const;
+                           std::uint32_t color, Sprites& out);
 
   /// Appends the convex hull of points in front of the lens, as deep as their mean.
   SpriteRun projectHull(const OutlinePoint* points, std::size_t count, std::uint32_t color,
-                        Sprites& out) const;
+                        Sprites& out);
 
  private:
   Corner seen(const OutlinePoint& point) const;
-  calib::Lens lens_;
+
+  FloatLens lens_;
+  int width_, height_;
+  std::vector<Corner> corners_, outline_;
 };
 
 }  // namespace afterglow::render
