@@ -105,8 +105,9 @@ void FramePainter::addJobs(const LightFrame& frame) {
 
 void FramePainter::addPoints(const LightFrame& frame, const PointRun& run) {
   const ScreenPoint* points = frame.screen_points.data() + run.first;
+  const PointBrush brush(run.size_px);
   point_bins_.add(
-      run.count, workers_, [&](std::size_t i) { return rowsOfPoint(points[i], run.size_px); },
+      run.count, workers_, [&](std::size_t i) { return brush.rows(points[i]); },
       [&](std::size_t i) { return points[i]; });
 }
 
@@ -206,9 +207,9 @@ void FramePainter::paintPoints(const Job& job, int band, const std::uint16_t* ma
   const auto& bin = point_bins_.bin(job.bins, band);
   const ScreenPoint* points = point_bins_.items(bin);
   if (job.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
-  PointBrush brush(width_, job.size_px);
+  const PointBrush brush(job.size_px);
   for (std::size_t i = 0; i < bin.count; ++i) {
-    brush.paint(points[i], row_begin, row_end, mask, bench.canvas);
+    brush.paint(points[i], row_begin, row_end, width_, mask, bench.canvas);
   }
 }
 

@@ -22,7 +22,7 @@ Pair twice(Light light) {
   return pair;
 }
 
-/// Two pixels' shares of 255 in all their components.
+/// Two pixels' shares in all their components.
 Pair sharesOf(std::uint32_t first, std::uint32_t second) {
   constexpr std::uint64_t kEach = 0x0001000100010001u;
   using Words = std::uint64_t __attribute__((vector_size(16)));
@@ -38,19 +38,6 @@ void mix(Light* pixels, Pair source, Pair shares) {
   std::memcpy(pixels, &result, sizeof(result));
 }
 
-int subpixels(float size_px) {
-  return static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels));
-}
-
-/// First subpixel of a square around `center`; pixel i begins at i * kSubpixels.
-int begin(std::int32_t center, int size) { return center + kSubpixels / 2 - size / 2; }
-
-/// How much of pixel i lies between two subpixels.
-std::uint32_t overlap(int i, int from, int to) {
-  return static_cast<std::uint32_t>(std::min(to, (i + 1) * kSubpixels) -
-                                    std::max(from, i * kSubpixels));
-}
-
 /// What ScreenPoint::order was made of.
 float depthOf(std::uint32_t order) {
   const std::uint32_t bits = order >> 31 ? order : ~order & 0x7fffffffu;
@@ -61,44 +48,49 @@ float depthOf(std::uint32_t order) {
 
 }  // namespace
 
-Rows rowsOfPoint(const ScreenPoint& point, float size_px) {
-  const int size = subpixels(size_px), top = begin(point.v, size);
-  return {top >> 8, (top + size - 1) >> 8};  // shifts round down, also below zero
+PointBrush::PointBrush(float size_px)
+    : size_(static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels))),
+      stride_(static_cast<std::size_t>(size_ / kSubpixels) + 4) {
+  shares_.resize(kSubpixels * stride_);
+  for (int fraction = 0; fraction < kSubpixels; ++fraction) {
+    for (int i = 0; i < static_cast<int>(stride_); ++i) {
+      const int from = std::max(fraction, i * kSubpixels);
+      const int to = std::min(fraction + size_, (i + 1) * kSubpixels);
+      shares_[static_cast<std::size_t>(fraction) * stride_ + static_cast<std::size_t>(i)] =
+          static_cast<std::uint16_t>(std::max(0, to - from));
+    }
+  }
 }
 
-PointBrush::PointBrush(int width, float size_px)
-    : width_(width),
-      size_(subpixels(size_px)),
-      shares_(static_cast<std::size_t>(size_ / kSubpixels) + 3) {}
-
-void PointBrush::paint(const ScreenPoint& point, int row_begin, int row_end,
-                       const std::uint16_t* mask, Canvas& canvas) {
-  const int left = begin(point.u, size_), right = left + size_;
-  const int top = begin(point.v, size_), bottom = top + size_;
-  const int u_begin = std::max(0, left >> 8), u_end = std::min(width_, (right + 255) >> 8);
-  const int v_begin = std::max(row_begin, top >> 8), v_end = std::min(row_end, (bottom + 255) >> 8);
+void PointBrush::paint(const ScreenPoint& point, int row_begin, int row_end, int width,
+                       const std::uint16_t* mask, Canvas& canvas) const {
+  const int left = begin(point.u), top = begin(point.v);
+  const int u_first = left >> 8, v_first = top >> 8;
+  const int u_begin = std::max(0, u_first), u_end = std::min(width, (left + size_ + 255) >> 8);
+  const int v_begin = std::max(row_begin, v_first);
+  const int v_end = std::min(row_end, (top + size_ + 255) >> 8);
   if (u_begin >= u_end) return;
-  std::uint32_t* shares = shares_.data();
-  for (int u = u_begin; u < u_end; ++u) shares[u - u_begin] = overlap(u, left, right);
-  shares[u_end - u_begin] = 0;
+  const std::uint16_t* columns = shares(left & (kSubpixels - 1)) + (u_begin - u_first);
+  const std::uint16_t* rows = shares(top & (kSubpixels - 1)) - v_first;
   const std::uint32_t alpha = point.color >> 24;
   const Light light = opaque(point.color);
+  const Pair source = twice(light);
   const bool is_plain = mask == nullptr && !canvas.hasCovers();
   for (int v = v_begin; v < v_end; ++v) {
-    const std::uint32_t row_share = overlap(v, top, bottom) * alpha;
-    const auto shareAt = [&](int i) { return (shares[i] * row_share + 0x8000) >> 16; };
+    const std::uint32_t row_share = rows[v] * alpha;
+    const auto shareAt = [&](int i) { return (columns[i] * row_share + 0x8000) >> 16; };
     if (is_plain) {
       Light* row = canvas.behind(v - row_begin) + u_begin;
-      const Pair source = twice(light);
-      // A pixel past the end has no share and stays as it is.
-      for (int i = 0; i < u_end - u_begin; i += 2) {
-        mix(row + i, source, sharesOf(shareAt(i), shareAt(i + 1)));
+      // A pixel past the end stays as it is.
+      const int count = u_end - u_begin;
+      for (int i = 0; i < count; i += 2) {
+        mix(row + i, source, sharesOf(shareAt(i), i + 1 < count ? shareAt(i + 1) : 0));
       }
       continue;
     }
     for (int u = u_begin; u < u_end; ++u) {
       std::uint32_t share = shareAt(u - u_begin);
-      if (mask != nullptr) share = share * mask[(v - row_begin) * width_ + u] >> 8;
+      if (mask != nullptr) share = share * mask[(v - row_begin) * width + u] >> 8;
       const auto part = static_cast<std::uint16_t>(share);
       canvas.lay(v - row_begin, u, (light * part + 127) / 255, depthOf(point.order));
     }

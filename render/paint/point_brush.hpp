@@ -3,6 +3,10 @@
 /// it.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
 #include "render/paint/canvas.hpp"
 #include "render/paint/screen_point.hpp"
 
@@ -10,24 +14,39 @@ namespace afterglow::render {
 
 constexpr float kLargestPoint = 250;  ///< px
 
-/// Rows of the image that a point of so many pixels touches.
+/// Rows of the image.
 struct Rows {
   int first, last;
 };
-Rows rowsOfPoint(const ScreenPoint& point, float size_px);
 
+/// For points of one size.
 class PointBrush {
  public:
-  PointBrush(int width, float size_px);
+  explicit PointBrush(float size_px);
+
+  /// Those that a point touches.
+  Rows rows(const ScreenPoint& point) const {
+    const int top = begin(point.v);
+    return {top >> 8, (top + size_ - 1) >> 8};  // shifts round down, also below zero
+  }
 
   /// Blends the point over the band whose first row is `row_begin`, hidden by what is nearer and
   /// cut by `mask` (shares of kWhole, row by row; nullptr: whole).
-  void paint(const ScreenPoint& point, int row_begin, int row_end, const std::uint16_t* mask,
-             Canvas& canvas);
+  void paint(const ScreenPoint& point, int row_begin, int row_end, int width,
+             const std::uint16_t* mask, Canvas& canvas) const;
 
  private:
-  int width_, size_;
-  std::vector<std::uint32_t> shares_;  ///< of the columns, in subpixels
+  /// First subpixel of the square around `center`; pixel i begins at i * kSubpixels.
+  int begin(std::int32_t center) const { return center + kSubpixels / 2 - size_ / 2; }
+  /// Shares of kSubpixels that the pixels have of a square that begins so many subpixels into the
+  /// first of them.
+  const std::uint16_t* shares(int fraction) const {
+    return shares_.data() + static_cast<std::size_t>(fraction) * stride_;
+  }
+
+  int size_;  ///< subpixels
+  std::size_t stride_;
+  std::vector<std::uint16_t> shares_;  ///< by fraction
 };
 
 }  // namespace afterglow::render

@@ -3,8 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
+
+#include "render/paint/band_bins.hpp"
 
 namespace afterglow::render {
 
@@ -18,7 +21,8 @@ struct Corner {
 /// are right to about 1e-5. Keeps its buffer.
 class PolygonCoverage {
  public:
-  explicit PolygonCoverage(int width) : width_(width), sums_(static_cast<std::size_t>(width) + 2) {}
+  explicit PolygonCoverage(int width)
+      : width_(width), sums_((static_cast<std::size_t>(width) + 2) * kBandRows) {}
 
   /// What is inside of an outline.
   enum class Outline {
@@ -26,9 +30,9 @@ class PolygonCoverage {
     Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
   };
 
-  /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end) that
-  /// is touched. Shares are positive if the outline turns clockwise as seen (y down), else
-  /// negative.
+  /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end),
+  /// which are at most kBandRows, that is touched. Shares are positive if the outline turns
+  /// clockwise as seen (y down), else negative.
   template <typename Visit>
   void visit(const Corner* corners, std::size_t corner_count, Outline outline, int row_begin,
              int row_end, const Visit& visit) {
@@ -38,30 +42,29 @@ class PolygonCoverage {
       bottom = std::max(bottom, corners[i].y);
     }
     if (!(bottom > static_cast<float>(row_begin) && top < static_cast<float>(row_end))) return;
-    const bool is_polygon = outline == Outline::Polygon;
-    const std::size_t edge_count = is_polygon ? corner_count : corner_count / 2;
-    if (edges_.size() < edge_count) edges_.resize(edge_count);
-    for (std::size_t i = 0; i < edge_count; ++i) {
-      edges_[i] = is_polygon ? edgeOf(corners[i], corners[i + 1 < corner_count ? i + 1 : 0])
-                             : edgeOf(corners[2 * i], corners[2 * i + 1]);
-    }
     const int first = std::max(row_begin, static_cast<int>(top));
     const int last = std::min(row_end - 1, static_cast<int>(bottom));
+    for (int row = first; row <= last; ++row) spans_[at(row - first)] = {width_, 0};
+    const bool is_polygon = outline == Outline::Polygon;
+    for (std::size_t i = 0; i < corner_count; i += is_polygon ? 1 : 2) {
+      add(edgeOf(corners[i], corners[i + 1 < corner_count ? i + 1 : 0]), first, last);
+    }
     for (int row = first; row <= last; ++row) {
-      begin_ = width_;
-      end_ = 0;
-      for (std::size_t i = 0; i < edge_count; ++i) addRow(edges_[i], static_cast<float>(row));
-      if (begin_ >= end_) continue;
-      float* sums = sums_.data() + begin_;
-      const int count = end_ - begin_;
+      const Span span = spans_[at(row - first)];
+      if (span.begin >= span.end) continue;
+      float* sums = sumsOf(row - first);
+      const int count = span.end - span.begin;
       float share = 0;
-      for (int i = 0; i < count; ++i) sums[i] = share += sums[i];
-      visit(row, begin_, count, static_cast<const float*>(sums));
-      std::fill(sums, sums_.data() + std::min(end_ + 2, width_ + 2), 0.f);
+      for (int i = span.begin; i < span.end; ++i) sums[i] = share += sums[i];
+      visit(row, span.begin, count, static_cast<const float*>(sums + span.begin));
+      std::fill(sums + span.begin, sums + std::min(span.end + 2, width_ + 2), 0.f);
     }
   }
 
  private:
+  struct Span {
+    int begin, end;
+  };
   struct Edge {
     float x, top, bottom;  ///< x at its top
     float slope;           ///< x by y
@@ -76,45 +79,53 @@ class PolygonCoverage {
     return {high.x, high.y, low.y, height > 0 ? (low.x - high.x) / height : 0, is_up ? 1.f : -1.f};
   }
 
-  void addRow(const Edge& edge, float row) {
-    const float top = std::max(edge.top, row), bottom = std::min(edge.bottom, row + 1);
-    if (!(bottom > top)) return;
-    const float from = edge.x + (top - edge.top) * edge.slope;
-    const float to = edge.x + (bottom - edge.top) * edge.slope;
-    const float height = (bottom - top) * edge.sign;
-    addInside(std::min(from, to), std::max(from, to), height);
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  float* sumsOf(int row) { return sums_.data() + at(row) * (at(width_) + 2); }
+
+  void add(const Edge& edge, int first, int last) {
+    if (edge.bottom <= static_cast<float>(first) || edge.top > static_cast<float>(last + 1)) return;
+    const int begin = std::max(first, static_cast<int>(std::max(edge.top, 0.f)));
+    const int end = std::min(last, static_cast<int>(edge.bottom));
+    for (int row = begin; row <= end; ++row) {
+      const float top = std::max(edge.top, static_cast<float>(row));
+      const float bottom = std::min(edge.bottom, static_cast<float>(row + 1));
+      if (!(bottom > top)) continue;
+      const float from = edge.x + (top - edge.top) * edge.slope;
+      const float to = edge.x + (bottom - edge.top) * edge.slope;
+      addInside(std::min(from, to), std::max(from, to), (bottom - top) * edge.sign,
+                spans_[at(row - first)], sumsOf(row - first));
+    }
   }
 
   /// What lies beyond the image's sides counts there as far as it matters to the image.
-  void addInside(float left, float right, float height) {
+  void addInside(float left, float right, float height, Span& span, float* sums) const {
     const auto width = static_cast<float>(width_);
     if (left >= width) {
-      end_ = width_;
+      span.end = width_;
       return;
     }
     if (right > width) {
       const float inside = (width - left) / (right - left);
-      end_ = width_;
+      span.end = width_;
       height *= inside;
       right = width;
     }
     if (left < 0) {
       const float outside = right <= 0 ? 1 : -left / (right - left);
-      begin_ = 0;
-      end_ = std::max(end_, 1);
-      sums_[0] += height * outside;
+      span.begin = 0;
+      span.end = std::max(span.end, 1);
+      sums[0] += height * outside;
       if (right <= 0) return;
       height *= 1 - outside;
       left = 0;
     }
-    addSpan(left, right, height);
+    addSpan(left, right, height, span, sums);
   }
 
-  void addSpan(float left, float right, float height) {
+  void addSpan(float left, float right, float height, Span& span, float* sums) const {
     const int first = static_cast<int>(left), last = static_cast<int>(right);
-    begin_ = std::min(begin_, first);
-    end_ = std::max(end_, std::min(last + 1, width_));
-    float* sums = sums_.data();
+    span.begin = std::min(span.begin, first);
+    span.end = std::max(span.end, std::min(last + 1, width_));
     if (first == last) {
       const float outside = 0.5f * (left + right) - static_cast<float>(first);
       sums[first] += height * (1 - outside);
@@ -138,9 +149,8 @@ class PolygonCoverage {
   }
 
   int width_;
-  std::vector<Edge> edges_;
-  int begin_ = 0, end_ = 0;  ///< columns of this row that are touched
-  std::vector<float> sums_;  ///< changes of the share from column to column
+  std::vector<float> sums_;            ///< changes of the share from column to column, row by row
+  std::array<Span, kBandRows> spans_;  ///< columns of each row that are touched
 };
 
 }  // namespace afterglow::render

@@ -13,7 +13,21 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::size_t kMostCorners = 16;
+constexpr std::size_t kBallCorners = 16;  // the largest's outline is a sixth of a pixel off at most
+
+/// On a circle of radius 1, widened so that the polygon has its area.
+const std::array<Eigen::Vector2f, kBallCorners>& ballCorners() {
+  static const std::array<Eigen::Vector2f, kBallCorners> corners = [] {
+    std::array<Eigen::Vector2f, kBallCorners> all;
+    const double angle = 2 * M_PI / kBallCorners, wide = std::sqrt(angle / std::sin(angle));
+    for (std::size_t i = 0; i < kBallCorners; ++i) {
+      const double at = angle * static_cast<double>(i);
+      all[i] = (wide * Eigen::Vector2d(std::cos(at), std::sin(at))).cast<float>();
+    }
+    return all;
+  }();
+  return corners;
+}
 
 /// One worker's part.
 struct Part {
@@ -40,16 +54,7 @@ class PartProjector {
         stride_(stride),
         origin_(points.front()),
         P_(shifted(placement.P_optical_cloud, origin_).cast<float>()),
-        height_row_((placement.height.transpose() * shift(origin_)).cast<float>()) {
-    for (std::size_t i = 0; i < stride; ++i) {
-      // Widened so that the polygon has the circle's area.
-      const double angle = 2 * M_PI / static_cast<double>(stride);
-      const double wide = std::sqrt(angle / std::sin(angle));
-      circle_[i] = (wide * Eigen::Vector2d(std::cos(angle * static_cast<double>(i)),
-                                           std::sin(angle * static_cast<double>(i))))
-                       .cast<float>();
-    }
-  }
+        height_row_((placement.height.transpose() * shift(origin_)).cast<float>()) {}
 
   void project(Part& part, Sprite* sprites, std::size_t first_corner, Corner* corners) const {
     for (std::size_t i = part.begin; i < part.end; ++i) {
@@ -180,9 +185,10 @@ class PartProjector {
     if (!(middle < 1)) return false;  // the eye is within
     const float radius = std::sqrt(1 - middle * middle);
     const Vector3f n = eye / distance, x = n.unitOrthogonal() * radius, y = n.cross(x);
-    sprite.count = static_cast<std::uint32_t>(stride_);
-    for (std::size_t i = 0; i < stride_; ++i) {
-      const Vector3f unit = n * middle + x * circle_[i].x() + y * circle_[i].y();
+    const auto& circle = ballCorners();
+    sprite.count = kBallCorners;
+    for (std::size_t i = 0; i < kBallCorners; ++i) {
+      const Vector3f unit = n * middle + x * circle[i].x() + y * circle[i].y();
       if (!toImage(p + unit.cwiseProduct(shape_.half), corners[i])) return false;
     }
     return true;
@@ -199,7 +205,6 @@ class PartProjector {
   const Vector3f origin_;  ///< floats are differences to it
   const Eigen::Matrix4f P_;
   const Eigen::RowVector4f height_row_;
-  std::array<Eigen::Vector2f, kMostCorners> circle_;
 };
 
 /// Corners that are kept for each.
@@ -210,7 +215,7 @@ std::size_t strideOf(const SpriteShape& shape) {
     case SpriteShape::Kind::Box:
       return 6;
     case SpriteShape::Kind::Ball:
-      return kMostCorners;  // of the largest, the outline is a sixth of a pixel off at most
+      return kBallCorners;
   }
   return 0;
 }

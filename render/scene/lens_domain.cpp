@@ -115,7 +115,7 @@ bool LensDomain::isStraightWithin(const Eigen::Vector2d& low, const Eigen::Vecto
 }
 
 bool LensDomain::isStraight(double square_length, double radius) const {
-  const auto bin = static_cast<std::size_t>(std::ceil(radius / radius_step_));
+  const auto bin = static_cast<std::size_t>(radius / radius_step_) + 1;
   return square_length <= max_square_length_[std::min(bin, max_square_length_.size() - 1)];
 }
 

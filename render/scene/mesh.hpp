@@ -18,6 +18,9 @@ struct Rgba {
   friend bool operator!=(const Rgba& x, const Rgba& y) { return !(x == y); }
 };
 
+inline bool isOpaque(const Rgba& color) { return color.a == 255; }
+inline bool isInvisible(const Rgba& color) { return color.a == 0; }
+
 /// World coordinates, metres. A vertex is shared by the triangles of one smooth or flat body;
 /// triangles have no winding: both sides are seen.
 struct Mesh {

@@ -104,7 +104,7 @@ class Tessellator {
  private:
   static Rgba packed(const Color& color) {
     const auto byte = [](float value) {  // authors send 255: clamp, and NaN is black
-      return static_cast<std::uint8_t>(std::lround(255 * (value > 0 ? std::min(value, 1.f) : 0)));
+      return static_cast<std::uint8_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
     };
     return {byte(color.r), byte(color.g), byte(color.b), byte(color.a)};
   }

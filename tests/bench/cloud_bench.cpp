@@ -58,7 +58,14 @@ void setStaticTransform(tf2::BufferCore& transforms, const std::string& child,
   transforms.setTransform(transform, "bench", true);
 }
 
-nodes::ProjectorConfig config(nodes::ColorSource color) {
+/// A depth camera's image, and how it is shown.
+struct Case {
+  int columns, rows, width, height;
+  nodes::CloudStyle style;
+  Drawing drawing;
+};
+
+nodes::ProjectorConfig config(const nodes::CloudStyle& style) {
   nodes::ProjectorConfig config;
   config.fixed_frame = "map";
   config.projectors.resize(1);
@@ -66,23 +73,23 @@ nodes::ProjectorConfig config(nodes::ColorSource color) {
   nodes::LayerConfig layer;
   layer.topic = "/cloud";
   layer.type = nodes::LayerType::PointCloud2;
-  layer.cloud = {PointStyle::Points, 3, color};
+  layer.cloud = style;
   config.layers = {layer};
   return config;
 }
 
 /// Deserialized, checked and converted, placed by tf, drawn. p99_ms: what 99 of 100 frames need.
-void messageToFrame(benchmark::State& state, int columns, int rows, int width, int height,
-                    nodes::ColorSource color, Drawing drawing) {
-  const std::vector<std::uint8_t> bytes = cloudBytes(columns, rows);
+void messageToFrame(benchmark::State& state, const Case& c) {
+  const std::vector<std::uint8_t> bytes = cloudBytes(c.columns, c.rows);
   tf2::BufferCore transforms;
   const auto T = test::lookAt<Projector>({0.1, -0.2, 0.1}, {0, 0, 1.5}, {0, -1, 0});
   setStaticTransform(transforms, "camera", Eigen::Isometry3d::Identity());
   setStaticTransform(transforms, "projector", T.matrix());
-  nodes::ProjectorScene scene(config(color), transforms);
+  nodes::ProjectorScene scene(config(c.style), transforms);
   GlContext context;
   ProjectorRenderer renderer(
-      context, test::lens(width, height, 0.9 * width, 0.5 * width, 0.6 * height, kBent), drawing);
+      context, test::lens(c.width, c.height, 0.9 * c.width, 0.5 * c.width, 0.6 * c.height, kBent),
+      c.drawing);
   sensor_msgs::PointCloud2 message;
   Image image;
   std::vector<double> times_ms;
@@ -98,29 +105,31 @@ void messageToFrame(benchmark::State& state, int columns, int rows, int width, i
         std::chrono::steady_clock::now() - begin;
     times_ms.push_back(taken.count());
   }
-  const auto lit = std::count_if(image.rgb.begin(), image.rgb.end(), [](auto c) { return c > 0; });
+  const auto lit = std::count_if(image.rgb.begin(), image.rgb.end(), [](auto value) { return value > 0; });
   if (lit == 0) state.SkipWithError("the picture is black");
   std::sort(times_ms.begin(), times_ms.end());
   state.counters["p99_ms"] = times_ms[(times_ms.size() * 99 - 1) / 100];
   state.counters["lit_share"] = static_cast<double>(lit) / static_cast<double>(image.rgb.size());
 }
 
-void cloud(const char* name, int columns, int rows, int width, int height, nodes::ColorSource color,
-           Drawing drawing) {
-  benchmark::RegisterBenchmark(name, messageToFrame, columns, rows, width, height, color, drawing)
+void cloud(const char* name, const Case& c) {
+  benchmark::RegisterBenchmark(name, messageToFrame, c)
       ->Unit(benchmark::kMillisecond)
       ->UseRealTime()
-      ->Iterations(drawing == Drawing::Gl ? 20 : 300);
+      ->Iterations(c.drawing == Drawing::Gl ? 20 : 300);
 }
 
 const bool kRegistered = [] {
-  using nodes::ColorSource;
   constexpr auto kMeasured = Drawing::Measured;
-  cloud("cloud_307200_1280x800", 640, 480, 1280, 800, ColorSource::Rgb8, kMeasured);
-  cloud("cloud_307200_1280x800_flat", 640, 480, 1280, 800, ColorSource::Flat, kMeasured);
-  cloud("cloud_307200_1280x800_opengl", 640, 480, 1280, 800, ColorSource::Rgb8, Drawing::Gl);
-  cloud("cloud_307200_1920x1080", 640, 480, 1920, 1080, ColorSource::Rgb8, kMeasured);
-  cloud("cloud_100000_1920x1080", 400, 250, 1920, 1080, ColorSource::Rgb8, kMeasured);
+  const nodes::CloudStyle colored{PointStyle::Points, 3, nodes::ColorSource::Rgb8};
+  const nodes::CloudStyle flat{PointStyle::Points, 3, nodes::ColorSource::Flat};
+  const nodes::CloudStyle boxes{PointStyle::Boxes, 0.004f, nodes::ColorSource::Rgb8};
+  cloud("cloud_307200_1280x800", {640, 480, 1280, 800, colored, kMeasured});
+  cloud("cloud_307200_1280x800_flat", {640, 480, 1280, 800, flat, kMeasured});
+  cloud("cloud_307200_1280x800_boxes", {640, 480, 1280, 800, boxes, kMeasured});
+  cloud("cloud_307200_1280x800_opengl", {640, 480, 1280, 800, colored, Drawing::Gl});
+  cloud("cloud_307200_1920x1080", {640, 480, 1920, 1080, colored, kMeasured});
+  cloud("cloud_100000_1920x1080", {400, 250, 1920, 1080, colored, kMeasured});
   return true;
 }();
 
