@@ -13,7 +13,7 @@
 namespace afterglow::render {
 
 /// The image is painted in bands that fit a core's cache.
-constexpr int kBandRows = 32;
+constexpr int kBandRows = 16;
 
 /// Runs of items, each run in its order within every band. Keeps its buffers.
 template <typename Item>

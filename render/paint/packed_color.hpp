@@ -2,8 +2,8 @@
 /// Colors as the CPU draws them.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
+#include <cstring>
 
 #include "render/scene/scene.hpp"
 
@@ -12,11 +12,20 @@ namespace afterglow::render {
 /// r, g, b, a from the lowest byte on; alpha multiplied, the others times the gain. Clamped, and
 /// written so that NaN is black.
 inline std::uint32_t packedColor(const Color& color, float alpha, float gain) {
-  const auto byte = [](float value) {
-    return static_cast<std::uint32_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
-  };
-  return byte(gain * color.r) | byte(gain * color.g) << 8 | byte(gain * color.b) << 16 |
-         byte(color.a * alpha) << 24;
+  using Floats = float __attribute__((vector_size(16)));
+  using Ints = std::int32_t __attribute__((vector_size(16)));
+  using Bytes = std::uint8_t __attribute__((vector_size(4)));
+  static_assert(sizeof(Color) == sizeof(Floats));
+  Floats value;
+  std::memcpy(&value, &color, sizeof(value));
+  value *= Floats{gain, gain, gain, alpha};
+  value = value > 0 ? value : Floats{};
+  value = value < 1 ? value : Floats{1, 1, 1, 1};
+  const Bytes bytes =
+      __builtin_convertvector(__builtin_convertvector(value * 255.f + 0.5f, Ints), Bytes);
+  std::uint32_t bits;
+  std::memcpy(&bits, &bytes, sizeof(bits));
+  return bits;
 }
 
 }  // namespace afterglow::render

@@ -5,9 +5,6 @@
 namespace afterglow::render {
 namespace {
 
-/// Two pixels' components: vector instructions where the machine has them (GCC and Clang).
-using Pair = std::uint16_t __attribute__((vector_size(16)));
-
 Light opaque(std::uint32_t color) {
   const auto lane = [color](int shift) {
     return static_cast<std::uint16_t>(color >> shift & 0xff);
@@ -15,26 +12,19 @@ Light opaque(std::uint32_t color) {
   return Light{lane(0), lane(8), lane(16), 255};
 }
 
-Pair twice(Light light) {
-  Pair pair;
+LightPair twice(Light light) {
+  LightPair pair;
   std::memcpy(&pair, &light, sizeof(light));
   std::memcpy(reinterpret_cast<char*>(&pair) + sizeof(light), &light, sizeof(light));
   return pair;
 }
 
-/// Two pixels' shares in all their components.
-Pair sharesOf(std::uint32_t first, std::uint32_t second) {
-  constexpr std::uint64_t kEach = 0x0001000100010001u;
-  using Words = std::uint64_t __attribute__((vector_size(16)));
-  return reinterpret_cast<Pair>(Words{first * kEach, second * kEach});
-}
-
 /// The source's shares over two pixels, rounded as division by 255 is.
-void mix(Light* pixels, Pair source, Pair shares) {
-  Pair below;
+void mix(Light* pixels, LightPair source, LightPair shares) {
+  LightPair below;
   std::memcpy(&below, pixels, sizeof(below));
-  const Pair sum = below * (255 - shares) + source * shares + 128;
-  const Pair result = (sum + (sum >> 8)) >> 8;
+  const LightPair sum = below * (255 - shares) + source * shares + 128;
+  const LightPair result = (sum + (sum >> 8)) >> 8;
   std::memcpy(pixels, &result, sizeof(result));
 }
 
@@ -50,7 +40,7 @@ float depthOf(std::uint32_t order) {
 
 PointBrush::PointBrush(float size_px)
     : size_(static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels))),
-      stride_(static_cast<std::size_t>(size_ / kSubpixels) + 4) {
+      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 4) / 2 * 2) {
   shares_.resize(kSubpixels * stride_);
   for (int fraction = 0; fraction < kSubpixels; ++fraction) {
     for (int i = 0; i < static_cast<int>(stride_); ++i) {
@@ -59,6 +49,10 @@ PointBrush::PointBrush(float size_px)
       shares_[static_cast<std::size_t>(fraction) * stride_ + static_cast<std::size_t>(i)] =
           static_cast<std::uint16_t>(std::max(0, to - from));
     }
+  }
+  for (std::size_t i = 0; i < shares_.size(); i += 2) {
+    const std::uint16_t a = shares_[i], b = shares_[i + 1];
+    pairs_.push_back(LightPair{a, a, a, a, b, b, b, b});
   }
 }
 
@@ -74,20 +68,22 @@ void PointBrush::paint(const ScreenPoint& point, int row_begin, int row_end, int
   const std::uint16_t* rows = shares(top & (kSubpixels - 1)) - v_first;
   const std::uint32_t alpha = point.color >> 24;
   const Light light = opaque(point.color);
-  const Pair source = twice(light);
-  const bool is_plain = mask == nullptr && !canvas.hasCovers();
+  const LightPair source = twice(light);
+  const bool is_clipped = u_begin != u_first || u_first + static_cast<int>(stride_) > width;
+  const bool is_plain = mask == nullptr && !canvas.hasCovers() && !is_clipped;
+  const LightPair* pairs = &pairs_[static_cast<std::size_t>(left & (kSubpixels - 1)) * stride_ / 2];
   for (int v = v_begin; v < v_end; ++v) {
     const std::uint32_t row_share = rows[v] * alpha;
-    const auto shareAt = [&](int i) { return (columns[i] * row_share + 0x8000) >> 16; };
     if (is_plain) {
+      const auto each = static_cast<std::uint16_t>((row_share + 128) >> 8);
       Light* row = canvas.behind(v - row_begin) + u_begin;
-      // A pixel past the end stays as it is.
-      const int count = u_end - u_begin;
-      for (int i = 0; i < count; i += 2) {
-        mix(row + i, source, sharesOf(shareAt(i), i + 1 < count ? shareAt(i + 1) : 0));
+      // A pixel past the end has no share and stays as it is.
+      for (int i = 0; i < u_end - u_begin; i += 2) {
+        mix(row + i, source, (pairs[i / 2] * each + 128) >> 8);
       }
       continue;
     }
+    const auto shareAt = [&](int i) { return (columns[i] * row_share + 0x8000) >> 16; };
     for (int u = u_begin; u < u_end; ++u) {
       std::uint32_t share = shareAt(u - u_begin);
       if (mask != nullptr) share = share * mask[(v - row_begin) * width + u] >> 8;

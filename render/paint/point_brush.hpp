@@ -19,6 +19,9 @@ struct Rows {
   int first, last;
 };
 
+/// Two pixels' components: vector instructions where the machine has them (GCC and Clang).
+using LightPair = std::uint16_t __attribute__((vector_size(16)));
+
 /// For points of one size.
 class PointBrush {
  public:
@@ -39,7 +42,7 @@ class PointBrush {
   /// First subpixel of the square around `center`; pixel i begins at i * kSubpixels.
   int begin(std::int32_t center) const { return center + kSubpixels / 2 - size_ / 2; }
   /// Shares of kSubpixels that the pixels have of a square that begins so many subpixels into the
-  /// first of them.
+  /// first of them; one pixel more than there can be.
   const std::uint16_t* shares(int fraction) const {
     return shares_.data() + static_cast<std::size_t>(fraction) * stride_;
   }
@@ -47,6 +50,7 @@ class PointBrush {
   int size_;  ///< subpixels
   std::size_t stride_;
   std::vector<std::uint16_t> shares_;  ///< by fraction
+  std::vector<LightPair> pairs_;       ///< the same for two pixels, in all their components
 };
 
 }  // namespace afterglow::render
