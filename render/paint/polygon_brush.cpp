@@ -83,15 +83,15 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
 void PolygonBrush::paint(const ScreenQuad& q, int row_begin, int row_end, const std::uint16_t* mask,
                          Canvas& canvas) {
   const Plane depth({q[0], q[1], q[2]}, q[0].depth, q[1].depth, q[2].depth);
-  const auto [least, greatest] = std::minmax({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
+  const float least = std::min({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
+  const float greatest = std::max({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
   const float slack = std::max(depth.slack(), (greatest - least) / 8) + kLeastSlack;
   const std::array<Corner, 4> corners = {q[0].at, q[1].at, q[2].at, q[3].at};
   const Light light = lightOf(components(q[0].color));
-  const float low = least, high = greatest;  // captured below
   paintOutline(
       corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
       [light](int, int) { return light; },
-      [&](int column, int row) { return std::clamp(depth.plainAt(column, row), low, high); },
+      [&](int column, int row) { return std::clamp(depth.plainAt(column, row), least, greatest); },
       slack);
 }
 

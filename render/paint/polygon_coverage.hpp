@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -30,6 +31,9 @@ class PolygonCoverage {
     Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
   };
 
+  /// px; what is farther out, or not a number, is not drawn: no integer could hold it.
+  static constexpr float kFarthest = 1e7f;
+
   /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end),
   /// which are at most kBandRows, that is touched. Shares are positive if the outline turns
   /// clockwise as seen (y down), else negative.
@@ -38,6 +42,7 @@ class PolygonCoverage {
              int row_end, const Visit& visit) {
     float top = corners[0].y, bottom = corners[0].y;
     for (std::size_t i = 0; i < corner_count; ++i) {
+      if (!(std::abs(corners[i].x) < kFarthest && std::abs(corners[i].y) < kFarthest)) return;
       top = std::min(top, corners[i].y);
       bottom = std::max(bottom, corners[i].y);
     }

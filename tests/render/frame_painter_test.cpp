@@ -10,6 +10,7 @@
 
 #include "render/paint/point_order.hpp"
 #include "render/paint/point_projector.hpp"
+#include "render/paint/polygon_coverage.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {
@@ -108,6 +109,57 @@ TEST_F(FramePainterTest, keepsRunsApart) {
   paint({pointAt(10, 10, 0xff0000ff, 9), pointAt(10, 10, 0xff00ff00, 1)}, {first, second});
   EXPECT_EQ(red(10, 10), 0);
   EXPECT_EQ(green(10, 10), 255);
+}
+
+TEST(PolygonCoverage, givesEveryPixelItsExactShare) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> x(-20, kWidth + 20.f), y(-10, 30);
+  PolygonCoverage coverage(kWidth);
+  for (int i = 0; i < 200; ++i) {
+    const Corner corners[3] = {
+        {x(random), y(random)}, {x(random), y(random)}, {x(random), y(random)}};
+    std::vector<double> shares(kWidth * kBandRows, 0);
+    coverage.visit(corners, 3, PolygonCoverage::Outline::Polygon, 0, kBandRows,
+                   [&](int row, int begin, int count, const float* found) {
+                     for (int k = 0; k < count; ++k) {
+                       shares[static_cast<std::size_t>(row * kWidth + begin + k)] =
+                           std::abs(static_cast<double>(found[k]));
+                     }
+                   });
+    const auto side = [&](std::size_t k, double px, double py) {
+      const Corner &a = corners[k], &b = corners[(k + 1) % 3];
+      return (static_cast<double>(b.x) - a.x) * (py - a.y) -
+             (static_cast<double>(b.y) - a.y) * (px - a.x);
+    };
+    double worst = 0;
+    constexpr int kSamples = 8;
+    for (int row = 0; row < kBandRows; ++row) {
+      for (int column = 0; column < kWidth; ++column) {
+        int inside = 0;
+        for (int s = 0; s < kSamples * kSamples; ++s) {
+          const double px = column + (s % kSamples + 0.5) / kSamples;
+          const double py = row + (s / kSamples + 0.5) / kSamples;
+          const bool a = side(0, px, py) > 0, b = side(1, px, py) > 0, c = side(2, px, py) > 0;
+          inside += a == b && b == c;
+        }
+        const double share = static_cast<double>(inside) / (kSamples * kSamples);
+        worst = std::max(worst,
+                         std::abs(share - shares[static_cast<std::size_t>(row * kWidth + column)]));
+      }
+    }
+    EXPECT_LT(worst, 0.13) << "what 64 samples can tell";
+  }
+}
+
+TEST(PolygonCoverage, leavesOutWhatNoIntegerHolds) {
+  PolygonCoverage coverage(kWidth);
+  const float nan = std::nanf("");
+  for (const Corner& odd :
+       {Corner{nan, 5}, {5, nan}, {INFINITY, 5}, {5, -INFINITY}, {1e30f, 1e30f}}) {
+    const Corner corners[3] = {{1, 1}, odd, {8, 20}};
+    coverage.visit(corners, 3, PolygonCoverage::Outline::Polygon, 0, kBandRows,
+                   [](int, int, int, const float*) { FAIL(); });
+  }
 }
 
 TEST(PointOrder, sortsByAllBitsAndKeepsEqualsInOrder) {
