@@ -51,7 +51,8 @@ float readSize(const YamlMap& map, const std::string& key, float otherwise) {
 }
 
 float readPixels(const YamlMap& map, float otherwise) {
-  return static_cast<float>(map.number("size", 1, kGreatestSize, static_cast<double>(otherwise)));
+  return static_cast<float>(
+      map.number("size", 1, double{render::kLargestPoint}, static_cast<double>(otherwise)));
 }
 
 void readPoints(const YamlMap& map, LayerConfig& layer) {

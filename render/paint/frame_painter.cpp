@@ -3,7 +3,6 @@
 #include <atomic>
 #include <cstring>
 
-#include "render/paint/point_brush.hpp"
 #include "render/paint/point_order.hpp"
 
 namespace afterglow::render {
@@ -85,9 +84,9 @@ void FramePainter::addJobs(const LightFrame& frame) {
         const PointRun& run = frame.runs[step.first];
         job.kind = Job::Kind::Points;
         job.bins = static_cast<std::uint32_t>(point_bins_.runs());
-        job.size_px = run.size_px;
+        job.brush = &brushes_.try_emplace(run.size_px, run.size_px).first->second;
         job.is_ordered = run.is_ordered;
-        addPoints(frame, run);
+        addPoints(frame, run, *job.brush);
       } else if (step.kind == LightStep::Kind::Sprites) {
         const SpriteRun& run = frame.sprite_runs[step.first];
         job.kind = Job::Kind::Sprites;
@@ -103,9 +102,9 @@ void FramePainter::addJobs(const LightFrame& frame) {
   }
 }
 
-void FramePainter::addPoints(const LightFrame& frame, const PointRun& run) {
+void FramePainter::addPoints(const LightFrame& frame, const PointRun& run,
+                             const PointBrush& brush) {
   const ScreenPoint* points = frame.screen_points.data() + run.first;
-  const PointBrush brush(run.size_px);
   point_bins_.add(
       run.count, workers_, [&](std::size_t i) { return brush.rows(points[i]); },
       [&](std::size_t i) { return points[i]; });
@@ -207,9 +206,8 @@ void FramePainter::paintPoints(const Job& job, int band, const std::uint16_t* ma
   const auto& bin = point_bins_.bin(job.bins, band);
   const ScreenPoint* points = point_bins_.items(bin);
   if (job.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
-  const PointBrush brush(job.size_px);
   for (std::size_t i = 0; i < bin.count; ++i) {
-    brush.paint(points[i], row_begin, row_end, width_, mask, bench.canvas);
+    job.brush->paint(points[i], row_begin, row_end, width_, mask, bench.canvas);
   }
 }
 

@@ -5,11 +5,13 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "render/paint/band_bins.hpp"
 #include "render/paint/canvas.hpp"
 #include "render/paint/float_lens.hpp"
+#include "render/paint/point_brush.hpp"
 #include "render/paint/polygon_brush.hpp"
 #include "render/paint/workers.hpp"
 #include "render/scene/light_frame.hpp"
@@ -38,8 +40,8 @@ class FramePainter {
   struct Job {
     enum class Kind { Triangles, Sprites, Points, Flatten } kind;
     bool is_opaque = true;
-    std::uint32_t bins = 0;  ///< which run of the bins of its kind
-    float size_px = 0;       ///< points
+    std::uint32_t bins = 0;             ///< which run of the bins of its kind
+    const PointBrush* brush = nullptr;  ///< points
     bool is_ordered = false;
     int mask = -1;  ///< of the frame; -1: none
   };
@@ -67,7 +69,7 @@ class FramePainter {
   void addJobs(const LightFrame& frame);
   void addTriangles(const LightFrame& frame, const LightStep& step);
   void addSprites(const Sprites& sprites, const SpriteRun& run);
-  void addPoints(const LightFrame& frame, const PointRun& run);
+  void addPoints(const LightFrame& frame, const PointRun& run, const PointBrush& brush);
   void paintBand(const LightFrame& frame, int band, Bench& bench, std::uint8_t* rgb) const;
   void paintPoints(const Job& job, int band, const std::uint16_t* mask, Bench& bench) const;
   void paintSolid(const LightFrame& frame, const Job& job, int band, const std::uint16_t* mask,
@@ -88,6 +90,7 @@ class FramePainter {
   BandBins<Face> face_bins_;
   BandBins<std::uint32_t> sprite_bins_;
   BandBins<ScreenPoint> point_bins_;
+  std::map<float, PointBrush> brushes_;  ///< by size; sizes are configured, so they are few
   std::array<Bench, Workers::kCount> benches_;
 };
 

@@ -12,8 +12,6 @@
 
 namespace afterglow::render {
 
-constexpr float kLargestPoint = 250;  ///< px
-
 /// Rows of the image.
 struct Rows {
   int first, last;
@@ -22,7 +20,7 @@ struct Rows {
 /// Two pixels' components: vector instructions where the machine has them (GCC and Clang).
 using LightPair = std::uint16_t __attribute__((vector_size(16)));
 
-/// For points of one size.
+/// For points of one size; makes tables for it.
 class PointBrush {
  public:
   explicit PointBrush(float size_px);

@@ -1,6 +1,6 @@
 /// \file
-/// Small squares, boxes and balls by the thousand: each becomes one convex outline on the image,
-/// its corners put through the exact lens, instead of a dozen triangles.
+/// Small squares, boxes and balls by the thousand, small solids and letters: each becomes one
+/// outline on the image, its corners put through the exact lens, instead of dozens of triangles.
 #pragma once
 
 #include <Eigen/Core>

@@ -74,7 +74,7 @@ struct LightFrame {
 class LightComposer {
  public:
   /// Points reach this far (px) over the image's border before they are dropped.
-  static constexpr double kPointMargin = 128;
+  static constexpr double kPointMargin = double{PointProjector::kMargin};
 
   explicit LightComposer(const calib::Lens& lens);
   LightComposer(const LightComposer&) = delete;
@@ -109,8 +109,8 @@ class LightComposer {
   /// PointStyle::Points.
   void addPoints(const Drawable& drawable, const Placed& placed);
   void addRun(const Drawable& drawable, const Placed& placed);
-  /// Whether the drawable is a list of things small enough; then it is added.
   static PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed);
+  /// Whether the drawable is a list of things small enough; then it is added.
   bool addSprites(const Drawable& drawable, const Eye& eye, const Placed& placed);
   /// The tessellation's points, and its triangles.
   void addSplats(const Placed& placed);
@@ -121,7 +121,7 @@ class LightComposer {
   void addFlat(const Placed& placed);
   void addHulls(const Placed& placed);
   void addSpriteRun(const SpriteRun& run);
-  /// The surface's mask, made once a frame.
+  /// The surface's mask, made once a frame; -1: it needs none.
   int maskOf(const SurfacePatch& surface, const Scene& scene,
              const Rigid<Projector, World>& T_projector_world);
   LightOutline addOutline(const std::vector<Eigen::Vector3d>& corners_world,
@@ -150,7 +150,7 @@ class LightComposer {
   SpriteProjector sprite_projector_;
   Workers* workers_ = nullptr;
   std::size_t screen_point_count_ = 0;
-  std::vector<const SurfacePatch*> masked_;  ///< whose mask is where in frame_.masks; null: none
+  std::vector<const SurfacePatch*> masked_;  ///< whose mask is where in frame_.masks
 };
 
 }  // namespace afterglow::render

@@ -86,6 +86,7 @@ enum class PointStyle {
   Spheres,
   Boxes,
 };
+constexpr float kLargestPoint = 250;  ///< px; of PointStyle::Points
 struct PointCloud {
   SharedList<Eigen::Vector3f> points;  ///< as PointList
   SharedList<Color> colors;            ///< as ColorList

@@ -123,7 +123,7 @@ TEST_F(ProjectorConfigTest, refusesValuesOfTheWrongKind) {
   EXPECT_EQ(fault(kHead + kCloud + ", size: .nan}\n"),
             ":6: 'size' of layer 1 should be a number from 0.0001 to 1000, not '.nan'");
   EXPECT_EQ(fault(kHead + kCloud + ", style: points, size: 0.01}\n"),
-            ":6: 'size' of layer 1 should be a number from 1 to 1000, not '0.01'");
+            ":6: 'size' of layer 1 should be a number from 1 to 250, not '0.01'");
   EXPECT_EQ(fault(kHead + kCloud + ", alpha: 2}\n"),
             ":6: 'alpha' of layer 1 should be a number from 0 to 1, not '2'");
   EXPECT_EQ(fault(kHead + kCloud + ", color: [1, 2]}\n"),
