@@ -11,7 +11,7 @@
 
 #include "nodes/kitting/demo_story.hpp"
 #include "nodes/kitting/kitting_path.hpp"
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

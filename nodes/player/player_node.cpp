@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "replay/play_report.hpp"
+#include "replay/play/play_report.hpp"
 
 namespace afterglow::nodes {
 namespace {

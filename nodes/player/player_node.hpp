@@ -16,7 +16,7 @@
 #include <string>
 
 #include "nodes/player/replay_session.hpp"
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

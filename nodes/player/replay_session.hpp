@@ -12,9 +12,9 @@
 #include <string>
 
 #include "nodes/player/ros_sink.hpp"
-#include "replay/clock.hpp"
-#include "replay/player.hpp"
-#include "replay/store.hpp"
+#include "replay/play/clock.hpp"
+#include "replay/play/player.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

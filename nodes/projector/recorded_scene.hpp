@@ -11,7 +11,7 @@
 #include <string>
 
 #include "nodes/projector/projector_scene.hpp"
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "nodes/recorder/topic_listener.hpp"
-#include "replay/recorder.hpp"
-#include "replay/store.hpp"
+#include "replay/record/recorder.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/recorder.hpp"
+#include "replay/record/recorder.hpp"
 
 namespace afterglow::nodes {
 

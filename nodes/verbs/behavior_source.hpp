@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

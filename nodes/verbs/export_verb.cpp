@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "nodes/verbs/verb_tools.hpp"
-#include "replay/bag_file.hpp"
+#include "replay/bags/bag_file.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "nodes/verbs/time_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
-#include "replay/document.hpp"
+#include "replay/messages/document.hpp"
 
 namespace afterglow::nodes {
 namespace {

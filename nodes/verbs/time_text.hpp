@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "replay/message.hpp"
+#include "replay/messages/message.hpp"
 
 namespace afterglow::nodes {
 

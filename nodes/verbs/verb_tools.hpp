@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

@@ -1,9 +1,9 @@
 // What reading and rewriting a message costs. The cloud is a Kinect's, the transforms a Fetch's.
 #include <benchmark/benchmark.h>
 
-#include "replay/document.hpp"
-#include "replay/field_edit.hpp"
-#include "replay/rewrite.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
+#include "replay/play/rewrite.hpp"
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 

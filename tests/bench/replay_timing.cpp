@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -151,7 +151,7 @@ Figures measure(const Stream& stream) {
 
 std::int64_t record(const std::string& path, double seconds) {
   const auto store = replay::openStore(path, replay::OpenMode::ReadWrite);
-  const std::int64_t recording = store->addRecording("replay_timing");
+  const std::int64_t recording = store->addRecording({0, "", "replay_timing", ""});
   const std::int64_t cmd =
       store->addChannel(recording, channelOf<geometry_msgs::Twist>("/bench/cmd"));
   const std::int64_t ar =

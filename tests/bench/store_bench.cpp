@@ -2,7 +2,7 @@
 // the recorder makes them, on the disk of the temporary folder (TMPDIR).
 #include <benchmark/benchmark.h>
 
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -55,7 +55,7 @@ void report(benchmark::State& state, std::size_t messages, std::size_t size) {
 void append(benchmark::State& state, const Channel& channel, const Bytes& bytes) {
   const TempFolder folder;
   const auto store = openStore(folder.path("store.db"), OpenMode::ReadWrite);
-  const auto id = store->addChannel(store->addRecording("bench"), channel);
+  const auto id = store->addChannel(store->addRecording({0, "", "bench", ""}), channel);
   const auto count = static_cast<std::size_t>(state.range(1));
   std::uint64_t sequence = 0;
   for (auto _ : state) {
@@ -87,7 +87,7 @@ void appendUndecoded(benchmark::State& state) {
 void readBack(benchmark::State& state) {
   const TempFolder folder;
   const auto store = openStore(folder.path("store.db"), OpenMode::ReadWrite);
-  const auto recording = store->addRecording("bench");
+  const auto recording = store->addRecording({0, "", "bench", ""});
   const auto id = store->addChannel(recording, blobChannel());
   const auto size = static_cast<std::size_t>(state.range(0));
   const auto count = static_cast<std::size_t>(state.range(1));

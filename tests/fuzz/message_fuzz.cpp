@@ -6,9 +6,9 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "replay/document.hpp"
-#include "replay/field_edit.hpp"
-#include "replay/rewrite.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
+#include "replay/play/rewrite.hpp"
 
 namespace {
 

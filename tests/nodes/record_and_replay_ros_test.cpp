@@ -18,7 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -182,7 +182,7 @@ class RecordAndReplay : public testing::Test {
   /// A behavior made by hand: velocities every 100 ms for so long.
   static std::int64_t longDrive(std::int64_t seconds) {
     const auto store = replay::openStore(world->storePath, replay::OpenMode::ReadWrite);
-    const std::int64_t recording = store->addRecording("by hand");
+    const std::int64_t recording = store->addRecording({0, "", "by hand", ""});
     replay::Channel channel = test::twistChannel("/drive");
     channel.md5 = ros::message_traits::MD5Sum<geometry_msgs::Twist>::value();
     const std::int64_t channel_id = store->addChannel(recording, channel);

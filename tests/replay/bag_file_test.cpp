@@ -1,4 +1,4 @@
-#include "replay/bag_file.hpp"
+#include "replay/bags/bag_file.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -35,7 +35,7 @@ std::string bagErrorOf(const Work& work) {
 class BagFileTest : public testing::Test {
  protected:
   void SetUp() override {
-    const auto recording = store_->addRecording("/recorder");
+    const auto recording = store_->addRecording({0, "", "/recorder", ""});
     const auto b = store_->addChannel(recording, stringChannel("/b", "/z", true));
     const auto a = store_->addChannel(recording, stringChannel("/a"));
     const auto a2 = store_->addChannel(recording, stringChannel("/a", ""));
@@ -111,11 +111,11 @@ TEST_F(BagFileTest, namesAndTagsAsAsked) {
 /// error.
 std::string importError(const std::string& bag) {
   const auto store = openMemoryStore();
-  store->addRecording("there before");
+  store->addRecording({0, "", "there before", ""});
   const std::string error = bagErrorOf([&] { importBag(bag, *store); });
   if (!error.empty()) {
     EXPECT_TRUE(store->behaviors({}).empty());
-    EXPECT_EQ(store->addRecording("next"), 2) << "half an import was kept";
+    EXPECT_EQ(store->addRecording({0, "", "next", ""}), 2) << "half an import was kept";
   }
   return error;
 }
@@ -133,7 +133,7 @@ TEST_F(BagFileTest, refusesABagCutAnywhere) {
     ASSERT_TRUE(!has_first_line || error.find("cut short") != std::string::npos) << error;
   }
   EXPECT_TRUE(store->behaviors({}).empty());
-  EXPECT_EQ(store->addRecording("first"), 1) << "half an import was kept";
+  EXPECT_EQ(store->addRecording({0, "", "first", ""}), 1) << "half an import was kept";
   EXPECT_EQ(bagErrorOf([&] { importBag(bag_, *store); }), "");
 }
 
@@ -141,7 +141,7 @@ TEST_F(BagFileTest, keepsNothingOfAnImportThatFailsHalfway) {
   const auto store = openMemoryStore();
   const auto fail = [](auto, auto) { throw std::runtime_error("as a full disk would"); };
   EXPECT_THROW(importBag(bag_, *store, {"", {}, fail}), std::runtime_error);
-  EXPECT_EQ(store->addRecording("first"), 1) << "half an import was kept";
+  EXPECT_EQ(store->addRecording({0, "", "first", ""}), 1) << "half an import was kept";
 }
 
 TEST_F(BagFileTest, survivesDamageAnywhereWithoutACrash) {

@@ -1,4 +1,4 @@
-#include "replay/document.hpp"
+#include "replay/messages/document.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "replay/field_edit.hpp"
+#include "replay/messages/field_edit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "replay/document.hpp"
+#include "replay/messages/document.hpp"
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <new>
 
-#include "replay/document.hpp"
-#include "replay/field_edit.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
 #include "tests/support/message_definitions.hpp"
 
 namespace {

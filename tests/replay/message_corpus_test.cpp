@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "replay/document.hpp"
-#include "replay/field_edit.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
 #include "tests/support/message_corpus.hpp"
 
 namespace afterglow::replay {

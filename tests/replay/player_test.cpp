@@ -1,4 +1,4 @@
-#include "replay/player.hpp"
+#include "replay/play/player.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "replay/document.hpp"
+#include "replay/messages/document.hpp"
 #include "tests/support/faulty_store.hpp"
 #include "tests/support/messages.hpp"
 
@@ -101,7 +101,7 @@ struct PlayerTest : testing::Test {
   }
 
   std::unique_ptr<test::FaultyStore> store = std::make_unique<test::FaultyStore>();
-  std::int64_t recording = store->addRecording("test");
+  std::int64_t recording = store->addRecording({0, "", "test", ""});
   std::uint64_t sequence = 0;
   std::vector<std::string> topics;
   JumpingClock clock;

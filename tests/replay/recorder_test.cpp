@@ -1,4 +1,4 @@
-#include "replay/recorder.hpp"
+#include "replay/record/recorder.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "replay/rewrite.hpp"
+#include "replay/play/rewrite.hpp"
 
 #include <gtest/gtest.h>
 

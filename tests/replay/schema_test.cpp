@@ -1,4 +1,4 @@
-#include "replay/schema.hpp"
+#include "replay/messages/schema.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "replay/sqlite_store.hpp"
+#include "replay/store/sqlite_store.hpp"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "replay/sqlite.hpp"
+#include "replay/store/sqlite.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -31,7 +31,7 @@ class SqliteStoreTest : public testing::Test {
   TempFolder folder_;
   std::string path_ = folder_.path("store.db");
   std::unique_ptr<Store> store_ = openStore("sqlite:" + path_, OpenMode::ReadWrite);
-  std::int64_t recording_ = store_->addRecording("/recorder");
+  std::int64_t recording_ = store_->addRecording({0, "", "/recorder", ""});
   std::int64_t channel_ = store_->addChannel(recording_, stringChannel("/a"));
 
   std::int64_t count(const std::string& table) {
@@ -79,10 +79,10 @@ TEST_F(SqliteStoreTest, endsABehaviorOnce) {
   behavior.end.reset();
   const auto id = store_->addBehavior(behavior);
   EXPECT_FALSE(store_->behavior(id)->end);
-  store_->endBehavior(id, Stamp{30}, "success");
+  endBehavior(*store_, id, Stamp{30}, "success");
   EXPECT_EQ(store_->behavior(id)->end, Stamp{30});
   EXPECT_EQ(store_->behavior(id)->outcome, "success");
-  EXPECT_NE(errorOf([&] { store_->endBehavior(99, Stamp{1}, ""); }).find("no behavior 99"),
+  EXPECT_NE(errorOf([&] { endBehavior(*store_, 99, Stamp{1}, ""); }).find("no behavior 99"),
             std::string::npos);
 }
 
@@ -99,7 +99,8 @@ TEST_F(SqliteStoreTest, storesAChannelAndADefinitionOnce) {
   const auto latched = store_->addChannel(recording_, stringChannel("/a", "/talker", true));
   EXPECT_NE(latched, channel_);
   EXPECT_NE(store_->addChannel(recording_, stringChannel("/a", "/other")), channel_);
-  const auto other = store_->addChannel(store_->addRecording("x"), stringChannel("/a"));
+  const auto other =
+      store_->addChannel(store_->addRecording({0, "", "x", ""}), stringChannel("/a"));
   EXPECT_NE(other, channel_);
   EXPECT_EQ(count("channels"), 4);
   EXPECT_EQ(count("definitions"), 1);
@@ -189,7 +190,8 @@ TEST_F(SqliteStoreTest, readsABehaviorWithoutAnEndToTheLastMessage) {
 
 TEST_F(SqliteStoreTest, readsOwnTopicsUnlessOthersAreNamed) {
   const auto tf = store_->addChannel(recording_, stringChannel("/tf"));
-  const auto elsewhere = store_->addChannel(store_->addRecording("x"), stringChannel("/a"));
+  const auto elsewhere =
+      store_->addChannel(store_->addRecording({0, "", "x", ""}), stringChannel("/a"));
   store_->append({stringMessage(channel_, 10, 0, "own"), stringMessage(tf, 11, 1, "context"),
                   stringMessage(elsewhere, 12, 0, "another recording's")});
   const Behavior behavior = sampleBehavior(recording_, {"/a", "/never"}, 0, 100);
@@ -296,7 +298,8 @@ TEST_F(SqliteStoreTest, findsBehaviors) {
 TEST_F(SqliteStoreTest, dropsAllOfAFailedTransaction) {
   std::int64_t dropped = 0;
   EXPECT_THROW(store_->transaction([&] {
-    dropped = store_->addChannel(store_->addRecording("dropped"), stringChannel("/dropped"));
+    dropped =
+        store_->addChannel(store_->addRecording({0, "", "dropped", ""}), stringChannel("/dropped"));
     store_->append({stringMessage(dropped, 1, 0, "dropped")});
     throw std::runtime_error("enough");
   }),
@@ -357,7 +360,8 @@ TEST_F(SqliteStoreTest, servesSeveralThreads) {
 
 TEST_F(SqliteStoreTest, letsTwoStoresWriteToOneFile) {
   const auto second = openStore(path_, OpenMode::ReadWrite);
-  const auto b = second->addChannel(second->addRecording("/second"), stringChannel("/a"));
+  const auto b =
+      second->addChannel(second->addRecording({0, "", "/second", ""}), stringChannel("/a"));
   std::thread other([&] {
     for (std::uint64_t i = 0; i < 100; ++i) second->append({stringMessage(b, 1, i, "x")});
   });
@@ -369,7 +373,7 @@ TEST_F(SqliteStoreTest, letsTwoStoresWriteToOneFile) {
 TEST(MemoryStore, isAStoreOfItsOwn) {
   const auto first = openMemoryStore();
   const auto second = openMemoryStore();
-  const auto recording = first->addRecording("x");
+  const auto recording = first->addRecording({0, "", "x", ""});
   const auto channel = first->addChannel(recording, stringChannel("/a"));
   first->append({stringMessage(channel, 1, 0, "a")});
   first->addBehavior(sampleBehavior(recording, {"/a"}, 0, 9));

@@ -8,8 +8,8 @@
 #include <csignal>
 #include <filesystem>
 
-#include "replay/sqlite.hpp"
-#include "replay/store.hpp"
+#include "replay/store/sqlite.hpp"
+#include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -96,7 +96,7 @@ TEST(StoreFile, saysWhereItCannotBeMade) {
 TEST(StoreFile, isMadeWithItsFolders) {
   const TempFolder folder;
   const std::string path = folder.path("a/b/store.db");
-  openStore("sqlite:" + path, OpenMode::ReadWrite)->addRecording("x");
+  openStore("sqlite:" + path, OpenMode::ReadWrite)->addRecording({0, "", "x", ""});
   EXPECT_EQ(openError(path, OpenMode::ReadOnly), "");
   SqliteConnection connection(path, SqliteAccess::ReadOnly);
   EXPECT_EQ(connection.integer("PRAGMA application_id"), 0x4167776c);
@@ -120,13 +120,13 @@ TEST(StoreFile, canBeReadFromAReadOnlyFolder) {
   if (geteuid() != 0) GTEST_SKIP() << "needs root, to become somebody who may not write";
   const TempFolder folder;
   const std::string path = folder.path("store.db");
-  openStore(path, OpenMode::ReadWrite)->addRecording("x");
+  openStore(path, OpenMode::ReadWrite)->addRecording({0, "", "x", ""});
   fs::permissions(folder.path(""), fs::perms(0555));
   ASSERT_EQ(seteuid(65534), 0);
   const std::string error = openError(path, OpenMode::ReadOnly);
   std::string write_error;
   try {
-    openStore(path, OpenMode::ReadOnly)->addRecording("x");
+    openStore(path, OpenMode::ReadOnly)->addRecording({0, "", "x", ""});
   } catch (const StoreError& refused) {
     write_error = refused.what();
   }
@@ -140,7 +140,7 @@ TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
   const std::string path = folder.path("store.db");
   {
     const auto store = openStore(path, OpenMode::ReadWrite);
-    const auto recording = store->addRecording("x");
+    const auto recording = store->addRecording({0, "", "x", ""});
     const auto channel = store->addChannel(recording, stringChannel("/a"));
     for (std::uint64_t i = 0; i < 50; ++i) {
       store->append({stringMessage(channel, 1, i, std::string(300, 'x'))});
@@ -178,7 +178,7 @@ TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
 [[noreturn]] void appendForEver(const std::string& path, int acknowledged) {
   try {
     const auto store = openStore(path, OpenMode::ReadWrite);
-    const auto recording = store->addRecording("x");
+    const auto recording = store->addRecording({0, "", "x", ""});
     const auto channel = store->addChannel(recording, stringChannel("/a"));
     store->addBehavior(sampleBehavior(recording, {"/a"}, 0, 1'000'000'000));
     for (std::uint64_t sequence = 0;;) {

@@ -1,11 +1,11 @@
-#include "replay/timeline.hpp"
+#include "replay/play/timeline.hpp"
 
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
 
-#include "replay/lateness.hpp"
+#include "replay/play/lateness.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -1,4 +1,4 @@
-#include "replay/topic_role.hpp"
+#include "replay/play/topic_role.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "replay/document.hpp"
-#include "replay/field_edit.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
 
 namespace afterglow::test {
 

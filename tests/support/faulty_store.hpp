@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/store.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::test {
 
@@ -27,24 +27,39 @@ class FaultyStore : public replay::Store {
   /// append() waits while this is true.
   std::atomic<bool> is_stalled{false};
 
-  std::int64_t addRecording(const std::string& source) override {
-    return checked().addRecording(source);
+  std::int64_t addRecording(const replay::Recording& recording) override {
+    return checked().addRecording(recording);
   }
   std::int64_t addChannel(std::int64_t recording, const replay::Channel& channel) override {
     return checked().addChannel(recording, channel);
   }
-  void append(const std::vector<replay::Message>& messages) override {
+  void append(const std::vector<replay::Message>& messages,
+              replay::Duplicates duplicates = replay::Duplicates::Refuse) override {
     while (is_stalled) std::this_thread::yield();
-    checked().append(messages);
+    checked().append(messages, duplicates);
   }
   std::int64_t addBehavior(const replay::Behavior& behavior) override {
     return checked().addBehavior(behavior);
   }
-  void endBehavior(std::int64_t id, replay::Stamp end, const std::string& outcome) override {
-    checked().endBehavior(id, end, outcome);
+  void updateBehavior(const replay::Behavior& behavior) override {
+    checked().updateBehavior(behavior);
+  }
+  void removeBehavior(std::int64_t id) override { checked().removeBehavior(id); }
+  void addFile(const std::string& sha256, const replay::Bytes& contents) override {
+    checked().addFile(sha256, contents);
   }
   void transaction(const std::function<void()>& work) override { checked().transaction(work); }
 
+  std::vector<replay::Recording> recordings() const override { return store_->recordings(); }
+  std::vector<std::string> explain(const replay::BehaviorFilter& filter) const override {
+    return store_->explain(filter);
+  }
+  std::optional<replay::Behavior> behaviorOfKey(const std::string& key) const override {
+    return store_->behaviorOfKey(key);
+  }
+  std::optional<replay::Bytes> file(const std::string& sha256) const override {
+    return store_->file(sha256);
+  }
   std::vector<replay::Behavior> behaviors(const replay::BehaviorFilter& filter) const override {
     return store_->behaviors(filter);
   }

@@ -4,7 +4,7 @@
 usage: make_message_corpus.py OUT [SEED]
 
 OUT gets one JSON object a line: {"type", "definition", "messages": [{"bytes" (hex), "values"}]}.
-Values are laid out as replay/document.hpp's toJson says. The last line is {"missing": [packages]}.
+Values are laid out as replay/messages/document.hpp's toJson says. The last line is {"missing": [packages]}.
 Every type of PACKAGES is filled with its defaults once and with seeded random values several times.
 Exit status 3: this Python has no genpy, or none of the packages.
 """

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/message.hpp"
+#include "replay/messages/message.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::test {

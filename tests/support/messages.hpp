@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "replay/document.hpp"
-#include "replay/message.hpp"
-#include "replay/schema.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/message.hpp"
+#include "replay/messages/schema.hpp"
 #include "tests/support/message_definitions.hpp"
 
 namespace afterglow::test {

@@ -1,0 +1,163 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "replay/messages/document.hpp"
+#include "replay/messages/wire.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using nlohmann::json;
+
+/// Length of the UTF-8 character at the text's front; 0 if there is none (RFC 3629: no overlong
+/// forms, no surrogates, nothing beyond U+10FFFF).
+std::size_t utf8Length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
+  const std::uint8_t first = byte(0);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xC2 && first <= 0xDF   ? 2
+                             : first >= 0xE0 && first <= 0xEF ? 3
+                             : first >= 0xF0 && first <= 0xF4 ? 4
+                                                              : 0;
+  if (length == 0 || text.size() < length) return 0;
+  const std::uint8_t least = first == 0xE0 ? 0xA0 : first == 0xF0 ? 0x90 : 0x80;
+  const std::uint8_t most = first == 0xED ? 0x9F : first == 0xF4 ? 0x8F : 0xBF;
+  if (byte(1) < least || byte(1) > most) return 0;
+  for (std::size_t i = 2; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+  }
+  return length;
+}
+
+std::string repairUtf8(std::string_view text) {
+  std::string repaired;
+  repaired.reserve(text.size());
+  while (!text.empty()) {
+    const std::size_t length = utf8Length(text);
+    if (length == 0) {
+      repaired += "\xEF\xBF\xBD";
+    } else {
+      repaired += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return repaired;
+}
+
+template <typename T>
+json numberToJson(T value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    if (std::isnan(value)) return "nan";
+    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  }
+  return value;
+}
+
+template <typename T>
+json elementsToJson(const NumberArray& array) {
+  json elements = json::array();
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    elements.push_back(numberToJson(loadNumber<T>(array.bytes.data() + i * sizeof(T))));
+  }
+  return elements;
+}
+
+json boolsToJson(const NumberArray& array) {
+  json elements = json::array();
+  for (const std::uint8_t byte : array.bytes) elements.push_back(byte != 0);
+  return elements;
+}
+
+json numbersToJson(const NumberArray& array) {
+  switch (array.type) {
+    case FieldType::Bool:
+      return boolsToJson(array);
+    case FieldType::Int8:
+      return elementsToJson<std::int8_t>(array);
+    case FieldType::UInt8:
+      return elementsToJson<std::uint8_t>(array);
+    case FieldType::Int16:
+      return elementsToJson<std::int16_t>(array);
+    case FieldType::UInt16:
+      return elementsToJson<std::uint16_t>(array);
+    case FieldType::Int32:
+      return elementsToJson<std::int32_t>(array);
+    case FieldType::UInt32:
+      return elementsToJson<std::uint32_t>(array);
+    case FieldType::Int64:
+      return elementsToJson<std::int64_t>(array);
+    case FieldType::UInt64:
+      return elementsToJson<std::uint64_t>(array);
+    case FieldType::Float32:
+      return elementsToJson<float>(array);
+    case FieldType::Float64:
+      return elementsToJson<double>(array);
+    default:
+      throw MessageError("an array of " + std::string(name(array.type)) + " holds no numbers");
+  }
+}
+
+class ToJson {
+ public:
+  explicit ToJson(const JsonOptions& options) : options_(options) {}
+
+  json operator()(BoolByte value) const { return value.byte != 0; }
+  json operator()(const std::string& value) const { return repairUtf8(value); }
+  json operator()(RosTime value) const { return {{"secs", value.sec}, {"nsecs", value.nsec}}; }
+  json operator()(RosDuration value) const { return {{"secs", value.sec}, {"nsecs", value.nsec}}; }
+
+  json operator()(const NumberArray& value) const {
+    if (fixedSize(value.type) > 0 && value.size() > options_.longest_array) {
+      return {{"type", name(value.type)}, {"count", value.size()}};
+    }
+    return numbersToJson(value);
+  }
+
+  json operator()(const Array& value) const {
+    if (value.size() > options_.longest_array) {
+      return {{"type", name(elementType(value.front()))}, {"count", value.size()}};
+    }
+    json elements = json::array();
+    for (const Value& element : value) elements.push_back(convert(element));
+    return elements;
+  }
+
+  json operator()(const Object& value) const {
+    json object = json::object();
+    for (const auto& [key, field] : value) object[key] = convert(field);
+    return object;
+  }
+
+  template <typename T>
+  json operator()(T value) const {
+    static_assert(std::is_arithmetic_v<T>);
+    return numberToJson(value);
+  }
+
+  json convert(const Value& value) const { return std::visit(*this, asVariant(value)); }
+
+ private:
+  static FieldType elementType(const Value& value) {
+    if (std::holds_alternative<std::string>(value)) return FieldType::String;
+    if (std::holds_alternative<RosTime>(value)) return FieldType::Time;
+    if (std::holds_alternative<RosDuration>(value)) return FieldType::Duration;
+    return FieldType::Message;
+  }
+
+  // std::visit of GCC 9 does not see through a class derived from a variant.
+  template <typename... T>
+  static const std::variant<T...>& asVariant(const std::variant<T...>& value) {
+    return value;
+  }
+
+  const JsonOptions& options_;
+};
+
+}  // namespace
+
+json toJson(const Value& document, const JsonOptions& options) {
+  return ToJson(options).convert(document);
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,100 @@
+/// \file
+/// Edits fields of a serialized message in place, without decoding the rest: what replay needs to
+/// give old messages new stamps, ids and frames.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+
+/// "header.stamp", "transforms[].header.stamp", "points[3].x": names joined by '.'; [] means every
+/// element, [n] one element (0-based). An array is named by its elements, never as a whole.
+class FieldPath {
+ public:
+  struct Step {
+    std::string name;
+    enum class Index { None, One, Each } index = Index::None;
+    std::size_t at = 0;
+  };
+  /// Throws MessageError for a malformed path.
+  static FieldPath parse(std::string_view text);
+  const std::vector<Step>& steps() const { return steps_; }
+  std::string str() const;
+
+ private:
+  std::vector<Step> steps_;
+};
+
+/// Where a field's value lies in a message.
+struct FieldSpan {
+  FieldType type;
+  std::size_t offset = 0;
+  std::size_t size = 0;  ///< for String: with its 4-byte length
+};
+
+/// Paths worked out once for a schema, to be looked up in many messages. Keeps a copy of the
+/// schema; safe from any thread.
+class FieldFinder {
+ public:
+  /// Throws MessageError if the schema has no such field.
+  FieldFinder(Schema schema, const std::vector<FieldPath>& paths);
+  FieldFinder(const Schema& schema, const FieldPath& path);
+  ~FieldFinder();
+  FieldFinder(FieldFinder&&) noexcept;
+  FieldFinder& operator=(FieldFinder&&) noexcept;
+
+  /// One list of places a path, in the order of the constructor's paths; the whole message is
+  /// walked once. Throws MessageError if the bytes do not fit the schema.
+  std::vector<std::vector<FieldSpan>> find(const Bytes& bytes) const;
+
+ private:
+  struct Node;
+  Schema schema_;
+  std::size_t path_count_;
+  std::unique_ptr<Node> root_;
+};
+
+/// Every place the path names, in order; none for an index beyond an array's end or empty arrays.
+/// Throws MessageError if the schema has no such field, or the bytes do not fit the schema.
+std::vector<FieldSpan> findField(const Schema& schema, const Bytes& bytes, const FieldPath& path);
+
+/// True if the schema has the field (whatever a message holds).
+bool hasField(const Schema& schema, const FieldPath& path);
+
+/// The stamp a Time span holds; empty if the span is of another type.
+std::optional<Stamp> readTime(const Bytes& bytes, const FieldSpan& span);
+/// Throws MessageError if the span is no String.
+std::string readString(const Bytes& bytes, const FieldSpan& span);
+
+/// Overwrite in place. Throw MessageError when the span is of another type; writeTime also for a
+/// stamp that ROS time cannot hold (negative, or 2^32 s and later), writeNumber for a value that
+/// the field cannot hold exactly enough (an integer out of range or with a fraction, a float's
+/// overflow).
+void writeTime(Bytes& bytes, const FieldSpan& span, Stamp stamp);
+void writeNumber(Bytes& bytes, const FieldSpan& span, double value);
+
+/// Replaces every string the path names by `edit`'s result; the message grows or shrinks.
+/// Returns how many changed.
+std::size_t editStrings(const Schema& schema, Bytes& bytes, const FieldPath& path,
+                        const std::function<std::string(const std::string&)>& edit);
+/// The same for spans that were found in these bytes, in ascending order.
+std::size_t editStrings(Bytes& bytes, const std::vector<FieldSpan>& spans,
+                        const std::function<std::string(const std::string&)>& edit);
+
+/// Every time field of a schema that is a stamp for replay's purposes: all `time` fields, nested
+/// and in arrays, as paths with [] ("transforms[].header.stamp"), in the definition's order.
+std::vector<FieldPath> timeFields(const Schema& schema);
+
+/// header.stamp of the outermost message, if its first field is a std_msgs/Header. Looks no further
+/// than that. Throws MessageError if the bytes end within it.
+std::optional<Stamp> headerStamp(const Schema& schema, const Bytes& bytes);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,187 @@
+#include <algorithm>
+
+#include "replay/messages/field_edit.hpp"
+#include "replay/messages/wire.hpp"
+
+namespace afterglow::replay {
+
+/// The paths as a tree over the schema: what is wanted of one message type at one place.
+struct FieldFinder::Node {
+  struct Branch {
+    std::size_t field = 0;
+    FieldPath::Step::Index index = FieldPath::Step::Index::None;
+    std::size_t at = 0;
+    std::vector<std::size_t> paths;  ///< those that end here
+    std::unique_ptr<Node> below;     ///< of those that go on
+
+    bool names(std::size_t element) const {
+      return index != FieldPath::Step::Index::One || at == element;
+    }
+  };
+  std::vector<Branch> branches;
+
+  Branch& branch(std::size_t field, const FieldPath::Step& step) {
+    for (Branch& known : branches) {
+      if (known.field == field && known.index == step.index && known.at == step.at) return known;
+    }
+    branches.emplace_back();
+    branches.back().field = field;
+    branches.back().index = step.index;
+    branches.back().at = step.at;
+    return branches.back();
+  }
+};
+
+namespace {
+
+[[noreturn]] void refuse(const Schema& schema, const FieldPath& path, const std::string& what) {
+  throw MessageError("field path " + path.str() + " of " + schema.root().name + ": " + what);
+}
+
+/// Index of the field a step names in a type.
+std::size_t resolve(const Schema& schema, const FieldPath& path, const MessageType& type,
+                    const FieldPath::Step& step) {
+  const auto field = std::find_if(type.fields.begin(), type.fields.end(),
+                                  [&](const Field& f) { return f.name == step.name; });
+  if (field == type.fields.end()) refuse(schema, path, type.name + " has no field " + step.name);
+  const bool array = field->arity != Field::Arity::Single;
+  const bool indexed = step.index != FieldPath::Step::Index::None;
+  if (array && !indexed) {
+    refuse(schema, path, step.name + " is an array; expected " + step.name + "[] or an index");
+  }
+  if (!array && indexed) refuse(schema, path, step.name + " is no array");
+  return static_cast<std::size_t>(field - type.fields.begin());
+}
+
+/// Calls on_step(field index, step, last) for each step, resolved from the outermost type inwards.
+template <typename OnStep>
+void follow(const Schema& schema, const FieldPath& path, OnStep&& on_step) {
+  std::size_t type_index = 0;
+  for (std::size_t i = 0; i < path.steps().size(); ++i) {
+    const FieldPath::Step& step = path.steps()[i];
+    const MessageType& type = schema.types()[type_index];
+    const std::size_t index = resolve(schema, path, type, step);
+    const Field& field = type.fields[index];
+    const bool last = i + 1 == path.steps().size();
+    if (!last && field.type != FieldType::Message) {
+      refuse(schema, path,
+             step.name + " is a " + std::string(name(field.type)) + " and has no field " +
+                 path.steps()[i + 1].name);
+    }
+    on_step(index, step, last);
+    type_index = field.message;
+  }
+}
+
+/// One walk over one message along a tree of paths. Node is FieldFinder's private type.
+template <typename Node>
+class Walk {
+ public:
+  Walk(const Schema& schema, const Bytes& bytes, std::vector<std::vector<FieldSpan>>& found)
+      : schema_(schema), reader_(schema, bytes), found_(found) {}
+
+  void run(const Node& root) {
+    message(0, root);
+    reader_.finish();
+  }
+
+ private:
+  void message(std::size_t type_index, const Node& node) {
+    const std::vector<Field>& fields = schema_.types()[type_index].fields;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const bool wanted = std::any_of(node.branches.begin(), node.branches.end(),
+                                      [&](const auto& branch) { return branch.field == i; });
+      if (wanted) {
+        elements(fields[i], i, node);
+      } else {
+        reader_.skipField(fields[i]);
+      }
+    }
+  }
+
+  void elements(const Field& field, std::size_t field_index, const Node& node) {
+    reader_.enter(field);
+    std::size_t count = reader_.count(field);
+    // Elements without bytes hold nothing to be found, however many of them a message claims.
+    if (field.arity != Field::Arity::Single && field.type == FieldType::Message &&
+        schema_.minimumSize(field.message) == 0) {
+      count = 0;
+    }
+    for (std::size_t element = 0; element < count; ++element) {
+      reader_.atElement(element);
+      const std::size_t start = reader_.offset();
+      bool passed = false;
+      for (const auto& branch : node.branches) {
+        if (branch.field != field_index || !branch.names(element)) continue;
+        reader_.seek(start);  // two branches may name the same element
+        take(field, branch);
+        passed = true;
+      }
+      if (!passed) reader_.skipElement(field);
+    }
+    reader_.leave();
+  }
+
+  template <typename Branch>
+  void take(const Field& field, const Branch& branch) {
+    const std::size_t start = reader_.offset();
+    if (branch.below) {
+      message(field.message, *branch.below);
+    } else {
+      reader_.skipElement(field);
+    }
+    for (const std::size_t path : branch.paths) {
+      found_[path].push_back({field.type, start, reader_.offset() - start});
+    }
+  }
+
+  const Schema& schema_;
+  WireReader reader_;
+  std::vector<std::vector<FieldSpan>>& found_;
+};
+
+}  // namespace
+
+FieldFinder::FieldFinder(Schema schema, const std::vector<FieldPath>& paths)
+    : schema_(std::move(schema)), path_count_(paths.size()), root_(std::make_unique<Node>()) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    Node* node = root_.get();
+    follow(schema_, paths[i], [&](std::size_t field, const FieldPath::Step& step, bool last) {
+      Node::Branch& branch = node->branch(field, step);
+      if (last) {
+        branch.paths.push_back(i);
+        return;
+      }
+      if (!branch.below) branch.below = std::make_unique<Node>();
+      node = branch.below.get();
+    });
+  }
+}
+
+FieldFinder::FieldFinder(const Schema& schema, const FieldPath& path)
+    : FieldFinder(schema, std::vector<FieldPath>{path}) {}
+
+FieldFinder::~FieldFinder() = default;
+FieldFinder::FieldFinder(FieldFinder&&) noexcept = default;
+FieldFinder& FieldFinder::operator=(FieldFinder&&) noexcept = default;
+
+std::vector<std::vector<FieldSpan>> FieldFinder::find(const Bytes& bytes) const {
+  std::vector<std::vector<FieldSpan>> found(path_count_);
+  Walk<Node>(schema_, bytes, found).run(*root_);
+  return found;
+}
+
+std::vector<FieldSpan> findField(const Schema& schema, const Bytes& bytes, const FieldPath& path) {
+  return std::move(FieldFinder(schema, path).find(bytes).front());
+}
+
+bool hasField(const Schema& schema, const FieldPath& path) {
+  try {
+    follow(schema, path, [](std::size_t, const FieldPath::Step&, bool) {});
+  } catch (const MessageError&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,82 @@
+/// \file
+/// Reading serialized ROS messages: a cursor that never leaves the bytes and knows, for its error
+/// texts, which field it is at. Internal to replay.
+/// Source of the wire format: wiki.ros.org/ROS/Technical%20Overview, genpy and
+/// roscpp_serialization.
+#pragma once
+
+#include <cstring>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+
+// ROS serializes little endian; numbers are copied, not converted.
+static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "replay needs a little-endian machine");
+
+template <typename T>
+T loadNumber(const std::uint8_t* from) {
+  static_assert(std::is_arithmetic_v<T>);
+  T value;
+  std::memcpy(&value, from, sizeof(T));
+  return value;
+}
+
+template <typename T>
+void storeNumber(std::uint8_t* to, T value) {
+  static_assert(std::is_arithmetic_v<T>);
+  std::memcpy(to, &value, sizeof(T));
+}
+
+/// Walks one message from its first byte to its last. Every method throws MessageError, naming
+/// type, field and offset, rather than read or allow for what is not there. Keeps references to
+/// schema and bytes.
+class WireReader {
+ public:
+  /// Refuses bytes that are fewer than any message of the schema has.
+  WireReader(const Schema& schema, const Bytes& bytes);
+
+  std::size_t offset() const { return offset_; }
+  std::size_t left() const { return bytes_.size() - offset_; }
+  void seek(std::size_t offset) { offset_ = offset; }
+
+  /// The next `size` bytes.
+  const std::uint8_t* take(std::size_t size);
+  template <typename T>
+  T number() {
+    return loadNumber<T>(take(sizeof(T)));
+  }
+  std::string string();
+  /// How many elements the field holds here: read and vetted against the bytes left.
+  std::size_t count(const Field& field);
+
+  void skipField(const Field& field);
+  void skipElement(const Field& field);
+  /// Refuses bytes behind the message.
+  void finish() const;
+
+  /// What error texts name: the field that is read now, and the element of it.
+  void enter(const Field& field) { path_.push_back({&field, 0}); }
+  void atElement(std::size_t index) { path_.back().index = index; }
+  void leave() { path_.pop_back(); }
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  struct Place {
+    const Field* field;
+    std::size_t index;
+  };
+  void skipMessage(std::size_t type_index);
+  std::size_t minimumSize(const Field& field) const;
+
+  const Schema& schema_;
+  const Bytes& bytes_;
+  std::size_t offset_ = 0;
+  std::vector<Place> path_;  ///< from the outermost field inwards
+};
+
+}  // namespace afterglow::replay

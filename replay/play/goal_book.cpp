@@ -1,0 +1,92 @@
+#include "replay/play/goal_book.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace afterglow::replay {
+
+GoalOutcome outcomeOf(std::uint8_t goal_status) {
+  switch (goal_status) {  // actionlib_msgs/GoalStatus
+    case 3:               // SUCCEEDED
+      return GoalOutcome::Succeeded;
+    case 4:  // ABORTED
+    case 5:  // REJECTED
+    case 9:  // LOST
+      return GoalOutcome::Failed;
+    case 2:  // PREEMPTED
+    case 8:  // RECALLED
+      return GoalOutcome::Canceled;
+    default:
+      return GoalOutcome::Open;
+  }
+}
+
+void GoalBook::add(Entry entry) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++counts_.sent;
+  open_.push_back(std::move(entry));
+}
+
+bool GoalBook::finish(const std::string& id, GoalOutcome outcome) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found =
+      std::find_if(open_.begin(), open_.end(), [&](const Entry& entry) { return entry.id == id; });
+  if (found == open_.end() || outcome == GoalOutcome::Open) {
+    return false;
+  }
+  open_.erase(found);
+  counts_.succeeded += outcome == GoalOutcome::Succeeded;
+  counts_.failed += outcome == GoalOutcome::Failed;
+  counts_.canceled += outcome == GoalOutcome::Canceled;
+  return true;
+}
+
+std::vector<GoalBook::Entry> GoalBook::cancelOpen() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  counts_.canceled += open_.size() + suspended_.size();
+  suspended_.clear();
+  return std::exchange(open_, {});
+}
+
+std::vector<GoalBook::Entry> GoalBook::suspendOpen() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  suspended_ = std::exchange(open_, {});
+  return suspended_;
+}
+
+std::vector<GoalBook::Entry> GoalBook::takeSuspended() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  counts_.sent -= suspended_.size();
+  return std::exchange(suspended_, {});
+}
+
+bool GoalBook::hasOpen() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return !open_.empty();
+}
+
+GoalBook::Counts GoalBook::counts() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return counts_;
+}
+
+Bytes cancelMessage(const std::string& goal_id) {
+  Bytes bytes(8);  // stamp
+  const auto size = static_cast<std::uint32_t>(goal_id.size());
+  for (int shift = 0; shift < 32; shift += 8) {
+    bytes.push_back(static_cast<std::uint8_t>(size >> shift));
+  }
+  bytes.insert(bytes.end(), goal_id.begin(), goal_id.end());
+  return bytes;
+}
+
+Channel cancelChannel(const Channel& goal_channel) {
+  Channel channel;
+  channel.topic = goal_channel.topic.substr(0, goal_channel.topic.rfind('/')) + "/cancel";
+  channel.type = "actionlib_msgs/GoalID";
+  channel.md5 = "302881f31927c1df708a2dbab0e80ee8";
+  channel.definition = "time stamp\nstring id\n";
+  return channel;
+}
+
+}  // namespace afterglow::replay

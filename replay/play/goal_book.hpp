@@ -1,0 +1,57 @@
+/// \file
+/// Which goals a replay has sent, and what became of them.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+/// How a goal ended, from the client's view.
+enum class GoalOutcome { Open, Succeeded, Failed, Canceled };
+
+/// actionlib_msgs/GoalStatus.status; Open for the states that are not final.
+GoalOutcome outcomeOf(std::uint8_t goal_status);
+
+/// Any thread.
+class GoalBook {
+ public:
+  struct Entry {
+    Channel channel;    ///< of the goal
+    Bytes recorded;     ///< the goal's message, as it was recorded
+    Stamp recorded_at;  ///< the recorded moment it was sent at
+    std::string id;     ///< it was sent with
+  };
+
+  void add(Entry entry);
+  /// Unknown ids are not ours: ignored. True if this ended an open goal.
+  bool finish(const std::string& id, GoalOutcome outcome);
+  /// Gives up all open and suspended goals; those that were open have to be told so.
+  std::vector<Entry> cancelOpen();
+  /// Sets the open goals aside, to be told so, and gives them back, to be sent and added again.
+  std::vector<Entry> suspendOpen();
+  std::vector<Entry> takeSuspended();
+  bool hasOpen() const;
+
+  struct Counts {
+    std::uint64_t sent = 0, succeeded = 0, failed = 0, canceled = 0;
+  };
+  Counts counts() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<Entry> open_, suspended_;
+  Counts counts_;
+};
+
+/// The message that cancels one goal, to be published on cancelChannel(). Stamp zero and an id
+/// cancel that goal only (actionlib's server, action_server_base.h).
+Bytes cancelMessage(const std::string& goal_id);
+/// "<action>/cancel" for "<action>/goal".
+Channel cancelChannel(const Channel& goal_channel);
+
+}  // namespace afterglow::replay

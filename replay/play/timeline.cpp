@@ -1,0 +1,49 @@
+#include "replay/play/timeline.hpp"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace afterglow::replay {
+
+Timeline::Timeline(Stamp begin, double rate, SteadyTime start)
+    : begin_(begin), rate_(rate), anchor_recorded_(begin), anchor_steady_(start) {
+  if (!(rate > 0) || !std::isfinite(rate)) {
+    throw std::logic_error("rate must be above zero, not " + std::to_string(rate));
+  }
+}
+
+SteadyTime Timeline::deadline(Stamp recorded) const {
+  if (is_paused_) {
+    return SteadyTime::forever();
+  }
+  const std::int64_t ahead = recorded.ns - anchor_recorded_.ns;
+  // At rate 1 whole nanoseconds stay whole: a double holds them for 104 days only.
+  return rate_ == 1.0 ? anchor_steady_.after(ahead)
+                      : anchor_steady_.after(std::llround(static_cast<double>(ahead) / rate_));
+}
+
+Stamp Timeline::recorded(SteadyTime now) const {
+  if (is_paused_) {
+    return anchor_recorded_;
+  }
+  const std::int64_t passed = now.ns - anchor_steady_.ns;
+  return {anchor_recorded_.ns +
+          (rate_ == 1.0 ? passed : std::llround(static_cast<double>(passed) * rate_))};
+}
+
+void Timeline::pause(SteadyTime now) {
+  if (!is_paused_) {
+    anchor_recorded_ = recorded(now);
+    is_paused_ = true;
+  }
+}
+
+void Timeline::resume(SteadyTime now) {
+  if (is_paused_) {
+    anchor_steady_ = now;
+    is_paused_ = false;
+  }
+}
+
+}  // namespace afterglow::replay

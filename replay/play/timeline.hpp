@@ -1,0 +1,45 @@
+/// \file
+/// Which recorded moment is due at which moment of the steady clock. Three kinds of time, three
+/// types: Stamp (ROS time of the recording), PlaybackTime (how far into the behavior), SteadyTime
+/// (now).
+#pragma once
+
+#include <cstdint>
+
+#include "replay/messages/message.hpp"
+#include "replay/play/clock.hpp"
+
+namespace afterglow::replay {
+
+/// Nanoseconds of recorded time since the behavior's begin.
+struct PlaybackTime {
+  std::int64_t ns = 0;
+  constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
+};
+
+/// One anchor {recorded, steady} and a rate. Pause and resume move the anchor; nothing is ever
+/// accumulated, so nothing drifts. A value; not thread-safe.
+class Timeline {
+ public:
+  /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
+  Timeline(Stamp begin, double rate, SteadyTime start);
+
+  /// When a recorded moment is due; while paused: SteadyTime::forever().
+  SteadyTime deadline(Stamp recorded) const;
+  Stamp recorded(SteadyTime now) const;
+  PlaybackTime position(SteadyTime now) const { return {recorded(now).ns - begin_.ns}; }
+
+  bool isPaused() const { return is_paused_; }
+  /// Both do nothing when it is so already.
+  void pause(SteadyTime now);
+  void resume(SteadyTime now);
+
+ private:
+  Stamp begin_;
+  double rate_;
+  Stamp anchor_recorded_;
+  SteadyTime anchor_steady_;
+  bool is_paused_ = false;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,68 @@
+#include "replay/store/sqlite_cursor.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace afterglow::replay {
+namespace {
+
+/// A page ends with the message that reaches one of these.
+constexpr std::size_t kPageMessages = 2048;
+constexpr std::size_t kPageBytes = 4 << 20;
+
+}  // namespace
+
+SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex,
+                           const Behavior& behavior, const MessageRange& range)
+    : mutex_(mutex), recording_(behavior.recording) {
+  const nlohmann::json topics = range.topics.empty() ? behavior.topics : range.topics;
+  if (!range.with_all_topics) {
+    topics_ = topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  }
+  const Stamp last{std::numeric_limits<std::int64_t>::max()};
+  end_ns_ = std::min(behavior.end.value_or(last), range.end.value_or(last)).ns;
+  received_ns_ = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
+  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  // The unary + keeps the planner from walking channel by channel, which would mean sorting.
+  query_ = std::make_unique<SqliteStatement>(
+      connection,
+      "SELECT channel, received_ns, sequence, header_stamp_ns, bytes FROM messages "
+      "WHERE recording = ?1 AND (received_ns, sequence, channel) > (?2, ?3, ?4) "
+      "AND received_ns < ?5 AND (?6 IS NULL OR +channel IN (SELECT id FROM channels "
+      "  WHERE recording = ?1 AND topic IN (SELECT value FROM json_each(?6)))) "
+      "ORDER BY received_ns, sequence, channel");
+}
+
+SqliteCursor::~SqliteCursor() {
+  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  query_.reset();
+}
+
+std::optional<Message> SqliteCursor::next() {
+  if (page_.empty()) readPage();
+  if (page_.empty()) return std::nullopt;
+  std::optional<Message> message(std::move(page_.front()));
+  page_.pop_front();
+  return message;
+}
+
+void SqliteCursor::readPage() {
+  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  const StatementScope scope(*query_);
+  query_->bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
+  query_->bind(5, end_ns_).bind(6, topics_);
+  std::size_t bytes = 0;
+  while (page_.size() < kPageMessages && bytes < kPageBytes && query_->step()) {
+    channel_ = query_->integer(0);
+    received_ns_ = query_->integer(1);
+    sequence_ = query_->integer(2);
+    Message message{channel_, Stamp{received_ns_}, static_cast<std::uint64_t>(sequence_), {}, {}};
+    if (const auto stamp = query_->optionalInteger(3)) message.header_stamp = Stamp{*stamp};
+    message.bytes = query_->bytes(4);
+    bytes += message.bytes.size();
+    page_.push_back(std::move(message));
+  }
+}
+
+}  // namespace afterglow::replay

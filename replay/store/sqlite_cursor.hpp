@@ -1,0 +1,40 @@
+/// \file
+/// Reads a behavior's messages from a SqliteStore. Internal to replay.
+#pragma once
+
+#include <deque>
+#include <mutex>
+
+#include "replay/store/sqlite.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// Fetches a page at a time and remembers the key of the last message, not an open query: between
+/// pages it holds no lock and no snapshot, so writers go on and the log's WAL can be folded in.
+/// What is appended behind that key meanwhile is read too.
+class SqliteCursor final : public MessageCursor {
+ public:
+  /// Connection and mutex must outlive it.
+  SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex, const Behavior& behavior,
+               const MessageRange& range);
+  SqliteCursor(const SqliteCursor&) = delete;
+  SqliteCursor& operator=(const SqliteCursor&) = delete;
+  ~SqliteCursor() override;
+
+  std::optional<Message> next() override;
+
+ private:
+  void readPage();
+
+  std::recursive_mutex& mutex_;
+  std::unique_ptr<SqliteStatement> query_;
+  std::int64_t recording_;
+  std::optional<std::string> topics_;  ///< JSON array; empty: all
+  std::int64_t end_ns_;
+  /// Key of the last message read.
+  std::int64_t received_ns_, sequence_ = -1, channel_ = -1;
+  std::deque<Message> page_;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,185 @@
+#include "replay/store/sqlite_schema.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace afterglow::replay {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint32_t kApplicationId = 0x4167776c;
+
+constexpr const char* kTables = R"(
+CREATE TABLE definitions (
+  id INTEGER PRIMARY KEY, type TEXT NOT NULL, md5 TEXT NOT NULL, text TEXT NOT NULL);
+CREATE INDEX definitions_by_md5 ON definitions (md5);
+CREATE TABLE recordings (
+  id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, source TEXT NOT NULL, robot TEXT NOT NULL);
+CREATE TABLE channels (
+  id INTEGER PRIMARY KEY,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  topic TEXT NOT NULL,
+  definition INTEGER NOT NULL REFERENCES definitions,
+  latching INTEGER NOT NULL,
+  caller_id TEXT NOT NULL,
+  UNIQUE (recording, topic, definition, latching, caller_id));
+CREATE TABLE messages (
+  id INTEGER PRIMARY KEY,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  channel INTEGER NOT NULL REFERENCES channels,
+  received_ns INTEGER NOT NULL,
+  sequence INTEGER NOT NULL,
+  header_stamp_ns INTEGER,
+  document TEXT,
+  bytes BLOB NOT NULL);
+CREATE UNIQUE INDEX messages_in_order ON messages (recording, received_ns, sequence, channel);
+CREATE TABLE behaviors (
+  id INTEGER PRIMARY KEY,
+  key TEXT NOT NULL UNIQUE,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  name TEXT NOT NULL,
+  tree_path TEXT NOT NULL,
+  parent INTEGER NOT NULL,
+  attempt INTEGER NOT NULL,
+  outcome TEXT NOT NULL,
+  begin_ns INTEGER NOT NULL,
+  end_ns INTEGER,
+  wall_begin_ns INTEGER NOT NULL,
+  robot TEXT NOT NULL,
+  parameters TEXT NOT NULL,
+  tags TEXT NOT NULL,
+  calibration TEXT NOT NULL,
+  topics TEXT NOT NULL,
+  snapshot TEXT NOT NULL,
+  remarks TEXT NOT NULL);
+CREATE INDEX behaviors_by_begin ON behaviors (begin_ns);
+CREATE TABLE files (sha256 TEXT PRIMARY KEY, contents BLOB NOT NULL);
+)";
+
+/// The first 100 bytes of a database file; SQLite file format, "The Database Header".
+struct FileHeader {
+  std::array<unsigned char, 100> bytes{};
+  std::size_t size = 0;
+
+  std::uint32_t number(std::size_t offset) const {
+    return std::uint32_t{bytes[offset]} << 24 | std::uint32_t{bytes[offset + 1]} << 16 |
+           std::uint32_t{bytes[offset + 2]} << 8 | bytes[offset + 3];
+  }
+  bool isSqlite() const {
+    return size == bytes.size() && std::memcmp(bytes.data(), "SQLite format 3", 16) == 0;
+  }
+  std::uint32_t userVersion() const { return number(60); }
+  std::uint32_t applicationId() const { return number(68); }
+};
+
+FileHeader readHeader(const fs::path& file) {
+  FileHeader header;
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    throw StoreError("sqlite:" + file.string() +
+                     ": cannot open the store: " + std::strerror(errno));
+  }
+  stream.read(reinterpret_cast<char*>(header.bytes.data()),
+              static_cast<std::streamsize>(header.bytes.size()));
+  header.size = static_cast<std::size_t>(stream.gcount());
+  return header;
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& why) {
+  throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
+}
+
+/// Looked at without SQLite, which may leave -wal and -shm files beside a database that it opens.
+/// Tables are made before WAL mode is entered, so the file itself always tells.
+void checkFile(const std::string& path, OpenMode mode) {
+  const fs::path file(path);
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) {
+    if (mode != OpenMode::ReadOnly) return;
+    throw StoreError("sqlite:" + path + ": no such store");
+  }
+  if (fs::is_directory(status)) refuse(path, "it is a folder");
+  if (!fs::is_regular_file(status)) refuse(path, "it is no regular file");
+  const FileHeader header = readHeader(file);
+  if (header.size == 0) {
+    if (mode != OpenMode::ReadOnly) return;
+    refuse(path, "the file is empty");
+  }
+  if (!header.isSqlite()) refuse(path, "the file is no SQLite database");
+  if (header.applicationId() != kApplicationId) {
+    refuse(path, "the file is another program's SQLite database");
+  }
+  if (header.userVersion() > kStoreVersion) {
+    throw StoreError("sqlite:" + path + ": the store has version " +
+                     std::to_string(header.userVersion()) + ", this program knows up to " +
+                     std::to_string(kStoreVersion));
+  }
+}
+
+void makeFolder(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code error;
+  if (!folder.empty()) fs::create_directories(folder, error);
+  if (error) {
+    throw StoreError("sqlite:" + path + ": cannot make the folder " + folder.string() + ": " +
+                     error.message());
+  }
+}
+
+/// On a read-only medium SQLite cannot make the -shm file that a WAL database needs; with nobody to
+/// write and no WAL left to read, none is needed.
+bool isFrozen(const std::string& path) {
+  std::error_code error;
+  const auto wal_size = fs::file_size(path + "-wal", error);
+  if (!error && wal_size > 0) return false;
+  const fs::path folder = fs::path(path).parent_path();
+  return faccessat(AT_FDCWD, folder.empty() ? "." : folder.c_str(), W_OK, AT_EACCESS) != 0;
+}
+
+void makeTables(SqliteConnection& connection) {
+  SqliteTransaction transaction(connection);
+  if (connection.integer("PRAGMA user_version") != 0) return;  // another process was faster
+  connection.execute(kTables);
+  connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
+  connection.execute("PRAGMA user_version = " + std::to_string(kStoreVersion));
+  transaction.commit();
+}
+
+void configure(SqliteConnection& connection, OpenMode mode) {
+  const bool is_new = connection.integer("PRAGMA user_version") == 0;
+  connection.execute("PRAGMA cell_size_check = ON");
+  connection.execute("PRAGMA cache_size = -16384");  // KiB
+  if (mode == OpenMode::ReadOnly) return;
+  if (is_new) makeTables(connection);
+  connection.execute("PRAGMA journal_mode = WAL");
+  // A batch that append() returned from survives a loss of power, not just of the process.
+  connection.execute("PRAGMA synchronous = FULL");
+  connection.execute("PRAGMA wal_autocheckpoint = 8192");  // pages: 32 MiB
+  connection.execute("PRAGMA journal_size_limit = 67108864");
+}
+
+}  // namespace
+
+std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode) {
+  const bool is_file = path != ":memory:";
+  SqliteAccess access = SqliteAccess::ReadWriteCreate;
+  if (is_file) {
+    checkFile(path, mode);
+    if (mode != OpenMode::ReadOnly) makeFolder(path);
+    if (mode == OpenMode::ReadOnly) {
+      access = isFrozen(path) ? SqliteAccess::ReadOnlyImmutable : SqliteAccess::ReadOnly;
+    }
+  }
+  auto connection = std::make_unique<SqliteConnection>(path, access);
+  configure(*connection, mode);
+  return connection;
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,68 @@
+#include "replay/store/store.hpp"
+
+#include <cstdlib>
+#include <random>
+
+#include "replay/store/sqlite_store.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr const char* kScheme = "sqlite:";
+
+std::string defaultUri() {
+  if (const char* uri = std::getenv("AFTERGLOW_STORE"); uri && *uri) return uri;
+  const char* home = std::getenv("HOME");
+  if (!home || !*home) {
+    throw StoreError(
+        "no store: neither --store nor AFTERGLOW_STORE names one, and HOME is not set");
+  }
+  return std::string(home) + "/.local/share/afterglow/afterglow.db";
+}
+
+}  // namespace
+
+std::string storeUri(const std::string& uri) {
+  const std::string named = uri.empty() ? defaultUri() : uri;
+  if (named.rfind(kScheme, 0) == 0) {
+    if (named == kScheme) throw StoreError("sqlite: names no file");
+    return named;
+  }
+  if (const auto scheme_end = named.find("://"); scheme_end != std::string::npos) {
+    throw StoreError(named + ": there is no store of the kind \"" + named.substr(0, scheme_end) +
+                     "\"; a store is sqlite:PATH");
+  }
+  return kScheme + named;
+}
+
+std::string storePath(const std::string& uri) {
+  return storeUri(uri).substr(std::string(kScheme).size());
+}
+
+std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode) {
+  return std::make_unique<SqliteStore>(storePath(uri), mode);
+}
+
+void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome) {
+  store.transaction([&] {
+    std::optional<Behavior> behavior = store.behavior(id);
+    if (!behavior) throw StoreError("there is no behavior " + std::to_string(id));
+    behavior->end = end;
+    behavior->outcome = outcome;
+    store.updateBehavior(*behavior);
+  });
+}
+
+std::string newKey() {
+  constexpr const char* kDigits = "0123456789abcdef";
+  std::random_device random;
+  std::string key;
+  for (int i = 0; i < 32; ++i) key += kDigits[random() % 16];
+  return key;
+}
+
+std::unique_ptr<Store> openMemoryStore() {
+  return std::make_unique<SqliteStore>(":memory:", OpenMode::ReadWrite);
+}
+
+}  // namespace afterglow::replay

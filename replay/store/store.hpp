@@ -1,0 +1,179 @@
+/// \file
+/// The store: one message log and, over it, behaviors as intervals. The log is divided into
+/// recordings (a run of a recorder, an imported bag), so that two recordings of the same minute
+/// never mix. A message is stored once, however many behaviors cover it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+class Filter;
+
+/// The store cannot be opened, read or written; the text names the store, what was tried and why.
+class StoreError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A part of the log: one run of a recorder, one imported bag.
+struct Recording {
+  std::int64_t id = 0;  ///< given by the store
+  std::string key;      ///< the same in every store it is copied to; 32 hex digits
+  std::string source;   ///< where it comes from: the recorder's node name, the bag's path
+  std::string robot;
+};
+
+/// One execution of one behavior.
+struct Behavior {
+  std::int64_t id = 0;         ///< given by the store
+  std::string key;             ///< the same in every store it is copied to; 32 hex digits
+  std::int64_t recording = 0;  ///< the part of the log it lies in
+  std::string name;
+  std::string tree_path;    ///< its place in the behavior tree, e.g. "kitting/pick"; may be empty
+  std::int64_t parent = 0;  ///< enclosing behavior; 0: none
+  int attempt = 1;
+  std::string outcome;       ///< "success", "failure", "stopped", ...; empty while it runs
+  Stamp begin;               ///< inclusive
+  std::optional<Stamp> end;  ///< exclusive; empty: still running, or its recorder died
+  Stamp wall_begin;          ///< the wall clock at its begin: ROS time may be a simulation's
+  std::string robot;
+  std::string parameters = "{}";  ///< JSON object
+  std::vector<std::string> tags;
+  std::string calibration = "{}";   ///< JSON object: the projector's calibration in use
+  std::vector<std::string> topics;  ///< the topics that belong to it, heard or not
+  /// JSON object: what replay needs later of the world then. frames, files, urdf (record/snapshot).
+  std::string snapshot = "{}";
+  /// What a reader must know of how it was recorded, one sentence each: drops, clock jumps, a
+  /// crash.
+  std::vector<std::string> remarks;
+};
+
+/// The outcome of a behavior whose recorder died; it ends with its recording's last message.
+constexpr const char* kIncomplete = "incomplete";
+
+/// Which behaviors; unset members match everything. A behavior without an end is taken to reach to
+/// its recording's last message.
+struct BehaviorFilter {
+  std::optional<std::string> name;
+  std::optional<std::string> outcome;
+  std::optional<std::string> topic;  ///< its own, with at least one message
+  std::optional<Stamp> since;        ///< end after this
+  std::optional<Stamp> until;        ///< begin before this
+  std::optional<std::string> robot;
+  std::optional<std::string> tag;
+  std::shared_ptr<const Filter> where;  ///< over its fields and its messages' (store/filter.hpp)
+  std::optional<std::size_t> limit;     ///< only so many, the newest
+};
+
+/// How much a behavior holds on one topic (of one type).
+struct TopicSummary {
+  std::string topic;
+  std::string type;
+  std::uint64_t count = 0;
+  Stamp first, last;  ///< of the first and the last message
+};
+
+/// Which of the messages of a behavior's recording in a behavior's interval. Without an end it
+/// reaches to the recording's last message.
+struct MessageRange {
+  /// Empty: the behavior's own. Others of the recording may be named: its context (/tf, ...).
+  std::vector<std::string> topics;
+  std::optional<Stamp> begin = {};  ///< inclusive
+  std::optional<Stamp> end = {};    ///< exclusive
+  bool with_all_topics = false;     ///< all that the recording has, whatever `topics` says
+  std::shared_ptr<const Filter> where = nullptr;  ///< over the messages' fields (store/filter.hpp)
+};
+
+/// What append() does with a message that its recording has already.
+enum class Duplicates { Refuse, Skip };
+
+/// Forward reader in total order: receive stamp, then sequence. Reads ahead with bounded memory;
+/// valid while its store lives. Throws StoreError when reading fails.
+class MessageCursor {
+ public:
+  virtual ~MessageCursor() = default;
+  virtual std::optional<Message> next() = 0;  ///< empty at the end
+};
+
+/// Every method throws StoreError on failure and may be called from any thread.
+class Store {
+ public:
+  virtual ~Store() = default;
+
+  // ---------------------------------------------------------------------------------- writing
+  /// A new part of the log, its id ignored; an empty key is made. The one there is if the key is
+  /// known.
+  virtual std::int64_t addRecording(const Recording& recording) = 0;
+  /// Id of this channel in this recording, stored on first sight; definitions are stored once.
+  virtual std::int64_t addChannel(std::int64_t recording, const Channel& channel) = 0;
+  /// All or none of these messages. A message is identified by recording, stamp and sequence.
+  virtual void append(const std::vector<Message>& messages,
+                      Duplicates duplicates = Duplicates::Refuse) = 0;
+  /// Stores a behavior and returns its id, a new one if it has none. An empty key is made; a known
+  /// one is refused.
+  virtual std::int64_t addBehavior(const Behavior& behavior) = 0;
+  /// Replaces the stored one of this id, but for its key and recording.
+  virtual void updateBehavior(const Behavior& behavior) = 0;
+  /// Drops the behavior, and the messages of its recording that no other behavior covers. Its
+  /// children become its parent's.
+  virtual void removeBehavior(std::int64_t id) = 0;
+  /// Keeps the contents of a file (speech, a mesh) by their SHA-256, 64 hex digits; once.
+  virtual void addFile(const std::string& sha256, const Bytes& contents) = 0;
+  /// Runs `work`, whose writes to this store are kept as a whole when it returns and dropped as a
+  /// whole when it throws; the exception goes on. Other threads and processes wait to write, and
+  /// read what was there before.
+  virtual void transaction(const std::function<void()>& work) = 0;
+
+  // ---------------------------------------------------------------------------------- reading
+  virtual std::vector<Recording> recordings() const = 0;  ///< by id
+  /// Newest first (by begin, then id).
+  virtual std::vector<Behavior> behaviors(const BehaviorFilter& filter) const = 0;
+  /// How behaviors(filter) goes about it, a line a step: index or scan, and how many it looked at.
+  virtual std::vector<std::string> explain(const BehaviorFilter& filter) const = 0;
+  virtual std::optional<Behavior> behavior(std::int64_t id) const = 0;
+  virtual std::optional<Behavior> behaviorOfKey(const std::string& key) const = 0;
+  /// What was heard on its own topics, by topic, then type.
+  virtual std::vector<TopicSummary> topics(const Behavior& behavior) const = 0;
+  /// What its recording holds on other topics in its interval.
+  virtual std::vector<TopicSummary> contextTopics(const Behavior& behavior) const = 0;
+  virtual Channel channel(std::int64_t id) const = 0;
+  virtual std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
+                                                  const MessageRange& range) const = 0;
+  /// Contents of a file; empty if there is none of that SHA-256.
+  virtual std::optional<Bytes> file(const std::string& sha256) const = 0;
+};
+
+/// Sets a behavior's end and outcome; StoreError if there is none of that id.
+void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome);
+
+/// 32 random hex digits: a key that no other recording or behavior has.
+std::string newKey();
+
+/// What a store is opened for. ReadOnly demands an existing one, the others make what is not there.
+/// Record is for a recorder, of which a file has one at a time: behaviors that the last one left
+/// open are marked kIncomplete.
+enum class OpenMode { ReadOnly, ReadWrite, Record };
+
+/// "sqlite:PATH" or a plain path; empty: $AFTERGLOW_STORE, else
+/// ~/.local/share/afterglow/afterglow.db.
+std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
+
+/// A store that lives and dies with the object.
+std::unique_ptr<Store> openMemoryStore();
+
+/// The URI in full, defaults filled in: what messages call the store. Throws StoreError for a kind
+/// of store that there is not.
+std::string storeUri(const std::string& uri);
+
+/// The file of a store's URI.
+std::string storePath(const std::string& uri);
+
+}  // namespace afterglow::replay
