@@ -3,32 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/utf8.hpp"
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 using nlohmann::json;
-
-/// Length of the UTF-8 character at the text's front; 0 if there is none (RFC 3629: no overlong
-/// forms, no surrogates, nothing beyond U+10FFFF).
-std::size_t utf8Length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
-  const std::uint8_t first = byte(0);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first <= 0xDF   ? 2
-                             : first >= 0xE0 && first <= 0xEF ? 3
-                             : first >= 0xF0 && first <= 0xF4 ? 4
-                                                              : 0;
-  if (length == 0 || text.size() < length) return 0;
-  const std::uint8_t least = first == 0xE0 ? 0xA0 : first == 0xF0 ? 0x90 : 0x80;
-  const std::uint8_t most = first == 0xED ? 0x9F : first == 0xF4 ? 0x8F : 0xBF;
-  if (byte(1) < least || byte(1) > most) return 0;
-  for (std::size_t i = 2; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  return length;
-}
 
 std::string repairUtf8(std::string_view text) {
   std::string repaired;

@@ -1,0 +1,177 @@
+#include "replay/messages/bson_document.hpp"
+
+#include "replay/messages/utf8.hpp"
+#include "replay/messages/wire.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+/// Appends one value under one key.
+class Appender {
+ public:
+  Appender(bson_t& to, std::string_view key, const BsonOptions& options)
+      : to_(to), key_(key.data()), length_(static_cast<int>(key.size())), options_(options) {}
+
+  void append(const Value& value) const { std::visit(*this, asVariant(value)); }
+
+  void operator()(BoolByte value) const {
+    require(value.byte < 2 ? bson_append_bool(&to_, key_, length_, value.byte == 1)
+                           : bson_append_int32(&to_, key_, length_, value.byte));
+  }
+
+  template <typename T>
+  void operator()(T value) const {
+    static_assert(std::is_arithmetic_v<T>);
+    if constexpr (std::is_floating_point_v<T>) {
+      require(bson_append_double(&to_, key_, length_, static_cast<double>(value)));
+    } else {
+      const auto wide = static_cast<std::int64_t>(value);
+      const auto narrow = static_cast<std::int32_t>(wide);
+      require(narrow == wide ? bson_append_int32(&to_, key_, length_, narrow)
+                             : bson_append_int64(&to_, key_, length_, wide));
+    }
+  }
+
+  void operator()(const std::string& value) const {
+    const auto* data = reinterpret_cast<const std::uint8_t*>(value.data());
+    if (!isUtf8(value)) return binary(data, value.size());
+    require(value.size() <= kLargest &&
+            bson_append_utf8(&to_, key_, length_, value.data(), static_cast<int>(value.size())));
+  }
+
+  void operator()(RosTime value) const { parts(value.sec, value.nsec); }
+  void operator()(RosDuration value) const { parts(value.sec, value.nsec); }
+
+  void operator()(const NumberArray& value) const {
+    if (value.size() > options_.longest_array) return summary(value);
+    if (value.type == FieldType::UInt8) return binary(value.bytes.data(), value.bytes.size());
+    switch (value.type) {
+      case FieldType::Bool:
+        return numbers<BoolByte>(value);
+      case FieldType::Int8:
+        return numbers<std::int8_t>(value);
+      case FieldType::Int16:
+        return numbers<std::int16_t>(value);
+      case FieldType::UInt16:
+        return numbers<std::uint16_t>(value);
+      case FieldType::Int32:
+        return numbers<std::int32_t>(value);
+      case FieldType::UInt32:
+        return numbers<std::uint32_t>(value);
+      case FieldType::Int64:
+        return numbers<std::int64_t>(value);
+      case FieldType::UInt64:
+        return numbers<std::uint64_t>(value);
+      case FieldType::Float32:
+        return numbers<float>(value);
+      case FieldType::Float64:
+        return numbers<double>(value);
+      default:
+        throw MessageError("an array of numbers cannot hold " + std::string(name(value.type)));
+    }
+  }
+
+  void operator()(const Array& value) const {
+    array([&](bson_t& elements) {
+      for (std::size_t i = 0; i < value.size(); ++i) element(elements, i, value[i]);
+    });
+  }
+
+  void operator()(const Object& value) const {
+    bson_t child;
+    require(bson_append_document_begin(&to_, key_, length_, &child));
+    for (const auto& [key, field] : value) Appender(child, key, options_).append(field);
+    require(bson_append_document_end(&to_, &child));
+  }
+
+ private:
+  static constexpr std::size_t kLargest = std::numeric_limits<std::int32_t>::max();
+
+  static void require(bool appended) {
+    if (!appended) throw MessageError("the message is too large for a BSON document");
+  }
+
+  // std::visit of GCC 9 does not see through a class derived from a variant.
+  template <typename... T>
+  static const std::variant<T...>& asVariant(const std::variant<T...>& value) {
+    return value;
+  }
+
+  template <typename Work>
+  void array(const Work& work) const {
+    bson_t elements;
+    require(bson_append_array_begin(&to_, key_, length_, &elements));
+    work(elements);
+    require(bson_append_array_end(&to_, &elements));
+  }
+
+  /// Appends `value` (a Value or one of its kinds) as the element at `index`.
+  template <typename T>
+  void element(bson_t& elements, std::size_t index, const T& value) const {
+    char buffer[16];
+    const char* key = nullptr;
+    const std::size_t size =
+        bson_uint32_to_string(static_cast<std::uint32_t>(index), &key, buffer, sizeof buffer);
+    const Appender appender(elements, {key, size}, options_);
+    if constexpr (std::is_same_v<T, Value>) {
+      appender.append(value);
+    } else {
+      appender(value);
+    }
+  }
+
+  template <typename T>
+  void numbers(const NumberArray& value) const;
+
+  void binary(const std::uint8_t* data, std::size_t size) const {
+    static const std::uint8_t kNothing = 0;
+    require(size <= kLargest &&
+            bson_append_binary(&to_, key_, length_, BSON_SUBTYPE_BINARY,
+                               size == 0 ? &kNothing : data, static_cast<std::uint32_t>(size)));
+  }
+
+  void summary(const NumberArray& value) const {
+    bson_t child;
+    require(bson_append_document_begin(&to_, key_, length_, &child));
+    Appender(child, "type", options_)(std::string(name(value.type)));
+    Appender(child, "count", options_)(static_cast<std::uint64_t>(value.size()));
+    require(bson_append_document_end(&to_, &child));
+  }
+
+  template <typename T>
+  void parts(T sec, T nsec) const {
+    bson_t child;
+    require(bson_append_document_begin(&to_, key_, length_, &child));
+    Appender(child, "secs", options_)(sec);
+    Appender(child, "nsecs", options_)(nsec);
+    require(bson_append_document_end(&to_, &child));
+  }
+
+  bson_t& to_;
+  const char* key_;
+  int length_;
+  const BsonOptions& options_;
+};
+
+template <typename T>
+void Appender::numbers(const NumberArray& value) const {
+  array([&](bson_t& elements) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      if constexpr (std::is_same_v<T, BoolByte>) {
+        element(elements, i, BoolByte{value.bytes[i]});
+      } else {
+        element(elements, i, loadNumber<T>(value.bytes.data() + i * sizeof(T)));
+      }
+    }
+  });
+}
+
+}  // namespace
+
+void appendBson(const Value& document, bson_t& bson, const BsonOptions& options) {
+  const auto* fields = std::get_if<Object>(&document);
+  if (!fields) throw MessageError("a BSON document needs a message, not a single value");
+  for (const auto& [key, value] : *fields) Appender(bson, key, options).append(value);
+}
+
+}  // namespace afterglow::replay

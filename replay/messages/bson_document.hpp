@@ -1,0 +1,44 @@
+/// \file
+/// Messages as BSON documents, laid out as mongodb_store's msg_to_document does, so that its tools
+/// read them: the message's fields are the document's, nested messages are documents in it, time
+/// and duration are {secs, nsecs}, uint8[] is Binary, strings are UTF-8 or, where they are not,
+/// Binary. Needs libbson; for .cpp files of replay and its tests.
+#pragma once
+
+#include <bson/bson.h>
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "replay/messages/document.hpp"
+
+namespace afterglow::replay {
+
+struct BsonOptions {
+  /// Number arrays longer than this (uint8[] too) become {"type":..., "count":...}, which cannot be
+  /// read back: for messages whose bytes are kept elsewhere.
+  std::size_t longest_array = std::numeric_limits<std::size_t>::max();
+};
+
+/// Appends the fields of a decoded message to `bson`. Integers take int32 where they fit, as with
+/// pymongo, else int64; a uint64 beyond int64 is its two's complement. A bool that is neither 0 nor
+/// 1 is an int32. float32 is a double. All of it reads back bit for bit, but that a signaling NaN
+/// of float32 comes back quiet. Throws MessageError if `document` is no message, or if BSON's 2 GiB
+/// do not hold it; `bson` is then of no use.
+void appendBson(const Value& document, bson_t& bson, const BsonOptions& options = {});
+
+struct BsonMessage {
+  Value document;  ///< of the schema's shape: encode() takes it
+  /// Fields that `bson` lacks, and that are therefore zero or empty; each once, sorted, e.g.
+  /// "markers[].header.seq".
+  std::vector<std::string> missing;
+};
+
+/// The message in a document of any writer: Afterglow, mongodb_log in Python and C++ (whose stamps
+/// are dates), message_store. Types come from the schema; keys that it has not are passed over
+/// (_id, _meta). Nothing in `bson` is trusted. Throws MessageError, naming type and field, for a
+/// value that the field cannot hold and for damaged BSON.
+BsonMessage messageFromBson(const Schema& schema, const bson_t& bson);
+
+}  // namespace afterglow::replay
