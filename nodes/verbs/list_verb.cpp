@@ -4,8 +4,8 @@
 #include <iostream>
 #include <memory>
 
-#include "nodes/verbs/time_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -19,7 +19,7 @@ struct Options {
 
 std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text) {
   if (text.empty()) return std::nullopt;
-  const auto stamp = parseTime(text);
+  const auto stamp = replay::parseTime(text);
   if (!stamp) {
     throw CLI::ValidationError(option, "\"" + text +
                                            "\" is neither a time such as 2026-11-21T09:30:00 nor "

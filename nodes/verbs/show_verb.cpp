@@ -6,9 +6,9 @@
 #include <map>
 #include <memory>
 
-#include "nodes/verbs/time_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/document.hpp"
+#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -1,11 +1,14 @@
-#include "nodes/verbs/time_text.hpp"
+#include "replay/store/time_text.hpp"
 
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <regex>
 
-namespace afterglow::nodes {
+#include "replay/store/time_words.hpp"
+
+namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -20,11 +23,11 @@ std::int64_t fraction_ns(const std::ssub_match& match) {
   return std::stoll(digits);
 }
 
-std::optional<replay::Stamp> parseEpoch(const std::string& text) {
+std::optional<Stamp> parseEpoch(const std::string& text) {
   static const std::regex pattern(R"((\d{1,10})(\.\d{1,9})?)");
   std::smatch match;
   if (!std::regex_match(text, match, pattern)) return std::nullopt;
-  return replay::Stamp{std::stoll(match[1].str()) * kSecond_ns + fraction_ns(match[2])};
+  return Stamp{std::stoll(match[1].str()) * kSecond_ns + fraction_ns(match[2])};
 }
 
 /// Empty for a day or hour that there is not, which mktime would carry over.
@@ -42,12 +45,17 @@ std::optional<std::time_t> secondsOf(std::tm time, const std::string& zone) {
 
 }  // namespace
 
-std::optional<replay::Stamp> parseTime(const std::string& text) {
+Stamp wallNow() {
+  const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
+  return {std::chrono::duration_cast<std::chrono::nanoseconds>(since_epoch).count()};
+}
+
+std::optional<Stamp> parseTime(const std::string& text, Stamp now) {
   if (const auto stamp = parseEpoch(text)) return stamp;
   static const std::regex pattern(
       R"((\d{4})-(\d\d)-(\d\d)(?:[T ](\d\d):(\d\d)(?::(\d\d)(\.\d{1,9})?)?(Z|[+-]\d\d:?\d\d)?)?)");
   std::smatch match;
-  if (!std::regex_match(text, match, pattern)) return std::nullopt;
+  if (!std::regex_match(text, match, pattern)) return parseTimeWords(text, now);
   std::tm time{};
   time.tm_year = number(match[1]) - 1900;
   time.tm_mon = number(match[2]) - 1;
@@ -58,10 +66,10 @@ std::optional<replay::Stamp> parseTime(const std::string& text) {
   time.tm_isdst = -1;
   const auto seconds = secondsOf(time, match[8].str());
   if (!seconds) return std::nullopt;
-  return replay::Stamp{*seconds * kSecond_ns + fraction_ns(match[7])};
+  return Stamp{*seconds * kSecond_ns + fraction_ns(match[7])};
 }
 
-std::string timeText(replay::Stamp stamp) {
+std::string timeText(Stamp stamp) {
   std::time_t seconds = stamp.ns / kSecond_ns;
   std::int64_t rest_ns = stamp.ns % kSecond_ns;
   if (rest_ns < 0) {
@@ -78,4 +86,4 @@ std::string timeText(replay::Stamp stamp) {
   return std::string(date.data()) + milliseconds.data();
 }
 
-}  // namespace afterglow::nodes
+}  // namespace afterglow::replay

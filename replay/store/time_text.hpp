@@ -1,0 +1,30 @@
+/// \file
+/// Times as people write them.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+/// What parseTime() understands, for people.
+constexpr const char* kTimesUnderstood =
+    "a time is 2026-11-21T09:30:00Z (local without Z), seconds since the epoch, \"9:30\", \"today "
+    "9:30\", \"yesterday 14:00\", \"last tuesday 8:15 pm\", \"10 minutes ago\" or \"now\"";
+
+/// The wall clock.
+Stamp wallNow();
+
+/// "2026-11-21T09:30:00.25Z", with "+01:00" for Z, local time without either; seconds and time of
+/// day may be left out. Or seconds since the epoch, "1396293887.84". Or in words, local time:
+/// "now", "2h ago", "10 minutes ago", "9:30", "8pm", "today", "yesterday 14:00", "last tuesday
+/// 8:15" (the latest one before today; without "last", today's too); a day alone is its first
+/// second. Empty if it is none of these.
+std::optional<Stamp> parseTime(const std::string& text, Stamp now = wallNow());
+
+/// UTC, ISO 8601, to the millisecond: "2014-03-31T19:24:47.842Z".
+std::string timeText(Stamp stamp);
+
+}  // namespace afterglow::replay
