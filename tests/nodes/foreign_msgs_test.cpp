@@ -8,6 +8,8 @@
 
 #include <string>
 
+#include "replay/messages/definitions.hpp"
+
 namespace {
 
 template <typename Message>
@@ -31,6 +33,16 @@ TEST(ForeignMessages, haveTheFullNamesOfTheRealOnes) {
   EXPECT_STREQ(DataType<control_msgs::FollowJointTrajectoryActionGoal>::value(),
                "control_msgs/FollowJointTrajectoryActionGoal");
   EXPECT_STREQ(DataType<sound_play::SoundRequest>::value(), "sound_play/SoundRequest");
+}
+
+TEST(ForeignMessages, areAmongTheDefinitionsOfThisMachine) {
+  const auto installed = afterglow::replay::installedDefinitions();
+  EXPECT_EQ(installed.find("control_msgs/PointHeadActionGoal").value().md5,
+            md5<control_msgs::PointHeadActionGoal>());
+  EXPECT_EQ(installed.find("control_msgs/FollowJointTrajectoryActionGoal").value().md5,
+            md5<control_msgs::FollowJointTrajectoryActionGoal>());
+  EXPECT_EQ(installed.find("sound_play/SoundRequest").value().md5,
+            md5<sound_play::SoundRequest>());
 }
 
 }  // namespace

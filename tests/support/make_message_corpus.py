@@ -3,7 +3,7 @@
 
 usage: make_message_corpus.py OUT [SEED]
 
-OUT gets one JSON object a line: {"type", "definition", "messages": [{"bytes" (hex), "values"}]}.
+OUT gets one JSON object a line: {"type", "definition", "md5", "messages": [{"bytes" (hex), "values"}]}.
 Values are laid out as replay/messages/document.hpp's toJson says. The last line is {"missing": [packages]}.
 Every type of PACKAGES is filled with its defaults once and with seeded random values several times.
 Exit status 3: this Python has no genpy, or none of the packages.
@@ -114,7 +114,7 @@ def main():
                 continue
             for cls in classes:
                 messages = [cls()] + [filled(rng, cls()) for _ in range(RANDOM_MESSAGES)]
-                json.dump({'type': cls._type, 'definition': cls._full_text,
+                json.dump({'type': cls._type, 'definition': cls._full_text, 'md5': cls._md5sum,
                            'messages': [entry(m) for m in messages]}, out, ensure_ascii=False)
                 out.write('\n')
         out.write(json.dumps({'missing': missing}) + '\n')

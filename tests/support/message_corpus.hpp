@@ -25,6 +25,7 @@ struct MessageCorpus {
   struct Type {
     std::string name;
     std::string definition;
+    std::string md5;
     std::vector<Sample> samples;
   };
   std::vector<Type> types;                    ///< empty if this machine has no ROS Python
@@ -60,7 +61,7 @@ inline MessageCorpus makeMessageCorpus(const std::string& python) {
       corpus.missing_packages = entry["missing"].get<std::vector<std::string>>();
       continue;
     }
-    MessageCorpus::Type type{entry["type"], entry["definition"], {}};
+    MessageCorpus::Type type{entry["type"], entry["definition"], entry["md5"], {}};
     for (const auto& message : entry["messages"]) {
       type.samples.push_back({bytesFromHex(message["bytes"]), message["values"]});
     }
