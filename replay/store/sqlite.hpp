@@ -3,21 +3,36 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "replay/messages/message.hpp"
+#include "replay/store/store.hpp"
 
 struct sqlite3;
 struct sqlite3_stmt;
 
 namespace afterglow::replay {
 
+/// A page or row of the file is not what SQLite wrote.
+class SqliteDamage : public StoreError {
+ public:
+  SqliteDamage(const std::string& text, std::string reason)
+      : StoreError(text), reason_(std::move(reason)) {}
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string reason_;
+};
+
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 
+class SqliteStatement;
+
 /// One connection, used by one thread at a time. Throws StoreError with the store's name in front.
+/// After an input/output error in writing it refuses to write on until it is made anew.
 class SqliteConnection {
  public:
   /// `path` ":memory:" makes a database of its own in memory.
@@ -29,16 +44,34 @@ class SqliteConnection {
   void execute(const std::string& sql);
   std::int64_t integer(const std::string& sql);  ///< the one number that `sql` yields
   std::int64_t lastInsertedId() const;
+  std::int64_t changedRows() const;  ///< by the last INSERT, UPDATE or DELETE
   bool isInTransaction() const;
   const std::string& name() const { return name_; }
 
+  /// A statement that is kept with the connection, reset. One user at a time has it.
+  SqliteStatement& prepared(std::string_view sql);
+
+  /// From now on the log of commits (WAL) is folded into the database when it is longer than `fold`
+  /// pages; readers that keep it from being reused are waited for beyond `longest`.
+  void foldLog(int fold, int longest);
+
   /// Throws what SQLite says about the last call; `doing` completes "cannot ...".
-  [[noreturn]] void fail(const std::string& doing) const;
+  [[noreturn]] void fail(const std::string& doing);
 
  private:
   friend class SqliteStatement;
+  friend class SqliteTransaction;
+  static int onCommit(void* self, sqlite3* connection, const char* database, int pages);
+  void requireWritable() const;
+  void noteFailure(int code);
+
   sqlite3* connection_ = nullptr;
   std::string name_;  ///< "sqlite:PATH", as errors say it
+  std::map<std::string, std::unique_ptr<SqliteStatement>, std::less<>> prepared_;
+  int fold_pages_ = 0, longest_log_ = 0;
+  /// What the disk said when it lost something that was written. What it holds of the pages that
+  /// this connection knows is uncertain then, and an fsync that is repeated says nothing.
+  std::string lost_;
 };
 
 /// A prepared statement, to be kept and run often. Lives no longer than its connection.
@@ -53,6 +86,7 @@ class SqliteStatement {
   SqliteStatement& bind(int parameter, std::int64_t value);
   SqliteStatement& bind(int parameter, std::string_view text);
   SqliteStatement& bind(int parameter, const Bytes& bytes);
+  SqliteStatement& bind(int parameter, const std::uint8_t* bytes, std::size_t size);
   SqliteStatement& bindNull(int parameter);
   template <typename T>
   SqliteStatement& bind(int parameter, const std::optional<T>& value) {
@@ -66,15 +100,18 @@ class SqliteStatement {
   /// Columns count from 0; of the current row.
   std::int64_t integer(int column) const;
   std::optional<std::int64_t> optionalInteger(int column) const;
+  bool isNull(int column) const;
   std::string text(int column) const;
   Bytes bytes(int column) const;
-  std::size_t size(int column) const;  ///< of a text or blob, in bytes
+  const std::uint8_t* data(int column) const;  ///< of a blob, until the next step
+  std::size_t size(int column) const;          ///< of a text or blob, in bytes
 
  private:
   void check(int code);
 
   SqliteConnection& connection_;
   sqlite3_stmt* statement_ = nullptr;
+  bool is_reading_ = true;
 };
 
 /// Resets a statement when a reader is done with it, also by exception.

@@ -27,16 +27,18 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& m
   // The unary + keeps the planner from walking channel by channel, which would mean sorting.
   query_ = std::make_unique<SqliteStatement>(
       connection,
-      "SELECT channel, received_ns, sequence, header_stamp_ns, bytes FROM messages "
+      "SELECT channel, received_ns, sequence, id FROM messages INDEXED BY messages_in_order "
       "WHERE recording = ?1 AND (received_ns, sequence, channel) > (?2, ?3, ?4) "
       "AND received_ns < ?5 AND (?6 IS NULL OR +channel IN (SELECT id FROM channels "
       "  WHERE recording = ?1 AND topic IN (SELECT value FROM json_each(?6)))) "
       "ORDER BY received_ns, sequence, channel");
+  reader_ = std::make_unique<SqliteMessageReader>(connection);
 }
 
 SqliteCursor::~SqliteCursor() {
   const std::lock_guard<std::recursive_mutex> lock(mutex_);
   query_.reset();
+  reader_.reset();
 }
 
 std::optional<Message> SqliteCursor::next() {
@@ -57,11 +59,16 @@ void SqliteCursor::readPage() {
     channel_ = query_->integer(0);
     received_ns_ = query_->integer(1);
     sequence_ = query_->integer(2);
-    Message message{channel_, Stamp{received_ns_}, static_cast<std::uint64_t>(sequence_), {}, {}};
-    if (const auto stamp = query_->optionalInteger(3)) message.header_stamp = Stamp{*stamp};
-    message.bytes = query_->bytes(4);
-    bytes += message.bytes.size();
-    page_.push_back(std::move(message));
+    auto contents = reader_->read(query_->integer(3));
+    const Stamp received{received_ns_};
+    const auto sequence = static_cast<std::uint64_t>(sequence_);
+    if (!contents.problem.empty()) {
+      damaged_.push_back({channel_, received, sequence, std::move(contents.problem)});
+      continue;
+    }
+    bytes += contents.bytes.size();
+    page_.push_back(
+        {channel_, received, sequence, contents.header_stamp, std::move(contents.bytes)});
   }
 }
 

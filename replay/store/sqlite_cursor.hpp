@@ -5,7 +5,7 @@
 #include <deque>
 #include <mutex>
 
-#include "replay/store/sqlite.hpp"
+#include "replay/store/sqlite_message_reader.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -23,18 +23,22 @@ class SqliteCursor final : public MessageCursor {
   ~SqliteCursor() override;
 
   std::optional<Message> next() override;
+  std::vector<DamagedMessage> damaged() const override { return damaged_; }
 
  private:
   void readPage();
 
   std::recursive_mutex& mutex_;
+  /// The order comes from the index alone, so damage to a message's row costs that message only.
   std::unique_ptr<SqliteStatement> query_;
+  std::unique_ptr<SqliteMessageReader> reader_;
   std::int64_t recording_;
   std::optional<std::string> topics_;  ///< JSON array; empty: all
   std::int64_t end_ns_;
   /// Key of the last message read.
   std::int64_t received_ns_, sequence_ = -1, channel_ = -1;
   std::deque<Message> page_;
+  std::vector<DamagedMessage> damaged_;
 };
 
 }  // namespace afterglow::replay

@@ -8,12 +8,19 @@
 #include <filesystem>
 #include <fstream>
 
+#include "replay/store/sqlite_migration.hpp"
+
 namespace afterglow::replay {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr std::uint32_t kApplicationId = 0x4167776c;
+
+/// Pages of the log of commits at which it is folded into the database (32 MiB), and at which
+/// readers are waited for (256 MiB).
+constexpr int kFoldLogPages = 2048;
+constexpr int kLongestLogPages = 8 * kFoldLogPages;
 
 constexpr const char* kTables = R"(
 CREATE TABLE definitions (
@@ -36,9 +43,17 @@ CREATE TABLE messages (
   received_ns INTEGER NOT NULL,
   sequence INTEGER NOT NULL,
   header_stamp_ns INTEGER,
-  document TEXT,
-  bytes BLOB NOT NULL);
+  size INTEGER NOT NULL,
+  checksum INTEGER NOT NULL,
+  bytes BLOB);
 CREATE UNIQUE INDEX messages_in_order ON messages (recording, received_ns, sequence, channel);
+CREATE TABLE chunks (
+  id INTEGER PRIMARY KEY,
+  message INTEGER NOT NULL REFERENCES messages,
+  number INTEGER NOT NULL,
+  checksum INTEGER NOT NULL,
+  bytes BLOB NOT NULL,
+  UNIQUE (message, number));
 CREATE TABLE behaviors (
   id INTEGER PRIMARY KEY,
   key TEXT NOT NULL UNIQUE,
@@ -59,6 +74,16 @@ CREATE TABLE behaviors (
   snapshot TEXT NOT NULL,
   remarks TEXT NOT NULL);
 CREATE INDEX behaviors_by_begin ON behaviors (begin_ns);
+CREATE INDEX behaviors_by_name ON behaviors (name, begin_ns);
+CREATE INDEX behaviors_by_outcome ON behaviors (outcome, begin_ns);
+CREATE INDEX behaviors_by_interval ON behaviors (recording, begin_ns, end_ns);
+CREATE TABLE behavior_counts (
+  behavior INTEGER NOT NULL REFERENCES behaviors,
+  channel INTEGER NOT NULL REFERENCES channels,
+  count INTEGER NOT NULL,
+  first_ns INTEGER NOT NULL,
+  last_ns INTEGER NOT NULL,
+  PRIMARY KEY (behavior, channel)) WITHOUT ROWID;
 CREATE TABLE files (sha256 TEXT PRIMARY KEY, contents BLOB NOT NULL);
 )";
 
@@ -121,6 +146,11 @@ void checkFile(const std::string& path, OpenMode mode) {
                      std::to_string(header.userVersion()) + ", this program knows up to " +
                      std::to_string(kStoreVersion));
   }
+  if (header.userVersion() < kStoreVersion && mode == OpenMode::ReadOnly) {
+    throw StoreError("sqlite:" + path + ": the store has version " +
+                     std::to_string(header.userVersion()) + "; \"afterglow store compact --store " +
+                     path + "\" makes it one of version " + std::to_string(kStoreVersion));
+  }
 }
 
 void makeFolder(const std::string& path) {
@@ -143,29 +173,48 @@ bool isFrozen(const std::string& path) {
   return faccessat(AT_FDCWD, folder.empty() ? "." : folder.c_str(), W_OK, AT_EACCESS) != 0;
 }
 
-void makeTables(SqliteConnection& connection) {
+/// Makes an empty file a store, and an older store one of this version.
+void makeCurrent(SqliteConnection& connection) {
   SqliteTransaction transaction(connection);
-  if (connection.integer("PRAGMA user_version") != 0) return;  // another process was faster
-  connection.execute(kTables);
+  const std::int64_t version = connection.integer("PRAGMA user_version");
+  if (version == kStoreVersion) return;  // another process was faster
+  if (version == 0) {
+    makeSqliteTables(connection);
+  } else {
+    migrateFromVersion1(connection);
+  }
   connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   connection.execute("PRAGMA user_version = " + std::to_string(kStoreVersion));
   transaction.commit();
 }
 
-void configure(SqliteConnection& connection, OpenMode mode) {
-  const bool is_new = connection.integer("PRAGMA user_version") == 0;
+/// Nothing that could run as a store is read: triggers, views, tables that are programs.
+void refuseForeignObjects(SqliteConnection& connection, const std::string& path) {
+  SqliteStatement query(connection,
+                        "SELECT type, name FROM sqlite_schema WHERE type IN ('trigger', 'view') "
+                        "OR sql LIKE 'CREATE VIRTUAL%' LIMIT 1");
+  if (query.step()) refuse(path, "it holds the " + query.text(0) + " " + query.text(1));
+}
+
+void configure(SqliteConnection& connection, const std::string& path, OpenMode mode) {
   connection.execute("PRAGMA cell_size_check = ON");
   connection.execute("PRAGMA cache_size = -16384");  // KiB
+  refuseForeignObjects(connection, path);
   if (mode == OpenMode::ReadOnly) return;
-  if (is_new) makeTables(connection);
+  // For a file that is made now. Of pages of 4 KiB a second's messages are so many that writing
+  // them takes twice as long; larger ones gain little and make small commits large.
+  connection.execute("PRAGMA page_size = 16384");
+  if (connection.integer("PRAGMA user_version") != kStoreVersion) makeCurrent(connection);
   connection.execute("PRAGMA journal_mode = WAL");
   // A batch that append() returned from survives a loss of power, not just of the process.
   connection.execute("PRAGMA synchronous = FULL");
-  connection.execute("PRAGMA wal_autocheckpoint = 8192");  // pages: 32 MiB
   connection.execute("PRAGMA journal_size_limit = 67108864");
+  connection.foldLog(kFoldLogPages, kLongestLogPages);
 }
 
 }  // namespace
+
+void makeSqliteTables(SqliteConnection& connection) { connection.execute(kTables); }
 
 std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode) {
   const bool is_file = path != ":memory:";
@@ -178,7 +227,7 @@ std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenM
     }
   }
   auto connection = std::make_unique<SqliteConnection>(path, access);
-  configure(*connection, mode);
+  configure(*connection, path, mode);
   return connection;
 }
 

@@ -5,24 +5,21 @@
 #include <map>
 #include <mutex>
 
-#include "replay/messages/schema.hpp"
+#include "replay/store/recorder_lock.hpp"
 #include "replay/store/sqlite.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
 
 struct SqliteLimits {
-  /// Larger messages are refused: SQLite's largest row has 10^9 bytes, with the document in it.
-  std::size_t largest_message = 990'000'000;
-  /// Number arrays longer than this are named in a document by type and count only: writing numbers
-  /// out takes ten times as long as storing them.
-  std::size_t longest_array = 64;
-  /// Longer documents are left out.
-  std::size_t longest_document = 1 << 20;
+  /// Larger messages are refused; it is ROS's own limit.
+  std::size_t largest_message = 1'000'000'000;
 };
 
 /// One connection behind one lock. Several stores, in this process or others, may be open on one
 /// file: one writes at a time, readers never wait for it. What append() returned from is on disk.
+/// A behavior without an end in a store that is opened ReadOnly, and that nobody records into, is
+/// given out as kIncomplete: its recorder died.
 class SqliteStore final : public Store {
  public:
   SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});
@@ -36,6 +33,7 @@ class SqliteStore final : public Store {
   void removeBehavior(std::int64_t id) override;
   void addFile(const std::string& sha256, const Bytes& contents) override;
   void transaction(const std::function<void()>& work) override;
+  void compact() override;
 
   std::vector<Recording> recordings() const override;
   std::vector<Behavior> behaviors(const BehaviorFilter& filter) const override;
@@ -48,30 +46,33 @@ class SqliteStore final : public Store {
   std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
                                           const MessageRange& range) const override;
   std::optional<Bytes> file(const std::string& sha256) const override;
+  std::optional<std::uint64_t> usedBytes() const override;
 
  private:
-  /// What appending to a channel needs to know of it.
-  struct ChannelInfo {
-    std::int64_t recording = 0;
-    std::shared_ptr<const Schema> schema;  ///< null: the definition cannot be understood
-  };
   using Lock = std::unique_lock<std::recursive_mutex>;
 
   [[noreturn]] void fail(const std::string& text) const;
   void requireRecording(std::int64_t id);
   std::int64_t definitionId(const Channel& channel);
-  ChannelInfo channelInfo(std::int64_t channel);
-  std::vector<ChannelInfo> channelInfos(const std::vector<Message>& messages);
-  void insert(SqliteStatement& statement, const Message& message, const ChannelInfo& info,
-              const std::optional<std::string>& document);
+  std::int64_t recordingOf(std::int64_t channel);
+  void checkMessages(const std::vector<Message>& messages) const;
+  bool insert(SqliteStatement& statement, const Message& message);
+  void insertChunks(std::int64_t message, const Bytes& bytes);
   void checkObjects(const Behavior& behavior) const;
+  void removeMessages(std::int64_t recording, std::int64_t begin_ns, std::int64_t end_ns);
+  void endAbandonedBehaviors();
+  bool areOpenOnesAbandoned() const;
+  std::optional<Behavior> behaviorOf(SqliteStatement& query) const;
   std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
+  SqliteStatement& countsOf(const Behavior& behavior) const;
 
+  const std::string path_;
+  const OpenMode mode_;
   const SqliteLimits limits_;
+  std::optional<RecorderLock> recorder_lock_;
   mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
   std::unique_ptr<SqliteConnection> connection_;
-  std::unique_ptr<SqliteStatement> insert_message_, insert_new_message_;
-  std::map<std::int64_t, ChannelInfo> channel_infos_;  ///< of channels appended to
+  std::map<std::int64_t, std::int64_t> recordings_;  ///< of channels appended to
 };
 
 }  // namespace afterglow::replay

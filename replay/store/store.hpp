@@ -95,12 +95,22 @@ struct MessageRange {
 /// What append() does with a message that its recording has already.
 enum class Duplicates { Refuse, Skip };
 
+/// A message that reading had to leave out: its bytes are not those that were stored.
+struct DamagedMessage {
+  std::int64_t channel = 0;
+  Stamp received;
+  std::uint64_t sequence = 0;
+  std::string problem;
+};
+
 /// Forward reader in total order: receive stamp, then sequence. Reads ahead with bounded memory;
 /// valid while its store lives. Throws StoreError when reading fails.
 class MessageCursor {
  public:
   virtual ~MessageCursor() = default;
   virtual std::optional<Message> next() = 0;  ///< empty at the end
+  /// What was left out so far.
+  virtual std::vector<DamagedMessage> damaged() const { return {}; }
 };
 
 /// Every method throws StoreError on failure and may be called from any thread.
@@ -131,6 +141,9 @@ class Store {
   /// whole when it throws; the exception goes on. Other threads and processes wait to write, and
   /// read what was there before.
   virtual void transaction(const std::function<void()>& work) = 0;
+  /// Gives the disk back what removing freed, which else is used again. Refused while others use
+  /// the store.
+  virtual void compact() {}
 
   // ---------------------------------------------------------------------------------- reading
   virtual std::vector<Recording> recordings() const = 0;  ///< by id
@@ -149,6 +162,8 @@ class Store {
                                                   const MessageRange& range) const = 0;
   /// Contents of a file; empty if there is none of that SHA-256.
   virtual std::optional<Bytes> file(const std::string& sha256) const = 0;
+  /// Bytes of what it holds, without space to be used again; empty if it cannot say.
+  virtual std::optional<std::uint64_t> usedBytes() const { return std::nullopt; }
 };
 
 /// Sets a behavior's end and outcome; StoreError if there is none of that id.

@@ -1,10 +1,12 @@
 #include "replay/store/sqlite_store.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <thread>
 
 #include "replay/store/sqlite.hpp"
+#include "replay/store/sqlite_schema.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -90,7 +92,7 @@ TEST_F(SqliteStoreTest, refusesWhatIsNoJsonObject) {
   Behavior behavior = sampleBehavior(recording_, {"/a"}, 10, 20);
   behavior.parameters = "{broken";
   EXPECT_EQ(errorOf([&] { store_->addBehavior(behavior); }),
-            "sqlite:" + path_ + ": parameters of behavior \"pick\" are no JSON object");
+            "sqlite:" + path_ + ": parameters of behavior \"pick\": no JSON object");
   EXPECT_EQ(count("behaviors"), 0);
 }
 
@@ -128,14 +130,6 @@ TEST_F(SqliteStoreTest, keepsMessagesByteForByte) {
   EXPECT_EQ(read[0].bytes, written.bytes);
 }
 
-TEST_F(SqliteStoreTest, decodesMessagesIntoDocumentsThatCanBeQueried) {
-  store_->append({stringMessage(channel_, 1, 0, "hello")});
-  SqliteConnection connection(path_, SqliteAccess::ReadOnly);
-  EXPECT_EQ(connection.integer("SELECT count(*) FROM messages WHERE "
-                               "json_extract(document, '$.data') = 'hello'"),
-            1);
-}
-
 TEST_F(SqliteStoreTest, keepsBytesThatCannotBeDecoded) {
   Channel strange = stringChannel("/strange");
   strange.definition = "no/such type of field!";
@@ -145,7 +139,6 @@ TEST_F(SqliteStoreTest, keepsBytesThatCannotBeDecoded) {
   Message empty = stringMessage(strange_channel, 3, 2, "");
   empty.bytes.clear();
   store_->append({stringMessage(strange_channel, 1, 0, "x"), damaged, empty});
-  EXPECT_EQ(count("messages WHERE document IS NULL"), 3);
   const auto read =
       readAll(*store_->messages(sampleBehavior(recording_, {"/a", "/strange"}, 0, 9), {}));
   ASSERT_EQ(read.size(), 3u);
@@ -153,10 +146,45 @@ TEST_F(SqliteStoreTest, keepsBytesThatCannotBeDecoded) {
   EXPECT_TRUE(read[2].bytes.empty());
 }
 
-TEST_F(SqliteStoreTest, leavesOutDocumentsThatWouldBeTooLong) {
-  store_->append({stringMessage(channel_, 1, 0, std::string(SqliteLimits().longest_document, 'x')),
-                  stringMessage(channel_, 2, 1, std::string(1000, 'x'))});
-  EXPECT_EQ(count("messages WHERE document IS NULL"), 1);
+TEST_F(SqliteStoreTest, keepsLargeMessagesInChunks) {
+  Message written = stringMessage(channel_, 1, 0, "");
+  for (std::size_t i = 0; i < 2 * kChunkBytes + 5; ++i) {
+    written.bytes.push_back(static_cast<std::uint8_t>(i * i >> 7));
+  }
+  store_->append({written, stringMessage(channel_, 2, 1, "small")});
+  EXPECT_EQ(count("chunks"), 3);
+  const Behavior behavior = sampleBehavior(recording_, {"/a"}, 0, 9);
+  const auto read = readAll(*store_->messages(behavior, {}));
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_TRUE(read[0].bytes == written.bytes);
+  store_->removeBehavior(store_->addBehavior(behavior));
+  EXPECT_EQ(count("chunks"), 0);
+  EXPECT_EQ(count("messages"), 0);
+}
+
+TEST_F(SqliteStoreTest, leavesOutAndReportsDamagedMessages) {
+  const Message large = stringMessage(channel_, 2, 1, std::string(2 * kChunkBytes, 'x'));
+  store_->append({stringMessage(channel_, 1, 0, "first"), large,
+                  stringMessage(channel_, 3, 2, "third"),
+                  stringMessage(channel_, 4, 3, std::string(2 * kChunkBytes, 'y')),
+                  stringMessage(channel_, 5, 4, "last")});
+  {
+    SqliteConnection connection(path_, SqliteAccess::ReadWriteCreate);
+    connection.execute("UPDATE messages SET bytes = x'0500000066697254' WHERE sequence = 0");
+    connection.execute("UPDATE chunks SET bytes = zeroblob(7) WHERE message = 2 AND number = 1");
+    connection.execute("DELETE FROM chunks WHERE message = 4 AND number = 1");
+  }
+  const auto cursor = store_->messages(sampleBehavior(recording_, {"/a"}, 0, 9), {});
+  Texts texts;
+  while (const auto message = cursor->next()) texts.push_back(textOf(*message));
+  EXPECT_EQ(texts, (Texts{"third", "last"}));
+  const auto damaged = cursor->damaged();
+  ASSERT_EQ(damaged.size(), 3u);
+  EXPECT_EQ(damaged[0].channel, channel_);
+  EXPECT_EQ(damaged[0].received, Stamp{1});
+  EXPECT_EQ(damaged[0].problem, "8 of 9 bytes are there");
+  EXPECT_EQ(damaged[1].problem, "the checksum of chunk 1 is another");
+  EXPECT_EQ(damaged[2].problem, "chunk 1 is missing");
 }
 
 // ------------------------------------------------------------------------------ order and ranges
@@ -238,15 +266,126 @@ TEST_F(SqliteStoreTest, refusesAMessageTwiceAndTheWholeBatchWithIt) {
   EXPECT_EQ(count("messages"), 2);
 }
 
-TEST_F(SqliteStoreTest, refusesAMessageThatNoRowCanHold) {
+TEST_F(SqliteStoreTest, refusesAMessageThatIsTooLarge) {
   SqliteLimits limits;
-  EXPECT_LT(limits.largest_message + limits.longest_document + 1000, 1'000'000'000u);
   limits.largest_message = 20;
   SqliteStore store(path_, OpenMode::ReadWrite, limits);
   store.append({stringMessage(channel_, 1, 0, std::string(16, 'x'))});
   EXPECT_EQ(errorOf([&] { store.append({stringMessage(channel_, 2, 1, std::string(17, 'x'))}); }),
             "sqlite:" + path_ + ": a message of 21 bytes is larger than a store can hold (20)");
   EXPECT_EQ(count("messages"), 1);
+}
+
+// ------------------------------------------------------------------------------ counts and removal
+
+TEST_F(SqliteStoreTest, countsWhatABehaviorHolds) {
+  const auto b = store_->addChannel(recording_, stringChannel("/b"));
+  store_->append({stringMessage(channel_, 10, 0, "x"), stringMessage(b, 11, 1, "x")});
+  Behavior behavior = sampleBehavior(recording_, {"/a", "/b"}, 10, 0);
+  behavior.end.reset();
+  behavior.id = store_->addBehavior(behavior);
+  // As the messages have it, the index of which the same behavior without its id is counted by.
+  const auto expectCounts = [&] {
+    Behavior unknown = *store_->behavior(behavior.id);
+    const auto counted = store_->topics(unknown);
+    unknown.id = 0;
+    const auto expected = store_->topics(unknown);
+    ASSERT_EQ(counted.size(), expected.size());
+    for (std::size_t i = 0; i < counted.size(); ++i) {
+      EXPECT_EQ(counted[i].topic, expected[i].topic);
+      EXPECT_EQ(counted[i].count, expected[i].count);
+      EXPECT_EQ(counted[i].first, expected[i].first);
+      EXPECT_EQ(counted[i].last, expected[i].last);
+    }
+  };
+  expectCounts();
+  store_->append({stringMessage(channel_, 9, 2, "before"), stringMessage(channel_, 20, 3, "x")});
+  store_->append({stringMessage(channel_, 15, 4, "late"), stringMessage(channel_, 20, 3, "twice")},
+                 Duplicates::Skip);
+  EXPECT_EQ(store_->topics(*store_->behavior(behavior.id)).at(0).count, 3u);
+  expectCounts();
+  endBehavior(*store_, behavior.id, Stamp{20}, "success");
+  EXPECT_EQ(store_->topics(*store_->behavior(behavior.id)).at(0).last, Stamp{15});
+  expectCounts();
+  store_->append({stringMessage(channel_, 20, 5, "after"), stringMessage(channel_, 19, 6, "late")});
+  expectCounts();
+  store_->removeBehavior(behavior.id);
+  EXPECT_EQ(count("behavior_counts"), 0);
+}
+
+TEST_F(SqliteStoreTest, removesTheMessagesThatNoOtherBehaviorCovers) {
+  for (std::int64_t at = 0; at < 12; ++at) {
+    store_->append({stringMessage(channel_, at, static_cast<std::uint64_t>(at), "x")});
+  }
+  const auto add = [&](std::int64_t begin, std::int64_t end) {
+    return store_->addBehavior(sampleBehavior(recording_, {"/a"}, begin, end));
+  };
+  const auto removed = add(1, 10);
+  Behavior child = sampleBehavior(recording_, {"/a"}, 2, 4);
+  child.parent = removed;
+  child.id = store_->addBehavior(child);
+  add(3, 5);
+  add(7, 8);
+  add(9, 20);
+  store_->removeBehavior(removed);
+  std::vector<std::int64_t> left;
+  for (const Message& message :
+       readAll(*store_->messages(sampleBehavior(recording_, {"/a"}, 0, 99), {}))) {
+    left.push_back(message.received.ns);
+  }
+  EXPECT_EQ(left, (std::vector<std::int64_t>{0, 2, 3, 4, 7, 9, 10, 11}));
+  EXPECT_EQ(store_->behavior(child.id)->parent, 0);
+}
+
+// ---------------------------------------------------------------------------------- the recorder
+
+TEST_F(SqliteStoreTest, hasOneRecorderAtATime) {
+  auto recorder = openStore(path_, OpenMode::Record);
+  EXPECT_EQ(
+      errorOf([&] {
+        openStore(path_, OpenMode::Record);
+      }).find("sqlite:" + path_ + ": cannot record: process " + std::to_string(getpid()) + " on "),
+      0u);
+  EXPECT_EQ(errorOf([&] {
+              openStore(path_, OpenMode::ReadOnly)->behaviors({});
+              openStore(path_, OpenMode::ReadWrite)->addRecording({0, "", "an import", ""});
+            }),
+            "");
+  recorder.reset();
+  EXPECT_EQ(errorOf([&] { openStore(path_, OpenMode::Record); }), "") << "a stale file is no lock";
+}
+
+TEST_F(SqliteStoreTest, marksBehaviorsThatADeadRecorderLeftOpen) {
+  store_->append({stringMessage(channel_, 15, 0, "x"), stringMessage(channel_, 40, 1, "y")});
+  Behavior open = sampleBehavior(recording_, {"/a"}, 10, 0);
+  open.end.reset();
+  open.id = store_->addBehavior(open);
+  open.begin = Stamp{50};
+  const auto later = store_->addBehavior([&] {
+    Behavior behavior = open;
+    behavior.id = 0;
+    return behavior;
+  }());
+  BehaviorFilter incomplete;
+  incomplete.outcome = kIncomplete;
+  auto reader = openStore(path_, OpenMode::ReadOnly);
+  EXPECT_EQ(reader->behaviors(incomplete).size(), 2u) << "told by the lock that nobody holds";
+  EXPECT_EQ(reader->behavior(open.id)->outcome, kIncomplete);
+
+  const auto recorder = openStore(path_, OpenMode::Record);
+  EXPECT_EQ(recorder->behaviors(incomplete).size(), 2u);
+  const auto marked = recorder->behavior(open.id);
+  EXPECT_EQ(marked->end, Stamp{41});
+  EXPECT_EQ(marked->remarks, (Texts{"Its recorder died; it ends with the last message stored."}));
+  EXPECT_EQ(readTexts(*recorder, *marked), (Texts{"x", "y"}));
+  EXPECT_EQ(recorder->behavior(later)->end, Stamp{50});
+
+  open.id = recorder->addBehavior([&] {
+    Behavior behavior = open;
+    behavior.id = 0;
+    return behavior;
+  }());
+  EXPECT_EQ(reader->behavior(open.id)->outcome, "") << "it runs";
 }
 
 // --------------------------------------------------------------------------------------- filters
@@ -291,6 +430,9 @@ TEST_F(SqliteStoreTest, findsBehaviors) {
   filter = {};
   filter.until = Stamp{20};
   EXPECT_EQ(ids(filter), (Ids{pick}));
+  filter = {};
+  filter.limit = 2;
+  EXPECT_EQ(ids(filter), (Ids{cut_off, again}));
 }
 
 // -------------------------------------------------------------------- transactions and concurrency
@@ -311,7 +453,7 @@ TEST_F(SqliteStoreTest, dropsAllOfAFailedTransaction) {
   strange.definition = "not a definition";
   ASSERT_EQ(store_->addChannel(recording_, strange), dropped);
   store_->append({stringMessage(dropped, 2, 0, "kept")});
-  EXPECT_EQ(count("messages WHERE document IS NULL AND recording = 1"), 1);
+  EXPECT_EQ(count("messages WHERE recording = 1"), 1);
 }
 
 TEST_F(SqliteStoreTest, keepsAllOfATransaction) {

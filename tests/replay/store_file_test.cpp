@@ -72,8 +72,8 @@ TEST(StoreFile, refusesAnotherProgramsDatabase) {
 TEST(StoreFile, refusesANewerVersion) {
   const TempFolder folder;
   openStore(folder.path("store.db"), OpenMode::ReadWrite);
-  runSql(folder.path("store.db"), "PRAGMA user_version = 2;");
-  expectRefused(folder, "store.db", "the store has version 2, this program knows up to 1");
+  runSql(folder.path("store.db"), "PRAGMA user_version = 3;");
+  expectRefused(folder, "store.db", "the store has version 3, this program knows up to 2");
 }
 
 TEST(StoreFile, refusesToReadWhatIsNotThere) {
@@ -100,7 +100,7 @@ TEST(StoreFile, isMadeWithItsFolders) {
   EXPECT_EQ(openError(path, OpenMode::ReadOnly), "");
   SqliteConnection connection(path, SqliteAccess::ReadOnly);
   EXPECT_EQ(connection.integer("PRAGMA application_id"), 0x4167776c);
-  EXPECT_EQ(connection.integer("PRAGMA user_version"), 1);
+  EXPECT_EQ(connection.integer("PRAGMA user_version"), 2);
 }
 
 TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {
@@ -163,7 +163,7 @@ TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
     writeFile(damaged, whole.substr(0, size));
     readEverything(damaged);
   }
-  for (std::size_t at = 16; at < whole.size(); at += 101) {
+  for (std::size_t at = 16; at < whole.size(); at += 911) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(~bytes[at]);
     writeFile(damaged, bytes);
