@@ -106,10 +106,8 @@ std::string warnings(const Calibration& calibration) {
          "\n";
 }
 
-std::string cell(const std::string& content) { return element("td", "class=\"n\"", content); }
-
 std::string optionalCell(const std::optional<double>& value, int decimals) {
-  return cell(value ? fixedText(*value, decimals) : "–");
+  return numberCell(value ? fixedText(*value, decimals) : "–");
 }
 
 /// Training (thin, grey) inside held out (blue), so that a view that only fits itself shows.
@@ -138,23 +136,23 @@ std::string viewRow(const ViewResult& view, std::size_t index, const Calibration
            "\n";
   }
   const ViewFacts facts = factsOf(view, calibration.estimate);
-  return element("tr",
-                 element("td", name) + cell(fixedText(facts.distance_m, 2)) +
-                     cell(fixedText(facts.tilt_deg, 0) + " " + facts.turned) +
-                     cell(std::to_string(facts.printed) + " + " + std::to_string(facts.projected)) +
-                     cell(std::to_string(facts.outliers)) +
-                     cell(fixedText(view.projected_rms_px, 3)) +
-                     optionalCell(facts.training_mm, 3) + optionalCell(view.held_out_px, 3) +
-                     optionalCell(view.held_out_mm, 3) + bar(view, largest_px)) +
+  return element("tr", element("td", name) + numberCell(fixedText(facts.distance_m, 2)) +
+                           numberCell(fixedText(facts.tilt_deg, 0) + " " + facts.turned) +
+                           numberCell(std::to_string(facts.printed) + " + " +
+                                      std::to_string(facts.projected)) +
+                           numberCell(std::to_string(facts.outliers)) +
+                           numberCell(fixedText(view.projected_rms_px, 3)) +
+                           optionalCell(facts.training_mm, 3) + optionalCell(view.held_out_px, 3) +
+                           optionalCell(view.held_out_mm, 3) + bar(view, largest_px)) +
          "\n";
 }
 
 std::string totalRow(const Calibration& calibration) {
   return element("tr", "class=\"sum\"",
-                 element("td", "All used") + cell("") + cell("") + cell("") + cell("") +
-                     cell(fixedText(calibration.training_rms_px, 3)) + cell("") +
-                     cell(fixedText(calibration.held_out_rms_px, 3)) +
-                     cell(fixedText(calibration.held_out_rms_mm, 3)) + element("td", "")) +
+                 element("td", "All used") + numberCell("") + numberCell("") + numberCell("") +
+                     numberCell("") + numberCell(fixedText(calibration.training_rms_px, 3)) +
+                     numberCell("") + numberCell(fixedText(calibration.held_out_rms_px, 3)) +
+                     numberCell(fixedText(calibration.held_out_rms_mm, 3)) + element("td", "")) +
          "\n";
 }
 

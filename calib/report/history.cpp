@@ -41,20 +41,19 @@ std::vector<CalibrationRecord> withThis(const Calibration& calibration,
   return history;
 }
 
-std::string cell(const std::string& content) { return element("td", "class=\"n\"", content); }
-
 std::string historyRow(const CalibrationRecord& record, const CalibrationRecord* before) {
-  std::string drift = cell("–") + cell("–") + cell("–");
+  std::string drift = numberCell("–") + numberCell("–") + numberCell("–");
   if (before != nullptr) {
     const auto moved = driftBetween(before->estimate, record.estimate, kDriftDistance_m);
-    drift = moved ? cell(fixedText(moved->rms_px, 2)) + cell(fixedText(moved->rms_mm, 2)) +
-                        cell(fixedText(moved->largest_mm, 2))
+    drift = moved ? numberCell(fixedText(moved->rms_px, 2)) +
+                        numberCell(fixedText(moved->rms_mm, 2)) +
+                        numberCell(fixedText(moved->largest_mm, 2))
                   : element("td", "colspan=\"3\" class=\"soft\"", "another resolution");
   }
   return element("tr", element("td", escaped(shortDate(record.date))) +
-                           cell(std::to_string(record.views_used)) +
-                           cell(fixedText(record.held_out_rms_px, 3)) +
-                           cell(fixedText(record.held_out_rms_mm, 3)) + drift) +
+                           numberCell(std::to_string(record.views_used)) +
+                           numberCell(fixedText(record.held_out_rms_px, 3)) +
+                           numberCell(fixedText(record.held_out_rms_mm, 3)) + drift) +
          "\n";
 }
 

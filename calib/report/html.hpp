@@ -22,6 +22,11 @@ inline std::string element(const std::string& name, const std::string& content) 
   return element(name, "", content);
 }
 
+/// A table's cell that holds a number.
+inline std::string numberCell(const std::string& content) {
+  return element("td", "class=\"n\"", content);
+}
+
 /// A whole page with the report's style. The title is plain text.
 std::string page(const std::string& title, const std::string& body);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/degrees.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
 #include "calib/report/html.hpp"
@@ -10,7 +11,6 @@
 namespace afterglow::calib {
 namespace {
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr int kLensTerms = 4, kRotation = 12, kTranslation = 15;
 
 /// So many decimals that the deviation has two digits.

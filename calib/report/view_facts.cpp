@@ -1,12 +1,11 @@
 #include "calib/report/view_facts.hpp"
+#include "calib/degrees.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace afterglow::calib {
 namespace {
-
-constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 /// Below this a board faces the projector: the direction of its tilt means nothing.
 constexpr double kFacing_deg = 3;

@@ -1,4 +1,5 @@
 #include "calib/solver/linear_start.hpp"
+#include "calib/median.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -82,20 +83,15 @@ std::optional<LinearStart> decompose(const Projection& P, const std::vector<Poin
 
 /// Median over the views of each view's median error, px; robust to less than half of them.
 double disagreement(const Projection& P, const std::vector<std::vector<Point>>& views) {
-  const auto median = [](std::vector<double>& values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   std::vector<double> medians, errors;
   for (const std::vector<Point>& points : views) {
     errors.clear();
     for (const Point& point : points) {
       errors.push_back(((P * point.p_camera.homogeneous()).hnormalized() - point.pixel).norm());
     }
-    if (!errors.empty()) medians.push_back(median(errors));
+    if (!errors.empty()) medians.push_back(median(errors, 0));
   }
-  return median(medians);
+  return median(medians, 0);
 }
 
 }  // namespace

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <limits>
 
+#include "calib/degrees.hpp"
 #include "calib/formatted.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-constexpr double kDegree = 3.14159265358979 / 180;
 /// Of a picture 1280 px wide.
 constexpr double kLargestError_px = 2, kLargestMisfit_px = 1, kReferenceWidth_px = 1280;
-constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 * kDegree;
+constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 / kDegrees;
 /// Principal point, in pictures from the picture's middle: the largest lens shift there is.
 constexpr double kLargestShift = 1.5;
 constexpr double kLargestFold = 0.05;
@@ -21,19 +21,15 @@ constexpr double kLargestPrintError = 0.002;
 /// Half axis of a 95 % ellipse in standard deviations: chi-square with two degrees of freedom.
 const double kEllipse95 = std::sqrt(5.991);
 
-Eigen::Vector3d normalOf(const PosedView& view) {
-  return view.T_camera_board.matrix().linear().col(2);
-}
-
 /// Where light through a projector pixel meets the view's board: camera frame. Empty if nowhere.
-std::optional<Eigen::Vector3d> onBoard(const ProjectorEstimate& estimate, const PosedView& view,
-                                       const Eigen::Vector2d& pixel) {
+std::optional<Eigen::Vector3d> meetingPoint(const ProjectorEstimate& estimate,
+                                            const PosedView& view, const Eigen::Vector2d& pixel) {
   const auto ray = unproject(estimate.projector, pixel);
   if (!ray) return std::nullopt;
   const Eigen::Isometry3d& T = estimate.T_camera_projector.matrix();
   const Eigen::Vector3d direction = T.linear() * *ray;
   const Eigen::Vector3d to_board = view.T_camera_board.matrix().translation() - T.translation();
-  const double distance = normalOf(view).dot(to_board) / normalOf(view).dot(direction);
+  const double distance = view.normal().dot(to_board) / view.normal().dot(direction);
   if (!(distance > 0)) return std::nullopt;
   return Eigen::Vector3d(T.translation() + distance * direction);
 }
@@ -50,7 +46,7 @@ double predictedError_px(const ProjectorEstimate& estimate, const std::vector<Po
   for (const PosedView& view : views) {
     // One corner of each tag tells as much as all four.
     for (std::size_t i = 0; i < view.lit_px.size(); i += 4) {
-      const auto p_camera = onBoard(estimate, view, view.lit_px[i]);
+      const auto p_camera = meetingPoint(estimate, view, view.lit_px[i]);
       const auto predicted = p_camera ? predictPixel(estimate, *p_camera) : std::nullopt;
       if (!predicted || !predicted->covariance.allFinite()) {
         errors.push_back(kUnknown);
@@ -93,7 +89,7 @@ std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens&
   const double skew = std::abs(shape.skew_rad);
   if (skew > kLargestSkew && skew > 4 * shape.skew_sigma_rad) {
     reasons.push_back(
-        formatted("the projector's pixel columns lean by %.1f deg: ", skew / kDegree) + kAdvice);
+        formatted("the projector's pixel columns lean by %.1f deg: ", skew * kDegrees) + kAdvice);
   }
   const Eigen::Vector2d shift((projector.K(0, 2) + 0.5) / projector.width - 0.5,
                               (projector.K(1, 2) + 0.5) / projector.height - 0.5);

@@ -20,6 +20,9 @@ struct PosedView {
   Rigid<Camera, Surface> T_camera_board;
   /// The corners of the pattern's tags seen on the board, in the projector's pixels.
   std::vector<Eigen::Vector2d> lit_px;
+
+  /// The board's, in the camera frame.
+  Eigen::Vector3d normal() const { return T_camera_board.matrix().linear().col(2); }
 };
 
 /// Before solving: fewer than three views, boards (nearly) parallel, an implausible distance, too

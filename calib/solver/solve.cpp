@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 
+#include "calib/median.hpp"
 #include "calib/parallel.hpp"
 #include "calib/solver/cross_validation.hpp"
 #include "calib/solver/linear_start.hpp"
@@ -24,13 +25,6 @@ constexpr double kSpoiltRatio = 5;
 /// And at least so large: below, there is nothing to gain.
 constexpr double kSpoiltLeast_px = 0.5;
 
-double middleOf(std::vector<double> values) {
-  if (values.empty()) return kNever;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Middle error of the view's projected tags, projector pixels.
 double middleError(const ProjectorModel& model, const ViewEvidence& view) {
   std::vector<double> errors;
@@ -38,7 +32,7 @@ double middleError(const ProjectorModel& model, const ViewEvidence& view) {
     const double error = projectedError(model, view, tag).error.norm() / 2;
     errors.push_back(std::isfinite(error) ? error : kNever);
   }
-  return middleOf(errors);
+  return median(errors, kNever);
 }
 
 std::vector<PosedView> posedViews(const std::vector<ViewEvidence>& views) {
@@ -193,7 +187,7 @@ class Solve {
     for (const ViewEvidence& view : views_) {
       if (view.is_used) middles.push_back(middleError(model_, view));
     }
-    const double limit = std::max(kSpoiltRatio * middleOf(middles), kSpoiltLeast_px);
+    const double limit = std::max(kSpoiltRatio * median(middles, kNever), kSpoiltLeast_px);
     for (ViewEvidence& view : views_) {
       if (!view.is_used) continue;
       const double error = middleError(model_, view);
@@ -217,7 +211,7 @@ class Solve {
     for (const auto& one : held_out) {
       if (one) errors.push_back(one->rms_px);
     }
-    const double limit = std::max(kSpoiltRatio * middleOf(errors), kSpoiltLeast_px);
+    const double limit = std::max(kSpoiltRatio * median(errors, kNever), kSpoiltLeast_px);
     bool any = false;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       if (!held_out[i] || !(held_out[i]->rms_px > limit)) continue;

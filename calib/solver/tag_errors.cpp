@@ -1,4 +1,5 @@
 #include "calib/solver/tag_errors.hpp"
+#include "calib/median.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -32,16 +33,6 @@ double deviationsOf(const Vector8& error, const Matrix8& covariance, double scal
 }
 
 constexpr double kOutlierDeviations = 6;
-
-/// NaN, from what cannot be projected, counts as infinite.
-double middleOf(std::vector<double>& values) {
-  for (double& value : values) {
-    if (std::isnan(value)) value = std::numeric_limits<double>::infinity();
-  }
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Deviations {
   std::vector<double> printed, projected;
@@ -128,10 +119,10 @@ void measureScales(ProjectorModel& model, const std::vector<ViewEvidence>& views
   constexpr double kMiddle = 0.958;
   constexpr double kLeast = 1e-3;
   if (!all.printed.empty()) {
-    model.printed_scale = std::max(middleOf(all.printed) / kMiddle, kLeast);
+    model.printed_scale = std::max(median(all.printed, 0) / kMiddle, kLeast);
   }
   if (!all.projected.empty()) {
-    model.projected_scale = std::max(middleOf(all.projected) / kMiddle, kLeast);
+    model.projected_scale = std::max(median(all.projected, 0) / kMiddle, kLeast);
   }
 }
 

@@ -3,13 +3,13 @@
 #include <array>
 #include <cmath>
 
+#include "calib/degrees.hpp"
 #include "calib/formatted.hpp"
 #include "calib/solver/refusals.hpp"
 
 namespace afterglow::calib {
 namespace {
 
-constexpr double kDegree = 3.14159265358979 / 180;
 constexpr std::size_t kFewestViews = 3;
 /// Largest angle between two boards' normals that leaves focal length and distance apart.
 constexpr double kSmallestTilt_deg = 10;
@@ -23,16 +23,12 @@ constexpr double kSmallestShare = 0.1;
 /// The third of the picture at a side counts as empty with less than this share of the corners.
 constexpr double kEmptyThird = 0.01;
 
-Eigen::Vector3d normalOf(const PosedView& view) {
-  return view.T_camera_board.matrix().linear().col(2);
-}
-
 double largestTilt_deg(const std::vector<PosedView>& views) {
   double largest = 0;
   for (const PosedView& a : views) {
     for (const PosedView& b : views) {
-      const double cosine = std::clamp(normalOf(a).dot(normalOf(b)), -1.0, 1.0);
-      largest = std::max(largest, std::acos(cosine) / kDegree);
+      const double cosine = std::clamp(a.normal().dot(b.normal()), -1.0, 1.0);
+      largest = std::max(largest, std::acos(cosine) * kDegrees);
     }
   }
   return largest;
@@ -40,13 +36,13 @@ double largestTilt_deg(const std::vector<PosedView>& views) {
 
 /// Which way boards were not tilted yet: about the camera's vertical or horizontal axis.
 std::string missingTilt(const std::vector<PosedView>& views) {
-  Eigen::Vector3d low = normalOf(views[0]), high = low;
+  Eigen::Vector3d low = views[0].normal(), high = low;
   for (const PosedView& view : views) {
-    low = low.cwiseMin(normalOf(view));
-    high = high.cwiseMax(normalOf(view));
+    low = low.cwiseMin(view.normal());
+    high = high.cwiseMax(view.normal());
   }
   const Eigen::Vector3d range = high - low;
-  const double few = std::sin(kSmallestTilt_deg * kDegree);
+  const double few = std::sin(kSmallestTilt_deg / kDegrees);
   if (range.x() < few && range.y() < few) return "tilt it left, right, up and down by 20 to 40 deg";
   return range.x() < few ? "tilt it left and right by 20 to 40 deg"
                          : "tilt it up and down by 20 to 40 deg";

@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <optional>
 
+#include "calib/median.hpp"
 #include "calib/verify/landing.hpp"
 #include "calib/verify/tag_layout.hpp"
 
 namespace afterglow::calib {
 namespace {
-
-double medianOf(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
-}
 
 std::optional<Eigen::Vector2d> pixelOf(const Eigen::Vector2d& place, const Lens& camera,
                                        const Rigid<Camera, Surface>& T_camera_surface) {
@@ -63,8 +57,8 @@ Drift driftOf(const std::vector<Tag>& layout, const std::vector<Tag>& detected,
       mm.push_back(one->mm);
     }
   }
-  drift.median_px = medianOf(px);
-  drift.median_mm = medianOf(mm);
+  drift.median_px = median(px, 0);
+  drift.median_mm = median(mm, 0);
   return drift;
 }
 

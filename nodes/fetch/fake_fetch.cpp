@@ -31,8 +31,6 @@ JointStates startJoints(const RobotModel& model) {
   return states;
 }
 
-double seconds(Nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
-
 }  // namespace
 
 FakeFetch::FakeFetch(RobotModel model, const FakeFetchConfig& config, Nanoseconds now)

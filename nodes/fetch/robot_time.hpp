@@ -8,4 +8,8 @@ namespace afterglow::nodes {
 
 using Nanoseconds = std::chrono::nanoseconds;  ///< a duration, or robot time since the epoch
 
+inline double seconds(Nanoseconds duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
 }  // namespace afterglow::nodes

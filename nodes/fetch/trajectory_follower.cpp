@@ -14,8 +14,6 @@ constexpr double kGoalTolerance = 0.02;  ///< Fetch's default
 constexpr Nanoseconds kPatience = 600ms;
 constexpr Nanoseconds kBraking = 200ms;
 
-double seconds(Nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
-
 bool allFinite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }

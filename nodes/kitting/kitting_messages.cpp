@@ -62,12 +62,6 @@ Marker pathMarker(const std::string& frame, int id, int type) {
   return marker;  // orientation stays all zero, as the authors' does
 }
 
-double lengthOf(const FloorPath& path) {
-  double length = 0;
-  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
-  return length;
-}
-
 Eigen::Vector3d onFloor(const Eigen::Vector2d& p) { return {p.x(), p.y(), 0}; }
 
 }  // namespace

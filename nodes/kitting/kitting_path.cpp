@@ -13,12 +13,6 @@ constexpr double kWidest = 3.0;          // m; a detour wider than this is none
 constexpr double kTurnedEnough = 0.012;  // rad
 constexpr double kNearEnough = 0.015;    // m
 
-double lengthOf(const FloorPath& path) {
-  double length = 0;
-  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
-  return length;
-}
-
 // sin^2 leaves and reaches the straight line without a corner.
 FloorPath bent(const Eigen::Vector2d& start, const Eigen::Vector2d& goal, double offset) {
   const Eigen::Vector2d along = goal - start;
@@ -48,6 +42,12 @@ double approach(double from, double to, double step) {
 }
 
 }  // namespace
+
+double lengthOf(const FloorPath& path) {
+  double length = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
+  return length;
+}
 
 double turnBetween(double from_yaw, double to_yaw) {
   const double turn = std::remainder(to_yaw - from_yaw, 2 * M_PI);

@@ -16,6 +16,8 @@ struct FloorPose {
 
 using FloorPath = std::vector<Eigen::Vector2d>;
 
+double lengthOf(const FloorPath& path);
+
 /// Smallest turn from one heading to another, in (-pi, pi].
 double turnBetween(double from_yaw, double to_yaw);
 

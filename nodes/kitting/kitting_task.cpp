@@ -10,7 +10,6 @@ namespace {
 
 constexpr int kStraightSteps = 4;       // poses of a straight way
 constexpr double kUnfoldSeconds = 3.5;  // from tucked to ready
-constexpr double kNearestLight = 0.9;  // m ahead: the turret does not point at the robot's own feet
 
 double yawOf(const Eigen::Isometry3d& T) {
   const Eigen::Vector3d x = T.linear().col(0);

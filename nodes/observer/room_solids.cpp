@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/scene/outline.hpp"
 #include "render/scene/relief.hpp"
 #include "render/scene/triangulate.hpp"
 
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double kReach_m = 6;
 constexpr double kFloorHeight_m = 0.02;
-constexpr float kThickness_m = 0.03f;
+constexpr float kSlabThickness_m = 0.03f;
 /// Things that stand on a surface, or are its table, share its plane: they are in front.
 constexpr float kBelow_m = 0.001f;
 
@@ -37,7 +38,7 @@ render::Outline outlineOf(const render::SurfacePatch& surface, const Eigen::Vect
 }
 
 render::Triangles slab(const render::Outline& outline) {
-  const float top = -kBelow_m, bottom = top - kThickness_m;
+  const float top = -kBelow_m, bottom = top - kSlabThickness_m;
   render::Triangles slab;
   for (const auto& t : render::triangulate(outline, {})) {
     for (const std::uint32_t i : t) slab.points.push_back(at(outline[i], top));

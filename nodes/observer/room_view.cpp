@@ -11,9 +11,9 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kFarthest_m = 100;
-constexpr double kThickness_m = 0.1;  // of floor and walls: light does not come through
-constexpr double kJoint_m = 0.006;    // between tiles
-constexpr int kMostPixels = 4096;     // in one direction
+constexpr double kShellThickness_m = 0.1;  // of floor and walls: light does not come through
+constexpr double kJoint_m = 0.006;         // between tiles
+constexpr int kMostPixels = 4096;          // in one direction
 constexpr double kMostTiles = 40'000;
 
 Eigen::Vector3d pointOf(const YamlMap& map, const std::string& key) {
@@ -122,8 +122,8 @@ void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
   }
   // What shows between the tiles lies a little lower.
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() << center, -kThickness_m / 2 - 0.003;
-  shell.push_back(box(pose, {size.x(), size.y(), kThickness_m}, colorOf(map, "joint_color")));
+  pose.translation() << center, -kShellThickness_m / 2 - 0.003;
+  shell.push_back(box(pose, {size.x(), size.y(), kShellThickness_m}, colorOf(map, "joint_color")));
   shell.push_back(tiles(center - size / 2, size, edge, colorOf(map, "color")));
 }
 
@@ -137,7 +137,7 @@ void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << (from + to) / 2, height / 2;
   pose.rotate(Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
-  shell.push_back(box(pose, {along.norm(), kThickness_m, height}, colorOf(map, "color")));
+  shell.push_back(box(pose, {along.norm(), kShellThickness_m, height}, colorOf(map, "color")));
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kMasterPatience = 2.0;
-
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) {

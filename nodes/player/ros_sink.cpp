@@ -10,7 +10,6 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr std::uint32_t kQueue = 100;
-constexpr double kMasterPatience = 2.0;
 /// Whoever drives a base sends more often: it would stop after 0.25 s.
 constexpr double kDriverPeriod = 0.4;
 

@@ -5,17 +5,12 @@
 #include <cstdio>
 #include <utility>
 
+#include "nodes/tools/diagnostics.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
-
-void addValue(DiagnosticStatus& status, const std::string& key, const std::string& value) {
-  diagnostic_msgs::KeyValue entry;
-  entry.key = key;
-  entry.value = value;
-  status.values.push_back(std::move(entry));
-}
 
 std::string oneDecimal(double number) {
   char text[32];

@@ -11,9 +11,9 @@ namespace afterglow::nodes {
 namespace {
 
 /// Clocks of one robot differ by less.
-constexpr std::int64_t kFarthestAheadNs = 60'000'000'000;
+constexpr std::int64_t kFutureNs = 60'000'000'000;
 /// tf2 adds its ten seconds of memory to a stamp, and ROS times end with 32 bits of seconds.
-constexpr std::int64_t kLastNs = (std::int64_t{1} << 32) * 1'000'000'000 - 2 * kFarthestAheadNs;
+constexpr std::int64_t kLastNs = (std::int64_t{1} << 32) * 1'000'000'000 - 2 * kFutureNs;
 constexpr double kOffUnit = 0.01;               // tf2's tolerance
 constexpr double kJump = 0.5, kJumpSpeed = 20;  // m, m/s
 
@@ -21,7 +21,7 @@ std::string stampFault(ros::Time stamp, ros::Time now) {
   if (stamp.nsec >= 1'000'000'000u) return "stamp is no time";
   const auto stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
   const auto now_ns = static_cast<std::int64_t>(now.toNSec());
-  const bool is_ahead = !now.isZero() && stamp_ns > now_ns + kFarthestAheadNs;
+  const bool is_ahead = !now.isZero() && stamp_ns > now_ns + kFutureNs;
   return is_ahead || stamp_ns > kLastNs ? "stamp lies in the future" : "";
 }
 

@@ -1,19 +1,13 @@
 #include "nodes/projector/watch_status.hpp"
 
 #include "calib/number_text.hpp"
+#include "nodes/tools/diagnostics.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 using calib::fixedText;
 using diagnostic_msgs::DiagnosticStatus;
-
-void addValue(DiagnosticStatus& status, const std::string& key, const std::string& value) {
-  diagnostic_msgs::KeyValue entry;
-  entry.key = key;
-  entry.value = value;
-  status.values.push_back(entry);
-}
 
 std::string offsetText(double px, double mm) {
   return fixedText(px, 1) + " px, " + fixedText(mm, 1) + " mm";

@@ -19,6 +19,9 @@ inline Deadline deadlineIn(double seconds) {
              std::chrono::duration<double>(seconds));
 }
 
+/// A master that is there answers at once; roscpp itself would wait for ever.
+constexpr double kMasterPatience = 2.0;
+
 /// Node names by topic, as the master knows them.
 struct RosGraph {
   std::map<std::string, std::set<std::string>> publishers, subscribers;

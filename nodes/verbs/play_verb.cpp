@@ -103,7 +103,7 @@ void startRos() {
   ros::init(argc, nullptr, "afterglow_play",
             ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
                 ros::init_options::NoRosout);
-  askMaster(deadlineIn(2.0));  // roscpp itself would wait for ever
+  askMaster(deadlineIn(kMasterPatience));
   ros::start();
   catchStopSignals();
 }

@@ -11,17 +11,6 @@ namespace {
 
 constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
 
-Eigen::Vector4f asFloats(const Rgba& color, float gain) {
-  return Eigen::Vector4f(gain * color.r, gain * color.g, gain * color.b, color.a);
-}
-
-Rgba asBytes(const Eigen::Vector4f& color) {
-  const auto byte = [](float value) {
-    return static_cast<std::uint8_t>(std::clamp(value, 0.f, 255.f) + 0.5f);
-  };
-  return {byte(color[0]), byte(color[1]), byte(color[2]), byte(color[3])};
-}
-
 std::uint32_t bitsOf(const Rgba& color) {
   std::uint32_t bits;
   std::memcpy(&bits, &color, sizeof(bits));

@@ -9,8 +9,8 @@
 namespace afterglow::render {
 namespace {
 
-constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
-constexpr int kMaxSplits = 80;  // of anything that is not absurd
+constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
+constexpr int kMaxReliefSplits = 80;  // of anything that is not absurd
 /// Content is laid as long as it is lower than this share of the eye's height over the plane.
 constexpr double kHighest = 0.999;
 /// Light that is stopped this near to where it is to land, metres, is not stopped: noise.
@@ -18,15 +18,6 @@ constexpr double kTouch = 0.01;
 constexpr double kFinest = 1.0 / 8;  // of a cell
 /// The smallest triangles whose corners land this many cells apart reach over something hidden.
 constexpr double kFarApart = 2;
-
-Eigen::Vector4f asFloats(const Rgba& color) {
-  return Eigen::Vector4f(color.r, color.g, color.b, color.a);
-}
-
-Rgba asBytes(const Eigen::Vector4f& color) {
-  const auto byte = [](float value) { return static_cast<std::uint8_t>(std::lround(value)); };
-  return {byte(color[0]), byte(color[1]), byte(color[2]), byte(color[3])};
-}
 
 }  // namespace
 
@@ -85,7 +76,7 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) {
 }
 
 std::uint32_t ReliefPlacer::addVertex(const Eigen::Vector3d& p, const Eigen::Vector4f& color) {
-  vertices_.push_back({p, color, footOf(p, relief_->range().least), spotOf(p), kNoIndex});
+  vertices_.push_back({p, color, footOf(p, relief_->range().least), spotOf(p), kNoVertex});
   return static_cast<std::uint32_t>(vertices_.size() - 1);
 }
 
@@ -118,13 +109,13 @@ void ReliefPlacer::layBelowEye(const Triangle& triangle) {
 
 ReliefPlacer::Edge& ReliefPlacer::edge(std::uint32_t a, std::uint32_t b) {
   const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-  const auto [entry, is_new] = edges_.try_emplace(key, Edge{0, false, kNoIndex});
+  const auto [entry, is_new] = edges_.try_emplace(key, Edge{0, false, kNoVertex});
   if (is_new) judge(entry->second, a, b);
   return entry->second;
 }
 
 std::uint32_t ReliefPlacer::middle(Edge& edge, std::uint32_t a, std::uint32_t b) {
-  if (edge.middle == kNoIndex) edge.middle = addBetween(a, b, 0.5);
+  if (edge.middle == kNoVertex) edge.middle = addBetween(a, b, 0.5);
   return edge.middle;
 }
 
@@ -182,7 +173,7 @@ void ReliefPlacer::split(const Triangle& triangle, int depth) {
     longest = i;
   }
   if (is_empty) return;  // the edges' surroundings cover the triangle's
-  if (longest == 3 || depth == kMaxSplits) return add(triangle);
+  if (longest == 3 || depth == kMaxReliefSplits) return add(triangle);
   const std::uint32_t from = triangle[longest], to = triangle[(longest + 1) % 3];
   const std::uint32_t other = triangle[(longest + 2) % 3];
   const std::uint32_t between = middle(edge(from, to), from, to);
@@ -200,7 +191,7 @@ void ReliefPlacer::add(const Triangle& triangle) {
   Triangle indices;
   for (std::size_t i = 0; i < 3; ++i) {
     Vertex& vertex = vertices_[triangle[i]];
-    if (vertex.index == kNoIndex) {
+    if (vertex.index == kNoVertex) {
       vertex.index = static_cast<std::uint32_t>(out_->mesh.points.size());
       out_->mesh.points.push_back(T_world_surface_ * *vertex.spot);
       out_->mesh.colors.push_back(asBytes(vertex.color));

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "render/scene/outline.hpp"
+
 namespace afterglow::render {
 namespace {
 
@@ -160,25 +162,6 @@ class EarClipper {
 };
 
 }  // namespace
-
-double signedArea(const Outline& outline) {
-  double area = 0;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    area += (a.x() * b.y() - a.y() * b.x()) / 2;
-  }
-  return area;
-}
-
-bool contains(const Outline& outline, const Point& p) {
-  bool inside = false;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Point &a = outline[i], &b = outline[(i + 1) % outline.size()];
-    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
-    if (p.x() < a.x() + (p.y() - a.y()) * (b.x() - a.x()) / (b.y() - a.y())) inside = !inside;
-  }
-  return inside;
-}
 
 std::vector<std::array<std::uint32_t, 3>> triangulate(const Outline& outer,
                                                       const std::vector<Outline>& holes) {

@@ -11,12 +11,6 @@ namespace afterglow::render {
 
 using Outline = std::vector<Eigen::Vector2d>;  ///< closed; the last point is not the first again
 
-/// Positive if it runs counterclockwise (x right, y up).
-double signedArea(const Outline& outline);
-
-/// Whether a point lies inside; on the rim either.
-bool contains(const Outline& outline, const Eigen::Vector2d& p);
-
 /// Triangles over `outer` without `holes`, which lie inside it; either may run either way round.
 /// Indices count through `outer`, then through the holes in order. Ear clipping: outlines that
 /// cross themselves give some triangles, without an error. Pure; throws never.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "render/scene/closed_body.hpp"
+#include "render/scene/outline.hpp"
 #include "render/scene/triangulate.hpp"
 #include "render/scene/utf8.hpp"
 
@@ -87,7 +88,7 @@ void fill(const std::vector<Outline>& outlines, bool bodies_counterclockwise, Gl
     if (hole.size() < 3 || isBody(hole)) continue;
     std::size_t owner = outlines.size();
     for (std::size_t i = 0; i < outlines.size(); ++i) {
-      if (!isBody(outlines[i]) || !contains(outlines[i], hole.front())) continue;
+      if (!isBody(outlines[i]) || !isInside(outlines[i], hole.front())) continue;
       const bool tighter = owner == outlines.size() || std::abs(signedArea(outlines[i])) <
                                                            std::abs(signedArea(outlines[owner]));
       if (tighter) owner = i;

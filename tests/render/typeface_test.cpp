@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "render/scene/outline.hpp"
 #include "render/scene/triangulate.hpp"
 #include "render/scene/utf8.hpp"
 
@@ -55,8 +56,8 @@ TEST(Triangulate, coversAnOutlineWithoutItsHoles) {
   EXPECT_NEAR(areaOf(triangles, points), expected, 1e-9);
   for (const auto& t : triangles) {
     const Eigen::Vector2d middle = (points[t[0]] + points[t[1]] + points[t[2]]) / 3;
-    EXPECT_TRUE(contains(outer, middle));
-    for (const Outline& hole : holes) EXPECT_FALSE(contains(hole, middle));
+    EXPECT_TRUE(isInside(outer, middle));
+    for (const Outline& hole : holes) EXPECT_FALSE(isInside(hole, middle));
   }
 }
 
@@ -119,7 +120,7 @@ TEST(Typeface, coversEveryGlyphExactly) {
         for (const auto& t : body.triangles) {
           Outline corners;
           for (const auto i : t) corners.push_back(body.points[i].head<2>().cast<double>());
-          count += contains(corners, {x, y});
+          count += isInside(corners, {x, y});
         }
         once += count == 1;
         often += count > 1;
