@@ -1,5 +1,6 @@
 #include "nodes/verbs/export_verb.hpp"
 
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -9,12 +10,27 @@
 namespace afterglow::nodes {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMegabyte = 1'000'000;
+
 struct Options {
-  std::int64_t id = 0;
+  std::vector<std::int64_t> ids;
   std::string out;
   std::string store;
   std::vector<std::string> topics;
+  bool with_context = false;
+  replay::BagCompression compression = replay::BagCompression::None;
+  std::optional<std::uint64_t> split_mb;
 };
+
+void requireBag(const std::string& out) {
+  const std::string extension = fs::path(out).extension().string();
+  if (extension == ".mcap" || extension == ".db3") {
+    throw std::runtime_error(out + ": only bags of ROS 1 are written, FILE.bag" +
+                             (extension == ".mcap" ? "; this system packages no MCAP" : ""));
+  }
+}
 
 void requireMessages(const replay::Store& store, const replay::Behavior& behavior,
                      const std::vector<std::string>& topics) {
@@ -27,34 +43,73 @@ void requireMessages(const replay::Store& store, const replay::Behavior& behavio
                            " holds no messages on its topics:" + names);
 }
 
-void runExport(const Options& options) {
-  const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  const auto behavior = findBehavior(*store, options.store, options.id);
-  requireMessages(*store, behavior, options.topics);
+std::string behaviorNames(const std::vector<replay::Behavior>& behaviors) {
+  std::string names = behaviors.size() == 1 ? "behavior" : "behaviors";
+  for (const auto& behavior : behaviors) {
+    names += (&behavior == behaviors.data() ? " " : ", ") + std::to_string(behavior.id) + " \"" +
+             behavior.name + "\"";
+  }
+  return names;
+}
+
+replay::BagExportResult exportWithProgress(const Options& options, const replay::Store& store,
+                                           const std::vector<replay::Behavior>& behaviors) {
   replay::MessageRange range;
   range.topics = options.topics;
-  std::uint64_t messages = 0;
-  {
-    Progress progress("exporting");
-    messages = replay::exportBag(*store, behavior, range, options.out,
-                                 [&](auto done, auto total) { progress.update(done, total); });
+  range.with_all_topics = options.with_context;
+  replay::BagExport bag;
+  bag.compression = options.compression;
+  if (options.split_mb) bag.split_bytes = *options.split_mb * kMegabyte;
+  Progress progress("exporting");
+  bag.progress = [&](auto done, auto total) { progress.update(done, total); };
+  return replay::exportBags(store, behaviors, range, options.out, bag);
+}
+
+void runExport(const Options& options) {
+  requireBag(options.out);
+  const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
+  std::vector<replay::Behavior> behaviors;
+  for (const std::int64_t id : options.ids) {
+    behaviors.push_back(findBehavior(*store, options.store, id));
+    if (!options.with_context) requireMessages(*store, behaviors.back(), options.topics);
   }
-  std::cout << messages << " messages of behavior " << behavior.id << " \"" << behavior.name
-            << "\" in " << options.out << "\n";
+  const auto result = exportWithProgress(options, *store, behaviors);
+  std::cout << result.messages << " messages of " << behaviorNames(behaviors) << " in "
+            << result.paths.front();
+  if (result.paths.size() > 1) {
+    std::cout << " to " << result.paths.back() << ", " << result.paths.size() << " bags";
+  }
+  std::cout << "\n";
 }
 
 }  // namespace
 
 void addExportVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("export", "Export a behavior as a bag");
-  verb->add_option("id", options->id, "The behavior's id, as list prints it")->required();
-  verb->add_option("--out", options->out, "The bag to write; replaced when complete")->required();
-  verb->add_option(
-          "--topics", options->topics,
-          "These topics (comma between) instead of the behavior's own; context topics such "
-          "as /tf may be named")
-      ->delimiter(',');
+  CLI::App* verb = app.add_subcommand("export", "Export behaviors as a bag");
+  verb->add_option("id", options->ids, "The behaviors' ids, as list prints them")
+      ->required()
+      ->expected(-1);
+  verb->add_option("--out", options->out, "The bag to write; replaced when complete")
+      ->required()
+      ->expected(1);
+  CLI::Option* topics =
+      verb->add_option(
+              "--topics", options->topics,
+              "These topics (comma between) instead of the behavior's own; context topics such "
+              "as /tf may be named")
+          ->delimiter(',');
+  verb->add_flag("--context", options->with_context,
+                 "All that was recorded meanwhile, not the behavior's own topics alone")
+      ->excludes(topics);
+  verb->add_option("--compression", options->compression, "none, bz2 or lz4; default: none")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, replay::BagCompression>{{"none", replay::BagCompression::None},
+                                                        {"bz2", replay::BagCompression::Bz2},
+                                                        {"lz4", replay::BagCompression::Lz4}}));
+  verb->add_option("--split-size", options->split_mb,
+                   "Begin another bag after so many MB: F.bag becomes F_0.bag, F_1.bag, ...")
+      ->check(CLI::PositiveNumber);
   addStoreOption(*verb, options->store);
   verb->callback([options] { runExport(*options); });
 }

@@ -1,5 +1,5 @@
 /// \file
-/// `afterglow export`: a behavior as a bag.
+/// `afterglow export`: behaviors as a bag.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -1,11 +1,15 @@
 #include "nodes/verbs/import_verb.hpp"
 
+#include <CLI/Error.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/roslog_import.hpp"
+#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -13,11 +17,23 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options {
-  std::string bag;
+  std::vector<std::string> sources;
   std::string store;
   std::string name;
   std::vector<std::string> tags;
+  bool as_one = false;
+  // Of a database.
+  std::vector<std::string> topics;
+  std::string since, until;
+  std::optional<double> split_gap_s;
 };
+
+std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto stamp = replay::parseTime(text);
+  if (!stamp) throw CLI::ValidationError(option, "\"" + text + "\": " + replay::kTimesUnderstood);
+  return stamp;
+}
 
 /// Takes away the files and folders of a store that was made for an import that then failed.
 class NewStoreGuard {
@@ -57,39 +73,125 @@ std::uint64_t countTopics(const std::vector<replay::TopicSummary>& summaries) {
   return names.size();
 }
 
-replay::BagImportResult importWithProgress(const Options& options, replay::Store& store) {
-  Progress progress("importing");
-  replay::BagImport import{options.name, options.tags, {}};
-  import.progress = [&](auto done, auto total) { progress.update(done, total);
-};
-return replay::importBag(options.bag, store, import);
-}  // namespace
-
-void runImport(const Options& options) {
-  NewStoreGuard guard(replay::storePath(options.store));
-  const auto store = replay::openStore(options.store, replay::OpenMode::ReadWrite);
-  const auto result = importWithProgress(options, *store);
-  guard.disarm();
-  if (result.unstamped > 0) {
-    std::cerr << options.bag << ": left out " << result.unstamped
-              << " messages whose stamp is zero, as rosbag does\n";
-  }
-  std::cout << result.messages << " messages on " << countTopics(store->topics(result.behavior))
-            << " topics as behavior " << result.behavior.id << " \"" << result.behavior.name
-            << "\" in " << replay::storeUri(options.store) << "\n";
+bool isDatabase(const std::string& source) {
+  return source.rfind("mongodb://", 0) == 0 || source.rfind("mongodb+srv://", 0) == 0;
 }
 
+void tell(const Options& options, const replay::Store& store, const replay::Behavior& behavior,
+          std::uint64_t messages) {
+  std::cout << messages << " messages on " << countTopics(store.topics(behavior))
+            << " topics as behavior " << behavior.id << " \"" << behavior.name << "\" in "
+            << replay::storeUri(options.store) << "\n";
+}
+
+void importBags(const Options& options, const std::vector<std::string>& paths,
+                replay::Store& store) {
+  replay::BagImportResult result;
+  {
+    Progress progress("importing");
+    replay::BagImport import{options.name, options.tags, {}};
+    import.progress = [&](auto done, auto total) { progress.update(done, total);
+  };
+  result = replay::importBags(paths, store, import);
+}
+if (result.unstamped > 0) {
+  std::cerr << paths.front() << (paths.size() > 1 ? " and the others" : "") << ": left out "
+            << result.unstamped << " messages whose stamp is zero, as rosbag does\n";
+}
+tell(options, store, result.behavior, result.messages);
+}  // namespace
+
+std::uint64_t countMessages(const replay::Store& store, const replay::Behavior& behavior) {
+  std::uint64_t count = 0;
+  for (const auto& topic : store.topics(behavior)) count += topic.count;
+  return count;
+}
+
+void importDatabase(const Options& options, replay::Store& store) {
+  replay::RoslogImport import;
+  import.name = options.name;
+  import.tags = options.tags;
+  import.topics = options.topics;
+  import.since = timeOption("--since", options.since);
+  import.until = timeOption("--until", options.until);
+  if (options.split_gap_s) {
+    import.split_gap_ns = static_cast<std::int64_t>(*options.split_gap_s * 1e9);
+  }
+  replay::RoslogImportResult result;
+  {
+    Progress progress("importing");
+    import.progress = [&](auto done, auto total) { progress.update(done, total);
+  };
+  result = replay::importRoslog(options.sources.front(), store, import);
+}
+for (const std::string& remark : result.remarks) std::cerr << remark << "\n";
+for (const auto& behavior : result.behaviors) {
+  tell(options, store, behavior, countMessages(store, behavior));
+}
 }  // namespace afterglow::nodes
+
+/// Options of one kind of source do nothing for the other.
+void checkSources(const Options& options) {
+  const auto databases = std::count_if(options.sources.begin(), options.sources.end(), isDatabase);
+  if (databases > 0 && options.sources.size() > 1) {
+    throw CLI::ValidationError("source", "a database is imported alone");
+  }
+  if (databases > 0 && options.as_one) {
+    throw CLI::ValidationError("--as-one", "is for bags");
+  }
+  const bool selects = !options.topics.empty() || !options.since.empty() ||
+                       !options.until.empty() || options.split_gap_s;
+  if (databases == 0 && selects) {
+    throw CLI::ValidationError("--topic, --since, --until, --split-gap",
+                               "are for a mongodb:// database");
+  }
+}
+
+void runImport(const Options& options) {
+  checkSources(options);
+  NewStoreGuard guard(replay::storePath(options.store));
+  const auto store = replay::openStore(options.store, replay::OpenMode::ReadWrite);
+  if (isDatabase(options.sources.front())) {
+    importDatabase(options, *store);
+  } else if (options.as_one) {
+    importBags(options, options.sources, *store);
+  } else {
+    for (const std::string& path : options.sources) {
+      importBags(options, {path}, *store);
+      guard.disarm();
+    }
+  }
+  guard.disarm();
+}
+
+}  // namespace
 
 void addImportVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App* verb = app.add_subcommand("import", "Import a bag as one behavior");
-  verb->add_option("bag", options->bag, "The bag, FILE.bag")->required();
+  CLI::App* verb =
+      app.add_subcommand("import", "Import bags, one behavior each, or a database of mongodb_log");
+  verb->add_option("source", options->sources,
+                   "FILE.bag ..., or mongodb://HOST[:PORT]/DATABASE as mongodb_log or the paper's "
+                   "action server wrote it")
+      ->required()
+      ->expected(-1);
   verb->add_option("--name", options->name,
-                   "Name of the behavior; default: the file's, without .bag");
+                   "Name of the behavior; default: the file's, without .bag, or the database's");
   verb->add_option("--tag", options->tags, "A tag for the behavior; may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  verb->add_flag("--as-one", options->as_one,
+                 "The bags are parts of one recording: one behavior over all, in the order of "
+                 "their stamps");
+  verb->add_option("--topic", options->topics,
+                   "Of a database: only these topics (comma between). Tells, too, which topic a "
+                   "collection was that does not say so")
+      ->delimiter(',');
+  verb->add_option("--since", options->since, "Of a database: only what came then or later");
+  verb->add_option("--until", options->until, "Of a database: only what came before");
+  verb->add_option("--split-gap", options->split_gap_s,
+                   "Of a database: another behavior after so many seconds without a message")
+      ->check(CLI::PositiveNumber);
   addStoreOption(*verb, options->store);
   verb->callback([options] { runImport(*options); });
 }

@@ -1,5 +1,5 @@
 /// \file
-/// `afterglow import`: a bag into the store.
+/// `afterglow import`: bags, or a database of mongodb_log, into the store.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -28,6 +28,9 @@ const std::uint8_t* unsignedBytes(const std::string& text) {
 
 BagCheck::BagCheck(const std::string& path) : path_(path) {
   std::error_code error;
+  if (std::filesystem::exists(path + "/metadata.yaml", error)) {
+    fail("a bag of ROS 2, which is not read; a bag of ROS 1 is");
+  }
   if (std::filesystem::is_directory(path, error)) fail("is a folder");
   file_.open(path, std::ios::binary);
   if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
@@ -65,6 +68,12 @@ void BagCheck::readVersion() {
   const std::size_t length = std::min<std::uint64_t>(std::strlen(kFirstLine), file_size_);
   const std::string line = read(0, length, "the first line");
   if (line == kFirstLine) return;
+  if (line.rfind("\x89MCAP", 0) == 0) {
+    fail("an MCAP file, which is not read: this system packages no MCAP; a bag of ROS 1 is");
+  }
+  if (line.rfind("SQLite format", 0) == 0) {
+    fail("an SQLite file, as bags of ROS 2 are, which are not read; a bag of ROS 1 is");
+  }
   if (line.compare(0, magic.size(), magic) != 0) fail("not a bag");
   if (length < std::strlen(kFirstLine)) fail("the bag is cut short in its first line");
   fail("a bag of version " + line.substr(magic.size(), 3) + "; version 2.0 can be read");

@@ -1,10 +1,11 @@
 /// \file
 /// Rosbags (format 2.0, plain, bz2 or lz4) into a store and out of one. Needs rosbag_storage; built
-/// without it, both functions throw BagError saying so.
+/// without it, all functions throw BagError saying so.
 #pragma once
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,16 +36,44 @@ struct BagImportResult {
   std::uint64_t unstamped = 0;
 };
 
-/// The whole bag as one recording and, over it, one behavior with outcome "imported" on all its
-/// topics. Order: the bag's stamps, then position in the file, which is the order they were
-/// recorded in. One transaction: throws BagError or StoreError and leaves the store as it was.
-BagImportResult importBag(const std::string& path, Store& store, const BagImport& import = {});
+/// Bags as one recording and, over it, one behavior with outcome "imported" on all their topics.
+/// Order: the bags' stamps, then the bags by their first stamps, then position in the file, which
+/// is the order they were recorded in. One transaction: throws BagError or StoreError and leaves
+/// the store as it was.
+BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
+                           const BagImport& import = {});
 
-/// Messages of a behavior (MessageRange's rules) as a bag that rosbag reads: bytes, stamps, order,
-/// definitions, latching and caller id as they were recorded. Written beside `path` and renamed
-/// when complete. Returns how many messages. Throws BagError or StoreError; `path` is then as it
-/// was.
-std::uint64_t exportBag(const Store& store, const Behavior& behavior, const MessageRange& range,
-                        const std::string& path, const BagProgress& progress = {});
+inline BagImportResult importBag(const std::string& path, Store& store,
+                                 const BagImport& import = {}) {
+  return importBags({path}, store, import);
+}
+
+enum class BagCompression { None, Bz2, Lz4 };
+
+struct BagExport {
+  BagCompression compression = BagCompression::None;
+  /// A bag that has about reached this is followed by another: F.bag becomes F_0.bag, F_1.bag, ...
+  std::optional<std::uint64_t> split_bytes;
+  BagProgress progress;
+};
+
+struct BagExportResult {
+  std::uint64_t messages = 0;
+  std::vector<std::string> paths;  ///< of the bags, in order
+};
+
+/// Messages of behaviors (MessageRange's rules) as a bag that rosbag reads: bytes, stamps, order,
+/// definitions, latching and caller id as they were recorded; a message that several behaviors
+/// cover is in it once. Written beside `path` and renamed when complete. Throws BagError or
+/// StoreError; `path` is then as it was.
+BagExportResult exportBags(const Store& store, const std::vector<Behavior>& behaviors,
+                           const MessageRange& range, const std::string& path,
+                           const BagExport& options = {});
+
+/// One behavior as one bag; returns how many messages.
+inline std::uint64_t exportBag(const Store& store, const Behavior& behavior,
+                               const MessageRange& range, const std::string& path) {
+  return exportBags(store, {behavior}, range, path).messages;
+}
 
 }  // namespace afterglow::replay

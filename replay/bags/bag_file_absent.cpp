@@ -1,4 +1,4 @@
-// Stands in for bag_file.cpp where rosbag_storage is not installed.
+// Stands in for bag_import.cpp and bag_export.cpp where rosbag_storage is not installed.
 #include "replay/bags/bag_file.hpp"
 
 namespace afterglow::replay {
@@ -10,10 +10,12 @@ namespace {
 
 }  // namespace
 
-BagImportResult importBag(const std::string& path, Store&, const BagImport&) { refuse(path); }
+BagImportResult importBags(const std::vector<std::string>& paths, Store&, const BagImport&) {
+  refuse(paths.front());
+}
 
-std::uint64_t exportBag(const Store&, const Behavior&, const MessageRange&, const std::string& path,
-                        const BagProgress&) {
+BagExportResult exportBags(const Store&, const std::vector<Behavior>&, const MessageRange&,
+                           const std::string& path, const BagExport&) {
   refuse(path);
 }
 

@@ -36,7 +36,8 @@ struct BsonMessage {
 };
 
 /// The message in a document of any writer: Afterglow, mongodb_log in Python and C++ (whose stamps
-/// are dates), message_store. Types come from the schema; keys that it has not are passed over
+/// are dates), message_store. Numbers may be the strings "nan", "inf" and "-inf". Types come from
+/// the schema; keys that it has not are passed over
 /// (_id, _meta). Nothing in `bson` is trusted. Throws MessageError, naming type and field, for a
 /// value that the field cannot hold and for damaged BSON.
 BsonMessage messageFromBson(const Schema& schema, const bson_t& bson);

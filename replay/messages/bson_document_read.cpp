@@ -10,7 +10,7 @@ namespace {
 // What is missing is made, so it is limited: a short document must not ask for much memory.
 constexpr std::size_t kMostMissing = 1 << 22;
 
-bool isNumber(FieldType type) {
+bool isNumeric(FieldType type) {
   return fixedSize(type) > 0 && type != FieldType::Time && type != FieldType::Duration;
 }
 
@@ -208,6 +208,13 @@ class BsonReader {
 
   double real(const bson_iter_t& at) const {
     if (BSON_ITER_HOLDS_DOUBLE(&at)) return bson_iter_double(&at);
+    if (BSON_ITER_HOLDS_UTF8(&at)) {
+      // For servers that take no others: as in JSON.
+      const std::string_view word = bytes(at, "a number");
+      if (word == "nan") return std::numeric_limits<double>::quiet_NaN();
+      if (word == "inf") return std::numeric_limits<double>::infinity();
+      if (word == "-inf") return -std::numeric_limits<double>::infinity();
+    }
     if (!BSON_ITER_HOLDS_INT(&at)) failType(at, "a number");
     return static_cast<double>(bson_iter_as_int64(&at));
   }
@@ -246,7 +253,7 @@ class BsonReader {
   }
 
   Value array(const Field& field, const bson_iter_t& at) {
-    if (isNumber(field.type)) return numbers(field, at);
+    if (isNumeric(field.type)) return numbers(field, at);
     Array elements;
     forEach(field, at,
             [&](const bson_iter_t& element) { elements.push_back(single(field, element)); });
@@ -323,7 +330,7 @@ class BsonReader {
     if (field.arity == Field::Arity::Single) return zeroElement(field);
     const std::size_t length = field.arity == Field::Arity::FixedArray ? field.length : 0;
     countMissing(length);
-    if (isNumber(field.type)) return NumberArray{field.type, Bytes(length * fixedSize(field.type))};
+    if (isNumeric(field.type)) return NumberArray{field.type, Bytes(length * fixedSize(field.type))};
     Array elements;
     for (std::size_t i = 0; i < length; ++i) elements.push_back(zeroElement(field));
     return elements;

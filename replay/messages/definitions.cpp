@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kSpace = " \t\r\f\v";
+constexpr const char* kBlanks = " \t\r\f\v";
 const std::string kSeparator = std::string(80, '=') + "\n";
 
-std::string trim(const std::string& text) {
-  const std::size_t first = text.find_first_not_of(kSpace);
+std::string strip(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(kBlanks);
   if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
 /// One .msg file, as far as MD5 and contained types need it.
@@ -37,11 +37,11 @@ struct Declarations {
 };
 
 void addLine(const std::string& line, Declarations& declarations) {
-  const std::string text = trim(line.substr(0, line.find('#')));
-  const std::size_t gap = text.find_first_of(kSpace);
+  const std::string text = strip(line.substr(0, line.find('#')));
+  const std::size_t gap = text.find_first_of(kBlanks);
   if (gap == std::string::npos) return;
   const std::string type = text.substr(0, gap);
-  const std::string rest = trim(text.substr(gap));
+  const std::string rest = strip(text.substr(gap));
   const std::size_t equals = rest.find('=');
   if (equals == std::string::npos) {
     declarations.fields.push_back({type, rest});
@@ -50,7 +50,7 @@ void addLine(const std::string& line, Declarations& declarations) {
   // What follows the '=' of a string is its value, '#' and all.
   const std::string value =
       type == "string" ? line.substr(line.find('=') + 1) : rest.substr(equals + 1);
-  declarations.constants += type + " " + trim(rest.substr(0, equals)) + "=" + trim(value) + "\n";
+  declarations.constants += type + " " + strip(rest.substr(0, equals)) + "=" + strip(value) + "\n";
 }
 
 /// The full name of a field's message type; empty for a builtin.
@@ -80,9 +80,9 @@ std::map<std::string, Declarations> sectionsOf(const std::string& root, const st
   bool is_heading = false;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    const std::string trimmed = trim(line);
+    const std::string trimmed = strip(line);
     if (is_heading && !trimmed.empty()) {
-      type = trim(trimmed.substr(std::string(kMark).size()));
+      type = strip(trimmed.substr(std::string(kMark).size()));
       sections[type] = {};
       is_heading = false;
     } else if (trimmed.size() > 1 && trimmed.find_first_not_of('=') == std::string::npos) {

@@ -72,6 +72,19 @@ void expectSame(const Store& a, const Behavior& of_a, const Store& b, const Beha
   }
 }
 
+/// Imports into a store that has something; whatever happens, it keeps just that. Returns the
+/// error.
+std::string importError(const std::string& bag) {
+  const auto store = openMemoryStore();
+  store->addRecording({0, "", "there before", ""});
+  const std::string error = bagErrorOf([&] { importBag(bag, *store); });
+  if (!error.empty()) {
+    EXPECT_TRUE(store->behaviors({}).empty());
+    EXPECT_EQ(store->addRecording({0, "", "next", ""}), 2) << "half an import was kept";
+  }
+  return error;
+}
+
 TEST_F(BagFileTest, givesBackWhatWasExported) {
   const auto other = openMemoryStore();
   const auto result = importBag(bag_, *other);
@@ -94,6 +107,88 @@ TEST_F(BagFileTest, exportsNamedTopicsAndRangesOnly) {
   EXPECT_EQ(readTexts(*other, importBag(bag_, *other).behavior), (Texts{"b", "c", "d"}));
 }
 
+TEST_F(BagFileTest, compressesAsAsked) {
+  std::string plain(100'000, 'x');
+  const auto channel = store_->addChannel(behavior_.recording, stringChannel("/a"));
+  store_->append({stringMessage(channel, 1'500'000'000, 100, plain)});
+  for (const auto compression : {BagCompression::Bz2, BagCompression::Lz4}) {
+    BagExport options;
+    options.compression = compression;
+    EXPECT_EQ(exportBags(*store_, {behavior_}, {}, bag_, options).messages, 9u);
+    EXPECT_LT(fs::file_size(bag_), 30'000u);
+    const auto other = openMemoryStore();
+    expectSame(*store_, behavior_, *other, importBag(bag_, *other).behavior);
+  }
+}
+
+TEST_F(BagFileTest, holdsSeveralBehaviorsWithTheirCommonMessagesOnce) {
+  Behavior inner = sampleBehavior(behavior_.recording, {"/a"}, 1'000'000'010, 1'000'000'011);
+  const auto elsewhere = store_->addRecording({0, "", "/other", ""});
+  const auto late = store_->addChannel(elsewhere, stringChannel("/late", "/y"));
+  store_->append({stringMessage(late, 1'000'000'005, 0, "from elsewhere")});
+  Behavior other = sampleBehavior(elsewhere, {"/late"}, 1'000'000'000, 2'000'000'000);
+  EXPECT_EQ(exportBags(*store_, {inner, other, behavior_}, {}, bag_).messages, 9u);
+  const auto back = openMemoryStore();
+  const auto imported = importBag(bag_, *back).behavior;
+  MessageRange texts;
+  texts.topics = {"/a", "/b", "/late"};
+  EXPECT_EQ(readTexts(*back, imported, texts),
+            (Texts{"latched", "from elsewhere", "a", "b", "c", "between", "d", "last"}));
+}
+
+TEST_F(BagFileTest, exportsWhatElseWasRecordedAsContext) {
+  Behavior narrow = behavior_;
+  narrow.topics = {"/a"};
+  MessageRange all;
+  all.with_all_topics = true;
+  EXPECT_EQ(exportBag(*store_, narrow, {}, bag_), 4u);
+  EXPECT_EQ(exportBag(*store_, narrow, all, bag_), 8u);
+}
+
+TEST_F(BagFileTest, splitsAndPutsTogetherAgain) {
+  const auto channel = store_->addChannel(behavior_.recording, stringChannel("/a"));
+  std::vector<Message> batch;
+  for (std::uint64_t i = 0; i < 30; ++i) {
+    batch.push_back(stringMessage(channel, 1'500'000'000, 100 + i, std::string(100'000, 'x')));
+  }
+  store_->append(batch);
+  BagExport options;
+  options.split_bytes = 1'000'000;
+  const auto result = exportBags(*store_, {behavior_}, {}, folder_.path("part.bag"), options);
+  EXPECT_EQ(result.messages, 38u);
+  ASSERT_GE(result.paths.size(), 2u);
+  EXPECT_EQ(result.paths[1], folder_.path("part_1.bag"));
+  const auto other = openMemoryStore();
+  const Texts reversed(result.paths.rbegin(), result.paths.rend());
+  const auto imported = importBags(reversed, *other);
+  EXPECT_EQ(imported.messages, 38u);
+  EXPECT_EQ(imported.behavior.name, "part_0");
+  EXPECT_EQ(other->recordings().size(), 1u);
+  expectSame(*store_, behavior_, *other, imported.behavior);
+}
+
+TEST_F(BagFileTest, keepsNothingOfSeveralBagsIfOneIsBad) {
+  writeFile(folder_.path("bad.bag"), "no");
+  const auto other = openMemoryStore();
+  EXPECT_THROW(importBags({bag_, folder_.path("bad.bag")}, *other), BagError);
+  EXPECT_TRUE(other->recordings().empty());
+}
+
+TEST_F(BagFileTest, saysThatBagsOfRos2AreNotRead) {
+  writeFile(folder_.path("a.mcap"), "\x89MCAP0\r\n and so on");
+  EXPECT_EQ(importError(folder_.path("a.mcap")),
+            folder_.path("a.mcap") +
+                ": an MCAP file, which is not read: this system packages no MCAP; a bag of ROS 1 "
+                "is");
+  writeFile(folder_.path("a.db3"), std::string("SQLite format 3\0 and so on", 27));
+  EXPECT_EQ(importError(folder_.path("a.db3")),
+            folder_.path("a.db3") +
+                ": an SQLite file, as bags of ROS 2 are, which are not read; a bag of ROS 1 is");
+  writeFile(folder_.path("metadata.yaml"), "");
+  EXPECT_EQ(importError(folder_.path("")),
+            folder_.path("") + ": a bag of ROS 2, which is not read; a bag of ROS 1 is");
+}
+
 TEST_F(BagFileTest, namesAndTagsAsAsked) {
   const auto other = openMemoryStore();
   std::uint64_t done = 0, total = 0;
@@ -105,19 +200,6 @@ TEST_F(BagFileTest, namesAndTagsAsAsked) {
   EXPECT_EQ(other->behavior(result.behavior.id)->tags, (Texts{"x", "y"}));
   EXPECT_EQ(done, 8u);
   EXPECT_EQ(total, 8u);
-}
-
-/// Imports into a store that has something; whatever happens, it keeps just that. Returns the
-/// error.
-std::string importError(const std::string& bag) {
-  const auto store = openMemoryStore();
-  store->addRecording({0, "", "there before", ""});
-  const std::string error = bagErrorOf([&] { importBag(bag, *store); });
-  if (!error.empty()) {
-    EXPECT_TRUE(store->behaviors({}).empty());
-    EXPECT_EQ(store->addRecording({0, "", "next", ""}), 2) << "half an import was kept";
-  }
-  return error;
 }
 
 TEST_F(BagFileTest, refusesABagCutAnywhere) {

@@ -124,6 +124,7 @@ TEST(BsonDocument, takesWhatWritersTookForOneAnother) {
   EXPECT_EQ(bytesOf("uint8[] id\n", R"({"id": [1, 2]})"), (Bytes{2, 0, 0, 0, 1, 2}));
   EXPECT_EQ(bytesOf("int16 a\n", R"({"a": 5.0})"), (Bytes{5, 0}));
   EXPECT_EQ(bytesOf("float32 a\n", R"({"a": 1})"), (Bytes{0, 0, 0x80, 0x3F}));
+  EXPECT_EQ(bytesOf("float32 a\n", R"({"a": "-inf"})"), (Bytes{0, 0, 0x80, 0xFF}));
   EXPECT_EQ(bytesOf("bool a\n", R"({"a": 1})"), Bytes{1});
   EXPECT_EQ(bytesOf("uint8 a\nuint8 b\n", R"({"b": 2, "a": 1})"), (Bytes{1, 2}));
 }
