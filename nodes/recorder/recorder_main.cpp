@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
     ros::AsyncSpinner spinner(4);
     spinner.start();
     waitForStop();
-    node.endAll("interrupted");
+    node.close();
     letMessagesLeave();
     spinner.stop();
   } catch (const std::exception& error) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -32,9 +33,6 @@ replay::Behavior checkedBehavior(replay::Behavior asked) {
   if (asked.name.empty()) {
     throw std::invalid_argument("name is empty: a behavior is found by its name");
   }
-  if (asked.topics.empty()) {
-    throw std::invalid_argument("no topics are named");
-  }
   std::vector<std::string> topics;
   for (const std::string& topic : asked.topics) {
     const std::string checked = checkedTopic(topic);
@@ -49,8 +47,19 @@ replay::Behavior checkedBehavior(replay::Behavior asked) {
   if (!nlohmann::json::parse(asked.parameters, nullptr, false).is_object()) {
     throw std::invalid_argument("parameters are no JSON object: " + asked.parameters);
   }
-  asked.attempt = std::max(1, asked.attempt);
   return asked;
+}
+
+std::set<std::string> outcomes(const std::string& list) {
+  std::set<std::string> words;
+  std::string spaced = list;
+  std::replace(spaced.begin(), spaced.end(), ',', ' ');
+  std::istringstream stream(spaced);
+  std::string word;
+  while (stream >> word) {
+    words.insert(word);
+  }
+  return words;
 }
 
 }  // namespace afterglow::nodes

@@ -1,22 +1,7 @@
 #include "nodes/recorder/topic_listener.hpp"
 
-#include <future>
-
 namespace afterglow::nodes {
 namespace {
-
-/// Tells when the queue has come as far as this.
-class Marker : public ros::CallbackInterface {
- public:
-  CallResult call() override {
-    reached_.set_value();
-    return Success;
-  }
-  std::future<void> reached() { return reached_.get_future(); }
-
- private:
-  std::promise<void> reached_;
-};
 
 std::string valueOf(const ros::M_string& header, const std::string& key) {
   const auto found = header.find(key);
@@ -25,17 +10,9 @@ std::string valueOf(const ros::M_string& header, const std::string& key) {
 
 }  // namespace
 
-TopicListener::TopicListener(replay::Recorder& recorder)
-    : recorder_(recorder), spinner_(1, &queue_) {
-  spinner_.start();
-}
-
 TopicListener::~TopicListener() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    subscriptions_.clear();
-  }
-  spinner_.stop();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  subscriptions_.clear();
 }
 
 void TopicListener::acquire(const std::vector<std::string>& topics) {
@@ -49,64 +26,53 @@ void TopicListener::acquire(const std::vector<std::string>& topics) {
 }
 
 void TopicListener::release(const std::vector<std::string>& topics) {
-  std::vector<std::string> unused;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const std::string& topic : topics) {
-      const auto found = subscriptions_.find(topic);
-      if (found != subscriptions_.end() && --found->second.users == 0) {
-        subscriptions_.erase(found);
-        unused.push_back(topic);
-      }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const std::string& topic : topics) {
+    const auto found = subscriptions_.find(topic);
+    if (found != subscriptions_.end() && --found->second.users == 0) {
+      subscriptions_.erase(found);
+      recorder_.forgetLatched(topic);
     }
-  }
-  drain();  // a message on its way would be remembered after it was forgotten
-  for (const std::string& topic : unused) {
-    recorder_.forgetLatched(topic);
   }
 }
 
-void TopicListener::drain() {
-  const auto marker = boost::make_shared<Marker>();
-  std::future<void> reached = marker->reached();
-  queue_.addCallback(marker);
-  // A queue that is shut down calls nobody any more.
-  while (ros::ok() &&
-         reached.wait_for(std::chrono::milliseconds(100)) == std::future_status::timeout) {
+std::vector<std::string> TopicListener::topics() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [topic, subscription] : subscriptions_) {
+    names.push_back(topic);
   }
+  return names;
 }
 
 ros::Subscriber TopicListener::subscribe(const std::string& topic) {
   ros::SubscribeOptions options;
-  // No bound here: what waits for this thread is copied into the recorder's bounded queue, where
-  // drops are counted; roscpp would drop without a word.
+  // Never more than one message waits there.
   options.initByFullCallbackType<const Event&>(
       topic, 0, [this, topic](const Event& event) { onMessage(topic, event); });
-  options.callback_queue = &queue_;
+  options.callback_queue = &immediately_;
+  options.allow_concurrent_callbacks = true;  // else roscpp puts off what it cannot call at once
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   return node_.subscribe(options);
 }
 
 void TopicListener::onMessage(const std::string& topic, const Event& event) {
-  const topic_tools::ShapeShifter& message = *event.getConstMessage();
-  replay::Bytes bytes(message.size());
-  ros::serialization::OStream stream(bytes.data(), message.size());
-  message.write(stream);
   const std::uint64_t received = event.getReceiptTime().toNSec();
-  recorder_.offer(channelOf(topic, event), {static_cast<std::int64_t>(received)}, std::move(bytes));
+  recorder_.offer(channelOf(topic, event), {static_cast<std::int64_t>(received)},
+                  std::move(event.getMessage()->bytes));
 }
 
 std::size_t TopicListener::channelOf(const std::string& topic, const Event& event) {
   const boost::shared_ptr<ros::M_string> header = event.getConnectionHeaderPtr();
+  const std::lock_guard<std::mutex> lock(channels_mutex_);
   const auto known = channels_.find(header);
   if (known != channels_.end()) {
     return known->second;
   }
-  const topic_tools::ShapeShifter& message = *event.getConstMessage();
   const replay::Channel channel{topic,
-                                message.getDataType(),
-                                message.getMD5Sum(),
-                                message.getMessageDefinition(),
+                                valueOf(*header, "type"),
+                                valueOf(*header, "md5sum"),
+                                valueOf(*header, "message_definition"),
                                 valueOf(*header, "latching") == "1",
                                 valueOf(*header, "callerid")};
   return channels_[header] = recorder_.channelIndex(channel);

@@ -3,9 +3,8 @@
 /// yet or not.
 #pragma once
 
-#include <ros/callback_queue.h>
+#include <ros/callback_queue_interface.h>
 #include <ros/ros.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <map>
 #include <mutex>
@@ -13,16 +12,18 @@
 #include <utility>
 #include <vector>
 
+#include "nodes/recorder/raw_message.hpp"
 #include "replay/record/recorder.hpp"
 
 namespace afterglow::nodes {
 
-/// Subscriptions are shared: several behaviors may record one topic. Messages are taken by one
-/// thread of the listener's own, in the order of arrival, stamped when they arrived (not when they
-/// were taken). The recorder must outlive the listener. Any thread.
+/// Subscriptions are shared: several behaviors may record one topic. Messages go to the recorder
+/// from roscpp's network thread itself, as they are read from their sockets: nothing waits between
+/// the network and the recorder's bounded queue. Stamped with ROS time then. A publisher that goes
+/// and comes again is heard again. The recorder must outlive the listener. Any thread.
 class TopicListener {
  public:
-  explicit TopicListener(replay::Recorder& recorder);
+  explicit TopicListener(replay::Recorder& recorder) : recorder_(recorder) {}
   ~TopicListener();
   TopicListener(const TopicListener&) = delete;
   TopicListener& operator=(const TopicListener&) = delete;
@@ -30,14 +31,23 @@ class TopicListener {
   /// Each acquire wants one release.
   void acquire(const std::vector<std::string>& topics);
   void release(const std::vector<std::string>& topics);
-  /// Returns when every message that had arrived at the call has been given to the recorder.
-  void drain();
+  /// What is listened to now.
+  std::vector<std::string> topics() const;
 
  private:
-  using Event = ros::MessageEvent<const topic_tools::ShapeShifter>;
+  using Event = ros::MessageEvent<RawMessage>;
   struct Subscription {
     ros::Subscriber subscriber;
     int users = 0;
+  };
+  /// Calls at once. roscpp adds callbacks under the subscription's lock, so they come one by one,
+  /// and none comes after the subscription's end.
+  class Immediately : public ros::CallbackQueueInterface {
+   public:
+    void addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t) override {
+      callback->call();
+    }
+    void removeByID(std::uint64_t) override {}
   };
 
   ros::Subscriber subscribe(const std::string& topic);
@@ -46,12 +56,12 @@ class TopicListener {
 
   replay::Recorder& recorder_;
   ros::NodeHandle node_;
-  ros::CallbackQueue queue_;
-  std::mutex mutex_;
+  Immediately immediately_;
+  mutable std::mutex mutex_;  ///< subscriptions_; callbacks do not take it
   std::map<std::string, Subscription> subscriptions_;
-  /// The listener thread's: connection headers seen (one object per connection) and their channels.
+  std::mutex channels_mutex_;
+  /// Connection headers seen (one object per connection) and their channels.
   std::map<boost::shared_ptr<ros::M_string>, std::size_t> channels_;
-  ros::AsyncSpinner spinner_;
 };
 
 }  // namespace afterglow::nodes

@@ -10,7 +10,7 @@ constexpr std::size_t kMostStaticTransformMessages = 256;
 
 }  // namespace
 
-void LatchedState::remember(std::size_t channel_index, const Channel& channel, const Bytes& bytes) {
+void LatchedState::remember(std::size_t channel_index, const Channel& channel, Bytes bytes) {
   caller_of_.emplace(channel_index, channel.caller_id);
   std::vector<Entry>& entries = by_topic_[channel.topic];
   const bool keeps_all = channel.topic == "/tf_static";
@@ -22,7 +22,7 @@ void LatchedState::remember(std::size_t channel_index, const Channel& channel, c
   if (entries.size() >= kMostStaticTransformMessages) {
     entries.erase(entries.begin());
   }
-  entries.push_back({channel_index, bytes});
+  entries.push_back({channel_index, std::move(bytes)});
 }
 
 void LatchedState::forget(const std::string& topic) { by_topic_.erase(topic); }

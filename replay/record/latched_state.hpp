@@ -21,7 +21,7 @@ class LatchedState {
     Bytes bytes;
   };
 
-  void remember(std::size_t channel_index, const Channel& channel, const Bytes& bytes);
+  void remember(std::size_t channel_index, const Channel& channel, Bytes bytes);
   void forget(const std::string& topic);
   /// In the order of arrival.
   const std::vector<Entry>* find(const std::string& topic) const;

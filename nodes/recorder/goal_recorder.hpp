@@ -1,0 +1,152 @@
+/// \file
+/// An action whose goal is a recording: it runs until it is canceled or stopped otherwise.
+#pragma once
+
+#include <actionlib/server/action_server.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <future>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nodes/recorder/recording_desk.hpp"
+
+namespace afterglow::nodes {
+
+/// Any number of goals at once. The first feedback says that every subscription stands. Translation
+/// has three static functions: request(goal), which throws for what cannot be recorded,
+/// feedback(id, counts) and result(id, ended). The desk must outlive this.
+template <class Action, class Translation>
+class GoalRecorder {
+ public:
+  GoalRecorder(ros::NodeHandle node, const std::string& name, RecordingDesk& desk)
+      : desk_(desk),
+        server_(
+            node, name, [this](Goal goal) { onGoal(goal); }, [this](Goal goal) { onCancel(goal); },
+            false) {
+    server_.start();
+  }
+  ~GoalRecorder() { finishJobs(); }
+  GoalRecorder(const GoalRecorder&) = delete;
+  GoalRecorder& operator=(const GoalRecorder&) = delete;
+
+  /// To be called once a second.
+  void tell() {
+    std::map<std::int64_t, Goal> running;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      running = running_;
+    }
+    for (auto& [id, goal] : running) {
+      goal.publishFeedback(Translation::feedback(id, desk_.counts(id)));
+    }
+  }
+
+  /// Takes nothing on any more, and waits for what is on its way.
+  void finishJobs() {
+    std::vector<std::future<void>> jobs;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      is_closing_ = true;
+      jobs.swap(jobs_);
+    }
+    for (std::future<void>& job : jobs) {
+      job.wait();
+    }
+  }
+
+ private:
+  using Server = actionlib::ActionServer<Action>;
+  using Goal = typename Server::GoalHandle;
+
+  void onGoal(Goal goal) {
+    try {
+      const RecordingRequest request = Translation::request(*goal.getGoal());
+      goal.setAccepted();
+      later([this, goal, request] { start(goal, request); });
+    } catch (const std::exception& error) {
+      goal.setRejected({}, error.what());
+    }
+  }
+
+  void start(Goal goal, const RecordingRequest& request) {
+    try {
+      std::string warning;
+      const auto on_end = [this, goal](std::int64_t id, const RecordingDesk::Ended& ended) {
+        finish(goal, id, ended);
+      };
+      const std::int64_t id = desk_.start(request, on_end, &warning);
+      goal.publishFeedback(Translation::feedback(id, desk_.counts(id)));
+      bool is_canceled = false;
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        is_canceled = canceled_.erase(goal.getGoalID().id) != 0;
+        if (ended_.erase(id) == 0) running_.emplace(id, goal);
+      }
+      if (is_canceled) {
+        desk_.stop(id, "stopped");
+      }
+    } catch (const std::exception& error) {
+      goal.setAborted({}, error.what());
+    }
+  }
+
+  void onCancel(Goal goal) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = std::find_if(running_.begin(), running_.end(),
+                                    [&](const auto& entry) { return entry.second == goal; });
+    if (found == running_.end()) {
+      canceled_.insert(goal.getGoalID().id);
+    } else {
+      laterLocked([this, id = found->first] { desk_.stop(id, "stopped"); });
+    }
+  }
+
+  void finish(Goal goal, std::int64_t id, const RecordingDesk::Ended& ended) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (running_.erase(id) == 0) ended_.insert(id);
+    }
+    const auto result = Translation::result(id, ended);
+    if (!ended.problem.empty()) {
+      goal.setAborted(result, ended.problem);
+    } else if (goal.getGoalStatus().status == actionlib_msgs::GoalStatus::PREEMPTING) {
+      goal.setCanceled(result);
+    } else {
+      goal.setSucceeded(result);
+    }
+  }
+
+  void later(std::function<void()> job) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    laterLocked(std::move(job));
+  }
+
+  void laterLocked(std::function<void()> job) {
+    if (is_closing_) {
+      return;
+    }
+    const auto is_done = [](const std::future<void>& running) {
+      return running.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    };
+    jobs_.erase(std::remove_if(jobs_.begin(), jobs_.end(), is_done), jobs_.end());
+    jobs_.push_back(std::async(std::launch::async, std::move(job)));
+  }
+
+  RecordingDesk& desk_;
+  std::mutex mutex_;  ///< never held while calling actionlib, which locks around callbacks
+  std::map<std::int64_t, Goal> running_;
+  std::set<std::int64_t> ended_;    ///< before they were in running_
+  std::set<std::string> canceled_;  ///< goals canceled before they had started
+  std::vector<std::future<void>> jobs_;
+  bool is_closing_ = false;
+  Server server_;  ///< last: its callbacks use all of the above
+};
+
+}  // namespace afterglow::nodes

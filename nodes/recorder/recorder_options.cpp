@@ -1,0 +1,47 @@
+#include "nodes/recorder/recorder_options.hpp"
+
+#include <stdexcept>
+
+namespace afterglow::nodes {
+namespace {
+
+template <class Value>
+void read(const ros::NodeHandle& node, const std::string& name, Value& value,
+          const std::string& kind) {
+  if (node.hasParam(name) && !node.getParam(name, value)) {
+    throw std::runtime_error("~" + name + " must be " + kind);
+  }
+}
+
+template <class Number>
+void readAtLeast(const ros::NodeHandle& node, const std::string& name, Number& value,
+                 Number least) {
+  read(node, name, value, "a number");
+  if (!(value >= least)) {
+    throw std::runtime_error("~" + name + " must be at least " + std::to_string(least));
+  }
+}
+
+}  // namespace
+
+RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
+  RecorderNodeOptions options;
+  const std::string topics = "a list of topic names";
+  nodes::read(node, "store", options.store, "a text");
+  nodes::read(node, "robot", options.robot, "a text");
+  nodes::read(node, "context_topics", options.context_topics, topics);
+  readAtLeast(node, "connect_timeout", options.connect_timeout_s, 0.0);
+  readAtLeast(node, "rescan", options.rescan_s, 0.01);
+  readAtLeast(node, "queue_megabytes", options.queue_megabytes, 1);
+  readAtLeast(node, "pre_roll", options.pre_roll_s, 0.0);
+  readAtLeast(node, "pre_roll_megabytes", options.pre_roll_megabytes, 1);
+  nodes::read(node, "pre_roll_topics", options.pre_roll_topics, topics);
+  readAtLeast(node, "min_space", options.min_space_megabytes, 0);
+  nodes::read(node, "anchors", options.anchors, "a list of frames");
+  nodes::read(node, "calibration", options.calibration, "a folder");
+  nodes::read(node, "camera_info", options.camera_info, "a topic");
+  nodes::read(node, "mongodb_logger", options.mongodb_logger, "true or false");
+  return options;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,36 @@
+/// \file
+/// Private parameters of recorder_node; launch/recorder.launch explains them.
+#pragma once
+
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+struct RecorderNodeOptions {
+  std::string store;  ///< ~store, as openStore() takes it
+  std::string robot;  ///< ~robot
+  /// ~context_topics: recorded along with every behavior.
+  std::vector<std::string> context_topics = {"/tf", "/tf_static", "/joint_states", "/odom"};
+  double connect_timeout_s = 2.0;  ///< ~connect_timeout: waits no longer for publishers
+  double rescan_s = 0.25;          ///< ~rescan: looks for new topics so often
+  int queue_megabytes = 256;       ///< ~queue_megabytes: what may wait for the store
+  double pre_roll_s = 10;          ///< ~pre_roll: how far a behavior can reach back
+  int pre_roll_megabytes = 64;     ///< ~pre_roll_megabytes: what is remembered for that, at most
+  /// ~pre_roll_topics: listened to always, so that a behavior can reach back on them.
+  std::vector<std::string> pre_roll_topics;
+  int min_space_megabytes = 1024;  ///< ~min_space, MiB: ends recordings below it; 0: never
+  /// ~anchors: frames between which poses are kept with every behavior.
+  std::vector<std::string> anchors = {"map", "odom", "base_link", "projector_optical_frame"};
+  std::string calibration;  ///< ~calibration: folder of the calibration in use
+  std::string camera_info = "/projector/camera_info";  ///< ~camera_info: or where it is latched
+  bool mongodb_logger = true;  ///< ~mongodb_logger: serves the action of that name
+
+  /// Throws std::runtime_error naming the parameter that is wrong.
+  static RecorderNodeOptions read(const ros::NodeHandle& private_node);
+};
+
+}  // namespace afterglow::nodes

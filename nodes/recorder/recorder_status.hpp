@@ -1,0 +1,31 @@
+/// \file
+/// How the recorder fares, for /diagnostics.
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "replay/record/disk_guard.hpp"
+#include "replay/record/recorder.hpp"
+
+namespace afterglow::nodes {
+
+struct RecorderState {
+  std::string node;   ///< without leading slash
+  std::string store;  ///< its URI
+  std::size_t running = 0;
+  replay::RecorderLoad load, load_before;  ///< now, and `seconds` ago
+  double seconds = 1;
+  std::size_t queue_bytes = 0;  ///< how much may wait
+  replay::DiskState disk;
+  std::optional<std::string> failure;
+};
+
+/// ERROR: nothing can be recorded. WARN: messages were dropped since the last time, the queue is
+/// half full, the disk is nearly.
+diagnostic_msgs::DiagnosticStatus toDiagnostics(const RecorderState& state);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,290 @@
+#include "nodes/recorder/recording_desk.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "nodes/recorder/referred_files.hpp"
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// A behavior's last message and the call that stops its recording come on different connections;
+/// so long does the recorder let the message overtake.
+constexpr std::chrono::milliseconds kInFlight{50};
+
+replay::Stamp now() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
+
+replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
+
+replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
+  replay::RecorderOptions chosen;
+  chosen.queue_bytes = static_cast<std::size_t>(options.queue_megabytes) << 20;
+  chosen.source = ros::this_node::getName();
+  chosen.robot = options.robot;
+  chosen.context_topics = options.context_topics;
+  chosen.pre_roll = std::chrono::nanoseconds(std::llround(options.pre_roll_s * 1e9));
+  chosen.pre_roll_bytes = static_cast<std::size_t>(options.pre_roll_megabytes) << 20;
+  return chosen;
+}
+
+/// The folder in which the store grows.
+std::string folderOf(const std::string& store) {
+  const std::string uri = replay::storeUri(store);
+  if (uri.compare(0, 7, "sqlite:") != 0) return {};
+  return std::filesystem::absolute(replay::storePath(store)).parent_path();
+}
+
+}  // namespace
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += (text.empty() ? "" : ", ") + name;
+  }
+  return text;
+}
+
+RecordingDesk::RecordingDesk(const RecorderNodeOptions& options)
+    : options_(options),
+      folder_(folderOf(options.store)),
+      store_(replay::openStore(options.store, replay::OpenMode::Record)),
+      recorder_(*store_, recorderOptions(options)),
+      listener_(recorder_),
+      world_(options_, *store_) {
+  listener_.acquire(options_.context_topics);
+  listener_.acquire(options_.pre_roll_topics);
+}
+
+RecordingDesk::~RecordingDesk() { interruptAll("the recorder was stopped"); }
+
+// -------------------------------------------------------------------------------------- starting
+
+std::vector<std::string> RecordingDesk::topicsNow(const RecordingRequest& request) const {
+  std::vector<std::string> topics = request.behavior.topics;
+  if (!request.choice.isOpen()) {
+    return topics;
+  }
+  std::set<std::string> candidates;
+  const RosGraph graph = askMaster(deadlineIn(1.0));
+  for (const auto& [topic, publishers] : graph.publishers) {
+    if (!graph.otherPublishers(topic).empty()) candidates.insert(topic);
+  }
+  // Their last publisher may be gone, and they be remembered.
+  for (const std::string& topic : listener_.topics()) candidates.insert(topic);
+  for (const std::string& topic : candidates) {
+    const bool is_new = std::find(topics.begin(), topics.end(), topic) == topics.end();
+    if (is_new && request.choice.matches(topic)) topics.push_back(topic);
+  }
+  return topics;
+}
+
+std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& on_end,
+                                  std::string* warning) {
+  if (const replay::DiskState state = disk(); state.level == replay::DiskState::Level::Full) {
+    throw std::runtime_error(state.text);
+  }
+  const std::vector<std::string> topics = topicsNow(request);
+  listener_.acquire(topics);
+  try {
+    const std::vector<std::string> missing =
+        waitForPublishers(topics, deadlineIn(options_.connect_timeout_s));
+    if (!missing.empty()) {
+      *warning = "no connection yet from " + joined(missing);
+      ROS_WARN_STREAM("behavior '" << request.behavior.name << "': " << *warning);
+    }
+    return begin({request, topics, {}, on_end, 0});
+  } catch (...) {
+    listener_.release(topics);
+    throw;
+  }
+}
+
+std::int64_t RecordingDesk::begin(Running running) {
+  replay::Behavior behavior = running.request.behavior;
+  behavior.topics = running.topics;
+  behavior.calibration = world_.calibration();
+  running.snapshot.urdf = world_.urdf();
+  running.snapshot.begin = world_.frames();
+  behavior.snapshot = running.snapshot.toJson();
+  // Held until it is in the list: whoever ends all ends this one, too.
+  const std::lock_guard<std::mutex> lock(mutex_);
+  behavior.begin = now();
+  behavior.wall_begin = wallNow();
+  behavior = recorder_.begin(behavior, running.request.terms);
+  ROS_INFO_STREAM("recording behavior " << behavior.id << " '" << behavior.name << "'");
+  running_.emplace(behavior.id, std::move(running));
+  return behavior.id;
+}
+
+void RecordingDesk::lookForTopics() {
+  std::map<std::int64_t, RecordingRequest> open;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, running] : running_) {
+      if (running.request.choice.isOpen()) open[id] = running.request;
+    }
+  }
+  for (const auto& [id, request] : open) {
+    const std::vector<std::string> topics = topicsNow(request);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = running_.find(id);
+    if (found == running_.end()) continue;
+    std::vector<std::string>& known = found->second.topics;
+    std::vector<std::string> added;
+    std::copy_if(topics.begin(), topics.end(), std::back_inserter(added),
+                 [&](const std::string& topic) {
+                   return std::find(known.begin(), known.end(), topic) == known.end();
+                 });
+    if (added.empty()) continue;
+    recorder_.addTopics(id, added);
+    listener_.acquire(added);
+    known.insert(known.end(), added.begin(), added.end());
+  }
+}
+
+// ---------------------------------------------------------------------------------------- ending
+
+std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const std::string& outcome,
+                                                        const std::string& forced_by) {
+  Running running;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = running_.find(id);
+    if (found == running_.end()) {
+      return std::nullopt;
+    }
+    running = std::move(found->second);
+    running_.erase(found);
+  }
+  std::this_thread::sleep_for(kInFlight);
+  const Ended ended = end(id, running, outcome, forced_by);
+  listener_.release(running.topics);
+  for (const std::string& remark : ended.counts.remarks) {
+    ROS_WARN_STREAM("behavior " << id << ": " << remark);
+  }
+  if (ended.kept && !ended.counts.silent_topics.empty()) {
+    ROS_WARN_STREAM("behavior " << id << ": nothing on " << joined(ended.counts.silent_topics));
+  }
+  if (running.on_end) {
+    running.on_end(id, ended);
+  }
+  return ended;
+}
+
+RecordingDesk::Ended RecordingDesk::end(std::int64_t id, const Running& running,
+                                        const std::string& outcome, const std::string& forced_by) {
+  const std::set<std::string>& keep_if = running.request.keep_if;
+  Ended ended;
+  ended.outcome = outcome;
+  ended.kept = keep_if.empty() || keep_if.count(outcome) != 0 || !forced_by.empty();
+  ended.topics = running.topics;
+  ended.problem = forced_by;
+  ended.counts = recorder_.counts(id);  // what is known if the store fails
+  std::vector<std::string> remarks;
+  try {
+    ended.counts =
+        recorder_.end(id, now(), [&](replay::Behavior& behavior, const auto& references) {
+          complete(running, outcome, behavior, references, remarks);
+        });
+    ended.counts.remarks.insert(ended.counts.remarks.end(), remarks.begin(), remarks.end());
+    if (!ended.kept) {
+      recorder_.discard(id);
+      ended.counts.stored = 0;
+    }
+  } catch (const replay::StoreError& error) {
+    ended.problem = error.what();
+  }
+  ended.problem = recorder_.failure().value_or(ended.problem);
+  return ended;
+}
+
+void RecordingDesk::complete(const Running& running, const std::string& outcome,
+                             replay::Behavior& behavior, const std::set<std::string>& references,
+                             std::vector<std::string>& remarks) {
+  replay::Snapshot snapshot = running.snapshot;
+  snapshot.end = world_.frames();
+  snapshot.files = keepFiles(*store_, references, remarks);
+  behavior.outcome = outcome;
+  behavior.snapshot = snapshot.toJson();
+  behavior.remarks.insert(behavior.remarks.end(), remarks.begin(), remarks.end());
+}
+
+void RecordingDesk::interruptAll(const std::string& reason) {
+  for (const std::int64_t id : runningIds()) {
+    stop(id, kInterrupted, reason);
+  }
+}
+
+std::vector<std::int64_t> RecordingDesk::runningIds() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::int64_t> ids;
+  for (const auto& [id, running] : running_) {
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+// -------------------------------------------------------------------------------------- watching
+
+replay::DiskState RecordingDesk::disk() const {
+  const auto min_space = static_cast<std::uint64_t>(options_.min_space_megabytes) << 20;
+  const std::optional<std::uint64_t> free =
+      folder_.empty() ? std::nullopt : replay::freeBytes(folder_);
+  return free ? replay::judgeDisk(folder_, *free, min_space) : replay::DiskState{};
+}
+
+std::string RecordingDesk::storeUri() const {
+  std::string uri = replay::storeUri(options_.store);
+  const std::size_t scheme = uri.find("://"), at = uri.find('@');
+  return scheme == std::string::npos || at == std::string::npos || at < scheme
+             ? uri
+             : uri.replace(scheme + 3, at - scheme - 3, "...");
+}
+
+void RecordingDesk::lookAtClocks() {
+  const auto steady = std::chrono::steady_clock::now().time_since_epoch();
+  recorder_.look({now(), wallNow(),
+                  std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count(),
+                  !ros::Time::isSystemTime()});
+}
+
+void RecordingDesk::watch() {
+  for (const std::string& text : recorder_.takeNotices()) {
+    ROS_WARN_STREAM(text);
+  }
+  tellDrops();
+  const replay::DiskState state = disk();
+  std::optional<std::string> problem = recorder_.failure();
+  if (!problem && state.level == replay::DiskState::Level::Full) {
+    problem = state.text;
+  }
+  if (state.level == replay::DiskState::Level::Low) {
+    ROS_WARN_STREAM_THROTTLE(60, state.text);
+  }
+  if (!problem) {
+    return;
+  }
+  for (const std::int64_t id : runningIds()) {
+    ROS_ERROR_STREAM("behavior " << id << " is cut short: " << *problem);
+  }
+  interruptAll(*problem);
+}
+
+void RecordingDesk::tellDrops() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& [id, running] : running_) {
+    const std::uint64_t dropped = recorder_.counts(id).dropped;
+    if (dropped > running.dropped_told) {
+      ROS_WARN_STREAM("behavior " << id << ": " << dropped - running.dropped_told
+                                  << " messages were dropped, " << dropped << " in all");
+      running.dropped_told = dropped;
+    }
+  }
+}
+
+}  // namespace afterglow::nodes

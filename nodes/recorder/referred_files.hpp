@@ -1,0 +1,21 @@
+/// \file
+/// Keeps the sounds and meshes that recorded messages refer to, as they are now.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// SHA-256 by URI of those that the store now has. What cannot be kept is remarked upon: missing,
+/// over 20 MiB, neither package:// nor file://, or by its name no sound and no mesh (a message may
+/// name any file of this machine). Throws StoreError.
+std::map<std::string, std::string> keepFiles(replay::Store& store,
+                                             const std::set<std::string>& uris,
+                                             std::vector<std::string>& remarks);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,89 @@
+#include "nodes/recorder/world_snapshot.hpp"
+
+#include <tf2/exceptions.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "replay/record/sha256.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+nlohmann::json toJson(const sensor_msgs::CameraInfo& info) {
+  return {{"frame_id", info.header.frame_id},
+          {"width", info.width},
+          {"height", info.height},
+          {"distortion_model", info.distortion_model},
+          {"D", info.D},
+          {"K", std::vector<double>(info.K.begin(), info.K.end())},
+          {"R", std::vector<double>(info.R.begin(), info.R.end())},
+          {"P", std::vector<double>(info.P.begin(), info.P.end())}};
+}
+
+}  // namespace
+
+WorldSnapshot::WorldSnapshot(const RecorderNodeOptions& options, replay::Store& store)
+    : options_(options), store_(store) {
+  if (options_.camera_info.empty()) {
+    return;
+  }
+  camera_info_subscriber_ = node_.subscribe<sensor_msgs::CameraInfo>(
+      options_.camera_info, 1, [this](const sensor_msgs::CameraInfoConstPtr& info) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        camera_info_ = *info;
+      });
+}
+
+replay::Snapshot::Frames WorldSnapshot::frames() const {
+  replay::Snapshot::Frames frames;
+  for (std::size_t i = 1; i < options_.anchors.size(); ++i) {
+    const std::string& from = options_.anchors[i - 1];
+    const std::string& to = options_.anchors[i];
+    try {
+      const auto transform = buffer_.lookupTransform(from, to, ros::Time(0)).transform;
+      frames[from + "->" + to] = {transform.translation.x, transform.translation.y,
+                                  transform.translation.z, transform.rotation.x,
+                                  transform.rotation.y,    transform.rotation.z,
+                                  transform.rotation.w};
+    } catch (const tf2::TransformException&) {
+      // Not connected: this robot has no such frame, or not yet.
+    }
+  }
+  return frames;
+}
+
+std::string WorldSnapshot::urdf() {
+  std::string text;
+  if (!ros::param::get("/robot_description", text) || text.empty()) {
+    return {};
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (text != urdf_text_) {
+    const replay::Bytes bytes(text.begin(), text.end());
+    const std::string hash = replay::sha256(bytes);
+    store_.addFile(hash, bytes);
+    urdf_text_ = text;
+    urdf_sha256_ = hash;
+  }
+  return urdf_sha256_;
+}
+
+std::string WorldSnapshot::calibration() const {
+  nlohmann::json json = nlohmann::json::object();
+  if (!options_.calibration.empty()) {
+    for (const std::string name : {"projector.yaml", "T_camera_projector.yaml"}) {
+      std::ifstream file(options_.calibration + "/" + name);
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      if (!text.empty()) json[name] = text;
+    }
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (camera_info_) {
+    json["camera_info"] = toJson(*camera_info_);
+  }
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace afterglow::nodes

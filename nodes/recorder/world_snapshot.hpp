@@ -1,0 +1,48 @@
+/// \file
+/// What a behavior is to remember of the world around it: poses between the anchors, the robot's
+/// description, the projector's calibration.
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <tf2/buffer_core.h>
+
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/projector/transform_inbox.hpp"
+#include "nodes/recorder/recorder_options.hpp"
+#include "replay/record/snapshot.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// Any thread.
+class WorldSnapshot {
+ public:
+  /// The store must outlive this.
+  WorldSnapshot(const RecorderNodeOptions& options, replay::Store& store);
+
+  /// The newest poses between anchors that are neighbors in the list and connected.
+  replay::Snapshot::Frames frames() const;
+  /// SHA-256 of /robot_description, which the store keeps; empty if there is none.
+  std::string urdf();
+  /// A JSON object: the texts of the calibration folder's projector.yaml and
+  /// T_camera_projector.yaml by their names, and "camera_info" as it is published; what there is.
+  std::string calibration() const;
+
+ private:
+  const RecorderNodeOptions& options_;
+  replay::Store& store_;
+  tf2::BufferCore buffer_;
+  TransformInbox transforms_{buffer_};
+  mutable std::mutex mutex_;  ///< the rest
+  std::string urdf_text_, urdf_sha256_;
+  std::optional<sensor_msgs::CameraInfo> camera_info_;
+  ros::NodeHandle node_;
+  ros::Subscriber camera_info_subscriber_;
+};
+
+}  // namespace afterglow::nodes

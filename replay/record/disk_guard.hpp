@@ -1,0 +1,22 @@
+/// \file
+/// Whether the disk has room for what is still to be recorded.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace afterglow::replay {
+
+/// Bytes that may still be written below this folder, or where it will be made. Empty if the
+/// system does not say.
+std::optional<std::uint64_t> freeBytes(const std::string& folder);
+
+/// As rosbag's --min-space: warns below five times the minimum, ends recordings below it.
+struct DiskState {
+  enum class Level { Ample, Low, Full } level = Level::Ample;
+  std::string text;  ///< one line; empty for Ample
+};
+DiskState judgeDisk(const std::string& folder, std::uint64_t free, std::uint64_t min_space);
+
+}  // namespace afterglow::replay

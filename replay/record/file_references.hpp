@@ -1,0 +1,32 @@
+/// \file
+/// Files that messages refer to without bringing them along: sounds to play, meshes to draw.
+/// Sources: sound_play/SoundRequest (PLAY_FILE; arg2 is the package that arg lies in),
+/// visualization_msgs/Marker (mesh_resource).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "replay/messages/field_edit.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+
+/// For the messages of one type; looks wherever in it a Marker or a SoundRequest is contained.
+class FileReferences {
+ public:
+  explicit FileReferences(const Schema& schema);
+
+  /// Whether messages of the type can refer to files at all.
+  bool any() const { return finder_ != nullptr; }
+  /// "package://NAME/PATH", "file:///PATH", or whatever else the message says. Bytes that do not
+  /// fit the type refer to nothing.
+  std::vector<std::string> find(const Bytes& bytes) const;
+
+ private:
+  std::unique_ptr<FieldFinder> finder_;
+  std::size_t meshes_ = 0, sounds_ = 0;  ///< how many places of each kind; meshes come first
+};
+
+}  // namespace afterglow::replay

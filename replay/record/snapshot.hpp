@@ -1,0 +1,31 @@
+/// \file
+/// What a behavior remembers of the world it was recorded in: Behavior::snapshot.
+///
+/// A JSON object; members that are not known are absent.
+///   "frames": {"begin": {"map->odom": [x, y, z, qx, qy, qz, qw], ...}, "end": {...}}
+///             "A->B": the pose of frame B in frame A, metres and a unit quaternion, between
+///             neighbors of the configured anchors that tf connected then. What moved in between
+///             is in the recorded /tf.
+///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store
+///   "files":  {"package://NAME/PATH" or "file:///PATH": SHA-256}: sounds and meshes that recorded
+///             messages refer to, as they were; files of the store
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+
+namespace afterglow::replay {
+
+struct Snapshot {
+  using Pose = std::array<double, 7>;  ///< x, y, z, qx, qy, qz, qw
+  using Frames = std::map<std::string, Pose>;
+
+  Frames begin, end;
+  std::string urdf;
+  std::map<std::string, std::string> files;
+
+  std::string toJson() const;
+};
+
+}  // namespace afterglow::replay
