@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "replay/store/mongo_open.hpp"
 #include "replay/store/sqlite_store.hpp"
 
 namespace afterglow::replay {
@@ -20,27 +21,47 @@ std::string defaultUri() {
   return std::string(home) + "/.local/share/afterglow/afterglow.db";
 }
 
-}  // namespace
+bool isServer(const std::string& uri) {
+  return uri.rfind("mongodb://", 0) == 0 || uri.rfind("mongodb+srv://", 0) == 0;
+}
 
-std::string storeUri(const std::string& uri) {
+/// With the password, if the URI has one.
+std::string fullUri(const std::string& uri) {
   const std::string named = uri.empty() ? defaultUri() : uri;
   if (named.rfind(kScheme, 0) == 0) {
     if (named == kScheme) throw StoreError("sqlite: names no file");
     return named;
   }
+  if (isServer(named)) return named;
   if (const auto scheme_end = named.find("://"); scheme_end != std::string::npos) {
     throw StoreError(named + ": there is no store of the kind \"" + named.substr(0, scheme_end) +
-                     "\"; a store is sqlite:PATH");
+                     "\"; a store is sqlite:PATH or mongodb://...");
   }
   return kScheme + named;
 }
 
+}  // namespace
+
+std::string storeUri(const std::string& uri) {
+  std::string named = fullUri(uri);
+  if (!isServer(named)) return named;
+  const auto user = named.find("://") + 3;
+  const auto at = named.find('@', user);
+  const auto colon = named.find(':', user);
+  if (at != std::string::npos && colon < at) named.replace(colon + 1, at - colon - 1, "***");
+  return named;
+}
+
 std::string storePath(const std::string& uri) {
-  return storeUri(uri).substr(std::string(kScheme).size());
+  const std::string named = fullUri(uri);
+  if (isServer(named)) throw StoreError("a MongoDB server's store has no file");
+  return named.substr(std::string(kScheme).size());
 }
 
 std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode) {
-  return std::make_unique<SqliteStore>(storePath(uri), mode);
+  const std::string named = fullUri(uri);
+  if (isServer(named)) return openMongoStore(named, mode);
+  return std::make_unique<SqliteStore>(storePath(named), mode);
 }
 
 void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome) {

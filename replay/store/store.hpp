@@ -141,8 +141,8 @@ class Store {
   /// whole when it throws; the exception goes on. Other threads and processes wait to write, and
   /// read what was there before.
   virtual void transaction(const std::function<void()>& work) = 0;
-  /// Gives the disk back what removing freed, which else is used again. Refused while others use
-  /// the store.
+  /// Gives the disk back what removing freed, which else is used again. Refused while somebody
+  /// records into the store.
   virtual void compact() {}
 
   // ---------------------------------------------------------------------------------- reading
@@ -177,18 +177,19 @@ std::string newKey();
 /// open are marked kIncomplete.
 enum class OpenMode { ReadOnly, ReadWrite, Record };
 
-/// "sqlite:PATH" or a plain path; empty: $AFTERGLOW_STORE, else
+/// "sqlite:PATH", a plain path, or a MongoDB server's mongodb://... (mongo_store.hpp; for
+/// OpenMode::Record with a spool, spooled_store.hpp); empty: $AFTERGLOW_STORE, else
 /// ~/.local/share/afterglow/afterglow.db.
 std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
 
 /// A store that lives and dies with the object.
 std::unique_ptr<Store> openMemoryStore();
 
-/// The URI in full, defaults filled in: what messages call the store. Throws StoreError for a kind
-/// of store that there is not.
+/// The URI in full, defaults filled in, without a password: what messages call the store. Throws
+/// StoreError for a kind of store that there is not.
 std::string storeUri(const std::string& uri);
 
-/// The file of a store's URI.
+/// The file of a store's URI; throws StoreError for a server's.
 std::string storePath(const std::string& uri);
 
 }  // namespace afterglow::replay
