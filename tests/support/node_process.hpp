@@ -30,7 +30,8 @@ class NodeProcess {
   NodeProcess(const NodeProcess&) = delete;
   NodeProcess& operator=(const NodeProcess&) = delete;
 
-  void interrupt() const { kill(pid_, SIGINT); }
+  void interrupt() const { signal(SIGINT); }
+  void signal(int number) const { kill(pid_, number); }
   /// Waits for the end; -1 if a signal ended it.
   int exitStatus() {
     int status = 0;

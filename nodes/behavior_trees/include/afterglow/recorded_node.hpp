@@ -1,0 +1,42 @@
+/// \file
+/// The recordings of one node of a behavior tree, one after the other, whatever library ticks it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "afterglow/behavior_recording.hpp"
+
+namespace afterglow::nodes {
+
+/// Never waits, but where it is destroyed: until its recorder has heard of every end.
+class RecordedNode {
+ public:
+  explicit RecordedNode(std::shared_ptr<RecorderClient> recorder);
+
+  /// Between begin() and end().
+  bool isRunning() const { return running_.has_value(); }
+  /// An attempt of 0 is counted: up from 1 with every failure, until a success, a halt, or a new
+  /// run of the enclosing recorded behavior.
+  void begin(RecordingOptions options);
+  /// The recording stands, or is not waited for (any longer).
+  bool mayGo() const;
+  /// It had to be recorded, and is not.
+  bool isRefused() const;
+  const BehaviorRecording& running() const { return *running_; }
+  /// If none runs, only the count of attempts begins anew.
+  void end(const std::string& outcome);
+
+ private:
+  const std::shared_ptr<RecorderClient> recorder_;
+  bool waits_ = true, is_required_ = false;
+  int failures_ = 0;
+  std::uint64_t enclosing_ = 0;
+  std::optional<BehaviorRecording> running_;
+  std::vector<BehaviorRecording> ending_;  ///< their recorder has not answered yet
+};
+
+}  // namespace afterglow::nodes

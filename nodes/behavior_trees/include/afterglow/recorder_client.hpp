@@ -1,0 +1,59 @@
+/// \file
+/// What a recording asks of a recorder: the interface between behaviors and recorder_node.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+/// One behavior to record. Sources: srv/StartRecording.srv for what the recorder does with it.
+struct RecordingOptions {
+  std::string name = {};                  ///< "pick"
+  std::vector<std::string> topics = {};   ///< absolute names; they need not be announced yet
+  std::vector<std::string> regexes = {};  ///< and every topic that one of these matches as a whole
+  bool all = false;                       ///< every topic but the recorder's exceptions
+  std::vector<std::string> exclude =
+      {};                                ///< of `regexes` and `all`: none that one of these matches
+  std::vector<std::string> limits = {};  ///< "/scan every=5", "/points max_hz=2"
+  /// Place in the behavior tree; behaviors nest by it. Empty: the name, below the path of this
+  /// thread's EnclosingRecording.
+  std::string tree_path = {};
+  std::string parameters = {};  ///< JSON object; may be empty
+  std::vector<std::string> tags = {};
+  int attempt = 1;
+  double pre_roll_s = 0.0;   ///< begins up to so many seconds earlier
+  std::string keep_if = {};  ///< "failure,halted": kept only with such an outcome; empty: always
+  /// The behavior begins only when every subscription stands.
+  bool wait = true;
+  /// Neither the start nor the end holds anybody up longer than this.
+  double timeout_s = 5.0;
+  /// No behavior without its recording. Otherwise it goes on unrecorded, with a warning.
+  bool required = false;
+};
+
+/// There is no recorder to ask.
+class RecorderAbsent : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Starts and stops recordings. Any thread; calls may take as long as the recorder takes.
+class RecorderClient {
+ public:
+  virtual ~RecorderClient() = default;
+  /// Returns the behavior's id when its recording stands. Throws RecorderAbsent, or
+  /// std::runtime_error with the recorder's reason.
+  virtual std::int64_t start(const RecordingOptions& options) = 0;
+  /// Throws std::runtime_error.
+  virtual void stop(std::int64_t behavior_id, const std::string& outcome) = 0;
+};
+
+/// Asks a recorder_node by its services. A recorder that is not there is waited for once, for the
+/// recording's timeout; the next recordings only look. ros::init comes first.
+std::shared_ptr<RecorderClient> rosRecorder(const std::string& node = "/recorder_node");
+
+}  // namespace afterglow::nodes
