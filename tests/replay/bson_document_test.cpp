@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "tests/support/message_corpus.hpp"
 #include "tests/support/messages.hpp"
+#include "tests/support/random_messages.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -165,6 +167,33 @@ TEST(BsonDocument, refusesToMakeHugeMessagesOfNothing) {
             "document of test/Type, field a: too much of the message is missing");
   EXPECT_EQ(errorOf(withTypes("Other[4000000000] a\n", "test/Other", "\n"), "{}"),
             "document of test/Type, field a: too much of the message is missing");
+}
+
+void expectToComeBack(const Schema& schema, const Bytes& bytes) {
+  Bson bson;
+  appendBson(decode(schema, bytes), bson.bson);
+  const BsonMessage back = messageFromBson(schema, bson.bson);
+  ASSERT_EQ(encode(schema, back.document), bytes) << schema.root().name;
+  ASSERT_TRUE(back.missing.empty());
+}
+
+TEST(BsonDocument, keepsEveryInstalledTypeByteForByte) {
+  const MessageCorpus corpus = makeMessageCorpus(AFTERGLOW_TEST_PYTHON);
+  if (corpus.types.empty()) GTEST_SKIP() << AFTERGLOW_TEST_PYTHON " has no ROS messages";
+  for (const auto& type : corpus.types) {
+    const Schema schema = Schema::parse(type.name, type.definition);
+    for (const auto& sample : type.samples) expectToComeBack(schema, sample.bytes);
+  }
+}
+
+TEST(BsonDocument, keepsRandomTypesByteForByte) {
+  RandomMessages random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const std::string definition = random.definition();
+    SCOPED_TRACE(definition);
+    const Schema schema = Schema::parse("fuzz/Root", definition);
+    expectToComeBack(schema, random.message(schema));
+  }
 }
 
 TEST(BsonDocument, survivesDamage) {
