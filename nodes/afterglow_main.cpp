@@ -12,6 +12,7 @@
 #include "nodes/verbs/play_verb.hpp"
 #include "nodes/verbs/render_verb.hpp"
 #include "nodes/verbs/show_verb.hpp"
+#include "nodes/verbs/store_verb.hpp"
 
 namespace {
 
@@ -24,6 +25,7 @@ void addVerbs(CLI::App& app) {
   addPlayVerb(app);
   addExportVerb(app);
   addRenderVerb(app);
+  addStoreVerb(app);
   addCalibrateVerb(app);
 }
 

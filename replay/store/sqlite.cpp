@@ -164,6 +164,7 @@ void SqliteConnection::fail(const std::string& doing) {
   if (code == SQLITE_CORRUPT || code == SQLITE_TOOBIG) {
     throw SqliteDamage(text + "; \"afterglow store repair\" saves what can be read", reason);
   }
+  if (code == SQLITE_CONSTRAINT) throw SqliteConstraint(text);
   throw StoreError(text);
 }
 
@@ -202,6 +203,11 @@ SqliteStatement& SqliteStatement::bind(int parameter, const std::uint8_t* bytes,
   } else {
     check(sqlite3_bind_blob64(statement_, parameter, bytes, size, SQLITE_STATIC));
   }
+  return *this;
+}
+
+SqliteStatement& SqliteStatement::bind(int parameter, const SqliteStatement& row, int column) {
+  check(sqlite3_bind_value(statement_, parameter, sqlite3_column_value(row.statement_, column)));
   return *this;
 }
 

@@ -27,6 +27,12 @@ class SqliteDamage : public StoreError {
   std::string reason_;
 };
 
+/// A row breaks a rule of its table.
+class SqliteConstraint : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 
 class SqliteStatement;
@@ -87,6 +93,7 @@ class SqliteStatement {
   SqliteStatement& bind(int parameter, std::string_view text);
   SqliteStatement& bind(int parameter, const Bytes& bytes);
   SqliteStatement& bind(int parameter, const std::uint8_t* bytes, std::size_t size);
+  SqliteStatement& bind(int parameter, const SqliteStatement& row, int column);  ///< as it is there
   SqliteStatement& bindNull(int parameter);
   template <typename T>
   SqliteStatement& bind(int parameter, const std::optional<T>& value) {

@@ -5,11 +5,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <random>
+#include <thread>
 
 #include "replay/store/sqlite.hpp"
 #include "replay/store/store.hpp"
+#include "replay/store/store_check.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -112,8 +116,10 @@ TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {
   unsetenv("AFTERGLOW_STORE");
   setenv("HOME", "/home/somebody", 1);
   EXPECT_EQ(storePath(""), "/home/somebody/.local/share/afterglow/afterglow.db");
-  EXPECT_EQ(openError("mongo://host/roslog", OpenMode::ReadOnly),
-            "mongo://host/roslog: there is no store of the kind \"mongo\"; a store is sqlite:PATH");
+  EXPECT_EQ(
+      openError("mongo://host/roslog", OpenMode::ReadOnly),
+      "mongo://host/roslog: there is no store of the kind \"mongo\"; a store is sqlite:PATH or "
+      "mongodb://...");
 }
 
 TEST(StoreFile, canBeReadFromAReadOnlyFolder) {
@@ -174,16 +180,20 @@ TEST(StoreFile, survivesDamageAnywhereWithoutACrash) {
 // ------------------------------------------------------------------------ processes that come to
 // grief
 
-/// Appends batches of 50 for ever; writes a byte to `acknowledged` after each.
+constexpr std::uint64_t kInBatch = 20;
+
+/// Appends batches to a recording of its own for ever; writes a byte to `acknowledged` after each.
 [[noreturn]] void appendForEver(const std::string& path, int acknowledged) {
   try {
-    const auto store = openStore(path, OpenMode::ReadWrite);
+    const auto store = openStore(path, OpenMode::Record);
     const auto recording = store->addRecording({0, "", "x", ""});
     const auto channel = store->addChannel(recording, stringChannel("/a"));
-    store->addBehavior(sampleBehavior(recording, {"/a"}, 0, 1'000'000'000));
+    Behavior behavior = sampleBehavior(recording, {"/a"}, 0, 0);
+    behavior.end.reset();
+    store->addBehavior(behavior);
     for (std::uint64_t sequence = 0;;) {
       std::vector<Message> batch;
-      for (int i = 0; i < 50; ++i, ++sequence) {
+      for (std::uint64_t i = 0; i < kInBatch; ++i, ++sequence) {
         batch.push_back(stringMessage(channel, static_cast<std::int64_t>(sequence), sequence,
                                       std::string(1000, 'x')));
       }
@@ -216,25 +226,57 @@ Writer startWriter(const std::string& path, const Prepare& prepare) {
   return {process, ends[0]};
 }
 
-TEST(StoreFile, keepsWhatWasAppendedBeforeAKill) {
+/// Waits for so many acknowledged batches and then for a moment that no batch knows of; how many
+/// were acknowledged when the process was dead.
+std::uint64_t killAfter(const Writer& writer, std::uint64_t batches,
+                        std::chrono::microseconds more) {
+  std::uint64_t acknowledged = 0;
+  char byte = 0;
+  while (acknowledged < batches && read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
+  const auto until = std::chrono::steady_clock::now() + more;
+  while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  kill(writer.process, SIGKILL);
+  while (read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
+  waitpid(writer.process, nullptr, 0);
+  close(writer.acknowledged);
+  return acknowledged;
+}
+
+/// One recorder after the other dies on the same store, while it opens it, too.
+TEST(StoreFile, keepsWhatWasAppendedBeforeAnyOf200Kills) {
   const TempFolder folder;
-  for (int round = 0; round < 10; ++round) {
-    const std::string path = folder.path("store" + std::to_string(round));
+  const std::string path = folder.path("store.db");
+  openStore(path, OpenMode::ReadWrite);
+  std::minstd_rand random(5);
+  std::size_t recordings = 0;
+  for (int round = 0; round < 200; ++round) {
+    SCOPED_TRACE("kill " + std::to_string(round));
     const Writer writer = startWriter(path, [] {});
-    std::size_t acknowledged = 0;
-    char byte = 0;
-    const auto enough = static_cast<std::size_t>(5 + 13 * round);
-    while (acknowledged < enough && read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
-    kill(writer.process, SIGKILL);
-    while (read(writer.acknowledged, &byte, 1) == 1) ++acknowledged;
-    waitpid(writer.process, nullptr, 0);
-    close(writer.acknowledged);
+    const std::uint64_t batches = random() % 4;
+    const std::uint64_t acknowledged =
+        killAfter(writer, batches, std::chrono::microseconds(random() % 5000));
 
     const auto store = openStore(path, OpenMode::ReadOnly);
-    const auto messages = readAll(*store->messages(store->behaviors({}).at(0), {}));
-    EXPECT_GE(messages.size(), acknowledged * 50);
-    EXPECT_EQ(messages.size() % 50, 0u) << "half a batch";
-    for (std::size_t i = 0; i < messages.size(); ++i) ASSERT_EQ(messages[i].sequence, i);
+    const auto all = store->recordings();
+    ASSERT_TRUE(acknowledged == 0 || all.size() > recordings);
+    recordings = all.size();
+    for (const Behavior& behavior : store->behaviors({})) {
+      if (behavior.recording != all.back().id) continue;
+      EXPECT_EQ(behavior.outcome, kIncomplete);
+      const auto messages = readAll(*store->messages(behavior, {}));
+      EXPECT_GE(messages.size(), acknowledged * kInBatch);
+      EXPECT_EQ(messages.size() % kInBatch, 0u) << "half a batch";
+      for (std::size_t i = 0; i < messages.size(); ++i) ASSERT_EQ(messages[i].sequence, i);
+      const auto topics = store->topics(behavior);
+      EXPECT_EQ(topics.empty() ? 0 : topics[0].count, messages.size());
+    }
+  }
+  EXPECT_GT(recordings, 100u);
+  openStore(path, OpenMode::Record);
+  EXPECT_EQ(checkStore(path).problems, std::vector<std::string>{});
+  for (const Behavior& behavior : openStore(path, OpenMode::ReadOnly)->behaviors({})) {
+    EXPECT_TRUE(behavior.end);
+    EXPECT_EQ(behavior.outcome, kIncomplete);
   }
 }
 
@@ -258,7 +300,8 @@ TEST(StoreFile, saysThatTheDiskIsFullAndKeepsWhatItHas) {
   EXPECT_EQ(said.substr(acknowledged, path.size() + 15), "sqlite:" + path + ": cannot");
 
   const auto store = openStore(path, OpenMode::ReadOnly);
-  EXPECT_EQ(readAll(*store->messages(store->behaviors({}).at(0), {})).size(), acknowledged * 50);
+  EXPECT_EQ(readAll(*store->messages(store->behaviors({}).at(0), {})).size(),
+            acknowledged * kInBatch);
   EXPECT_GT(acknowledged, 10u);
 }
 

@@ -1,0 +1,256 @@
+#include "nodes/verbs/store_verb.hpp"
+
+#include <CLI/Error.hpp>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "nodes/verbs/verb_tools.hpp"
+#include "replay/store/retention.hpp"
+#include "replay/store/store_check.hpp"
+#include "replay/store/store_repair.hpp"
+#include "replay/store/store_stats.hpp"
+#include "replay/store/time_text.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct Options {
+  std::string store;
+  bool json = false;
+  std::string older_than;
+  std::optional<std::uint64_t> larger_than;
+  std::vector<std::string> keep_tags;
+  bool dry_run = false;
+};
+
+/// The file of a store that is one; a server keeps its own house.
+std::string sqliteFile(const Options& options) {
+  const std::string uri = replay::storeUri(options.store);
+  if (uri.rfind("sqlite:", 0) != 0) {
+    throw replay::StoreError(uri + ": only a store in a SQLite file is looked after this way");
+  }
+  return replay::storePath(uri);
+}
+
+/// For writing. A wrong path is no reason to make a store.
+std::unique_ptr<replay::Store> openExisting(const std::string& path) {
+  if (!std::filesystem::exists(path)) {
+    throw replay::StoreError("sqlite:" + path + ": no such store");
+  }
+  return replay::openStore(path, replay::OpenMode::ReadWrite);
+}
+
+std::string sizeText(std::uint64_t bytes) {
+  if (bytes < 10'000) return std::to_string(bytes) + " B";
+  const double megabytes = static_cast<double>(bytes) * 1e-6;
+  return fixedText(megabytes, megabytes < 10 ? 2 : 0) + " MB";
+}
+
+std::string counted(std::uint64_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+// ------------------------------------------------------------------------------- check and repair
+
+void runCheck(const Options& options) {
+  const std::string path = sqliteFile(options);
+  replay::StoreCheck check;
+  {
+    Progress progress("checking messages");
+    check = replay::checkStore(
+        path, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); });
+  }
+  for (const std::string& problem : check.problems) std::cout << problem << "\n";
+  if (check.problems.empty()) {
+    std::cout << "sqlite:" << path << ": " << counted(check.messages, "message")
+              << ", all is well\n";
+    return;
+  }
+  throw replay::StoreError("sqlite:" + path + ": " + counted(check.problems.size(), "problem") +
+                           "; \"afterglow store repair\" saves what can be read");
+}
+
+void runRepair(const Options& options) {
+  const std::string path = sqliteFile(options);
+  replay::StoreRepair repair;
+  {
+    Progress progress("saving messages");
+    repair = replay::repairStore(
+        path, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); });
+  }
+  std::cout << "sqlite:" << path << ": " << counted(repair.messages, "message")
+            << " kept; the store as it was is now " << repair.damaged_path << "\n";
+  for (const std::string& lost : repair.lost) std::cout << "lost: " << lost << "\n";
+  if (!repair.lost.empty()) throw replay::StoreError("not everything could be saved");
+}
+
+// ---------------------------------------------------------------------------------- compact, prune
+
+void runCompact(const Options& options) {
+  const std::string path = sqliteFile(options);
+  const auto size = [&] { return replay::storeStats(path).file_bytes; };
+  const auto store = openExisting(path);
+  const std::uint64_t before = size();
+  store->compact();
+  std::cout << "sqlite:" << path << ": " << sizeText(before) << " before, " << sizeText(size())
+            << " now\n";
+}
+
+replay::RetentionPolicy policyOf(const Options& options) {
+  replay::RetentionPolicy policy;
+  policy.most_bytes = options.larger_than;
+  policy.keep_tags = options.keep_tags;
+  if (!options.older_than.empty()) {
+    policy.ended_before = replay::parseTime(options.older_than + " ago");
+    if (!policy.ended_before) {
+      throw CLI::ValidationError(
+          "--older-than", "\"" + options.older_than + "\" is no time span such as 30d or 12h");
+    }
+  }
+  if (!policy.ended_before && !policy.most_bytes) {
+    throw CLI::ValidationError("prune", "needs --older-than or --larger-than, or both");
+  }
+  return policy;
+}
+
+void runPrune(const Options& options) {
+  const std::string path = sqliteFile(options);
+  const auto policy = policyOf(options);
+  const auto print = [](const replay::Behavior& behavior) {
+    std::cout << behavior.id << "  " << replay::timeText(behavior.begin) << "  " << behavior.name
+              << "\n";
+  };
+  const auto store = openExisting(path);
+  if (options.dry_run) {
+    const auto gone = replay::pruneWould(*store, policy);
+    for (const replay::Behavior& behavior : gone) print(behavior);
+    std::cout << counted(gone.size(), "behavior") << " would be removed\n";
+    return;
+  }
+  const auto gone = replay::prune(*store, policy, print);
+  std::cout << counted(gone.size(), "behavior") << " removed\n";
+  if (gone.empty()) return;
+  if (replay::storeStats(path).recorder) {
+    std::cout << "somebody records into it: the room is used for what comes\n";
+  } else {
+    store->compact();
+  }
+}
+
+// ------------------------------------------------------------------------------------------- stats
+
+void printJson(const std::string& path, const replay::StoreStats& stats) {
+  nlohmann::ordered_json json = {{"store", "sqlite:" + path},
+                                 {"file_bytes", stats.file_bytes},
+                                 {"free_bytes", stats.free_bytes},
+                                 {"recordings", stats.recordings},
+                                 {"behaviors", stats.behaviors},
+                                 {"messages", stats.messages},
+                                 {"files", stats.files},
+                                 {"oldest_ns", nullptr},
+                                 {"newest_ns", nullptr},
+                                 {"recorder", nullptr},
+                                 {"topics", nlohmann::ordered_json::array()},
+                                 {"largest", nlohmann::ordered_json::array()}};
+  if (stats.oldest) json["oldest_ns"] = stats.oldest->ns;
+  if (stats.newest) json["newest_ns"] = stats.newest->ns;
+  if (stats.recorder) json["recorder"] = *stats.recorder;
+  for (const auto& topic : stats.topics) {
+    json["topics"].push_back({{"topic", topic.topic},
+                              {"type", topic.type},
+                              {"messages", topic.messages},
+                              {"bytes", topic.bytes}});
+  }
+  for (const auto& behavior : stats.largest) {
+    json["largest"].push_back({{"id", behavior.id},
+                               {"name", behavior.name},
+                               {"begin_ns", behavior.begin.ns},
+                               {"messages", behavior.messages},
+                               {"bytes", behavior.bytes}});
+  }
+  std::cout << dumpJson(json, 2) << "\n";
+}
+
+void printTables(const std::string& path, const replay::StoreStats& stats) {
+  using Align = TextTable::Align;
+  std::cout << "sqlite:" << path << "\n"
+            << sizeText(stats.file_bytes) << ", " << sizeText(stats.free_bytes) << " of them free; "
+            << counted(stats.recordings, "recording") << ", "
+            << counted(stats.behaviors, "behavior") << ", " << counted(stats.messages, "message")
+            << ", " << counted(stats.files, "file") << "\n";
+  if (stats.oldest && stats.newest) {
+    std::cout << "from " << replay::timeText(*stats.oldest) << " to "
+              << replay::timeText(*stats.newest) << "\n";
+  }
+  if (stats.recorder) std::cout << *stats.recorder << " records into it\n";
+  TextTable topics({{"MESSAGES", Align::Right},
+                    {"SIZE", Align::Right},
+                    {"TOPIC", Align::Left},
+                    {"TYPE", Align::Left}});
+  for (const auto& topic : stats.topics) {
+    topics.add({std::to_string(topic.messages), sizeText(topic.bytes), topic.topic, topic.type});
+  }
+  TextTable largest({{"ID", Align::Right},
+                     {"BEGIN", Align::Left},
+                     {"MESSAGES", Align::Right},
+                     {"SIZE", Align::Right},
+                     {"NAME", Align::Left}});
+  for (const auto& behavior : stats.largest) {
+    largest.add({std::to_string(behavior.id), replay::timeText(behavior.begin),
+                 std::to_string(behavior.messages), sizeText(behavior.bytes), behavior.name});
+  }
+  if (!stats.topics.empty()) std::cout << "\n" << topics.text();
+  if (!stats.largest.empty()) std::cout << "\nlargest behaviors\n" << largest.text();
+}
+
+void runStats(const Options& options) {
+  const std::string path = sqliteFile(options);
+  const auto stats = replay::storeStats(path);
+  options.json ? printJson(path, stats) : printTables(path, stats);
+}
+
+CLI::App* addAction(CLI::App& verb, const std::string& name, const std::string& help,
+                    const std::shared_ptr<Options>& options, void (*run)(const Options&)) {
+  CLI::App* action = verb.add_subcommand(name, help);
+  addStoreOption(*action, options->store);
+  action->callback([options, run] { run(*options); });
+  return action;
+}
+
+}  // namespace
+
+void addStoreVerb(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand("store", "Look after a store in a SQLite file");
+  verb->require_subcommand(1);
+  addAction(*verb, "check",
+            "Read everything and compare its checksums; a line for each problem, and exit status 1 "
+            "if there is one",
+            options, runCheck);
+  addAction(*verb, "repair",
+            "Save what can be read of a damaged store into a new one; the damaged one is kept "
+            "beside it. A line for all that is lost, and exit status 1 if something is",
+            options, runRepair);
+  addAction(*verb, "compact",
+            "Give free space back to the disk, and make a store of an older version a current one",
+            options, runCompact);
+  CLI::App* stats = addAction(*verb, "stats", "What it holds, by topic, and its largest behaviors",
+                              options, runStats);
+  stats->add_flag("--json", options->json,
+                  "As a JSON object {store, file_bytes, free_bytes, recordings, behaviors, "
+                  "messages, files, oldest_ns, newest_ns, recorder, topics: [{topic, type, "
+                  "messages, bytes}], largest: [{id, name, begin_ns, messages, bytes}]}");
+  CLI::App* prune =
+      addAction(*verb, "prune", "Remove old behaviors, oldest first", options, runPrune);
+  prune->add_option("--older-than", options->older_than,
+                    "Those that ended longer ago, for example 30d, 12h");
+  prune
+      ->add_option("--larger-than", options->larger_than,
+                   "As many as it takes for the store to be no larger, for example 10G (2^30)")
+      ->transform(CLI::AsSizeValue(false));
+  prune->add_option("--keep-tag", options->keep_tags, "But none with this tag; may be repeated");
+  prune->add_flag("--dry-run", options->dry_run, "Only say which");
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,335 @@
+// Checking, repairing, measuring and pruning a store; older versions.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "replay/store/retention.hpp"
+#include "replay/store/sqlite_schema.hpp"
+#include "replay/store/sqlite_store.hpp"
+#include "replay/store/store_check.hpp"
+#include "replay/store/store_repair.hpp"
+#include "replay/store/store_stats.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace afterglow::test;
+using Texts = std::vector<std::string>;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+
+/// Ten behaviors of ten seconds with a hundred messages each, on /a and /b in turn.
+class StoreCare : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto store = openStore(path_, OpenMode::ReadWrite);
+    const auto recording = store->addRecording({0, "", "/recorder", "fetch21"});
+    const auto a = store->addChannel(recording, stringChannel("/a"));
+    const auto b = store->addChannel(recording, stringChannel("/b"));
+    store->transaction([&] {
+      for (std::int64_t i = 0; i < 10; ++i) {
+        const std::int64_t begin_ns = i * 10 * kSecond_ns;
+        Behavior behavior =
+            sampleBehavior(recording, {"/a", "/b"}, begin_ns, begin_ns + 10 * kSecond_ns);
+        if (i == 3) behavior.tags = {"keep"};
+        store->addBehavior(behavior);
+        std::vector<Message> batch;
+        for (std::int64_t k = 0; k < 100; ++k) {
+          const std::int64_t at_ns = begin_ns + k * kSecond_ns / 10;
+          batch.push_back(stringMessage(k % 2 ? b : a, at_ns,
+                                        static_cast<std::uint64_t>(100 * i + k),
+                                        std::string(1000, static_cast<char>('a' + i))));
+        }
+        store->append(batch);
+      }
+    });
+  }
+
+  void sql(const std::string& text) {
+    SqliteConnection(path_, SqliteAccess::ReadWriteCreate).execute(text);
+  }
+  std::int64_t number(const std::string& text) {
+    return SqliteConnection(path_, SqliteAccess::ReadOnly).integer(text);
+  }
+  /// Overwrites the page on which a b-tree's row lies; the store must be closed.
+  void damagePageWith(const std::string& text) {
+    std::string bytes = fileBytes(path_);
+    const auto at = bytes.find(text);
+    ASSERT_NE(at, std::string::npos);
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at / 16384 * 16384), 200, '\x55');
+    writeFile(path_, bytes);
+  }
+  std::size_t readable() {
+    const auto store = openStore(path_, OpenMode::ReadOnly);
+    std::size_t count = 0;
+    for (const auto& behavior : store->behaviors({})) {
+      count += readAll(*store->messages(behavior, {})).size();
+    }
+    return count;
+  }
+
+  TempFolder folder_;
+  std::string path_ = folder_.path("store.db");
+};
+
+// ------------------------------------------------------------------------------ check and repair
+
+TEST_F(StoreCare, findsNothingInAWholeStore) {
+  std::uint64_t last = 0;
+  const auto check = checkStore(path_, [&](std::uint64_t done, std::uint64_t) { last = done; });
+  EXPECT_EQ(check.problems, Texts{});
+  EXPECT_EQ(check.messages, 1000u);
+  EXPECT_EQ(last, 1000u);
+}
+
+TEST_F(StoreCare, namesDamageByTopicAndTime) {
+  sql("UPDATE messages SET bytes = zeroblob(size) WHERE sequence IN (3, 5, 11)");
+  sql("UPDATE behaviors SET tags = '[', parent = 77 WHERE id = 2");
+  sql("DELETE FROM behavior_counts WHERE behavior = 4");
+  sql("UPDATE channels SET definition = 9 WHERE topic = '/a'");
+  sql("INSERT INTO files VALUES ('" + std::string(64, '0') + "', x'00')");
+  EXPECT_EQ(
+      checkStore(path_).problems,
+      (Texts{"channels: 1 refer to definitions that are not there",
+             "recording 1, /b: 3 messages are damaged, from 1970-01-01T00:00:00.300Z to "
+             "1970-01-01T00:00:01.100Z: the checksum is another",
+             "behavior 2 (pick): its parent is not there", "behavior 2 (pick): tags is not JSON",
+             "behavior 4 (pick): its messages are not as many as were counted",
+             "the file of SHA-256 " + std::string(64, '0') + " has another"}));
+}
+
+TEST_F(StoreCare, repairsAWholeStoreWithoutLoss) {
+  const auto repair = repairStore(path_);
+  EXPECT_EQ(repair.lost, Texts{});
+  EXPECT_EQ(repair.messages, 1000u);
+  EXPECT_EQ(repair.damaged_path, path_ + ".damaged");
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+  EXPECT_EQ(readable(), 1000u);
+  EXPECT_EQ(checkStore(path_ + ".damaged").problems, Texts{});
+  EXPECT_EQ(repairStore(path_).damaged_path, path_ + ".damaged.2");
+}
+
+TEST_F(StoreCare, savesWhatLiesAroundADamagedPage) {
+  damagePageWith(std::string(500, 'f'));
+  EXPECT_FALSE(checkStore(path_).problems.empty());
+  const std::size_t before = readable();
+  EXPECT_LT(before, 1000u) << "and more than nothing: the index leads around the damage";
+  EXPECT_GT(before, 970u);
+  const auto repair = repairStore(path_);
+  EXPECT_EQ(repair.messages, before);
+  ASSERT_EQ(repair.lost.size(), 2u);
+  EXPECT_EQ(repair.lost[0].rfind("recording 1, /a: ", 0), 0u) << repair.lost[0];
+  EXPECT_NE(repair.lost[0].find(" messages are lost, from 1970-01-01T00:00:"), std::string::npos);
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+  EXPECT_EQ(readable(), before);
+}
+
+TEST_F(StoreCare, leavesDamagedMessagesOutOfARepair) {
+  sql("UPDATE messages SET bytes = zeroblob(size) WHERE sequence = 3");
+  const auto repair = repairStore(path_);
+  EXPECT_EQ(repair.messages, 999u);
+  EXPECT_EQ(repair.lost, (Texts{"recording 1, /b: a message is lost, of 1970-01-01T00:00:00.300Z: "
+                                "the checksum is another"}));
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+}
+
+TEST_F(StoreCare, repairsNothingThatIsBeingRecorded) {
+  const auto recorder = openStore(path_, OpenMode::Record);
+  EXPECT_THROW(repairStore(path_), StoreError);
+  EXPECT_THROW(openStore(path_, OpenMode::ReadWrite)->compact(), StoreError);
+}
+
+// ------------------------------------------------------------------------------- stats and pruning
+
+TEST_F(StoreCare, measures) {
+  const StoreStats stats = storeStats(path_);
+  EXPECT_EQ(stats.recordings, 1u);
+  EXPECT_EQ(stats.behaviors, 10u);
+  EXPECT_EQ(stats.messages, 1000u);
+  EXPECT_EQ(stats.oldest, Stamp{0});
+  EXPECT_EQ(stats.newest, Stamp{99 * kSecond_ns + 900'000'000});
+  ASSERT_EQ(stats.topics.size(), 2u);
+  EXPECT_EQ(stats.topics[0].topic, "/a");
+  EXPECT_EQ(stats.topics[0].bytes, 500u * 1004u);
+  ASSERT_EQ(stats.largest.size(), 10u);
+  EXPECT_EQ(stats.largest[0].bytes, 100u * 1004u);
+  EXPECT_GE(stats.file_bytes, 1'000'000u);
+  EXPECT_FALSE(stats.recorder);
+}
+
+std::vector<std::int64_t> idsOf(const std::vector<Behavior>& behaviors) {
+  std::vector<std::int64_t> ids;
+  for (const auto& behavior : behaviors) ids.push_back(behavior.id);
+  return ids;
+}
+
+TEST_F(StoreCare, removesWhatIsOldButNotWhatIsTaggedOrRuns) {
+  const auto store = openStore(path_, OpenMode::ReadWrite);
+  Behavior open = sampleBehavior(1, {"/a"}, 5 * kSecond_ns, 0);
+  open.end.reset();
+  const auto running = store->addBehavior(open);
+  RetentionPolicy policy;
+  policy.ended_before = Stamp{50 * kSecond_ns};
+  policy.keep_tags = {"keep"};
+  const std::vector<std::int64_t> expected{1, 2, 3};
+  EXPECT_EQ(idsOf(pruneWould(*store, policy)), expected);
+  EXPECT_EQ(store->behaviors({}).size(), 11u);
+  EXPECT_EQ(idsOf(prune(*store, policy)), expected);
+  EXPECT_TRUE(store->behavior(running));
+  EXPECT_TRUE(store->behavior(4)) << "its tag";
+  EXPECT_EQ(number("SELECT count(*) FROM messages"), 950) << "the running one covers the rest";
+}
+
+TEST_F(StoreCare, removesTheOldestUntilTheStoreIsSmallEnough) {
+  const auto store = openStore(path_, OpenMode::ReadWrite);
+  RetentionPolicy policy;
+  policy.most_bytes = *store->usedBytes() * 6 / 10;
+  const auto would = idsOf(pruneWould(*store, policy));
+  EXPECT_GT(would.size(), 3u);
+  EXPECT_LT(would.size(), 8u);
+  EXPECT_EQ(idsOf(prune(*store, policy)), would);
+  EXPECT_LE(*store->usedBytes(), *policy.most_bytes);
+  const auto size = fs::file_size(path_);
+  store->compact();
+  EXPECT_LT(fs::file_size(path_), size);
+  EXPECT_EQ(checkStore(path_).problems, Texts{});
+}
+
+TEST_F(StoreCare, forgetsARecordingsMessagesWithItsLastBehavior) {
+  const auto store = openStore(path_, OpenMode::ReadWrite);
+  store->append({stringMessage(1, 5000 * kSecond_ns, 5000, "between behaviors")});
+  RetentionPolicy policy;
+  policy.most_bytes = 0;
+  EXPECT_EQ(prune(*store, policy).size(), 10u);
+  EXPECT_EQ(number("SELECT count(*) FROM messages"), 0);
+}
+
+// --------------------------------------------------------------------------------- older versions
+
+/// A store of version 1, as its program made it.
+constexpr const char* kVersion1 = R"(
+CREATE TABLE definitions (
+  id INTEGER PRIMARY KEY, type TEXT NOT NULL, md5 TEXT NOT NULL, text TEXT NOT NULL);
+CREATE INDEX definitions_by_md5 ON definitions (md5);
+CREATE TABLE recordings (id INTEGER PRIMARY KEY, source TEXT NOT NULL);
+CREATE TABLE channels (
+  id INTEGER PRIMARY KEY,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  topic TEXT NOT NULL,
+  definition INTEGER NOT NULL REFERENCES definitions,
+  latching INTEGER NOT NULL,
+  caller_id TEXT NOT NULL,
+  UNIQUE (recording, topic, definition, latching, caller_id));
+CREATE TABLE messages (
+  id INTEGER PRIMARY KEY,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  channel INTEGER NOT NULL REFERENCES channels,
+  received_ns INTEGER NOT NULL,
+  sequence INTEGER NOT NULL,
+  header_stamp_ns INTEGER,
+  document TEXT,
+  bytes BLOB NOT NULL);
+CREATE UNIQUE INDEX messages_in_order ON messages (recording, received_ns, sequence, channel);
+CREATE TABLE behaviors (
+  id INTEGER PRIMARY KEY,
+  recording INTEGER NOT NULL REFERENCES recordings,
+  name TEXT NOT NULL,
+  tree_path TEXT NOT NULL,
+  parent INTEGER NOT NULL,
+  attempt INTEGER NOT NULL,
+  outcome TEXT NOT NULL,
+  begin_ns INTEGER NOT NULL,
+  end_ns INTEGER,
+  robot TEXT NOT NULL,
+  parameters TEXT NOT NULL,
+  tags TEXT NOT NULL,
+  calibration TEXT NOT NULL,
+  topics TEXT NOT NULL);
+CREATE INDEX behaviors_by_begin ON behaviors (begin_ns);
+INSERT INTO definitions VALUES
+  (1, 'std_msgs/String', '992ce8a1687cec8c8bd883ec73ca41d1', 'string data' || char(10));
+INSERT INTO recordings VALUES (1, '/recorder');
+INSERT INTO channels VALUES (1, 1, '/a', 1, 1, '/talker');
+INSERT INTO messages VALUES (1, 1, 1, 10, 0, -5, '{"data":"hi"}', x'020000006869');
+INSERT INTO messages VALUES (2, 1, 1, 11, 1, NULL, NULL, zeroblob(9000000));
+INSERT INTO behaviors VALUES (3, 1, 'pick', 'kitting/pick', 0, 2, 'success', 10, 20, 'fetch21',
+  '{"object":"gear"}', '["demo"]', '{}', '["/a"]');
+INSERT INTO behaviors VALUES
+  (4, 1, 'place', '', 0, 1, '', 11, NULL, 'fetch21', '{}', '[]', '{}', '["/a"]');
+PRAGMA application_id = 0x4167776c;
+PRAGMA user_version = 1;
+PRAGMA journal_mode = WAL;
+)";
+
+TEST(OlderStore, isMadeCurrentWhenItIsOpenedForWriting) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  SqliteConnection(path, SqliteAccess::ReadWriteCreate).execute(kVersion1);
+  try {
+    openStore(path, OpenMode::ReadOnly);
+    ADD_FAILURE() << "read as it is";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "sqlite:" + path + ": the store has version 1; \"afterglow store compact --store " +
+                  path + "\" makes it one of version 2");
+  }
+  openStore(path, OpenMode::ReadWrite);
+  EXPECT_EQ(checkStore(path).problems, Texts{});
+  const auto store = openStore(path, OpenMode::ReadOnly);
+  const Recording recording = store->recordings().at(0);
+  EXPECT_EQ(recording.source, "/recorder");
+  EXPECT_EQ(recording.robot, "fetch21");
+  EXPECT_EQ(recording.key.size(), 32u);
+  const Behavior pick = *store->behavior(3);
+  EXPECT_EQ(pick.name, "pick");
+  EXPECT_EQ(pick.tree_path, "kitting/pick");
+  EXPECT_EQ(pick.attempt, 2);
+  EXPECT_EQ(pick.end, Stamp{20});
+  EXPECT_EQ(pick.key.size(), 32u);
+  EXPECT_EQ(pick.parameters, R"({"object":"gear"})");
+  EXPECT_EQ(pick.tags, Texts{"demo"});
+  EXPECT_EQ(store->behavior(4)->outcome, kIncomplete);
+  EXPECT_EQ(store->topics(pick).at(0).count, 2u);
+  const auto cursor = store->messages(pick, {});
+  const auto messages = readAll(*cursor);
+  ASSERT_EQ(messages.size(), 2u);
+  EXPECT_EQ(textOf(messages[0]), "hi");
+  EXPECT_EQ(messages[0].header_stamp, Stamp{-5});
+  EXPECT_TRUE(messages[1].bytes == Bytes(9'000'000, 0));
+  EXPECT_TRUE(cursor->damaged().empty());
+  EXPECT_EQ(SqliteConnection(path, SqliteAccess::ReadOnly)
+                .integer("SELECT count(*) FROM sqlite_schema WHERE name LIKE 'old_%'"),
+            0);
+}
+
+TEST(OlderStore, staysAsItIsWhenItCannotBeMadeCurrent) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  SqliteConnection(path, SqliteAccess::ReadWriteCreate).execute(kVersion1);
+  SqliteConnection(path, SqliteAccess::ReadWriteCreate).execute("DROP TABLE behaviors");
+  EXPECT_THROW(openStore(path, OpenMode::ReadWrite), StoreError);
+  SqliteConnection connection(path, SqliteAccess::ReadOnly);
+  EXPECT_EQ(connection.integer("PRAGMA user_version"), 1);
+  EXPECT_EQ(connection.integer("SELECT count(*) FROM messages"), 2);
+}
+
+TEST(StoreSafety, refusesStoresWithProgramsInThem) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  openStore(path, OpenMode::ReadWrite);
+  SqliteConnection(path, SqliteAccess::ReadWriteCreate)
+      .execute("CREATE TRIGGER spy AFTER INSERT ON messages BEGIN SELECT 1; END");
+  try {
+    openStore(path, OpenMode::ReadOnly);
+    ADD_FAILURE() << "opened";
+  } catch (const StoreError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "sqlite:" + path + ": not an Afterglow store: it holds the trigger spy");
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::replay
