@@ -13,6 +13,7 @@
 #include "nodes/verbs/render_verb.hpp"
 #include "nodes/verbs/show_verb.hpp"
 #include "nodes/verbs/store_verb.hpp"
+#include "nodes/verbs/sync_verb.hpp"
 
 namespace {
 
@@ -26,6 +27,7 @@ void addVerbs(CLI::App& app) {
   addExportVerb(app);
   addRenderVerb(app);
   addStoreVerb(app);
+  addSyncVerb(app);
   addCalibrateVerb(app);
 }
 

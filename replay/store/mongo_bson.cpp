@@ -35,7 +35,8 @@ bool isNonFinite(const bson_iter_t& at) {
   return BSON_ITER_HOLDS_DOUBLE(&at) && !std::isfinite(bson_iter_double(&at));
 }
 
-bool hasNonFinite(bson_iter_t at) {
+bool hasNonFinite(const bson_iter_t& begin) {
+  bson_iter_t at = begin;
   while (bson_iter_next(&at)) {
     if (isNonFinite(at)) return true;
     bson_iter_t child;
@@ -45,7 +46,8 @@ bool hasNonFinite(bson_iter_t at) {
   return false;
 }
 
-void copyFinite(bson_iter_t from, bson_t& to) {
+void copyFinite(const bson_iter_t& begin, bson_t& to) {
+  bson_iter_t from = begin;
   while (bson_iter_next(&from)) {
     const char* key = bson_iter_key(&from);
     bson_iter_t child;

@@ -1,10 +1,12 @@
 #include "replay/store/mongo_open.hpp"
 
 #include "replay/store/mongo_store.hpp"
+#include "replay/store/spooled_store.hpp"
 
 namespace afterglow::replay {
 
 std::unique_ptr<Store> openMongoStore(const std::string& uri, OpenMode mode) {
+  if (mode == OpenMode::Record) return std::make_unique<SpooledStore>(uri, SpoolOptions{});
   return std::make_unique<MongoStore>(uri, mode);
 }
 

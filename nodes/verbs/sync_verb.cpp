@@ -1,0 +1,74 @@
+#include "nodes/verbs/sync_verb.hpp"
+
+#include <CLI/Error.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "nodes/verbs/verb_tools.hpp"
+#include "replay/store/filter.hpp"
+#include "replay/store/sync.hpp"
+#include "replay/store/time_text.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct Options {
+  std::string from, to, since, where;
+  std::optional<std::string> name, outcome, robot, tag;
+};
+
+replay::BehaviorFilter filterOf(const Options& options) {
+  replay::BehaviorFilter filter;
+  filter.name = options.name;
+  filter.outcome = options.outcome;
+  filter.robot = options.robot;
+  filter.tag = options.tag;
+  if (!options.where.empty()) {
+    filter.where = std::make_shared<replay::Filter>(replay::Filter::parse(options.where));
+  }
+  if (options.since.empty()) return filter;
+  filter.since = replay::parseTime(options.since);
+  if (!filter.since) throw CLI::ValidationError("--since", "\"" + options.since + "\" is no time");
+  return filter;
+}
+
+void runSync(const Options& options) {
+  const replay::BehaviorFilter filter = filterOf(options);
+  const auto from = replay::openStore(options.from, replay::OpenMode::ReadOnly);
+  const auto to = replay::openStore(options.to, replay::OpenMode::ReadWrite);
+  replay::SyncReport report;
+  {
+    Progress progress("copying behaviors");
+    report = replay::syncBehaviors(
+        *from, *to, filter,
+        [&](std::size_t done, std::size_t all, const auto&) { progress.update(done, all); });
+  }
+  std::cout << report.copied << " behaviors copied (" << report.messages << " messages, "
+            << report.files << " files), " << report.completed << " completed, " << report.present
+            << " there already";
+  if (report.open > 0) std::cout << ", " << report.open << " still running";
+  if (report.damaged > 0) std::cout << "; " << report.damaged << " damaged messages left out";
+  std::cout << ": " << replay::storeUri(options.from) << " to " << replay::storeUri(options.to)
+            << "\n";
+}
+
+}  // namespace
+
+void addSyncVerb(CLI::App& app) {
+  auto options = std::make_shared<Options>();
+  CLI::App* verb = app.add_subcommand(
+      "sync", "Copy behaviors from one store to another; repeat it to go on where it broke off");
+  verb->add_option("--from", options->from, "The store to copy from (PATH or mongodb://...)")
+      ->required();
+  verb->add_option("--to", options->to, "The store to copy to")->required();
+  verb->add_option("--name", options->name, "Only of this name");
+  verb->add_option("--outcome", options->outcome, "Only with this outcome");
+  verb->add_option("--robot", options->robot, "Only of this robot");
+  verb->add_option("--tag", options->tag, "Only with this tag");
+  verb->add_option("--since", options->since, "Only what ended after this time");
+  verb->add_option("--where", options->where, "Only what this filter matches (JSON)");
+  verb->callback([options] { runSync(*options); });
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,12 @@
+/// \file
+/// `afterglow sync`: behaviors from one store to another.
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace afterglow::nodes {
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
+void addSyncVerb(CLI::App& app);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,152 @@
+#include "replay/store/sync.hpp"
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::size_t kBatchMessages = 2000;
+constexpr std::size_t kBatchBytes = 16 << 20;
+
+class Sync {
+ public:
+  Sync(const Store& from, Store& to, const SyncProgress& progress)
+      : from_(from), to_(to), progress_(progress) {
+    for (const Recording& recording : from.recordings()) recordings_[recording.id] = recording;
+  }
+
+  SyncReport run(std::vector<Behavior> behaviors) {
+    std::reverse(behaviors.begin(), behaviors.end());  // parents come before their children
+    all_ = behaviors.size();
+    for (; done_ < all_; ++done_) {
+      tell();
+      copy(behaviors[done_]);
+    }
+    tell();
+    return report_;
+  }
+
+ private:
+  void tell() const {
+    if (progress_) progress_(done_, all_, report_);
+  }
+
+  void copy(Behavior behavior) {
+    if (!behavior.end && behavior.outcome.empty()) {
+      ++report_.open;
+      return;
+    }
+    behavior.parent = parentThere(behavior.parent);
+    const auto there = to_.behaviorOfKey(behavior.key);
+    const bool lacks_end = there && !there->end;
+    const bool lacks_parent = there && there->parent == 0 && behavior.parent != 0;
+    if (there && !lacks_end && !lacks_parent) {
+      ++report_.present;
+      return;
+    }
+    if (!there || lacks_end) copyContents(behavior);
+    if (!there) {
+      behavior.id = 0;
+      behavior.recording = recordingThere(behavior.recording);
+      to_.addBehavior(behavior);
+      ++report_.copied;
+      return;
+    }
+    Behavior completed = *there;
+    completed.parent = lacks_parent ? behavior.parent : there->parent;
+    if (lacks_end) {
+      completed.end = behavior.end;
+      completed.outcome = behavior.outcome;
+      completed.remarks = behavior.remarks;
+      completed.snapshot = behavior.snapshot;
+    }
+    to_.updateBehavior(completed);
+    ++report_.completed;
+  }
+
+  std::int64_t parentThere(std::int64_t id) const {
+    const auto parent = id != 0 ? from_.behavior(id) : std::nullopt;
+    const auto there = parent ? to_.behaviorOfKey(parent->key) : std::nullopt;
+    return there ? there->id : 0;
+  }
+
+  std::int64_t recordingThere(std::int64_t id) {
+    const auto known = recordings_there_.find(id);
+    if (known != recordings_there_.end()) return known->second;
+    const auto recording = recordings_.find(id);
+    if (recording == recordings_.end()) {
+      throw StoreError("recording " + std::to_string(id) + " is missing in the store");
+    }
+    return recordings_there_[id] = to_.addRecording(recording->second);
+  }
+
+  std::int64_t channelThere(std::int64_t recording, std::int64_t id) {
+    const auto known = channels_there_.find(id);
+    if (known != channels_there_.end()) return known->second;
+    return channels_there_[id] = to_.addChannel(recordingThere(recording), from_.channel(id));
+  }
+
+  /// Its messages and files. One whose recorder died gets its end here, behind the last message.
+  void copyContents(Behavior& behavior) {
+    MessageRange all;
+    all.with_all_topics = true;
+    const auto cursor = from_.messages(behavior, all);
+    Stamp last = behavior.begin;
+    std::vector<Message> batch;
+    std::size_t bytes = 0;
+    const auto flush = [&] {
+      to_.append(batch, Duplicates::Skip);
+      report_.messages += batch.size();
+      batch.clear();
+      bytes = 0;
+      tell();
+    };
+    while (auto message = cursor->next()) {
+      last = message->received;
+      message->channel = channelThere(behavior.recording, message->channel);
+      bytes += message->bytes.size();
+      batch.push_back(std::move(*message));
+      if (batch.size() >= kBatchMessages || bytes >= kBatchBytes) flush();
+    }
+    if (!batch.empty()) flush();
+    report_.damaged += cursor->damaged().size();
+    if (!behavior.end) behavior.end = Stamp{last.ns + 1};
+    copyFiles(behavior);
+  }
+
+  void copyFiles(const Behavior& behavior) {
+    const auto snapshot = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+    if (!snapshot.is_object()) return;
+    std::vector<nlohmann::json> sums;
+    if (snapshot.contains("urdf")) sums.push_back(snapshot["urdf"]);
+    if (snapshot.contains("files")) {
+      for (const auto& sum : snapshot["files"]) sums.push_back(sum);
+    }
+    for (const auto& sum : sums) {
+      if (!sum.is_string()) continue;
+      const auto contents = from_.file(sum.get<std::string>());
+      if (!contents) continue;
+      to_.addFile(sum.get<std::string>(), *contents);
+      ++report_.files;
+    }
+  }
+
+  const Store& from_;
+  Store& to_;
+  const SyncProgress& progress_;
+  std::map<std::int64_t, Recording> recordings_;
+  std::map<std::int64_t, std::int64_t> recordings_there_, channels_there_;
+  std::size_t done_ = 0, all_ = 0;
+  SyncReport report_;
+};
+
+}  // namespace
+
+SyncReport syncBehaviors(const Store& from, Store& to, const BehaviorFilter& filter,
+                         const SyncProgress& progress) {
+  return Sync(from, to, progress).run(from.behaviors(filter));
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,111 @@
+// Behaviors on their way from store to store.
+#include "replay/store/sync.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/faulty_store.hpp"
+#include "tests/support/mongo_server.hpp"
+#include "tests/support/store_samples.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using test::sampleBehavior;
+using test::stringChannel;
+using test::stringMessage;
+using Texts = std::vector<std::string>;
+
+/// A robot's store: a pick with a child, messages, context and a file.
+struct Robot {
+  Robot() {
+    const std::int64_t recording = store->addRecording({0, "", "recorder", "fetch7"});
+    const std::int64_t a = store->addChannel(recording, stringChannel("/a"));
+    const std::int64_t tf = store->addChannel(recording, stringChannel("/tf", "/broadcaster"));
+    store->append({stringMessage(a, 10, 1, "a"), stringMessage(tf, 11, 2, "tf"),
+                   stringMessage(a, 12, 3, "b"), stringMessage(a, 30, 4, "outside")});
+    store->addFile(sum, {1, 2, 3});
+    Behavior pick = sampleBehavior(recording, {"/a"}, 10, 20);
+    pick.outcome = "success";
+    pick.snapshot = R"({"files": {"file:///x.wav": ")" + sum + R"("}})";
+    pick.id = store->addBehavior(pick);
+    Behavior reach = sampleBehavior(recording, {"/a"}, 11, 13);
+    reach.name = "reach";
+    reach.outcome = "success";
+    reach.parent = pick.id;
+    store->addBehavior(reach);
+    Behavior running = sampleBehavior(recording, {"/a"}, 14, 0);
+    running.name = "running";
+    running.end.reset();
+    store->addBehavior(running);
+  }
+  const std::string sum = std::string(64, 'a');
+  std::unique_ptr<Store> store = openMemoryStore();
+};
+
+void expectPick(const Store& fleet, const std::string& sum) {
+  BehaviorFilter picks;
+  picks.name = "pick";
+  const auto found = fleet.behaviors(picks);
+  ASSERT_EQ(found.size(), 1u);
+  MessageRange all;
+  all.with_all_topics = true;
+  EXPECT_EQ(test::readTexts(fleet, found[0], all), (Texts{"a", "tf", "b"}));
+  EXPECT_EQ(fleet.file(sum), (Bytes{1, 2, 3}));
+  picks.name = "reach";
+  ASSERT_EQ(fleet.behaviors(picks).size(), 1u);
+  EXPECT_EQ(fleet.behaviors(picks)[0].parent, found[0].id);
+  ASSERT_EQ(fleet.recordings().size(), 1u);
+  EXPECT_EQ(fleet.recordings()[0].robot, "fetch7");
+}
+
+TEST(Sync, copiesBehaviorsWithAllThatBelongsToThemOnce) {
+  const Robot robot;
+  const auto fleet = openMemoryStore();
+  for (int round = 0; round < 2; ++round) {
+    const SyncReport report = syncBehaviors(*robot.store, *fleet, {});
+    EXPECT_EQ(report.copied, round == 0 ? 2u : 0u);
+    EXPECT_EQ(report.present, round == 0 ? 0u : 2u);
+    EXPECT_EQ(report.open, 1u);
+    expectPick(*fleet, robot.sum);
+  }
+}
+
+TEST(Sync, goesOnWhereItBrokeOff) {
+  const Robot robot;
+  test::FaultyStore fleet;
+  std::size_t steps = 0;
+  const auto break_off = [&](std::size_t, std::size_t, const SyncReport&) {
+    if (++steps == 2) fleet.failWith("cable pulled");
+  };
+  EXPECT_THROW(syncBehaviors(*robot.store, fleet, {}, break_off), StoreError);
+  EXPECT_TRUE(fleet.behaviors({}).empty()) << "a behavior comes after its messages";
+  fleet.failWith("");
+  syncBehaviors(*robot.store, fleet, {});
+  expectPick(fleet, robot.sum);
+}
+
+TEST(Sync, completesAParentThatComesLater) {
+  const Robot robot;
+  const auto fleet = openMemoryStore();
+  BehaviorFilter children;
+  children.name = "reach";
+  syncBehaviors(*robot.store, *fleet, children);
+  EXPECT_EQ(fleet->behaviors(children)[0].parent, 0);
+  EXPECT_EQ(syncBehaviors(*robot.store, *fleet, {}).completed, 1u);
+  expectPick(*fleet, robot.sum);
+}
+
+TEST(Sync, goesToAServerAndBack) {
+  if (const auto why = test::MongoServer::absence()) GTEST_SKIP() << *why;
+  const test::MongoServer server;
+  const Robot robot;
+  const auto fleet = openStore(server.uri(), OpenMode::ReadWrite);
+  syncBehaviors(*robot.store, *fleet, {});
+  expectPick(*fleet, robot.sum);
+  const auto other_robot = openMemoryStore();
+  syncBehaviors(*fleet, *other_robot, {});
+  expectPick(*other_robot, robot.sum);
+}
+
+}  // namespace
+}  // namespace afterglow::replay
