@@ -62,7 +62,8 @@ class RecordingDesk {
   /// In full, without a password.
   std::string storeUri() const;
 
-  /// To be called often (~rescan): topics that turned up join the behaviors that want them.
+  /// To be called often (~rescan): topics that turned up join the behaviors that want them, and
+  /// topics whose type changed are heard again.
   void lookForTopics();
   /// To be called about ten times a second.
   void lookAtClocks();

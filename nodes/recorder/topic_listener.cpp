@@ -36,6 +36,36 @@ void TopicListener::release(const std::vector<std::string>& topics) {
   }
 }
 
+void TopicListener::renew(const std::map<std::string, std::string>& types) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& [topic, subscription] : subscriptions_) {
+    const bool has_publishers = subscription.subscriber.getNumPublishers() > 0;
+    const bool is_left =
+        std::exchange(subscription.has_publishers, has_publishers) && !has_publishers;
+    const std::string heard = typeHeard(topic);
+    const auto announced = types.find(topic);
+    const bool is_changed = !heard.empty() && announced != types.end() &&
+                            announced->second != "*" && announced->second != heard &&
+                            announced->second != subscription.renewed_for;
+    if (!is_left && !is_changed) {
+      continue;
+    }
+    subscription.renewed_for = is_changed ? announced->second : "";
+    subscription.subscriber.shutdown();  // first: roscpp shares what two subscribers want
+    {
+      const std::lock_guard<std::mutex> channels_lock(channels_mutex_);
+      types_.erase(topic);
+    }
+    subscription.subscriber = subscribe(topic);
+  }
+}
+
+std::string TopicListener::typeHeard(const std::string& topic) {
+  const std::lock_guard<std::mutex> lock(channels_mutex_);
+  const auto found = types_.find(topic);
+  return found == types_.end() ? std::string() : found->second;
+}
+
 std::vector<std::string> TopicListener::topics() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<std::string> names;
@@ -75,6 +105,7 @@ std::size_t TopicListener::channelOf(const std::string& topic, const Event& even
                                 valueOf(*header, "message_definition"),
                                 valueOf(*header, "latching") == "1",
                                 valueOf(*header, "callerid")};
+  types_[topic] = channel.type;
   return channels_[header] = recorder_.channelIndex(channel);
 }
 

@@ -31,6 +31,10 @@ class TopicListener {
   /// Each acquire wants one release.
   void acquire(const std::vector<std::string>& topics);
   void release(const std::vector<std::string>& topics);
+  /// roscpp settles a subscription on the first type it meets. Begins those anew that have lost
+  /// their last publisher, or whose latest one has another type (`types`: by topic, as the master
+  /// says; once for each type). To be called often.
+  void renew(const std::map<std::string, std::string>& types);
   /// What is listened to now.
   std::vector<std::string> topics() const;
 
@@ -39,6 +43,8 @@ class TopicListener {
   struct Subscription {
     ros::Subscriber subscriber;
     int users = 0;
+    bool has_publishers = false;
+    std::string renewed_for;  ///< the type that made it begin anew
   };
   /// Calls at once. roscpp adds callbacks under the subscription's lock, so they come one by one,
   /// and none comes after the subscription's end.
@@ -51,6 +57,7 @@ class TopicListener {
   };
 
   ros::Subscriber subscribe(const std::string& topic);
+  std::string typeHeard(const std::string& topic);
   void onMessage(const std::string& topic, const Event& event);
   std::size_t channelOf(const std::string& topic, const Event& event);
 
@@ -62,6 +69,7 @@ class TopicListener {
   std::mutex channels_mutex_;
   /// Connection headers seen (one object per connection) and their channels.
   std::map<boost::shared_ptr<ros::M_string>, std::size_t> channels_;
+  std::map<std::string, std::string> types_;  ///< heard since the subscription began, by topic
 };
 
 }  // namespace afterglow::nodes

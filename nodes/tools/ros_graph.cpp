@@ -50,6 +50,10 @@ std::optional<XmlRpcValue> callMaster(const char* method, const std::string& arg
               deadline);
 }
 
+[[noreturn]] void refuseSilence() {
+  throw std::runtime_error("no ROS master answers at " + ros::master::getURI());
+}
+
 std::map<std::string, std::set<std::string>> namesByTopic(XmlRpcValue& listing) {
   std::map<std::string, std::set<std::string>> names;
   for (int i = 0; i < listing.size(); ++i) {
@@ -136,10 +140,22 @@ std::set<std::string> RosGraph::otherSubscribers(const std::string& topic) const
   return others(subscribers, topic);
 }
 
+std::map<std::string, std::string> askTopicTypes(Deadline deadline) {
+  std::optional<XmlRpcValue> listing = callMaster("getTopicTypes", "", deadline);
+  if (!listing || listing->getType() != XmlRpcValue::TypeArray) {
+    refuseSilence();
+  }
+  std::map<std::string, std::string> types;
+  for (int i = 0; i < listing->size(); ++i) {
+    types[static_cast<std::string>((*listing)[i][0])] = static_cast<std::string>((*listing)[i][1]);
+  }
+  return types;
+}
+
 RosGraph askMaster(Deadline deadline) {
   std::optional<XmlRpcValue> state = callMaster("getSystemState", "", deadline);
   if (!state || state->getType() != XmlRpcValue::TypeArray || state->size() != 3) {
-    throw std::runtime_error("no ROS master answers at " + ros::master::getURI());
+    refuseSilence();
   }
   return {namesByTopic((*state)[0]), namesByTopic((*state)[1])};
 }

@@ -34,6 +34,9 @@ struct RosGraph {
 /// Throws std::runtime_error, one line, if the master does not answer in time.
 RosGraph askMaster(Deadline deadline);
 
+/// The type of every topic by its latest publisher, "package/Type". Throws as askMaster().
+std::map<std::string, std::string> askTopicTypes(Deadline deadline);
+
 /// Waits until every announced publisher of these topics counts this node among its subscribers:
 /// from then on no message is missed. Returns those that did not ("/node on /topic"); topics
 /// without publishers are none. Dead and hung nodes cost the wait, not more.

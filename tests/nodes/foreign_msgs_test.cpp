@@ -4,6 +4,7 @@
 #include <control_msgs/GripperCommandAction.h>
 #include <control_msgs/PointHeadAction.h>
 #include <gtest/gtest.h>
+#include <mongodb/MongoDBLoggerAction.h>
 #include <sound_play/SoundRequest.h>
 
 #include <string>
@@ -26,12 +27,17 @@ TEST(ForeignMessages, haveTheMd5OfTheRealOnes) {
   EXPECT_EQ(md5<PointHeadActionGoal>(), "b53a8323d0ba7b310ba17a2d3a82a6b8");
   EXPECT_EQ(md5<PointHeadActionResult>(), "1eb06eeff08fa7ea874431638cb52332");
   EXPECT_EQ(md5<sound_play::SoundRequest>(), "d098ce4a040686259137ece23a625167");
+  EXPECT_EQ(md5<mongodb::MongoDBLoggerActionGoal>(), "c31dbdc237497789e7dd0b0bd9516b3a");
+  EXPECT_EQ(md5<mongodb::MongoDBLoggerActionResult>(), "9ad6eba1b50ad0a0157d220a9c118734");
+  EXPECT_EQ(md5<mongodb::MongoDBLoggerActionFeedback>(), "6f64bc7d0be7dd3495c478b83475d9ac");
 }
 
 TEST(ForeignMessages, haveTheFullNamesOfTheRealOnes) {
   using ros::message_traits::DataType;
   EXPECT_STREQ(DataType<control_msgs::FollowJointTrajectoryActionGoal>::value(),
                "control_msgs/FollowJointTrajectoryActionGoal");
+  EXPECT_STREQ(DataType<mongodb::MongoDBLoggerActionGoal>::value(),
+               "mongodb/MongoDBLoggerActionGoal");
   EXPECT_STREQ(DataType<sound_play::SoundRequest>::value(), "sound_play/SoundRequest");
 }
 
