@@ -20,7 +20,7 @@ struct Options {
   std::string store;
   std::vector<std::string> topics;
   bool with_context = false;
-  replay::BagCompression compression = replay::BagCompression::None;
+  std::string compression = "none";
   std::optional<std::uint64_t> split_mb;
 };
 
@@ -58,7 +58,8 @@ replay::BagExportResult exportWithProgress(const Options& options, const replay:
   range.topics = options.topics;
   range.with_all_topics = options.with_context;
   replay::BagExport bag;
-  bag.compression = options.compression;
+  if (options.compression == "bz2") bag.compression = replay::BagCompression::Bz2;
+  if (options.compression == "lz4") bag.compression = replay::BagCompression::Lz4;
   if (options.split_mb) bag.split_bytes = *options.split_mb * kMegabyte;
   Progress progress("exporting");
   bag.progress = [&](auto done, auto total) { progress.update(done, total); };
@@ -103,10 +104,7 @@ void addExportVerb(CLI::App& app) {
                  "All that was recorded meanwhile, not the behavior's own topics alone")
       ->excludes(topics);
   verb->add_option("--compression", options->compression, "none, bz2 or lz4; default: none")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, replay::BagCompression>{{"none", replay::BagCompression::None},
-                                                        {"bz2", replay::BagCompression::Bz2},
-                                                        {"lz4", replay::BagCompression::Lz4}}));
+      ->check(CLI::IsMember({"none", "bz2", "lz4"}));
   verb->add_option("--split-size", options->split_mb,
                    "Begin another bag after so many MB: F.bag becomes F_0.bag, F_1.bag, ...")
       ->check(CLI::PositiveNumber);

@@ -35,10 +35,16 @@ std::optional<replay::Stamp> timeOption(const std::string& option, const std::st
   return stamp;
 }
 
+bool isDatabase(const std::string& source) {
+  return source.rfind("mongodb://", 0) == 0 || source.rfind("mongodb+srv://", 0) == 0;
+}
+
 /// Takes away the files and folders of a store that was made for an import that then failed.
 class NewStoreGuard {
  public:
-  explicit NewStoreGuard(const std::string& path) : path_(path) {
+  explicit NewStoreGuard(const std::string& store) {
+    if (isDatabase(replay::storeUri(store))) return;
+    path_ = replay::storePath(store);
     std::error_code ignored;
     if (fs::exists(path_, ignored)) return;
     is_armed_ = true;
@@ -71,10 +77,6 @@ std::uint64_t countTopics(const std::vector<replay::TopicSummary>& summaries) {
     if (names.empty() || names.back() != summary.topic) names.push_back(summary.topic);
   }
   return names.size();
-}
-
-bool isDatabase(const std::string& source) {
-  return source.rfind("mongodb://", 0) == 0 || source.rfind("mongodb+srv://", 0) == 0;
 }
 
 void tell(const Options& options, const replay::Store& store, const replay::Behavior& behavior,
@@ -139,6 +141,10 @@ void checkSources(const Options& options) {
   if (databases > 0 && options.as_one) {
     throw CLI::ValidationError("--as-one", "is for bags");
   }
+  if (databases > 0 &&
+      replay::storeUri(options.sources.front()) == replay::storeUri(options.store)) {
+    throw CLI::ValidationError("source", "the database is the store itself");
+  }
   const bool selects = !options.topics.empty() || !options.since.empty() ||
                        !options.until.empty() || options.split_gap_s;
   if (databases == 0 && selects) {
@@ -149,7 +155,7 @@ void checkSources(const Options& options) {
 
 void runImport(const Options& options) {
   checkSources(options);
-  NewStoreGuard guard(replay::storePath(options.store));
+  NewStoreGuard guard(options.store);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadWrite);
   if (isDatabase(options.sources.front())) {
     importDatabase(options, *store);

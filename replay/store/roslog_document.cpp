@@ -44,7 +44,7 @@ std::string absolute(const std::string& topic) {
 }
 
 RoslogFacts::Writer writerOf(const bson_t& document, const std::string& topic) {
-  if (has(document, "_meta.recording")) return RoslogFacts::Writer::Afterglow;
+  if (has(document, "_meta.received_ns")) return RoslogFacts::Writer::Afterglow;
   if (has(document, "_meta.inserted_by")) return RoslogFacts::Writer::MessageStore;
   return topic.empty() ? RoslogFacts::Writer::CppLogger : RoslogFacts::Writer::Logger;
 }

@@ -138,8 +138,8 @@ class RoslogImporter {
     Bson projection;
     // "transforms" tells the tf logger's documents; a part of it is enough.
     for (const char* field :
-         {"_meta.topic", "_meta.latch", "_meta.inserted_at", "_meta.inserted_by", "_meta.recording",
-          "_meta.stored_class", "_meta.stored_type", "__recorded", "__topic",
+         {"_meta.topic", "_meta.latch", "_meta.inserted_at", "_meta.inserted_by",
+          "_meta.received_ns", "_meta.stored_class", "_meta.stored_type", "__recorded", "__topic",
           "transforms.child_frame_id"}) {
       projection.add(field, 1);
     }
@@ -187,7 +187,8 @@ class RoslogImporter {
       define(channel);
     }
     if (channel.schema) return &channel;
-    remarks_.add(topic, "left out: no definition of " + facts.type + " on this machine");
+    remarks_.add(topic,
+                 "left out: no definition of " + facts.type + " on this machine or in the store");
     return nullptr;
   }
 

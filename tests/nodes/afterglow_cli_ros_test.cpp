@@ -107,6 +107,22 @@ TEST_F(ImportedTurtles, areExportedByTopic) {
   EXPECT_FALSE(fs::exists(bag));
 }
 
+TEST_F(ImportedTurtles, areExportedTogetherAndCompressed) {
+  EXPECT_EQ(afterglow({"import", "--as-one", "--name", "twice", kTurtles, kTurtles}).output,
+            "17294 messages on 9 topics as behavior 2 \"twice\" in sqlite:" + store_ + "\n");
+  const std::string bag = folder_.path("out.bag");
+  EXPECT_EQ(afterglow({"export", "1", "2", "--out", bag, "--compression", "bz2"}).output,
+            "25941 messages of behaviors 1 \"turtlesim\", 2 \"twice\" in " + bag + "\n");
+  EXPECT_EQ(
+      afterglow({"export", "1", "--out", bag, "--compression", "lz4", "--split-size", "1"}).output,
+      "8647 messages of behavior 1 \"turtlesim\" in " + folder_.path("out_0.bag") + "\n");
+  const ProgramResult same = judge("\"$1\" tests/support/bag_judge.py same " +
+                                   std::string(kTurtles) + " " + folder_.path("out_0.bag"));
+  EXPECT_EQ(same.output, "8647 messages are the same\n");
+  expectRefused({"export", "1", "--out", "x.mcap"},
+                "x.mcap: only bags of ROS 1 are written, FILE.bag; this system packages no MCAP");
+}
+
 TEST_F(ImportedTurtles, areFoundByNameTopicAndTime) {
   ASSERT_EQ(afterglow({"import", kTurtles, "--name", "turtles, again"}).status, 0);
   const auto found = [&](std::vector<std::string> filter) {
@@ -256,8 +272,12 @@ TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
                                              {"show", "one"},
                                              {"show", "1", "--topic", "/a"},
                                              {"export", "1"},
+                                             {"export", "1", "--out", "a", "--compression", "zip"},
+                                             {"import", "a.bag", "--topic", "/a"},
+                                             {"import", "a.bag", "mongodb://host/roslog"},
+                                             {"import", "--as-one", "mongodb://host/roslog"},
                                              {"list", "--colour"},
-                                             {"list", "--since", "yesterday"}}) {
+                                             {"list", "--since", "some day"}}) {
     EXPECT_EQ(afterglow(arguments).status, 2) << (arguments.empty() ? "" : arguments.back());
   }
 }

@@ -190,7 +190,7 @@ TEST_F(RoslogImportTest, namesWhatItLeavesOutAndFillsIn) {
                    date(1000) + R"(, "stored_type": "std_msgs/String"}})",
                "{" + id("04") + R"(, "_meta": {"topic": "/a", "inserted_at": )" + date(2000) +
                    R"(, "stored_type": "std_msgs/String"}})",
-               "{" + id("05") + R"(, "_meta": {"topic": "/a", "recording": "0", "inserted_at": )" +
+               "{" + id("05") + R"(, "_meta": {"topic": "/a", "received_ns": 5, "inserted_at": )" +
                    date(2000) + R"(, "stored_type": "std_msgs/String"}})"});
   insert("b", {"{" + id("06") + R"(, "x": 1, "_meta": {"topic": "/b", "inserted_at": )" +
                date(1000) + R"(, "stored_type": "lost_msgs/Type"}})"});
@@ -201,7 +201,8 @@ TEST_F(RoslogImportTest, namesWhatItLeavesOutAndFillsIn) {
       (Texts{"/a: 1 message left out: document of std_msgs/String, field data: is an integer "
              "instead of a string",
              "/a: 1 message without data, which is now zero",
-             "/b: 1 message left out: no definition of lost_msgs/Type on this machine",
+             "/b: 1 message left out: no definition of lost_msgs/Type on this machine or in "
+             "the store",
              "collection a: 1 message left out: Afterglow's own; --store reads them, 'afterglow "
              "sync' copies them",
              "collection a: 1 message left out: without a type or a time"}));
