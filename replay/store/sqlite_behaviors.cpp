@@ -4,97 +4,24 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/store/behavior_counts.hpp"
+#include "replay/store/behavior_row.hpp"
 #include "replay/store/sqlite_store.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-constexpr const char* kBehaviorColumns =
-    "SELECT id, recording, name, tree_path, parent, attempt, outcome, begin_ns, end_ns, robot, "
-    "parameters, tags, calibration, topics, key, wall_begin_ns, snapshot, remarks FROM behaviors "
-    "b ";
 constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
 
 std::string dump(const nlohmann::json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::vector<std::string> parseStrings(const std::string& array) {
-  std::vector<std::string> strings;
-  const auto json = nlohmann::json::parse(array, nullptr, false);
-  for (const auto& element : json) {
-    if (element.is_string()) strings.push_back(element.get<std::string>());
-  }
-  return strings;
-}
-
 bool isJsonObject(const std::string& text) {
   return nlohmann::json::parse(text, nullptr, false).is_object();
 }
 
-Behavior readBehavior(const SqliteStatement& row) {
-  Behavior behavior;
-  behavior.id = row.integer(0);
-  behavior.recording = row.integer(1);
-  behavior.name = row.text(2);
-  behavior.tree_path = row.text(3);
-  behavior.parent = row.integer(4);
-  behavior.attempt = static_cast<int>(row.integer(5));
-  behavior.outcome = row.text(6);
-  behavior.begin = {row.integer(7)};
-  if (const auto end_ns = row.optionalInteger(8)) behavior.end = Stamp{*end_ns};
-  behavior.robot = row.text(9);
-  behavior.parameters = row.text(10);
-  behavior.tags = parseStrings(row.text(11));
-  behavior.calibration = row.text(12);
-  behavior.topics = parseStrings(row.text(13));
-  behavior.key = row.text(14);
-  behavior.wall_begin = {row.integer(15)};
-  behavior.snapshot = row.text(16);
-  behavior.remarks = parseStrings(row.text(17));
-  return behavior;
-}
-
-bool isOpen(const Behavior& behavior) { return !behavior.end && behavior.outcome.empty(); }
-
 std::optional<std::int64_t> nanoseconds(const std::optional<Stamp>& stamp) {
   return stamp ? std::optional<std::int64_t>(stamp->ns) : std::nullopt;
-}
-
-/// Only what is asked for is in it, so that an index can serve it.
-std::string conditionsOf(const BehaviorFilter& filter, bool open_are_incomplete) {
-  std::string sql = "WHERE 1";
-  if (filter.name) sql += " AND name = ?1";
-  if (filter.outcome) {
-    const bool with_abandoned = open_are_incomplete && *filter.outcome == kIncomplete;
-    sql += with_abandoned ? " AND (outcome = ?2 OR (outcome = '' AND end_ns IS NULL))"
-                          : " AND outcome = ?2";
-  }
-  if (filter.since) {
-    sql +=
-        " AND ?3 < coalesce(end_ns, (SELECT max(received_ns) + 1 FROM messages m "
-        "WHERE m.recording = b.recording), begin_ns + 1)";
-  }
-  if (filter.until) sql += " AND begin_ns < ?4";
-  if (filter.topic) {
-    sql +=
-        " AND ?5 IN (SELECT value FROM json_each(b.topics)) AND EXISTS (SELECT 1 "
-        "FROM behavior_counts n JOIN channels c ON c.id = n.channel "
-        "WHERE n.behavior = b.id AND c.topic = ?5)";
-  }
-  if (filter.robot) sql += " AND robot = ?6";
-  if (filter.tag) sql += " AND ?7 IN (SELECT value FROM json_each(b.tags))";
-  return sql;
-}
-
-void bindFilter(SqliteStatement& query, const BehaviorFilter& filter) {
-  if (filter.name) query.bind(1, *filter.name);
-  if (filter.outcome) query.bind(2, *filter.outcome);
-  if (filter.since) query.bind(3, filter.since->ns);
-  if (filter.until) query.bind(4, filter.until->ns);
-  if (filter.topic) query.bind(5, *filter.topic);
-  if (filter.robot) query.bind(6, *filter.robot);
-  if (filter.tag) query.bind(7, *filter.tag);
 }
 
 }  // namespace
@@ -128,6 +55,7 @@ std::int64_t SqliteStore::addBehavior(const Behavior& behavior) {
   stored.id = connection_->lastInsertedId();
   updateBehavior(stored);
   countBehavior(*connection_, stored.id);
+  field_index_->cut(stored.recording);
   transaction.commit();
   return stored.id;
 }
@@ -153,11 +81,16 @@ void SqliteStore::updateBehavior(const Behavior& behavior) {
   update.bind(12, behavior.calibration).bind(13, topics).bind(14, behavior.wall_begin.ns);
   update.bind(15, behavior.snapshot).bind(16, remarks).run();
   const bool is_moved = before->begin != behavior.begin || before->end != behavior.end;
-  if (is_moved) countBehavior(*connection_, behavior.id);
+  if (is_moved) {
+    countBehavior(*connection_, behavior.id);
+    field_index_->cut(before->recording);
+  }
   transaction.commit();
 }
 
 /// What no other behavior covers is what lies between the others, in the order of their begins.
+/// What lies outside of all behaviors of a recording goes with the last of them: nothing leads
+/// there.
 void SqliteStore::removeBehavior(std::int64_t id) {
   const Lock lock(mutex_);
   SqliteTransaction transaction(*connection_);
@@ -171,6 +104,13 @@ void SqliteStore::removeBehavior(std::int64_t id) {
       .bind(1, id)
       .bind(2, removed->parent)
       .run();
+  SqliteStatement last(*connection_, "SELECT 1 FROM behaviors WHERE recording = ?1 LIMIT 1");
+  if (!last.bind(1, removed->recording).step()) {
+    removeMessages(removed->recording, std::numeric_limits<std::int64_t>::min(), kForEver_ns);
+    transaction.commit();
+    return;
+  }
+  last.reset();
   const std::int64_t end_ns = removed->end ? removed->end->ns : kForEver_ns;
   std::int64_t uncovered_ns = removed->begin.ns;
   SqliteStatement others(*connection_,
@@ -212,24 +152,6 @@ void SqliteStore::endAbandonedBehaviors() {
 bool SqliteStore::areOpenOnesAbandoned() const {
   return mode_ == OpenMode::ReadOnly && !recorderOf(path_);
 }
-
-std::vector<Behavior> SqliteStore::behaviors(const BehaviorFilter& filter) const {
-  const Lock lock(mutex_);
-  const bool are_abandoned = areOpenOnesAbandoned();
-  std::string sql =
-      kBehaviorColumns + conditionsOf(filter, are_abandoned) + " ORDER BY begin_ns DESC, id DESC";
-  if (filter.limit && !filter.where) sql += " LIMIT " + std::to_string(*filter.limit);
-  SqliteStatement query(*connection_, sql);
-  bindFilter(query, filter);
-  std::vector<Behavior> found;
-  while (query.step()) {
-    found.push_back(readBehavior(query));
-    if (are_abandoned && isOpen(found.back())) found.back().outcome = kIncomplete;
-  }
-  return found;
-}
-
-std::vector<std::string> SqliteStore::explain(const BehaviorFilter&) const { return {}; }
 
 std::optional<Behavior> SqliteStore::behaviorOf(SqliteStatement& query) const {
   const StatementScope scope(query);

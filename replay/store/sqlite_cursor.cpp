@@ -14,8 +14,13 @@ constexpr std::size_t kPageBytes = 4 << 20;
 }  // namespace
 
 SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex,
-                           const Behavior& behavior, const MessageRange& range)
-    : mutex_(mutex), recording_(behavior.recording) {
+                           SqliteFieldIndex& index, const Behavior& behavior,
+                           const MessageRange& range)
+    : connection_(connection),
+      mutex_(mutex),
+      index_(index),
+      where_(range.where),
+      recording_(behavior.recording) {
   const nlohmann::json topics = range.topics.empty() ? behavior.topics : range.topics;
   if (!range.with_all_topics) {
     topics_ = topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -49,6 +54,15 @@ std::optional<Message> SqliteCursor::next() {
   return message;
 }
 
+ChannelAnswers& SqliteCursor::answersOf(std::int64_t channel) {
+  const auto known = answers_.find(channel);
+  if (known != answers_.end()) return known->second;
+  return answers_
+      .emplace(channel,
+               ChannelAnswers(connection_, index_, channel, where_->root(), received_ns_, end_ns_))
+      .first->second;
+}
+
 void SqliteCursor::readPage() {
   const std::lock_guard<std::recursive_mutex> lock(mutex_);
   const StatementScope scope(*query_);
@@ -59,6 +73,7 @@ void SqliteCursor::readPage() {
     channel_ = query_->integer(0);
     received_ns_ = query_->integer(1);
     sequence_ = query_->integer(2);
+    if (where_ && answersOf(channel_).isRuledOut(Stamp{received_ns_})) continue;
     auto contents = reader_->read(query_->integer(3));
     const Stamp received{received_ns_};
     const auto sequence = static_cast<std::uint64_t>(sequence_);
@@ -66,9 +81,10 @@ void SqliteCursor::readPage() {
       damaged_.push_back({channel_, received, sequence, std::move(contents.problem)});
       continue;
     }
-    bytes += contents.bytes.size();
-    page_.push_back(
-        {channel_, received, sequence, contents.header_stamp, std::move(contents.bytes)});
+    Message message{channel_, received, sequence, contents.header_stamp, std::move(contents.bytes)};
+    if (where_ && !answersOf(channel_).matches(message)) continue;
+    bytes += message.bytes.size();
+    page_.push_back(std::move(message));
   }
 }
 

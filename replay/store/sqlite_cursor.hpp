@@ -3,8 +3,10 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <mutex>
 
+#include "replay/store/channel_answers.hpp"
 #include "replay/store/sqlite_message_reader.hpp"
 #include "replay/store/store.hpp"
 
@@ -15,9 +17,9 @@ namespace afterglow::replay {
 /// What is appended behind that key meanwhile is read too.
 class SqliteCursor final : public MessageCursor {
  public:
-  /// Connection and mutex must outlive it.
-  SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex, const Behavior& behavior,
-               const MessageRange& range);
+  /// Connection, mutex and index must outlive it.
+  SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex, SqliteFieldIndex& index,
+               const Behavior& behavior, const MessageRange& range);
   SqliteCursor(const SqliteCursor&) = delete;
   SqliteCursor& operator=(const SqliteCursor&) = delete;
   ~SqliteCursor() override;
@@ -27,8 +29,13 @@ class SqliteCursor final : public MessageCursor {
 
  private:
   void readPage();
+  ChannelAnswers& answersOf(std::int64_t channel);
 
+  SqliteConnection& connection_;
   std::recursive_mutex& mutex_;
+  SqliteFieldIndex& index_;
+  std::shared_ptr<const Filter> where_;             ///< null: all
+  std::map<std::int64_t, ChannelAnswers> answers_;  ///< by channel, with a filter
   /// The order comes from the index alone, so damage to a message's row costs that message only.
   std::unique_ptr<SqliteStatement> query_;
   std::unique_ptr<SqliteMessageReader> reader_;

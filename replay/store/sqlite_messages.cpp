@@ -52,12 +52,19 @@ void SqliteStore::append(const std::vector<Message>& messages, Duplicates duplic
   BatchCounts counts(*connection_, first->received, last->received);
   SqliteStatement& statement =
       connection_->prepared(duplicates == Duplicates::Skip ? kInsertNew : kInsert);
-  for (const Message& message : messages) {
-    if (!insert(statement, message)) continue;
-    counts.add(recordingOf(message.channel), message.channel, message.received);
+  try {
+    for (const Message& message : messages) {
+      if (!insert(statement, message)) continue;
+      const std::int64_t recording = recordingOf(message.channel);
+      counts.add(recording, message.channel, message.received);
+      field_index_->add(recording, message);
+    }
+    counts.write();
+    transaction.commit();
+  } catch (...) {
+    field_index_->forget();
+    throw;
   }
-  counts.write();
-  transaction.commit();
 }
 
 /// False: it was there.
@@ -102,6 +109,7 @@ void SqliteStore::removeMessages(std::int64_t recording, std::int64_t begin_ns,
   for (SqliteStatement* statement : {&chunks, &messages}) {
     statement->bind(1, recording).bind(2, begin_ns).bind(3, end_ns).run();
   }
+  field_index_->remove(recording, begin_ns, end_ns);
 }
 
 // ---------------------------------------------------------------------------------------- reading
@@ -162,7 +170,7 @@ std::vector<TopicSummary> SqliteStore::summaries(const Behavior& behavior, bool 
 
 std::unique_ptr<MessageCursor> SqliteStore::messages(const Behavior& behavior,
                                                      const MessageRange& range) const {
-  return std::make_unique<SqliteCursor>(*connection_, mutex_, behavior, range);
+  return std::make_unique<SqliteCursor>(*connection_, mutex_, *field_index_, behavior, range);
 }
 
 }  // namespace afterglow::replay

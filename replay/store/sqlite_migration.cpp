@@ -75,6 +75,10 @@ void migrateFromVersion1(SqliteConnection& connection) {
       "max(received_ns) FROM behaviors b JOIN messages m ON m.recording = b.recording "
       "AND received_ns >= begin_ns AND received_ns < coalesce(end_ns, 9223372036854775807) "
       "GROUP BY b.id, channel");
+  // What was not indexed is looked at.
+  connection.execute(
+      "INSERT INTO field_blocks SELECT id, -9223372036854775808, 0, 9223372036854775807, 0, x'', "
+      "x'' FROM channels");
   connection.execute(kDropOld);
 }
 

@@ -17,11 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kApplicationId = 0x4167776c;
 
-/// Pages of the log of commits at which it is folded into the database (32 MiB), and at which
-/// readers are waited for (256 MiB).
-constexpr int kFoldLogPages = 2048;
-constexpr int kLongestLogPages = 8 * kFoldLogPages;
-
 constexpr const char* kTables = R"(
 CREATE TABLE definitions (
   id INTEGER PRIMARY KEY, type TEXT NOT NULL, md5 TEXT NOT NULL, text TEXT NOT NULL);
@@ -84,6 +79,15 @@ CREATE TABLE behavior_counts (
   first_ns INTEGER NOT NULL,
   last_ns INTEGER NOT NULL,
   PRIMARY KEY (behavior, channel)) WITHOUT ROWID;
+CREATE TABLE field_blocks (
+  channel INTEGER NOT NULL REFERENCES channels,
+  first_ns INTEGER NOT NULL,
+  id INTEGER NOT NULL,
+  last_ns INTEGER NOT NULL,
+  is_whole INTEGER NOT NULL,
+  ranges BLOB NOT NULL,
+  bloom BLOB NOT NULL,
+  PRIMARY KEY (channel, first_ns, id)) WITHOUT ROWID;
 CREATE TABLE files (sha256 TEXT PRIMARY KEY, contents BLOB NOT NULL);
 )";
 
@@ -209,7 +213,6 @@ void configure(SqliteConnection& connection, const std::string& path, OpenMode m
   // A batch that append() returned from survives a loss of power, not just of the process.
   connection.execute("PRAGMA synchronous = FULL");
   connection.execute("PRAGMA journal_size_limit = 67108864");
-  connection.foldLog(kFoldLogPages, kLongestLogPages);
 }
 
 }  // namespace

@@ -31,6 +31,11 @@
 ///     end_ns) on its topics; others on other topics are context (/tf, /tf_static, ...).
 ///   behavior_counts  what a behavior's interval holds of each channel; follows from messages
 ///     behavior, channel, count, first_ns, last_ns
+///   field_blocks  the field index (field_index.hpp), for queries; follows from messages. Every
+///                 message of a channel lies in the time of one of its blocks
+///     channel, first_ns, id (random), last_ns (the last int64: its writer has not ended it, and it
+///     reaches as far as the channel does), is_whole (0: some of its messages were removed),
+///     ranges, bloom (field_block.hpp; empty: it has no answers)
 ///   files         contents of files that behaviors refer to
 ///     sha256 (64 hex digits), contents
 ///

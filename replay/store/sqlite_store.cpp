@@ -10,10 +10,29 @@ constexpr const char* kInMemory = ":memory:";
 }  // namespace
 
 SqliteStore::SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits)
-    : path_(path), mode_(mode), limits_(limits), connection_(openSqliteStore(path, mode)) {
+    : path_(path),
+      mode_(mode),
+      limits_(limits),
+      connection_(openSqliteStore(path, mode)),
+      field_index_(std::make_unique<SqliteFieldIndex>(*connection_)) {
+  if (mode != OpenMode::ReadOnly) {
+    connection_->foldLog(limits.fold_log_pages, limits.longest_log_pages);
+  }
   if (mode != OpenMode::Record || path == kInMemory) return;
   recorder_lock_.emplace(path);
   endAbandonedBehaviors();
+}
+
+/// Blocks of the field index that are not ended would have to be looked at ever after.
+SqliteStore::~SqliteStore() {
+  if (!field_index_->hasOpenBlocks()) return;
+  try {
+    SqliteTransaction transaction(*connection_);
+    field_index_->cutAll();
+    transaction.commit();
+  } catch (const std::exception&) {
+    // Slower queries are all that is lost.
+  }
 }
 
 void SqliteStore::fail(const std::string& text) const {
@@ -28,6 +47,7 @@ void SqliteStore::transaction(const std::function<void()>& work) {
     transaction.commit();
   } catch (...) {
     recordings_.clear();  // ids that were given out in there will be given out again
+    field_index_->forget();
     throw;
   }
 }

@@ -7,6 +7,7 @@
 
 #include "replay/store/recorder_lock.hpp"
 #include "replay/store/sqlite.hpp"
+#include "replay/store/sqlite_field_index.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -14,6 +15,10 @@ namespace afterglow::replay {
 struct SqliteLimits {
   /// Larger messages are refused; it is ROS's own limit.
   std::size_t largest_message = 1'000'000'000;
+  /// Pages of the log of commits at which it is folded into the database (32 MiB), and at which
+  /// readers are waited for (256 MiB).
+  int fold_log_pages = 2048;
+  int longest_log_pages = 8 * 2048;
 };
 
 /// One connection behind one lock. Several stores, in this process or others, may be open on one
@@ -23,6 +28,9 @@ struct SqliteLimits {
 class SqliteStore final : public Store {
  public:
   SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});
+  SqliteStore(const SqliteStore&) = delete;
+  SqliteStore& operator=(const SqliteStore&) = delete;
+  ~SqliteStore() override;
 
   std::int64_t addRecording(const Recording& recording) override;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
@@ -63,6 +71,10 @@ class SqliteStore final : public Store {
   void endAbandonedBehaviors();
   bool areOpenOnesAbandoned() const;
   std::optional<Behavior> behaviorOf(SqliteStatement& query) const;
+  std::string candidatesSql(const BehaviorFilter& filter) const;
+  std::vector<Behavior> candidates(const BehaviorFilter& filter) const;
+  std::vector<Behavior> find(const BehaviorFilter& filter, std::vector<std::string>* steps) const;
+  std::string accessOf(const BehaviorFilter& filter) const;
   std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
   SqliteStatement& countsOf(const Behavior& behavior) const;
 
@@ -72,6 +84,7 @@ class SqliteStore final : public Store {
   std::optional<RecorderLock> recorder_lock_;
   mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
   std::unique_ptr<SqliteConnection> connection_;
+  std::unique_ptr<SqliteFieldIndex> field_index_;
   std::map<std::int64_t, std::int64_t> recordings_;  ///< of channels appended to
 };
 
