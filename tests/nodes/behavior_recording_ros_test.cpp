@@ -7,6 +7,7 @@
 
 #include <chrono>
 
+#include "afterglow/tree_watch.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -90,6 +91,20 @@ TEST(BehaviorRecording, isWhatTheStoreHoldsAndNeverHangs) {
   const auto topics = store->topics(pick);
   ASSERT_EQ(topics.size(), 1U);
   EXPECT_EQ(topics[0].count, 1U);
+
+  // What a tree does is published on a topic of this node.
+  std::vector<TreeTransition> heard;
+  const ros::Subscriber ear = robot.node->subscribe<TreeTransition>(
+      "/test/tree_transitions", 10,
+      [&heard](const TreeTransition::ConstPtr& transition) { heard.push_back(*transition); });
+  TreeWatch watch({{"kitting", "Sequence", 7, {}}}, {});
+  EXPECT_TRUE(eventually([&] {
+    watch.onTransition(0, "IDLE", "RUNNING");
+    ros::spinOnce();
+    return !heard.empty();
+  }));
+  EXPECT_EQ(heard.at(0).path + " " + heard.at(0).to_status, "kitting RUNNING");
+  EXPECT_FALSE(heard.at(0).stamp.isZero());
 
   // A recorder that hangs costs a timeout, once.
   robot.recorder->signal(SIGSTOP);

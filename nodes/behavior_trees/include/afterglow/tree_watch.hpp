@@ -32,10 +32,10 @@ struct RecordRule {
 using TransitionSink = std::function<void(const TreeTransition&)>;
 
 struct TreeWatchOptions {
-  std::string tree;  ///< what to call it; empty: its root's name
-  std::vector<RecordRule> record;
+  std::string tree = {};  ///< what to call it; empty: its root's name
+  std::vector<RecordRule> record = {};
   std::shared_ptr<RecorderClient> recorder = rosRecorder();
-  TransitionSink publish;  ///< empty: publishTransitions()
+  TransitionSink publish = {};  ///< empty: publishTransitions()
 };
 
 /// Publishes on a topic of this node.
