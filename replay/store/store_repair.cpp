@@ -175,6 +175,7 @@ void removeStore(const std::string& path) {
 
 StoreRepair repairStore(const std::string& path, const StoreProgress& progress) {
   const std::string copy = path + ".repaired";
+  if (!fs::exists(path)) throw StoreError("sqlite:" + path + ": no such store");
   const RecorderLock lock(path);
   StoreRepair repair;
   try {

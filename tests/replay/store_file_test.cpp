@@ -14,6 +14,7 @@
 #include "replay/store/sqlite.hpp"
 #include "replay/store/store.hpp"
 #include "replay/store/store_check.hpp"
+#include "tests/support/faulty_disk.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -242,7 +243,8 @@ std::uint64_t killAfter(const Writer& writer, std::uint64_t batches,
   return acknowledged;
 }
 
-/// One recorder after the other dies on the same store, while it opens it, too.
+/// One recorder after the other dies on the same store, while it opens it, too. On a disk that is
+/// not waited for, so that the instants lie in SQLite's work.
 TEST(StoreFile, keepsWhatWasAppendedBeforeAnyOf200Kills) {
   const TempFolder folder;
   const std::string path = folder.path("store.db");
@@ -251,7 +253,7 @@ TEST(StoreFile, keepsWhatWasAppendedBeforeAnyOf200Kills) {
   std::size_t recordings = 0;
   for (int round = 0; round < 200; ++round) {
     SCOPED_TRACE("kill " + std::to_string(round));
-    const Writer writer = startWriter(path, [] {});
+    const Writer writer = startWriter(path, [] { new FaultyDisk; });  // until it is killed
     const std::uint64_t batches = random() % 4;
     const std::uint64_t acknowledged =
         killAfter(writer, batches, std::chrono::microseconds(random() % 5000));

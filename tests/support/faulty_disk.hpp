@@ -8,8 +8,8 @@
 
 namespace afterglow::test {
 
-/// While it lives, databases that are opened lie on it: SQLite's default VFS with faults in it.
-/// One at a time, used by one thread.
+/// While it lives, databases that are opened lie on it: SQLite's default VFS with faults in it, and
+/// without waiting for the real disk. One at a time, used by one thread.
 class FaultyDisk {
  public:
   enum class Fault { NoSpace, WriteError, SyncError };

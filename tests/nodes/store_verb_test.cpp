@@ -1,0 +1,121 @@
+// `afterglow store`: what it prints and how it exits.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "replay/store/store.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using namespace afterglow::test;
+using replay::OpenMode;
+using replay::Stamp;
+
+struct Run {
+  int status = -1;
+  std::string output;  ///< of both kinds
+};
+
+/// A store with three behaviors of one message each, which ended long ago.
+class StoreVerb : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto store = replay::openStore(path_, OpenMode::ReadWrite);
+    const auto recording = store->addRecording({0, "", "/recorder", ""});
+    const auto channel = store->addChannel(recording, stringChannel("/a"));
+    for (std::int64_t i = 0; i < 3; ++i) {
+      store->append({stringMessage(channel, 10 * i, static_cast<std::uint64_t>(i), "hello")});
+      auto behavior = sampleBehavior(recording, {"/a"}, 10 * i, 10 * i + 10);
+      if (i == 1) behavior.tags = {"demo"};
+      store->addBehavior(behavior);
+    }
+  }
+
+  Run run(const std::string& arguments) {
+    const std::string command =
+        std::string(AFTERGLOW_TEST_COMMAND) + " store " + arguments + " --store " + path_ + " 2>&1";
+    FILE* pipe = popen(command.c_str(), "r");
+    if (!pipe) return {};
+    Run run;
+    for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) {
+      run.output += static_cast<char>(c);
+    }
+    run.status = WEXITSTATUS(pclose(pipe));
+    return run;
+  }
+
+  /// Behind the store's back.
+  void damageFirstMessage() {
+    std::string bytes = fileBytes(path_);
+    const auto at = bytes.find("hello");
+    ASSERT_NE(at, std::string::npos);
+    bytes[at] = 'j';
+    writeFile(path_, bytes);
+  }
+
+  TempFolder folder_;
+  std::string path_ = folder_.path("store.db");
+};
+
+TEST_F(StoreVerb, checksAndRepairs) {
+  const Run whole = run("check");
+  EXPECT_EQ(whole.output, "sqlite:" + path_ + ": 3 messages, all is well\n");
+  EXPECT_EQ(whole.status, 0);
+  damageFirstMessage();
+  const Run damaged = run("check");
+  EXPECT_NE(damaged.output.find("recording 1, /a: a message is damaged, of 1970-01-01T00:00:00.000Z"
+                                ": the checksum is another\n"),
+            std::string::npos)
+      << damaged.output;
+  EXPECT_EQ(damaged.status, 1);
+  const Run repaired = run("repair");
+  EXPECT_NE(repaired.output.find("2 messages kept; the store as it was is now " + path_ +
+                                 ".damaged\nlost: recording 1, /a: a message is lost"),
+            std::string::npos)
+      << repaired.output;
+  EXPECT_EQ(repaired.status, 1) << "something is lost";
+  EXPECT_EQ(run("check").status, 0);
+}
+
+TEST_F(StoreVerb, prunesAndSaysWhat) {
+  EXPECT_EQ(run("prune").status, 2);
+  EXPECT_EQ(run("prune --older-than soon").status, 2);
+  const Run dry = run("prune --older-than 30d --keep-tag demo --dry-run");
+  EXPECT_EQ(dry.output,
+            "1  1970-01-01T00:00:00.000Z  pick\n3  1970-01-01T00:00:00.000Z  pick\n"
+            "2 behaviors would be removed\n");
+  EXPECT_EQ(run("prune --older-than 30d --keep-tag demo").status, 0);
+  EXPECT_EQ(replay::openStore(path_, OpenMode::ReadOnly)->behaviors({}).size(), 1u);
+  EXPECT_EQ(run("prune --larger-than 10G").output, "0 behaviors removed\n");
+}
+
+TEST_F(StoreVerb, measuresForPeopleAndPrograms) {
+  const Run table = run("stats");
+  EXPECT_NE(table.output.find("1 recording, 3 behaviors, 3 messages, 0 files"), std::string::npos)
+      << table.output;
+  EXPECT_NE(table.output.find("/a"), std::string::npos);
+  const Run json = run("stats --json");
+  EXPECT_NE(json.output.find("\"messages\": 3"), std::string::npos) << json.output;
+  EXPECT_NE(json.output.find("\"recorder\": null"), std::string::npos);
+  EXPECT_EQ(run("compact").status, 0);
+}
+
+TEST_F(StoreVerb, makesNoStoreThatIsNotThere) {
+  path_ = folder_.path("none.db");
+  for (const char* verb : {"check", "repair", "compact", "stats", "prune --older-than 1d"}) {
+    const Run none = run(verb);
+    EXPECT_EQ(none.status, 1) << verb;
+    EXPECT_NE(none.output.find("sqlite:" + path_ + ": no such store"), std::string::npos)
+        << none.output;
+  }
+  EXPECT_FALSE(std::filesystem::exists(path_));
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".lock"));
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
