@@ -1,3 +1,4 @@
+#include <malloc.h>
 #include <ros/ros.h>
 
 #include <exception>
@@ -8,6 +9,9 @@
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
+  // Large messages come and go all the time; without this, each would be new pages from the kernel.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
   ros::init(argc, argv, "recorder_node", ros::init_options::NoSigintHandler);
   catchStopSignals();
   try {

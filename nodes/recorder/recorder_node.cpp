@@ -30,6 +30,13 @@ RecorderNode::RecorderNode(const RecorderNodeOptions& options)
       ROS_WARN_STREAM_THROTTLE(10, "looking for new topics: " << error.what());
     }
   });
+  prune_timer_ = node_.createWallTimer(ros::WallDuration(60), [this](const auto&) {
+    try {
+      desk_.prune();
+    } catch (const std::runtime_error& error) {
+      ROS_WARN_STREAM("making room: " << error.what());
+    }
+  });
 }
 
 RecorderNode::~RecorderNode() { close(); }
@@ -37,7 +44,7 @@ RecorderNode::~RecorderNode() { close(); }
 void RecorderNode::close() {
   start_service_.shutdown();
   stop_service_.shutdown();
-  for (ros::WallTimer* timer : {&second_timer_, &clock_timer_, &topic_timer_}) {
+  for (ros::WallTimer* timer : {&second_timer_, &clock_timer_, &topic_timer_, &prune_timer_}) {
     timer->stop();
   }
   behaviors_.finishJobs();
@@ -93,7 +100,8 @@ void RecorderNode::publishDiagnostics() {
   const ros::SteadyTime now = ros::SteadyTime::now();
   RecorderState state;
   state.node = ros::this_node::getName().substr(1);
-  state.store = desk_.storeUri();
+  state.store = replay::storeUri(options_.store);
+  state.spool = desk_.spool();
   state.running = desk_.runningIds().size();
   state.load = desk_.load();
   state.load_before = load_before_;

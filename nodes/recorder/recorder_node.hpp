@@ -42,7 +42,7 @@ class RecorderNode {
   ros::SteadyTime told_at_ = ros::SteadyTime::now();
   ros::Publisher diagnostics_;
   ros::ServiceServer start_service_, stop_service_;
-  ros::WallTimer second_timer_, clock_timer_, topic_timer_;
+  ros::WallTimer second_timer_, clock_timer_, topic_timer_, prune_timer_;
 };
 
 }  // namespace afterglow::nodes

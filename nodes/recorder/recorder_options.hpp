@@ -27,7 +27,10 @@ struct RecorderNodeOptions {
   std::vector<std::string> anchors = {"map", "odom", "base_link", "projector_optical_frame"};
   std::string calibration;  ///< ~calibration: folder of the calibration in use
   std::string camera_info = "/projector/camera_info";  ///< ~camera_info: or where it is latched
-  bool mongodb_logger = true;  ///< ~mongodb_logger: serves the action of that name
+  double retention_days = 0;           ///< ~retention_days: older behaviors make room; 0: none
+  double retention_gigabytes = 0;      ///< ~retention_gigabytes: of the store; 0: any size
+  std::vector<std::string> keep_tags;  ///< ~keep_tags: behaviors with one of these stay
+  bool mongodb_logger = true;          ///< ~mongodb_logger: serves the action of that name
 
   /// Throws std::runtime_error naming the parameter that is wrong.
   static RecorderNodeOptions read(const ros::NodeHandle& private_node);

@@ -36,6 +36,8 @@ void judge(const RecorderState& state, DiagnosticStatus& status) {
     status.message = "the store is slower than what comes in";
   } else if (state.disk.level == Level::Low) {
     status.message = state.disk.text;
+  } else if (state.spool && !state.spool->last_error.empty()) {
+    status.message = "waiting on this machine's disk: " + state.spool->last_error;
   } else {
     status.level = DiagnosticStatus::OK;
     status.message = state.running == 0 ? "ready"
@@ -61,6 +63,10 @@ DiagnosticStatus toDiagnostics(const RecorderState& state) {
   addValue(status, "messages", std::to_string(now.messages));
   addValue(status, "dropped", std::to_string(now.dropped));
   addValue(status, "store", state.store);
+  if (state.spool) {
+    addValue(status, "unsent_messages", std::to_string(state.spool->unsent_messages));
+    addValue(status, "unsent_bytes", std::to_string(state.spool->unsent_bytes));
+  }
   return status;
 }
 

@@ -10,6 +10,7 @@
 
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
+#include "replay/store/spool_status.hpp"
 
 namespace afterglow::nodes {
 
@@ -22,10 +23,11 @@ struct RecorderState {
   std::size_t queue_bytes = 0;  ///< how much may wait
   replay::DiskState disk;
   std::optional<std::string> failure;
+  std::optional<replay::SpoolStatus> spool;
 };
 
 /// ERROR: nothing can be recorded. WARN: messages were dropped since the last time, the queue is
-/// half full, the disk is nearly.
+/// half full, the disk is nearly, the spool's server is away.
 diagnostic_msgs::DiagnosticStatus toDiagnostics(const RecorderState& state);
 
 }  // namespace afterglow::nodes

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
@@ -17,10 +19,6 @@ namespace {
 /// so long does the recorder let the message overtake.
 constexpr std::chrono::milliseconds kInFlight{50};
 
-replay::Stamp now() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
-
-replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
-
 replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
   replay::RecorderOptions chosen;
   chosen.queue_bytes = static_cast<std::size_t>(options.queue_megabytes) << 20;
@@ -32,14 +30,21 @@ replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
   return chosen;
 }
 
-/// The folder in which the store grows.
+/// The folder in which the store grows; of a server's, its spool.
 std::string folderOf(const std::string& store) {
-  const std::string uri = replay::storeUri(store);
-  if (uri.compare(0, 7, "sqlite:") != 0) return {};
-  return std::filesystem::absolute(replay::storePath(store)).parent_path();
+  if (replay::storeUri(store).compare(0, 7, "sqlite:") == 0) {
+    return std::filesystem::absolute(replay::storePath(store)).parent_path();
+  }
+  if (const char* spool = std::getenv("AFTERGLOW_SPOOL"); spool && *spool) return spool;
+  const char* home = std::getenv("HOME");
+  return home ? std::string(home) + "/.local/share/afterglow" : std::string();
 }
 
 }  // namespace
+
+replay::Stamp rosNow() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
+
+replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -113,7 +118,7 @@ std::int64_t RecordingDesk::begin(Running running) {
   behavior.snapshot = running.snapshot.toJson();
   // Held until it is in the list: whoever ends all ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);
-  behavior.begin = now();
+  behavior.begin = rosNow();
   behavior.wall_begin = wallNow();
   behavior = recorder_.begin(behavior, running.request.terms);
   ROS_INFO_STREAM("recording behavior " << behavior.id << " '" << behavior.name << "'");
@@ -190,7 +195,7 @@ RecordingDesk::Ended RecordingDesk::end(std::int64_t id, const Running& running,
   std::vector<std::string> remarks;
   try {
     ended.counts =
-        recorder_.end(id, now(), [&](replay::Behavior& behavior, const auto& references) {
+        recorder_.end(id, rosNow(), [&](replay::Behavior& behavior, const auto& references) {
           complete(running, outcome, behavior, references, remarks);
         });
     ended.counts.remarks.insert(ended.counts.remarks.end(), remarks.begin(), remarks.end());
@@ -229,64 +234,6 @@ std::vector<std::int64_t> RecordingDesk::runningIds() const {
     ids.push_back(id);
   }
   return ids;
-}
-
-// -------------------------------------------------------------------------------------- watching
-
-replay::DiskState RecordingDesk::disk() const {
-  const auto min_space = static_cast<std::uint64_t>(options_.min_space_megabytes) << 20;
-  const std::optional<std::uint64_t> free =
-      folder_.empty() ? std::nullopt : replay::freeBytes(folder_);
-  return free ? replay::judgeDisk(folder_, *free, min_space) : replay::DiskState{};
-}
-
-std::string RecordingDesk::storeUri() const {
-  std::string uri = replay::storeUri(options_.store);
-  const std::size_t scheme = uri.find("://"), at = uri.find('@');
-  return scheme == std::string::npos || at == std::string::npos || at < scheme
-             ? uri
-             : uri.replace(scheme + 3, at - scheme - 3, "...");
-}
-
-void RecordingDesk::lookAtClocks() {
-  const auto steady = std::chrono::steady_clock::now().time_since_epoch();
-  recorder_.look({now(), wallNow(),
-                  std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count(),
-                  !ros::Time::isSystemTime()});
-}
-
-void RecordingDesk::watch() {
-  for (const std::string& text : recorder_.takeNotices()) {
-    ROS_WARN_STREAM(text);
-  }
-  tellDrops();
-  const replay::DiskState state = disk();
-  std::optional<std::string> problem = recorder_.failure();
-  if (!problem && state.level == replay::DiskState::Level::Full) {
-    problem = state.text;
-  }
-  if (state.level == replay::DiskState::Level::Low) {
-    ROS_WARN_STREAM_THROTTLE(60, state.text);
-  }
-  if (!problem) {
-    return;
-  }
-  for (const std::int64_t id : runningIds()) {
-    ROS_ERROR_STREAM("behavior " << id << " is cut short: " << *problem);
-  }
-  interruptAll(*problem);
-}
-
-void RecordingDesk::tellDrops() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  for (auto& [id, running] : running_) {
-    const std::uint64_t dropped = recorder_.counts(id).dropped;
-    if (dropped > running.dropped_told) {
-      ROS_WARN_STREAM("behavior " << id << ": " << dropped - running.dropped_told
-                                  << " messages were dropped, " << dropped << " in all");
-      running.dropped_told = dropped;
-    }
-  }
 }
 
 }  // namespace afterglow::nodes

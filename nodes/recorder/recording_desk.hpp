@@ -18,12 +18,16 @@
 #include "nodes/recorder/world_snapshot.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
+#include "replay/store/spool_status.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
 /// The outcome of a behavior that ends because recording does.
 constexpr char kInterrupted[] = "interrupted";
+
+replay::Stamp rosNow();
+replay::Stamp wallNow();
 
 /// "a, b, c".
 std::string joined(const std::vector<std::string>& names);
@@ -59,8 +63,8 @@ class RecordingDesk {
   replay::RecorderLoad load() const { return recorder_.load(); }
   std::optional<std::string> failure() const { return recorder_.failure(); }
   replay::DiskState disk() const;
-  /// In full, without a password.
-  std::string storeUri() const;
+  /// Empty if the store writes without one.
+  std::optional<replay::SpoolStatus> spool() const;
 
   /// To be called often (~rescan): topics that turned up join the behaviors that want them, and
   /// topics whose type changed are heard again.
@@ -69,6 +73,8 @@ class RecordingDesk {
   void lookAtClocks();
   /// To be called once a second: says what was dropped, and ends what can go on no longer.
   void watch();
+  /// Old behaviors make room as the options say. To be called now and then; throws StoreError.
+  void prune();
 
  private:
   struct Running {

@@ -41,6 +41,8 @@ std::vector<std::string> texts(const Store& store, std::int64_t id) {
   return found;
 }
 
+using Texts = std::vector<std::string>;
+
 struct RecorderTest : testing::Test {
   static RecorderOptions options() {
     RecorderOptions chosen;
@@ -51,8 +53,6 @@ struct RecorderTest : testing::Test {
   }
   test::FaultyStore store;
 };
-
-using Texts = std::vector<std::string>;
 
 TEST_F(RecorderTest, keepsWhatArrivesWhileABehaviorRuns) {
   Recorder recorder(store, options());
@@ -109,6 +109,13 @@ TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
   store.is_stalled = false;
   const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
   EXPECT_EQ(counts.stored + counts.dropped, 100u);
+  const std::string announced = std::to_string(counts.dropped) +
+                                " messages on /a were dropped: they came faster than the store "
+                                "could write";
+  EXPECT_EQ(counts.remarks, Texts{announced});
+  EXPECT_EQ(store.behavior(begun.id)->remarks, Texts{announced});
+  EXPECT_EQ(recorder.load().dropped, counts.dropped);
+  EXPECT_EQ(recorder.load().queued_bytes, 0u);
   EXPECT_GE(counts.stored, 1u);
   EXPECT_EQ(texts(store, begun.id).size(), counts.stored);
 }
