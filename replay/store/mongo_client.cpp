@@ -39,7 +39,7 @@ std::string nameOf(const mongoc_uri_t& uri) {
   return "mongodb://" + hosts + "/" + databaseOf(uri);
 }
 
-Uri parseUri(const std::string& text) {
+Uri parseUri(const std::string& text, std::chrono::milliseconds patience) {
   startLibrary();
   bson_error_t error;
   Uri uri(mongoc_uri_new_with_error(text.c_str(), &error));
@@ -54,7 +54,7 @@ Uri parseUri(const std::string& text) {
   };
   setDefault(MONGOC_URI_SERVERSELECTIONTIMEOUTMS, 3000);
   setDefault(MONGOC_URI_CONNECTTIMEOUTMS, 3000);
-  setDefault(MONGOC_URI_SOCKETTIMEOUTMS, 10000);
+  setDefault(MONGOC_URI_SOCKETTIMEOUTMS, static_cast<int>(patience.count()));
   const bool names_w = mongoc_uri_has_option(uri.get(), MONGOC_URI_W);
   if (!names_w) mongoc_uri_set_option_as_utf8(uri.get(), MONGOC_URI_W, "majority");
   if (!names_w && !mongoc_uri_has_option(uri.get(), MONGOC_URI_JOURNAL)) {
@@ -124,8 +124,8 @@ class MongoClient::Collection {
   mongoc_collection_t* collection_;
 };
 
-MongoClient::MongoClient(const std::string& text) {
-  const Uri uri = parseUri(text);
+MongoClient::MongoClient(const std::string& text, std::chrono::milliseconds patience) {
+  const Uri uri = parseUri(text, patience);
   name_ = nameOf(*uri);
   database_ = databaseOf(*uri);
   bson_error_t error;

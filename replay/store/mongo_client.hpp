@@ -5,6 +5,7 @@
 
 #include <mongoc/mongoc.h>
 
+#include <chrono>
 #include <memory>
 #include <set>
 #include <string>
@@ -24,12 +25,13 @@ struct MongoWrite {
 /// Connections to one deployment, as its URI says: hosts, user, TLS, replica set, read preference,
 /// write concern. Where the URI leaves it open: writes are acknowledged by the majority and
 /// journaled (w=majority, journal=true), a server is looked for for 3 s (serverSelectionTimeoutMS,
-/// connectTimeoutMS), an answer waited for for 10 s (socketTimeoutMS).
+/// connectTimeoutMS), an answer waited for for a minute, `patience` (socketTimeoutMS).
 /// Every method may be called from any thread and throws StoreError, which names the server (never
 /// the password), what was tried and why it failed.
 class MongoClient {
  public:
-  explicit MongoClient(const std::string& uri);
+  explicit MongoClient(const std::string& uri,
+                       std::chrono::milliseconds patience = std::chrono::minutes(1));
 
   const std::string& name() const { return name_; }  ///< "mongodb://HOSTS/DATABASE"
   /// The URI's database, "roslog" if it names none: mongodb_log's default.

@@ -20,8 +20,7 @@ auto order(const Message& message) {
 MongoCursor::MongoCursor(const MongoStore& store, const Behavior& behavior,
                          const MessageRange& range)
     : store_(store), recording_key_(store.recording(behavior.recording).key), where_(range.where) {
-  const Stamp last{std::numeric_limits<std::int64_t>::max()};
-  end_ = std::min(behavior.end.value_or(last), range.end.value_or(last));
+  end_ = std::min(behavior.end.value_or(kEndOfTime), range.end.value_or(kEndOfTime));
   const Stamp begin = std::max(behavior.begin, range.begin.value_or(behavior.begin));
   const auto& topics = range.topics.empty() ? behavior.topics : range.topics;
   std::map<std::string, Lane> lanes;

@@ -29,6 +29,7 @@
 ///   fs.files, fs.chunks   GridFS: large messages ("RECORDING KEY/SEQUENCE"), files (their SHA-256)
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -39,6 +40,9 @@
 namespace afterglow::replay {
 
 constexpr int kMongoVersion = 1;
+
+/// The end of an interval that has none.
+constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
 
 /// A document may have 16 MiB; the rest is room for the server.
 constexpr std::size_t kLargestMongoDocument = 15 << 20;

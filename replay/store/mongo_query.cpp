@@ -12,8 +12,6 @@ namespace {
 using nlohmann::json;
 using Op = Condition::Op;
 
-constexpr Stamp kLast{std::numeric_limits<std::int64_t>::max()};
-
 const char* operatorOf(Op op) {
   switch (op) {
     case Op::Equal:
@@ -156,7 +154,7 @@ bool MongoStore::hasMessage(const Behavior& behavior, const std::string& topic,
                             const Condition* condition, Effort& effort) const {
   for (const ChannelPtr& channel : channelsOf(behavior.recording)) {
     if (channel->channel.topic != topic) continue;
-    Bson query = messageQuery(channel->recording.key, behavior.begin, behavior.end.value_or(kLast),
+    Bson query = messageQuery(channel->recording.key, behavior.begin, behavior.end.value_or(kEndOfTime),
                               {channel->id});
     if (condition && channel->schema) {
       if (const auto narrow = narrowing(*condition, *channel->schema)) {

@@ -7,8 +7,6 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr Stamp kLast{std::numeric_limits<std::int64_t>::max()};
-
 bool contains(const std::vector<std::string>& texts, const std::string& text) {
   return std::find(texts.begin(), texts.end(), text) != texts.end();
 }
@@ -162,7 +160,7 @@ std::vector<TopicSummary> MongoStore::summaries(const Behavior& behavior, bool o
   for (const auto& [topic_and_type, channels] : by_type) {
     const std::string collection = collectionOf(topic_and_type.first);
     const Bson query = messageQuery(recording(behavior.recording).key, behavior.begin,
-                                    behavior.end.value_or(kLast), channels);
+                                    behavior.end.value_or(kEndOfTime), channels);
     const auto first = client_.findOne(messages_, collection, query, byTime(1));
     const auto last = client_.findOne(messages_, collection, query, byTime(-1));
     if (!first || !last) continue;

@@ -23,7 +23,7 @@ bool isJsonObject(const std::string& text) {
 }  // namespace
 
 MongoStore::MongoStore(const std::string& uri, OpenMode mode)
-    : client_(uri),
+    : client_(uri, std::chrono::seconds(mode == OpenMode::Record ? 10 : 60)),
       messages_(client_.database()),
       rest_(client_.database() + "_afterglow"),
       blobs_(client_, rest_),
@@ -334,9 +334,8 @@ void MongoStore::removeBehavior(std::int64_t id) {
 }
 
 void MongoStore::removeUncovered(const Behavior& removed) const {
-  const Stamp last{std::numeric_limits<std::int64_t>::max()};
   Bson query =
-      messageQuery(recording(removed.recording).key, removed.begin, removed.end.value_or(last), {});
+      messageQuery(recording(removed.recording).key, removed.begin, removed.end.value_or(kEndOfTime), {});
   std::vector<Bson> covered;
   client_.find(rest_, "behaviors", Bson().add("recording", removed.recording), {},
                [&](const bson_t& document) {

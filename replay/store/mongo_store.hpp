@@ -22,8 +22,8 @@ namespace afterglow::replay {
 ///   when the work has returned.
 /// - append() takes back likewise. After a broken connection part of the messages may be there:
 ///   append them again with Duplicates::Skip.
-/// OpenMode::Record opens no lock and marks nothing: a fleet has many recorders. A recorder writes
-/// through a SpooledStore (spooled_store.hpp).
+/// OpenMode::Record takes no lock and marks nothing, for a fleet has many recorders; it waits for an
+/// answer for 10 s, not a minute. A recorder writes through a SpooledStore (spooled_store.hpp).
 class MongoStore final : public Store {
  public:
   MongoStore(const std::string& uri, OpenMode mode);

@@ -134,7 +134,7 @@ void SpooledStore::transaction(const std::function<void()>& work) { spool_.trans
 
 MongoStore& SpooledStore::server() const {
   const std::lock_guard<std::mutex> lock(server_mutex_);
-  if (!server_) server_ = std::make_unique<MongoStore>(uri_, OpenMode::ReadWrite);
+  if (!server_) server_ = std::make_unique<MongoStore>(uri_, OpenMode::Record);
   return *server_;
 }
 

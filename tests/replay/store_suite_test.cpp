@@ -7,6 +7,7 @@
 #include "replay/store/filter.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/mongo_server.hpp"
+#include "tests/support/query_cases.hpp"
 #include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay {
@@ -113,11 +114,11 @@ TEST_P(StoreSuite, messagesComeInOrderOverAllTopics) {
 }
 
 TEST_P(StoreSuite, aLongReadHasEveryMessageOnce) {
+  const std::int64_t a = channel("/a"), b = channel("/b");
   std::vector<Message> messages;
   for (std::int64_t i = 0; i < 2500; ++i) {
-    messages.push_back(stringMessage(channel(i % 3 ? "/a" : "/b"), i / 4,
-                                     static_cast<std::uint64_t>(i), std::to_string(i)));
-    if (i == 0) messages.reserve(2500);
+    messages.push_back(
+        stringMessage(i % 3 ? a : b, i / 4, static_cast<std::uint64_t>(i), std::to_string(i)));
   }
   store->append(messages);
   MessageRange range;
@@ -255,21 +256,23 @@ TEST_P(StoreSuite, behaviorsAreFoundByWhatTheyAre) {
   EXPECT_FALSE(store->explain(filter).empty());
 }
 
-TEST_P(StoreSuite, messagesAreFilteredByTheirFields) {
-  store->append(
-      {message("/a", 1, 1, "go"), message("/a", 2, 2, "stop"), message("/b", 3, 3, "go")});
-  store->addBehavior(sampleBehavior(recording, {"/a"}, 0, 2));
-  Behavior second = sampleBehavior(recording, {"/a"}, 2, 3);
-  second.name = "place";
-  store->addBehavior(second);
+TEST_P(StoreSuite, filtersFindTheSameInEveryStore) {
+  test::fillQueryStore(*store);
   BehaviorFilter filter;
-  filter.where = std::make_shared<Filter>(Filter::parse(R"({"/a": {"data": "stop"}})"));
-  EXPECT_EQ(names(filter), Texts{"place"});
-  MessageRange range;
-  range.with_all_topics = true;
-  range.where =
-      std::make_shared<Filter>(Filter::parse(R"({"data": "go"})", Filter::Over::Messages));
-  EXPECT_EQ(texts(range), (Texts{"go", "go"}));
+  for (const test::QueryCase& each : test::queryCases()) {
+    filter.where = std::make_shared<Filter>(Filter::parse(each.filter));
+    EXPECT_EQ(names(filter), each.names) << each.filter;
+    EXPECT_FALSE(store->explain(filter).empty());
+  }
+  filter.where.reset();
+  filter.name = "pick blue";
+  const Behavior pick = store->behaviors(filter).at(0);
+  for (const test::MessageCase& each : test::messageCases()) {
+    MessageRange range;
+    range.topics = {each.topic};
+    range.where = std::make_shared<Filter>(Filter::parse(each.filter, Filter::Over::Messages));
+    EXPECT_EQ(test::readAll(*store->messages(pick, range)).size(), each.count) << each.filter;
+  }
 }
 
 TEST_P(StoreSuite, removingABehaviorKeepsWhatOthersCover) {
