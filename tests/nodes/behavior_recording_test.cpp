@@ -133,6 +133,19 @@ TEST_F(RecordingFromCode, startsOnlyWhenEverythingBeforeIsAnswered) {
   EXPECT_EQ(recorder->calls(3), (Calls{"start first #1", "stop first success", "start second #1"}));
 }
 
+TEST_F(RecordingFromCode, endsAfterThoseBelowIt) {
+  BehaviorRecording kitting = record("kitting");
+  const EnclosingRecording enclosing(kitting);
+  BehaviorRecording pick = record("pick");
+  recorder->hold("kitting/pick");
+  pick.succeed();
+  kitting.succeed();
+  for (int i = 0; i < 1000; ++i) std::this_thread::yield();  // time to do it wrong
+  recorder->hold("");
+  EXPECT_EQ(recorder->calls(4), (Calls{"start kitting #1", "start kitting/pick #1",
+                                       "stop kitting/pick success", "stop kitting success"}));
+}
+
 TEST_F(RecordingFromCode, isEndedInTheStoreEvenIfItEndsBeforeItStands) {
   recorder->setOpen(false);
   BehaviorRecording recording = record("blink", 20.0, false);

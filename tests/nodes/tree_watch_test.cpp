@@ -57,6 +57,13 @@ TEST_F(TreeWatching, choosesByGlobAndByRegularExpression) {
   EXPECT_EQ(chosen("^.*(Retry|place)"), "13");
 }
 
+TEST_F(TreeWatching, recordsANodeByTheFirstRuleThatMatches) {
+  TreeWatch tree = watch({{"**/pick*", {"first"}}, {"**", {"second"}}});
+  tree.onTransition(kPick, "IDLE", "RUNNING");
+  tree.onTransition(kPlace, "IDLE", "RUNNING");
+  EXPECT_EQ(recorder->asked(0).name + " " + recorder->asked(1).name, "first second");
+}
+
 TEST_F(TreeWatching, refusesARuleThatMeansNothing) {
   try {
     watch({rule("pick up")});

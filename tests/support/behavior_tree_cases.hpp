@@ -198,6 +198,19 @@ TEST_F(RecordBehaviorDecorator, endsAsHaltedAfterItsChildIsHalted) {
   EXPECT_EQ(recorder->calls(4).size(), 4U);
 }
 
+TEST_F(RecordBehaviorDecorator, haltsItsChildWhereAParentHaltsIt) {
+  BT::Tree parallel = tree(test::parallel(
+      R"(<RecordBehavior name="pick"><Action ID="reach"/></RecordBehavior><Action ID="grasp"/>)"));
+  world.results["reach"] = world.results["grasp"] = std::deque<Status>(1000000, Status::RUNNING);
+  while (std::count(world.ticked.begin(), world.ticked.end(), "reach") == 0) {
+    test::tickOnce(parallel);
+  }
+  world.results["grasp"] = {Status::FAILURE};
+  EXPECT_EQ(test::tickOnce(parallel), Status::FAILURE);
+  EXPECT_EQ(world.ticked.back(), "halt reach");
+  EXPECT_EQ(recorder->calls(2), (Calls{"start pick #1", "stop pick halted"}));
+}
+
 TEST_F(RecordBehaviorDecorator, isHaltedBeforeItsChildEverBegan) {
   recorder->setOpen(false);
   BT::Tree early = tree(R"(<RecordBehavior name="pick"><Action ID="reach"/></RecordBehavior>)");

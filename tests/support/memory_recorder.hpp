@@ -2,9 +2,10 @@
 /// A recorder that records nothing but what it was asked, and that can be slow.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
-#include <map>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -25,14 +26,21 @@ class MemoryRecorder : public nodes::RecorderClient {
   }
   void stop(std::int64_t id, const std::string& outcome) override {
     std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [this] { return is_open_; });
-    note("stop " + started_.at(static_cast<std::size_t>(id - 1)).tree_path + " " + outcome);
+    const std::string tree_path = started_.at(static_cast<std::size_t>(id - 1)).tree_path;
+    changed_.wait(lock, [&] { return is_open_ && tree_path != held_; });
+    note("stop " + tree_path + " " + outcome);
   }
 
   /// Closed, it answers nothing.
   void setOpen(bool is_open) {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_open_ = is_open;
+    changed_.notify_all();
+  }
+  /// Of this one the end is not answered; empty: none.
+  void hold(const std::string& tree_path) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    held_ = tree_path;
     changed_.notify_all();
   }
   void refuse(const std::string& reason) { refusal_ = reason; }
@@ -59,7 +67,7 @@ class MemoryRecorder : public nodes::RecorderClient {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool is_open_ = true, is_absent_ = false;
-  std::string refusal_;
+  std::string refusal_, held_;
   std::vector<nodes::RecordingOptions> started_;
   std::vector<std::string> calls_;
 };

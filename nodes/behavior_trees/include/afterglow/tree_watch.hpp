@@ -17,7 +17,7 @@
 
 namespace afterglow::nodes {
 
-/// Records every node whose path matches.
+/// Records every node whose path matches, and no rule's before it.
 struct RecordRule {
   /// A glob: `?` is a character, `*` any but "/", `**` any, `**/` any number of names. Or, if it
   /// begins with "^", a regular expression (ECMAScript). Either must match the whole path.
