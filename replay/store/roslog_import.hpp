@@ -36,9 +36,10 @@ struct RoslogImportResult {
 };
 
 /// The database of a mongodb:// URI ("roslog" if it names none) as one recording, in the order of
-/// inserted_at, then _id, and over it a behavior with outcome "imported", or several. All writers
-/// of predecessors are read: the loggers in Python and C++, the action server, message_store. The
-/// database is not written to. One transaction: throws StoreError and leaves the store as it was.
+/// inserted_at, then _id, and over it a behavior with outcome "imported", or several. All its
+/// writers are read: the loggers in Python and C++, the action server, message_store. The database
+/// is not written to; about 64 bytes a message are held meanwhile. One transaction: throws
+/// StoreError and leaves the store as it was.
 RoslogImportResult importRoslog(const std::string& uri, Store& store,
                                 const RoslogImport& import = {});
 
