@@ -124,6 +124,7 @@ std::int64_t SqliteConnection::changedRows() const { return sqlite3_changes64(co
 void SqliteConnection::foldLog(int fold, int longest) {
   fold_pages_ = fold;
   longest_log_ = longest;
+  next_wait_ = longest;
   sqlite3_wal_hook(connection_, onCommit, this);
 }
 
@@ -131,8 +132,11 @@ int SqliteConnection::onCommit(void* self, sqlite3* connection, const char* data
   auto& store = *static_cast<SqliteConnection*>(self);
   if (pages < store.fold_pages_) return SQLITE_OK;
   // Folding needs no reader to stand aside, beginning the log anew does. Readers of this program
-  // read in short pages, so a short wait is enough; whoever else reads for long makes the log grow.
-  const bool must_wait = pages >= store.longest_log_;
+  // read in short pages, so a short wait is enough; whoever else reads for long makes the log grow,
+  // and is waited for only now and then.
+  const bool must_wait = pages >= store.next_wait_;
+  if (pages < store.longest_log_) store.next_wait_ = store.longest_log_;
+  if (must_wait) store.next_wait_ = pages + store.longest_log_;
   sqlite3_busy_timeout(connection, must_wait ? kReaderTimeout_ms : 0);
   const int mode = must_wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(connection, database, mode, nullptr, nullptr);

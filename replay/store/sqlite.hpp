@@ -74,7 +74,7 @@ class SqliteConnection {
   sqlite3* connection_ = nullptr;
   std::string name_;  ///< "sqlite:PATH", as errors say it
   std::map<std::string, std::unique_ptr<SqliteStatement>, std::less<>> prepared_;
-  int fold_pages_ = 0, longest_log_ = 0;
+  int fold_pages_ = 0, longest_log_ = 0, next_wait_ = 0;
   /// What the disk said when it lost something that was written. What it holds of the pages that
   /// this connection knows is uncertain then, and an fsync that is repeated says nothing.
   std::string lost_;

@@ -89,13 +89,37 @@ void SqliteStore::updateBehavior(const Behavior& behavior) {
 }
 
 /// What no other behavior covers is what lies between the others, in the order of their begins.
-/// What lies outside of all behaviors of a recording goes with the last of them: nothing leads
-/// there.
+/// What lies before the last behavior of a recording goes with it: nothing leads there any more.
+std::vector<SqliteStore::Interval> SqliteStore::coveredOnlyBy(const Behavior& behavior) const {
+  const std::int64_t end_ns = behavior.end ? behavior.end->ns : kForEver_ns;
+  SqliteStatement others(*connection_,
+                         "SELECT begin_ns, coalesce(end_ns, ?3) FROM behaviors "
+                         "WHERE recording = ?1 AND id <> ?2 ORDER BY begin_ns");
+  others.bind(1, behavior.recording).bind(2, behavior.id).bind(3, kForEver_ns);
+  std::vector<Interval> uncovered;
+  bool is_last = true;
+  std::int64_t at_ns = behavior.begin.ns;
+  for (; others.step() && at_ns < end_ns; is_last = false) {
+    const std::int64_t other_ns = std::min(others.integer(0), end_ns);
+    if (at_ns < other_ns) uncovered.push_back({at_ns, other_ns});
+    at_ns = std::max(at_ns, others.integer(1));
+  }
+  if (is_last) at_ns = std::numeric_limits<std::int64_t>::min();
+  if (at_ns < end_ns) uncovered.push_back({at_ns, end_ns});
+  return uncovered;
+}
+
+/// In slices of a transaction each, so that a recorder need not wait for gigabytes to be removed;
+/// the behavior itself last, so that an interrupted removal can be begun again.
 void SqliteStore::removeBehavior(std::int64_t id) {
-  const Lock lock(mutex_);
-  SqliteTransaction transaction(*connection_);
+  Lock lock(mutex_);
   const std::optional<Behavior> removed = behavior(id);
   if (!removed) fail("there is no behavior " + std::to_string(id));
+  const std::vector<Interval> intervals = coveredOnlyBy(*removed);
+  lock.unlock();
+  for (const Interval& interval : intervals) removeMessages(*removed, interval);
+  lock.lock();
+  SqliteTransaction transaction(*connection_);
   for (const char* sql :
        {"DELETE FROM behaviors WHERE id = ?1", "DELETE FROM behavior_counts WHERE behavior = ?1"}) {
     SqliteStatement(*connection_, sql).bind(1, id).run();
@@ -104,25 +128,6 @@ void SqliteStore::removeBehavior(std::int64_t id) {
       .bind(1, id)
       .bind(2, removed->parent)
       .run();
-  SqliteStatement last(*connection_, "SELECT 1 FROM behaviors WHERE recording = ?1 LIMIT 1");
-  if (!last.bind(1, removed->recording).step()) {
-    removeMessages(removed->recording, std::numeric_limits<std::int64_t>::min(), kForEver_ns);
-    transaction.commit();
-    return;
-  }
-  last.reset();
-  const std::int64_t end_ns = removed->end ? removed->end->ns : kForEver_ns;
-  std::int64_t uncovered_ns = removed->begin.ns;
-  SqliteStatement others(*connection_,
-                         "SELECT begin_ns, coalesce(end_ns, ?4) FROM behaviors "
-                         "WHERE recording = ?1 AND begin_ns < ?3 AND coalesce(end_ns, ?4) > ?2 "
-                         "ORDER BY begin_ns");
-  others.bind(1, removed->recording).bind(2, uncovered_ns).bind(3, end_ns).bind(4, kForEver_ns);
-  while (others.step()) {
-    removeMessages(removed->recording, uncovered_ns, others.integer(0));
-    uncovered_ns = std::max(uncovered_ns, others.integer(1));
-  }
-  removeMessages(removed->recording, uncovered_ns, end_ns);
   transaction.commit();
 }
 

@@ -18,6 +18,10 @@ constexpr const char* kInsertNew =
     "INSERT OR IGNORE INTO messages (recording, channel, received_ns, sequence, header_stamp_ns, "
     "size, checksum, bytes) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8)";
 
+/// What is removed in one transaction, about; a tenth of a second's work.
+constexpr int kSliceMessages = 5000;
+constexpr std::int64_t kSliceBytes = 32 << 20;
+
 }  // namespace
 
 void SqliteStore::checkMessages(const std::vector<Message>& messages) const {
@@ -97,19 +101,42 @@ void SqliteStore::insertChunks(std::int64_t message, const Bytes& bytes) {
   }
 }
 
-void SqliteStore::removeMessages(std::int64_t recording, std::int64_t begin_ns,
-                                 std::int64_t end_ns) {
-  SqliteStatement chunks(*connection_,
-                         "DELETE FROM chunks WHERE message IN (SELECT message FROM chunks "
-                         "  JOIN messages m ON m.id = message WHERE m.recording = ?1 "
-                         "  AND received_ns >= ?2 AND received_ns < ?3)");
-  SqliteStatement messages(*connection_,
-                           "DELETE FROM messages WHERE recording = ?1 AND received_ns >= ?2 "
-                           "AND received_ns < ?3");
-  for (SqliteStatement* statement : {&chunks, &messages}) {
-    statement->bind(1, recording).bind(2, begin_ns).bind(3, end_ns).run();
+/// Where to stop, so that what is removed at once is not too much.
+std::int64_t SqliteStore::sliceEnd(std::int64_t recording, Interval interval) const {
+  SqliteStatement query(*connection_,
+                        "SELECT received_ns, size FROM messages WHERE recording = ?1 "
+                        "AND received_ns >= ?2 AND received_ns < ?3 ORDER BY received_ns");
+  query.bind(1, recording).bind(2, interval.begin_ns).bind(3, interval.end_ns);
+  std::int64_t bytes = 0;
+  for (int messages = 0; query.step(); ++messages) {
+    bytes += query.integer(1);
+    if (messages >= kSliceMessages || bytes >= kSliceBytes) return query.integer(0) + 1;
   }
-  field_index_->remove(recording, begin_ns, end_ns);
+  return interval.end_ns;
+}
+
+void SqliteStore::removeMessages(const Behavior& behavior, Interval interval) {
+  while (interval.begin_ns < interval.end_ns) {
+    const Lock lock(mutex_);
+    SqliteTransaction transaction(*connection_);
+    const std::int64_t end_ns = sliceEnd(behavior.recording, interval);
+    for (const char* sql :
+         {"UPDATE behavior_counts SET count = count - (SELECT count(*) FROM messages m "
+          "  WHERE m.recording = ?1 AND received_ns >= ?2 AND received_ns < ?3 "
+          "  AND m.channel = behavior_counts.channel) WHERE behavior = ?4",
+          "DELETE FROM chunks WHERE message IN (SELECT message FROM chunks "
+          "  JOIN messages m ON m.id = message WHERE m.recording = ?1 "
+          "  AND received_ns >= ?2 AND received_ns < ?3 AND ?4)",
+          "DELETE FROM messages WHERE recording = ?1 AND received_ns >= ?2 AND received_ns < ?3 "
+          "AND ?4"}) {
+      SqliteStatement statement(*connection_, sql);
+      statement.bind(1, behavior.recording).bind(2, interval.begin_ns).bind(3, end_ns);
+      statement.bind(4, behavior.id).run();
+    }
+    field_index_->remove(behavior.recording, interval.begin_ns, end_ns);
+    transaction.commit();
+    interval.begin_ns = end_ns;
+  }
 }
 
 // ---------------------------------------------------------------------------------------- reading

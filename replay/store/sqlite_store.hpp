@@ -58,6 +58,9 @@ class SqliteStore final : public Store {
 
  private:
   using Lock = std::unique_lock<std::recursive_mutex>;
+  struct Interval {
+    std::int64_t begin_ns, end_ns;
+  };
 
   [[noreturn]] void fail(const std::string& text) const;
   void requireRecording(std::int64_t id);
@@ -67,7 +70,9 @@ class SqliteStore final : public Store {
   bool insert(SqliteStatement& statement, const Message& message);
   void insertChunks(std::int64_t message, const Bytes& bytes);
   void checkObjects(const Behavior& behavior) const;
-  void removeMessages(std::int64_t recording, std::int64_t begin_ns, std::int64_t end_ns);
+  std::vector<Interval> coveredOnlyBy(const Behavior& behavior) const;
+  std::int64_t sliceEnd(std::int64_t recording, Interval interval) const;
+  void removeMessages(const Behavior& behavior, Interval interval);
   void endAbandonedBehaviors();
   bool areOpenOnesAbandoned() const;
   std::optional<Behavior> behaviorOf(SqliteStatement& query) const;

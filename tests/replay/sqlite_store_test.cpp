@@ -337,6 +337,20 @@ TEST_F(SqliteStoreTest, removesTheMessagesThatNoOtherBehaviorCovers) {
   EXPECT_EQ(store_->behavior(child.id)->parent, 0);
 }
 
+TEST_F(SqliteStoreTest, removesMuchInSlices) {
+  std::vector<Message> batch;
+  for (std::uint64_t i = 0; i < 12'000; ++i) {
+    // Stamps in threes, so that slices end between equal ones.
+    batch.push_back(stringMessage(channel_, static_cast<std::int64_t>(i / 3), i, "x"));
+  }
+  store_->append(batch);
+  const auto removed = store_->addBehavior(sampleBehavior(recording_, {"/a"}, 0, 4000));
+  store_->addBehavior(sampleBehavior(recording_, {"/a"}, 3900, 3901));
+  store_->removeBehavior(removed);
+  EXPECT_EQ(count("messages"), 3);
+  EXPECT_EQ(count("behavior_counts"), 1);
+}
+
 // ---------------------------------------------------------------------------------- the recorder
 
 TEST_F(SqliteStoreTest, hasOneRecorderAtATime) {

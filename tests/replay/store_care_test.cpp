@@ -200,7 +200,7 @@ TEST_F(StoreCare, removesTheOldestUntilTheStoreIsSmallEnough) {
 
 TEST_F(StoreCare, forgetsARecordingsMessagesWithItsLastBehavior) {
   const auto store = openStore(path_, OpenMode::ReadWrite);
-  store->append({stringMessage(1, 5000 * kSecond_ns, 5000, "between behaviors")});
+  store->append({stringMessage(1, -5 * kSecond_ns, 5000, "before all behaviors")});
   RetentionPolicy policy;
   policy.most_bytes = 0;
   EXPECT_EQ(prune(*store, policy).size(), 10u);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "replay/store/sqlite.hpp"
 #include "replay/store/sqlite_store.hpp"
 #include "tests/support/faulty_disk.hpp"
 #include "tests/support/store_samples.hpp"
@@ -167,6 +168,27 @@ TEST(StoreFaults, keepsTheLogOfCommitsShortWhileOthersRead) {
     longest = std::max(longest, fs::file_size(path + "-wal"));
   }
   EXPECT_LT(longest, 64u * 16384u) << "100 batches are more than 100 pages";
+}
+
+TEST(StoreFaults, beginsTheLogAnewOnceALongReaderHasGone) {
+  FaultyDisk disk;
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  Recorded recorded(path, shortLog());
+  SqliteConnection foreign(path, SqliteAccess::ReadOnly);
+  foreign.execute("BEGIN; SELECT count(*) FROM messages;");
+  std::uint64_t stored = 0;
+  const auto append = [&](int batches) {
+    for (int i = 0; i < batches; ++i, stored += kInBatch) {
+      recorded.store.append(batchFrom(recorded.channel, stored));
+    }
+  };
+  append(40);
+  const auto grown = fs::file_size(path + "-wal");
+  EXPECT_GT(grown, 64u * 16384u) << "nothing that somebody reads may go";
+  foreign.execute("COMMIT");
+  append(40);
+  EXPECT_LT(fs::file_size(path + "-wal"), grown + grown / 4) << "used from its beginning again";
 }
 
 }  // namespace
