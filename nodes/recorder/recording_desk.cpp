@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "nodes/recorder/referred_files.hpp"
+#include "nodes/recorder/unread_input.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -18,6 +19,16 @@ namespace {
 /// A behavior's last message and the call that stops its recording come on different connections;
 /// so long does the recorder let the message overtake.
 constexpr std::chrono::milliseconds kInFlight{50};
+/// And so long, if the network thread is behind with what has arrived.
+constexpr std::chrono::milliseconds kLongestBehind{1000};
+
+void letMessagesArrive() {
+  const auto begin = std::chrono::steady_clock::now();
+  std::this_thread::sleep_for(kInFlight);
+  while (hasUnreadInput() && std::chrono::steady_clock::now() - begin < kLongestBehind) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
 
 replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
   replay::RecorderOptions chosen;
@@ -168,7 +179,7 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
     running = std::move(found->second);
     running_.erase(found);
   }
-  std::this_thread::sleep_for(kInFlight);
+  letMessagesArrive();
   const Ended ended = end(id, running, outcome, forced_by);
   listener_.release(running.topics);
   for (const std::string& remark : ended.counts.remarks) {

@@ -87,7 +87,8 @@ ros::Subscriber TopicListener::subscribe(const std::string& topic) {
 }
 
 void TopicListener::onMessage(const std::string& topic, const Event& event) {
-  const std::uint64_t received = event.getReceiptTime().toNSec();
+  // Not the event's receipt time: a latched message that roscpp had already comes with that of old.
+  const std::uint64_t received = ros::Time::now().toNSec();
   recorder_.offer(channelOf(topic, event), {static_cast<std::int64_t>(received)},
                   std::move(event.getMessage()->bytes));
 }

@@ -5,8 +5,8 @@
 namespace afterglow::replay {
 namespace {
 
-/// Less is evened out: threads that take stamps at once, a clock that is disciplined.
-constexpr std::int64_t kSetBack = 100'000'000;
+/// Less is evened out: threads that take stamps at once and are held up, a disciplined clock.
+constexpr std::int64_t kSetBack = 500'000'000;
 constexpr std::size_t kMostNotices = 100;
 
 }  // namespace

@@ -63,9 +63,10 @@ struct RecorderLoad {
 /// behavior is whole by itself.
 ///
 /// Within one recording of the store stamps never go back, so that their order is that of arrival.
-/// If ROS time does (by more than 0.1 s; less is evened out), stamps go on from the last one while
-/// behaviors run, the clock's differences kept, and these behaviors' remarks say by how much they
-/// are ahead of the clock. When none runs any more a new recording is begun, with true stamps.
+/// If ROS time does (by more than half a second; less is evened out), stamps go on from the last
+/// one while behaviors run, the clock's differences kept, and these behaviors' remarks say by how
+/// much they are ahead of the clock. When none runs any more a new recording is begun, with true
+/// stamps.
 ///
 /// When the store fails to write, recording stops for good: failure() says why, what was committed
 /// stays, everything after counts as dropped. Every method may be called from any thread. The store

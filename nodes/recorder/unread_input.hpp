@@ -1,0 +1,10 @@
+/// \file
+/// Whether this process is behind with its network.
+#pragma once
+
+namespace afterglow::nodes {
+
+/// True if a socket of this process holds bytes that nobody has read yet. roscpp does not say.
+bool hasUnreadInput();
+
+}  // namespace afterglow::nodes
