@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "replay/store/sqlite.hpp"
 #include "replay/store/sqlite_store.hpp"
@@ -168,6 +170,34 @@ TEST(StoreFaults, keepsTheLogOfCommitsShortWhileOthersRead) {
     longest = std::max(longest, fs::file_size(path + "-wal"));
   }
   EXPECT_LT(longest, 64u * 16384u) << "100 batches are more than 100 pages";
+}
+
+/// There is always somebody who reads, and nobody for long.
+TEST(StoreFaults, keepsTheLogOfCommitsShortBehindReadersWhoTakeTurns) {
+  FaultyDisk disk;
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  Recorded recorded(path, shortLog());
+  std::atomic<bool> is_done{false};
+  std::thread readers([&] {
+    SqliteConnection one(path, SqliteAccess::ReadOnly), other(path, SqliteAccess::ReadOnly);
+    const std::string begin = "BEGIN; SELECT count(*) FROM behaviors;";
+    other.execute(begin);
+    while (!is_done) {
+      one.execute(begin);
+      other.execute("COMMIT");
+      other.execute(begin);
+      one.execute("COMMIT");
+    }
+  });
+  std::uintmax_t longest = 0;
+  for (std::uint64_t stored = 0; stored < 300 * kInBatch; stored += kInBatch) {
+    recorded.store.append(batchFrom(recorded.channel, stored));
+    longest = std::max(longest, fs::file_size(path + "-wal"));
+  }
+  is_done = true;
+  readers.join();
+  EXPECT_LT(longest, 100u * 16384u) << "300 batches are more than 600 pages";
 }
 
 TEST(StoreFaults, beginsTheLogAnewOnceALongReaderHasGone) {
