@@ -16,7 +16,7 @@ using namespace afterglow::test;
 using replay::OpenMode;
 using replay::Stamp;
 
-struct Run {
+struct Outcome {
   int status = -1;
   std::string output;  ///< of both kinds
 };
@@ -36,17 +36,17 @@ class StoreVerb : public testing::Test {
     }
   }
 
-  Run run(const std::string& arguments) {
+  Outcome run(const std::string& arguments) {
     const std::string command =
         std::string(AFTERGLOW_TEST_COMMAND) + " store " + arguments + " --store " + path_ + " 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
     if (!pipe) return {};
-    Run run;
+    Outcome outcome;
     for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) {
-      run.output += static_cast<char>(c);
+      outcome.output += static_cast<char>(c);
     }
-    run.status = WEXITSTATUS(pclose(pipe));
-    return run;
+    outcome.status = WEXITSTATUS(pclose(pipe));
+    return outcome;
   }
 
   /// Behind the store's back.
@@ -63,17 +63,17 @@ class StoreVerb : public testing::Test {
 };
 
 TEST_F(StoreVerb, checksAndRepairs) {
-  const Run whole = run("check");
+  const Outcome whole = run("check");
   EXPECT_EQ(whole.output, "sqlite:" + path_ + ": 3 messages, all is well\n");
   EXPECT_EQ(whole.status, 0);
   damageFirstMessage();
-  const Run damaged = run("check");
+  const Outcome damaged = run("check");
   EXPECT_NE(damaged.output.find("recording 1, /a: a message is damaged, of 1970-01-01T00:00:00.000Z"
                                 ": the checksum is another\n"),
             std::string::npos)
       << damaged.output;
   EXPECT_EQ(damaged.status, 1);
-  const Run repaired = run("repair");
+  const Outcome repaired = run("repair");
   EXPECT_NE(repaired.output.find("2 messages kept; the store as it was is now " + path_ +
                                  ".damaged\nlost: recording 1, /a: a message is lost"),
             std::string::npos)
@@ -85,7 +85,7 @@ TEST_F(StoreVerb, checksAndRepairs) {
 TEST_F(StoreVerb, prunesAndSaysWhat) {
   EXPECT_EQ(run("prune").status, 2);
   EXPECT_EQ(run("prune --older-than soon").status, 2);
-  const Run dry = run("prune --older-than 30d --keep-tag demo --dry-run");
+  const Outcome dry = run("prune --older-than 30d --keep-tag demo --dry-run");
   EXPECT_EQ(dry.output,
             "1  1970-01-01T00:00:00.000Z  pick\n3  1970-01-01T00:00:00.000Z  pick\n"
             "2 behaviors would be removed\n");
@@ -95,11 +95,11 @@ TEST_F(StoreVerb, prunesAndSaysWhat) {
 }
 
 TEST_F(StoreVerb, measuresForPeopleAndPrograms) {
-  const Run table = run("stats");
+  const Outcome table = run("stats");
   EXPECT_NE(table.output.find("1 recording, 3 behaviors, 3 messages, 0 files"), std::string::npos)
       << table.output;
   EXPECT_NE(table.output.find("/a"), std::string::npos);
-  const Run json = run("stats --json");
+  const Outcome json = run("stats --json");
   EXPECT_NE(json.output.find("\"messages\": 3"), std::string::npos) << json.output;
   EXPECT_NE(json.output.find("\"recorder\": null"), std::string::npos);
   EXPECT_EQ(run("compact").status, 0);
@@ -108,10 +108,10 @@ TEST_F(StoreVerb, measuresForPeopleAndPrograms) {
 TEST_F(StoreVerb, makesNoStoreThatIsNotThere) {
   path_ = folder_.path("none.db");
   for (const char* verb : {"check", "repair", "compact", "stats", "prune --older-than 1d"}) {
-    const Run none = run(verb);
-    EXPECT_EQ(none.status, 1) << verb;
-    EXPECT_NE(none.output.find("sqlite:" + path_ + ": no such store"), std::string::npos)
-        << none.output;
+    const Outcome refused = run(verb);
+    EXPECT_EQ(refused.status, 1) << verb;
+    EXPECT_NE(refused.output.find("sqlite:" + path_ + ": no such store"), std::string::npos)
+        << refused.output;
   }
   EXPECT_FALSE(std::filesystem::exists(path_));
   EXPECT_FALSE(std::filesystem::exists(path_ + ".lock"));
