@@ -174,7 +174,7 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = running_.find(id);
     if (found == running_.end()) {
-      return std::nullopt;
+      return takeCutShort(id);
     }
     running = std::move(found->second);
     running_.erase(found);
@@ -190,7 +190,21 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
   }
   if (running.on_end) {
     running.on_end(id, ended);
+  } else if (!forced_by.empty()) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cut_short_[id] = ended;
   }
+  return ended;
+}
+
+std::optional<RecordingDesk::Ended> RecordingDesk::takeCutShort(std::int64_t id) {
+  const auto found =
+      id == 0 && !cut_short_.empty() ? std::prev(cut_short_.end()) : cut_short_.find(id);
+  if (found == cut_short_.end()) {
+    return std::nullopt;
+  }
+  const Ended ended = found->second;
+  cut_short_.erase(found);
   return ended;
 }
 

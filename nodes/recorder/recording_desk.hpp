@@ -53,7 +53,8 @@ class RecordingDesk {
 
   /// Returns when the recording runs, with its id. Throws std::runtime_error, one line.
   std::int64_t start(const RecordingRequest& request, const OnEnd& on_end, std::string* warning);
-  /// Empty if it does not run. `forced_by` says why if nobody asked for the end.
+  /// Empty if it does not run. `forced_by` says why if nobody asked for the end; who asks later
+  /// (0: for the last one) is told once, unless on_end was.
   std::optional<Ended> stop(std::int64_t id, const std::string& outcome,
                             const std::string& forced_by = {});
   /// Ends what runs as kInterrupted.
@@ -91,6 +92,7 @@ class RecordingDesk {
                 const std::set<std::string>& references, std::vector<std::string>& remarks);
   Ended end(std::int64_t id, const Running& running, const std::string& outcome,
             const std::string& forced_by);
+  std::optional<Ended> takeCutShort(std::int64_t id);
   void tellDrops();
 
   const RecorderNodeOptions options_;
@@ -102,6 +104,7 @@ class RecordingDesk {
 
   mutable std::mutex mutex_;
   std::map<std::int64_t, Running> running_;
+  std::map<std::int64_t, Ended> cut_short_;  ///< nobody was told yet
 };
 
 }  // namespace afterglow::nodes

@@ -82,6 +82,14 @@ class Run:
                 process.wait()
 
 
+def told(publisher):
+    """The next line of JSON among what roscpp logs."""
+    for line in publisher.stdout:
+        if line.startswith('{'):
+            return json.loads(line)
+    sys.exit('the publisher failed')
+
+
 def digests(bag_path):
     """One for each message of the topic, in order."""
     with rosbag.Bag(str(bag_path)) as bag:
@@ -99,15 +107,14 @@ def record(options, load, with_rosbag, folder):
                            **quiet) if with_rosbag else None
         publisher = run.start(run.bin / 'record_load', rate, int(size), options.seconds,
                               1 + with_rosbag, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        if not publisher.stdout.readline():
-            sys.exit('the publisher failed')
+        told(publisher)
         before = {'afterglow': cpu_seconds(ours.pid)}
         if theirs:
             before['rosbag'] = cpu_seconds(theirs.pid)
         begin = time.time()
         publisher.stdin.write('\n')
         publisher.stdin.flush()
-        report = json.loads(publisher.stdout.readline())
+        report = told(publisher)
         result = {'report': report, 'megabytes': report['published'] * size / 1e6}
         result['afterglow'] = {
             'cpu': cpu_seconds(ours.pid) - before['afterglow'], 'seconds': report['stopped_in'],
