@@ -1,0 +1,244 @@
+#include "replay/motion/base_tracker.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has not driven
+constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
+constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
+constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
+
+// Where the path time begins to slow down, and where it is slowest.
+constexpr double kLagBegin = 0.04, kLagEnd = 0.15;    // m
+constexpr double kSideBegin = 0.06, kSideEnd = 0.25;  // m; only driving on takes a base sideways,
+constexpr double kSlowestAside = 0.3;                 // so it never stands for that
+constexpr double kTurnBegin = 0.12, kTurnEnd = 0.45;  // rad
+
+Stamp later(Stamp stamp, double seconds) {
+  return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
+}
+
+double ramp(double value, double begin, double end) {
+  return std::clamp((end - value) / (end - begin), 0., 1.);
+}
+
+template <typename... Values>
+std::string text(const char* format, Values... values) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof(buffer), format, values...);
+  return buffer;
+}
+
+}  // namespace
+
+BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options)
+    : track_(std::move(track)),
+      options_(options),
+      approach_(track_.endPose(), options.approach),
+      path_(track_.begin()) {
+  for (const double value : {options.rate, options.speed, options.turn_speed, options.acceleration,
+                             options.turn_acceleration}) {
+    if (!(value > 0)) throw std::invalid_argument("rate and limits of a base must be above zero");
+  }
+}
+
+PlanarVelocity BaseTracker::update(const BaseInput& input) {
+  const double since = last_update_ ? secondsBetween(*last_update_, input.now) : 0;
+  const double seconds = std::clamp(since, 0., kLongestStep);
+  last_update_ = input.now;
+  if (since > options_.longest_silence || since < 0) halt(input.now);
+  if (state_ == BaseState::Done || state_ == BaseState::Lost) return halt(input.now);
+  taken_ += seconds;
+  reason_ = whyWaiting(input);
+  if (!reason_.empty()) {
+    idle(seconds, reason_);
+    return halt(input.now);
+  }
+  localize(input);
+  const PlanarPose base =
+      predict(input.T_odom_base->stamp, later(input.now, options_.command_delay));
+  const PlanarVelocity wanted =
+      state_ == BaseState::Following ? follow(base, seconds) : approach(base, seconds);
+  if (state_ == BaseState::Lost) return halt(input.now);
+  return send(wanted, input.now, seconds);
+}
+
+std::string BaseTracker::whyWaiting(const BaseInput& input) const {
+  if (!input.T_odom_base) return "no odometry";
+  const double silence = secondsBetween(input.T_odom_base->stamp, input.now);
+  if (silence > options_.longest_silence) return text("no odometry for %.1f s", silence);
+  if (!isLocalized()) return "";
+  if (!input.T_map_odom) return "no localization";
+  const double blindness = secondsBetween(input.T_map_odom->stamp, input.now);
+  if (blindness > options_.longest_blindness) return text("no localization for %.1f s", blindness);
+  return "";
+}
+
+void BaseTracker::localize(const BaseInput& input) {
+  odometry_ = input.T_odom_base->pose;
+  if (!localizer_) {
+    const PlanarPose T_track_odom =
+        isLocalized() ? input.T_map_odom->pose : compose(track_.startPose(), inverse(odometry_));
+    localizer_.emplace(options_.noise, T_track_odom, odometry_, input.now);
+  }
+  localizer_->move(odometry_);
+  if (isLocalized()) localizer_->correct(input.T_map_odom->pose, input.T_map_odom->stamp);
+}
+
+/// The commands on their way are done, each when its delay is over.
+PlanarPose BaseTracker::predict(Stamp from, Stamp to) const {
+  PlanarPose base = localizer_->pose();
+  PlanarVelocity velocity;
+  Stamp at = from;
+  for (const Sent& sent : sent_) {
+    const Stamp effect = std::min(later(sent.at, options_.command_delay), to);
+    if (effect > at) {
+      base = advance(base, velocity, secondsBetween(at, effect));
+      at = effect;
+    }
+    velocity = sent.velocity;
+  }
+  return to > at ? advance(base, velocity, secondsBetween(at, to)) : base;
+}
+
+PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
+  path_ = std::min(later(path_, pace_ * seconds), track_.end());
+  if (path_ >= track_.end()) {
+    state_ = BaseState::Approaching;
+    report_.delay = taken_ - secondsBetween(track_.begin(), track_.end()) / options_.rate;
+    return {};
+  }
+  const Stamp reference = later(path_, pace_ * options_.command_delay);
+  const PlanarPose error = between(base, track_.at(reference));
+  if (isOff(error)) return {};
+  const PlanarVelocity recorded = track_.velocityAt(reference);
+  pace_ = paceFor(error, recorded);
+  if (pace_ < 0.05 * options_.rate) {
+    idle(seconds, text("the base does not follow: %.2f m and %.0f deg behind",
+                       std::hypot(error.x, error.y), std::abs(error.yaw) * kDegreesPerRadian));
+  } else {
+    idle_ = 0;
+  }
+  return law(error, {recorded.forward * pace_, recorded.turn * pace_});
+}
+
+double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const {
+  const double speed = std::abs(recorded.forward), turn_speed = std::abs(recorded.turn);
+  const double lag =
+      speed > kResting ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x);
+  double pace = options_.rate;
+  pace *= std::min(ramp(lag, kLagBegin, kLagEnd), ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
+  pace *= std::max(kSlowestAside, ramp(std::abs(error.y), kSideBegin, kSideEnd));
+  if (speed * pace > options_.speed) pace = options_.speed / speed;
+  if (turn_speed * pace > options_.turn_speed) pace = options_.turn_speed / turn_speed;
+  return pace;
+}
+
+PlanarVelocity BaseTracker::law(const PlanarPose& error, const PlanarVelocity& wanted) const {
+  const bool is_resting = std::abs(wanted.forward) < kResting && std::abs(wanted.turn) < kResting;
+  if (is_resting && std::abs(error.x) < std::max(kRest, 3 * localizer_->positionError()) &&
+      std::abs(error.yaw) < std::max(kRest, 3 * localizer_->yawError())) {
+    return {};
+  }
+  const double frequency = std::max(
+      kLeastGain,
+      std::sqrt(wanted.turn * wanted.turn + options_.stiffness * wanted.forward * wanted.forward));
+  const double gain = 2 * options_.damping * frequency;
+  const double sinc = std::abs(error.yaw) < 1e-6 ? 1 : std::sin(error.yaw) / error.yaw;
+  double forward = wanted.forward * std::cos(error.yaw) + gain * error.x;
+  // A base that is ahead waits; it does not drive the other way.
+  if (!is_resting && forward * wanted.forward < 0) forward = 0;
+  return {forward,
+          wanted.turn + options_.stiffness * wanted.forward * sinc * error.y + gain * error.yaw};
+}
+
+PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
+  idle_ = 0;
+  PlanarPose error = between(base, track_.endPose());
+  error.yaw = 0;  // it may have turned away on purpose
+  if (isOff(error)) return {};
+  const auto wanted = isLocalized() ? approach_.step(base, localizer_->positionError(),
+                                                     localizer_->yawError(), seconds)
+                                    : approach_.step(base, 0, 0, seconds);
+  if (wanted) return *wanted;
+  state_ = BaseState::Done;
+  return {};
+}
+
+/// Keeps the largest deviations of the way; too large a one is the end.
+bool BaseTracker::isOff(const PlanarPose& error) {
+  const double off = std::hypot(error.x, error.y), turned = std::abs(error.yaw);
+  if (state_ == BaseState::Following) {
+    if (off > report_.largest_distance) {
+      report_.largest_distance = off;
+      report_.largest_distance_at = path_;
+    }
+    report_.largest_turn = std::max(report_.largest_turn, turned);
+  }
+  if (off <= options_.lost_distance && turned <= options_.lost_turn) return false;
+  state_ = BaseState::Lost;
+  reason_ = text("the base is %.2f m and %.0f deg off its track", off, turned * kDegreesPerRadian);
+  return true;
+}
+
+void BaseTracker::idle(double seconds, const std::string& why) {
+  idle_ += seconds;
+  if (idle_ <= options_.patience) return;
+  state_ = BaseState::Lost;
+  reason_ = why;
+}
+
+PlanarVelocity BaseTracker::send(const PlanarVelocity& wanted, Stamp now, double seconds) {
+  const double step = options_.acceleration * seconds;
+  const double turn_step = options_.turn_acceleration * seconds;
+  const double forward = std::clamp(wanted.forward, -options_.speed, options_.speed);
+  const double turn = std::clamp(wanted.turn, -options_.turn_speed, options_.turn_speed);
+  command_.forward += std::clamp(forward - command_.forward, -step, step);
+  command_.turn += std::clamp(turn - command_.turn, -turn_step, turn_step);
+  const bool is_first_step = command_.forward != 0 || command_.turn != 0;
+  if (is_first_step && !T_map_odom_at_start_) {
+    T_map_odom_at_start_ = compose(localizer_->pose(), inverse(odometry_));
+  }
+  return remember(now);
+}
+
+PlanarVelocity BaseTracker::halt(Stamp now) {
+  command_ = {};
+  return remember(now);
+}
+
+PlanarVelocity BaseTracker::remember(Stamp now) {
+  sent_.push_back({now, command_});
+  // What was in effect when the oldest odometry that counts was measured stays.
+  const Stamp oldest = later(now, -options_.command_delay - options_.longest_silence);
+  while (sent_.size() > 1 && sent_[1].at < oldest) sent_.pop_front();
+  return command_;
+}
+
+std::optional<PlanarPose> BaseTracker::pose() const {
+  if (!localizer_) return {};
+  return localizer_->pose();
+}
+
+BaseReport BaseTracker::report() const {
+  BaseReport report = report_;
+  report.corrections = approach_.attempts();
+  if (!localizer_) return report;
+  const PlanarPose base = localizer_->pose();
+  report.end_distance = distance(base, track_.endPose());
+  report.end_turn = std::abs(wrapAngle(base.yaw - track_.endPose().yaw));
+  report.end_uncertainty = isLocalized() ? localizer_->positionError() : 0;
+  if (T_map_odom_at_start_) {
+    const PlanarPose by_odometry = compose(*T_map_odom_at_start_, odometry_);
+    report.drift_distance = distance(by_odometry, base);
+    report.drift_turn = std::abs(wrapAngle(by_odometry.yaw - base.yaw));
+  }
+  return report;
+}
+
+}  // namespace afterglow::replay

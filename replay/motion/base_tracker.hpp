@@ -1,0 +1,126 @@
+/// \file
+/// Drives a base along a recorded pose track, in time with it, and to its end pose.
+///
+/// The law is the nonlinear one for trajectory tracking with a unicycle that De Luca, Oriolo and
+/// Vendittelli give in "Control of wheeled mobile robots: an experimental overview", 2001 (after
+/// Samson, 1993): with the reference's velocities v_d, w_d and its pose in the base's frame
+/// (e1 ahead, e2 left, e3 turn),
+///   v = v_d cos e3 + k1 e1,   w = w_d + b v_d (sin e3 / e3) e2 + k3 e3,
+///   k1 = k3 = 2 zeta sqrt(w_d^2 + b v_d^2).
+/// It holds for driving forward, backward and for turning in place. The reference is the track at
+/// the path time, which runs with the clock and slower, down to standing still, when the base lags
+/// behind or is off: corners are not cut. The end is FinalApproach's, on the mean of what
+/// localization says while the base stands.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "replay/motion/base_localizer.hpp"
+#include "replay/motion/final_approach.hpp"
+#include "replay/motion/pose_track.hpp"
+
+namespace afterglow::replay {
+
+struct TrackerOptions {
+  double rate = 1;                      ///< path time to real time; velocities scale with it
+  double speed = 1.0;                   ///< m/s, either way; where the track was faster, the path
+  double turn_speed = 2.0;              ///< rad/s       time runs slower
+  double acceleration = 0.7;            ///< m/s^2
+  double turn_acceleration = 2.8;       ///< rad/s^2
+  double command_delay = 0.08;          ///< s until the base does as it is told
+  double longest_silence = 0.3;         ///< s without odometry: the base stands until there is
+  double longest_blindness = 2;         ///< s, the same for localization
+  double lost_distance = 0.5;           ///< m off the track: given up
+  double lost_turn = 0.52;              ///< rad
+  double patience = 10;                 ///< s without getting on: given up
+  double damping = 0.8, stiffness = 8;  ///< zeta, and b in 1/m^2
+  bool with_localization = true;        ///< false: on odometry alone, the base being at the start
+  LocalizationNoise noise;
+  ApproachOptions approach;
+};
+
+struct StampedPose {
+  Stamp stamp;
+  PlanarPose pose;
+};
+
+/// What is known now; the newest, old ones may be given again. All stamps by one clock.
+struct BaseInput {
+  Stamp now;
+  std::optional<StampedPose> T_odom_base;
+  std::optional<StampedPose> T_map_odom;  ///< not needed on odometry alone
+};
+
+enum class BaseState { Following, Approaching, Done, Lost };
+
+/// Distances in m, turns in rad, as localization sees them (on odometry alone, as that does).
+struct BaseReport {
+  double end_distance = 0, end_turn = 0;  ///< from the recorded end pose
+  double end_uncertainty = 0;             ///< m, one standard deviation of where the base is
+  double largest_distance = 0, largest_turn = 0;  ///< off the track on the way
+  Stamp largest_distance_at;                      ///< on the track
+  double drift_distance = 0, drift_turn = 0;      ///< of the odometry, from its first step on
+  double delay = 0;                               ///< s that it took longer than recorded
+  int corrections = 0;                            ///< moves of the final approach
+};
+
+class BaseTracker {
+ public:
+  /// Throws std::invalid_argument for a rate or a limit that is not above zero.
+  BaseTracker(PoseTrack track, const TrackerOptions& options);
+
+  /// To be called at 20 to 50 Hz; what it returns is to be sent at once. A caller that pauses just
+  /// stops calling, having sent a zero.
+  PlanarVelocity update(const BaseInput& input);
+
+  BaseState state() const { return state_; }
+  /// The recorded stamp that has been reached; never goes back.
+  Stamp progress() const { return {path_.ns}; }
+  /// Why it is lost, or what it is waiting for; empty otherwise.
+  const std::string& reason() const { return reason_; }
+  /// Where it takes the base to be, in the track's frame; empty before the first pose.
+  std::optional<PlanarPose> pose() const;
+  BaseReport report() const;
+  const PoseTrack& track() const { return track_; }
+
+ private:
+  struct Sent {
+    Stamp at;
+    PlanarVelocity velocity;
+  };
+
+  std::string whyWaiting(const BaseInput& input) const;
+  void localize(const BaseInput& input);
+  PlanarPose predict(Stamp from, Stamp to) const;
+  PlanarVelocity follow(const PlanarPose& base, double seconds);
+  PlanarVelocity approach(const PlanarPose& base, double seconds);
+  double paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const;
+  PlanarVelocity law(const PlanarPose& error, const PlanarVelocity& wanted) const;
+  bool isOff(const PlanarPose& error);
+  void idle(double seconds, const std::string& why);
+  PlanarVelocity send(const PlanarVelocity& wanted, Stamp now, double seconds);
+  PlanarVelocity halt(Stamp now);
+  PlanarVelocity remember(Stamp now);
+  bool isLocalized() const { return track_.isLocalized() && options_.with_localization; }
+
+  PoseTrack track_;
+  TrackerOptions options_;
+  BaseState state_ = BaseState::Following;
+  std::string reason_;
+  std::optional<BaseLocalizer> localizer_;
+  FinalApproach approach_;
+  std::optional<Stamp> last_update_;
+  Stamp path_;        ///< path time
+  double pace_ = 1;   ///< of the path time, to real time
+  double idle_ = 0;   ///< s without getting on
+  double taken_ = 0;  ///< s
+  PlanarVelocity command_;
+  std::deque<Sent> sent_;  ///< those that may not have had their effect
+  PlanarPose odometry_;
+  std::optional<PlanarPose> T_map_odom_at_start_;
+  BaseReport report_;
+};
+
+}  // namespace afterglow::replay

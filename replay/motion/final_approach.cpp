@@ -1,0 +1,94 @@
+#include "replay/motion/final_approach.hpp"
+
+#include <algorithm>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr double kTurned = 0.003;   // rad
+constexpr double kArrived = 0.001;  // m
+constexpr double kGain = 2.5;       // 1/s, for the very end of a move
+
+/// Fast, but slow enough to brake in time.
+double speedFor(double left, double fastest, double braking) {
+  const double length = std::abs(left);
+  return std::copysign(std::min({fastest, std::sqrt(braking * length), kGain * length}), left);
+}
+
+}  // namespace
+
+void FinalApproach::enter(Phase phase) {
+  phase_ = phase;
+  in_phase_ = 0;
+}
+
+std::optional<PlanarVelocity> FinalApproach::step(const PlanarPose& base, double position_error,
+                                                  double turn_error, double seconds) {
+  in_phase_ += seconds;
+  if (phase_ != Phase::Stand && in_phase_ > options_.longest_move) enter(Phase::Stand);
+  switch (phase_) {
+    case Phase::Stand:
+      if (in_phase_ < options_.shortest_stand) return PlanarVelocity{};
+      if (in_phase_ < options_.longest_stand &&
+          (position_error > options_.wanted_error || turn_error > options_.wanted_turn_error)) {
+        return PlanarVelocity{};
+      }
+      if (!look(base)) return {};
+      return PlanarVelocity{};
+    case Phase::Turn:
+      return turnTo(base, heading_, Phase::Drive);
+    case Phase::Drive:
+      return drive(base);
+    case Phase::TurnBack:
+      return turnTo(base, goal_.yaw, Phase::Stand);
+  }
+  return {};
+}
+
+/// Begins a move if one is needed and allowed.
+bool FinalApproach::look(const PlanarPose& base) {
+  const PlanarPose left = between(base, goal_);
+  const double length = std::hypot(left.x, left.y);
+  const bool is_there = length <= options_.tolerance;
+  if ((is_there && std::abs(left.yaw) <= options_.turn_tolerance) ||
+      attempts_ >= options_.most_attempts) {
+    return false;
+  }
+  ++attempts_;
+  heading_ = base.yaw;
+  if (is_there) {
+    enter(Phase::TurnBack);
+  } else if (std::abs(left.y) <= options_.tolerance / 2) {
+    enter(Phase::Drive);
+  } else {
+    double bearing = std::atan2(left.y, left.x);
+    if (std::abs(bearing) > kPi / 2) {
+      bearing = wrapAngle(bearing + kPi);  // backward, for the smaller turn
+    }
+    heading_ = wrapAngle(base.yaw + bearing);
+    enter(Phase::Turn);
+  }
+  return true;
+}
+
+PlanarVelocity FinalApproach::turnTo(const PlanarPose& base, double yaw, Phase next) {
+  const double left = wrapAngle(yaw - base.yaw);
+  if (std::abs(left) < kTurned) {
+    enter(next);
+    return {};
+  }
+  return {0, speedFor(left, options_.turn_speed, options_.turn_acceleration)};
+}
+
+PlanarVelocity FinalApproach::drive(const PlanarPose& base) {
+  const double left =
+      (goal_.x - base.x) * std::cos(heading_) + (goal_.y - base.y) * std::sin(heading_);
+  if (std::abs(left) < kArrived) {
+    enter(Phase::TurnBack);
+    return {};
+  }
+  return {speedFor(left, options_.speed, options_.acceleration),
+          kGain * wrapAngle(heading_ - base.yaw)};
+}
+
+}  // namespace afterglow::replay

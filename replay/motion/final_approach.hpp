@@ -1,0 +1,55 @@
+/// \file
+/// The last centimeters of a replayed drive: stand, look where the base is, and if that is not
+/// where it was, turn there, drive there, turn back. Short straight moves, because odometry makes
+/// them well; few of them, because people watch.
+#pragma once
+
+#include <optional>
+
+#include "replay/motion/planar_pose.hpp"
+
+namespace afterglow::replay {
+
+struct ApproachOptions {
+  double tolerance = 0.006;           ///< m; nearer than this is left alone
+  double turn_tolerance = 0.004;      ///< rad
+  double wanted_error = 0.006;        ///< m; it stands until it knows its place this well
+  double wanted_turn_error = 0.0042;  ///< rad; and its yaw, or
+  double shortest_stand = 0.5;        ///< s, from the last command to the first look
+  double longest_stand = 6;           ///< s
+  int most_attempts = 3;              ///< moves before the rest is left
+  double longest_move = 15;           ///< s; a move that takes longer is given up
+  double speed = 0.1;                 ///< m/s
+  double turn_speed = 0.6;            ///< rad/s
+  double acceleration = 0.3;          ///< m/s^2, of braking
+  double turn_acceleration = 1.0;     ///< rad/s^2
+};
+
+class FinalApproach {
+ public:
+  FinalApproach(const PlanarPose& goal, const ApproachOptions& options)
+      : goal_(goal), options_(options) {}
+
+  /// The velocity for the next `seconds`; empty when it is over. `base`: where the base will be
+  /// when that takes effect; how well that is known, m and rad.
+  std::optional<PlanarVelocity> step(const PlanarPose& base, double position_error,
+                                     double turn_error, double seconds);
+  int attempts() const { return attempts_; }
+
+ private:
+  enum class Phase { Stand, Turn, Drive, TurnBack };
+
+  void enter(Phase phase);
+  bool look(const PlanarPose& base);
+  PlanarVelocity turnTo(const PlanarPose& base, double yaw, Phase next);
+  PlanarVelocity drive(const PlanarPose& base);
+
+  PlanarPose goal_;
+  ApproachOptions options_;
+  Phase phase_ = Phase::Stand;
+  double in_phase_ = 0;  ///< s
+  double heading_ = 0;   ///< to drive along, forward or backward
+  int attempts_ = 0;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,54 @@
+/// \file
+/// Poses and velocities of a base on the floor. Metres, radians, seconds; REP-103: x ahead, y left,
+/// yaw counter-clockwise.
+#pragma once
+
+#include <cmath>
+
+namespace afterglow::replay {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegreesPerRadian = 180 / kPi;
+
+struct PlanarPose {
+  double x = 0, y = 0, yaw = 0;
+};
+
+/// Of a base that cannot move sideways: m/s ahead, rad/s counter-clockwise.
+struct PlanarVelocity {
+  double forward = 0, turn = 0;
+};
+
+/// The same angle in [-pi, pi].
+inline double wrapAngle(double angle) { return std::remainder(angle, 2 * kPi); }
+
+/// b, given in a, in a's parent.
+inline PlanarPose compose(const PlanarPose& a, const PlanarPose& b) {
+  const double c = std::cos(a.yaw), s = std::sin(a.yaw);
+  return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, wrapAngle(a.yaw + b.yaw)};
+}
+
+inline PlanarPose inverse(const PlanarPose& pose) {
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  return {-c * pose.x - s * pose.y, s * pose.x - c * pose.y, -pose.yaw};
+}
+
+/// b as seen from a; both in the same frame.
+inline PlanarPose between(const PlanarPose& a, const PlanarPose& b) {
+  return compose(inverse(a), b);
+}
+
+inline double distance(const PlanarPose& a, const PlanarPose& b) {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+
+/// Where a base is after `seconds` of a steady velocity: on an arc.
+inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity, double seconds) {
+  const double half = velocity.turn * seconds / 2;
+  const double arc = velocity.forward * seconds;
+  const double chord = std::abs(half) < 1e-9 ? arc : arc * std::sin(half) / half;
+  return {pose.x + chord * std::cos(pose.yaw + half), pose.y + chord * std::sin(pose.yaw + half),
+          wrapAngle(pose.yaw + 2 * half)};
+}
+
+}  // namespace afterglow::replay

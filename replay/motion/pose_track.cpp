@@ -1,0 +1,50 @@
+#include "replay/motion/pose_track.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::int64_t kHalfWindow = 50'000'000;  // ns on either side of a velocity
+
+}  // namespace
+
+PoseTrack::PoseTrack(std::vector<Sample> samples, std::string frame, bool is_localized)
+    : samples_(std::move(samples)), frame_(std::move(frame)), is_localized_(is_localized) {
+  if (samples_.empty()) throw std::invalid_argument("a pose track needs a pose");
+  for (std::size_t i = 1; i < samples_.size(); ++i) {
+    if (samples_[i].stamp <= samples_[i - 1].stamp) {
+      throw std::invalid_argument("the stamps of a pose track must rise");
+    }
+    length_ += distance(samples_[i - 1].pose, samples_[i].pose);
+  }
+}
+
+PlanarPose PoseTrack::at(Stamp stamp) const {
+  const auto after =
+      std::upper_bound(samples_.begin(), samples_.end(), stamp,
+                       [](Stamp wanted, const Sample& sample) { return wanted < sample.stamp; });
+  if (after == samples_.begin()) return startPose();
+  if (after == samples_.end()) return endPose();
+  const Sample& a = *(after - 1);
+  const double part = static_cast<double>(stamp.ns - a.stamp.ns) /
+                      static_cast<double>(after->stamp.ns - a.stamp.ns);
+  return {a.pose.x + part * (after->pose.x - a.pose.x),
+          a.pose.y + part * (after->pose.y - a.pose.y),
+          wrapAngle(a.pose.yaw + part * wrapAngle(after->pose.yaw - a.pose.yaw))};
+}
+
+PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {
+  if (stamp < begin() || stamp >= end()) return {};
+  const Stamp from{std::max(stamp.ns - kHalfWindow, begin().ns)};
+  const Stamp to{std::min(stamp.ns + kHalfWindow, end().ns)};
+  const double seconds = secondsBetween(from, to);
+  const PlanarPose step = between(at(from), at(to));
+  // The chord of an arc points half its turn to the side.
+  const double ahead = std::cos(step.yaw / 2) * step.x + std::sin(step.yaw / 2) * step.y;
+  return {ahead / seconds, step.yaw / seconds};
+}
+
+}  // namespace afterglow::replay

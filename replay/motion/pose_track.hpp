@@ -1,0 +1,69 @@
+/// \file
+/// Where the base was during a behavior, as a function of recorded time: what a replay drives
+/// after.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/motion/planar_pose.hpp"
+
+namespace afterglow::replay {
+
+inline double secondsBetween(Stamp from, Stamp to) {
+  return static_cast<double>(to.ns - from.ns) * 1e-9;
+}
+
+/// A while without any pose; the track goes straight through it.
+struct TrackGap {
+  Stamp from, to;
+};
+
+/// The localization changed its mind about where the base was.
+struct TrackJump {
+  Stamp at;
+  double distance = 0, turn = 0;  ///< m, rad; of the base
+};
+
+/// A value; at least one pose.
+class PoseTrack {
+ public:
+  struct Sample {
+    Stamp stamp;
+    PlanarPose pose;
+  };
+
+  /// `frame` is the poses' ("map"); is_localized: that frame is one that localization knows again,
+  /// not the odometry's. Stamps must rise; throws std::invalid_argument if they do not, or if there
+  /// is no sample.
+  PoseTrack(std::vector<Sample> samples, std::string frame, bool is_localized);
+
+  Stamp begin() const { return samples_.front().stamp; }
+  Stamp end() const { return samples_.back().stamp; }
+  const PlanarPose& startPose() const { return samples_.front().pose; }
+  const PlanarPose& endPose() const { return samples_.back().pose; }
+  /// At any recorded stamp, interpolated; before and after the track its ends.
+  PlanarPose at(Stamp stamp) const;
+  /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track.
+  PlanarVelocity velocityAt(Stamp stamp) const;
+  /// Metres driven, forward and backward.
+  double length() const { return length_; }
+
+  const std::string& frame() const { return frame_; }
+  bool isLocalized() const { return is_localized_; }
+  std::size_t sampleCount() const { return samples_.size(); }
+
+  std::vector<TrackGap> gaps;
+  std::vector<TrackJump> jumps;
+  /// What a person must know of how it came about, a sentence each; gaps and jumps among them.
+  std::vector<std::string> remarks;
+
+ private:
+  std::vector<Sample> samples_;
+  std::string frame_;
+  bool is_localized_;
+  double length_ = 0;
+};
+
+}  // namespace afterglow::replay

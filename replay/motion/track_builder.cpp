@@ -1,0 +1,182 @@
+#include "replay/motion/track_builder.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <stdexcept>
+
+namespace afterglow::replay {
+namespace {
+
+using Sample = PoseTrack::Sample;
+
+constexpr std::size_t kMostSamples = 200'000;
+constexpr std::int64_t kGap = 500'000'000;
+constexpr std::size_t kMostGaps = 1000;
+constexpr std::size_t kJumpMean = 5;  // measurements on either side that tell a jump's size
+
+/// Every second one; the last is kept.
+void halve(std::vector<Sample>& samples) {
+  const Sample last = samples.back();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i + 1 < samples.size(); i += 2) samples[kept++] = samples[i];
+  samples.resize(kept);
+  samples.push_back(last);
+}
+
+void addSpaced(std::vector<Sample>& samples, std::int64_t& spacing, const Sample& sample) {
+  if (!samples.empty() && sample.stamp.ns - samples.back().stamp.ns < spacing) return;
+  samples.push_back(sample);
+  if (samples.size() < kMostSamples) return;
+  halve(samples);
+  spacing *= 2;
+}
+
+template <typename... Values>
+std::string sentence(const char* format, Values... values) {
+  char text[200];
+  std::snprintf(text, sizeof(text), format, values...);
+  return text;
+}
+
+}  // namespace
+
+void TrackBuilder::addOdometry(Stamp stamp, const PlanarPose& T_odom_base) {
+  if (!poses_.empty() && stamp <= last_heard_) {
+    if (stamp < last_heard_) ++out_of_order_;
+    return;
+  }
+  if (!poses_.empty() && stamp.ns - last_heard_.ns > kGap && gaps_.size() < kMostGaps) {
+    gaps_.push_back({last_heard_, stamp});
+  }
+  last_heard_ = stamp;
+  last_pose_ = T_odom_base;
+  addSpaced(poses_, pose_spacing_, {stamp, T_odom_base});
+}
+
+bool TrackBuilder::endsAt(const PlanarPose& T_odom_base) const {
+  return hasOdometry() && distance(last_pose_, T_odom_base) < 0.002 &&
+         std::abs(wrapAngle(last_pose_.yaw - T_odom_base.yaw)) < 0.002;
+}
+
+void TrackBuilder::addLocalization(Stamp stamp, const PlanarPose& T_map_odom) {
+  if (!corrections_.empty()) {
+    const PlanarPose& last = corrections_.back().pose;
+    if (last.x == T_map_odom.x && last.y == T_map_odom.y && last.yaw == T_map_odom.yaw) return;
+  }
+  addSpaced(corrections_, correction_spacing_, {stamp, T_map_odom});
+}
+
+PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& odometry_frame,
+                              std::int64_t odometry_shift) {
+  if (poses_.empty()) throw std::invalid_argument("a pose track needs odometry");
+  for (Sample& sample : poses_) sample.stamp.ns += odometry_shift;
+  for (TrackGap& gap : gaps_) {
+    gap.from.ns += odometry_shift;
+    gap.to.ns += odometry_shift;
+  }
+  const bool is_localized = isLocalized();
+  std::vector<TrackJump> jumps = closeJumps();
+  if (is_localized) smooth();
+  PoseTrack track(std::move(poses_), is_localized ? map_frame : odometry_frame, is_localized);
+  if (!is_localized) {
+    track.remarks.push_back("no " + map_frame + " -> " + odometry_frame +
+                            " was recorded: the base is followed in " + odometry_frame +
+                            ", from wherever it starts");
+  }
+  for (const TrackGap& gap : gaps_) {
+    track.remarks.push_back(sentence("no base pose for %.1f s, %.1f s after the track's begin",
+                                     secondsBetween(gap.from, gap.to),
+                                     secondsBetween(track.begin(), gap.from)));
+  }
+  for (const TrackJump& jump : jumps) {
+    track.remarks.push_back(sentence(
+        "localization jumped by %.2f m and %.1f deg, %.1f s after the track's begin; what came "
+        "before was moved along",
+        jump.distance, jump.turn * kDegreesPerRadian, secondsBetween(track.begin(), jump.at)));
+  }
+  if (out_of_order_ > 0) {
+    track.remarks.push_back(std::to_string(out_of_order_) + " base poses came out of order");
+  }
+  track.gaps = std::move(gaps_);
+  track.jumps = std::move(jumps);
+  return track;
+}
+
+PlanarPose TrackBuilder::odometryAt(Stamp stamp) const {
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), stamp,
+                       [](const Sample& sample, Stamp wanted) { return sample.stamp < wanted; });
+  return after == poses_.end() ? poses_.back().pose : after->pose;
+}
+
+/// Where corrections [begin, end) put a base, in the mean.
+PlanarPose TrackBuilder::meanBase(std::size_t begin, std::size_t end,
+                                  const PlanarPose& T_odom_base) const {
+  const PlanarPose first = compose(corrections_[begin].pose, T_odom_base);
+  PlanarPose sum;
+  for (std::size_t i = begin; i < end; ++i) {
+    const PlanarPose base = compose(corrections_[i].pose, T_odom_base);
+    sum.x += base.x - first.x;
+    sum.y += base.y - first.y;
+    sum.yaw += wrapAngle(base.yaw - first.yaw);
+  }
+  const auto count = static_cast<double>(end - begin);
+  return {first.x + sum.x / count, first.y + sum.y / count, wrapAngle(first.yaw + sum.yaw / count)};
+}
+
+std::vector<TrackJump> TrackBuilder::closeJumps() {
+  std::vector<std::size_t> at;  // of each stretch without a jump: its first correction
+  for (std::size_t i = 1; i < corrections_.size(); ++i) {
+    const PlanarPose odometry = odometryAt(corrections_[i].stamp);
+    if (isJump(compose(corrections_[i - 1].pose, odometry), compose(corrections_[i].pose, odometry),
+               noise_)) {
+      at.push_back(i);
+    }
+  }
+  std::vector<TrackJump> jumps(at.size());
+  std::vector<PlanarPose> moves(at.size());  // of what came before
+  PlanarPose move;
+  for (std::size_t k = at.size(); k-- > 0;) {
+    const std::size_t begin = k > 0 ? at[k - 1] : 0;
+    const std::size_t end = k + 1 < at.size() ? at[k + 1] : corrections_.size();
+    const PlanarPose odometry = odometryAt(corrections_[at[k]].stamp);
+    const PlanarPose before =
+        meanBase(std::max(begin, at[k] - std::min(at[k], kJumpMean)), at[k], odometry);
+    const PlanarPose after = meanBase(at[k], std::min(end, at[k] + kJumpMean), odometry);
+    jumps[k] = {corrections_[at[k]].stamp, distance(before, after),
+                wrapAngle(after.yaw - before.yaw)};
+    move = compose(move, compose(after, inverse(before)));
+    moves[k] = move;
+  }
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    for (std::size_t i = k > 0 ? at[k - 1] : 0; i < at[k]; ++i) {
+      corrections_[i].pose = compose(moves[k], corrections_[i].pose);
+    }
+  }
+  return jumps;
+}
+
+void TrackBuilder::smooth() {
+  BaseLocalizer localizer(noise_, corrections_.front().pose, poses_.front().pose,
+                          corrections_.front().stamp);
+  std::size_t next = 0;
+  for (const Sample& sample : poses_) {
+    localizer.move(sample.pose);
+    for (; next < corrections_.size() && corrections_[next].stamp <= sample.stamp; ++next) {
+      localizer.correct(corrections_[next].pose, corrections_[next].stamp);
+    }
+  }
+  for (; next < corrections_.size(); ++next) {
+    localizer.correct(corrections_[next].pose, corrections_[next].stamp);
+  }
+  // The way back starts from what the whole drive taught; the end stays as it was found.
+  for (std::size_t i = poses_.size(); i-- > 0;) {
+    localizer.move(poses_[i].pose);
+    poses_[i].pose = localizer.pose();
+    for (; next > 0 && i > 0 && corrections_[next - 1].stamp > poses_[i - 1].stamp; --next) {
+      localizer.correct(corrections_[next - 1].pose, corrections_[next - 1].stamp);
+    }
+  }
+}
+
+}  // namespace afterglow::replay

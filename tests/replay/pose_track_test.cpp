@@ -1,0 +1,278 @@
+#include "replay/motion/pose_track.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "replay/motion/track_reader.hpp"
+#include "replay/store/store.hpp"
+#include "tests/support/messages.hpp"
+#include "tests/support/simulated_drive.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using namespace test;
+
+void expectPose(const PlanarPose& is, const PlanarPose& should, double within = 1e-9) {
+  EXPECT_NEAR(is.x, should.x, within);
+  EXPECT_NEAR(is.y, should.y, within);
+  EXPECT_NEAR(wrapAngle(is.yaw - should.yaw), 0, within);
+}
+
+// ------------------------------------------------------------------------------------- the track
+
+TEST(PoseTrack, interpolatesThroughTheTurnOfTheCircle) {
+  const PoseTrack track({{stampAt(0), {0, 0, 3.1}}, {stampAt(1), {1, 2, -3.1}}}, "map", true);
+  expectPose(track.at(stampAt(0.5)), {0.5, 1, 3.14159265358979});
+  expectPose(track.at(stampAt(-1)), {0, 0, 3.1});
+  expectPose(track.at(stampAt(9)), {1, 2, -3.1});
+}
+
+TEST(PoseTrack, hasTheVelocitiesOfDrivingForwardBackwardAndTurning) {
+  for (const PlanarVelocity driven : {PlanarVelocity{0.5, 0.7}, {-0.3, 0.2}, {0, -1.2}, {0, 0}}) {
+    std::vector<PoseTrack::Sample> samples;
+    PlanarPose pose{3, 1, 2.9};
+    for (int i = 0; i <= 100; ++i) {
+      samples.push_back({stampAt(i * 0.02), pose});
+      pose = advance(pose, driven, 0.02);
+    }
+    const PoseTrack track(samples, "map", true);
+    for (const double at : {0., 0.013, 1.007, 1.99}) {
+      EXPECT_NEAR(track.velocityAt(stampAt(at)).forward, driven.forward, 1e-3) << at;
+      EXPECT_NEAR(track.velocityAt(stampAt(at)).turn, driven.turn, 1e-6) << at;
+    }
+    EXPECT_EQ(track.velocityAt(stampAt(2.5)).forward, 0);
+    EXPECT_NEAR(track.length(), std::abs(driven.forward) * 2, 1e-3);
+  }
+}
+
+TEST(PoseTrack, isRefusedWithoutPosesOrWithStampsThatDoNotRise) {
+  EXPECT_THROW(PoseTrack({}, "map", true), std::invalid_argument);
+  EXPECT_THROW(PoseTrack({{stampAt(1), {}}, {stampAt(1), {}}}, "map", true), std::invalid_argument);
+}
+
+// ----------------------------------------------------------------------------------- the builder
+
+TEST(TrackBuilder, smoothsTheNoiseOfLocalization) {
+  const LocalizationFaults faults{0.03, kDegree, 0.2};
+  double worst = 0;
+  const RecordedDrive drive = record(detour(), DriveFaults{1.01, 0.99, 0.04}, faults, 7);
+  for (std::size_t i = 0; i < drive.truth.size(); ++i) {
+    worst = std::max(
+        worst, distance(drive.track.at(stampAt(static_cast<double>(i) * kStep)), drive.truth[i]));
+  }
+  EXPECT_LT(worst, 0.03);
+  EXPECT_TRUE(drive.track.jumps.empty());
+  EXPECT_TRUE(drive.track.remarks.empty());
+  EXPECT_EQ(drive.track.frame(), "map");
+  EXPECT_NEAR(drive.track.length(), 3.2, 0.15);
+}
+
+TEST(TrackBuilder, takesExactLocalizationAsItIs) {
+  TrackBuilder builder({});
+  builder.addLocalization(stampAt(0), {5, 5, 1});
+  PlanarPose pose;
+  for (int i = 0; i < 200; ++i) {
+    builder.addOdometry(stampAt(i * 0.02), pose);
+    pose = advance(pose, {0.4, 0.3}, 0.02);
+  }
+  const PoseTrack track = builder.build("map", "odom");
+  const PlanarPose last = advance({}, {0.4, 0.3}, 199 * 0.02);
+  expectPose(track.startPose(), {5, 5, 1}, 1e-6);
+  expectPose(track.endPose(), compose({5, 5, 1}, last), 1e-6);
+}
+
+TEST(TrackBuilder, movesWhatCameBeforeAJumpAlong) {
+  TrackBuilder builder({});
+  const PlanarPose wrong{0.1, 0.2, 0.3}, right{0.5, -0.4, 0.55};
+  PlanarPose pose;
+  for (int i = 0; i < 400; ++i) {
+    builder.addOdometry(stampAt(i * 0.02), pose);
+    builder.addLocalization(stampAt(i * 0.02), i < 250 ? wrong : right);
+    pose = advance(pose, {0.4, 0}, 0.02);
+  }
+  const PoseTrack track = builder.build("map", "odom");
+  ASSERT_EQ(track.jumps.size(), 1u);
+  EXPECT_EQ(track.jumps[0].at, stampAt(5));
+  EXPECT_NEAR(track.jumps[0].distance,
+              distance(compose(wrong, {2, 0, 0}), compose(right, {2, 0, 0})), 1e-6);
+  EXPECT_NEAR(track.jumps[0].turn, 0.25, 1e-9);
+  ASSERT_EQ(track.remarks.size(), 1u);
+  EXPECT_NE(track.remarks[0].find("localization jumped by"), std::string::npos);
+  expectPose(track.startPose(), right, 1e-6);
+  expectPose(track.endPose(), compose(right, {399 * 0.008, 0, 0}), 1e-6);
+  for (double at = 0; at < 7.9; at += 0.05) {
+    EXPECT_NEAR(track.velocityAt(stampAt(at)).forward, 0.4, 1e-6) << at;
+  }
+}
+
+TEST(TrackBuilder, forgivesASingleWrongMeasurement) {
+  TrackBuilder builder({});
+  PlanarPose pose;
+  for (int i = 0; i < 200; ++i) {
+    builder.addOdometry(stampAt(i * 0.02), pose);
+    builder.addLocalization(stampAt(i * 0.02),
+                            i == 100 ? PlanarPose{3, 3, 1} : PlanarPose{1, 0, 0});
+    pose = advance(pose, {0.4, 0}, 0.02);
+  }
+  const PoseTrack track = builder.build("map", "odom");
+  EXPECT_EQ(track.jumps.size(), 2u);
+  expectPose(track.startPose(), {1, 0, 0}, 1e-6);
+  expectPose(track.endPose(), {1 + 199 * 0.008, 0, 0}, 1e-6);
+}
+
+TEST(TrackBuilder, reportsGapsAndWhatIsOutOfOrder) {
+  TrackBuilder builder({});
+  for (const double at : {0., 0.1, 0.2, 1.0, 0.9, 1.1, 1.1}) {
+    builder.addOdometry(stampAt(at), {at, 0, 0});
+  }
+  const PoseTrack track = builder.build("map", "odom");
+  ASSERT_EQ(track.gaps.size(), 1u);
+  EXPECT_EQ(track.gaps[0].from, stampAt(0.2));
+  EXPECT_EQ(track.gaps[0].to, stampAt(1.0));
+  ASSERT_EQ(track.remarks.size(), 3u);
+  EXPECT_EQ(track.remarks[0],
+            "no map -> odom was recorded: the base is followed in odom, from wherever it starts");
+  EXPECT_EQ(track.remarks[1], "no base pose for 0.8 s, 0.2 s after the track's begin");
+  EXPECT_EQ(track.remarks[2], "1 base poses came out of order");
+  EXPECT_FALSE(track.isLocalized());
+  EXPECT_EQ(track.frame(), "odom");
+}
+
+TEST(TrackBuilder, keepsAVeryLongTrackInBoundedMemory) {
+  TrackBuilder builder({});
+  for (int i = 0; i < 500'000; ++i) builder.addOdometry(stampAt(i * 0.02), {i * 1e-3, 0, 0});
+  const PoseTrack track = builder.build("map", "odom");
+  EXPECT_LE(track.sampleCount(), 200'000u);
+  EXPECT_TRUE(track.gaps.empty());
+  EXPECT_NEAR(track.at(stampAt(5000.003)).x, 250.00015, 1e-6);
+}
+
+// ------------------------------------------------------------------------------------ the reader
+
+struct Transform {
+  std::string parent, child;
+  double at = 0;
+  PlanarPose pose;
+};
+
+/// A recording of /tf messages of one transform each.
+class TransformLog {
+ public:
+  TransformLog() {
+    Recording recording;
+    recording.source = "/recorder";
+    behavior_.recording = store_->addRecording(recording);
+    behavior_.name = "drive";
+    behavior_.begin = stampAt(0);
+    behavior_.end = stampAt(100);
+    behavior_.topics = {"/cmd_vel"};
+    channel_ = store_->addChannel(behavior_.recording, described_);
+  }
+
+  void add(const Transform& transform, double delay = 0.004) {
+    Value message = blank(described_);
+    Value entry = blank(schema_, "geometry_msgs/TransformStamped");
+    const Stamp stamp = stampAt(transform.at);
+    at(entry, "header.stamp") = RosTime{static_cast<std::uint32_t>(stamp.ns / 1000000000),
+                                        static_cast<std::uint32_t>(stamp.ns % 1000000000)};
+    at(entry, "header.frame_id") = transform.parent;
+    at(entry, "child_frame_id") = transform.child;
+    for (const char* zero : {"translation.z", "rotation.x", "rotation.y"}) {
+      at(entry, std::string("transform.") + zero) = 0.0;
+    }
+    at(entry, "transform.translation.x") = transform.pose.x;
+    at(entry, "transform.translation.y") = transform.pose.y;
+    at(entry, "transform.rotation.z") = std::sin(transform.pose.yaw / 2);
+    at(entry, "transform.rotation.w") = std::cos(transform.pose.yaw / 2);
+    at(message, "transforms") = Array{entry};
+    addBytes(encode(schema_, message), transform.at + delay);
+  }
+  void addBytes(const Bytes& bytes, double received) {
+    store_->append({{channel_, stampAt(received), sequence_++, {}, bytes}});
+  }
+
+  std::optional<PoseTrack> read(const TrackFrames& frames = {}) {
+    return readPoseTrack(*store_, behavior_, frames, {}, why);
+  }
+  std::string why;
+
+ private:
+  std::unique_ptr<Store> store_ = openMemoryStore();
+  Channel described_ = channelOf("/tf", "tf2_msgs/TFMessage", kTfMessage);
+  Schema schema_ = schemaOf(described_);
+  Behavior behavior_;
+  std::int64_t channel_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+TEST(TrackReader, readsTheBaseOnTheMapFromTf) {
+  TransformLog log;
+  for (int i = 0; i < 20; ++i) {
+    log.add({"/map", "/odom", i * 0.1 + 0.01, {1, 2, 1.5707963267948966}});
+    log.add({"base_link", "gripper_link", i * 0.1 + 0.02, {}});
+    log.add({"odom", "base_link", i * 0.1 + 0.03, {i * 0.1, 0, 0}});
+  }
+  const auto track = log.read();
+  ASSERT_TRUE(track) << log.why;
+  EXPECT_TRUE(track->isLocalized());
+  EXPECT_TRUE(track->remarks.empty());
+  expectPose(track->endPose(), {1, 2 + 1.9, 1.5707963267948966}, 1e-6);
+  EXPECT_NEAR(track->velocityAt(stampAt(1)).forward, 1, 1e-6);
+}
+
+TEST(TrackReader, isOnTheRecordersClockWhateverTheRobotsIs) {
+  TransformLog log;
+  for (int i = 0; i < 20; ++i) {
+    const double jitter = i % 3 * 0.005;
+    log.add({"odom", "base_link", i * 0.1, {i * 0.1, 0, 0}}, 7.5 + jitter);
+  }
+  const auto track = log.read();
+  ASSERT_TRUE(track) << log.why;
+  EXPECT_EQ(track->begin(), stampAt(7.5));
+  EXPECT_EQ(track->end(), stampAt(9.4));
+}
+
+TEST(TrackReader, saysWhatThereIsWhenTheBaseIsNot) {
+  TransformLog log;
+  log.add({"odom", "base_footprint", 1, {}});
+  log.add({"map", "odom", 1.1, {}});
+  EXPECT_FALSE(log.read());
+  EXPECT_EQ(log.why, "no odom -> base_link was recorded on /tf; there are odom -> base_footprint");
+  TrackFrames frames;
+  frames.base = "/base_footprint";
+  EXPECT_TRUE(log.read(frames));
+}
+
+TEST(TrackReader, learnsWhereTheBaseEndedFromWhatComesAfterWhileItStands) {
+  TransformLog log;
+  log.add({"map", "odom", 98, {0.03, 0, 0}});
+  log.add({"odom", "base_link", 99.9, {1, 0, 0}});
+  // The behavior ends at 100 s; the base stands, then drives on.
+  for (int i = 0; i < 40; ++i) {
+    log.add({"odom", "base_link", 100 + i * 0.1, {1, 0, 0}});
+    log.add({"map", "odom", 100.05 + i * 0.1, {i * 1e-9, 0, 0}});
+  }
+  log.add({"odom", "base_link", 104.5, {1.1, 0, 0}});
+  for (int i = 0; i < 40; ++i) log.add({"map", "odom", 105 + i * 0.1, {0.1 + i * 1e-9, 0, 0}});
+  const auto track = log.read();
+  ASSERT_TRUE(track) << log.why;
+  EXPECT_LT(track->end(), stampAt(100));
+  EXPECT_NEAR(track->endPose().x, 1, 0.01);
+}
+
+TEST(TrackReader, leavesOutAndCountsWhatIsNoTransform) {
+  TransformLog log;
+  log.add({"odom", "base_link", 1, {1, 0, 0}});
+  log.add({"odom", "base_link", 1.1, {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
+  log.addBytes({1, 2, 3}, 1.2);
+  log.add({"odom", "base_link", 1.3, {2, 0, 0}});
+  const auto track = log.read();
+  ASSERT_TRUE(track) << log.why;
+  EXPECT_EQ(track->sampleCount(), 2u);
+  EXPECT_EQ(track->remarks.back(), "2 messages or transforms on /tf could not be read");
+}
+
+}  // namespace
+}  // namespace afterglow::replay
