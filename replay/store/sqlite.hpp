@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -34,6 +35,9 @@ class SqliteConstraint : public StoreError {
 };
 
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
+
+/// The end of what has none.
+constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
 
 class SqliteStatement;
 

@@ -10,13 +10,11 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
-
 std::string dump(const nlohmann::json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-bool isJsonObject(const std::string& text) {
+bool isObject(const std::string& text) {
   return nlohmann::json::parse(text, nullptr, false).is_object();
 }
 
@@ -32,7 +30,7 @@ void SqliteStore::checkObjects(const Behavior& behavior) const {
   for (const auto& [what, text] : {std::pair("parameters", &behavior.parameters),
                                    std::pair("calibration", &behavior.calibration),
                                    std::pair("snapshot", &behavior.snapshot)}) {
-    if (!isJsonObject(*text)) {
+    if (!isObject(*text)) {
       fail(std::string(what) + " of behavior \"" + behavior.name + "\": no JSON object");
     }
   }

@@ -8,8 +8,8 @@ namespace afterglow::replay {
 namespace {
 
 /// A page ends with the message that reaches one of these.
-constexpr std::size_t kPageMessages = 2048;
-constexpr std::size_t kPageBytes = 4 << 20;
+constexpr std::size_t kReadMessages = 2048;
+constexpr std::size_t kReadBytes = 4 << 20;
 
 }  // namespace
 
@@ -69,7 +69,7 @@ void SqliteCursor::readPage() {
   query_->bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
   query_->bind(5, end_ns_).bind(6, topics_);
   std::size_t bytes = 0;
-  while (page_.size() < kPageMessages && bytes < kPageBytes && query_->step()) {
+  while (page_.size() < kReadMessages && bytes < kReadBytes && query_->step()) {
     channel_ = query_->integer(0);
     received_ns_ = query_->integer(1);
     sequence_ = query_->integer(2);

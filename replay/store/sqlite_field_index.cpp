@@ -1,13 +1,10 @@
 #include "replay/store/sqlite_field_index.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <random>
 
 namespace afterglow::replay {
 namespace {
-
-constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
 
 /// Tells blocks apart that begin with messages of the same time.
 std::int64_t newId() {

@@ -74,7 +74,7 @@ void SqliteStore::append(const std::vector<Message>& messages, Duplicates duplic
 /// False: it was there.
 bool SqliteStore::insert(SqliteStatement& statement, const Message& message) {
   const Bytes& bytes = message.bytes;
-  const bool is_chunked = bytes.size() > kChunkBytes;
+  const bool is_chunked = bytes.size() > kSqliteChunkBytes;
   statement.bind(1, recordingOf(message.channel))
       .bind(2, message.channel)
       .bind(3, message.received.ns)
@@ -93,8 +93,8 @@ void SqliteStore::insertChunks(std::int64_t message, const Bytes& bytes) {
   SqliteStatement& statement = connection_->prepared(
       "INSERT INTO chunks (message, number, checksum, bytes) VALUES (?1, ?2, ?3, ?4)");
   std::int64_t number = 0;
-  for (std::size_t at = 0; at < bytes.size(); at += kChunkBytes, ++number) {
-    const std::size_t size = std::min(kChunkBytes, bytes.size() - at);
+  for (std::size_t at = 0; at < bytes.size(); at += kSqliteChunkBytes, ++number) {
+    const std::size_t size = std::min(kSqliteChunkBytes, bytes.size() - at);
     const std::uint8_t* chunk = bytes.data() + at;
     statement.bind(1, message).bind(2, number).bind(3, checksumOf(chunk, size));
     statement.bind(4, chunk, size).run();

@@ -39,7 +39,7 @@ DROP TABLE old_definitions;
 )";
 
 void copyMessages(SqliteConnection& connection) {
-  const std::string chunk = std::to_string(kChunkBytes);
+  const std::string chunk = std::to_string(kSqliteChunkBytes);
   connection.execute(
       "INSERT INTO messages SELECT id, recording, channel, received_ns, sequence, header_stamp_ns, "
       "length(bytes), checksum(bytes), iif(length(bytes) > " +

@@ -1,6 +1,5 @@
 // SqliteStore: finds behaviors. Indexes narrow, Filter judges.
 #include <algorithm>
-#include <limits>
 
 #include "replay/store/behavior_row.hpp"
 #include "replay/store/sqlite_store.hpp"
@@ -8,8 +7,6 @@
 
 namespace afterglow::replay {
 namespace {
-
-constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
 
 /// Only what is asked for is in it, so that an index can serve it.
 std::string conditionsOf(const BehaviorFilter& filter, bool open_are_incomplete) {

@@ -16,8 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint32_t kApplicationId = 0x4167776c;
+constexpr std::uintmax_t kQuicklyChecked = 32 << 20;  ///< bytes
 
-constexpr const char* kTables = R"(
+constexpr const char* kSqliteTables = R"(
 CREATE TABLE definitions (
   id INTEGER PRIMARY KEY, type TEXT NOT NULL, md5 TEXT NOT NULL, text TEXT NOT NULL);
 CREATE INDEX definitions_by_md5 ON definitions (md5);
@@ -200,11 +201,24 @@ void refuseForeignObjects(SqliteConnection& connection, const std::string& path)
   if (query.step()) refuse(path, "it holds the " + query.text(0) + " " + query.text(1));
 }
 
+/// A recorder does not write into what is damaged. Larger stores would take too long to look at:
+/// what is damaged there is found when it is read.
+void refuseDamage(SqliteConnection& connection, const std::string& path) {
+  std::error_code error;
+  if (fs::file_size(path, error) > kQuicklyChecked || error) return;
+  SqliteStatement check(connection, "PRAGMA quick_check(1)");
+  if (check.step() && check.text(0) != "ok") {
+    throw StoreError("sqlite:" + path + ": the store is damaged (" + check.text(0) +
+                     "); \"afterglow store repair --store " + path + "\" saves what can be read");
+  }
+}
+
 void configure(SqliteConnection& connection, const std::string& path, OpenMode mode) {
   connection.execute("PRAGMA cell_size_check = ON");
   connection.execute("PRAGMA cache_size = -16384");  // KiB
   refuseForeignObjects(connection, path);
   if (mode == OpenMode::ReadOnly) return;
+  if (mode == OpenMode::Record) refuseDamage(connection, path);
   // For a file that is made now. Of pages of 4 KiB a second's messages are so many that writing
   // them takes twice as long; larger ones gain little and make small commits large.
   connection.execute("PRAGMA page_size = 16384");
@@ -217,7 +231,7 @@ void configure(SqliteConnection& connection, const std::string& path, OpenMode m
 
 }  // namespace
 
-void makeSqliteTables(SqliteConnection& connection) { connection.execute(kTables); }
+void makeSqliteTables(SqliteConnection& connection) { connection.execute(kSqliteTables); }
 
 std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode) {
   const bool is_file = path != ":memory:";

@@ -53,7 +53,7 @@
 namespace afterglow::replay {
 
 constexpr int kStoreVersion = 2;
-constexpr std::size_t kChunkBytes = 4 << 20;
+constexpr std::size_t kSqliteChunkBytes = 4 << 20;
 
 /// Makes the tables of kStoreVersion, in the transaction that is open.
 void makeSqliteTables(SqliteConnection& connection);

@@ -148,7 +148,7 @@ TEST_F(SqliteStoreTest, keepsBytesThatCannotBeDecoded) {
 
 TEST_F(SqliteStoreTest, keepsLargeMessagesInChunks) {
   Message written = stringMessage(channel_, 1, 0, "");
-  for (std::size_t i = 0; i < 2 * kChunkBytes + 5; ++i) {
+  for (std::size_t i = 0; i < 2 * kSqliteChunkBytes + 5; ++i) {
     written.bytes.push_back(static_cast<std::uint8_t>(i * i >> 7));
   }
   store_->append({written, stringMessage(channel_, 2, 1, "small")});
@@ -163,10 +163,10 @@ TEST_F(SqliteStoreTest, keepsLargeMessagesInChunks) {
 }
 
 TEST_F(SqliteStoreTest, leavesOutAndReportsDamagedMessages) {
-  const Message large = stringMessage(channel_, 2, 1, std::string(2 * kChunkBytes, 'x'));
+  const Message large = stringMessage(channel_, 2, 1, std::string(2 * kSqliteChunkBytes, 'x'));
   store_->append({stringMessage(channel_, 1, 0, "first"), large,
                   stringMessage(channel_, 3, 2, "third"),
-                  stringMessage(channel_, 4, 3, std::string(2 * kChunkBytes, 'y')),
+                  stringMessage(channel_, 4, 3, std::string(2 * kSqliteChunkBytes, 'y')),
                   stringMessage(channel_, 5, 4, "last")});
   {
     SqliteConnection connection(path_, SqliteAccess::ReadWriteCreate);

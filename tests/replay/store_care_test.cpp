@@ -121,6 +121,14 @@ TEST_F(StoreCare, savesWhatLiesAroundDamagedPages) {
   const std::size_t before = readable();
   EXPECT_LT(before, 1000u) << "and more than nothing: the index leads around the damage";
   EXPECT_GT(before, 900u);
+  try {
+    openStore(path_, OpenMode::Record);
+    ADD_FAILURE() << "recorded into";
+  } catch (const StoreError& error) {
+    EXPECT_NE(std::string(error.what()).find("\"afterglow store repair --store " + path_),
+              std::string::npos)
+        << error.what();
+  }
   const auto repair = repairStore(path_);
   EXPECT_EQ(repair.messages, before);
   ASSERT_EQ(repair.lost.size(), 2u);
