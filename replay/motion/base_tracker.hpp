@@ -11,6 +11,10 @@
 /// the path time, which runs with the clock and slower, down to standing still, when the base lags
 /// behind or is off: corners are not cut. The end is FinalApproach's, on the mean of what
 /// localization says while the base stands.
+///
+///   BaseTracker base(*readPoseTrack(store, behavior, frames, options.noise, why), options);
+///   every 30 ms: publish(base.update({now, T_odom_base, T_map_odom}));
+/// until base.state() is Done or Lost. Whatever goes with the drive waits for base.progress().
 #pragma once
 
 #include <deque>

@@ -25,14 +25,12 @@ void FinalApproach::enter(Phase phase) {
 std::optional<PlanarVelocity> FinalApproach::step(const PlanarPose& base, double position_error,
                                                   double turn_error, double seconds) {
   in_phase_ += seconds;
+  unchanged_ = position_error == known_ ? unchanged_ + seconds : 0;
+  known_ = position_error;
   if (phase_ != Phase::Stand && in_phase_ > options_.longest_move) enter(Phase::Stand);
   switch (phase_) {
     case Phase::Stand:
-      if (in_phase_ < options_.shortest_stand) return PlanarVelocity{};
-      if (in_phase_ < options_.longest_stand &&
-          (position_error > options_.wanted_error || turn_error > options_.wanted_turn_error)) {
-        return PlanarVelocity{};
-      }
+      if (isWorthWaiting(position_error, turn_error)) return PlanarVelocity{};
       if (!look(base)) return {};
       return PlanarVelocity{};
     case Phase::Turn:
@@ -43,6 +41,12 @@ std::optional<PlanarVelocity> FinalApproach::step(const PlanarPose& base, double
       return turnTo(base, goal_.yaw, Phase::Stand);
   }
   return {};
+}
+
+bool FinalApproach::isWorthWaiting(double position_error, double turn_error) const {
+  if (in_phase_ < options_.shortest_stand) return true;
+  if (in_phase_ >= options_.longest_stand || unchanged_ >= options_.longest_unchanged) return false;
+  return position_error > options_.wanted_error || turn_error > options_.wanted_turn_error;
 }
 
 /// Begins a move if one is needed and allowed.

@@ -16,7 +16,8 @@ struct ApproachOptions {
   double wanted_error = 0.006;        ///< m; it stands until it knows its place this well
   double wanted_turn_error = 0.0042;  ///< rad; and its yaw, or
   double shortest_stand = 0.5;        ///< s, from the last command to the first look
-  double longest_stand = 6;           ///< s
+  double longest_stand = 6;           ///< s, or
+  double longest_unchanged = 1.5;     ///< s without learning anything about its place
   int most_attempts = 3;              ///< moves before the rest is left
   double longest_move = 15;           ///< s; a move that takes longer is given up
   double speed = 0.1;                 ///< m/s
@@ -40,6 +41,7 @@ class FinalApproach {
   enum class Phase { Stand, Turn, Drive, TurnBack };
 
   void enter(Phase phase);
+  bool isWorthWaiting(double position_error, double turn_error) const;
   bool look(const PlanarPose& base);
   PlanarVelocity turnTo(const PlanarPose& base, double yaw, Phase next);
   PlanarVelocity drive(const PlanarPose& base);
@@ -47,8 +49,10 @@ class FinalApproach {
   PlanarPose goal_;
   ApproachOptions options_;
   Phase phase_ = Phase::Stand;
-  double in_phase_ = 0;  ///< s
-  double heading_ = 0;   ///< to drive along, forward or backward
+  double in_phase_ = 0;   ///< s
+  double known_ = 0;      ///< the position error last heard of, m
+  double unchanged_ = 0;  ///< s since it was another
+  double heading_ = 0;    ///< to drive along, forward or backward
   int attempts_ = 0;
 };
 

@@ -106,6 +106,11 @@ struct LocalizationFaults {
   double correlation = 0.2;      ///< s
 };
 
+/// Of AMCL's grade, and of a good one's. Successive measurements, 0.1 s apart, share 60 % of
+/// their error.
+inline constexpr LocalizationFaults k3Cm{0.03, kDegree, 0.2};
+inline constexpr LocalizationFaults k1Cm{0.01, 0.2 * kDegree, 0.2};
+
 class SimulatedLocalization {
  public:
   SimulatedLocalization(const LocalizationFaults& faults, std::uint32_t seed)
