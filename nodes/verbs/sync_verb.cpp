@@ -34,6 +34,9 @@ replay::BehaviorFilter filterOf(const Options& options) {
 }
 
 void runSync(const Options& options) {
+  if (replay::storeUri(options.from) == replay::storeUri(options.to)) {
+    throw CLI::ValidationError("--to", "is the store to copy from");
+  }
   const replay::BehaviorFilter filter = filterOf(options);
   const auto from = replay::openStore(options.from, replay::OpenMode::ReadOnly);
   const auto to = replay::openStore(options.to, replay::OpenMode::ReadWrite);

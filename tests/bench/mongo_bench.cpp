@@ -75,9 +75,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: mongo_bench mongodb://HOST/ [MESSAGES [BEHAVIORS]]\n");
     return 2;
   }
-  const std::int64_t messages = argc > 2 ? std::atoll(argv[2]) : 100'000;
-  const std::int64_t behaviors = argc > 3 ? std::atoll(argv[3]) : 100;
+  const std::int64_t messages = argc > 2 ? std::atoll(argv[2]) : 5'000;
+  const std::int64_t behaviors = argc > 3 ? std::atoll(argv[3]) : 50;
   const std::string uri = std::string(argv[1]) + "bench_" + newKey();
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
   try {
     const auto store = openStore(uri, OpenMode::ReadWrite);
     fill(*store, messages, behaviors);

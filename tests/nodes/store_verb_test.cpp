@@ -1,4 +1,4 @@
-// `afterglow store`: what it prints and how it exits.
+// `afterglow store` and `afterglow sync`: what they print and how they exit.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
@@ -37,8 +37,11 @@ class StoreVerb : public testing::Test {
   }
 
   Outcome run(const std::string& arguments) {
-    const std::string command =
-        std::string(AFTERGLOW_TEST_COMMAND) + " store " + arguments + " --store " + path_ + " 2>&1";
+    return runVerb("store " + arguments + " --store " + path_);
+  }
+
+  Outcome runVerb(const std::string& arguments) {
+    const std::string command = std::string(AFTERGLOW_TEST_COMMAND) + " " + arguments + " 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
     if (!pipe) return {};
     Outcome outcome;
@@ -115,6 +118,27 @@ TEST_F(StoreVerb, makesNoStoreThatIsNotThere) {
   }
   EXPECT_FALSE(std::filesystem::exists(path_));
   EXPECT_FALSE(std::filesystem::exists(path_ + ".lock"));
+}
+
+TEST_F(StoreVerb, syncCopiesWhatTheOtherStoreLacks) {
+  const std::string sync = "sync --from " + path_ + " --to " + folder_.path("fleet.db");
+  EXPECT_EQ(runVerb(sync + " --tag demo").output.find("1 behaviors copied (1 messages, 0 files)"),
+            0u);
+  const Outcome rest = runVerb(sync + R"( --where '{"/a": {"data": "hello"}}')");
+  EXPECT_EQ(rest.status, 0) << rest.output;
+  EXPECT_NE(rest.output.find("2 behaviors copied"), std::string::npos) << rest.output;
+  EXPECT_NE(rest.output.find("1 there already"), std::string::npos) << rest.output;
+  EXPECT_EQ(replay::openStore(folder_.path("fleet.db"), OpenMode::ReadOnly)->behaviors({}).size(),
+            3u);
+}
+
+TEST_F(StoreVerb, syncSaysWhatWasWrong) {
+  const Outcome same = runVerb("sync --from " + path_ + " --to " + path_);
+  EXPECT_EQ(same.status, 2) << same.output;
+  const Outcome nowhere = runVerb("sync --from " + path_ + " --to ftp://x/y");
+  EXPECT_EQ(nowhere.status, 1);
+  EXPECT_NE(nowhere.output.find("no store of the kind \"ftp\""), std::string::npos)
+      << nowhere.output;
 }
 
 }  // namespace

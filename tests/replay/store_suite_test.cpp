@@ -117,8 +117,8 @@ TEST_P(StoreSuite, aLongReadHasEveryMessageOnce) {
   const std::int64_t a = channel("/a"), b = channel("/b");
   std::vector<Message> messages;
   for (std::int64_t i = 0; i < 2500; ++i) {
-    messages.push_back(
-        stringMessage(i % 3 ? a : b, i / 4, static_cast<std::uint64_t>(i), std::to_string(i)));
+    messages.push_back(stringMessage(i % 5 == 3 ? b : a, i / 40, static_cast<std::uint64_t>(i),
+                                     std::to_string(i)));
   }
   store->append(messages);
   MessageRange range;
