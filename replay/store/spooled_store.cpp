@@ -24,7 +24,7 @@ std::string defaultPath(const std::string& uri) {
   } else {
     throw StoreError("no place for the spool: neither AFTERGLOW_SPOOL nor HOME is set");
   }
-  const std::string name = storeUri(uri);  // without the password, which may change
+  const std::string name = storeUri(uri);  // without password and options, which may change
   const auto hash = checksumOf(reinterpret_cast<const std::uint8_t*>(name.data()), name.size());
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));

@@ -25,7 +25,7 @@ bool isServer(const std::string& uri) {
   return uri.rfind("mongodb://", 0) == 0 || uri.rfind("mongodb+srv://", 0) == 0;
 }
 
-/// With the password, if the URI has one.
+/// With user, password and options, if it is a server's.
 std::string fullUri(const std::string& uri) {
   const std::string named = uri.empty() ? defaultUri() : uri;
   if (named.rfind(kScheme, 0) == 0) {
@@ -45,10 +45,10 @@ std::string fullUri(const std::string& uri) {
 std::string storeUri(const std::string& uri) {
   std::string named = fullUri(uri);
   if (!isServer(named)) return named;
-  const auto user = named.find("://") + 3;
-  const auto at = named.find('@', user);
-  const auto colon = named.find(':', user);
-  if (at != std::string::npos && colon < at) named.replace(colon + 1, at - colon - 1, "***");
+  named = named.substr(0, named.find('?'));
+  const auto host = named.find("://") + 3;
+  const auto at = named.find('@');
+  if (at < named.find('/', host)) named.erase(host, at + 1 - host);
   return named;
 }
 

@@ -185,8 +185,8 @@ std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
 /// A store that lives and dies with the object.
 std::unique_ptr<Store> openMemoryStore();
 
-/// The URI in full, defaults filled in, without a password: what messages call the store. Throws
-/// StoreError for a kind of store that there is not.
+/// The URI in full, defaults filled in, a server's without user, password and options: what messages
+/// call the store. Throws StoreError for a kind of store that there is not.
 std::string storeUri(const std::string& uri);
 
 /// The file of a store's URI; throws StoreError for a server's.

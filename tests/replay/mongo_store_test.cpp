@@ -131,7 +131,8 @@ TEST(MongoErrors, sayOnWhichServerWhatFailed) {
     EXPECT_EQ(text.find("secret"), std::string::npos) << text;
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
   }
-  EXPECT_EQ(storeUri(uri).find("secret"), std::string::npos);
+  EXPECT_EQ(storeUri(uri), "mongodb://127.0.0.1:1/d");
+  EXPECT_EQ(storeUri("mongodb://h,i/d@x"), "mongodb://h,i/d@x");
   EXPECT_THROW(openStore("mongodb://", OpenMode::ReadWrite), StoreError);
   EXPECT_THROW(openStore("mongodb://h/d?nonsense=%", OpenMode::ReadWrite), StoreError);
 }
