@@ -5,13 +5,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <thread>
 
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
-#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -99,16 +99,29 @@ std::vector<std::string> RecordingDesk::topicsNow(const RecordingRequest& reques
   return topics;
 }
 
+Links RecordingDesk::oldLinks(const std::vector<std::string>& topics) const {
+  const std::vector<std::string> heard = listener_.topics();
+  std::vector<std::string> unheard;
+  std::copy_if(topics.begin(), topics.end(), std::back_inserter(unheard),
+               [&](const std::string& topic) {
+                 return std::find(heard.begin(), heard.end(), topic) == heard.end();
+               });
+  return unheard.empty() ? Links() : linksHere(unheard, deadlineIn(options_.connect_timeout_s / 2));
+}
+
 std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& on_end,
                                   std::string* warning) {
   if (const replay::DiskState state = disk(); state.level == replay::DiskState::Level::Full) {
     throw std::runtime_error(state.text);
   }
   const std::vector<std::string> topics = topicsNow(request);
+  std::unique_lock<std::mutex> one_by_one(subscribing_mutex_);
+  const Links old = oldLinks(topics);
   listener_.acquire(topics);
+  one_by_one.unlock();
   try {
     const std::vector<std::string> missing =
-        waitForPublishers(topics, deadlineIn(options_.connect_timeout_s));
+        waitForPublishers(topics, deadlineIn(options_.connect_timeout_s), old);
     if (!missing.empty()) {
       *warning = "no connection yet from " + joined(missing);
       ROS_WARN_STREAM("behavior '" << request.behavior.name << "': " << *warning);

@@ -16,6 +16,7 @@
 #include "nodes/recorder/recording_request.hpp"
 #include "nodes/recorder/topic_listener.hpp"
 #include "nodes/recorder/world_snapshot.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
 #include "replay/store/spool_status.hpp"
@@ -87,6 +88,8 @@ class RecordingDesk {
   };
 
   std::vector<std::string> topicsNow(const RecordingRequest& request) const;
+  /// Of topics that are not listened to: connections that their publishers believe in.
+  Links oldLinks(const std::vector<std::string>& topics) const;
   std::int64_t begin(Running running);
   void complete(const Running& running, const std::string& outcome, replay::Behavior& behavior,
                 const std::set<std::string>& references, std::vector<std::string>& remarks);
@@ -102,6 +105,7 @@ class RecordingDesk {
   TopicListener listener_;
   WorldSnapshot world_;
 
+  std::mutex subscribing_mutex_;  ///< whose connections are old is asked before there are new ones
   mutable std::mutex mutex_;
   std::map<std::int64_t, Running> running_;
   std::map<std::int64_t, Ended> cut_short_;  ///< nobody was told yet

@@ -76,32 +76,36 @@ std::set<std::string> others(const std::map<std::string, std::set<std::string>>&
   return nodes;
 }
 
-/// Topics on which that node sends to this one. A link: [id, destination, direction, transport,
-/// topic, ...].
-std::set<std::string> topicsSentHere(const std::string& node, Deadline deadline) {
+/// Adds what that node sends to this one. A link: [id, destination, direction, transport, topic,
+/// ...].
+void addLinksOf(const std::string& node, Deadline deadline, Links& links) {
   std::string host;
   std::uint32_t port = 0;
   std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
   if (!uri || uri->getType() != XmlRpcValue::TypeString ||
       !ros::network::splitURI(static_cast<std::string>(*uri), host, port)) {
-    return {};
+    return;
   }
   XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();
-  std::optional<XmlRpcValue> links =
+  std::optional<XmlRpcValue> info =
       call(host, static_cast<int>(port), "getBusInfo", parameters, deadline);
-  std::set<std::string> topics;
-  if (!links || links->getType() != XmlRpcValue::TypeArray) {
-    return topics;
+  if (!info || info->getType() != XmlRpcValue::TypeArray) {
+    return;
   }
-  for (int i = 0; i < links->size(); ++i) {
-    XmlRpcValue& link = (*links)[i];
+  for (int i = 0; i < info->size(); ++i) {
+    XmlRpcValue& link = (*info)[i];
     if (link.size() >= 5 && static_cast<std::string>(link[1]) == ros::this_node::getName() &&
         static_cast<std::string>(link[2]) == "o") {
-      topics.insert(static_cast<std::string>(link[4]));
+      links[{node, static_cast<std::string>(link[4])}].insert(link[0].toXml());
     }
   }
-  return topics;
+}
+
+/// One node may take half of what is left, so that a hung one does not hide the others.
+Deadline halfWay(Deadline deadline) {
+  const auto now = std::chrono::steady_clock::now();
+  return now + (deadline - now) / 2;
 }
 
 /// What is still missing, by node.
@@ -118,13 +122,19 @@ Missing announced(const std::vector<std::string>& topics, Deadline deadline) {
   return missing;
 }
 
-void strikeOutConnected(Missing& missing, Deadline deadline) {
+bool hasNew(const std::set<std::string>& ids, const std::set<std::string>& old) {
+  return !std::includes(old.begin(), old.end(), ids.begin(), ids.end());
+}
+
+void strikeOutConnected(Missing& missing, Deadline deadline, const Links& old) {
   for (auto entry = missing.begin(); entry != missing.end();) {
-    // One node may take half of what is left, so that a hung one does not hide the others.
-    const auto left = deadline - std::chrono::steady_clock::now();
-    for (const std::string& topic :
-         topicsSentHere(entry->first, std::chrono::steady_clock::now() + left / 2)) {
-      entry->second.erase(topic);
+    Links links;
+    addLinksOf(entry->first, halfWay(deadline), links);
+    for (const auto& [node_and_topic, ids] : links) {
+      const auto before = old.find(node_and_topic);
+      if (before == old.end() || hasNew(ids, before->second)) {
+        entry->second.erase(node_and_topic.second);
+      }
     }
     entry = entry->second.empty() ? missing.erase(entry) : std::next(entry);
   }
@@ -160,13 +170,26 @@ RosGraph askMaster(Deadline deadline) {
   return {namesByTopic((*state)[0]), namesByTopic((*state)[1])};
 }
 
+Links linksHere(const std::vector<std::string>& topics, Deadline deadline) {
+  Links links;
+  for (const auto& [node, unheard] : announced(topics, deadline)) {
+    addLinksOf(node, halfWay(deadline), links);
+  }
+  for (auto link = links.begin(); link != links.end();) {
+    const bool is_asked =
+        std::find(topics.begin(), topics.end(), link->first.second) != topics.end();
+    link = is_asked ? std::next(link) : links.erase(link);
+  }
+  return links;
+}
+
 std::vector<std::string> waitForPublishers(const std::vector<std::string>& topics,
-                                           Deadline deadline) {
+                                           Deadline deadline, const Links& old) {
   Missing missing = announced(topics, deadline);
-  strikeOutConnected(missing, deadline);
+  strikeOutConnected(missing, deadline, old);
   while (!missing.empty() && !hasPassed(deadline)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    strikeOutConnected(missing, deadline);
+    strikeOutConnected(missing, deadline, old);
   }
   std::vector<std::string> names;
   for (const auto& [node, unheard] : missing) {

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace afterglow::nodes {
@@ -37,10 +38,18 @@ RosGraph askMaster(Deadline deadline);
 /// The type of every topic by its latest publisher, "package/Type". Throws as askMaster().
 std::map<std::string, std::string> askTopicTypes(Deadline deadline);
 
-/// Waits until every announced publisher of these topics counts this node among its subscribers:
-/// from then on no message is missed. Returns those that did not ("/node on /topic"); topics
-/// without publishers are none. Dead and hung nodes cost the wait, not more.
+/// Numbers of connections, by publishing node and topic, as that node counts them.
+using Links = std::map<std::pair<std::string, std::string>, std::set<std::string>>;
+
+/// Connections that announced publishers of these topics believe to have to this node. A node may
+/// list one for long after this one has closed it (rospy, until it publishes again).
+Links linksHere(const std::vector<std::string>& topics, Deadline deadline);
+
+/// Waits until every announced publisher of these topics counts this node among its subscribers, by
+/// another connection than the `old` ones: from then on no message is missed. Returns those that
+/// did not ("/node on /topic"); topics without publishers are none. Dead and hung nodes cost the
+/// wait, not more.
 std::vector<std::string> waitForPublishers(const std::vector<std::string>& topics,
-                                           Deadline deadline);
+                                           Deadline deadline, const Links& old = {});
 
 }  // namespace afterglow::nodes
