@@ -77,9 +77,11 @@ Spool::Spool(const std::string& path, std::uint64_t most_bytes) : most_bytes_(mo
   connection_ = std::make_unique<SqliteConnection>(path, SqliteAccess::ReadWriteCreate);
   const std::int64_t version = connection_->integer("PRAGMA user_version");
   if (version > kSpoolVersion) throw StoreError(connection_->name() + ": a newer program's spool");
+  if (version == 0) connection_->execute("PRAGMA page_size = 16384");
   if (version == 0) connection_->execute("PRAGMA auto_vacuum = INCREMENTAL");
   connection_->execute("PRAGMA journal_mode = WAL");
   connection_->execute("PRAGMA synchronous = FULL");
+  connection_->execute("PRAGMA wal_autocheckpoint = 4096");  // pages: 64 MiB
   connection_->execute("PRAGMA journal_size_limit = 67108864");
   if (version == 0) {
     SqliteTransaction transaction(*connection_);
@@ -205,14 +207,12 @@ void Spool::append(const std::vector<Message>& messages) {
           .bind(2, ns)
           .run();
     }
-    std::vector<Message> part;
     std::size_t bytes = 0;
-    for (const Message& message : messages) {
-      part.push_back(message);
-      bytes += message.bytes.size();
-      if (bytes < kEntryBytes && &message != &messages.back()) continue;
-      add(Kind::Messages, part.size(), pack(part));
-      part.clear();
+    for (std::size_t begin = 0, i = 0; i < messages.size(); ++i) {
+      bytes += messages[i].bytes.size();
+      if (bytes < kEntryBytes && i + 1 < messages.size()) continue;
+      add(Kind::Messages, i + 1 - begin, pack(messages, begin, i + 1));
+      begin = i + 1;
       bytes = 0;
     }
   });
@@ -360,9 +360,14 @@ std::uint64_t Spool::unsentBytes() const {
 
 // --------------------------------------------------------------------------------------- payloads
 
-Bytes Spool::pack(const std::vector<Message>& messages) {
+Bytes Spool::pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end) {
+  constexpr std::size_t kHead = 5 * 8 + 1;
+  std::size_t size = 0;
+  for (std::size_t i = begin; i < end; ++i) size += kHead + messages[i].bytes.size();
   Bytes payload;
-  for (const Message& message : messages) {
+  payload.reserve(size);
+  for (std::size_t i = begin; i < end; ++i) {
+    const Message& message = messages[i];
     put(payload, message.channel);
     put(payload, message.received.ns);
     put(payload, message.sequence);

@@ -67,7 +67,7 @@ class Spool {
   std::uint64_t unsentMessages() const;
   std::uint64_t unsentBytes() const;
 
-  static Bytes pack(const std::vector<Message>& messages);
+  static Bytes pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end);
   static std::vector<Message> unpack(const Bytes& payload);
   static Behavior behaviorIn(const Bytes& payload);
   static std::pair<std::string, Bytes> fileIn(const Bytes& payload);
