@@ -168,6 +168,19 @@ TEST_F(RecorderNodeTest, takesAllButItsOwnAndTheLogs) {
   EXPECT_EQ(texts(started.behavior_id), Texts{"1"});
 }
 
+TEST_F(RecorderNodeTest, hearsTheFirstMessageOfEveryAttempt) {
+  const ros::Publisher topic = advertise("/retried");
+  for (int attempt = 1; attempt <= 5; ++attempt) {
+    StartRecording::Request asked = request({"/retried"});
+    asked.tree_path = "kitting/pick";
+    const auto started = start(asked);
+    topic.publish(say("at once"));
+    stop(started.behavior_id, "failure");
+    EXPECT_EQ(texts(started.behavior_id), Texts{"at once"});
+    EXPECT_EQ(stored(started.behavior_id).attempt, attempt);
+  }
+}
+
 TEST_F(RecorderNodeTest, outlivesAPublisherAndItsType) {
   const auto started = start(request({"/changing"}));
   {
