@@ -67,14 +67,19 @@ class Spool {
   std::uint64_t unsentMessages() const;
   std::uint64_t unsentBytes() const;
 
-  static Bytes pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end);
+  // What entries hold: spool_entries.cpp.
   static std::vector<Message> unpack(const Bytes& payload);
   static Behavior behaviorIn(const Bytes& payload);
+  static std::int64_t idIn(const Bytes& payload);
   static std::pair<std::string, Bytes> fileIn(const Bytes& payload);
 
  private:
   using Lock = std::lock_guard<std::recursive_mutex>;
 
+  static Bytes pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end);
+  static Bytes pack(const Behavior& behavior);
+  static Bytes pack(std::int64_t id);
+  static Bytes pack(const std::string& sha256, const Bytes& contents);
   void add(Kind kind, std::uint64_t messages, const Bytes& payload);
   void count();
   void closeOpenBehaviors();

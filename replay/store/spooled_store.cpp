@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "replay/store/checksum.hpp"
@@ -197,8 +196,7 @@ void SpooledStore::send(const std::vector<Spool::Entry>& entries) {
     case Spool::Kind::Behavior:
       return sendBehavior(Spool::behaviorIn(payload));
     case Spool::Kind::Removal: {
-      std::int64_t id = 0;
-      std::memcpy(&id, payload.data(), std::min(sizeof id, payload.size()));
+      const std::int64_t id = Spool::idIn(payload);
       if (server().behavior(id)) server().removeBehavior(id);
       return;
     }
