@@ -152,6 +152,9 @@ def tell(load, result):
         figures = result[who]
         print(f'  {who:10} lost {figures["lost"]}, {1000 * figures["cpu"] / megabytes:.2f} ms of CPU '
               f'a MB ({figures["cpu"]:.2f} s), {megabytes / figures["seconds"]:.1f} MB/s')
+    if result['afterglow']['lost']:
+        print(f'  afterglow counted {result["report"]["dropped"]} as dropped; others had not arrived '
+              'when recording was stopped')
     if 'rosbag' in result:
         ours, theirs = result['afterglow'], result['rosbag']
         print(f'  ratio to rosbag: CPU {ours["cpu"] / max(theirs["cpu"], 1e-9):.2f}, MB/s '
