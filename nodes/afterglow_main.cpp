@@ -11,6 +11,7 @@
 #include "nodes/verbs/list_verb.hpp"
 #include "nodes/verbs/play_verb.hpp"
 #include "nodes/verbs/render_verb.hpp"
+#include "nodes/verbs/said_verb.hpp"
 #include "nodes/verbs/show_verb.hpp"
 #include "nodes/verbs/store_verb.hpp"
 #include "nodes/verbs/sync_verb.hpp"
@@ -23,6 +24,7 @@ void addVerbs(CLI::App& app) {
   addImportVerb(app);
   addListVerb(app);
   addShowVerb(app);
+  addSaidVerb(app);
   addPlayVerb(app);
   addExportVerb(app);
   addRenderVerb(app);

@@ -1,13 +1,14 @@
 #include "nodes/verbs/behavior_source.hpp"
 
-#include <charconv>
-#include <cstdint>
+#include <filesystem>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+namespace fs = std::filesystem;
 
 BehaviorSource openBag(const std::string& path) {
   BehaviorSource source;
@@ -25,14 +26,14 @@ BehaviorSource openBag(const std::string& path) {
 }  // namespace
 
 BehaviorSource openBehavior(const std::string& what, const std::string& store) {
-  std::int64_t id = 0;
-  const char* end = what.data() + what.size();
-  const auto [rest, error] = std::from_chars(what.data(), end, id);
-  if (error != std::errc() || rest != end) return openBag(what);
+  const bool is_file = what.find('/') != std::string::npos ||
+                       fs::path(what).extension() == ".bag" || fs::is_regular_file(what);
+  if (is_file) return openBag(what);
   BehaviorSource source;
   source.store = replay::openStore(store, replay::OpenMode::ReadOnly);
-  source.behavior = findBehavior(*source.store, store, id);
-  source.name = "behavior " + std::to_string(id) + " '" + source.behavior.name + "'";
+  source.behavior = findBehavior(*source.store, store, {what});
+  source.name =
+      "behavior " + std::to_string(source.behavior.id) + " '" + source.behavior.name + "'";
   return source;
 }
 

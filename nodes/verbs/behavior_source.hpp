@@ -1,5 +1,5 @@
 /// \file
-/// A behavior that a verb is given by its id or as a bag, and the store it lies in.
+/// A behavior that a verb is given by words or as a bag, and the store it lies in.
 #pragma once
 
 #include <memory>
@@ -15,9 +15,9 @@ struct BehaviorSource {
   std::string name;  ///< for people
 };
 
-/// `what` is an id in the store at `store`, else a bag's path; a bag is read into memory, with
-/// progress on stderr. Throws replay::StoreError, and std::runtime_error for a bag that cannot be
-/// read.
+/// `what` selects a behavior of the store at `store` (findBehavior()); what is a file, or looks
+/// like the name of one, is a bag. A bag is read into memory, with progress on stderr. Throws
+/// replay::StoreError, and std::runtime_error for a bag that cannot be read.
 BehaviorSource openBehavior(const std::string& what, const std::string& store);
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,6 @@
 #include "nodes/verbs/export_verb.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct Options {
-  std::vector<std::int64_t> ids;
+  std::vector<std::string> behaviors;
   std::string out;
   std::string store;
   std::vector<std::string> topics;
@@ -66,12 +67,24 @@ replay::BagExportResult exportWithProgress(const Options& options, const replay:
   return replay::exportBags(store, behaviors, range, options.out, bag);
 }
 
+/// Ids and quoted words are a behavior each; other words are one together.
+std::vector<std::vector<std::string>> selections(const std::vector<std::string>& arguments) {
+  const auto stands_alone = [](const std::string& argument) {
+    return argument.find(' ') != std::string::npos ||
+           argument.find_first_not_of("0123456789") == std::string::npos;
+  };
+  if (!std::all_of(arguments.begin(), arguments.end(), stands_alone)) return {arguments};
+  std::vector<std::vector<std::string>> each;
+  for (const std::string& argument : arguments) each.push_back({argument});
+  return each;
+}
+
 void runExport(const Options& options) {
   requireBag(options.out);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   std::vector<replay::Behavior> behaviors;
-  for (const std::int64_t id : options.ids) {
-    behaviors.push_back(findBehavior(*store, options.store, id));
+  for (const auto& words : selections(options.behaviors)) {
+    behaviors.push_back(findBehavior(*store, options.store, words));
     if (!options.with_context) requireMessages(*store, behaviors.back(), options.topics);
   }
   const auto result = exportWithProgress(options, *store, behaviors);
@@ -88,7 +101,8 @@ void runExport(const Options& options) {
 void addExportVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand("export", "Export behaviors as a bag");
-  verb->add_option("id", options->ids, "The behaviors' ids, as list prints them")
+  verb->add_option("behavior", options->behaviors,
+                   std::string(kBehaviorHelp) + "; several ids, or several such in quotes")
       ->required()
       ->expected(-1);
   verb->add_option("--out", options->out, "The bag to write; replaced when complete")

@@ -9,7 +9,6 @@
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
 #include "replay/store/roslog_import.hpp"
-#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -27,13 +26,6 @@ struct Options {
   std::string since, until;
   std::optional<double> split_gap_s;
 };
-
-std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  const auto stamp = replay::parseTime(text);
-  if (!stamp) throw CLI::ValidationError(option, "\"" + text + "\": " + replay::kTimesUnderstood);
-  return stamp;
-}
 
 bool isDatabase(const std::string& source) {
   return source.rfind("mongodb://", 0) == 0 || source.rfind("mongodb+srv://", 0) == 0;

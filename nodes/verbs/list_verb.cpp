@@ -1,10 +1,11 @@
 #include "nodes/verbs/list_verb.hpp"
 
-#include <CLI/Error.hpp>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/store/filter.hpp"
 #include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
@@ -12,21 +13,11 @@ namespace {
 
 struct Options {
   std::string store;
-  std::optional<std::string> name, outcome, topic;
-  std::string since, until;
-  bool json = false;
+  std::optional<std::string> name, outcome, topic, robot, tag, where;
+  std::string since, until, before;
+  std::optional<std::size_t> limit;
+  bool last = false, explain = false, json = false;
 };
-
-std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  const auto stamp = replay::parseTime(text);
-  if (!stamp) {
-    throw CLI::ValidationError(option, "\"" + text +
-                                           "\" is neither a time such as 2026-11-21T09:30:00 nor "
-                                           "seconds since the epoch");
-  }
-  return stamp;
-}
 
 void printJson(const replay::Store& store, const std::vector<replay::Behavior>& behaviors) {
   auto list = nlohmann::ordered_json::array();
@@ -55,14 +46,33 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
   std::cout << table.text();
 }
 
-void runList(const Options& options) {
+replay::BehaviorFilter filterOf(const replay::Store& store, const Options& options) {
   replay::BehaviorFilter filter;
   filter.name = options.name;
   filter.outcome = options.outcome;
   filter.topic = options.topic;
+  filter.robot = options.robot;
+  filter.tag = options.tag;
   filter.since = timeOption("--since", options.since);
   filter.until = timeOption("--until", options.until);
+  if (const auto before = momentOption(store, options.store, options.before)) {
+    filter.until = filter.until ? std::min(*filter.until, *before) : *before;
+  }
+  if (options.where) {
+    filter.where = std::make_shared<const replay::Filter>(replay::Filter::parse(*options.where));
+  }
+  filter.limit = options.last ? std::optional<std::size_t>(1) : options.limit;
+  return filter;
+}
+
+void runList(const Options& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
+  const replay::BehaviorFilter filter = filterOf(*store, options);
+  Waiting waiting("searching");
+  if (options.explain) {
+    for (const std::string& line : store->explain(filter)) std::cout << line << "\n";
+    return;
+  }
   const auto behaviors = store->behaviors(filter);
   if (options.json) {
     printJson(*store, behaviors);
@@ -81,10 +91,22 @@ void addListVerb(CLI::App& app) {
   verb->add_option("--name", options->name, "Only of this name");
   verb->add_option("--outcome", options->outcome, "Only with this outcome (success, failure, ...)");
   verb->add_option("--topic", options->topic, "Only with messages on this topic");
+  verb->add_option("--robot", options->robot, "Only of this robot");
+  verb->add_option("--tag", options->tag, "Only with this tag");
+  verb->add_option("--where", options->where,
+                   "Only what matches this filter, in MongoDB's language, over a behavior's fields "
+                   "and, by topic, its messages': {\"attempt\": {\"$gt\": 1}, \"/cmd_vel\": "
+                   "{\"linear.x\": {\"$gt\": 0.5}}}");
   verb->add_option("--since", options->since,
-                   "Only what ended after this time: ISO 8601 (local without Z or +hh:mm) or "
-                   "seconds since the epoch");
+                   "Only what ended after this time: \"yesterday 14:00\", \"10 minutes ago\", ISO "
+                   "8601 (local without Z or +hh:mm), seconds since the epoch");
   verb->add_option("--until", options->until, "Only what began before this time");
+  verb->add_option("--before", options->before,
+                   "Only what began before a behavior (\"3\", \"last failed pick\") or a time");
+  CLI::Option* limit = verb->add_option("--limit", options->limit, "Only so many, the newest");
+  verb->add_flag("--last", options->last, "Only the newest")->excludes(limit);
+  verb->add_flag("--explain", options->explain,
+                 "How they are searched for, instead: what indexes rule out, what is read");
   verb->add_flag("--json", options->json,
                  "As a JSON array of {id, name, tree_path, parent, attempt, outcome, begin_ns, "
                  "end_ns, robot, parameters, tags, topics: {topic: {type, count}}}");

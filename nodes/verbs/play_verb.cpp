@@ -4,7 +4,6 @@
 #include <ros/ros.h>
 
 #include <CLI/Error.hpp>
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <future>
@@ -20,22 +19,11 @@ namespace afterglow::nodes {
 namespace {
 
 struct Options {
-  std::string store, behavior, report_file;
+  std::string store, report_file;
+  std::vector<std::string> behavior;
   ReplayRequest request;
   bool is_dry_run = false;
 };
-
-/// A number is an id; everything else a name.
-void nameBehavior(ReplayRequest& request, const std::string& text) {
-  const bool is_id =
-      !text.empty() && text.size() < 19 &&
-      std::all_of(text.begin(), text.end(), [](unsigned char c) { return c >= '0' && c <= '9'; });
-  if (is_id) {
-    request.behavior_id = std::stoll(text);
-  } else {
-    request.name = text;
-  }
-}
 
 std::string rewritesOf(const replay::PlannedTopic& topic) {
   std::string text;
@@ -121,7 +109,7 @@ replay::PlayReport play(ReplaySession& session) {
 void run(const Options& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   ReplayRequest request = options.request;
-  nameBehavior(request, options.behavior);
+  request.behavior_id = findBehavior(*store, options.store, options.behavior).id;
   ReplaySession session(*store, request);
   if (options.is_dry_run) {
     printPlan(session.plan());
@@ -153,8 +141,7 @@ void addPlayVerb(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("play", "Replay a behavior into the running robot");
   addStoreOption(*verb, options->store);
   ReplayRequest& request = options->request;
-  verb->add_option("behavior", options->behavior, "Its id, or the name of the newest one called so")
-      ->required();
+  verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
   verb->add_option("--only", request.only, "body,ar,speech: any of them; default all")
       ->check([](const std::string& text) -> std::string {
         try {

@@ -247,8 +247,7 @@ void addRenderVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand(
       "render", "Draw what a projector showed during a behavior, without a ROS master");
-  verb->add_option("what", options->what, "A behavior's id, as list prints it, or FILE.bag")
-      ->required();
+  verb->add_option("what", options->what, std::string(kBehaviorHelp) + "; or FILE.bag")->required();
   verb->add_option("--config", options->config, "What is projected where (assets/projector.yaml)")
       ->required();
   verb->add_option("--calibration", options->calibration,

@@ -1,6 +1,7 @@
 #include "nodes/verbs/show_verb.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -8,6 +9,7 @@
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/document.hpp"
+#include "replay/store/filter.hpp"
 #include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
@@ -17,12 +19,14 @@ using replay::Behavior;
 using replay::TopicSummary;
 
 struct Options {
-  std::int64_t id = 0;
+  std::vector<std::string> behavior;
   std::string store;
   bool json = false;
   bool messages = false;
   std::vector<std::string> topics;
+  std::optional<std::string> where;
   std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
+  std::optional<std::size_t> last;
 };
 
 /// Empty for a single message.
@@ -157,25 +161,46 @@ nlohmann::ordered_json messageJson(const replay::Message& message, const KnownCh
   return json;
 }
 
+/// The last `count` that the cursor has.
+std::deque<replay::Message> lastMessages(replay::MessageCursor& cursor, std::size_t count) {
+  std::deque<replay::Message> last;
+  while (auto message = cursor.next()) {
+    last.push_back(std::move(*message));
+    if (last.size() > count) last.pop_front();
+  }
+  return last;
+}
+
 void printMessages(const replay::Store& store, const Behavior& behavior, const Options& options) {
   replay::MessageRange range;
   range.topics = options.topics;
+  if (options.where) {
+    range.where = std::make_shared<const replay::Filter>(
+        replay::Filter::parse(*options.where, replay::Filter::Over::Messages));
+  }
   const auto cursor = store.messages(behavior, range);
   std::map<std::int64_t, KnownChannel> channels;
+  const auto print = [&](const replay::Message& message) {
+    auto known = channels.find(message.channel);
+    if (known == channels.end()) {
+      known = channels.emplace(message.channel, readChannel(store, message.channel)).first;
+    }
+    std::cout << dumpJson(messageJson(message, known->second)) << "\n";
+  };
+  if (options.last) {
+    for (const auto& message : lastMessages(*cursor, *options.last)) print(message);
+    return;
+  }
   for (std::uint64_t i = 0; i < options.limit; ++i) {
     const auto message = cursor->next();
     if (!message) break;
-    auto known = channels.find(message->channel);
-    if (known == channels.end()) {
-      known = channels.emplace(message->channel, readChannel(store, message->channel)).first;
-    }
-    std::cout << dumpJson(messageJson(*message, known->second)) << "\n";
+    print(*message);
   }
 }
 
 void runShow(const Options& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  const Behavior behavior = findBehavior(*store, options.store, options.id);
+  const Behavior behavior = findBehavior(*store, options.store, options.behavior);
   if (options.messages) {
     printMessages(*store, behavior, options);
   } else if (options.json) {
@@ -190,7 +215,7 @@ void runShow(const Options& options) {
 void addShowVerb(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* verb = app.add_subcommand("show", "Show a behavior, its topics, its messages");
-  verb->add_option("id", options->id, "The behavior's id, as list prints it")->required();
+  verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
   CLI::Option* json = verb->add_flag("--json", options->json,
                                      "As JSON: list's object and recording, calibration, "
                                      "topic_names, topic_details, context_topics");
@@ -203,7 +228,15 @@ void addShowVerb(CLI::App& app) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->needs(messages);
-  verb->add_option("--limit", options->limit, "At most this many messages")->needs(messages);
+  verb->add_option("--where", options->where,
+                   "Only messages that match this filter, in MongoDB's language: {\"linear.x\": "
+                   "{\"$gt\": 0.5}}; _meta.stamp_ns is when a message was received")
+      ->needs(messages);
+  CLI::Option* limit =
+      verb->add_option("--limit", options->limit, "At most this many messages")->needs(messages);
+  verb->add_option("--last", options->last, "At most this many messages, the last ones")
+      ->needs(messages)
+      ->excludes(limit);
   addStoreOption(*verb, options->store);
   verb->callback([options] { runShow(*options); });
 }

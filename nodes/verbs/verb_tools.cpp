@@ -2,11 +2,15 @@
 
 #include <unistd.h>
 
+#include <CLI/Error.hpp>
 #include <algorithm>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <sstream>
+
+#include "replay/store/behavior_selector.hpp"
+#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 
@@ -16,13 +20,35 @@ void addStoreOption(CLI::App& verb, std::string& uri) {
                   "~/.local/share/afterglow/afterglow.db");
 }
 
-replay::Behavior findBehavior(const replay::Store& store, const std::string& uri, std::int64_t id) {
-  auto behavior = store.behavior(id);
-  if (!behavior) {
-    throw replay::StoreError(replay::storeUri(uri) + ": there is no behavior " +
-                             std::to_string(id));
+replay::Behavior findBehavior(const replay::Store& store, const std::string& uri,
+                              const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  try {
+    return replay::selectBehavior(store, text);
+  } catch (const replay::StoreError& error) {
+    const std::string what = error.what();
+    const std::string name = replay::storeUri(uri);
+    throw replay::StoreError(what.rfind(name, 0) == 0 ? what : name + ": " + what);
   }
-  return *behavior;
+}
+
+std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  const auto stamp = replay::parseTime(text);
+  if (!stamp) {
+    throw CLI::ValidationError(option, "\"" + text + "\" is no time; " + replay::kTimesUnderstood);
+  }
+  return stamp;
+}
+
+std::optional<replay::Stamp> momentOption(const replay::Store& store, const std::string& uri,
+                                          const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  // A short number is an id: nobody was recorded in 1970.
+  const bool is_id = text.size() < 9 && text.find_first_not_of("0123456789") == std::string::npos;
+  const auto stamp = is_id ? std::nullopt : replay::parseTime(text);
+  return stamp ? *stamp : findBehavior(store, uri, {text}).begin;
 }
 
 nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
@@ -103,6 +129,28 @@ std::string TextTable::text(const std::string& indent) const {
 }
 
 // ---------------------------------------------------------------------------------------- progress
+
+Waiting::Waiting(std::string doing) : doing_(std::move(doing)) {
+  if (isatty(STDERR_FILENO) == 1) thread_ = std::thread([this] { run(); });
+}
+
+Waiting::~Waiting() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_done_ = true;
+  }
+  done_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void Waiting::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  int seconds = 0;
+  while (!done_.wait_for(lock, std::chrono::seconds(1), [this] { return is_done_; })) {
+    std::cerr << "\r\033[K" << doing_ << " ... " << ++seconds << " s" << std::flush;
+  }
+  if (seconds > 0) std::cerr << "\r\033[K" << std::flush;
+}
 
 Progress::Progress(std::string doing)
     : doing_(std::move(doing)),

@@ -5,9 +5,13 @@
 
 #include <CLI/App.hpp>
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "replay/store/store.hpp"
@@ -16,8 +20,22 @@ namespace afterglow::nodes {
 
 void addStoreOption(CLI::App& verb, std::string& uri);
 
-/// Throws StoreError if the store has none of that id.
-replay::Behavior findBehavior(const replay::Store& store, const std::string& uri, std::int64_t id);
+/// "3", "the last failed pick", ... (replay/store/behavior_selector.hpp), which may be several
+/// words of the command line. Throws StoreError, with the store's name in front, if there is none.
+replay::Behavior findBehavior(const replay::Store& store, const std::string& uri,
+                              const std::vector<std::string>& words);
+
+/// Help for an argument that is such a behavior.
+constexpr const char* kBehaviorHelp =
+    "Which behavior: its id as list prints it, its name for the newest, or words such as "
+    "\"last failed pick\", \"second last pick\", \"first pick\"";
+
+/// A time (replay/store/time_text.hpp) of the command line; CLI::ValidationError if it is none.
+std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text);
+
+/// The begin of a behavior, or a time. Empty for an empty text; StoreError if it is neither.
+std::optional<replay::Stamp> momentOption(const replay::Store& store, const std::string& uri,
+                                          const std::string& text);
 
 /// The stable form of `list --json`: id, name, tree_path, parent, attempt, outcome, begin_ns,
 /// end_ns (null while it runs), robot, parameters, tags, topics: {topic: {type, count}}. A topic
@@ -46,6 +64,25 @@ class TextTable {
  private:
   std::vector<Align> alignments_;
   std::vector<std::vector<std::string>> rows_;
+};
+
+/// A line on stderr that says for how long something has taken, from the first second on, if stderr
+/// is a terminal; gone afterwards.
+class Waiting {
+ public:
+  explicit Waiting(std::string doing);
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+  ~Waiting();
+
+ private:
+  void run();
+
+  std::string doing_;
+  std::mutex mutex_;
+  std::condition_variable done_;
+  bool is_done_ = false;
+  std::thread thread_;
 };
 
 /// A line on stderr that counts up, if stderr is a terminal; gone afterwards.

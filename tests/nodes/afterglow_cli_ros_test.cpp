@@ -269,7 +269,6 @@ TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
                                              {"lisst"},
                                              {"import"},
                                              {"show"},
-                                             {"show", "one"},
                                              {"show", "1", "--topic", "/a"},
                                              {"export", "1"},
                                              {"export", "1", "--out", "a", "--compression", "zip"},
@@ -283,7 +282,7 @@ TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
 }
 
 TEST_F(AfterglowCommand, helps) {
-  for (const char* verb : {"import", "list", "show", "export"}) {
+  for (const char* verb : {"import", "list", "show", "said", "export"}) {
     const ProgramResult help = afterglow({verb, "--help"});
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.output.find("--store"), std::string::npos) << help.output;
