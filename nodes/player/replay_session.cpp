@@ -1,12 +1,20 @@
 #include "nodes/player/replay_session.hpp"
 
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
+#include "nodes/player/realtime.hpp"
+#include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stop_signal.hpp"
+#include "replay/store/behavior_selector.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+/// What a body is played at.
+constexpr double kSlowest = 0.1, kFastest = 10;
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -19,17 +27,27 @@ std::string joined(const std::vector<std::string>& names) {
 replay::PlayPlan planned(const replay::Store& store, const ReplayRequest& request) {
   const replay::Behavior behavior = findRequested(store, request);
   const std::string called = "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
-  replay::PlayPlan plan = makePlan(store, behavior, replay::parseModalities(request.only));
+  replay::PlanOptions options = request.plan;
+  options.only = replay::parseModalities(request.only);
+  options.has_recorded_time = request.clock == ReplayClock::Sim;
+  replay::PlayPlan plan = makePlan(store, behavior, options);
   if (plan.playedTopics().empty()) {
     throw std::runtime_error(called + ": there is nothing to play" +
                              (request.only.empty() ? "" : " of " + request.only));
   }
   const std::vector<std::string> motion = plan.motionTopics();
-  if (!motion.empty() && request.options.rate != 1.0) {
+  const bool is_fit_for_body = !request.options.is_looping && !request.options.is_immediate;
+  if (!motion.empty() && !is_fit_for_body) {
     throw std::runtime_error(called + " moves the robot (" + joined(motion) +
-                             "): another rate than 1 is for light and speech only (ar,speech)");
+                             "): loops and haste are for light and speech only (ar,speech)");
   }
   return plan;
+}
+
+std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay::PlayPlan& plan,
+                                        const ReplayRequest& request) {
+  const bool is_needed = request.limits.is_strict || !plan.motionTopics().empty();
+  return is_needed ? motionPeaks(store, plan, request.limits) : std::vector<replay::MotionPeak>{};
 }
 
 }  // namespace
@@ -40,6 +58,9 @@ replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& 
       return *behavior;
     }
     throw std::runtime_error("there is no behavior " + std::to_string(request.behavior_id));
+  }
+  if (request.name.empty() && !request.selector.empty()) {
+    return replay::selectBehavior(store, request.selector);
   }
   if (request.name.empty()) {
     throw std::runtime_error("no behavior is named: give its id or its name");
@@ -54,7 +75,29 @@ replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& 
 }
 
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
-    : store_(store), request_(request), plan_(planned(store, request)) {}
+    : store_(store),
+      request_(request),
+      plan_(planned(store, request)),
+      peaks_(peaksOf(store, plan_, request)),
+      is_paused_(request.options.starts_paused) {
+  request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
+  checkRate(request.options.rate);
+}
+
+ReplaySession::~ReplaySession() = default;
+
+void ReplaySession::checkRate(double rate) const {
+  if (plan_.motionTopics().empty()) {
+    return;
+  }
+  if (!(rate >= kSlowest && rate <= kFastest)) {
+    throw std::runtime_error("a body is played at rates from 0.1 to 10");
+  }
+  const std::string reason = whyTooFast(peaks_, rate);
+  if (!reason.empty()) {
+    throw std::runtime_error(reason);
+  }
+}
 
 void ReplaySession::checkMotionAllowed() const {
   const std::vector<std::string> motion = plan_.motionTopics();
@@ -66,14 +109,46 @@ void ReplaySession::checkMotionAllowed() const {
   }
 }
 
+replay::PlayPlan ReplaySession::countedPlan() const {
+  replay::PlayPlan plan = plan_;
+  replay::Rewriter rewriter(replay::uniqueGoalIds("dry_run"), plan.rewriting);
+  const auto cursor = store_.messages(plan.behavior, {plan.playedTopics(), plan.begin, plan.end});
+  // Any other time: what is to be shifted is shifted.
+  const std::int64_t shift = request_.clock == ReplayClock::Sim ? 0 : 1'000'000'000;
+  while (auto message = cursor->next()) {
+    const replay::Stamp now{message->received.ns + shift};
+    try {
+      (void)rewriter.rewrite(store_.channel(message->channel), {now, shift}, message->bytes);
+    } catch (const replay::MessageError&) {  // refused when it is played, too
+    }
+  }
+  for (replay::PlannedTopic& topic : plan.topics) {
+    if (topic.isPlayed()) topic.rewrites = rewriter.rules(topic.channel);
+  }
+  return plan;
+}
+
+// ---------------------------------------------------------------------------------------- playing
+
 replay::PlayReport ReplaySession::run() {
   checkMotionAllowed();
-  askMaster(deadlineIn(kMasterPatience));
-  RosSink sink(plan_, {[this](const std::string& goal, std::uint8_t status) {
-                         const std::lock_guard<std::mutex> lock(mutex_);
-                         if (player_) player_->onGoalStatus(goal, status);
-                       },
-                       [this](const std::string& driver) { stop(driver); }});
+  const std::string clock_giver = clockPublisher();
+  if (request_.clock == ReplayClock::Sim && !clock_giver.empty()) {
+    throw std::runtime_error(clock_giver + " publishes /clock, too: two clocks are refused");
+  }
+  const bool follows = request_.clock == ReplayClock::Follow ||
+                       (request_.clock == ReplayClock::Live && ros::Time::isSimTime());
+  if (follows) {
+    followed_ = std::make_unique<replay::FollowedClock>();
+  } else {
+    own_clock_ = std::make_unique<replay::SteadyClock>();
+  }
+  RosSink sink(plan_, request_.queue,
+               {[this](const std::string& goal, std::uint8_t status) {
+                  const std::lock_guard<std::mutex> lock(mutex_);
+                  if (player_) player_->onGoalStatus(goal, status);
+                },
+                [this](const std::string& driver) { stop(driver); }});
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
   sink.listenForDrivers();
@@ -86,20 +161,53 @@ replay::PlayReport ReplaySession::run() {
 }
 
 replay::PlayReport ReplaySession::play(RosSink& sink) {
+  std::optional<ClockFollower> follower;
+  if (followed_) follower.emplace(*followed_);
+  std::optional<ClockGiver> giver;
+  if (request_.clock == ReplayClock::Sim) {
+    giver.emplace([this] {
+      const replay::PlayProgress now = progress();
+      return now.state == replay::PlayProgress::State::Idle
+                 ? plan_.begin
+                 : replay::Stamp{plan_.behavior.begin.ns + now.position.ns};
+    });
+  }
+  waitBeforeStart();
+  std::optional<RealtimeScope> realtime;
+  if (request_.is_realtime) realtime.emplace();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
     player_ = std::make_unique<replay::Player>(
-        store_, plan_, request_.options, sink, clock_,
-        [] { return replay::Stamp{static_cast<std::int64_t>(ros::Time::now().toNSec())}; },
+        store_, plan_, request_.options, sink, clock, [this] { return now(); },
         replay::uniqueGoalIds(ros::this_node::getName()));
-    if (is_paused_) player_->pause();
+    is_paused_ ? player_->pause() : player_->resume();
     if (stop_reason_) player_->stop(*stop_reason_);
   }
   replay::PlayReport report = player_->run();
+  report.scheduling = realtime ? realtime->description() : "normal";
   const std::lock_guard<std::mutex> lock(mutex_);
   player_.reset();
   return report;
 }
+
+/// For the first tick of a clock that is followed, and as long as was asked for.
+void ReplaySession::waitBeforeStart() {
+  const Deadline start = deadlineIn(request_.delay_s);
+  const auto waits = [&] {
+    return (followed_ && !followed_->hasTicked()) || std::chrono::steady_clock::now() < start;
+  };
+  while (waits() && !isStopped() && ros::ok()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+replay::Stamp ReplaySession::now() const {
+  return followed_ ? followed_->time()
+                   : replay::Stamp{static_cast<std::int64_t>(ros::Time::now().toNSec())};
+}
+
+// --------------------------------------------------------------------------------------- commands
 
 bool ReplaySession::isStopped() const {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -122,6 +230,38 @@ void ReplaySession::resume() {
   const std::lock_guard<std::mutex> lock(mutex_);
   is_paused_ = false;
   if (player_) player_->resume();
+}
+
+bool ReplaySession::isPaused() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return player_ ? player_->isPauseWanted() : is_paused_;
+}
+
+/// With the lock held.
+replay::Player& ReplaySession::player() const {
+  if (!player_) throw std::runtime_error("it does not play yet");
+  return *player_;
+}
+
+void ReplaySession::setRate(double rate) {
+  checkRate(rate);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  player().setRate(rate);
+}
+
+void ReplaySession::seek(double seconds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  player().seek({static_cast<std::int64_t>(seconds * 1e9)});
+}
+
+void ReplaySession::playNext(std::uint64_t count) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  player().playNext(count);
+}
+
+bool ReplaySession::togglePauseTopics() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return player().togglePauseTopics();
 }
 
 replay::PlayProgress ReplaySession::progress() const {

@@ -9,32 +9,26 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::uint32_t kQueue = 100;
+constexpr std::uint32_t kQueue = 100;  // of what is listened to
 /// Whoever drives a base sends more often: it would stop after 0.25 s.
 constexpr double kDriverPeriod = 0.4;
 
-bool isActionGoal(const replay::Channel& channel) {
-  const std::string& type = channel.type;
-  const std::string ending = "ActionGoal";
-  return type.size() > ending.size() &&
-         type.compare(type.size() - ending.size(), ending.size(), ending) == 0;
-}
-
 }  // namespace
 
-RosSink::RosSink(const replay::PlayPlan& plan, Listener listener)
-    : played_(plan.playedTopics()), listener_(std::move(listener)), spinner_(1, &queue_) {
+RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener listener)
+    : queue_size_(queue), listener_(std::move(listener)), spinner_(1, &queue_) {
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed()) {
       continue;
     }
-    Output& output = advertise(topic.channel);
-    if (isActionGoal(topic.channel)) {
-      advertise(replay::cancelChannel(topic.channel));
-      watchGoals(topic.channel);
+    played_.push_back(topic.output.topic);
+    Output& output = advertise(topic.output);
+    if (replay::isGoal(topic.output)) {
+      advertise(replay::cancelChannel(topic.output));
+      watchGoals(topic.output);
     }
-    if (replay::isVelocity(topic.channel)) {
-      watchDrivers(topic.channel.topic, output);
+    if (replay::isVelocity(topic.output)) {
+      watchDrivers(topic.output.topic, output);
     }
   }
   spinner_.start();
@@ -53,7 +47,7 @@ RosSink::Output& RosSink::advertise(const replay::Channel& channel) {
     return output;  // a cancel topic that was recorded, too
   }
   output.message.morph(channel.md5, channel.type, channel.definition, channel.latching ? "1" : "0");
-  output.publisher = output.message.advertise(node_, channel.topic, kQueue, channel.latching);
+  output.publisher = output.message.advertise(node_, channel.topic, queue_size_, channel.latching);
   return output;
 }
 

@@ -28,9 +28,9 @@ class RosSink : public replay::MessageSink {
     std::function<void(const std::string& driver)> on_second_driver;
   };
 
-  /// Advertises every topic that is played, with its stored definition and latching, and the cancel
-  /// topics of its actions.
-  RosSink(const replay::PlayPlan& plan, Listener listener);
+  /// Advertises every topic that is played under the name it is published by, with its stored
+  /// definition and latching, and the cancel topics of its actions.
+  RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener listener);
   ~RosSink() override;
   RosSink(const RosSink&) = delete;
   RosSink& operator=(const RosSink&) = delete;
@@ -63,6 +63,7 @@ class RosSink : public replay::MessageSink {
 
   ros::NodeHandle node_;
   std::map<std::string, Output> outputs_;
+  const std::uint32_t queue_size_;
   std::vector<std::string> played_;
   std::vector<std::string> velocities_;
   const Listener listener_;

@@ -50,14 +50,20 @@ std::vector<GoalBook::Entry> GoalBook::cancelOpen() {
 
 std::vector<GoalBook::Entry> GoalBook::suspendOpen() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  suspended_ = std::exchange(open_, {});
-  return suspended_;
+  suspended_.insert(suspended_.end(), open_.begin(), open_.end());
+  return std::exchange(open_, {});
 }
 
 std::vector<GoalBook::Entry> GoalBook::takeSuspended() {
   const std::lock_guard<std::mutex> lock(mutex_);
   counts_.sent -= suspended_.size();
   return std::exchange(suspended_, {});
+}
+
+void GoalBook::suspend(Entry entry) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++counts_.sent;  // as one that was sent before, as those that a pause suspends
+  suspended_.push_back(std::move(entry));
 }
 
 bool GoalBook::hasOpen() const {

@@ -35,6 +35,8 @@ class GoalBook {
   /// Sets the open goals aside, to be told so, and gives them back, to be sent and added again.
   std::vector<Entry> suspendOpen();
   std::vector<Entry> takeSuspended();
+  /// A goal that is in force at a moment the replay was moved to, to be sent when it goes on.
+  void suspend(Entry entry);
   bool hasOpen() const;
 
   struct Counts {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
 
 namespace afterglow::replay {
@@ -13,31 +12,15 @@ namespace {
 /// be settled on.
 constexpr std::int64_t kSettleNs = 200'000'000;
 
-Value* find(Value& message, const std::string& name) {
-  if (Object* object = std::get_if<Object>(&message)) {
+template <typename AnyValue>
+auto* fieldOf(AnyValue& message, const std::string& field) {
+  using Found = std::conditional_t<std::is_const_v<AnyValue>, const Value, Value>;
+  if (auto* object = std::get_if<Object>(&message)) {
     for (auto& [key, value] : *object) {
-      if (key == name) return &value;
+      if (key == field) return static_cast<Found*>(&value);
     }
   }
-  return nullptr;
-}
-
-Array* trajectoryPoints(Value& document) {
-  Value* at = &document;
-  for (const char* name : {"goal", "trajectory", "points"}) {
-    at = find(*at, name);
-    if (!at) return nullptr;
-  }
-  return std::get_if<Array>(at);
-}
-
-RosDuration* timeFromStart(Value& point) {
-  Value* field = find(point, "time_from_start");
-  return field ? std::get_if<RosDuration>(field) : nullptr;
-}
-
-std::int64_t nanoseconds(RosDuration duration) {
-  return std::int64_t{duration.sec} * 1'000'000'000 + duration.nsec;
+  return static_cast<Found*>(nullptr);
 }
 
 RosDuration toDuration(std::int64_t ns) {
@@ -45,31 +28,61 @@ RosDuration toDuration(std::int64_t ns) {
           static_cast<std::int32_t>(ns % 1'000'000'000)};
 }
 
-void dropPassed(Array& points, std::int64_t elapsed_ns) {
-  const auto has_passed = [&](Value& point) {
-    const RosDuration* time = timeFromStart(point);
-    return time && nanoseconds(*time) <= elapsed_ns;
-  };
-  const auto first = std::find_if_not(points.begin(), points.end(), has_passed);
+void dropPassed(Array& points, std::int64_t elapsed_ns, std::int64_t lead_ns) {
+  const auto first = std::find_if_not(points.begin(), points.end(), [&](const Value& point) {
+    return timeFromStartNs(point) <= elapsed_ns;
+  });
   const bool is_over = first == points.end();
   points.erase(points.begin(), is_over ? std::prev(points.end()) : first);
   for (Value& point : points) {
-    if (RosDuration* time = timeFromStart(point)) {
-      *time = toDuration(is_over ? kSettleNs : nanoseconds(*time) - elapsed_ns);
+    if (Value* time = fieldOf(point, "time_from_start")) {
+      *time = toDuration(is_over ? std::max(kSettleNs, lead_ns)
+                                 : timeFromStartNs(point) - elapsed_ns + lead_ns);
     }
   }
 }
 
 }  // namespace
 
-Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns) {
+std::optional<Trajectory> trajectoryIn(Value& document) {
+  Value* trajectory = &document;
+  if (Value* goal = fieldOf(document, "goal")) {
+    trajectory = fieldOf(*goal, "trajectory");
+  }
+  Value* names = trajectory ? fieldOf(*trajectory, "joint_names") : nullptr;
+  Value* points = trajectory ? fieldOf(*trajectory, "points") : nullptr;
+  if (!names || !points || !std::get_if<Array>(names) || !std::get_if<Array>(points)) {
+    return std::nullopt;
+  }
+  Trajectory found{{}, &std::get<Array>(*points)};
+  for (const Value& joint : std::get<Array>(*names)) {
+    if (const auto* text = std::get_if<std::string>(&joint)) found.joints.push_back(*text);
+  }
+  return found;
+}
+
+std::int64_t timeFromStartNs(const Value& point) {
+  const Value* time = fieldOf(point, "time_from_start");
+  const RosDuration* duration = time ? std::get_if<RosDuration>(time) : nullptr;
+  return duration ? std::int64_t{duration->sec} * 1'000'000'000 + duration->nsec : 0;
+}
+
+Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns,
+                      std::int64_t lead_ns) {
   const Schema schema = Schema::parse(channel.type, channel.definition);
   Value document = decode(schema, goal);
-  Array* points = trajectoryPoints(document);
-  if (!points || points->empty()) {
+  const auto trajectory = trajectoryIn(document);
+  if (!trajectory || trajectory->points->empty()) {
     return goal;
   }
-  dropPassed(*points, elapsed_ns);
+  dropPassed(*trajectory->points, elapsed_ns, lead_ns);
+  return encode(schema, document);
+}
+
+Bytes haltedTrajectory(const Channel& channel, const Bytes& command) {
+  const Schema schema = Schema::parse(channel.type, channel.definition);
+  Value document = decode(schema, command);
+  if (const auto trajectory = trajectoryIn(document)) trajectory->points->clear();
   return encode(schema, document);
 }
 

@@ -1,16 +1,36 @@
 /// \file
-/// What is left of a goal that was interrupted, to go on after a pause.
+/// The joint trajectory in a goal or command, and what is left of one that was interrupted, to go
+/// on after a pause or from the middle.
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "replay/messages/document.hpp"
 #include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
-/// A joint trajectory goal loses the points that had passed `elapsed_ns` after it was sent; the
-/// rest comes as much earlier. If all had passed, the last point stays, to be reached shortly.
-/// Every other goal (gripper, point head) holds a target and is returned as it was.
-Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns);
+struct Trajectory {
+  std::vector<std::string> joints;
+  Array* points;  ///< within the document
+};
+
+/// At goal.trajectory of an action goal, or the whole message; empty if there is none.
+std::optional<Trajectory> trajectoryIn(Value& document);
+/// 0 if the point has none.
+std::int64_t timeFromStartNs(const Value& point);
+
+/// A joint trajectory goal or command loses the points that had passed `elapsed_ns` after it was
+/// sent; the rest comes as much earlier, but `lead_ns` later: time to get there from elsewhere. If
+/// all had passed, the last point stays, to be reached in that time, or shortly. Every other goal
+/// (gripper, point head) holds a target and is returned as it was. Times are the recording's.
+Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns,
+                      std::int64_t lead_ns = 0);
+
+/// The trajectory command that halts its joints where they are: no points.
+Bytes haltedTrajectory(const Channel& channel, const Bytes& command);
 
 }  // namespace afterglow::replay

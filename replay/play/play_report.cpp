@@ -13,7 +13,9 @@ double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
 Json rewritten(const PlannedTopic& topic) {
   Json fields = Json::array();
   for (const RewrittenField& field : topic.rewrites) {
-    fields.push_back({{"field", field.path}, {"rule", std::string(describe(field.rule))}});
+    fields.push_back({{"field", field.path},
+                      {"rule", std::string(describe(field.rule))},
+                      {"count", field.count}});
   }
   return fields;
 }
@@ -25,6 +27,7 @@ Json planned(const PlannedTopic& topic) {
     return json;
   }
   json["modality"] = std::string(name(topic.modality));
+  if (topic.output.topic != topic.channel.topic) json["published_as"] = topic.output.topic;
   json["rewritten"] = rewritten(topic);
   return json;
 }
@@ -56,6 +59,7 @@ Json toJson(const PlayReport& report) {
   Json json = {{"completed", report.is_complete},
                {"reason", report.reason},
                {"notes", report.notes},
+               {"scheduling", report.scheduling},
                {"planned_s", seconds(report.planned_ns)},
                {"actual_s", seconds(report.actual_ns)}};
   json["goals"] = {{"sent", report.goals.sent},
@@ -72,7 +76,8 @@ Json toJson(const PlayReport& report) {
 Json toJson(const PlayPlan& plan) {
   Json json = {{"behavior_id", plan.behavior.id},
                {"name", plan.behavior.name},
-               {"duration_s", seconds(plan.durationNs())}};
+               {"duration_s", seconds(plan.durationNs())},
+               {"begin_s", seconds(plan.begin.ns - plan.behavior.begin.ns)}};
   json["topics"] = Json::object();
   for (const PlannedTopic& topic : plan.topics) {
     json["topics"][topic.channel.topic] = planned(topic);

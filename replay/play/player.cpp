@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <stdexcept>
 #include <utility>
+
+#include "replay/play/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kMillisecond = 1'000'000;
-/// The first deadline lies this far ahead, so that the first message is no later than the others.
-constexpr std::int64_t kLead = 5 * kMillisecond;
 /// Later than that and overtaken by the next of its topic: not sent.
 constexpr std::int64_t kStale = 2 * kMillisecond;
 /// A base that hears nothing stops after so long (0.25 s on a Fetch): an older velocity would start
@@ -23,36 +22,6 @@ constexpr std::int64_t kMotionStalled = 1000 * kMillisecond;
 /// ROS time was stepped, or is not the machine's: stamps follow.
 constexpr std::int64_t kClockStep = 50 * kMillisecond;
 
-bool isReplacing(const std::string& type) {
-  constexpr const char* kTypes[] = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
-                                    "nav_msgs/Path", "sensor_msgs/Image", "nav_msgs/OccupancyGrid"};
-  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
-}
-
-bool isGoal(const Channel& channel) {
-  const std::string ending = "ActionGoal";
-  return channel.type.size() > ending.size() &&
-         channel.type.compare(channel.type.size() - ending.size(), ending.size(), ending) == 0;
-}
-
-/// The six numbers at the end of a Twist or TwistStamped.
-std::vector<double> velocityOf(const Bytes& bytes) {
-  std::vector<double> velocity(6, std::nan(""));
-  const std::size_t size = velocity.size() * sizeof(double);
-  if (bytes.size() >= size) {
-    std::memcpy(velocity.data(), bytes.data() + bytes.size() - size, size);
-  }
-  return velocity;
-}
-
-bool isFinite(const std::vector<double>& velocity) {
-  return std::all_of(velocity.begin(), velocity.end(), [](double v) { return std::isfinite(v); });
-}
-
-bool isZero(const std::vector<double>& velocity) {
-  return std::all_of(velocity.begin(), velocity.end(), [](double v) { return v == 0; });
-}
-
 }  // namespace
 
 Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& options,
@@ -61,71 +30,28 @@ Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& opti
     : store_(store),
       plan_(plan),
       options_(options),
+      has_motion_(!plan.motionTopics().empty()),
       sink_(sink),
       clock_(clock),
       ros_now_(std::move(ros_now)),
-      rewriter_(std::move(ids)) {
+      rewriter_(std::move(ids), plan.rewriting) {
+  if (has_motion_ && (options_.is_looping || options_.is_immediate)) {
+    throw std::logic_error("the body is not played in a loop, and not at once");
+  }
+  requests_.pause = options_.starts_paused;
   for (const PlannedTopic& planned : plan_.topics) {
     if (planned.isPlayed()) {
-      Topic& topic = topics_[planned.channel.topic];
+      const Channel& channel = planned.channel;
+      Topic& topic = topics_[channel.topic];
       topic.planned = &planned;
-      topic.is_velocity = isVelocity(planned.channel);
-      topic.is_replacing =
-          isReplacing(planned.channel.type) || topic.is_velocity || isGoal(planned.channel);
+      topic.scaling = std::make_unique<MotionRate>(Schema::parse(channel.type, channel.definition));
+      topic.is_velocity = isVelocity(channel);
+      topic.is_replacing = isReplacing(channel.type) || topic.is_velocity || isGoal(channel);
     }
   }
 }
 
 Player::~Player() = default;
-
-// ----------------------------------------------------------------------------- from other threads
-
-void Player::stop(const std::string& reason) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!stop_reason_) {
-    stop_reason_ = reason;
-  }
-  if (prefetch_) {
-    prefetch_->cancel();
-  }
-  clock_.wake();
-}
-
-void Player::pause() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_pause_wanted_ = true;
-  clock_.wake();
-}
-
-void Player::resume() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_pause_wanted_ = false;
-  clock_.wake();
-}
-
-void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
-  if (goals_.finish(id, outcomeOf(goal_status))) {
-    clock_.wake();
-  }
-}
-
-PlayProgress Player::progress() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  PlayProgress progress;
-  progress.published = published_;
-  if (timeline_) {
-    const std::int64_t position = timeline_->position(clock_.now()).ns;
-    progress.position.ns = std::clamp<std::int64_t>(position, 0, plan_.durationNs());
-    progress.state =
-        timeline_->isPaused() ? PlayProgress::State::Paused : PlayProgress::State::Playing;
-  }
-  return progress;
-}
-
-bool Player::isStopped() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return stop_reason_.has_value();
-}
 
 // ---------------------------------------------------------------------------------------- playing
 
@@ -137,13 +63,14 @@ PlayReport Player::run() {
   }
   finish();
   const std::lock_guard<std::mutex> lock(mutex_);
-  report_.is_complete = !stop_reason_;
-  report_.reason = stop_reason_.value_or("");
+  report_.is_complete = !requests_.stop_reason || has_ended_;
+  report_.reason = report_.is_complete ? "" : *requests_.stop_reason;
   report_.goals = goals_.counts();
   for (const PlannedTopic& planned : plan_.topics) {
     const auto topic = topics_.find(planned.channel.topic);
     const bool is_played = planned.isPlayed() && topic != topics_.end();
     report_.topics.emplace_back(planned, is_played ? topic->second.report : TopicReport{});
+    if (is_played) report_.topics.back().first.rewrites = rewriter_.rules(planned.channel);
   }
   return report_;
 }
@@ -152,52 +79,51 @@ void Player::play() {
   if (topics_.empty()) {
     throw std::runtime_error("no topic of this behavior is to be played");
   }
-  Prefetch& prefetch = startReading();
-  prefetch.fill();
-  startTimeline();
-  while (const Message* next = prefetch.front()) {
-    if (!waitUntil(next->received)) {
-      return;
+  enter(plan_.begin);
+  std::uint64_t before = published_;
+  // A round without messages would be over at once, again and again.
+  while (playRound() && options_.is_looping && published_ != before) {
+    before = published_;
+    moveTo(plan_.begin);
+  }
+}
+
+/// To the end; false: stopped.
+bool Player::playRound() {
+  for (;;) {
+    const Message* next = prefetch_->front();
+    const Wake wake = waitUntil(next ? next->received : plan_.end);
+    if (wake == Wake::Stopped) return false;
+    if (wake == Wake::Moved) continue;
+    if (next) {
+      if (pausesBefore(*next)) continue;
+      if (!has_motion_) leapAfterStall(next->received);
+      playDue();
+    } else if (const Wake end = endRound(); end != Wake::Moved) {
+      return end == Wake::Due;
     }
-    playDue(prefetch);
-  }
-  if (waitUntil(plan_.end)) {
-    measureLength();
-    sendZeroVelocities();
-    waitForGoals();
   }
 }
 
-Prefetch& Player::startReading() {
-  auto cursor = store_.messages(plan_.behavior, {plan_.playedTopics(), {}, {}});
-  const std::lock_guard<std::mutex> lock(mutex_);
-  prefetch_ = std::make_unique<Prefetch>(std::move(cursor), options_.prefetch_bytes);
-  if (stop_reason_) {
-    prefetch_->cancel();
+void Player::leapAfterStall(Stamp recorded) {
+  const std::int64_t late_ns = clock_.now().ns - timeline_->deadline(recorded).ns;
+  if (late_ns > kMotionStalled) {
+    note("stalled for " + std::to_string(late_ns / kMillisecond) + " ms, and went on from there");
+    leapTo(recorded);
   }
-  return *prefetch_;
 }
 
-void Player::startTimeline() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  timeline_.emplace(plan_.behavior.begin, options_.rate, clock_.now().after(kLead));
-}
-
-void Player::measureLength() {
-  report_.actual_ns = static_cast<std::int64_t>(
-      static_cast<double>(timeline_->position(clock_.now()).ns) / options_.rate);
-}
-
-void Player::playDue(Prefetch& prefetch) {
+void Player::playDue() {
   std::vector<Due> batch;
   const SteadyTime now = clock_.now();
-  while (const Message* next = prefetch.ready()) {
+  while (const Message* next = prefetch_->ready()) {
     const SteadyTime deadline = timeline_->deadline(next->received);
-    if (now < deadline) {
+    const Channel& channel = channelOf(next->channel);
+    if (now < deadline || (!batch.empty() && options_.pause_topics.count(channel.topic) > 0)) {
       break;
     }
-    const Channel& channel = channelOf(next->channel);
-    batch.push_back({prefetch.pop(), &channel, topicOf(channel), deadline});
+    played_until_ = next->received;
+    batch.push_back({prefetch_->pop(), &channel, topicOf(channel), deadline});
   }
   for (std::size_t i = 0; i < batch.size() && !isStopped(); ++i) {
     if (!batch[i].topic) {
@@ -239,7 +165,15 @@ bool Player::isTooLate(const Due& due, std::int64_t late_ns) const {
 }
 
 void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes bytes,
-                     std::int64_t late_ns) {
+                     std::int64_t late_ns, const Recorded* origin) {
+  const bool is_command = topic.is_velocity || isTrajectoryCommand(channel) || isGoal(channel);
+  Recorded recorded = origin ? *origin : is_command ? Recorded{bytes, received} : Recorded{};
+  publishAt(topic, channel, std::move(recorded), std::move(bytes), momentOf(received, late_ns),
+            late_ns);
+}
+
+void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
+                       const PublishMoment& moment, std::int64_t late_ns) {
   try {
     if (channel.md5 != topic.planned->channel.md5) {
       throw MessageError("the topic began with another definition");
@@ -247,17 +181,22 @@ void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes
     if (topic.is_velocity && !isFinite(velocityOf(bytes))) {
       throw MessageError("a velocity that is no number");
     }
-    const Bytes recorded = isGoal(channel) ? bytes : Bytes();
-    const Rewritten rewritten = rewriter_.rewrite(channel, momentOf(received, late_ns), bytes);
+    topic.scaling->apply(bytes, timeline_->rate());
+    if (options_.anchor) {
+      options_.anchor->anchor(channel, received, moment, bytes);
+    }
+    const Rewritten rewritten = rewriter_.rewrite(channel, moment, bytes);
     if (!rewritten.publish) {
       return;
     }
     topic.has_moved = topic.has_moved || topic.is_velocity;
-    topic.report.was_heard = sink_.publish(topic.planned->channel, bytes);
+    topic.report.was_heard = sink_.publish(topic.planned->output, bytes);
     topic.report.lateness.add(late_ns);
     ++topic.report.published;
     if (rewritten.goal && topic.report.was_heard) {
-      goals_.add({channel, recorded, received, rewritten.goal->id});
+      goals_.add({channel, std::move(recorded.bytes), recorded.at, rewritten.goal->id});
+    } else if (!rewritten.goal) {
+      topic.command = std::move(recorded);
     }
   } catch (const std::exception& error) {
     ++topic.report.refused;
@@ -272,10 +211,13 @@ void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes
 }
 
 PublishMoment Player::momentOf(Stamp received, std::int64_t late_ns) {
+  if (options_.has_recorded_time) {
+    return {received, 0};
+  }
   const Stamp now = ros_now_();
   const std::int64_t shift = now.ns - late_ns - received.ns;
   // One shift for all, so that stamps that were equal stay equal.
-  const bool is_constant = options_.rate == 1.0 && shift_ns_;
+  const bool is_constant = timeline_->rate() == 1.0 && shift_ns_;
   if (!is_constant || std::abs(shift - *shift_ns_) > kClockStep) {
     shift_ns_ = shift;
   }

@@ -9,15 +9,19 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "replay/play/anchoring.hpp"
 #include "replay/play/clock.hpp"
 #include "replay/play/goal_book.hpp"
+#include "replay/play/motion_rate.hpp"
 #include "replay/play/play_plan.hpp"
 #include "replay/play/play_report.hpp"
 #include "replay/play/prefetch.hpp"
 #include "replay/play/rewrite.hpp"
+#include "replay/play/scene_at.hpp"
 #include "replay/play/timeline.hpp"
 #include "replay/store/store.hpp"
 
@@ -32,16 +36,30 @@ class MessageSink {
 };
 
 struct PlayOptions {
-  double rate = 1.0;  ///< for light and speech; the caller keeps the body at 1
+  double rate = 1.0;
   bool clear_projection = true;
   double hold_s = 2.0;        ///< how long the light stays after the end before it is cleared
   double goal_wait_s = 10.0;  ///< how long goals may take beyond the behavior's end
   std::size_t prefetch_bytes = 64u << 20;
+  bool is_looping = false;    ///< for light and speech only: the body ends where it did not begin
+  bool is_immediate = false;  ///< as fast as it goes; for light and speech only
+  bool starts_paused = false;
+  bool keeps_alive = false;  ///< the end comes with stop() only
+  /// Of a time without messages, only so much is played. At least 0.5 s where the body moves, so
+  /// that a base has stopped by itself, and not while goals are under way.
+  std::optional<double> skip_empty_s;
+  std::set<std::string> pause_topics;  ///< pauses before each message on them
+  /// Stamps are left as they were: whoever listens is given recorded time as well.
+  bool has_recorded_time = false;
+  /// After seek(), how long the arm has to get to where its trajectory goes on.
+  double seek_lead_s = 5.0;
+  MessageAnchor* anchor = nullptr;  ///< of the light, if any; outlives the player
 };
 
 struct PlayProgress {
   enum class State { Idle, Playing, Paused } state = State::Idle;
   PlaybackTime position;
+  double rate = 1;
   std::uint64_t published = 0;
 };
 
@@ -49,15 +67,20 @@ struct PlayProgress {
 /// - by 2 ms and overtaken by the next of its topic: skipped, for velocities, goals and types of
 ///   which a message replaces the one before (clouds, scans, paths); markers are always sent;
 /// - a velocity by 250 ms: skipped, the base has stopped by itself; never a zero one;
-/// - any other motion by 1 s: the replay stops. Motion is never sent in a burst.
+/// - any other motion by 1 s: the replay stops. Motion is never sent in a burst;
+/// - light and speech without motion by 1 s: the replay goes on from there.
 /// Velocities that are no numbers are never sent.
-/// A pause sends zero velocities and cancels the goals under way; resuming sends what is left of
-/// them. The end: a normal one waits for the goals under way, up to a bound. Then, and after
+/// Rates scale velocities, trajectories and lifetimes (motion_rate.hpp).
+/// A pause sends zero velocities, halts trajectory commands and cancels the goals under way;
+/// resuming sends what is left of them, and the velocity in force. Another rate does both. seek()
+/// does so, too, and first makes what is in force there so again (scene_at.hpp).
+/// The end: a normal one waits for the goals under way, up to a bound. Then, and after
 /// stop(), an error or a stall: goals that are still open are canceled, every velocity topic that
 /// was played gets a zero, and projected topics are cleared.
 class Player {
  public:
-  /// Everything must outlive the player. `ros_now` gives ROS time, `ids` fresh goal ids.
+  /// Everything must outlive the player. `ros_now` gives ROS time, `ids` fresh goal ids. Throws
+  /// std::logic_error for options that are not for the body, if the plan moves it.
   Player(const Store& store, const PlayPlan& plan, const PlayOptions& options, MessageSink& sink,
          Clock& clock, std::function<Stamp()> ros_now, Rewriter::FreshId ids);
   ~Player();
@@ -67,19 +90,35 @@ class Player {
   /// Plays; returns when all is over, cleaned up. The calling thread is the scheduler. Once.
   PlayReport run();
 
-  // Any thread, also before run().
+  // Any thread, also before run(). What is not possible is refused by std::runtime_error, one line.
   void stop(const std::string& reason);
   void pause();
   void resume();
+  /// Limits of the body are the caller's.
+  void setRate(double rate);
+  /// To so far into the behavior, within the part that is played.
+  void seek(PlaybackTime position);
+  /// The next so many messages at once. Refused unless paused, and for the body.
+  void playNext(std::uint64_t count);
+  /// Whether pause topics pause; they do at first. Returns what is so now.
+  bool togglePauseTopics();
   /// A goal's status, seen on its action server's status topic; ids that are not ours are ignored.
   void onGoalStatus(const std::string& id, std::uint8_t goal_status);
   PlayProgress progress() const;
+  bool isPauseWanted() const;
 
  private:
+  /// A command as it was recorded, of which it may be only the rest that is sent.
+  struct Recorded {
+    Bytes bytes;
+    Stamp at;
+  };
   struct Topic {
     const PlannedTopic* planned = nullptr;
+    std::unique_ptr<MotionRate> scaling;
     bool is_velocity = false, is_replacing = false;
     bool has_moved = false;  ///< a velocity was sent
+    Recorded command;        ///< the velocity or trajectory command in force
     TopicReport report;
     Bytes last;  ///< projected content in force
   };
@@ -89,38 +128,74 @@ class Player {
     Topic* topic = nullptr;
     SteadyTime deadline;
   };
+  /// Why a wait is over.
+  enum class Wake { Due, Moved, Stopped };
+  /// What other threads want.
+  struct Requests {
+    std::optional<std::string> stop_reason;
+    bool pause = false;
+    std::optional<double> rate;
+    std::optional<Stamp> seek;
+    std::uint64_t steps = 0;
+  };
 
+  // player.cpp: what is sent.
   void play();
-  Prefetch& startReading();
-  void startTimeline();
-  void measureLength();
-  void playDue(Prefetch& prefetch);
+  bool playRound();
+  void playDue();
   void send(Due& due);
   bool isOvertaken(const std::vector<Due>& batch, std::size_t index, SteadyTime now) const;
   bool isTooLate(const Due& due, std::int64_t late_ns) const;
   PublishMoment momentOf(Stamp received, std::int64_t late_ns);
   void publish(Topic& topic, const Channel& channel, Stamp received, Bytes bytes,
-               std::int64_t late_ns);
+               std::int64_t late_ns, const Recorded* origin = nullptr);
+  void publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
+                 const PublishMoment& moment, std::int64_t late_ns);
 
-  bool waitUntil(Stamp recorded);
-  bool waitFor(double seconds, const std::function<bool()>& is_over);
-  bool followRequests();
+  // player_control.cpp: waits, and what other threads want.
+  Wake waitUntil(Stamp recorded);
+  Wake waitFor(double seconds, const std::function<bool()>& is_over);
+  std::optional<Stamp> leapBefore(Stamp recorded) const;
+  void leapTo(Stamp recorded);
+  void leapAfterStall(Stamp recorded);
+  bool pausesBefore(const Message& message);
+  Wake followRequests();
   void suspend();
   void proceed();
-  void waitForGoals();
+  void sendRest(Topic& topic, const Channel& channel, const Recorded& whole, std::int64_t lead_ns);
+  void sendVelocityInForce(Topic& topic, Stamp at);
+  bool hasTargets(const std::vector<GoalBook::Entry>& goals) const;
+  void followRate(double rate);
+  void step();
+
+  // player_seek.cpp: the middle of a behavior.
+  void enter(Stamp at);
+  void moveTo(Stamp to);
+  SceneAt readScene(Stamp at);
+  void showLight(const SceneAt& scene, Stamp at);
+  void setTargets(const SceneAt& scene);
+
+  // player_end.cpp: the end, and what brings the robot to rest.
+  Wake endRound();
+  void measureLength();
+  Wake waitForGoals();
   void finish();
   void sendZeroVelocities();
+  void haltCommands();
   void sendCancels(const std::vector<GoalBook::Entry>& goals);
   void clearProjection();
   void trySend(const Channel& channel, const Bytes& bytes);
   void note(const std::string& problem);
+
   Topic* topicOf(const Channel& channel);
   const Channel& channelOf(std::int64_t id);
   bool isStopped() const;
+  void changeTimeline(const std::function<void(Timeline&)>& change);
 
   const Store& store_;
   const PlayPlan& plan_;
   const PlayOptions options_;
+  const bool has_motion_;
   MessageSink& sink_;
   Clock& clock_;
   const std::function<Stamp()> ros_now_;
@@ -130,14 +205,22 @@ class Player {
   // The scheduler's.
   std::map<std::string, Topic> topics_;
   std::map<std::int64_t, Channel> channels_;
-  std::optional<std::int64_t> shift_ns_;  ///< what recorded stamps are moved by
+  std::optional<std::int64_t> shift_ns_;        ///< what recorded stamps are moved by
+  Stamp played_until_;                          ///< the last message's, for gaps
+  std::optional<std::uint64_t> paused_before_;  ///< the sequence of a pause topic's message
+  bool needs_lead_ = false;                     ///< targets are to be sent with time to get there
+  SteadyTime lead_end_;                         ///< until then they have that time
+  SteadyTime first_deadline_;
+  std::int64_t paused_ns_ = 0;  ///< in all
+  SteadyTime paused_at_;
+  bool has_ended_ = false;
   PlayReport report_;
 
   mutable std::mutex mutex_;
-  std::optional<Timeline> timeline_;  ///< changed by the scheduler only
-  std::unique_ptr<Prefetch> prefetch_;
-  std::optional<std::string> stop_reason_;
-  bool is_pause_wanted_ = false;
+  std::optional<Timeline> timeline_;    ///< changed by the scheduler only
+  std::unique_ptr<Prefetch> prefetch_;  ///< the same
+  Requests requests_;
+  bool has_pause_topics_ = true;
   std::uint64_t published_ = 0;
 };
 

@@ -1,142 +1,294 @@
-// The player's waits, pauses and end; what it sends while it plays is in player.cpp.
+// The player's waits, and what other threads want of it; what it sends is in player.cpp.
 #include <algorithm>
-#include <exception>
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
-#include "replay/play/clearing.hpp"
 #include "replay/play/goal_remainder.hpp"
 #include "replay/play/player.hpp"
+#include "replay/play/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-/// All zeros: every number 0, every string empty.
-Bytes blankMessage(const Channel& channel) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
-  return Bytes(schema.minimumSize(0));
-}
+/// A velocity command holds so long: 0.25 s on a Fetch.
+constexpr std::int64_t kVelocityInForce = 250'000'000;
+/// The base has stopped by itself, and settled.
+constexpr double kLeastGapOfMotion = 0.5;
 
 }  // namespace
 
-bool Player::waitUntil(Stamp recorded) {
-  while (followRequests()) {
-    if (clock_.sleepUntil(timeline_->deadline(recorded))) {
-      return true;
-    }
+// ----------------------------------------------------------------------------- from other threads
+
+void Player::stop(const std::string& reason) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!requests_.stop_reason) {
+    requests_.stop_reason = reason;
   }
-  return false;
+  if (prefetch_) {
+    prefetch_->cancel();
+  }
+  clock_.wake();
 }
 
-bool Player::waitFor(double seconds, const std::function<bool()>& is_over) {
-  const SteadyTime deadline = clock_.now().after(static_cast<std::int64_t>(seconds * 1e9));
-  while (!is_over() && followRequests()) {
+void Player::pause() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  requests_.pause = true;
+  clock_.wake();
+}
+
+void Player::resume() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  requests_.pause = false;
+  clock_.wake();
+}
+
+void Player::setRate(double rate) {
+  if (!(rate > 0) || !std::isfinite(rate)) {
+    throw std::runtime_error("a rate has to be above 0");
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  requests_.rate = rate;
+  clock_.wake();
+}
+
+void Player::seek(PlaybackTime position) {
+  const Stamp to{plan_.behavior.begin.ns + position.ns};
+  if (to < plan_.begin || to > plan_.end) {
+    throw std::runtime_error(std::to_string(position.seconds()) +
+                             " s is not within the part that is played");
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  requests_.seek = to;
+  clock_.wake();
+}
+
+void Player::playNext(std::uint64_t count) {
+  if (has_motion_) {
+    throw std::runtime_error("single messages are for light and speech; this moves the robot");
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!requests_.pause) {
+    throw std::runtime_error("single messages are played while it is paused");
+  }
+  requests_.steps += count;
+  clock_.wake();
+}
+
+bool Player::togglePauseTopics() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  has_pause_topics_ = !has_pause_topics_;
+  return has_pause_topics_;
+}
+
+void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
+  if (goals_.finish(id, outcomeOf(goal_status))) {
+    clock_.wake();
+  }
+}
+
+PlayProgress Player::progress() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  PlayProgress progress;
+  progress.published = published_;
+  progress.rate = requests_.rate.value_or(timeline_ ? timeline_->rate() : options_.rate);
+  if (timeline_) {
+    const std::int64_t position = timeline_->position(clock_.now()).ns;
+    progress.position.ns = std::clamp<std::int64_t>(position, 0, plan_.durationNs());
+    progress.state =
+        timeline_->isPaused() ? PlayProgress::State::Paused : PlayProgress::State::Playing;
+  }
+  return progress;
+}
+
+bool Player::isPauseWanted() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return requests_.pause;
+}
+
+bool Player::isStopped() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return requests_.stop_reason.has_value();
+}
+
+void Player::changeTimeline(const std::function<void(Timeline&)>& change) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  change(*timeline_);
+}
+
+// ------------------------------------------------------------------------------------------ waits
+
+Player::Wake Player::waitUntil(Stamp recorded) {
+  for (;;) {
+    const Wake wake = followRequests();
+    if (wake != Wake::Due) {
+      return wake;
+    }
+    if (options_.is_immediate && !timeline_->isPaused()) {
+      leapTo(recorded);
+      return Wake::Due;
+    }
+    const std::optional<Stamp> leap = leapBefore(recorded);
+    if (clock_.sleepUntil(timeline_->deadline(leap.value_or(recorded)))) {
+      if (leap) leapTo(recorded);
+      return Wake::Due;
+    }
+  }
+}
+
+Player::Wake Player::waitFor(double seconds, const std::function<bool()>& is_over) {
+  const SteadyTime deadline = std::isfinite(seconds)
+                                  ? clock_.now().after(static_cast<std::int64_t>(seconds * 1e9))
+                                  : SteadyTime::forever();
+  for (;;) {
+    const Wake wake = followRequests();
+    if (wake != Wake::Due || is_over()) {
+      return wake;
+    }
     if (clock_.sleepUntil(timeline_->isPaused() ? SteadyTime::forever() : deadline)) {
-      break;
+      return Wake::Due;
     }
   }
-  return is_over();
 }
 
-/// False: stop.
-bool Player::followRequests() {
-  bool pauses = false, resumes = false;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (stop_reason_) {
-      return false;
-    }
-    pauses = is_pause_wanted_ && !timeline_->isPaused();
-    resumes = !is_pause_wanted_ && timeline_->isPaused();
-    if (pauses) timeline_->pause(clock_.now());
-    if (resumes) timeline_->resume(clock_.now());
+/// Where the wait for a recorded moment is cut short.
+std::optional<Stamp> Player::leapBefore(Stamp recorded) const {
+  if (!options_.skip_empty_s || goals_.hasOpen()) {
+    return std::nullopt;
   }
-  if (pauses) suspend();
-  if (resumes) proceed();
+  const double kept = std::max(*options_.skip_empty_s, has_motion_ ? kLeastGapOfMotion : 0.0);
+  const Stamp leap{played_until_.ns + static_cast<std::int64_t>(kept * 1e9)};
+  return leap < recorded ? std::optional(leap) : std::nullopt;
+}
+
+void Player::leapTo(Stamp recorded) {
+  changeTimeline([&](Timeline& timeline) { timeline.moveTo(recorded, clock_.now()); });
+  shift_ns_.reset();
+}
+
+bool Player::pausesBefore(const Message& message) {
+  if (options_.pause_topics.count(channelOf(message.channel).topic) == 0 ||
+      paused_before_ == message.sequence) {
+    return false;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!has_pause_topics_) {
+    return false;
+  }
+  paused_before_ = message.sequence;
+  requests_.pause = true;
   return true;
 }
 
+Player::Wake Player::followRequests() {
+  bool pauses = false, resumes = false;
+  Requests asked;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (requests_.stop_reason) {
+      return Wake::Stopped;
+    }
+    asked.rate = std::exchange(requests_.rate, std::nullopt);
+    asked.seek = std::exchange(requests_.seek, std::nullopt);
+    asked.steps = std::exchange(requests_.steps, 0);
+    pauses = requests_.pause && !timeline_->isPaused();
+    resumes = !requests_.pause && timeline_->isPaused();
+  }
+  if (pauses) suspend();
+  if (asked.rate) followRate(*asked.rate);
+  if (asked.seek) moveTo(*asked.seek);
+  for (std::uint64_t i = 0; i < asked.steps && !isStopped(); ++i) step();
+  if (resumes) {
+    changeTimeline([&](Timeline& timeline) { timeline.resume(clock_.now()); });
+    paused_ns_ += clock_.now().ns - paused_at_.ns;
+    proceed();
+  }
+  return asked.seek || asked.steps > 0 ? Wake::Moved : Wake::Due;
+}
+
 void Player::suspend() {
+  paused_at_ = clock_.now();
+  changeTimeline([&](Timeline& timeline) { timeline.pause(paused_at_); });
+  needs_lead_ = needs_lead_ || paused_at_ < lead_end_;
   sendZeroVelocities();
+  haltCommands();
   sendCancels(goals_.suspendOpen());
 }
 
+/// Sends what is in force: the rest of goals and trajectories, velocities.
 void Player::proceed() {
   shift_ns_.reset();
-  const Stamp paused_at = timeline_->recorded(clock_.now());
-  for (GoalBook::Entry& goal : goals_.takeSuspended()) {
-    Topic* topic = topicOf(goal.channel);
-    try {
-      Bytes rest = remainderOfGoal(goal.channel, goal.recorded, paused_at.ns - goal.recorded_at.ns);
-      const std::uint64_t published = topic->report.published;
-      publish(*topic, goal.channel, paused_at, std::move(rest), 0);
-      if (topic->report.published == published) {
-        note("the rest of a goal on " + goal.channel.topic + " was not sent after a pause");
-      }
-    } catch (const MessageError& error) {
-      note("the rest of a goal on " + goal.channel.topic + " is lost: " + error.what());
-    }
+  const Stamp at = timeline_->recorded(clock_.now());
+  const std::vector<GoalBook::Entry> goals = goals_.takeSuspended();
+  if (std::exchange(needs_lead_, false) && hasTargets(goals)) {
+    lead_end_ = clock_.now().after(static_cast<std::int64_t>(options_.seek_lead_s * 1e9));
+    changeTimeline([&](Timeline& timeline) { timeline.moveTo(at, lead_end_); });
   }
-}
-
-void Player::waitForGoals() {
-  const auto all_done = [this] { return !goals_.hasOpen(); };
-  if (!waitFor(options_.goal_wait_s, all_done) && !isStopped()) {
-    note("goals were still under way " + std::to_string(options_.goal_wait_s) +
-         " s after the behavior's end, and were canceled");
-  }
-}
-
-void Player::finish() {
-  report_.planned_ns =
-      static_cast<std::int64_t>(static_cast<double>(plan_.durationNs()) / options_.rate);
-  if (timeline_ && report_.actual_ns == 0) {
-    measureLength();  // it did not come to the end
-  }
-  sendCancels(goals_.cancelOpen());
-  sendZeroVelocities();
-  const bool is_lit = std::any_of(topics_.begin(), topics_.end(),
-                                  [](const auto& entry) { return !entry.second.last.empty(); });
-  if (options_.clear_projection && is_lit) {
-    if (timeline_) waitFor(options_.hold_s, [] { return false; });
-    clearProjection();
-  }
-}
-
-void Player::sendZeroVelocities() {
-  for (auto& [name, topic] : topics_) {
-    if (topic.has_moved) {
-      const Channel& channel = topic.planned->channel;
-      trySend(channel, blankMessage(channel));
-    }
-  }
-}
-
-void Player::sendCancels(const std::vector<GoalBook::Entry>& goals) {
+  const std::int64_t wait_ns = std::max<std::int64_t>(0, lead_end_.ns - clock_.now().ns);
+  const auto lead_ns = static_cast<std::int64_t>(static_cast<double>(wait_ns) * timeline_->rate());
   for (const GoalBook::Entry& goal : goals) {
-    trySend(cancelChannel(goal.channel), cancelMessage(goal.id));
+    sendRest(*topicOf(goal.channel), goal.channel, {goal.recorded, goal.recorded_at}, lead_ns);
   }
-}
-
-void Player::clearProjection() {
-  for (const auto& [name, topic] : topics_) {
-    if (topic.last.empty()) {
+  for (auto& [name, topic] : topics_) {
+    if (topic.command.bytes.empty()) {
       continue;
     }
-    if (const std::optional<Bytes> nothing = clearingMessage(topic.planned->channel, topic.last)) {
-      trySend(topic.planned->channel, *nothing);
+    if (topic.is_velocity) {
+      sendVelocityInForce(topic, at);
+    } else {
+      sendRest(topic, topic.planned->channel, Recorded(topic.command), lead_ns);
     }
   }
 }
 
-/// At the end one thing that cannot be sent must not keep the others from being sent.
-void Player::trySend(const Channel& channel, const Bytes& bytes) {
+bool Player::hasTargets(const std::vector<GoalBook::Entry>& goals) const {
+  return !goals.empty() || std::any_of(topics_.begin(), topics_.end(), [](const auto& entry) {
+    return !entry.second.command.bytes.empty() && !entry.second.is_velocity;
+  });
+}
+
+void Player::sendRest(Topic& topic, const Channel& channel, const Recorded& whole,
+                      std::int64_t lead_ns) {
+  const Stamp at = timeline_->recorded(clock_.now());
+  const std::uint64_t published = topic.report.published;
   try {
-    sink_.publish(channel, bytes);
-  } catch (const std::exception& error) {
-    note(channel.topic + ": " + error.what());
+    publish(topic, channel, at, remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns),
+            0, &whole);
+  } catch (const MessageError& error) {
+    topic.report.problem = error.what();
+  }
+  if (topic.report.published == published) {
+    note("the rest of a motion on " + channel.topic + " was not sent: " + topic.report.problem);
   }
 }
 
-void Player::note(const std::string& problem) { report_.notes.push_back(problem); }
+void Player::sendVelocityInForce(Topic& topic, Stamp at) {
+  const Recorded command = topic.command;
+  if (at.ns - command.at.ns < kVelocityInForce && !isZero(velocityOf(command.bytes))) {
+    publish(topic, topic.planned->channel, at, command.bytes, 0, &command);
+  }
+}
+
+void Player::followRate(double rate) {
+  const bool is_moving = !timeline_->isPaused();
+  needs_lead_ = needs_lead_ || clock_.now() < lead_end_;
+  if (is_moving) sendCancels(goals_.suspendOpen());
+  changeTimeline([&](Timeline& timeline) { timeline.setRate(rate, clock_.now()); });
+  if (is_moving) proceed();
+}
+
+void Player::step() {
+  const Message* next = prefetch_->front();
+  if (!next) {
+    return;
+  }
+  leapTo(next->received);
+  played_until_ = next->received;
+  const Channel& channel = channelOf(next->channel);
+  Message message = prefetch_->pop();
+  if (Topic* topic = topicOf(channel)) {
+    publish(*topic, channel, message.received, std::move(message.bytes), 0);
+  }
+}
 
 }  // namespace afterglow::replay

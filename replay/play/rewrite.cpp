@@ -5,73 +5,12 @@
 #include <map>
 #include <random>
 #include <tuple>
+#include <utility>
 
 #include "replay/messages/field_edit.hpp"
 
 namespace afterglow::replay {
 namespace {
-
-bool isTrajectory(const std::string& type) {
-  return type == "trajectory_msgs/JointTrajectory" ||
-         type == "trajectory_msgs/MultiDOFJointTrajectory";
-}
-
-const Field* fieldNamed(const MessageType& type, std::string_view field_name) {
-  const auto found = std::find_if(type.fields.begin(), type.fields.end(),
-                                  [&](const Field& field) { return field.name == field_name; });
-  return found == type.fields.end() ? nullptr : &*found;
-}
-
-bool holds(const MessageType& type, std::string_view field_name, FieldType expected) {
-  const Field* field = fieldNamed(type, field_name);
-  return field && field->type == expected && field->arity == Field::Arity::Single;
-}
-
-bool isGoalId(const MessageType& type) {
-  return type.name == "actionlib_msgs/GoalID" && holds(type, "id", FieldType::String) &&
-         holds(type, "stamp", FieldType::Time);
-}
-
-bool isActionGoal(const Schema& schema) {
-  const MessageType& root = schema.root();
-  constexpr std::string_view kEnd = "ActionGoal";
-  return root.name.size() > kEnd.size() &&
-         root.name.compare(root.name.size() - kEnd.size(), kEnd.size(), kEnd) == 0 &&
-         holds(root, "header", FieldType::Message) && holds(root, "goal", FieldType::Message) &&
-         holds(root, "goal_id", FieldType::Message) &&
-         isGoalId(schema.types()[fieldNamed(root, "goal_id")->message]);
-}
-
-/// Where a walk over the schema stands.
-struct Place {
-  std::size_t type;
-  std::string prefix;  // of paths
-  bool in_trajectory_header = false;
-};
-
-void collect(const Schema& schema, const Place& place, std::vector<RewrittenField>& rules) {
-  const MessageType& type = schema.types()[place.type];
-  for (const Field& field : type.fields) {
-    const bool array = field.arity != Field::Arity::Single;
-    const std::string path = place.prefix + field.name + (array ? "[]" : "");
-    if (field.type == FieldType::Time) {
-      rules.push_back(
-          {path, place.in_trajectory_header ? RewriteRule::StartNow : RewriteRule::ShiftStamp});
-    } else if (field.type == FieldType::Message) {
-      // By the type and not by the topic: a trajectory is there to be executed, in whatever goal or
-      // command it travels.
-      collect(schema,
-              {field.message, path + ".", isTrajectory(type.name) && field.name == "header"},
-              rules);
-    }
-  }
-}
-
-void setRule(std::vector<RewrittenField>& rules, const std::string& path, RewriteRule rule) {
-  for (RewrittenField& field : rules) {
-    if (field.path == path) field.rule = rule;
-  }
-}
 
 std::vector<FieldPath> paths(const std::vector<RewrittenField>& rules) {
   std::vector<FieldPath> parsed;
@@ -101,8 +40,8 @@ struct Goal {
 
 /// The rules for a type, worked out.
 struct Plan {
-  explicit Plan(const Schema& schema)
-      : fields(rewriteRules(schema)), finder(schema, paths(fields)) {
+  Plan(const Schema& schema, const RewriteSettings& settings)
+      : fields(rewriteRules(schema, settings)), finder(schema, paths(fields)) {
     for (std::size_t i = 0; i < fields.size(); ++i) {
       const RewriteRule rule = fields[i].rule;
       if (rule == RewriteRule::FreshGoalId || rule == RewriteRule::SentGoalId) id = i;
@@ -126,7 +65,9 @@ struct Rewriter::State {
     const auto key = std::tie(channel.type, channel.md5, channel.definition);
     auto known = plans.find(key);
     if (known == plans.end()) {
-      known = plans.emplace(Key(key), Plan(Schema::parse(channel.type, channel.definition))).first;
+      known =
+          plans.emplace(Key(key), Plan(Schema::parse(channel.type, channel.definition), settings))
+              .first;
     }
     return known->second;
   }
@@ -141,28 +82,55 @@ struct Rewriter::State {
     return stamp;
   }
 
-  void rewriteStamp(RewriteRule rule, const FieldSpan& span, const PublishMoment& moment,
-                    Bytes& bytes) const {
-    const Stamp recorded = *readTime(bytes, span);
-    switch (rule) {
-      case RewriteRule::ShiftStamp:
-        if (recorded.ns != 0 && moment.shift_ns != 0) {
-          writeTime(bytes, span, shifted(recorded, moment.shift_ns));
-        }
-        break;
-      case RewriteRule::CancelStamp:
-        if (recorded.ns != 0) writeTime(bytes, span, cancelStamp(recorded, moment));
-        break;
-      case RewriteRule::PublishStamp:
-        writeTime(bytes, span, moment.now);
-        break;
-      case RewriteRule::StartNow:
-        writeTime(bytes, span, {0});
-        break;
-      case RewriteRule::FreshGoalId:
-      case RewriteRule::SentGoalId:
-        break;  // no stamps
+  /// True if the field holds something else now. Texts are left to newText().
+  bool rewriteInPlace(RewriteRule rule, const FieldSpan& span, const PublishMoment& moment,
+                      Bytes& bytes) const {
+    if (rule == RewriteRule::Zero) {
+      std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(span.offset), span.size, 0);
+      return true;
     }
+    const std::optional<Stamp> recorded = readTime(bytes, span);
+    if (!recorded || rule == RewriteRule::Keep) return false;
+    const bool is_left = recorded->ns == 0 && rule != RewriteRule::PublishStamp;
+    if (is_left || (rule == RewriteRule::ShiftStamp && moment.shift_ns == 0)) return false;
+    const Stamp stamp = rule == RewriteRule::ShiftStamp    ? shifted(*recorded, moment.shift_ns)
+                        : rule == RewriteRule::CancelStamp ? cancelStamp(*recorded, moment)
+                        : rule == RewriteRule::StartNow    ? Stamp{0}
+                                                           : moment.now;
+    writeTime(bytes, span, stamp);
+    return true;
+  }
+
+  std::string newText(RewriteRule rule, const std::string& recorded) {
+    if (rule == RewriteRule::RemapFrame) return settings.frame(recorded);
+    if (rule != RewriteRule::FreshId || recorded.empty()) return recorded;
+    std::string& id = ids[recorded];
+    if (id.empty()) id = fresh_id();
+    return id;
+  }
+
+  /// All texts at once, last of all: what lies behind them moves.
+  void rewriteTexts(const Plan& plan, const std::vector<std::vector<FieldSpan>>& spans,
+                    const std::optional<std::string>& goal_id, std::vector<std::uint64_t>& done,
+                    Bytes& bytes) {
+    std::vector<std::pair<FieldSpan, std::size_t>> texts;  // and the index of their field
+    for (std::size_t i = 0; i < spans.size(); ++i) {
+      for (const FieldSpan& span : spans[i]) {
+        if (span.type == FieldType::String) texts.emplace_back(span, i);
+      }
+    }
+    std::sort(texts.begin(), texts.end(),
+              [](const auto& a, const auto& b) { return a.first.offset < b.first.offset; });
+    std::vector<FieldSpan> places;
+    for (const auto& [span, field] : texts) places.push_back(span);
+    auto text = texts.begin();
+    editStrings(bytes, places, [&](const std::string& recorded) {
+      const std::size_t field = (text++)->second;
+      const std::string edited =
+          plan.id == field ? *goal_id : newText(plan.fields[field].rule, recorded);
+      done[field] += edited != recorded;
+      return edited;
+    });
   }
 
   /// What a goal's or a cancel's id becomes; empty if the message must not be published.
@@ -176,51 +144,34 @@ struct Rewriter::State {
     return "";
   }
 
+  /// How often each field was rewritten on a topic.
+  std::vector<std::uint64_t>& doneOn(const std::string& topic, const Plan& plan) {
+    std::vector<std::uint64_t>& counts = done[topic];
+    counts.resize(std::max(counts.size(), plan.fields.size()));
+    return counts;
+  }
+
   FreshId fresh_id;
+  RewriteSettings settings;
   std::map<Key, Plan, std::less<>> plans;
-  std::map<std::string, Goal> goals;  // by recorded id
+  std::map<std::string, std::vector<std::uint64_t>> done;
+  std::map<std::string, Goal> goals;       // by recorded id
+  std::map<std::string, std::string> ids;  // fresh ones by recorded ones
 };
 
-std::string_view describe(RewriteRule rule) {
-  switch (rule) {
-    case RewriteRule::ShiftStamp:
-      return "shifted to now";
-    case RewriteRule::PublishStamp:
-      return "set to the time of publishing";
-    case RewriteRule::StartNow:
-      return "zeroed: starts on arrival";
-    case RewriteRule::FreshGoalId:
-      return "replaced by a fresh id";
-    case RewriteRule::SentGoalId:
-      return "replaced by the id its goal was sent with";
-    case RewriteRule::CancelStamp:
-      return "shifted to now, with the goals it covered";
-  }
-  return "";
-}
-
-std::vector<RewrittenField> rewriteRules(const Schema& schema) {
-  std::vector<RewrittenField> rules;
-  collect(schema, {0, "", false}, rules);
-  if (isActionGoal(schema)) {
-    setRule(rules, "header.stamp", RewriteRule::PublishStamp);
-    setRule(rules, "goal_id.stamp", RewriteRule::PublishStamp);
-    rules.push_back({"goal_id.id", RewriteRule::FreshGoalId});
-  } else if (isGoalId(schema.root())) {
-    setRule(rules, "stamp", RewriteRule::CancelStamp);
-    rules.push_back({"id", RewriteRule::SentGoalId});
-  }
-  return rules;
-}
-
-Rewriter::Rewriter(FreshId fresh_id) : state_(std::make_unique<State>()) {
+Rewriter::Rewriter(FreshId fresh_id, RewriteSettings settings) : state_(std::make_unique<State>()) {
   state_->fresh_id = std::move(fresh_id);
+  state_->settings = std::move(settings);
 }
 
 Rewriter::~Rewriter() = default;
 
-const std::vector<RewrittenField>& Rewriter::rules(const Channel& channel) {
-  return state_->plan(channel).fields;
+std::vector<RewrittenField> Rewriter::rules(const Channel& channel) {
+  const Plan& plan = state_->plan(channel);
+  std::vector<RewrittenField> fields = plan.fields;
+  const std::vector<std::uint64_t>& done = state_->doneOn(channel.topic, plan);
+  for (std::size_t i = 0; i < fields.size(); ++i) fields[i].count = done[i];
+  return fields;
 }
 
 Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment, Bytes& bytes) {
@@ -234,14 +185,13 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
     id = state_->newId(plan, recorded);
     if (!id) return {false, {}};
   }
+  std::vector<std::uint64_t>& done = state_->doneOn(channel.topic, plan);
   for (std::size_t i = 0; i < spans.size(); ++i) {
-    if (plan.id == i) continue;
     for (const FieldSpan& span : spans[i]) {
-      state_->rewriteStamp(plan.fields[i].rule, span, moment, bytes);
+      done[i] += state_->rewriteInPlace(plan.fields[i].rule, span, moment, bytes);
     }
   }
-  // Last, since what lies behind the id moves.
-  if (id) editStrings(bytes, spans[*plan.id], [&](const std::string&) { return *id; });
+  state_->rewriteTexts(plan, spans, id, done, bytes);
   if (!plan.is_goal) return {};
   // A goal without a stamp is given the time of its arrival by the server.
   if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));

@@ -1,17 +1,24 @@
 #include "replay/play/timeline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 namespace afterglow::replay {
+namespace {
 
-Timeline::Timeline(Stamp begin, double rate, SteadyTime start)
-    : begin_(begin), rate_(rate), anchor_recorded_(begin), anchor_steady_(start) {
+double checkedRate(double rate) {
   if (!(rate > 0) || !std::isfinite(rate)) {
     throw std::logic_error("rate must be above zero, not " + std::to_string(rate));
   }
+  return rate;
 }
+
+}  // namespace
+
+Timeline::Timeline(Stamp begin, double rate, SteadyTime start)
+    : begin_(begin), rate_(checkedRate(rate)), anchor_recorded_(begin), anchor_steady_(start) {}
 
 SteadyTime Timeline::deadline(Stamp recorded) const {
   if (is_paused_) {
@@ -27,7 +34,7 @@ Stamp Timeline::recorded(SteadyTime now) const {
   if (is_paused_) {
     return anchor_recorded_;
   }
-  const std::int64_t passed = now.ns - anchor_steady_.ns;
+  const std::int64_t passed = std::max<std::int64_t>(0, now.ns - anchor_steady_.ns);
   return {anchor_recorded_.ns +
           (rate_ == 1.0 ? passed : std::llround(static_cast<double>(passed) * rate_))};
 }
@@ -44,6 +51,17 @@ void Timeline::resume(SteadyTime now) {
     anchor_steady_ = now;
     is_paused_ = false;
   }
+}
+
+void Timeline::setRate(double rate, SteadyTime now) {
+  const Stamp at = recorded(now);
+  rate_ = checkedRate(rate);
+  moveTo(at, std::max(now, anchor_steady_));  // a wait for the anchor's moment goes on
+}
+
+void Timeline::moveTo(Stamp recorded, SteadyTime when) {
+  anchor_recorded_ = recorded;
+  anchor_steady_ = when;
 }
 
 }  // namespace afterglow::replay

@@ -17,8 +17,8 @@ struct PlaybackTime {
   constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
 };
 
-/// One anchor {recorded, steady} and a rate. Pause and resume move the anchor; nothing is ever
-/// accumulated, so nothing drifts. A value; not thread-safe.
+/// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
+/// is ever accumulated, so nothing drifts. A value; not thread-safe.
 class Timeline {
  public:
   /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
@@ -26,6 +26,7 @@ class Timeline {
 
   /// When a recorded moment is due; while paused: SteadyTime::forever().
   SteadyTime deadline(Stamp recorded) const;
+  /// Stands still before the anchor's moment has come.
   Stamp recorded(SteadyTime now) const;
   PlaybackTime position(SteadyTime now) const { return {recorded(now).ns - begin_.ns}; }
 
@@ -33,6 +34,11 @@ class Timeline {
   /// Both do nothing when it is so already.
   void pause(SteadyTime now);
   void resume(SteadyTime now);
+  double rate() const { return rate_; }
+  /// From `now` on; the position stays. Throws as the constructor does.
+  void setRate(double rate, SteadyTime now);
+  /// The recorded moment is due at `when`, or when it is resumed.
+  void moveTo(Stamp recorded, SteadyTime when);
 
  private:
   Stamp begin_;

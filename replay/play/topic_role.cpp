@@ -58,13 +58,7 @@ Modality modalityOf(std::string_view topic, std::string_view type) {
   return moves ? Modality::Body : Modality::Ar;
 }
 
-std::string_view whyNeverReplayed(std::string_view topic, std::string_view type) {
-  const std::string_view last = lastName(topic);
-  // Two sources of one transform fight, and old stamps are refused (geometry2 issues 43 and 64).
-  if (last == "tf" || last == "tf_static" || endsWith(type, "/TFMessage") ||
-      endsWith(type, "/tfMessage")) {
-    return "transforms come from the robot itself; recorded ones place the recording";
-  }
+std::string_view whyNotInRecordedTime(std::string_view topic, std::string_view type) {
   // A second clock would hijack the time of every running node.
   if (topic == "/clock" || type == "rosgraph_msgs/Clock") return "time is not replayed";
   // What nodes said about themselves then is not said by them now.
@@ -72,6 +66,17 @@ std::string_view whyNeverReplayed(std::string_view topic, std::string_view type)
       startsWith(type, "diagnostic_msgs/")) {
     return "a log of nodes, evidence only";
   }
+  return {};
+}
+
+std::string_view whyNeverReplayed(std::string_view topic, std::string_view type) {
+  const std::string_view last = lastName(topic);
+  // Two sources of one transform fight, and old stamps are refused (geometry2 issues 43 and 64).
+  if (last == "tf" || last == "tf_static" || endsWith(type, "/TFMessage") ||
+      endsWith(type, "/tfMessage")) {
+    return "transforms come from the robot itself; recorded ones place the recording";
+  }
+  if (const auto why = whyNotInRecordedTime(topic, type); !why.empty()) return why;
   // A client would take a recorded answer for that of its own goal.
   if (last == "result" || last == "feedback" || last == "status" ||
       endsWith(type, "ActionResult") || endsWith(type, "ActionFeedback") ||

@@ -23,6 +23,10 @@ Modality modalityOf(std::string_view topic, std::string_view type);
 /// people.
 std::string_view whyNeverReplayed(std::string_view topic, std::string_view type);
 
+/// The same where recorded time is played as well, as rosbag play --clock does: states, answers and
+/// transforms of then fit it.
+std::string_view whyNotInRecordedTime(std::string_view topic, std::string_view type);
+
 inline bool isReplayable(std::string_view topic, std::string_view type) {
   return whyNeverReplayed(topic, type).empty();
 }

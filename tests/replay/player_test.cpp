@@ -3,116 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "replay/messages/document.hpp"
-#include "tests/support/faulty_store.hpp"
-#include "tests/support/messages.hpp"
+#include "tests/support/player_world.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-using test::goalMessage;
-using test::twist;
-
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kBegin = 1'600'000'000'000'000'000;
-
-const Channel kCmdVel = test::twistChannel("/cmd_vel");
-const Channel kArm = test::trajectoryGoalChannel("/arm/follow_joint_trajectory/goal");
-const Channel kCloud = test::cloudChannel("/points");
-const Channel kMarkers = test::markersChannel("/markers");
-const Channel kSay = test::stringChannel("/robotsound");
-
-struct Sent {
-  std::int64_t at_ms;  ///< since the first deadline
-  std::string topic;
-  Bytes bytes;
-};
-
-/// Remembers what was sent and when; may fail, and may act like a slow network.
-class SpySink : public MessageSink {
- public:
-  explicit SpySink(JumpingClock& clock) : clock_(clock), start_(clock.now().after(5 * kMs)) {}
-  bool publish(const Channel& channel, const Bytes& bytes) override {
-    sent.push_back({(clock_.now().ns - start_.ns) / kMs, channel.topic, bytes});
-    if (on_publish) on_publish(sent.back());
-    return is_heard;
-  }
-  std::vector<Sent> on(const std::string& topic) const {
-    std::vector<Sent> found;
-    for (const Sent& message : sent) {
-      if (message.topic == topic) found.push_back(message);
-    }
-    return found;
-  }
-  std::vector<std::int64_t> times(const std::string& topic) const {
-    std::vector<std::int64_t> found;
-    for (const Sent& message : on(topic)) found.push_back(message.at_ms);
-    return found;
-  }
-
-  std::vector<Sent> sent;
-  bool is_heard = true;
-  std::function<void(const Sent&)> on_publish;
-
- private:
-  JumpingClock& clock_;
-  SteadyTime start_;
-};
-
-struct PlayerTest : testing::Test {
-  void record(const Channel& channel, std::int64_t at_ms, Bytes bytes) {
-    Message message;
-    message.channel = store->addChannel(recording, channel);
-    message.received = {kBegin + at_ms * kMs};
-    message.sequence = sequence++;
-    message.bytes = std::move(bytes);
-    store->append({message});
-    if (std::find(topics.begin(), topics.end(), channel.topic) == topics.end()) {
-      topics.push_back(channel.topic);
-    }
-  }
-
-  PlayReport play(
-      std::int64_t length_ms, const std::string& only = "",
-      const std::function<void()>& once_planned = [] {}) {
-    Behavior behavior;
-    behavior.recording = recording;
-    behavior.name = "pick";
-    behavior.begin = {kBegin};
-    behavior.end = Stamp{kBegin + length_ms * kMs};
-    behavior.topics = topics;
-    behavior.id = store->addBehavior(behavior);
-    plan = makePlan(*store, behavior, parseModalities(only));
-    once_planned();
-    // ROS time is read a little later each time, as on a machine with other things to do.
-    const auto ros_now = [this] { return Stamp{clock.now().ns + kBegin * 2 + 1000 * ++asked}; };
-    player = std::make_unique<Player>(*store, plan, options, sink, clock, ros_now,
-                                      [this] { return "fresh-" + std::to_string(++ids); });
-    return player->run();
-  }
-
-  /// At a moment of the replay.
-  void at(std::int64_t ms, std::function<void()> hook) {
-    clock.at(clock.now().after((ms + 5) * kMs), std::move(hook));
-  }
-
-  std::unique_ptr<test::FaultyStore> store = std::make_unique<test::FaultyStore>();
-  std::int64_t recording = store->addRecording({0, "", "test", ""});
-  std::uint64_t sequence = 0;
-  std::vector<std::string> topics;
-  JumpingClock clock;
-  SpySink sink{clock};
-  PlayOptions options;
-  PlayPlan plan;
-  std::unique_ptr<Player> player;
-  int ids = 0, asked = 0;
-};
-
-using Times = std::vector<std::int64_t>;
+using namespace test;
+using PlayerTest = PlayerWorld;
 
 TEST_F(PlayerTest, sendsEveryMessageAtItsTimeTiesInOrderAndTheLastOneToo) {
   record(kSay, 0, test::text("first"));
@@ -145,9 +45,10 @@ TEST_F(PlayerTest, resumesWhereItPausedWithTheRobotStandingMeanwhile) {
   at(1250, [this] { player->resume(); });
   const PlayReport report = play(450);
   const std::vector<Sent> sent = sink.on("/cmd_vel");
-  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 100, 200, 250, 1300, 1400, 1450, 1450}));
+  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 100, 200, 250, 1250, 1300, 1400, 1450, 1450}));
   EXPECT_EQ(sent[3].bytes, twist(0)) << "on the pause";
-  EXPECT_EQ(sent[4].bytes, twist(0.5));
+  EXPECT_EQ(sent[4].bytes, twist(0.5)) << "what was in force";
+  EXPECT_EQ(sent[5].bytes, twist(0.5));
   EXPECT_EQ(sent.back().bytes, twist(0)) << "at the end";
   EXPECT_TRUE(report.is_complete);
 }

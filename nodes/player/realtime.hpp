@@ -1,0 +1,27 @@
+/// \file
+/// SCHED_FIFO for a process that has to be on time, where the machine permits it (ulimit -r,
+/// CAP_SYS_NICE).
+#pragma once
+
+#include <string>
+
+namespace afterglow::nodes {
+
+/// While it lives, the threads that the process has (roscpp's send what is published) are scheduled
+/// first in, first out, the one that made it before the others. Threads started meanwhile are not.
+class RealtimeScope {
+ public:
+  RealtimeScope();
+  ~RealtimeScope();
+  RealtimeScope(const RealtimeScope&) = delete;
+  RealtimeScope& operator=(const RealtimeScope&) = delete;
+
+  /// "SCHED_FIFO", or "normal: why not".
+  const std::string& description() const { return description_; }
+
+ private:
+  std::string description_;
+  bool is_active_ = false;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,51 @@
+/// \file
+/// /clock, given or followed. Source: wiki.ros.org/Clock.
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "replay/messages/message.hpp"
+#include "replay/play/followed_clock.hpp"
+
+namespace afterglow::nodes {
+
+/// Who else publishes /clock, by the master; empty: nobody. Throws std::runtime_error without one.
+std::string clockPublisher();
+
+/// Publishes /clock at 100 Hz while it lives, also while `time` stands. Sets no parameter.
+class ClockGiver {
+ public:
+  explicit ClockGiver(std::function<replay::Stamp()> time);
+  ~ClockGiver();
+  ClockGiver(const ClockGiver&) = delete;
+  ClockGiver& operator=(const ClockGiver&) = delete;
+
+ private:
+  ros::NodeHandle node_;
+  ros::Publisher publisher_;
+  std::atomic<bool> is_over_{false};
+  std::thread thread_;
+};
+
+/// Drives a clock by what is heard on /clock, while it lives.
+class ClockFollower {
+ public:
+  explicit ClockFollower(replay::FollowedClock& clock);
+  ~ClockFollower();
+  ClockFollower(const ClockFollower&) = delete;
+  ClockFollower& operator=(const ClockFollower&) = delete;
+
+ private:
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+};
+
+}  // namespace afterglow::nodes

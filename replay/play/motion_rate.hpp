@@ -1,0 +1,44 @@
+/// \file
+/// What another rate changes in a message, so that a body goes the same way faster or slower:
+/// velocities times the rate, accelerations times its square, durations divided by it. Efforts and
+/// tolerances stay as they were. Lifetimes of markers are durations, too.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+
+class FieldFinder;
+
+/// A number or duration to be multiplied by rate^power.
+struct ScaledField {
+  std::string path;  ///< as in FieldPath; below an array, every element
+  int power;
+};
+
+/// Known by the types they lie in, wherever those are nested: geometry_msgs/Twist, trajectory
+/// points, PointHead and SingleJointPosition goals, AckermannDrive, Marker.
+std::vector<ScaledField> scaledFields(const Schema& schema);
+
+/// Worked out once for a type.
+class MotionRate {
+ public:
+  explicit MotionRate(const Schema& schema);
+  ~MotionRate();
+  MotionRate(MotionRate&&) noexcept;
+
+  /// Throws MessageError if the bytes do not fit the schema, or a duration becomes longer than ROS
+  /// can say.
+  void apply(Bytes& bytes, double rate) const;
+
+ private:
+  std::vector<ScaledField> fields_;
+  std::unique_ptr<FieldFinder> finder_;  ///< none without fields
+};
+
+}  // namespace afterglow::replay

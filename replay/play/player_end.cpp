@@ -1,0 +1,113 @@
+// How a replay ends, and what brings the robot to rest.
+#include <algorithm>
+#include <exception>
+#include <limits>
+
+#include "replay/play/clearing.hpp"
+#include "replay/play/goal_remainder.hpp"
+#include "replay/play/player.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+/// All zeros: every number 0, every string empty.
+Bytes blankMessage(const Channel& channel) {
+  const Schema schema = Schema::parse(channel.type, channel.definition);
+  return Bytes(schema.minimumSize(0));
+}
+
+}  // namespace
+
+Player::Wake Player::endRound() {
+  measureLength();
+  sendZeroVelocities();
+  const Wake wake = waitForGoals();
+  if (wake != Wake::Due) {
+    return wake;
+  }
+  sendCancels(goals_.cancelOpen());
+  has_ended_ = options_.keeps_alive;
+  const bool is_lit = std::any_of(topics_.begin(), topics_.end(),
+                                  [](const auto& entry) { return !entry.second.last.empty(); });
+  const bool holds = options_.clear_projection && is_lit && !options_.is_looping;
+  const double hold_s = options_.keeps_alive ? std::numeric_limits<double>::infinity()
+                        : holds              ? options_.hold_s
+                                             : 0;
+  const Wake end = waitFor(hold_s, [hold_s] { return hold_s <= 0; });
+  has_ended_ = has_ended_ && end != Wake::Moved;
+  return end;
+}
+
+void Player::measureLength() {
+  report_.actual_ns = clock_.now().ns - first_deadline_.ns - paused_ns_;
+}
+
+Player::Wake Player::waitForGoals() {
+  const auto all_done = [this] { return !goals_.hasOpen(); };
+  const Wake wake = waitFor(options_.goal_wait_s, all_done);
+  if (wake == Wake::Due && !all_done()) {
+    note("goals were still under way " + std::to_string(options_.goal_wait_s) +
+         " s after the behavior's end, and were canceled");
+  }
+  return wake;
+}
+
+void Player::finish() {
+  report_.planned_ns =
+      static_cast<std::int64_t>(static_cast<double>(plan_.end.ns - plan_.begin.ns) / options_.rate);
+  if (timeline_ && report_.actual_ns == 0) {
+    measureLength();  // it did not come to the end
+  }
+  sendCancels(goals_.cancelOpen());
+  sendZeroVelocities();
+  if (isStopped()) haltCommands();
+  if (options_.clear_projection) clearProjection();
+}
+
+void Player::sendZeroVelocities() {
+  for (auto& [name, topic] : topics_) {
+    if (topic.has_moved) {
+      trySend(topic.planned->output, blankMessage(topic.planned->channel));
+    }
+  }
+}
+
+void Player::haltCommands() {
+  for (auto& [name, topic] : topics_) {
+    if (!topic.command.bytes.empty() && !topic.is_velocity) {
+      const Channel& channel = topic.planned->channel;
+      trySend(topic.planned->output, haltedTrajectory(channel, topic.command.bytes));
+    }
+  }
+}
+
+void Player::sendCancels(const std::vector<GoalBook::Entry>& goals) {
+  for (const GoalBook::Entry& goal : goals) {
+    trySend(cancelChannel(topicOf(goal.channel)->planned->output), cancelMessage(goal.id));
+  }
+}
+
+void Player::clearProjection() {
+  for (auto& [name, topic] : topics_) {
+    if (topic.last.empty()) {
+      continue;
+    }
+    if (const std::optional<Bytes> nothing = clearingMessage(topic.planned->channel, topic.last)) {
+      trySend(topic.planned->output, *nothing);
+    }
+    topic.last.clear();
+  }
+}
+
+/// At the end one thing that cannot be sent must not keep the others from being sent.
+void Player::trySend(const Channel& channel, const Bytes& bytes) {
+  try {
+    sink_.publish(channel, bytes);
+  } catch (const std::exception& error) {
+    note(channel.topic + ": " + error.what());
+  }
+}
+
+void Player::note(const std::string& problem) { report_.notes.push_back(problem); }
+
+}  // namespace afterglow::replay

@@ -1,0 +1,91 @@
+// How the player begins in the middle of a behavior.
+#include <utility>
+
+#include "replay/play/player.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+/// The first deadline lies this far ahead, so that the first message is no later than the others.
+constexpr std::int64_t kLead = 5'000'000;
+
+}  // namespace
+
+void Player::enter(Stamp at) {
+  const SceneAt scene = readScene(at);
+  MessageRange range{plan_.playedTopics(), at, plan_.end};
+  auto reader =
+      std::make_unique<Prefetch>(store_.messages(plan_.behavior, range), options_.prefetch_bytes);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::swap(prefetch_, reader);
+    if (requests_.stop_reason) prefetch_->cancel();
+  }
+  prefetch_->fill();
+  clearProjection();
+  const SteadyTime first = clock_.now().after(kLead);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!timeline_) {
+      first_deadline_ = first;
+      timeline_.emplace(plan_.behavior.begin, options_.rate, first);
+    }
+    timeline_->moveTo(at, first);
+  }
+  played_until_ = at;
+  paused_before_.reset();
+  shift_ns_.reset();
+  showLight(scene, at);
+  setTargets(scene);
+  if (!timeline_->isPaused()) proceed();
+}
+
+void Player::moveTo(Stamp to) {
+  sendZeroVelocities();
+  haltCommands();
+  sendCancels(goals_.cancelOpen());
+  lead_end_ = {};
+  enter(to);
+}
+
+SceneAt Player::readScene(Stamp at) {
+  SceneAt scene;
+  if (at <= plan_.behavior.begin) {
+    return scene;
+  }
+  const auto cursor =
+      store_.messages(plan_.behavior, {plan_.playedTopics(), plan_.behavior.begin, at});
+  while (auto message = isStopped() ? std::nullopt : cursor->next()) {
+    const Channel& channel = channelOf(message->channel);
+    if (const Topic* topic = topicOf(channel)) {
+      scene.add(channel, topic->planned->modality, std::move(*message));
+    }
+  }
+  return scene;
+}
+
+void Player::showLight(const SceneAt& scene, Stamp at) {
+  for (Message& message : scene.light(at)) {
+    const Channel& channel = channelOf(message.channel);
+    // Each as if it came now: the moment it came at is too far back for tf.
+    const Stamp now = options_.has_recorded_time ? message.received : ros_now_();
+    const PublishMoment moment{now, now.ns - message.received.ns};
+    publishAt(*topicOf(channel), channel, {}, std::move(message.bytes), moment, 0);
+  }
+}
+
+/// Suspended, as by a pause: proceed() sends them, with time to get there.
+void Player::setTargets(const SceneAt& scene) {
+  for (auto& [name, topic] : topics_) topic.command = {};
+  for (Message& message : scene.targets()) {
+    const Channel& channel = channelOf(message.channel);
+    if (isGoal(channel)) {
+      goals_.suspend({channel, std::move(message.bytes), message.received, ""});
+    } else {
+      topicOf(channel)->command = {std::move(message.bytes), message.received};
+    }
+  }
+  needs_lead_ = true;
+}
+
+}  // namespace afterglow::replay

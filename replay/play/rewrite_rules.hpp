@@ -1,0 +1,65 @@
+/// \file
+/// Which fields of a type a replay rewrites, and how: by type and field path. Source of the rules:
+/// actionlib's server (a known goal id is ignored silently, a goal older than the last one or than
+/// a cancel is canceled at once), the joint trajectory controllers (a start in the past is dropped
+/// or jumped to), tf2 (looks up at the stamp).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+
+/// What is done to a field.
+enum class RewriteRule {
+  ShiftStamp,    ///< by the time since the recording; zero ("latest", "unknown") stays zero
+  PublishStamp,  ///< becomes the time of publishing
+  StartNow,      ///< becomes zero: a trajectory that starts when it arrives
+  FreshGoalId,   ///< becomes an id that no server knows
+  SentGoalId,    ///< the recorded id becomes the one its goal was sent with this time
+  CancelStamp,   ///< shifted, but not before the goals it covered then
+  // The following only where settings ask for them.
+  Zero,       ///< times, durations and numbers
+  Keep,       ///< as it was recorded
+  FreshId,    ///< a text becomes a fresh id, the same one for the same text; empty stays empty
+  RemapFrame  ///< renamed by RewriteSettings::frames, else with tf_prefix before it
+};
+
+/// For reports: "shifted to now", ...
+std::string_view describe(RewriteRule rule);
+
+struct RewrittenField {
+  std::string path;  ///< as in FieldPath
+  RewriteRule rule;
+  std::uint64_t count = 0;  ///< how many values were rewritten, where they have been counted
+};
+
+struct RewriteSettings {
+  /// By type and path in it; holds wherever the type is nested, before everything but the goal ids
+  /// of actions.
+  std::map<std::string, std::map<std::string, RewriteRule>> rules;
+  std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
+  std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
+
+  bool renamesFrames() const { return !frames.empty() || !tf_prefix.empty(); }
+  std::string frame(const std::string& recorded) const;
+};
+
+/// "shift", "now", "zero", "keep", "fresh_id", "remap_frame"; empty for other words.
+std::optional<RewriteRule> parseRule(std::string_view word);
+
+/// The rules for one message type, in the order of its definition: every `time` field, in action
+/// goals and cancels the id, what the settings name, and where they rename frames every Header's
+/// frame_id and every child_frame_id. std_msgs/Header.seq is left as it was: nothing that receives
+/// looks at it. Throws std::invalid_argument for a rule whose field there is not, or is of a kind
+/// that it is not for.
+std::vector<RewrittenField> rewriteRules(const Schema& schema,
+                                         const RewriteSettings& settings = {});
+
+}  // namespace afterglow::replay

@@ -1,0 +1,377 @@
+// Where a replay is made to go: parts, seeking, steps, loops, gaps, pauses at topics, other names.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "replay/play/scene_at.hpp"
+#include "tests/support/player_world.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using namespace test;
+using PlayerTransport = PlayerWorld;
+
+const Channel kLights =
+    channelOf("/lights", "visualization_msgs/MarkerArray",
+              withTypes("Marker[] markers\n", "visualization_msgs/Marker",
+                        "Header header\nstring ns\nint32 id\nint32 action\nduration lifetime\n",
+                        "std_msgs/Header", kHeader));
+
+struct Light {
+  std::int32_t id;
+  double lifetime_s = 0;
+  std::int32_t action = 0;
+};
+
+Bytes lights(const std::vector<Light>& wanted, const std::string& ns = "") {
+  const Schema schema = schemaOf(kLights);
+  Array markers;
+  for (const Light& light : wanted) {
+    markers.push_back(test::blank(schema, "visualization_msgs/Marker"));
+    test::at(markers.back(), "ns") = ns;
+    test::at(markers.back(), "id") = light.id;
+    test::at(markers.back(), "action") = light.action;
+    test::at(markers.back(), "lifetime") = RosDuration{
+        static_cast<std::int32_t>(light.lifetime_s),
+        static_cast<std::int32_t>((light.lifetime_s - static_cast<int>(light.lifetime_s)) * 1e9)};
+  }
+  return encode(schema, Object{{"markers", markers}});
+}
+
+/// "id:lifetime" of each marker, "clear" for one that clears.
+std::string lightsText(const Bytes& bytes) {
+  Value message = decode(schemaOf(kLights), bytes);
+  std::string text;
+  for (Value& marker : std::get<Array>(test::at(message, "markers"))) {
+    const auto lifetime = std::get<RosDuration>(test::at(marker, "lifetime"));
+    const bool clears = std::get<std::int32_t>(test::at(marker, "action")) == 3;
+    text += (text.empty() ? "" : " ") +
+            (clears ? "clear"
+                    : std::to_string(std::get<std::int32_t>(test::at(marker, "id"))) + ":" +
+                          std::to_string(lifetime.sec * 1000 + lifetime.nsec / 1000000));
+  }
+  return text;
+}
+
+// ------------------------------------------------------------------------------------------ scene
+
+struct SceneBuilder {
+  SceneAt scene;
+  std::uint64_t sequence = 0;
+  void add(const Channel& channel, std::int64_t channel_id, std::int64_t at_ms, Bytes bytes,
+           Modality modality = Modality::Ar) {
+    scene.add(channel, modality, {channel_id, {at_ms * kMs}, ++sequence, {}, std::move(bytes)});
+  }
+  std::vector<std::string> light(std::int64_t at_ms) const {
+    std::vector<std::string> texts;
+    for (const Message& message : scene.light({at_ms * kMs})) {
+      texts.push_back(std::to_string(message.received.ns / kMs) + " " + lightsText(message.bytes));
+    }
+    return texts;
+  }
+};
+using Texts = std::vector<std::string>;
+
+TEST(SceneAt, keepsLiveMarkersWithTheRestOfTheirLifetimes) {
+  SceneBuilder s;
+  s.add(kLights, 1, 0, lights({{1}, {2, 2.0}, {3, 0.5}}));
+  s.add(kLights, 1, 100, lights({{4, 3.0}}));
+  s.add(kLights, 1, 200, lights({{1, 1.0}}));
+  EXPECT_EQ(s.light(600), (Texts{"0 2:1400", "100 4:2500", "200 1:600"}));
+  EXPECT_EQ(s.light(1200), (Texts{"0 2:800", "100 4:1900"})) << "over at its last nanosecond";
+}
+
+TEST(SceneAt, tellsMarkersApartByNamespaceAndIdAndDeletesThem) {
+  SceneBuilder s;
+  s.add(kLights, 1, 0, lights({{1}, {2}}, "a"));
+  s.add(kLights, 1, 10, lights({{1}}, "b"));
+  s.add(kLights, 1, 20, lights({{1, 0, 2}}, "a"));
+  EXPECT_EQ(s.light(30), (Texts{"0 2:0", "10 1:0"}));
+  s.add(kLights, 1, 40, lights({{0, 0, 3}, {7}}, "c"));
+  EXPECT_EQ(s.light(50), (Texts{"40 7:0"}));
+}
+
+TEST(SceneAt, keepsTheLastCloudAndWhatEachPublisherLatched) {
+  SceneBuilder s;
+  Channel latched = stringChannel("/state");
+  latched.latching = true;
+  s.add(kCloud, 1, 0, cloud(1));
+  s.add(latched, 2, 1, text("one"));
+  s.add(latched, 3, 2, text("other"));
+  s.add(kCloud, 1, 3, cloud(2));
+  s.add(latched, 2, 4, text("two"));
+  s.add(stringChannel("/event"), 5, 5, text("past"));
+  s.add(kLights, 6, 6, {1, 2, 3});  // no message of its type
+  const auto light = s.scene.light({10 * kMs});
+  ASSERT_EQ(light.size(), 3u);
+  EXPECT_EQ(light[0].bytes, text("other"));
+  EXPECT_EQ(light[1].bytes, cloud(2));
+  EXPECT_EQ(light[2].bytes, text("two"));
+}
+
+TEST(SceneAt, keepsTheLastGoalOfEachActionUnlessItWasCanceled) {
+  SceneBuilder s;
+  const Channel gripper = trajectoryGoalChannel("/gripper/goal");
+  const Channel cancel =
+      channelOf("/arm/follow_joint_trajectory/cancel", "actionlib_msgs/GoalID", kGoalId);
+  s.add(kArm, 1, 0, goalMessage("a", {1}), Modality::Body);
+  s.add(kArm, 1, 10, goalMessage("b", {1}), Modality::Body);
+  s.add(gripper, 2, 20, goalMessage("c", {1}), Modality::Body);
+  s.add(kCmdVel, 3, 30, twist(1), Modality::Body);
+  ASSERT_EQ(s.scene.targets().size(), 2u);
+  EXPECT_EQ(goalId(s.scene.targets()[0].bytes), "b");
+  s.add(cancel, 4, 40, cancelMessage("b"), Modality::Body);
+  ASSERT_EQ(s.scene.targets().size(), 1u);
+  EXPECT_EQ(goalId(s.scene.targets()[0].bytes), "c");
+}
+
+// -------------------------------------------------------------------------------------- transport
+
+TEST_F(PlayerTransport, beginsInTheMiddleWithWhatIsInForceThere) {
+  record(kLights, 0, lights({{1}, {2, 2.0}}));
+  record(kCloud, 100, cloud(1, {kBegin + 100 * kMs}));
+  record(kCloud, 1200, cloud(2));
+  record(kSay, 1300, test::text("out"));
+  plan_options.start_s = 1;
+  plan_options.duration_s = 0.25;
+  const PlayReport report = play(5000);
+  EXPECT_EQ(sink.times("/points"), (Times{-5, 200, 2250}));
+  EXPECT_NEAR(static_cast<double>(cloudStamp(sink.on("/points")[0].bytes).ns - 2 * kBegin), 1e9,
+              1e4)
+      << "as if it came now: tf forgets";
+  EXPECT_EQ(lightsText(sink.on("/lights")[0].bytes), "1:0 2:1000");
+  EXPECT_TRUE(sink.on("/robotsound").empty());
+  EXPECT_EQ(report.planned_ns, 250 * kMs);
+  EXPECT_EQ(report.actual_ns, 250 * kMs);
+}
+
+TEST_F(PlayerTransport, seeksWithTheLightRebuilt) {
+  record(kLights, 0, lights({{1, 5.0}}));
+  for (int i = 0; i < 10; ++i) record(kSay, i * 500, test::text(std::to_string(i)));
+  at(700, [this] { player->seek({3'000'000'000}); });
+  at(1700, [this] { player->seek({0}); });
+  play(4501);
+  EXPECT_EQ(sink.times("/robotsound"),
+            (Times{0, 500, 705, 1205, 1705, 2205, 2705, 3205, 3705, 4205, 4705, 5205, 5705, 6205}));
+  std::vector<std::string> shown;
+  for (const Sent& sent : sink.on("/lights")) shown.push_back(lightsText(sent.bytes));
+  EXPECT_EQ(shown, (Texts{"1:5000", "clear", "1:2000", "clear", "1:5000", "clear"}));
+}
+
+TEST_F(PlayerTransport, refusesToSeekOutsideOfThePart) {
+  record(kSay, 0, test::text("a"));
+  at(10, [this] {
+    EXPECT_THROW(player->seek({2'000'000'000}), std::runtime_error);
+    EXPECT_THROW(player->seek({-1}), std::runtime_error);
+  });
+  record(kSay, 20, test::text("b"));
+  EXPECT_TRUE(play(1000).is_complete);
+}
+
+TEST_F(PlayerTransport, seeksWithTheBodyStandingFirstAndGivesItTimeToGetThere) {
+  record(kCmdVel, 0, twist(0.2));
+  record(kArm, 0, goalMessage("a", {1.0}));
+  record(kArm, 2000, goalMessage("b", {1.0, 2.0}));
+  record(kCmdVel, 3600, twist(0.3));
+  options.seek_lead_s = 4;
+  at(500, [this] { player->seek({3'500'000'000}); });
+  at(6500, [this] { player->onGoalStatus("fresh-2", 3); });
+  const PlayReport report = play(4000);
+  EXPECT_EQ(sink.times("/arm/follow_joint_trajectory/cancel"), Times{500});
+  const std::vector<Sent> goals = sink.on(kArm.topic);
+  ASSERT_EQ(goals.size(), 2u);
+  EXPECT_EQ(goals[1].at_ms, 500);
+  EXPECT_EQ(timesFromStart(goals[1].bytes), std::vector<double>{4.5}) << "2 s less 1.5 s, and 4 s";
+  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 500, 4600, 5000, 6500}));
+  EXPECT_EQ(sink.on("/cmd_vel")[1].bytes, twist(0));
+  EXPECT_TRUE(report.is_complete);
+}
+
+TEST_F(PlayerTransport, sendsTargetsOfASeekInAPauseOnlyWhenItGoesOn) {
+  record(kArm, 0, goalMessage("a", {1.0}));
+  options.starts_paused = true;
+  options.seek_lead_s = 4;
+  at(100, [this] { player->seek({2'000'000'000}); });
+  at(300, [this] {
+    EXPECT_TRUE(sink.sent.empty());
+    player->resume();
+  });
+  at(900, [this] { player->pause(); });  // on its way there
+  at(1900, [this] { player->resume(); });
+  at(5900, [this] { player->onGoalStatus("fresh-2", 3); });
+  play(3000);
+  const std::vector<Sent> goals = sink.on(kArm.topic);
+  ASSERT_EQ(goals.size(), 2u);
+  EXPECT_EQ(goals[0].at_ms, 300);
+  EXPECT_EQ(timesFromStart(goals[0].bytes), std::vector<double>{4.0});
+  EXPECT_EQ(timesFromStart(goals[1].bytes), std::vector<double>{4.0}) << "all of it again";
+}
+
+TEST_F(PlayerTransport, sendsNoBurstAfterAStallAndASeek) {
+  for (int i = 0; i < 100; ++i) record(kCmdVel, i * 10, twist(1 + i));
+  at(100, [this] { player->seek({500'000'000}); });
+  sink.on_publish = [this](const Sent& sent) {
+    if (sent.bytes == twist(61)) clock.stall(105 * kMs);
+  };
+  play(1000);
+  const std::vector<Sent> sent = sink.on("/cmd_vel");
+  const auto stalled =
+      std::find_if(sent.begin(), sent.end(), [](const Sent& s) { return s.bytes == twist(61); });
+  ASSERT_NE(stalled, sent.end());
+  EXPECT_EQ(std::next(stalled)->bytes, twist(71));
+}
+
+TEST_F(PlayerTransport, stepsThroughMessagesWhilePaused) {
+  for (int i = 0; i < 4; ++i) record(kSay, i * 1000, test::text(std::to_string(i)));
+  options.starts_paused = true;
+  at(100, [this] { player->playNext(1); });
+  at(200, [this] { player->playNext(2); });
+  at(300, [this] {
+    EXPECT_EQ(player->progress().position.ns, 2000 * kMs);
+    EXPECT_EQ(player->progress().state, PlayProgress::State::Paused);
+    player->resume();
+    EXPECT_THROW(player->playNext(1), std::runtime_error);
+  });
+  play(3500);
+  EXPECT_EQ(sink.times("/robotsound"), (Times{100, 200, 200, 1300}));
+}
+
+TEST_F(PlayerTransport, hasNoSingleStepsLoopsAndHasteForTheBody) {
+  record(kCmdVel, 0, twist(0.2));
+  at(10, [this] { EXPECT_THROW(player->playNext(1), std::runtime_error); });
+  play(100);
+  options.is_looping = true;
+  EXPECT_THROW(play(100), std::logic_error);
+  options.is_looping = false;
+  options.is_immediate = true;
+  EXPECT_THROW(play(100), std::logic_error);
+}
+
+TEST_F(PlayerTransport, loopsWithTheLightOutBetweenRounds) {
+  record(kCloud, 0, cloud(1));
+  options.is_looping = true;
+  at(2500, [this] { player->stop("enough"); });
+  play(1000);
+  EXPECT_EQ(sink.times("/points"), (Times{0, 1000, 1005, 2005, 2010, 2500}));
+  EXPECT_EQ(cloudWidth(sink.on("/points")[1].bytes), 0u);
+}
+
+TEST_F(PlayerTransport, endsALoopThatHoldsNothing) {
+  record(kSay, 0, test::text("a"));
+  options.is_looping = true;
+  plan_options.start_s = 0.5;
+  EXPECT_TRUE(play(1000).is_complete);
+}
+
+TEST_F(PlayerTransport, skipsTimeWithoutMessagesButNotGoalsUnderWay) {
+  record(kSay, 0, test::text("a"));
+  record(kSay, 60'000, test::text("b"));
+  record(kArm, 60'000, goalMessage("a", {5.0}));
+  record(kSay, 90'000, test::text("c"));
+  options.skip_empty_s = 2;
+  at(9000, [this] { player->onGoalStatus("fresh-1", 3); });
+  play(90'001);
+  EXPECT_EQ(sink.times("/robotsound"), (Times{0, 2000, 9000}));
+}
+
+TEST_F(PlayerTransport, playsAllAtOnce) {
+  for (int i = 0; i < 5; ++i) record(kSay, i * 1000, test::text("x"));
+  options.is_immediate = true;
+  play(5000);
+  EXPECT_EQ(sink.times("/robotsound"), (Times{-5, -5, -5, -5, -5}));
+}
+
+TEST_F(PlayerTransport, pausesBeforeTopicsThatAreToPauseIt) {
+  record(kSay, 0, test::text("a"));
+  record(kMarkers, 100, markers(1));
+  record(kMarkers, 200, markers(1));
+  record(kMarkers, 300, markers(1));
+  options.pause_topics = {"/markers"};
+  options.clear_projection = false;
+  at(1000, [this] { player->resume(); });
+  at(2000, [this] {
+    EXPECT_EQ(player->progress().state, PlayProgress::State::Paused);
+    EXPECT_FALSE(player->togglePauseTopics());
+    player->resume();
+  });
+  play(400);
+  EXPECT_EQ(sink.times("/markers"), (Times{1000, 2000, 2100}));
+}
+
+TEST_F(PlayerTransport, goesOnFromWhereLightStalled) {
+  record(kSay, 0, test::text("stall"));
+  for (int i = 1; i <= 3; ++i) record(kMarkers, i * 100, markers(1));
+  options.clear_projection = false;
+  sink.on_publish = [this](const Sent& sent) {
+    if (sent.topic == "/robotsound") clock.stall(600'000 * kMs);
+  };
+  const PlayReport report = play(400);
+  EXPECT_EQ(sink.times("/markers"), (Times{600'000, 600'100, 600'200})) << "ten minutes, no burst";
+  EXPECT_EQ(report.notes.size(), 1u);
+}
+
+TEST_F(PlayerTransport, staysUntilItIsStoppedWhereItIsKeptAlive) {
+  record(kCloud, 0, cloud(1));
+  options.keeps_alive = true;
+  at(60'000, [this] { player->stop("enough"); });
+  EXPECT_TRUE(play(1000).is_complete);
+  EXPECT_EQ(sink.times("/points"), (Times{0, 60'000}));
+}
+
+TEST_F(PlayerTransport, leavesStampsWhereRecordedTimeIsPlayed) {
+  record(kCloud, 10, cloud(1, {kBegin + 10 * kMs}));
+  record(twistChannel("/odom_tf/tf"), 20, twist(1));
+  options.has_recorded_time = plan_options.has_recorded_time = true;
+  play(1000);
+  EXPECT_EQ(cloudStamp(sink.on("/points")[0].bytes).ns, kBegin + 10 * kMs);
+  EXPECT_EQ(sink.on("/odom_tf/tf").size(), 1u + 2) << "and what else belongs to that time";
+}
+
+TEST_F(PlayerTransport, choosesTopicsAndNamesThem) {
+  record(kArm, 0, goalMessage("a", {1}));
+  record(kSay, 0, test::text("a"));
+  record(kCloud, 0, cloud(1));
+  record(stringChannel("/other"), 0, test::text("b"));
+  plan_options.exclude = {"/points"};
+  plan_options.exclude_regex = "/oth.*";
+  plan_options.prefix = "/robot2";
+  plan_options.remap = {{"/robotsound", "/voice"}};
+  at(500, [this] { player->stop("enough"); });
+  play(1000);
+  std::vector<std::string> names;
+  for (const Sent& sent : sink.sent) names.push_back(sent.topic);
+  EXPECT_EQ(names, (Texts{"/robot2" + kArm.topic, "/voice",
+                          "/robot2/arm/follow_joint_trajectory/cancel"}));
+  EXPECT_EQ(plan.topics.at(1).why_not, "the topic is not asked for");
+}
+
+TEST_F(PlayerTransport, refusesPlansThatMakeNoSense) {
+  record(kSay, 0, test::text("a"));
+  record(kCloud, 0, cloud(1));
+  play(1000);
+  const auto refusal = [this](const std::function<void(PlanOptions&)>& change) -> std::string {
+    PlanOptions wrong;
+    change(wrong);
+    try {
+      makePlan(*store, plan.behavior, wrong);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal([](auto& o) { o.topics = {"/pionts"}; }), "the behavior has no topic /pionts");
+  EXPECT_EQ(refusal([](auto& o) { o.start_s = 1.5; }),
+            "nothing of the behavior lies in that part: it is 1000 ms long");
+  EXPECT_EQ(refusal([](auto& o) {
+              o.remap = {{"/points", "/robotsound"}};
+            }),
+            "/points and /robotsound would both be published on /robotsound");
+  EXPECT_EQ(refusal([](auto& o) { o.prefix = "robot2"; }),
+            "'robot2/points' is no absolute topic name (for /points)");
+  EXPECT_NE(refusal([](auto& o) { o.regex = "("; }).find("is no regular expression"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace afterglow::replay
