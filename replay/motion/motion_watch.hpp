@@ -1,0 +1,62 @@
+/// \file
+/// Which of a replay's outputs have the robot in motion, told from what is sent, and what stops
+/// each.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/messages/schema.hpp"
+#include "replay/motion/heartbeat.hpp"
+#include "replay/play/play_plan.hpp"
+
+namespace afterglow::replay {
+
+/// A velocity topic moves from a velocity to a zero one, an action from a goal to its end or
+/// cancel, a trajectory command from the first point to a command without any. Not thread-safe.
+class MotionWatch {
+ public:
+  /// Where a stop goes, and what it is: zeros, a cancel of all goals, a trajectory without points.
+  struct Output {
+    Channel channel;
+    Bytes stop;
+  };
+  /// Throws MessageError for a definition that is none.
+  explicit MotionWatch(const PlayPlan& plan);
+
+  const std::vector<Output>& outputs() const { return outputs_; }
+
+  struct Change {
+    bool is_motion = false;       ///< this message sets something in motion
+    bool has_changed = false;     ///< moving() has
+    bool has_other_stop = false;  ///< so has the output's stop message
+    std::uint32_t output = 0;
+  };
+  /// A message that is about to be sent, as it is.
+  Change sending(const Channel& channel, const Bytes& bytes);
+  /// A goal's final status was seen. True if moving() has changed.
+  bool goalEnded(const std::string& id);
+  const Outputs& moving() const { return moving_; }
+
+ private:
+  enum class Kind { Velocity, Goal, Cancel, Trajectory };
+  struct Topic {
+    Kind kind;
+    std::uint32_t output;
+  };
+
+  bool setMoving(std::uint32_t output, bool is_moving);
+  bool endGoals(std::uint32_t output, const std::string& id);
+  void watch(const PlannedTopic& topic);
+
+  std::vector<Output> outputs_;
+  std::map<std::string, Topic> topics_;  ///< by the name they are published by
+  std::map<std::string, Schema> goals_;
+  std::map<std::string, std::uint32_t> open_;  ///< goals under way
+  Outputs moving_;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,76 @@
+/// \file
+/// How the robot stood when a behavior began, as far as its replay moves that: joint trajectories
+/// are absolute, and a drive leads elsewhere from elsewhere.
+/// Metres and radians. A joint whose name speaks of a torso, a gripper or a finger is taken to
+/// slide, every other one to turn.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/motion/planar_pose.hpp"
+#include "replay/play/play_plan.hpp"
+
+namespace afterglow::replay {
+
+bool isGripperJoint(const std::string& joint);
+bool isSlidingJoint(const std::string& joint);
+
+/// A topic of goals for joints, with the first of them.
+struct JointGoals {
+  Channel output;  ///< as it is published
+  Bytes first;
+  std::vector<std::string> joints;  ///< of any of them; none: a gripper's
+};
+
+/// What a replay moves.
+struct MovedParts {
+  std::vector<JointGoals> goals;
+  bool moves_base = false;
+
+  bool movesGripper() const;
+  /// By name; those of the gripper are not named.
+  std::vector<std::string> joints() const;
+};
+/// Reads the played goals and joint trajectories. Throws StoreError; messages that cannot be
+/// understood are left out.
+MovedParts movedParts(const Store& store, const PlayPlan& plan);
+
+struct StartPose {
+  std::map<std::string, double> joints;
+  std::optional<PlanarPose> base;  ///< on the map
+};
+
+/// What was recorded of the moved parts at the begin of what is played: the last position until
+/// then, else the first within a second after it, on topics of sensor_msgs/JointState; for the base
+/// tf. `remarks` says what is not known, a sentence each. Throws StoreError.
+StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
+                        std::vector<std::string>& remarks);
+
+struct StartTolerances {
+  double turning = 0.05, sliding = 0.02, gripper = 0.01;  ///< of joints
+  double base = 0.05, base_turn = 3 / kDegreesPerRadian;
+};
+
+/// Every deviation of `now` from `then`, a clause each: "elbow_flex_joint is 0.42 rad off (now
+/// 0.10, then 0.52)". What `now` lacks is one.
+std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
+                                         const StartTolerances& tolerances);
+/// Of the base, with where it was as seen from where it is; empty if there is none.
+std::string baseDeviation(const StartPose& then, const StartPose& now,
+                          const StartTolerances& tolerances);
+
+/// How fast joints go to the start.
+struct ApproachSpeed {
+  double turning = 0.3, sliding = 0.05;  ///< rad/s, m/s
+};
+/// A goal for the topic that brings its joints from `now` to `then`, made of its first one. Empty
+/// if it has a joint of which either is not known, or none that deviates. `id`: of the goal.
+/// Throws MessageError for a goal of another shape.
+std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,
+                               const StartTolerances& tolerances, const ApproachSpeed& speed,
+                               const std::string& id);
+
+}  // namespace afterglow::replay
