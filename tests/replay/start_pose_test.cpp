@@ -1,0 +1,234 @@
+#include "replay/motion/start_pose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "replay/store/store.hpp"
+#include "tests/support/messages.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using namespace test;
+
+constexpr std::int64_t kMs = 1'000'000, kBegin = 1'600'000'000'000'000'000;
+
+NumberArray numbers(const std::vector<double>& values) {
+  NumberArray array{FieldType::Float64, Bytes(values.size() * sizeof(double))};
+  if (!values.empty()) std::memcpy(array.bytes.data(), values.data(), array.bytes.size());
+  return array;
+}
+
+std::vector<double> numbersOf(const Value& value) {
+  const auto& array = std::get<NumberArray>(value);
+  std::vector<double> values(array.size());
+  if (!values.empty()) std::memcpy(values.data(), array.bytes.data(), array.bytes.size());
+  return values;
+}
+
+/// A robot with an elbow, a wrist, a torso, a gripper and a base, and what was recorded of it.
+struct StartPoseOf : testing::Test {
+  void record(const Channel& channel, std::int64_t at_ms, const Bytes& bytes) {
+    const std::int64_t id = store->addChannel(recording, channel);
+    store->append({{id, {kBegin + at_ms * kMs}, sequence++, {}, bytes}});
+  }
+  void recordJoints(std::int64_t at_ms, const std::map<std::string, double>& positions) {
+    Value message = blank(joints);
+    Array names;
+    std::vector<double> values;
+    for (const auto& [name, position] : positions) {
+      names.push_back(name);
+      values.push_back(position);
+    }
+    at(message, "name") = names;
+    at(message, "position") = numbers(values);
+    record(joints, at_ms, encode(schemaOf(joints), message));
+  }
+  Bytes armGoal(const std::vector<std::string>& names) const {
+    Value goal = decode(schemaOf(arm), goalMessage("recorded", {1.0, 2.0}, {1'600'000'000, 0}));
+    at(goal, "goal.trajectory.joint_names") = Array(names.begin(), names.end());
+    return encode(schemaOf(arm), goal);
+  }
+  Bytes gripperGoal(double position) const {
+    Value goal = blank(gripper);
+    at(goal, "goal.command.position") = position;
+    return encode(schemaOf(gripper), goal);
+  }
+  void recordTransform(std::int64_t at_ms, const std::string& parent, const std::string& child,
+                       const PlanarPose& pose) {
+    Value entry = blank(schemaOf(tf), "geometry_msgs/TransformStamped");
+    const std::int64_t ns = kBegin + at_ms * kMs;
+    at(entry, "header.stamp") = RosTime{static_cast<std::uint32_t>(ns / 1'000'000'000),
+                                        static_cast<std::uint32_t>(ns % 1'000'000'000)};
+    at(entry, "header.frame_id") = parent;
+    at(entry, "child_frame_id") = child;
+    for (const char* zero : {"translation.z", "rotation.x", "rotation.y"}) {
+      at(entry, std::string("transform.") + zero) = 0.0;
+    }
+    at(entry, "transform.translation.x") = pose.x;
+    at(entry, "transform.translation.y") = pose.y;
+    at(entry, "transform.rotation.z") = std::sin(pose.yaw / 2);
+    at(entry, "transform.rotation.w") = std::cos(pose.yaw / 2);
+    Value message = blank(tf);
+    at(message, "transforms") = Array{entry};
+    record(tf, at_ms, encode(schemaOf(tf), message));
+  }
+
+  StartPose read(double start_s = 0) {
+    Behavior behavior;
+    behavior.recording = recording;
+    behavior.name = "reach";
+    behavior.begin = {kBegin};
+    behavior.end = Stamp{kBegin + 10'000 * kMs};
+    behavior.topics = {arm.topic, gripper.topic, drive.topic};
+    behavior.id = store->addBehavior(behavior);
+    PlanOptions options;
+    options.start_s = start_s;
+    plan = makePlan(*store, behavior, options);
+    parts = movedParts(*store, plan);
+    remarks.clear();
+    return readStartPose(*store, plan, parts, remarks);
+  }
+
+  std::unique_ptr<Store> store = openMemoryStore();
+  std::int64_t recording = store->addRecording({0, "", "test", ""});
+  std::uint64_t sequence = 0;
+  Channel joints = channelOf("/joint_states", "sensor_msgs/JointState",
+                             withTypes("Header header\nstring[] name\nfloat64[] position\n"
+                                       "float64[] velocity\nfloat64[] effort\n",
+                                       "std_msgs/Header", kHeader));
+  Channel arm = trajectoryGoalChannel("/arm/follow_joint_trajectory/goal");
+  Channel gripper =
+      channelOf("/gripper/goal", "control_msgs/GripperCommandActionGoal",
+                withTypes("Header header\nactionlib_msgs/GoalID goal_id\nGripperCommandGoal goal\n",
+                          "std_msgs/Header", kHeader, "actionlib_msgs/GoalID", kGoalId,
+                          "control_msgs/GripperCommandGoal", "GripperCommand command\n",
+                          "control_msgs/GripperCommand", "float64 position\nfloat64 max_effort\n"));
+  Channel drive = twistChannel("/cmd_vel");
+  Channel tf = channelOf("/tf", "tf2_msgs/TFMessage", kTfMessage);
+  PlayPlan plan;
+  MovedParts parts;
+  std::vector<std::string> remarks;
+};
+
+TEST_F(StartPoseOf, isTheLastThatEachPublisherToldBeforeTheBegin) {
+  recordJoints(-300, {{"elbow", 0.1}, {"wrist", 0.2}});
+  recordJoints(-200, {{"l_gripper_finger", 0.02}, {"r_gripper_finger", 0.02}});
+  recordJoints(-100, {{"elbow", 0.52}, {"wrist", 0.3}});
+  recordJoints(50, {{"elbow", 0.9}, {"wrist", 0.9}});
+  record(arm, 1000, armGoal({"elbow", "wrist"}));
+  const StartPose pose = read();
+  EXPECT_EQ(pose.joints, (std::map<std::string, double>{{"elbow", 0.52}, {"wrist", 0.3}}));
+  EXPECT_FALSE(pose.base) << "it is not moved";
+  EXPECT_TRUE(remarks.empty());
+}
+
+TEST_F(StartPoseOf, isTheFirstAfterTheBeginWhenNothingWasToldBefore) {
+  recordJoints(50, {{"elbow", 0.4}});
+  recordJoints(100, {{"elbow", 0.9}});
+  record(arm, 1000, armGoal({"elbow", "wrist"}));
+  EXPECT_EQ(read().joints, (std::map<std::string, double>{{"elbow", 0.4}}));
+  EXPECT_EQ(remarks,
+            std::vector<std::string>{"the position of wrist at the start was not recorded"});
+}
+
+TEST_F(StartPoseOf, isThatOfTheMomentThePlayedPartBegins) {
+  recordJoints(-100, {{"elbow", 0.1}});
+  recordJoints(4900, {{"elbow", 0.7}});
+  record(arm, 1000, armGoal({"wrist"}));
+  record(arm, 6000, armGoal({"elbow"}));
+  EXPECT_EQ(read(5).joints, (std::map<std::string, double>{{"elbow", 0.7}}));
+}
+
+TEST_F(StartPoseOf, hasTheGripperOnlyIfThatIsMoved) {
+  recordJoints(-100, {{"l_gripper_finger", 0.02}, {"elbow", 1}});
+  record(gripper, 1000, gripperGoal(0.1));
+  EXPECT_EQ(read().joints, (std::map<std::string, double>{{"l_gripper_finger", 0.02}}));
+}
+
+TEST_F(StartPoseOf, hasTheBaseOnTheMap) {
+  for (std::int64_t ms = -500; ms < 500; ms += 50) {
+    recordTransform(ms, "map", "odom", {1, 0, 0});
+    recordTransform(ms + 1, "odom", "base_link", {2, 0.5, kPi / 2});
+  }
+  record(drive, 1000, twist(0.2));
+  const StartPose pose = read();
+  ASSERT_TRUE(pose.base) << remarks.front();
+  EXPECT_NEAR(pose.base->x, 3, 1e-6);
+  EXPECT_NEAR(pose.base->y, 0.5, 1e-6);
+  EXPECT_NEAR(pose.base->yaw, kPi / 2, 1e-6);
+}
+
+TEST_F(StartPoseOf, saysThatTheBaseIsNotKnownWithoutLocalization) {
+  for (std::int64_t ms = -500; ms < 500; ms += 50) {
+    recordTransform(ms, "odom", "base_link", {2, 0, 0});
+  }
+  record(drive, 1000, twist(0.2));
+  EXPECT_FALSE(read().base);
+  EXPECT_EQ(remarks, std::vector<std::string>{
+                         "where the base stood at the start is not known: it was recorded without "
+                         "localization (map -> odom)"});
+}
+
+// -------------------------------------------------------------------------------------- deviations
+
+TEST(StartPose, listsEveryJointThatIsOff) {
+  const StartPose then{{{"elbow", 0.52}, {"torso_lift", 0.3}, {"wrist", 3.1}, {"finger", 0.05}},
+                       {}};
+  const StartPose now{{{"elbow", 0.1}, {"torso_lift", 0.315}, {"wrist", -3.14}, {"head", 1}}, {}};
+  EXPECT_EQ(jointDeviations(then, now, {}),
+            (std::vector<std::string>{"elbow is 0.42 rad off (now 0.10, then 0.52)",
+                                      "nobody tells where finger is"}))
+      << "the wrist has turned through the circle's seam, the torso is near enough";
+  EXPECT_EQ(jointDeviations({{{"finger", 0.05}}, {}}, {{{"finger", 0.03}}, {}}, {}),
+            std::vector<std::string>{"finger is 0.020 m off (now 0.030, then 0.050)"});
+}
+
+TEST(StartPose, saysWhereTheBaseHasToGo) {
+  const StartPose then{{}, PlanarPose{1, 1, kPi / 2}};
+  EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1.02, 0.97, kPi / 2 + 0.04}}, {}), "");
+  EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1, 0.5, kPi / 2 - 0.2}}, {}),
+            "the base is 0.50 m and 11.5 deg off (then it stood 0.49 m ahead and 0.10 m to the "
+            "left, turned 11.5 deg to the left)");
+  EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf's map -> base_link)");
+  EXPECT_EQ(baseDeviation({}, {}, {}), "");
+}
+
+// -------------------------------------------------------------------------------- the way back
+// there
+
+TEST_F(StartPoseOf, isApproachedByOneSlowPointThroughTheActionsOwnGoal) {
+  recordJoints(-100, {{"elbow", 0.5}, {"wrist", 0.3}});
+  record(arm, 1000, armGoal({"elbow", "wrist"}));
+  const StartPose then = read();
+  ASSERT_EQ(parts.goals.size(), 1u);
+  const StartPose now{{{"elbow", -0.7}, {"wrist", 0.3}}, {}};
+  const auto bytes = startGoal(parts.goals[0], then, now, {}, {}, "fresh");
+  ASSERT_TRUE(bytes);
+  Value goal = decode(schemaOf(arm), *bytes);
+  EXPECT_EQ(goalId(*bytes), "fresh");
+  EXPECT_EQ(stampOf(goal, "goal_id.stamp").ns, 0);
+  EXPECT_EQ(trajectoryStamp(*bytes).ns, 0) << "now";
+  EXPECT_EQ(timesFromStart(*bytes), std::vector<double>{4.0}) << "1.2 rad at 0.3 rad/s";
+  Value point = std::get<Array>(at(goal, "goal.trajectory.points")).front();
+  EXPECT_EQ(numbersOf(at(point, "positions")), (std::vector<double>{0.5, 0.3}));
+  EXPECT_EQ(numbersOf(at(point, "velocities")), (std::vector<double>{0, 0}));
+  EXPECT_FALSE(startGoal(parts.goals[0], then, then, {}, {}, "fresh")) << "it is there";
+  EXPECT_FALSE(startGoal(parts.goals[0], then, {}, {}, {}, "fresh")) << "nobody knows where it is";
+}
+
+TEST_F(StartPoseOf, isApproachedByTheGrippersGap) {
+  recordJoints(-100, {{"l_gripper_finger", 0.02}, {"r_gripper_finger", 0.03}});
+  record(gripper, 1000, gripperGoal(0.1));
+  const StartPose then = read();
+  const StartPose open{{{"l_gripper_finger", 0.05}, {"r_gripper_finger", 0.05}}, {}};
+  const auto bytes = startGoal(parts.goals.at(0), then, open, {}, {}, "fresh");
+  ASSERT_TRUE(bytes);
+  Value goal = decode(schemaOf(gripper), *bytes);
+  EXPECT_DOUBLE_EQ(std::get<double>(at(goal, "goal.command.position")), 0.05);
+}
+
+}  // namespace
+}  // namespace afterglow::replay
