@@ -7,6 +7,7 @@ namespace {
 
 std::vector<std::string> parseStrings(const std::string& array) {
   std::vector<std::string> strings;
+  if (array == "[]") return strings;
   const auto json = nlohmann::json::parse(array, nullptr, false);
   for (const auto& element : json) {
     if (element.is_string()) strings.push_back(element.get<std::string>());

@@ -157,7 +157,7 @@ bool Condition::matches(const json& document) const {
 }
 
 bool Filter::matches(const Behavior& behavior, const AnyMessage& any_message) const {
-  const json document = behaviorDocument(behavior, fields_);
+  const json document = fields_.empty() ? json::object() : behaviorDocument(behavior, fields_);
   return evaluate(root_, document, [&](const Condition& topic) {
     return any_message(topic.path, topic.parts.front());
   });
