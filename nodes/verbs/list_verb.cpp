@@ -46,7 +46,8 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
   std::cout << table.text();
 }
 
-replay::BehaviorFilter filterOf(const replay::Store& store, const Options& options) {
+/// But for --before, which may name a behavior of the store.
+replay::BehaviorFilter filterOf(const Options& options) {
   replay::BehaviorFilter filter;
   filter.name = options.name;
   filter.outcome = options.outcome;
@@ -55,9 +56,6 @@ replay::BehaviorFilter filterOf(const replay::Store& store, const Options& optio
   filter.tag = options.tag;
   filter.since = timeOption("--since", options.since);
   filter.until = timeOption("--until", options.until);
-  if (const auto before = momentOption(store, options.store, options.before)) {
-    filter.until = filter.until ? std::min(*filter.until, *before) : *before;
-  }
   if (options.where) {
     filter.where = std::make_shared<const replay::Filter>(replay::Filter::parse(*options.where));
   }
@@ -66,8 +64,11 @@ replay::BehaviorFilter filterOf(const replay::Store& store, const Options& optio
 }
 
 void runList(const Options& options) {
+  replay::BehaviorFilter filter = filterOf(options);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  const replay::BehaviorFilter filter = filterOf(*store, options);
+  if (const auto before = momentOption(*store, options.store, options.before)) {
+    filter.until = filter.until ? std::min(*filter.until, *before) : *before;
+  }
   Waiting waiting("searching");
   if (options.explain) {
     for (const std::string& line : store->explain(filter)) std::cout << line << "\n";

@@ -11,14 +11,14 @@ using namespace field_block;
 using Step = FieldSlots::Step;
 
 template <typename T>
-void put(Bytes& to, T value) {
+void putValue(Bytes& to, T value) {
   const std::size_t at = to.size();
   to.resize(at + sizeof(T));
   std::memcpy(to.data() + at, &value, sizeof(T));
 }
 
 void putText(Bytes& to, const std::string& text) {
-  put(to, static_cast<std::uint8_t>(text.size()));
+  putValue(to, static_cast<std::uint8_t>(text.size()));
   to.insert(to.end(), text.begin(), text.end());
 }
 
@@ -166,12 +166,12 @@ void FieldBlockWriter::addHash(Values& values, std::uint64_t hash) {
 void FieldBlockWriter::putRanges(Bytes& to, std::size_t slot, const Values& values,
                                  std::size_t bloom_size) const {
   const bool is_always = values.messages == messages_;
-  put(to, static_cast<std::uint16_t>(slot));
-  put(to, static_cast<std::uint8_t>(values.kinds | (is_always ? kAlways : 0)));
-  put(to, static_cast<std::uint16_t>(bloom_size));
+  putValue(to, static_cast<std::uint16_t>(slot));
+  putValue(to, static_cast<std::uint8_t>(values.kinds | (is_always ? kAlways : 0)));
+  putValue(to, static_cast<std::uint16_t>(bloom_size));
   if ((values.kinds & kNumber) != 0) {
-    put(to, values.least);
-    put(to, values.largest);
+    putValue(to, values.least);
+    putValue(to, values.largest);
   }
   if ((values.kinds & kText) != 0) {
     putText(to, values.least_text);
@@ -181,7 +181,7 @@ void FieldBlockWriter::putRanges(Bytes& to, std::size_t slot, const Values& valu
 
 FieldBlock FieldBlockWriter::finish() {
   FieldBlock block;
-  put(block.ranges, static_cast<std::uint16_t>(has_answers_ ? messages_ : 0));
+  putValue(block.ranges, static_cast<std::uint16_t>(has_answers_ ? messages_ : 0));
   for (std::size_t slot = 0; slot < values_.size(); ++slot) {
     Values& values = values_[slot];
     if (values.messages > 0 && has_answers_) {

@@ -9,12 +9,12 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr std::int64_t kWordSecond_ns = 1'000'000'000;
 
 constexpr std::array<const char*, 7> kWeekdays = {"sunday",   "monday", "tuesday", "wednesday",
                                                   "thursday", "friday", "saturday"};
 
-std::string lowered(std::string text) {
+std::string inSmallLetters(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
@@ -82,21 +82,21 @@ std::optional<Stamp> parseDay(const std::string& text, Stamp now) {
   if (text.empty() || !std::regex_match(text, match, pattern)) return std::nullopt;
   const bool is_bare_number = match[3].matched && !match[4].matched && !match[6].matched;
   if (is_bare_number) return std::nullopt;
-  const std::time_t seconds = now.ns / kSecond_ns;
+  const std::time_t seconds = now.ns / kWordSecond_ns;
   std::tm time{};
   localtime_r(&seconds, &time);
   const auto days = daysAgo(match[2].str(), match[1] == "last", time.tm_wday);
   if (!days || !setTimeOfDay(time, match, 3)) return std::nullopt;
   time.tm_mday -= *days;
   time.tm_isdst = -1;
-  return Stamp{std::int64_t{std::mktime(&time)} * kSecond_ns};
+  return Stamp{std::int64_t{std::mktime(&time)} * kWordSecond_ns};
 }
 
 }  // namespace
 
 std::optional<Stamp> parseTimeWords(const std::string& text, Stamp now) {
   static const std::regex blanks("\\s+");
-  const std::string words = lowered(std::regex_replace(text, blanks, " "));
+  const std::string words = inSmallLetters(std::regex_replace(text, blanks, " "));
   if (words == "now") return now;
   if (const auto stamp = parseAgo(words, now)) return stamp;
   return parseDay(words, now);
