@@ -167,7 +167,9 @@ bool Player::isTooLate(const Due& due, std::int64_t late_ns) const {
 void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes bytes,
                      std::int64_t late_ns, const Recorded* origin) {
   const bool is_command = topic.is_velocity || isTrajectoryCommand(channel) || isGoal(channel);
-  Recorded recorded = origin ? *origin : is_command ? Recorded{bytes, received} : Recorded{};
+  Recorded recorded = origin       ? *origin
+                      : is_command ? Recorded{bytes, received}
+                                   : Recorded{{}, received};
   publishAt(topic, channel, std::move(recorded), std::move(bytes), momentOf(received, late_ns),
             late_ns);
 }
@@ -183,7 +185,7 @@ void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, 
     }
     topic.scaling->apply(bytes, timeline_->rate());
     if (options_.anchor) {
-      options_.anchor->anchor(channel, received, moment, bytes);
+      options_.anchor->anchor(channel, recorded.at, moment, bytes);
     }
     const Rewritten rewritten = rewriter_.rewrite(channel, moment, bytes);
     if (!rewritten.publish) {

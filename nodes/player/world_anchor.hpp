@@ -1,0 +1,73 @@
+/// \file
+/// Keeps recorded light on the spot of the world where it was, though robot and projector have
+/// moved since: frames named by a message become `recorded/FRAME`, and today's tf is told where
+/// those were then, seen from the anchor (map). Nothing else of a message is touched, so that every
+/// type with headers works.
+#pragma once
+
+#include <tf2_msgs/TFMessage.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nodes/player/recorded_frames.hpp"
+#include "replay/play/anchoring.hpp"
+#include "replay/play/play_plan.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// Each message is preceded by the transforms at its own stamps; one without a stamp, which means
+/// "where the frame is now", is stamped. Frames of which the recording does not say where they were
+/// have no transform: their light stays off. Store and plan must outlive this. Any thread.
+class WorldAnchor : public replay::MessageAnchor {
+ public:
+  using Publish = std::function<void(const tf2_msgs::TFMessage&)>;
+
+  WorldAnchor(const replay::Store& store, const replay::PlayPlan& plan,
+              replay::AnchorSettings settings, Publish publish);
+
+  /// Refuses, in the plan, world-anchored topics of which nothing can be placed: by the first frame
+  /// they name. True if there are topics left that need the anchor in today's tf.
+  static bool refuseUnplaced(const replay::Store& store, replay::PlayPlan& plan,
+                             const replay::AnchorSettings& settings);
+
+  /// Throws replay::MessageError, StoreError.
+  void anchor(const replay::Channel& channel, replay::Stamp received,
+              const replay::PublishMoment& moment, replay::Bytes& bytes) override;
+  /// Tells where the frames in use are at a recorded moment: to be repeated, also while paused, for
+  /// what follows its frame.
+  void repeat(replay::Stamp recorded, replay::Stamp now);
+  /// One line a frame that could not be placed.
+  std::vector<std::string> notes() const;
+
+ private:
+  struct Placed {
+    std::string frame;
+    replay::Stamp stamp;
+    friend bool operator<(const Placed& a, const Placed& b) {
+      return a.stamp == b.stamp ? a.frame < b.frame : a.stamp < b.stamp;
+    }
+  };
+
+  const replay::HeaderFields& fieldsOf(const replay::Channel& channel);
+  void place(const std::string& frame, replay::Stamp moment, RecordedFrames::Wanted wanted,
+             replay::Stamp published, tf2_msgs::TFMessage& transforms);
+
+  const replay::PlayPlan& plan_;
+  const replay::AnchorSettings settings_;
+  const Publish publish_;
+  mutable std::mutex mutex_;
+  RecordedFrames recorded_;
+  std::map<std::string, replay::HeaderFields> fields_;  ///< by md5 and type
+  std::set<std::string> frames_;                        ///< in use
+  std::map<std::string, std::uint64_t> unplaced_;       ///< how often, by frame
+  replay::Stamp last_stamped_;
+};
+
+}  // namespace afterglow::nodes
