@@ -8,7 +8,7 @@
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stop_signal.hpp"
-#include "replay/store/behavior_selector.hpp"
+#include "replay/query/behavior_selector.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -19,7 +19,7 @@
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
-#include "replay/store/spool_status.hpp"
+#include "replay/store/mongo/spool_status.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

@@ -83,4 +83,13 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
   return kept;
 }
 
+bool isHere(const std::string& uri) {
+  try {
+    std::error_code error;
+    return fs::is_regular_file(pathOf(uri), error);
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 }  // namespace afterglow::nodes

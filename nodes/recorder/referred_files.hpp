@@ -18,4 +18,7 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
                                              const std::set<std::string>& uris,
                                              std::vector<std::string>& remarks);
 
+/// Whether a "package://" or "file://" URI names a file of this machine.
+bool isHere(const std::string& uri);
+
 }  // namespace afterglow::nodes

@@ -8,7 +8,7 @@
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
-#include "replay/store/roslog_import.hpp"
+#include "replay/store/mongo/roslog_import.hpp"
 
 namespace afterglow::nodes {
 namespace {

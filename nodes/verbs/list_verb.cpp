@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "nodes/verbs/verb_tools.hpp"
-#include "replay/store/filter.hpp"
-#include "replay/store/time_text.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/document.hpp"
-#include "replay/store/filter.hpp"
-#include "replay/store/time_text.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {

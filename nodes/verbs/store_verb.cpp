@@ -6,11 +6,11 @@
 #include <memory>
 
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/query/time_text.hpp"
 #include "replay/store/retention.hpp"
-#include "replay/store/store_check.hpp"
-#include "replay/store/store_repair.hpp"
-#include "replay/store/store_stats.hpp"
-#include "replay/store/time_text.hpp"
+#include "replay/store/sqlite/store_check.hpp"
+#include "replay/store/sqlite/store_repair.hpp"
+#include "replay/store/sqlite/store_stats.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "nodes/verbs/verb_tools.hpp"
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/query/time_text.hpp"
 #include "replay/store/sync.hpp"
-#include "replay/store/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {

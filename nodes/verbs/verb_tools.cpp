@@ -9,8 +9,8 @@
 #include <map>
 #include <sstream>
 
-#include "replay/store/behavior_selector.hpp"
-#include "replay/store/time_text.hpp"
+#include "replay/query/behavior_selector.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 

@@ -20,7 +20,7 @@ namespace afterglow::nodes {
 
 void addStoreOption(CLI::App& verb, std::string& uri);
 
-/// "3", "the last failed pick", ... (replay/store/behavior_selector.hpp), which may be several
+/// "3", "the last failed pick", ... (replay/query/behavior_selector.hpp), which may be several
 /// words of the command line. Throws StoreError, with the store's name in front, if there is none.
 replay::Behavior findBehavior(const replay::Store& store, const std::string& uri,
                               const std::vector<std::string>& words);
@@ -30,7 +30,7 @@ constexpr const char* kBehaviorHelp =
     "Which behavior: its id as list prints it, its name for the newest, or words such as "
     "\"last failed pick\", \"second last pick\", \"first pick\"";
 
-/// A time (replay/store/time_text.hpp) of the command line; CLI::ValidationError if it is none.
+/// A time (replay/query/time_text.hpp) of the command line; CLI::ValidationError if it is none.
 std::optional<replay::Stamp> timeOption(const std::string& option, const std::string& text);
 
 /// The begin of a behavior, or a time. Empty for an empty text; StoreError if it is neither.

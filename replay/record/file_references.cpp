@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace afterglow::replay {
 namespace {
@@ -9,13 +10,13 @@ namespace {
 constexpr std::int8_t kPlayFile = -2;
 
 /// Calls on_place(type name, path) for every field that is a message, at any depth.
-void visit(const Schema& schema, std::size_t type, const std::string& prefix,
-           const std::function<void(const std::string&, const std::string&)>& on_place) {
+void visitTypes(const Schema& schema, std::size_t type, const std::string& prefix,
+                const std::function<void(const std::string&, const std::string&)>& on_place) {
   on_place(schema.types()[type].name, prefix);
   for (const Field& field : schema.types()[type].fields) {
     if (field.type != FieldType::Message) continue;
     const bool is_array = field.arity != Field::Arity::Single;
-    visit(schema, field.message, prefix + field.name + (is_array ? "[]." : "."), on_place);
+    visitTypes(schema, field.message, prefix + field.name + (is_array ? "[]." : "."), on_place);
   }
 }
 
@@ -28,7 +29,7 @@ std::string soundUri(const std::string& arg, const std::string& package) {
 
 FileReferences::FileReferences(const Schema& schema) {
   std::vector<FieldPath> meshes, sounds;
-  visit(schema, 0, "", [&](const std::string& type, const std::string& prefix) {
+  visitTypes(schema, 0, "", [&](const std::string& type, const std::string& prefix) {
     if (type == "visualization_msgs/Marker") {
       meshes.push_back(FieldPath::parse(prefix + "mesh_resource"));
     } else if (type == "sound_play/SoundRequest") {
@@ -49,25 +50,52 @@ FileReferences::FileReferences(const Schema& schema) {
 
 std::vector<std::string> FileReferences::find(const Bytes& bytes) const {
   std::vector<std::string> uris;
-  if (!finder_) return uris;
   try {
-    const std::vector<std::vector<FieldSpan>> places = finder_->find(bytes);
-    for (std::size_t i = 0; i < meshes_; ++i) {
-      for (const FieldSpan& span : places[i]) uris.push_back(readString(bytes, span));
-    }
-    for (std::size_t i = 0; i < sounds_; ++i) {
-      const auto* place = &places[meshes_ + 3 * i];
-      for (std::size_t n = 0; n < place[0].size(); ++n) {
-        if (static_cast<std::int8_t>(bytes.at(place[0][n].offset)) != kPlayFile) continue;
-        uris.push_back(
-            soundUri(readString(bytes, place[1].at(n)), readString(bytes, place[2].at(n))));
-      }
-    }
+    visit(bytes,
+          [&](const std::string& uri, const FieldSpan&, const FieldSpan*) { uris.push_back(uri); });
   } catch (const MessageError&) {
     uris.clear();
   }
-  uris.erase(std::remove(uris.begin(), uris.end(), std::string()), uris.end());
   return uris;
+}
+
+void FileReferences::visit(const Bytes& bytes,
+                           const std::function<void(const std::string&, const FieldSpan&,
+                                                    const FieldSpan*)>& on_file) const {
+  if (!finder_) return;
+  const auto tell = [&](const std::string& uri, const FieldSpan& name, const FieldSpan* package) {
+    if (!uri.empty()) on_file(uri, name, package);
+  };
+  const std::vector<std::vector<FieldSpan>> places = finder_->find(bytes);
+  for (std::size_t i = 0; i < meshes_; ++i) {
+    for (const FieldSpan& span : places[i]) tell(readString(bytes, span), span, nullptr);
+  }
+  for (std::size_t i = 0; i < sounds_; ++i) {
+    const auto* place = &places[meshes_ + 3 * i];
+    for (std::size_t n = 0; n < place[0].size(); ++n) {
+      if (static_cast<std::int8_t>(bytes.at(place[0][n].offset)) != kPlayFile) continue;
+      const FieldSpan &name = place[1].at(n), &package = place[2].at(n);
+      tell(soundUri(readString(bytes, name), readString(bytes, package)), name, &package);
+    }
+  }
+}
+
+void FileReferences::replace(
+    Bytes& bytes, const std::function<std::string(const std::string& uri)>& other) const {
+  std::vector<std::pair<FieldSpan, std::string>> texts;
+  visit(bytes, [&](const std::string& uri, const FieldSpan& name, const FieldSpan* package) {
+    const std::string found = other(uri);
+    if (found.empty()) return;
+    // sound_play takes a path.
+    texts.emplace_back(name, package ? found.substr(std::string("file://").size()) : found);
+    if (package) texts.emplace_back(*package, "");
+  });
+  std::sort(texts.begin(), texts.end(),
+            [](const auto& a, const auto& b) { return a.first.offset < b.first.offset; });
+  std::vector<FieldSpan> spans;
+  for (const auto& [span, text] : texts) spans.push_back(span);
+  auto text = texts.begin();
+  editStrings(bytes, spans, [&](const std::string&) { return (text++)->second; });
 }
 
 }  // namespace afterglow::replay

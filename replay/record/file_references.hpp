@@ -4,6 +4,7 @@
 /// visualization_msgs/Marker (mesh_resource).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,8 +24,16 @@ class FileReferences {
   /// "package://NAME/PATH", "file:///PATH", or whatever else the message says. Bytes that do not
   /// fit the type refer to nothing.
   std::vector<std::string> find(const Bytes& bytes) const;
+  /// Refers to `other(uri)` instead, a file:// URI, or as before where that is empty. Throws
+  /// MessageError if the bytes do not fit the type.
+  void replace(Bytes& bytes, const std::function<std::string(const std::string& uri)>& other) const;
 
  private:
+  /// Calls on_file(uri, its place, the place of its package or null).
+  void visit(const Bytes& bytes,
+             const std::function<void(const std::string&, const FieldSpan&, const FieldSpan*)>&
+                 on_file) const;
+
   std::unique_ptr<FieldFinder> finder_;
   std::size_t meshes_ = 0, sounds_ = 0;  ///< how many places of each kind; meshes come first
 };

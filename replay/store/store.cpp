@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <random>
 
-#include "replay/store/mongo_open.hpp"
-#include "replay/store/sqlite_store.hpp"
+#include "replay/store/mongo/mongo_open.hpp"
+#include "replay/store/sqlite/sqlite_store.hpp"
 
 namespace afterglow::replay {
 namespace {

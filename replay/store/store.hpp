@@ -69,7 +69,7 @@ struct BehaviorFilter {
   std::optional<Stamp> until;        ///< begin before this
   std::optional<std::string> robot;
   std::optional<std::string> tag;
-  std::shared_ptr<const Filter> where;  ///< over its fields and its messages' (store/filter.hpp)
+  std::shared_ptr<const Filter> where;  ///< over its fields and its messages' (query/filter.hpp)
   std::optional<std::size_t> limit;     ///< only so many, the newest
 };
 
@@ -89,7 +89,7 @@ struct MessageRange {
   std::optional<Stamp> begin = {};  ///< inclusive
   std::optional<Stamp> end = {};    ///< exclusive
   bool with_all_topics = false;     ///< all that the recording has, whatever `topics` says
-  std::shared_ptr<const Filter> where = nullptr;  ///< over the messages' fields (store/filter.hpp)
+  std::shared_ptr<const Filter> where = nullptr;  ///< over the messages' fields (query/filter.hpp)
 };
 
 /// What append() does with a message that its recording has already.
@@ -185,8 +185,8 @@ std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
 /// A store that lives and dies with the object.
 std::unique_ptr<Store> openMemoryStore();
 
-/// The URI in full, defaults filled in, a server's without user, password and options: what messages
-/// call the store. Throws StoreError for a kind of store that there is not.
+/// The URI in full, defaults filled in, a server's without user, password and options: what
+/// messages call the store. Throws StoreError for a kind of store that there is not.
 std::string storeUri(const std::string& uri);
 
 /// The file of a store's URI; throws StoreError for a server's.

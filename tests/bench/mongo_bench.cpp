@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 

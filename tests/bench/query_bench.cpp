@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "replay/store/behavior_selector.hpp"
+#include "replay/query/behavior_selector.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "replay/store/field_index.hpp"
+#include "replay/query/field_index.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // What is on a MongoDB server, as others read it: mongodb_play, mongodb_store, GridFS tools.
-#include "replay/store/mongo_store.hpp"
+#include "replay/store/mongo/mongo_store.hpp"
 
 #include <gtest/gtest.h>
 

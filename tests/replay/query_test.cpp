@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -1,11 +1,11 @@
 // Databases as the old writers leave them: documents are written here as their sources do.
-#include "replay/store/roslog_import.hpp"
+#include "replay/store/mongo/roslog_import.hpp"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "replay/store/mongo_client.hpp"
+#include "replay/store/mongo/mongo_client.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"

@@ -1,5 +1,5 @@
 // A recorder's writes reach a server that is slow, away, killed: all of them, once.
-#include "replay/store/spooled_store.hpp"
+#include "replay/store/mongo/spooled_store.hpp"
 
 #include <gtest/gtest.h>
 

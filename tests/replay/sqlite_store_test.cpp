@@ -1,12 +1,12 @@
-#include "replay/store/sqlite_store.hpp"
+#include "replay/store/sqlite/sqlite_store.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <thread>
 
-#include "replay/store/sqlite.hpp"
-#include "replay/store/sqlite_schema.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/sqlite/sqlite_schema.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -4,11 +4,11 @@
 #include <filesystem>
 
 #include "replay/store/retention.hpp"
-#include "replay/store/sqlite_schema.hpp"
-#include "replay/store/sqlite_store.hpp"
-#include "replay/store/store_check.hpp"
-#include "replay/store/store_repair.hpp"
-#include "replay/store/store_stats.hpp"
+#include "replay/store/sqlite/sqlite_schema.hpp"
+#include "replay/store/sqlite/sqlite_store.hpp"
+#include "replay/store/sqlite/store_check.hpp"
+#include "replay/store/sqlite/store_repair.hpp"
+#include "replay/store/sqlite/store_stats.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <thread>
 
-#include "replay/store/sqlite.hpp"
-#include "replay/store/sqlite_store.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/sqlite/sqlite_store.hpp"
 #include "tests/support/faulty_disk.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

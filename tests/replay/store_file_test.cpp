@@ -11,9 +11,9 @@
 #include <random>
 #include <thread>
 
-#include "replay/store/sqlite.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/sqlite/store_check.hpp"
 #include "replay/store/store.hpp"
-#include "replay/store/store_check.hpp"
 #include "tests/support/faulty_disk.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

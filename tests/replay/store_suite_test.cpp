@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "replay/store/filter.hpp"
+#include "replay/query/filter.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/query_cases.hpp"

@@ -1,4 +1,4 @@
-#include "replay/store/time_text.hpp"
+#include "replay/query/time_text.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,115 @@
+/// \file
+/// Filters in MongoDB's query language, over behaviors and over messages. They are the last judge
+/// in every store, so that all stores give the same answers.
+///
+/// Operators: $eq $ne $gt $gte $lt $lte $in $nin $exists $regex ($options i, m, s, x) $not
+/// $elemMatch on a field; $and $or $nor $not around filters. Several fields, and several operators
+/// on one field, must all hold. A field is a dotted path through objects and arrays; a number in it
+/// is an array's index.
+///
+/// Semantics, MongoDB's (mongodb.com/docs/manual/tutorial/query-arrays, .../query-for-null-fields,
+/// .../reference/bson-type-comparison-order):
+/// - A condition holds for an array if it holds for an element or for the array as a whole; a path
+///   goes through every element of the arrays on its way. $ne, $nin and $not hold where $eq, $in,
+///   and what is negated, do not.
+/// - Only like is compared with like: numbers of every kind with numbers (exactly), strings with
+///   strings (byte by byte), booleans with booleans (false < true).
+/// - null equals null and what is not there. {"$exists": false} holds where the path leads nowhere.
+/// - NaN equals NaN, and is neither less nor greater than anything.
+/// What differs: JSON has no NaN and no infinities, so documents and filters have them as the
+/// strings "nan", "inf" and "-inf": such a string is that number, and that string as well. Objects
+/// are equal whatever the order of their fields. $gt, $gte, $lt, $lte take no arrays and objects.
+///
+/// Over a message the document is messageDocument()'s. Over a behavior it is behaviorDocument()'s,
+/// and a field that begins with "/" is a topic: {"/cmd_vel": {"linear.x": {"$gt": 0.5}}} holds if
+/// at least one message on it, in the behavior's interval of its recording, matches the filter over
+/// messages, {"/t": {"$exists": false}} if there is no message on it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "replay/messages/schema.hpp"
+#include "replay/query/text_pattern.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// A text that is no filter; one line that says where and what.
+class FilterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Arrays longer than this are {"type", "count"} in the documents that filters see.
+constexpr std::size_t kLongestQueriedArray = 64;
+
+/// A node of a filter: what is asked of one document. A value; stores look into it to answer from
+/// their indexes.
+struct Condition {
+  enum class Kind {
+    All,    ///< every part holds
+    Any,    ///< at least one part does
+    None,   ///< no part does
+    Value,  ///< `op` holds for a value at `path`
+    Topic,  ///< of the messages on topic `path` at least one matches the one part
+  };
+  enum class Op { Equal, Less, LessEqual, Greater, GreaterEqual, In, Exists, Matches, Element };
+
+  Kind kind = Kind::All;
+  std::vector<Condition> parts;  ///< of Op::Element one: what an array's element must match
+  std::string path;
+  Op op = Op::Equal;
+  /// What is compared with; In: an array of such. Of a Topic: the filter over messages, as it was
+  /// written.
+  nlohmann::json operand;
+  std::shared_ptr<const TextPattern> pattern;  ///< of Op::Matches
+
+  /// Over a document; it holds no Topic. Throws FilterError (a pattern that takes too long).
+  bool matches(const nlohmann::json& document) const;
+};
+
+/// A filter, understood.
+class Filter {
+ public:
+  enum class Over { Behaviors, Messages };
+  /// Throws FilterError; over behaviors also for a field that behaviors do not have.
+  static Filter parse(const std::string& text, Over over = Over::Behaviors);
+
+  /// Over a message's document; of a filter over messages.
+  bool matches(const nlohmann::json& document) const { return root_.matches(document); }
+
+  /// True if a message on the topic, in the interval and the recording of the behavior that is
+  /// looked at, matches.
+  using AnyMessage = std::function<bool(const std::string& topic, const Condition& condition)>;
+  /// Over a behavior. Its own fields are looked at first: `any_message` is asked only if they leave
+  /// the answer open.
+  bool matches(const Behavior& behavior, const AnyMessage& any_message) const;
+
+  const Condition& root() const { return root_; }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+  Condition root_;
+  std::set<std::string> fields_;  ///< those of a behavior that it looks at
+};
+
+/// A behavior's fields as filters see them: id, key, recording, name, tree_path, parent, attempt,
+/// outcome, begin, end, wall_begin (nanoseconds; a filter may write a time such as
+/// "2026-11-21T09:30:00Z" instead; begin_ns, end_ns, wall_begin_ns are the same), duration_s,
+/// robot, parameters, tags, calibration, topics, snapshot, remarks. One without an end has no end
+/// and no duration_s. Only the fields in `wanted`, if it names any.
+nlohmann::json behaviorDocument(const Behavior& behavior, const std::set<std::string>& wanted = {});
+
+/// A message's fields as filters see them, and "_meta": {"stamp_ns", "header_stamp_ns",
+/// "sequence"}. Throws MessageError for bytes that do not fit the schema: such a message matches no
+/// filter.
+nlohmann::json messageDocument(const Schema& schema, const Message& message);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,241 @@
+// How a MongoStore finds behaviors: the server narrows, Filter judges.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "replay/store/mongo/mongo_store.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using nlohmann::json;
+using Op = Condition::Op;
+
+const char* operatorOf(Op op) {
+  switch (op) {
+    case Op::Equal:
+      return "$eq";
+    case Op::Less:
+      return "$lt";
+    case Op::LessEqual:
+      return "$lte";
+    case Op::Greater:
+      return "$gt";
+    case Op::GreaterEqual:
+      return "$gte";
+    default:
+      return nullptr;
+  }
+}
+
+std::vector<std::string> split(const std::string& path) {
+  std::vector<std::string> parts(1);
+  for (const char c : path) {
+    if (c == '.') {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+/// The kind of number or text at a path, if the server has it as the documents of filters do.
+/// Empty for what differs there: uint64 beyond int64, booleans, uint8[] (Binary), and what long
+/// arrays become in the documents of filters ("count", "type").
+std::optional<FieldType> comparableField(const Schema& schema, const std::string& path) {
+  std::size_t type = 0;
+  const Field* field = nullptr;
+  for (const std::string& part : split(path)) {
+    if (field && part.find_first_not_of("0123456789") == std::string::npos) return std::nullopt;
+    const bool is_time = field && field->arity == Field::Arity::Single &&
+                         (field->type == FieldType::Time || field->type == FieldType::Duration);
+    if (is_time && (part == "secs" || part == "nsecs")) return FieldType::Int32;
+    if (field && field->type != FieldType::Message) return std::nullopt;
+    if (field) type = field->message;
+    const auto& fields = schema.types()[type].fields;
+    const auto found = std::find_if(fields.begin(), fields.end(),
+                                    [&](const Field& each) { return each.name == part; });
+    if (found == fields.end()) return std::nullopt;
+    field = &*found;
+  }
+  switch (field->type) {
+    case FieldType::UInt64:
+    case FieldType::Bool:
+    case FieldType::Time:
+    case FieldType::Duration:
+    case FieldType::Message:
+      return std::nullopt;
+    case FieldType::UInt8:
+      if (field->arity != Field::Arity::Single) return std::nullopt;
+      return field->type;
+    default:
+      return field->type;
+  }
+}
+
+bool addOperand(Bson& to, const char* key, const json& operand, FieldType type) {
+  if (type == FieldType::String) {
+    // A text that is no UTF-8 is Binary on the server; only equality with real ones is the same.
+    if (!operand.is_string() || std::string_view(key) != "$eq") return false;
+    const auto& text = operand.get_ref<const std::string&>();
+    if (text.find("\xEF\xBF\xBD") != std::string::npos) return false;
+    to.add(key, text);
+    return true;
+  }
+  if (operand.is_number_unsigned() &&
+      operand.get<std::uint64_t>() > std::numeric_limits<std::int64_t>::max()) {
+    return false;
+  }
+  if (operand.is_number_integer()) {
+    to.add(key, operand.get<std::int64_t>());
+  } else if (operand.is_number_float()) {
+    to.add(key, operand.get<double>());
+  } else {
+    return false;
+  }
+  return true;
+}
+
+std::optional<Bson> narrowingOfValue(const Condition& condition, const Schema& schema) {
+  std::string path = condition.path;
+  FieldType type = FieldType::Int64;
+  if (path == "_meta.stamp_ns") {
+    path = "_meta.received_ns";
+  } else if (path != "_meta.sequence") {
+    const auto field = comparableField(schema, path);
+    if (!field) return std::nullopt;
+    type = *field;
+  }
+  Bson comparison;
+  const char* op = operatorOf(condition.op);
+  if (!op || !addOperand(comparison, op, condition.operand, type)) return std::nullopt;
+  return Bson().add(path, comparison);
+}
+
+std::optional<Bson> narrowingOf(const Condition& condition, const Schema& schema) {
+  if (condition.kind == Condition::Kind::Value) return narrowingOfValue(condition, schema);
+  const bool is_any = condition.kind == Condition::Kind::Any;
+  if (!is_any && condition.kind != Condition::Kind::All) return std::nullopt;
+  std::vector<Bson> parts;
+  for (const Condition& part : condition.parts) {
+    auto narrow = narrowingOf(part, schema);
+    if (narrow) {
+      parts.push_back(std::move(*narrow));
+    } else if (is_any) {
+      return std::nullopt;
+    }
+  }
+  if (parts.empty()) return std::nullopt;
+  return Bson().add(is_any ? "$or" : "$and", parts);
+}
+
+}  // namespace
+
+std::optional<Bson> narrowing(const Condition& condition, const Schema& schema) {
+  const auto narrow = narrowingOf(condition, schema);
+  if (!narrow) return std::nullopt;
+  return Bson().add("$or", std::vector<Bson>{*narrow, Bson().add("_meta.reduced", true)});
+}
+
+bool MongoStore::isMatch(const Message& message, const Condition& condition) const {
+  const ChannelPtr channel = channelInfo(message.channel);
+  if (!channel->schema) return false;
+  try {
+    return condition.matches(messageDocument(*channel->schema, message));
+  } catch (const MessageError&) {
+    return false;  // bytes that do not fit their definition match no filter
+  }
+}
+
+/// Empty `condition`: any message.
+bool MongoStore::hasMessage(const Behavior& behavior, const std::string& topic,
+                            const Condition* condition, Effort& effort) const {
+  for (const ChannelPtr& channel : channelsOf(behavior.recording)) {
+    if (channel->channel.topic != topic) continue;
+    Bson query = messageQuery(channel->recording.key, behavior.begin,
+                              behavior.end.value_or(kEndOfTime), {channel->id});
+    if (condition && channel->schema) {
+      if (const auto narrow = narrowing(*condition, *channel->schema)) {
+        bson_concat(&query.raw(), &narrow->raw());
+        effort.asked.insert(topic + " " + narrow->json());
+      }
+    }
+    bool is_found = false;
+    Bson options;
+    options.add("projection", Bson().add("_meta", 1));
+    if (!condition) options.add("limit", 1);
+    client_.find(messages_, channel->collection, query, options, [&](const bson_t& document) {
+      ++effort.messages;
+      is_found = !condition || isMatch(readMessage(document), *condition);
+      return !is_found;
+    });
+    if (is_found) return true;
+  }
+  return false;
+}
+
+Bson MongoStore::behaviorQuery(const BehaviorFilter& filter) const {
+  Bson query;
+  if (filter.name) query.add("name", *filter.name);
+  if (filter.outcome) query.add("outcome", *filter.outcome);
+  if (filter.robot) query.add("robot", *filter.robot);
+  if (filter.tag) query.add("tags", *filter.tag);
+  if (filter.topic) query.add("topics", *filter.topic);
+  if (filter.until) query.add("begin_ns", Bson().add("$lt", filter.until->ns));
+  if (filter.since) {
+    Bson later, open;
+    later.add("end_ns", Bson().add("$gt", filter.since->ns));
+    query.add("$or", std::vector<Bson>{later, open.addNull("end_ns")});
+  }
+  return query;
+}
+
+bool MongoStore::isWanted(const Behavior& behavior, const BehaviorFilter& filter,
+                          Effort& effort) const {
+  ++effort.behaviors;
+  if (filter.since && !behavior.end) {
+    const auto last = lastStamp(behavior.recording);
+    if ((last ? last->ns : behavior.begin.ns) + 1 <= filter.since->ns) return false;
+  }
+  if (filter.topic && !hasMessage(behavior, *filter.topic, nullptr, effort)) return false;
+  return !filter.where ||
+         filter.where->matches(behavior, [&](const std::string& topic, const Condition& condition) {
+           return hasMessage(behavior, topic, &condition, effort);
+         });
+}
+
+std::vector<Behavior> MongoStore::select(const BehaviorFilter& filter, Effort& effort) const {
+  const Bson options = Bson().add("sort", Bson().add("begin_ns", -1).add("_id", -1));
+  std::vector<Behavior> found;
+  if (filter.limit == 0u) return found;
+  client_.find(rest_, "behaviors", behaviorQuery(filter), options, [&](const bson_t& document) {
+    Behavior behavior = behaviorFromMongo(document);
+    if (isWanted(behavior, filter, effort)) found.push_back(std::move(behavior));
+    return !filter.limit || found.size() < *filter.limit;
+  });
+  return found;
+}
+
+std::vector<Behavior> MongoStore::behaviors(const BehaviorFilter& filter) const {
+  Effort effort;
+  return select(filter, effort);
+}
+
+std::vector<std::string> MongoStore::explain(const BehaviorFilter& filter) const {
+  Effort effort;
+  const auto found = select(filter, effort);
+  std::vector<std::string> lines{"behaviors: the server is asked for " +
+                                 behaviorQuery(filter).json() + ", newest first"};
+  for (const std::string& asked : effort.asked) {
+    lines.push_back("messages: the server is asked for " + asked + ", behavior by behavior");
+  }
+  lines.push_back("looked at " + std::to_string(effort.behaviors) + " of " +
+                  std::to_string(client_.count(rest_, "behaviors", {})) + " behaviors and " +
+                  std::to_string(effort.messages) + " messages; " + std::to_string(found.size()) +
+                  " match");
+  return lines;
+}
+
+}  // namespace afterglow::replay

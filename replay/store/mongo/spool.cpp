@@ -1,0 +1,318 @@
+#include "replay/store/mongo/spool.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <random>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::int64_t kSpoolVersion = 1;
+/// Messages are cut into entries of about this size; what is larger is an entry by itself.
+constexpr std::size_t kEntryBytes = 16 << 20;
+/// Ids from here on were given out without the server.
+constexpr std::int64_t kOfflineIds = std::int64_t{1} << 40;
+
+constexpr const char* kTables = R"(
+CREATE TABLE outbox (id INTEGER PRIMARY KEY AUTOINCREMENT, kind INTEGER NOT NULL,
+  messages INTEGER NOT NULL, payload BLOB NOT NULL);
+CREATE TABLE recordings (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE, source TEXT NOT NULL,
+  robot TEXT NOT NULL, last_ns INTEGER);
+CREATE TABLE channels (id INTEGER PRIMARY KEY, recording INTEGER NOT NULL, topic TEXT NOT NULL,
+  type TEXT NOT NULL, md5 TEXT NOT NULL, definition TEXT NOT NULL, latching INTEGER NOT NULL,
+  caller_id TEXT NOT NULL);
+CREATE INDEX channels_by_topic ON channels (recording, topic);
+CREATE TABLE behaviors (id INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE,
+  is_open INTEGER NOT NULL, state BLOB NOT NULL);
+CREATE TABLE ids (next INTEGER NOT NULL, last INTEGER NOT NULL);
+INSERT INTO ids VALUES (1, 0);
+)";
+
+}  // namespace
+
+Spool::Spool(const std::string& path, std::uint64_t most_bytes) : most_bytes_(most_bytes) {
+  const auto folder = std::filesystem::path(path).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw StoreError(path + ": cannot make the spool's folder: " + error.message());
+  recorder_ = std::make_unique<RecorderLock>(path);
+  connection_ = std::make_unique<SqliteConnection>(path, SqliteAccess::ReadWriteCreate);
+  const std::int64_t version = connection_->integer("PRAGMA user_version");
+  if (version > kSpoolVersion) throw StoreError(connection_->name() + ": a newer program's spool");
+  if (version == 0) connection_->execute("PRAGMA page_size = 16384");
+  if (version == 0) connection_->execute("PRAGMA auto_vacuum = INCREMENTAL");
+  connection_->execute("PRAGMA journal_mode = WAL");
+  connection_->execute("PRAGMA synchronous = FULL");
+  connection_->execute("PRAGMA wal_autocheckpoint = 4096");  // pages: 64 MiB
+  connection_->execute("PRAGMA journal_size_limit = 67108864");
+  if (version == 0) {
+    SqliteTransaction transaction(*connection_);
+    connection_->execute(kTables);
+    connection_->execute("PRAGMA user_version = " + std::to_string(kSpoolVersion));
+    transaction.commit();
+  }
+  count();
+  tidy();
+  closeOpenBehaviors();
+}
+
+void Spool::count() {
+  unsent_messages_ = static_cast<std::uint64_t>(
+      connection_->integer("SELECT coalesce(sum(messages), 0) FROM outbox"));
+  unsent_bytes_ = static_cast<std::uint64_t>(
+      connection_->integer("SELECT coalesce(sum(length(payload)), 0) FROM outbox"));
+}
+
+/// Forgets what nothing that waits can name.
+void Spool::tidy() {
+  if (unsent_bytes_ > 0) return;
+  SqliteTransaction transaction(*connection_);
+  connection_->execute("DELETE FROM behaviors WHERE is_open = 0");
+  if (connection_->integer("SELECT count(*) FROM behaviors") == 0) {
+    connection_->execute("DELETE FROM channels");
+    connection_->execute("DELETE FROM recordings");
+  }
+  transaction.commit();
+}
+
+void Spool::closeOpenBehaviors() {
+  std::vector<Behavior> open;
+  SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE is_open = 1");
+  while (query.step()) open.push_back(behaviorIn(query.bytes(0)));
+  SqliteTransaction transaction(*connection_);
+  for (Behavior& behavior : open) {
+    SqliteStatement last(*connection_, "SELECT last_ns FROM recordings WHERE id = ?1");
+    const bool is_known = last.bind(1, behavior.recording).step();
+    const std::int64_t last_ns =
+        is_known ? last.optionalInteger(0).value_or(behavior.begin.ns) : behavior.begin.ns;
+    behavior.end = Stamp{std::max(behavior.begin.ns, last_ns + 1)};
+    behavior.outcome = kIncomplete;
+    behavior.remarks.emplace_back("Its recorder died; it ends with the last message stored.");
+    putBehavior(behavior);
+  }
+  transaction.commit();
+}
+
+// ---------------------------------------------------------------------------------------- writing
+
+void Spool::add(Kind kind, std::uint64_t messages, const Bytes& payload) {
+  if (unsent_bytes_ + payload.size() > most_bytes_) {
+    throw StoreError(connection_->name() + ": the spool is full: " + std::to_string(unsent_bytes_) +
+                     " bytes wait for the server, at most " + std::to_string(most_bytes_) + " may");
+  }
+  SqliteStatement insert(*connection_,
+                         "INSERT INTO outbox (kind, messages, payload) VALUES (?1, ?2, ?3)");
+  insert.bind(1, static_cast<std::int64_t>(kind)).bind(2, static_cast<std::int64_t>(messages));
+  insert.bind(3, payload).run();
+  unsent_messages_ += messages;
+  unsent_bytes_ += payload.size();
+}
+
+void Spool::transaction(const std::function<void()>& work) {
+  const Lock lock(mutex_);
+  try {
+    SqliteTransaction transaction(*connection_);
+    work();
+    transaction.commit();
+  } catch (...) {
+    if (!connection_->isInTransaction()) count();
+    throw;
+  }
+}
+
+std::int64_t Spool::addRecording(const Recording& recording) {
+  const Lock lock(mutex_);
+  const std::string key = recording.key.empty() ? newKey() : recording.key;
+  SqliteStatement query(*connection_, "SELECT id FROM recordings WHERE key = ?1");
+  if (query.bind(1, key).step()) return query.integer(0);
+  SqliteStatement insert(*connection_,
+                         "INSERT INTO recordings (key, source, robot) VALUES (?1, ?2, ?3)");
+  insert.bind(1, key).bind(2, recording.source).bind(3, recording.robot).run();
+  return connection_->lastInsertedId();
+}
+
+std::int64_t Spool::addChannel(std::int64_t recording, const Channel& channel) {
+  const Lock lock(mutex_);
+  this->recording(recording);
+  {
+    SqliteStatement query(*connection_,
+                          "SELECT id, type, md5, definition, latching, caller_id FROM channels "
+                          "WHERE recording = ?1 AND topic = ?2");
+    query.bind(1, recording).bind(2, channel.topic);
+    while (query.step()) {
+      const Channel known{channel.topic, query.text(1),         query.text(2),
+                          query.text(3), query.integer(4) != 0, query.text(5)};
+      if (known == channel) return query.integer(0);
+    }
+  }
+  SqliteStatement insert(*connection_,
+                         "INSERT INTO channels (recording, topic, type, md5, definition, latching, "
+                         "caller_id) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7)");
+  insert.bind(1, recording).bind(2, channel.topic).bind(3, channel.type).bind(4, channel.md5);
+  insert.bind(5, channel.definition).bind(6, std::int64_t{channel.latching});
+  insert.bind(7, channel.caller_id).run();
+  return connection_->lastInsertedId();
+}
+
+void Spool::append(const std::vector<Message>& messages) {
+  std::map<std::int64_t, std::int64_t> last_ns;  // by channel
+  for (const Message& message : messages) {
+    const auto [at, is_new] = last_ns.emplace(message.channel, message.received.ns);
+    at->second = std::max(at->second, message.received.ns);
+  }
+  transaction([&] {
+    for (const auto& [channel, ns] : last_ns) {
+      SqliteStatement(
+          *connection_,
+          "UPDATE recordings SET last_ns = max(coalesce(last_ns, ?2), ?2) WHERE id = ?1")
+          .bind(1, recordingOf(channel))
+          .bind(2, ns)
+          .run();
+    }
+    std::size_t bytes = 0;
+    for (std::size_t begin = 0, i = 0; i < messages.size(); ++i) {
+      bytes += messages[i].bytes.size();
+      if (bytes < kEntryBytes && i + 1 < messages.size()) continue;
+      add(Kind::Messages, i + 1 - begin, pack(messages, begin, i + 1));
+      begin = i + 1;
+      bytes = 0;
+    }
+  });
+}
+
+void Spool::putBehavior(const Behavior& behavior) {
+  transaction([&] {
+    const Bytes state = pack(behavior);
+    if (!behavior.key.empty()) {
+      SqliteStatement keep(*connection_,
+                           "INSERT INTO behaviors (id, key, is_open, state) VALUES (?1, ?2, ?3, "
+                           "?4) ON CONFLICT (id) DO UPDATE SET is_open = ?3, state = ?4");
+      keep.bind(1, behavior.id).bind(2, behavior.key);
+      keep.bind(3, std::int64_t{!behavior.end}).bind(4, state).run();
+    }
+    add(Kind::Behavior, 0, state);
+  });
+}
+
+void Spool::removeBehavior(std::int64_t id) {
+  transaction([&] {
+    SqliteStatement(*connection_, "DELETE FROM behaviors WHERE id = ?1").bind(1, id).run();
+    add(Kind::Removal, 0, pack(id));
+  });
+}
+
+void Spool::addFile(const std::string& sha256, const Bytes& contents) {
+  transaction([&] { add(Kind::File, 0, pack(sha256, contents)); });
+}
+
+// ---------------------------------------------------------------------------------------- reading
+
+Recording Spool::recording(std::int64_t id) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_, "SELECT key, source, robot FROM recordings WHERE id = ?1");
+  if (!query.bind(1, id).step()) {
+    throw StoreError(connection_->name() + ": there is no recording " + std::to_string(id));
+  }
+  return {id, query.text(0), query.text(1), query.text(2)};
+}
+
+std::int64_t Spool::recordingOf(std::int64_t channel) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_, "SELECT recording FROM channels WHERE id = ?1");
+  if (!query.bind(1, channel).step()) {
+    throw StoreError(connection_->name() + ": there is no channel " + std::to_string(channel));
+  }
+  return query.integer(0);
+}
+
+Channel Spool::channel(std::int64_t id) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_,
+                        "SELECT topic, type, md5, definition, latching, caller_id FROM channels "
+                        "WHERE id = ?1");
+  if (!query.bind(1, id).step()) {
+    throw StoreError(connection_->name() + ": there is no channel " + std::to_string(id));
+  }
+  return {query.text(0), query.text(1),         query.text(2),
+          query.text(3), query.integer(4) != 0, query.text(5)};
+}
+
+std::optional<Behavior> Spool::behavior(std::int64_t id) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE id = ?1");
+  if (!query.bind(1, id).step()) return std::nullopt;
+  return behaviorIn(query.bytes(0));
+}
+
+std::optional<Behavior> Spool::behaviorOfKey(const std::string& key) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE key = ?1");
+  if (!query.bind(1, key).step()) return std::nullopt;
+  return behaviorIn(query.bytes(0));
+}
+
+std::int64_t Spool::takeBehaviorId() {
+  const Lock lock(mutex_);
+  if (idsLeft() > 0) {
+    connection_->execute("UPDATE ids SET next = next + 1");
+    return connection_->integer("SELECT next - 1 FROM ids");
+  }
+  std::random_device random;
+  const std::uint64_t drawn = (std::uint64_t{random()} << 32 | random()) >> 12;
+  return kOfflineIds + static_cast<std::int64_t>(drawn);
+}
+
+std::int64_t Spool::idsLeft() const {
+  const Lock lock(mutex_);
+  return connection_->integer("SELECT last - next + 1 FROM ids");
+}
+
+void Spool::giveIds(std::int64_t first, std::int64_t count) {
+  const Lock lock(mutex_);
+  SqliteStatement(*connection_, "UPDATE ids SET next = ?1, last = ?2")
+      .bind(1, first)
+      .bind(2, first + count - 1)
+      .run();
+}
+
+std::vector<Spool::Entry> Spool::front(std::size_t bytes) const {
+  const Lock lock(mutex_);
+  SqliteStatement query(*connection_, "SELECT id, kind, messages, payload FROM outbox ORDER BY id");
+  std::vector<Entry> entries;
+  std::size_t taken = 0;
+  while (taken < bytes && query.step()) {
+    const auto kind = static_cast<Kind>(query.integer(1));
+    const bool is_first = entries.empty();
+    if (!is_first && (kind != Kind::Messages || entries.back().kind != kind)) break;
+    entries.push_back(
+        {query.integer(0), kind, static_cast<std::uint64_t>(query.integer(2)), query.bytes(3)});
+    taken += entries.back().payload.size();
+  }
+  return entries;
+}
+
+void Spool::confirm(const std::vector<Entry>& entries) {
+  const Lock lock(mutex_);
+  SqliteStatement(*connection_, "DELETE FROM outbox WHERE id <= ?1")
+      .bind(1, entries.back().id)
+      .run();
+  for (const Entry& entry : entries) {
+    unsent_messages_ -= entry.messages;
+    unsent_bytes_ -= entry.payload.size();
+  }
+  // The file shrinks when all is sent; until then its pages are used again.
+  if (unsent_bytes_ == 0) connection_->execute("PRAGMA incremental_vacuum");
+}
+
+std::uint64_t Spool::unsentMessages() const {
+  const Lock lock(mutex_);
+  return unsent_messages_;
+}
+
+std::uint64_t Spool::unsentBytes() const {
+  const Lock lock(mutex_);
+  return unsent_bytes_;
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,95 @@
+/// \file
+/// What waits on this machine's disk for a server: writes in the order in which they were made.
+/// Internal to replay/store.
+///
+/// One SQLite database in WAL mode, FULL: what a method returned from survives a loss of power.
+///   outbox      id (order), kind, messages (how many), payload
+///   recordings  id (the spool's own), key, source, robot, last_ns (its last message's stamp)
+///   channels    id (the spool's own), recording, topic, type, md5, definition, latching, caller_id
+///   behaviors   id (the server's), key, is_open, state (BSON, mongo_layout.hpp; its recording is
+///               the spool's id): those that run or wait to be sent
+///   ids         next, last: behavior ids that the server has reserved for this spool
+/// Everything in the outbox names recordings and channels by the spool's ids; the sender
+/// translates.
+#pragma once
+
+#include <functional>
+#include <mutex>
+
+#include "replay/store/sqlite/recorder_lock.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// Every method may be called from any thread and throws StoreError.
+class Spool {
+ public:
+  enum class Kind { Messages, Behavior, Removal, File };
+  struct Entry {
+    std::int64_t id = 0;
+    Kind kind = Kind::Messages;
+    std::uint64_t messages = 0;
+    Bytes payload;
+  };
+
+  /// The file, made if need be. Behaviors that the last recorder left open end as kIncomplete.
+  /// Throws if another recorder has it open. Writes that would make more than `most_bytes` wait are
+  /// refused.
+  Spool(const std::string& path, std::uint64_t most_bytes);
+
+  std::int64_t addRecording(const Recording& recording);
+  std::int64_t addChannel(std::int64_t recording, const Channel& channel);
+  void append(const std::vector<Message>& messages);
+  /// Keeps the state of a behavior and sends it. Of one that is not in the spool only its state is
+  /// sent: the server knows its recording.
+  void putBehavior(const Behavior& behavior);
+  void removeBehavior(std::int64_t id);
+  void addFile(const std::string& sha256, const Bytes& contents);
+  void transaction(const std::function<void()>& work);
+
+  Recording recording(std::int64_t id) const;
+  std::int64_t recordingOf(std::int64_t channel) const;
+  Channel channel(std::int64_t id) const;
+  std::optional<Behavior> behavior(std::int64_t id) const;
+  std::optional<Behavior> behaviorOfKey(const std::string& key) const;
+
+  /// An id for a new behavior: a reserved one, else one from 2^40 up that no two spools will ever
+  /// draw alike (52 random bits).
+  std::int64_t takeBehaviorId();
+  std::int64_t idsLeft() const;
+  void giveIds(std::int64_t first, std::int64_t count);
+
+  /// The oldest entries: one, or several of messages up to about `bytes`.
+  std::vector<Entry> front(std::size_t bytes) const;
+  /// The server has what front() gave.
+  void confirm(const std::vector<Entry>& entries);
+  std::uint64_t unsentMessages() const;
+  std::uint64_t unsentBytes() const;
+
+  // What entries hold: spool_entries.cpp.
+  static std::vector<Message> unpack(const Bytes& payload);
+  static Behavior behaviorIn(const Bytes& payload);
+  static std::int64_t idIn(const Bytes& payload);
+  static std::pair<std::string, Bytes> fileIn(const Bytes& payload);
+
+ private:
+  using Lock = std::lock_guard<std::recursive_mutex>;
+
+  static Bytes pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end);
+  static Bytes pack(const Behavior& behavior);
+  static Bytes pack(std::int64_t id);
+  static Bytes pack(const std::string& sha256, const Bytes& contents);
+  void add(Kind kind, std::uint64_t messages, const Bytes& payload);
+  void count();
+  void closeOpenBehaviors();
+  void tidy();
+
+  const std::uint64_t most_bytes_;
+  mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
+  std::unique_ptr<RecorderLock> recorder_;
+  std::unique_ptr<SqliteConnection> connection_;
+  std::uint64_t unsent_messages_ = 0, unsent_bytes_ = 0;
+};
+
+}  // namespace afterglow::replay

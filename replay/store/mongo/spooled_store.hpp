@@ -1,0 +1,102 @@
+/// \file
+/// A recorder's store on a MongoDB server that may be slow, or away, also at the start: every write
+/// is on this machine's disk when its method returns (spool.hpp), and a thread sends it on, in
+/// order and again until the server has confirmed it. What is left when the recorder ends is sent
+/// when the next one starts. Nothing is lost, and since everything carries a key of its own,
+/// nothing is there twice.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "replay/store/mongo/spool.hpp"
+#include "replay/store/mongo/spool_status.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+class MongoStore;
+
+struct SpoolOptions {
+  /// The spool's file; empty: spool-HASH.db, HASH being that of the URI, in $AFTERGLOW_SPOOL or
+  /// ~/.local/share/afterglow.
+  std::string path;
+  std::uint64_t most_bytes = 20'000'000'000;  ///< that may wait; beyond it writing fails, loudly
+  /// So long does the end wait for what is unsent.
+  std::chrono::milliseconds farewell{2000};
+  /// Between two attempts; twice as long each time, up to 32 times.
+  std::chrono::milliseconds pause{100};
+};
+
+/// Ids: recordings and channels have the spool's own, good for this store object only. Behaviors
+/// have the server's, of which the spool keeps a reserve; one that never reached the server draws
+/// from 2^40 up.
+/// Reading: behavior() and behaviorOfKey() know what is unsent, everything else is the server's
+/// answer and fails while it is away.
+class SpooledStore final : public Store, public SpoolStatusSource {
+ public:
+  SpooledStore(const std::string& uri, SpoolOptions options);
+  ~SpooledStore() override;
+
+  std::int64_t addRecording(const Recording& recording) override;
+  std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
+  /// A batch that was sent before is recognized by the server, whatever `duplicates` says.
+  void append(const std::vector<Message>& messages,
+              Duplicates duplicates = Duplicates::Refuse) override;
+  std::int64_t addBehavior(const Behavior& behavior) override;
+  void updateBehavior(const Behavior& behavior) override;
+  void removeBehavior(std::int64_t id) override;
+  void addFile(const std::string& sha256, const Bytes& contents) override;
+  void transaction(const std::function<void()>& work) override;
+
+  std::vector<Recording> recordings() const override;
+  std::vector<Behavior> behaviors(const BehaviorFilter& filter) const override;
+  std::vector<std::string> explain(const BehaviorFilter& filter) const override;
+  std::optional<Behavior> behavior(std::int64_t id) const override;
+  std::optional<Behavior> behaviorOfKey(const std::string& key) const override;
+  std::vector<TopicSummary> topics(const Behavior& behavior) const override;
+  std::vector<TopicSummary> contextTopics(const Behavior& behavior) const override;
+  Channel channel(std::int64_t id) const override;
+  std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
+                                          const MessageRange& range) const override;
+  std::optional<Bytes> file(const std::string& sha256) const override;
+
+  SpoolStatus spoolStatus() const override;
+
+ private:
+  MongoStore& server() const;
+  Behavior asOnServer(const Behavior& behavior) const;
+  void checkBehavior(const Behavior& behavior) const;
+  void reserveIds();
+  void wake();
+  void run();
+  bool sendSome();
+  void send(const std::vector<Spool::Entry>& entries);
+  void sendBehavior(Behavior behavior);
+  std::int64_t recordingOnServer(std::int64_t id);
+  std::int64_t channelOnServer(std::int64_t id);
+
+  const std::string uri_;
+  const SpoolOptions options_;
+  Spool spool_;
+
+  mutable std::mutex server_mutex_;  ///< for making it
+  mutable std::unique_ptr<MongoStore> server_;
+  std::map<std::int64_t, std::int64_t> recordings_on_server_,
+      channels_on_server_;  ///< the thread's
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_news_ = true;
+  bool is_ending_ = false;
+  bool is_stopped_ = false;
+  std::string last_error_;
+  std::thread sender_;  ///< last: it uses all of the above
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,42 @@
+/// \file
+/// Keeps what each behavior holds on each channel counted, so that listing behaviors need not look
+/// at their messages. Internal to replay/store.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "replay/store/sqlite/sqlite.hpp"
+
+namespace afterglow::replay {
+
+/// What one batch of messages adds to the behaviors that cover them. Used within the batch's
+/// transaction, under the lock of its connection.
+class BatchCounts {
+ public:
+  /// No message of the batch lies outside of [first, last].
+  BatchCounts(SqliteConnection& connection, Stamp first, Stamp last);
+  void add(std::int64_t recording, std::int64_t channel, Stamp received);
+  void write();
+
+ private:
+  struct Interval {
+    std::int64_t behavior, begin_ns, end_ns;
+  };
+  struct Count {
+    std::int64_t count = 0, first_ns = 0, last_ns = 0;
+  };
+  const std::vector<Interval>& intervals(std::int64_t recording);
+
+  SqliteConnection& connection_;
+  Stamp first_, last_;
+  std::map<std::int64_t, std::vector<Interval>> intervals_;           ///< by recording
+  std::map<std::pair<std::int64_t, std::int64_t>, Count> additions_;  ///< by behavior and channel
+};
+
+/// Counts anew what a behavior holds: when it is new, and when its interval changes.
+void countBehavior(SqliteConnection& connection, std::int64_t behavior);
+
+}  // namespace afterglow::replay
