@@ -111,7 +111,7 @@ struct Rewriter::State {
 
   /// All texts at once, last of all: what lies behind them moves.
   void rewriteTexts(const Plan& plan, const std::vector<std::vector<FieldSpan>>& spans,
-                    const std::optional<std::string>& goal_id, std::vector<std::uint64_t>& done,
+                    const std::optional<std::string>& goal_id, std::vector<std::uint64_t>& edits,
                     Bytes& bytes) {
     std::vector<std::pair<FieldSpan, std::size_t>> texts;  // and the index of their field
     for (std::size_t i = 0; i < spans.size(); ++i) {
@@ -128,7 +128,7 @@ struct Rewriter::State {
       const std::size_t field = (text++)->second;
       const std::string edited =
           plan.id == field ? *goal_id : newText(plan.fields[field].rule, recorded);
-      done[field] += edited != recorded;
+      edits[field] += edited != recorded;
       return edited;
     });
   }
