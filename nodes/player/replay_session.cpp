@@ -146,6 +146,7 @@ replay::PlayReport ReplaySession::run() {
   RosSink sink(plan_, request_.queue,
                {[this](const std::string& goal, std::uint8_t status) {
                   const std::lock_guard<std::mutex> lock(mutex_);
+                  if (gate_) gate_->onGoalStatus(goal, status);
                   if (player_) player_->onGoalStatus(goal, status);
                 },
                 [this](const std::string& driver) { stop(driver); }});
@@ -175,20 +176,50 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   waitBeforeStart();
   std::optional<RealtimeScope> realtime;
   if (request_.is_realtime) realtime.emplace();
+  replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
+  if (!plan_.motionTopics().empty()) openGate(sink, clock);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
+    replay::MessageSink& target = gate_ ? gate_->sink() : sink;
     player_ = std::make_unique<replay::Player>(
-        store_, plan_, request_.options, sink, clock, [this] { return now(); },
-        replay::uniqueGoalIds(ros::this_node::getName()));
+        store_, plan_, request_.options, target, gate_ ? gate_->clock() : clock,
+        [this] { return now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
     is_paused_ ? player_->pause() : player_->resume();
     if (stop_reason_) player_->stop(*stop_reason_);
   }
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
-  const std::lock_guard<std::mutex> lock(mutex_);
-  player_.reset();
+  if (gate_) {
+    report.notes.insert(report.notes.end(), gate_->notes().begin(), gate_->notes().end());
+  }
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    player_.reset();
+  }
+  closeGate();
   return report;
+}
+
+void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
+  auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, sink, clock,
+                                         [this](const std::string& reason) { stop(reason); });
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    gate_ = std::move(gate);
+  }
+  try {
+    gate_->check([this] { return isStopped(); });
+  } catch (...) {
+    closeGate();
+    throw;
+  }
+}
+
+/// Takes as long as the watchdog takes to end.
+void ReplaySession::closeGate() {
+  std::unique_ptr<BodyGate> gate;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  gate = std::move(gate_);
 }
 
 /// For the first tick of a clock that is followed, and as long as was asked for.

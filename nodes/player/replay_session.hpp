@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/body_gate.hpp"
 #include "nodes/player/ros_sink.hpp"
 #include "replay/play/clock.hpp"
 #include "replay/play/followed_clock.hpp"
@@ -28,7 +29,7 @@ enum class ReplayClock { Live, Sim, Follow };
 struct ReplayRequest {
   std::int64_t behavior_id = 0;  ///< 0: the newest called `name`
   std::string name;
-  std::string selector;       ///< else, words (replay/store/behavior_selector.hpp)
+  std::string selector;       ///< else, words (replay/query/behavior_selector.hpp)
   std::string only;           ///< "body,ar,speech", any of them; empty: all
   bool allow_motion = false;  ///< without it a replay that would move the body is refused
   double wait_for_subscribers_s = 2.0;
@@ -39,6 +40,7 @@ struct ReplayRequest {
   replay::PlanOptions plan;  ///< its `only` is not looked at
   replay::PlayOptions options;
   replay::MotionLimits limits = replay::MotionLimits::fetch();
+  BodyOptions body;
 };
 
 /// The behavior asked for. Throws std::runtime_error, one line, if there is none.
@@ -60,8 +62,8 @@ class ReplaySession {
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
   /// move the robot and may not, if no master answers within 2 s, or if it should give /clock and
-  /// another node does. Stops, before or while it plays, when another node sends velocities on a
-  /// topic that is played.
+  /// another node does; before anything is sent, for what BodyGate refuses. Stops, before or while
+  /// it plays, when another node sends velocities on a topic that is played.
   replay::PlayReport run();
 
   void stop(const std::string& reason);
@@ -77,6 +79,8 @@ class ReplaySession {
 
  private:
   replay::PlayReport play(RosSink& sink);
+  void openGate(RosSink& sink, replay::Clock& clock);
+  void closeGate();
   void waitBeforeStart();
   void checkRate(double rate) const;
   replay::Player& player() const;
@@ -90,6 +94,7 @@ class ReplaySession {
   std::unique_ptr<replay::FollowedClock> followed_;  ///< if another clock is followed
   std::unique_ptr<replay::Clock> own_clock_;         ///< else
   mutable std::mutex mutex_;
+  std::unique_ptr<BodyGate> gate_;          ///< while run() plays what moves the robot
   std::unique_ptr<replay::Player> player_;  ///< while run() plays
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;

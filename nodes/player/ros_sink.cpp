@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "nodes/player/guarded_sink.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -66,7 +68,8 @@ void RosSink::watchDrivers(const std::string& topic, Output& output) {
   options.initByFullCallbackType<const AnyMessage&>(
       topic, kQueue, [this, topic](const auto& event) {
         const std::string driver = event.getPublisherName();
-        if (driver != ros::this_node::getName() && !has_second_driver_.exchange(true)) {
+        if (driver != ros::this_node::getName() && driver != guardName() &&
+            !has_second_driver_.exchange(true)) {
           listener_.on_second_driver(driver + " drives on " + topic +
                                      ", too: two drivers of one base are refused");
         }

@@ -3,7 +3,7 @@
 namespace afterglow::replay {
 
 bool BeatingClock::sleepUntil(SteadyTime deadline) {
-  sleeper_ = std::this_thread::get_id();
+  watchThisThread();
   for (;;) {
     beatIfDue();
     if (clock_.sleepUntil(deadline)) {

@@ -24,6 +24,8 @@ class BeatingClock : public Clock {
 
   /// A beat is due: the sleeping thread gives it. Any thread.
   void tick();
+  /// The calling thread gives the beats until another one sleeps.
+  void watchThisThread() { sleeper_ = std::this_thread::get_id(); }
   /// Beats if that is due, and if this is the thread that sleeps: for what it does between two
   /// sleeps.
   void beatIfDue();

@@ -325,6 +325,7 @@ TEST_F(RecordAndReplay, endsADriveWithAZeroTwist) {
 
 TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
   const std::int64_t id = longDrive(1);
+  const Ear base("/drive");
   ros::Publisher teleop = advertise<geometry_msgs::Twist>("/drive");
   EXPECT_EQ(replay(goalOf(id)), State::SUCCEEDED) << "it could drive, but it does not";
   ReplayResult result;

@@ -32,6 +32,7 @@ class NodeProcess {
 
   void interrupt() const { signal(SIGINT); }
   void signal(int number) const { kill(pid_, number); }
+  pid_t pid() const { return pid_; }
   /// Waits for the end; -1 if a signal ended it.
   int exitStatus() {
     int status = 0;

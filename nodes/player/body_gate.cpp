@@ -1,0 +1,187 @@
+#include "nodes/player/body_gate.hpp"
+
+#include <ros/ros.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "nodes/player/live_pose.hpp"
+#include "replay/play/goal_book.hpp"
+#include "replay/play/rewrite.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::GoalOutcome;
+
+constexpr std::chrono::milliseconds kLook(20);  // at a goal that is under way
+constexpr double kLivePatience = 3.0;           // s
+/// Beyond what a goal was given to get to the start.
+constexpr double kLongestApproach = 60;  // s
+
+std::string joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
+  return text;
+}
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw std::runtime_error("motion is refused: " + why);
+}
+
+}  // namespace
+
+BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
+  BodyOptions options;
+  bool moves_there = false, is_anywhere = false;
+  node.param("to_start", moves_there, moves_there);
+  node.param("any_start", is_anywhere, is_anywhere);
+  options.start = is_anywhere ? Start::Anywhere : moves_there ? Start::MoveThere : options.start;
+  for (const auto& [name, value] :
+       {std::pair<const char*, double*>{"turning", &options.tolerances.turning},
+        {"sliding", &options.tolerances.sliding},
+        {"gripper", &options.tolerances.gripper},
+        {"base", &options.tolerances.base},
+        {"base_turn", &options.tolerances.base_turn}}) {
+    node.param(std::string("start_tolerance/") + name, *value, *value);
+  }
+  node.param("longest_stall", options.longest_stall_s, options.longest_stall_s);
+  node.param("estop_topic", options.emergency_stop.topic, options.emergency_stop.topic);
+  node.param("estop_longest_silence", options.emergency_stop.longest_silence_s,
+             options.emergency_stop.longest_silence_s);
+  return options;
+}
+
+std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph) {
+  std::vector<std::string> missing;
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed() || topic.modality != replay::Modality::Body) {
+      continue;
+    }
+    const std::string& name = topic.output.topic;
+    const bool is_heard = !graph.otherSubscribers(name).empty();
+    const std::string action = name.substr(0, name.rfind('/'));
+    if (isGoal(topic.channel)) {
+      const bool is_served = is_heard && !graph.otherPublishers(action + "/status").empty();
+      if (!is_served) missing.push_back("there is no action server " + action);
+    } else if (!is_heard) {
+      missing.push_back("nobody listens on " + name);
+    }
+  }
+  return missing;
+}
+
+BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
+                   const BodyOptions& options, replay::MessageSink& sink, replay::Clock& clock,
+                   std::function<void(const std::string&)> stop)
+    : store_(store),
+      plan_(plan),
+      options_(options),
+      stop_(std::move(stop)),
+      sink_(plan, sink, clock, options.longest_stall_s, stop_) {
+  if (!options_.emergency_stop.topic.empty()) {
+    emergency_stop_.emplace(options_.emergency_stop, [this](const std::string& reason) {
+      sink_.brake();
+      stop_(reason);
+    });
+  }
+}
+
+void BodyGate::check(const std::function<bool()>& is_stopped) {
+  const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
+  if (!missing.empty()) refuse(joined(missing));
+  if (emergency_stop_) emergency_stop_->check();
+  const replay::MovedParts parts = movedParts(store_, plan_);
+  replay::StartPose then;
+  if (options_.start != BodyOptions::Start::Anywhere) {
+    then = readStartPose(store_, plan_, parts, notes_);
+  }
+  replay::StartPose now = live(parts, then, is_stopped);
+  if (is_stopped()) return;
+  checkJoints(parts, now);
+  const std::string base = baseDeviation(then, now, options_.tolerances);
+  std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
+  const bool moves_there = options_.start == BodyOptions::Start::MoveThere && base.empty();
+  sink_.waitUntilReady(is_stopped);
+  if (moves_there && !deviations.empty() && !is_stopped()) {
+    moveToStart(parts, then, is_stopped);
+    now = live(parts, then, is_stopped);
+    deviations = jointDeviations(then, now, options_.tolerances);
+  }
+  if (!base.empty()) deviations.push_back(base);
+  if (!deviations.empty()) {
+    refuse("the robot does not stand as it did: " + joined(deviations) +
+           (base.empty() ? "" : "; the base has to be brought there"));
+  }
+}
+
+replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
+                                 const std::function<bool()>& is_stopped) const {
+  PoseQuestion question;
+  question.joints = parts.joints();
+  for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
+  question.asks_base = then.base.has_value();
+  if (question.joints.empty() && !question.asks_base) return {};
+  return askLivePose(question, kLivePatience, is_stopped);
+}
+
+void BodyGate::checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const {
+  std::string unknown;
+  for (const std::string& joint : parts.joints()) {
+    if (now.joints.count(joint) == 0) unknown += (unknown.empty() ? "" : ", ") + joint;
+  }
+  if (!unknown.empty()) refuse("this robot has no joint " + unknown + " (/joint_states)");
+}
+
+// ----------------------------------------------------------------------------------- to the start
+
+void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
+                           const std::function<bool()>& is_stopped) {
+  const auto fresh_id = replay::uniqueGoalIds(ros::this_node::getName() + "_start");
+  for (const replay::JointGoals& goals : parts.goals) {
+    const std::string id = fresh_id();
+    // Asked again for each: two controllers may share a joint.
+    const replay::StartPose now = live(parts, then, is_stopped);
+    const auto goal = startGoal(goals, then, now, options_.tolerances, options_.speed, id);
+    if (goal && !is_stopped()) moveToStart(goals, *goal, id, is_stopped);
+  }
+}
+
+void BodyGate::moveToStart(const replay::JointGoals& goals, const replay::Bytes& goal,
+                           const std::string& id, const std::function<bool()>& is_stopped) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    statuses_[id] = 0;
+  }
+  notes_.push_back("the robot was moved to the start by " + goals.output.topic);
+  sink_.clock().watchThisThread();
+  sink_.publish(goals.output, goal);
+  const Deadline deadline = deadlineIn(kLongestApproach);
+  GoalOutcome outcome = GoalOutcome::Open;
+  while (outcome == GoalOutcome::Open && !is_stopped() &&
+         std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(kLook);
+    sink_.clock().beatIfDue();
+    const std::lock_guard<std::mutex> lock(mutex_);
+    outcome = replay::outcomeOf(statuses_[id]);
+  }
+  if (outcome == GoalOutcome::Open) {
+    sink_.publish(cancelChannel(goals.output), replay::cancelMessage(id));
+  }
+  if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
+    refuse("it did not get to the start: " + goals.output.topic +
+           (outcome == GoalOutcome::Open ? " took too long" : " failed"));
+  }
+}
+
+void BodyGate::onGoalStatus(const std::string& id, std::uint8_t status) {
+  if (replay::outcomeOf(status) != GoalOutcome::Open) sink_.goalEnded(id);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto waited_for = statuses_.find(id);
+  if (waited_for != statuses_.end()) waited_for->second = status;
+}
+
+}  // namespace afterglow::nodes

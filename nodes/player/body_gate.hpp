@@ -1,0 +1,78 @@
+/// \file
+/// What a replay that moves the robot has to pass: somebody there to move, the emergency stop
+/// released, the robot where it was when the behavior began, a watchdog beside the player.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/player/emergency_stop.hpp"
+#include "nodes/player/guarded_sink.hpp"
+#include "nodes/tools/ros_graph.hpp"
+#include "replay/motion/start_pose.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// ROS parameters of the same meaning are named in brackets.
+struct BodyOptions {
+  /// Where the robot may stand when it begins [~to_start, ~any_start].
+  enum class Start { AsRecorded, MoveThere, Anywhere } start = Start::AsRecorded;
+  replay::StartTolerances tolerances;  ///< [~start_tolerance/turning, .../sliding, ...]
+  replay::ApproachSpeed speed;
+  /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall].
+  double longest_stall_s = 0.06;
+  EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
+
+  static BodyOptions read(const ros::NodeHandle& private_node);
+};
+
+/// What of the body's outputs nobody is there for: "nobody listens on /cmd_vel", "there is no
+/// action server /arm/follow_joint_trajectory".
+std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph);
+
+/// For one replay. Everything given must outlive it.
+class BodyGate {
+ public:
+  /// Starts the watchdog. `stop` stops the replay; any thread. Throws std::runtime_error, one line.
+  BodyGate(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
+           replay::MessageSink& sink, replay::Clock& clock,
+           std::function<void(const std::string& reason)> stop);
+
+  /// Everything is advertised and connected. Moves the robot to the start if that is asked for.
+  /// Throws std::runtime_error, one line, if the replay may not begin.
+  void check(const std::function<bool()>& is_stopped);
+
+  /// What the player is to send to and sleep on.
+  replay::MessageSink& sink() { return sink_; }
+  replay::Clock& clock() { return sink_.clock(); }
+  /// Any thread.
+  void onGoalStatus(const std::string& id, std::uint8_t status);
+  /// What could not be checked, and where the robot was moved; a sentence each.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  replay::StartPose live(const replay::MovedParts& parts, const replay::StartPose& then,
+                         const std::function<bool()>& is_stopped) const;
+  void checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const;
+  void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
+                   const std::function<bool()>& is_stopped);
+  void moveToStart(const replay::JointGoals& goals, const replay::Bytes& goal,
+                   const std::string& id, const std::function<bool()>& is_stopped);
+
+  const replay::Store& store_;
+  const replay::PlayPlan& plan_;
+  const BodyOptions options_;
+  const std::function<void(const std::string&)> stop_;
+  GuardedSink sink_;
+  std::optional<EmergencyStop> emergency_stop_;
+  std::vector<std::string> notes_;
+  std::mutex mutex_;
+  std::map<std::string, std::uint8_t> statuses_;  ///< of the goals that go to the start
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,40 @@
+/// \file
+/// The line between a player and its watchdog: a socket that keeps messages whole and tells either
+/// side when the other is gone. Messages are JSON objects with a "kind", as CBOR:
+/// - player to guard: output {topic, type, md5, definition, stop}, ready?, beat {moving}, stop,
+/// end;
+/// - guard to player: ready {unheard}, beat (one for each it heard), braking {reason}.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+namespace afterglow::nodes {
+
+/// Owns its file descriptor. Never blocks; one thread at a time.
+class GuardLink {
+ public:
+  explicit GuardLink(int fd) : fd_(fd) {}
+  ~GuardLink();
+  GuardLink(const GuardLink&) = delete;
+  GuardLink& operator=(const GuardLink&) = delete;
+
+  /// Two ends, closed on exec. Throws std::system_error.
+  static std::pair<int, int> makePair();
+
+  /// False if the other side is gone, or has not read for long.
+  bool send(const nlohmann::json& message);
+  /// Empty: none has come yet, or the other side is gone.
+  std::optional<nlohmann::json> receive();
+  /// Waits for something to receive, or the other side's end.
+  void wait(int timeout_ms) const;
+  bool isClosed() const { return is_closed_; }
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+  bool is_closed_ = false;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,99 @@
+#include "nodes/player/replay_guard.hpp"
+
+#include <algorithm>
+#include <iostream>
+#include <thread>
+#include <utility>
+
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kQueue = 10;
+constexpr std::int64_t kLook = 200'000'000;  // ns; whether ROS still runs
+/// For subscribers that the master names: a dead one never connects.
+constexpr double kPatience = 2.0;
+
+}  // namespace
+
+void ReplayGuard::run() {
+  using replay::SteadyTime;
+  while (!watch_.isOver() && ros::ok()) {
+    while (const auto message = link_.receive()) hear(*message);
+    if (link_.isClosed()) watch_.stop(clock_.now(), "the player is gone");
+    brake();
+    if (watch_.isOver()) break;
+    const std::int64_t wait_ns =
+        std::min(watch_.deadline(), clock_.now().after(kLook)).ns - clock_.now().ns;
+    if (link_.isClosed()) {
+      clock_.sleepUntil(clock_.now().after(wait_ns));
+    } else {
+      link_.wait(static_cast<int>(std::max<std::int64_t>(0, (wait_ns + 999'999) / 1'000'000)));
+    }
+  }
+}
+
+void ReplayGuard::hear(const nlohmann::json& message) {
+  const std::string kind = message.at("kind");
+  if (kind == "output") {
+    setOutput(message);
+  } else if (kind == "ready?") {
+    connect();
+  } else if (kind == "beat") {
+    watch_.beat(clock_.now(), message.at("moving").get<replay::Outputs>());
+    link_.send({{"kind", "beat"}});
+  } else if (kind == "stop") {
+    watch_.stop(clock_.now(), "the player asked for it");
+  } else if (kind == "end") {
+    watch_.end();
+  }
+}
+
+void ReplayGuard::setOutput(const nlohmann::json& message) {
+  const std::size_t index = message.at("index");
+  outputs_.resize(std::max(outputs_.size(), index + 1));
+  Output& output = outputs_[index];
+  if (!output.publisher) {
+    output.stop.morph(message.at("md5"), message.at("type"), message.at("definition"), "0");
+    output.publisher = output.stop.advertise(node_, message.at("topic"), kQueue);
+  }
+  std::vector<std::uint8_t> bytes = message.at("stop").get_binary();
+  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  output.stop.read(stream);
+}
+
+/// A message on a connection that is not there yet would be lost.
+void ReplayGuard::connect() {
+  const Deadline deadline = deadlineIn(kPatience);
+  std::vector<std::string> unheard;
+  do {
+    unheard.clear();
+    const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+    for (const Output& output : outputs_) {
+      const std::string topic = output.publisher.getTopic();
+      if (output.publisher.getNumSubscribers() < graph.otherSubscribers(topic).size()) {
+        unheard.push_back(topic);
+      }
+    }
+    if (!unheard.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  } while (!unheard.empty() && std::chrono::steady_clock::now() < deadline);
+  link_.send({{"kind", "ready"}, {"unheard", unheard}});
+}
+
+void ReplayGuard::brake() {
+  const replay::Outputs outputs = watch_.step(clock_.now());
+  if (outputs.empty()) {
+    return;
+  }
+  if (!std::exchange(has_told_, true)) {
+    // The player may come to life again: it must not drive on.
+    link_.send({{"kind", "braking"}, {"reason", watch_.reason()}});
+    std::cerr << "afterglow_replay_guard: " << watch_.reason() << ": the robot is being stopped\n";
+  }
+  for (const std::uint32_t index : outputs) {
+    if (index < outputs_.size()) outputs_[index].publisher.publish(outputs_[index].stop);
+  }
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,47 @@
+/// \file
+/// The watchdog of a replay, a program of its own (afterglow_replay_guard): when the player dies or
+/// hangs, it stops what the player had in motion.
+#pragma once
+
+#include <ros/ros.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "nodes/player/guard_link.hpp"
+#include "replay/motion/heartbeat.hpp"
+
+namespace afterglow::nodes {
+
+/// Serves one player, at the other end of the link (guard_link.hpp).
+class ReplayGuard {
+ public:
+  ReplayGuard(GuardLink& link, const replay::HeartbeatWatch::Options& options)
+      : link_(link), watch_(options) {}
+
+  /// Returns when the player has ended, or is gone and the robot stands.
+  void run();
+
+ private:
+  struct Output {
+    ros::Publisher publisher;
+    topic_tools::ShapeShifter stop;
+  };
+
+  void hear(const nlohmann::json& message);
+  void setOutput(const nlohmann::json& message);
+  void connect();
+  void brake();
+
+  GuardLink& link_;
+  replay::HeartbeatWatch watch_;
+  replay::SteadyClock clock_;
+  ros::NodeHandle node_;
+  std::vector<Output> outputs_;
+  bool has_told_ = false;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,62 @@
+// afterglow_replay_guard NODE-NAME LONGEST-SILENCE-IN-MS: started by a player (guarded_sink.hpp),
+// which is at the other end of its standard input.
+#include <dirent.h>
+#include <ros/ros.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+#include <vector>
+
+#include "nodes/player/replay_guard.hpp"
+#include "nodes/player/stop_signal.hpp"
+
+namespace {
+
+/// The player's connections would stay open with this program after its death.
+void closeInheritedFiles() {
+  std::vector<int> files;
+  DIR* folder = opendir("/proc/self/fd");
+  while (const dirent* entry = folder ? readdir(folder) : nullptr) {
+    const int fd = std::atoi(entry->d_name);
+    if (fd > STDERR_FILENO && fd != dirfd(folder)) files.push_back(fd);
+  }
+  if (folder) closedir(folder);
+  for (const int fd : files) close(fd);
+}
+
+/// The node's name in two parts, as ROS wants to be told them.
+ros::M_string naming(const std::string& name) {
+  const std::size_t slash = name.rfind('/');
+  return {{"__name", name.substr(slash + 1)}, {"__ns", slash == 0 ? "/" : name.substr(0, slash)}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  if (argc != 3) {
+    std::cerr << "usage: afterglow_replay_guard NODE-NAME LONGEST-SILENCE-IN-MS\n";
+    return 2;
+  }
+  closeInheritedFiles();
+  // What stops the player must not stop the one that stops the robot.
+  for (const int signal : {SIGINT, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
+  try {
+    ros::init(naming(argv[1]), "replay_guard",
+              ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
+    ros::NodeHandle node;
+    GuardLink link(STDIN_FILENO);
+    afterglow::replay::HeartbeatWatch::Options options;
+    options.longest_silence_ns = std::atoll(argv[2]) * 1'000'000;
+    ReplayGuard guard(link, options);
+    guard.run();
+    ros::shutdown();
+  } catch (const std::exception& error) {
+    std::cerr << "afterglow_replay_guard: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}
