@@ -17,12 +17,12 @@ namespace {
 
 using replay::GoalOutcome;
 
-constexpr std::chrono::milliseconds kLook(20);  // at a goal that is under way
-constexpr double kLivePatience = 3.0;           // s
+constexpr std::chrono::milliseconds kGoalLook(20);  // at a goal that is under way
+constexpr double kLivePatience = 3.0;               // s
 /// Beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 60;  // s
 
-std::string joined(const std::vector<std::string>& parts) {
+std::string listed(const std::vector<std::string>& parts) {
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
   return text;
@@ -92,7 +92,7 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
   const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
-  if (!missing.empty()) refuse(joined(missing));
+  if (!missing.empty()) refuse(listed(missing));
   if (emergency_stop_) emergency_stop_->check();
   const replay::MovedParts parts = movedParts(store_, plan_);
   replay::StartPose then;
@@ -113,7 +113,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   }
   if (!base.empty()) deviations.push_back(base);
   if (!deviations.empty()) {
-    refuse("the robot does not stand as it did: " + joined(deviations) +
+    refuse("the robot does not stand as it did: " + listed(deviations) +
            (base.empty() ? "" : "; the base has to be brought there"));
   }
 }
@@ -163,7 +163,7 @@ void BodyGate::moveToStart(const replay::JointGoals& goals, const replay::Bytes&
   GoalOutcome outcome = GoalOutcome::Open;
   while (outcome == GoalOutcome::Open && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kGoalLook);
     sink_.clock().beatIfDue();
     const std::lock_guard<std::mutex> lock(mutex_);
     outcome = replay::outcomeOf(statuses_[id]);

@@ -7,7 +7,7 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kPatience = 2.0;  // s, for a latched word
+constexpr double kFirstWord = 2.0;  // s, for a latched word
 
 }  // namespace
 
@@ -33,7 +33,7 @@ EmergencyStop::~EmergencyStop() {
 void EmergencyStop::check() {
   const bool is_published =
       !askMaster(deadlineIn(kMasterPatience)).otherPublishers(subscriber_.getTopic()).empty();
-  const Deadline deadline = deadlineIn(kPatience);
+  const Deadline deadline = deadlineIn(kFirstWord);
   bool waits = is_published || options_.longest_silence_s > 0;
   while (waits && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -10,10 +10,10 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::uint32_t kQueue = 10;
-constexpr std::int64_t kLook = 200'000'000;  // ns; whether ROS still runs
+constexpr std::uint32_t kStopQueue = 10;
+constexpr std::int64_t kRosLook = 200'000'000;  // ns; whether ROS still runs
 /// For subscribers that the master names: a dead one never connects.
-constexpr double kPatience = 2.0;
+constexpr double kConnectPatience = 2.0;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void ReplayGuard::run() {
     brake();
     if (watch_.isOver()) break;
     const std::int64_t wait_ns =
-        std::min(watch_.deadline(), clock_.now().after(kLook)).ns - clock_.now().ns;
+        std::min(watch_.deadline(), clock_.now().after(kRosLook)).ns - clock_.now().ns;
     if (link_.isClosed()) {
       clock_.sleepUntil(clock_.now().after(wait_ns));
     } else {
@@ -56,7 +56,7 @@ void ReplayGuard::setOutput(const nlohmann::json& message) {
   Output& output = outputs_[index];
   if (!output.publisher) {
     output.stop.morph(message.at("md5"), message.at("type"), message.at("definition"), "0");
-    output.publisher = output.stop.advertise(node_, message.at("topic"), kQueue);
+    output.publisher = output.stop.advertise(node_, message.at("topic"), kStopQueue);
   }
   std::vector<std::uint8_t> bytes = message.at("stop").get_binary();
   ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
@@ -65,7 +65,7 @@ void ReplayGuard::setOutput(const nlohmann::json& message) {
 
 /// A message on a connection that is not there yet would be lost.
 void ReplayGuard::connect() {
-  const Deadline deadline = deadlineIn(kPatience);
+  const Deadline deadline = deadlineIn(kConnectPatience);
   std::vector<std::string> unheard;
   do {
     unheard.clear();
