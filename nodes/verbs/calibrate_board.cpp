@@ -20,7 +20,7 @@ const std::map<std::string, std::pair<double, double>> kPapers = {{"A0", {1.189,
                                                                   {"A3", {0.420, 0.297}},
                                                                   {"A4", {0.297, 0.210}}};
 
-struct Options {
+struct CalibrateBoardOptions {
   std::string out;
   std::pair<double, double> size_m{0, 0};
   std::string paper = "A2";
@@ -30,7 +30,7 @@ struct Options {
 /// Whole tenths, as rulers have them.
 double millimeters(double meters) { return std::round(meters * 1e4) / 10; }
 
-void runBoard(const Options& options, bool has_size) {
+void runBoard(const CalibrateBoardOptions& options, bool has_size) {
   const auto [width, height] = has_size ? options.size_m : kPapers.at(options.paper);
   const calib::Board board = calib::makeBoard({width, height}, options.family);
   calib::writeBoard(options.out, board);
@@ -46,7 +46,7 @@ void runBoard(const Options& options, bool has_size) {
 }  // namespace
 
 void addCalibrateBoard(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateBoardOptions>();
   CLI::App* verb = calibrate.add_subcommand(
       "board", "Write a board of tags to print: board.pdf (true size), board.png, board.yaml");
   verb->add_option("--out", options->out, "Folder for the files; made if it is not there")

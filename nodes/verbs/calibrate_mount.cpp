@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct CalibrateMountOptions {
   std::string calibration;
   std::string poses;
   std::vector<double> camera_tf;
@@ -47,7 +47,7 @@ std::string frameIn(const std::string& calibration, const std::string& key) {
   return file[key].Scalar();
 }
 
-Rigid<Link, Camera> cameraOnLink(const Options& options) {
+Rigid<Link, Camera> cameraOnLink(const CalibrateMountOptions& options) {
   if (options.from_tf.empty()) {
     return Rigid<Link, Camera>(poseFromNumbers(options.camera_tf, "--camera-tf"));
   }
@@ -62,7 +62,7 @@ Rigid<Link, Camera> cameraOnLink(const Options& options) {
 }
 
 /// The poses to average; the one given by options is kept in the file, if one is named.
-std::vector<MountRecord> gatherPoses(const Options& options) {
+std::vector<MountRecord> gatherPoses(const CalibrateMountOptions& options) {
   if (!options.poses.empty()) return loadMountRecords(options.poses);
   MountRecord record;
   record.name = !options.name.empty()
@@ -110,7 +110,7 @@ nlohmann::ordered_json mountJson(const calib::Mount& mount, const calib::MountFr
   return json;
 }
 
-void printMount(const calib::Mount& mount, const Options& options) {
+void printMount(const calib::Mount& mount, const CalibrateMountOptions& options) {
   using Align = TextTable::Align;
   TextTable table({{"POSE", Align::Left}, {"MM OFF", Align::Right}, {"DEG OFF", Align::Right}});
   for (const calib::MountDeviation& pose : mount.poses) {
@@ -127,7 +127,7 @@ void printMount(const calib::Mount& mount, const Options& options) {
   }
 }
 
-void runMount(const Options& options) {
+void runMount(const CalibrateMountOptions& options) {
   calib::MountFrames frames;
   frames.link = options.from_tf.empty() ? options.link : options.from_tf;
   if (!options.projector_frame.empty()) frames.projector = options.projector_frame;
@@ -158,7 +158,7 @@ void runMount(const Options& options) {
 }
 
 /// What CLI11's needs and excludes cannot say: exactly one way to know where the camera is.
-void checkUsage(const Options& options) {
+void checkUsage(const CalibrateMountOptions& options) {
   const bool has_list = !options.poses.empty();
   const int ways =
       (has_list ? 1 : 0) + (options.camera_tf.empty() ? 0 : 1) + (options.from_tf.empty() ? 0 : 1);
@@ -175,7 +175,7 @@ void checkUsage(const Options& options) {
   }
 }
 
-void addSources(CLI::App& verb, Options& options) {
+void addSources(CLI::App& verb, CalibrateMountOptions& options) {
   verb.add_option("--calibration", options.calibration,
                   "Folder of a calibration (T_camera_projector.yaml)");
   verb.add_option("--camera-tf", options.camera_tf,
@@ -200,7 +200,7 @@ void addSources(CLI::App& verb, Options& options) {
 }  // namespace
 
 void addCalibrateMount(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateMountOptions>();
   CLI::App* verb = calibrate.add_subcommand(
       "mount", "From calibrations and tf: the static transform from a link to the projector");
   addSources(*verb, *options);

@@ -11,14 +11,14 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct CalibratePatternOptions {
   std::string out;
   int width = 0, height = 0;
   std::string family = "tag36h11";
   bool single = false;
 };
 
-void runPattern(const Options& options) {
+void runPattern(const CalibratePatternOptions& options) {
   const calib::Pattern pattern =
       calib::makePattern(options.width, options.height, options.family,
                          options.single ? calib::PatternUse::Singles : calib::PatternUse::Pairs);
@@ -34,7 +34,7 @@ void runPattern(const Options& options) {
 }  // namespace
 
 void addCalibratePattern(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibratePatternOptions>();
   CLI::App* verb = calibrate.add_subcommand(
       "pattern", "Write the picture of tags to project: pattern.png, pattern.yaml");
   verb->add_option("--width", options->width, "The projector's own resolution, pixels")->required();

@@ -21,7 +21,7 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct CalibrateSolveOptions {
   std::string images, board, pattern, camera, out;
   calib::CalibrationNames names;
   std::optional<double> ruler_mm;
@@ -58,7 +58,7 @@ nlohmann::ordered_json solutionJson(const calib::Calibration& calibration) {
   return json;
 }
 
-void printSolution(const calib::Calibration& calibration, const Options& options) {
+void printSolution(const calib::Calibration& calibration, const CalibrateSolveOptions& options) {
   const calib::Lens& lens = calibration.estimate.projector;
   std::size_t used = 0;
   for (const calib::ViewResult& view : calibration.views) used += view.is_used ? 1 : 0;
@@ -74,7 +74,7 @@ void printSolution(const calib::Calibration& calibration, const Options& options
             << options.out << "\n";
 }
 
-void runSolve(const Options& options) {
+void runSolve(const CalibrateSolveOptions& options) {
   const calib::Board board = calib::loadBoard(options.board);
   const calib::Pattern pattern = calib::loadPattern(options.pattern);
   const calib::CameraInfoFile camera = calib::loadCameraInfo(options.camera);
@@ -116,7 +116,7 @@ void runSolve(const Options& options) {
 }  // namespace
 
 void addCalibrateSolve(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateSolveOptions>();
   CLI::App* verb = calibrate.add_subcommand(
       "solve", "Calibrate from photographs: projector.yaml, T_camera_projector.yaml, report.html");
   verb->add_option("--images", options->images,

@@ -21,7 +21,7 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct CalibrateVerifyOptions {
   std::string images, board, pattern;       // fresh views of the board
   std::string targets, photograph, thrown;  // tags thrown on a surface
   bool is_plan = false;
@@ -38,7 +38,7 @@ calib::Lens loadCamera(const std::string& path) {
   return file.lens;
 }
 
-void requireGood(const calib::ErrorSummary& summary, const Options& options) {
+void requireGood(const calib::ErrorSummary& summary, const CalibrateVerifyOptions& options) {
   if (!options.max_p95_mm || summary.p95_mm <= *options.max_p95_mm) return;
   throw std::runtime_error("the 95th percentile is " + fixedText(summary.p95_mm, 2) +
                            " mm, more than the " + fixedText(*options.max_p95_mm, 2) +
@@ -55,7 +55,7 @@ calib::View readView(const ViewFiles& files, const calib::ViewReader& reader) {
   }
 }
 
-void runViews(const Options& options) {
+void runViews(const CalibrateVerifyOptions& options) {
   const calib::Board board = calib::loadBoard(options.board);
   const calib::Pattern pattern = calib::loadPattern(options.pattern);
   const calib::Lens camera = loadCamera(options.camera);
@@ -89,7 +89,7 @@ calib::TagLayout loadTargets(const std::string& path) {
   return layout;
 }
 
-void runPlan(const Options& options) {
+void runPlan(const CalibrateVerifyOptions& options) {
   const calib::TagLayout layout = loadTargets(options.targets);
   const calib::Lens camera = loadCamera(options.camera);
   const calib::ProjectorEstimate estimate = calib::loadCalibration(options.calibration);
@@ -108,7 +108,7 @@ void runPlan(const Options& options) {
             << options.photograph << "\n";
 }
 
-void runThrown(const Options& options) {
+void runThrown(const CalibrateVerifyOptions& options) {
   const calib::TagLayout layout = loadTargets(options.targets);
   const calib::Lens camera = loadCamera(options.camera);
   const calib::Picture thrown = calib::loadPicture(options.thrown);
@@ -143,7 +143,7 @@ void refuse(bool is_given, const std::string& option, const std::string& mode) {
   if (is_given) throw CLI::ExcludesError(option, mode);
 }
 
-void runVerify(const Options& options) {
+void runVerify(const CalibrateVerifyOptions& options) {
   if ((options.images.empty() ? 0 : 1) + (options.is_plan ? 1 : 0) +
           (options.thrown.empty() ? 0 : 1) !=
       1) {
@@ -174,7 +174,7 @@ void runVerify(const Options& options) {
   runPlan(options);
 }
 
-void addViewOptions(CLI::App& verb, Options& options) {
+void addViewOptions(CLI::App& verb, CalibrateVerifyOptions& options) {
   verb.add_option("--images", options.images,
                   "Measure on the board: folder of fresh view_NN.png (pattern shown) and "
                   "view_NN_plain.png (plain grey shown)");
@@ -182,7 +182,7 @@ void addViewOptions(CLI::App& verb, Options& options) {
   verb.add_option("--pattern", options.pattern, "With --images: the pattern's pattern.yaml");
 }
 
-void addThrowOptions(CLI::App& verb, Options& options) {
+void addThrowOptions(CLI::App& verb, CalibrateVerifyOptions& options) {
   verb.add_flag("--plan", options.is_plan,
                 "Draw the projector's picture that throws the targets on their places");
   verb.add_option("--thrown", options.thrown,
@@ -201,7 +201,7 @@ void addThrowOptions(CLI::App& verb, Options& options) {
 }  // namespace
 
 void addCalibrateVerify(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateVerifyOptions>();
   CLI::App* verb = calibrate.add_subcommand(
       "verify", "Check a calibration with photographs it has not seen, in millimeters");
   addViewOptions(*verb, *options);

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMegabyte = 1'000'000;
 
-struct Options {
+struct ExportOptions {
   std::vector<std::string> behaviors;
   std::string out;
   std::string store;
@@ -53,7 +53,7 @@ std::string behaviorNames(const std::vector<replay::Behavior>& behaviors) {
   return names;
 }
 
-replay::BagExportResult exportWithProgress(const Options& options, const replay::Store& store,
+replay::BagExportResult exportWithProgress(const ExportOptions& options, const replay::Store& store,
                                            const std::vector<replay::Behavior>& behaviors) {
   replay::MessageRange range;
   range.topics = options.topics;
@@ -79,7 +79,7 @@ std::vector<std::vector<std::string>> selections(const std::vector<std::string>&
   return each;
 }
 
-void runExport(const Options& options) {
+void runExport(const ExportOptions& options) {
   requireBag(options.out);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   std::vector<replay::Behavior> behaviors;
@@ -99,7 +99,7 @@ void runExport(const Options& options) {
 }  // namespace
 
 void addExportVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportOptions>();
   CLI::App* verb = app.add_subcommand("export", "Export behaviors as a bag");
   verb->add_option("behavior", options->behaviors,
                    std::string(kBehaviorHelp) + "; several ids, or several such in quotes")

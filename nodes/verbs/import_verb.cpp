@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ImportOptions {
   std::vector<std::string> sources;
   std::string store;
   std::string name;
@@ -71,14 +71,14 @@ std::uint64_t countTopics(const std::vector<replay::TopicSummary>& summaries) {
   return names.size();
 }
 
-void tell(const Options& options, const replay::Store& store, const replay::Behavior& behavior,
-          std::uint64_t messages) {
+void tell(const ImportOptions& options, const replay::Store& store,
+          const replay::Behavior& behavior, std::uint64_t messages) {
   std::cout << messages << " messages on " << countTopics(store.topics(behavior))
             << " topics as behavior " << behavior.id << " \"" << behavior.name << "\" in "
             << replay::storeUri(options.store) << "\n";
 }
 
-void importBags(const Options& options, const std::vector<std::string>& paths,
+void importBags(const ImportOptions& options, const std::vector<std::string>& paths,
                 replay::Store& store) {
   replay::BagImportResult result;
   {
@@ -101,7 +101,7 @@ std::uint64_t countMessages(const replay::Store& store, const replay::Behavior& 
   return count;
 }
 
-void importDatabase(const Options& options, replay::Store& store) {
+void importDatabase(const ImportOptions& options, replay::Store& store) {
   replay::RoslogImport import;
   import.name = options.name;
   import.tags = options.tags;
@@ -124,8 +124,8 @@ for (const auto& behavior : result.behaviors) {
 }
 }  // namespace afterglow::nodes
 
-/// Options of one kind of source do nothing for the other.
-void checkSources(const Options& options) {
+/// ImportOptions of one kind of source do nothing for the other.
+void checkSources(const ImportOptions& options) {
   const auto databases = std::count_if(options.sources.begin(), options.sources.end(), isDatabase);
   if (databases > 0 && options.sources.size() > 1) {
     throw CLI::ValidationError("source", "a database is imported alone");
@@ -145,7 +145,7 @@ void checkSources(const Options& options) {
   }
 }
 
-void runImport(const Options& options) {
+void runImport(const ImportOptions& options) {
   checkSources(options);
   NewStoreGuard guard(options.store);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadWrite);
@@ -165,7 +165,7 @@ void runImport(const Options& options) {
 }  // namespace
 
 void addImportVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportOptions>();
   CLI::App* verb =
       app.add_subcommand("import", "Import bags, one behavior each, or a database of mongodb_log");
   verb->add_option("source", options->sources,

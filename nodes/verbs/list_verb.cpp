@@ -11,7 +11,7 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct ListOptions {
   std::string store;
   std::optional<std::string> name, outcome, topic, robot, tag, where;
   std::string since, until, before;
@@ -47,7 +47,7 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
 }
 
 /// But for --before, which may name a behavior of the store.
-replay::BehaviorFilter filterOf(const Options& options) {
+replay::BehaviorFilter filterOf(const ListOptions& options) {
   replay::BehaviorFilter filter;
   filter.name = options.name;
   filter.outcome = options.outcome;
@@ -63,7 +63,7 @@ replay::BehaviorFilter filterOf(const Options& options) {
   return filter;
 }
 
-void runList(const Options& options) {
+void runList(const ListOptions& options) {
   replay::BehaviorFilter filter = filterOf(options);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   if (const auto before = momentOption(*store, options.store, options.before)) {
@@ -87,7 +87,7 @@ void runList(const Options& options) {
 }  // namespace
 
 void addListVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ListOptions>();
   CLI::App* verb = app.add_subcommand("list", "List behaviors, newest first");
   verb->add_option("--name", options->name, "Only of this name");
   verb->add_option("--outcome", options->outcome, "Only with this outcome (success, failure, ...)");

@@ -26,7 +26,7 @@ namespace {
 
 using replay::Stamp;
 
-struct Options {
+struct RenderOptions {
   std::string what;  // a behavior's id, or a bag
   std::string store;
   std::string config;
@@ -83,7 +83,7 @@ ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
 /// Draws one behavior at its moments.
 class BehaviorPictures {
  public:
-  BehaviorPictures(BehaviorSource source, const Options& options)
+  BehaviorPictures(BehaviorSource source, const RenderOptions& options)
       : source_(std::move(source)),
         config_(ofProjector(loadProjectorConfig(options.config, options.calibration),
                             options.projector)),
@@ -228,7 +228,7 @@ std::string checkEnding(const std::string& path) {
   return ending == ".png" || ending == ".mp4" ? "" : "should end with .png or .mp4";
 }
 
-void runRender(const Options& options) {
+void runRender(const RenderOptions& options) {
   BehaviorPictures pictures(openBehavior(options.what, options.store), options);
   if (isVideo(options.out)) {
     pictures.writeVideo(options.out, options.fps);
@@ -244,7 +244,7 @@ void runRender(const Options& options) {
 }  // namespace
 
 void addRenderVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderOptions>();
   CLI::App* verb = app.add_subcommand(
       "render", "Draw what a projector showed during a behavior, without a ROS master");
   verb->add_option("what", options->what, std::string(kBehaviorHelp) + "; or FILE.bag")->required();

@@ -19,7 +19,7 @@ constexpr const char* kSoundType = "sound_play/SoundRequest";
 /// Sentences and files (sound -3 and -2), but not the order to stop one (command 0).
 constexpr const char* kHeard = R"({"sound": {"$in": [-3, -2]}, "command": {"$ne": 0}})";
 
-struct Options {
+struct SaidOptions {
   std::string store, before, since;
   std::size_t limit = 10;
   bool json = false;
@@ -38,7 +38,7 @@ using Utterances = std::map<Key, Utterance, std::greater<>>;
 
 class Search {
  public:
-  Search(const replay::Store& store, const Options& options)
+  Search(const replay::Store& store, const SaidOptions& options)
       : store_(store),
         limit_(options.limit),
         before_(momentOption(store, options.store, options.before)),
@@ -132,7 +132,7 @@ void printTable(const Utterances& utterances) {
   std::cout << table.text();
 }
 
-void runSaid(const Options& options) {
+void runSaid(const SaidOptions& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   Waiting waiting("listening");
   const Utterances utterances = Search(*store, options).run();
@@ -148,7 +148,7 @@ void runSaid(const Options& options) {
 }  // namespace
 
 void addSaidVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SaidOptions>();
   CLI::App* verb =
       app.add_subcommand("said", "What the robot said and which sounds it played, newest first");
   verb->add_option("--before", options->before,

@@ -18,7 +18,7 @@ namespace {
 using replay::Behavior;
 using replay::TopicSummary;
 
-struct Options {
+struct ShowOptions {
   std::vector<std::string> behavior;
   std::string store;
   bool json = false;
@@ -171,7 +171,8 @@ std::deque<replay::Message> lastMessages(replay::MessageCursor& cursor, std::siz
   return last;
 }
 
-void printMessages(const replay::Store& store, const Behavior& behavior, const Options& options) {
+void printMessages(const replay::Store& store, const Behavior& behavior,
+                   const ShowOptions& options) {
   replay::MessageRange range;
   range.topics = options.topics;
   if (options.where) {
@@ -198,7 +199,7 @@ void printMessages(const replay::Store& store, const Behavior& behavior, const O
   }
 }
 
-void runShow(const Options& options) {
+void runShow(const ShowOptions& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   const Behavior behavior = findBehavior(*store, options.store, options.behavior);
   if (options.messages) {
@@ -213,7 +214,7 @@ void runShow(const Options& options) {
 }  // namespace
 
 void addShowVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ShowOptions>();
   CLI::App* verb = app.add_subcommand("show", "Show a behavior, its topics, its messages");
   verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
   CLI::Option* json = verb->add_flag("--json", options->json,

@@ -15,7 +15,7 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct StoreOptions {
   std::string store;
   bool json = false;
   std::string older_than;
@@ -25,7 +25,7 @@ struct Options {
 };
 
 /// The file of a store that is one; a server keeps its own house.
-std::string sqliteFile(const Options& options) {
+std::string sqliteFile(const StoreOptions& options) {
   const std::string uri = replay::storeUri(options.store);
   if (uri.rfind("sqlite:", 0) != 0) {
     throw replay::StoreError(uri + ": only a store in a SQLite file is looked after this way");
@@ -53,7 +53,7 @@ std::string counted(std::uint64_t count, const std::string& what) {
 
 // ------------------------------------------------------------------------------- check and repair
 
-void runCheck(const Options& options) {
+void runCheck(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
   replay::StoreCheck check;
   {
@@ -71,7 +71,7 @@ void runCheck(const Options& options) {
                            "; \"afterglow store repair\" saves what can be read");
 }
 
-void runRepair(const Options& options) {
+void runRepair(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
   replay::StoreRepair repair;
   {
@@ -87,7 +87,7 @@ void runRepair(const Options& options) {
 
 // ---------------------------------------------------------------------------------- compact, prune
 
-void runCompact(const Options& options) {
+void runCompact(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
   const auto size = [&] { return replay::storeStats(path).file_bytes; };
   const auto store = openExisting(path);
@@ -97,7 +97,7 @@ void runCompact(const Options& options) {
             << " now\n";
 }
 
-replay::RetentionPolicy policyOf(const Options& options) {
+replay::RetentionPolicy policyOf(const StoreOptions& options) {
   replay::RetentionPolicy policy;
   policy.most_bytes = options.larger_than;
   policy.keep_tags = options.keep_tags;
@@ -114,7 +114,7 @@ replay::RetentionPolicy policyOf(const Options& options) {
   return policy;
 }
 
-void runPrune(const Options& options) {
+void runPrune(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
   const auto policy = policyOf(options);
   const auto print = [](const replay::Behavior& behavior) {
@@ -204,14 +204,15 @@ void printTables(const std::string& path, const replay::StoreStats& stats) {
   if (!stats.largest.empty()) std::cout << "\nlargest behaviors\n" << largest.text();
 }
 
-void runStats(const Options& options) {
+void runStats(const StoreOptions& options) {
   const std::string path = sqliteFile(options);
   const auto stats = replay::storeStats(path);
   options.json ? printJson(path, stats) : printTables(path, stats);
 }
 
 CLI::App* addAction(CLI::App& verb, const std::string& name, const std::string& help,
-                    const std::shared_ptr<Options>& options, void (*run)(const Options&)) {
+                    const std::shared_ptr<StoreOptions>& options,
+                    void (*run)(const StoreOptions&)) {
   CLI::App* action = verb.add_subcommand(name, help);
   addStoreOption(*action, options->store);
   action->callback([options, run] { run(*options); });
@@ -221,7 +222,7 @@ CLI::App* addAction(CLI::App& verb, const std::string& name, const std::string& 
 }  // namespace
 
 void addStoreVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StoreOptions>();
   CLI::App* verb = app.add_subcommand("store", "Look after a store in a SQLite file");
   verb->require_subcommand(1);
   addAction(*verb, "check",

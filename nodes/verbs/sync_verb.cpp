@@ -13,12 +13,12 @@
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
+struct SyncOptions {
   std::string from, to, since, where;
   std::optional<std::string> name, outcome, robot, tag;
 };
 
-replay::BehaviorFilter filterOf(const Options& options) {
+replay::BehaviorFilter filterOf(const SyncOptions& options) {
   replay::BehaviorFilter filter;
   filter.name = options.name;
   filter.outcome = options.outcome;
@@ -33,7 +33,7 @@ replay::BehaviorFilter filterOf(const Options& options) {
   return filter;
 }
 
-void runSync(const Options& options) {
+void runSync(const SyncOptions& options) {
   if (replay::storeUri(options.from) == replay::storeUri(options.to)) {
     throw CLI::ValidationError("--to", "is the store to copy from");
   }
@@ -59,7 +59,7 @@ void runSync(const Options& options) {
 }  // namespace
 
 void addSyncVerb(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SyncOptions>();
   CLI::App* verb = app.add_subcommand(
       "sync", "Copy behaviors from one store to another; repeat it to go on where it broke off");
   verb->add_option("--from", options->from, "The store to copy from (PATH or mongodb://...)")
