@@ -1,7 +1,9 @@
 #include "nodes/player/player_node.hpp"
 
+#include <stdexcept>
 #include <utility>
 
+#include "nodes/player/replay_words.hpp"
 #include "replay/play/play_report.hpp"
 
 namespace afterglow::nodes {
@@ -26,32 +28,42 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   private_node.param("clear_projection", options.clear_projection, options.clear_projection);
   private_node.param("hold", options.hold_s, options.hold_s);
   private_node.param("goal_wait", options.goal_wait_s, options.goal_wait_s);
+  private_node.param("seek_lead", options.seek_lead_s, options.seek_lead_s);
+  int queue = 100;
+  private_node.param("queue", queue, queue);
+  if (queue < 1) throw std::runtime_error("~queue has to be above 0");
+  options.queue = static_cast<std::uint32_t>(queue);
+  private_node.param("realtime", options.realtime, options.realtime);
+  private_node.param("rules", options.rules, options.rules);
+  private_node.param("limits", options.limits, options.limits);
+  options.body = BodyOptions::read(private_node);
   return options;
 }
 
 PlayerNode::PlayerNode(const PlayerNodeOptions& options)
     : options_(options),
+      rewriting_([&] {
+        replay::RewriteSettings settings;
+        if (!options.rules.empty()) settings.rules = readRules(options.rules);
+        return settings;
+      }()),
+      limits_(options.limits.empty() ? replay::MotionLimits::fetch() : readLimits(options.limits)),
       server_(
           node_, "replay", [this](const ReplayGoalConstPtr& goal) { onGoal(goal); }, false) {
   status_ = private_node_.advertise<ReplayStatus>("status", 1, true);
-  const auto serve = [this](const char* name, const char* done, auto action) {
-    return private_node_.advertiseService<Trigger::Request, Trigger::Response>(
-        name, [this, done, action](Trigger::Request&, Trigger::Response& response) {
-          return command(response, done, action);
-        });
+  const auto check = [this](const ReplayGoal& goal) {
+    const auto store = replay::openStore(options_.store, replay::OpenMode::ReadOnly);
+    ReplaySession(*store, requestOf(goal)).checkMotionAllowed();
   };
-  stop_ = serve("stop", "stopped", [](ReplaySession& session) { session.stop("stopped"); });
-  pause_ = serve("pause", "paused", [](ReplaySession& session) { session.pause(); });
-  resume_ = serve("resume", "resumed", [](ReplaySession& session) { session.resume(); });
+  services_ = std::make_unique<PlayerServices>(
+      private_node_, "replay", PlayerServices::Player{[this] { return session(); }, check});
   timer_ = node_.createWallTimer(ros::WallDuration(0.05), [this](const auto&) { onTimer(); });
   publishStatus("");
   server_.start();
 }
 
 PlayerNode::~PlayerNode() {
-  stop_.shutdown();
-  pause_.shutdown();
-  resume_.shutdown();
+  services_.reset();
   timer_.stop();
   close("the player was shut down");
 }
@@ -68,15 +80,47 @@ void PlayerNode::close(const std::string& reason) {
 // ---------------------------------------------------------------------------------------- the goal
 
 ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
+  const auto given = [](double value) {
+    return value == 0 ? std::nullopt : std::optional<double>(value);
+  };
   ReplayRequest request;
   request.behavior_id = goal.behavior_id;
   request.name = goal.name;
+  request.selector = goal.selector;
   request.only = goal.only;
   request.allow_motion = options_.allow_motion;
   request.wait_for_subscribers_s = options_.wait_for_subscribers_s;
-  request.options.clear_projection = options_.clear_projection;
-  request.options.hold_s = options_.hold_s;
-  request.options.goal_wait_s = options_.goal_wait_s;
+  request.delay_s = goal.delay;
+  request.queue = options_.queue;
+  request.is_realtime = options_.realtime;
+  request.clock = parseReplayClock(goal.clock);
+  request.limits = limits_;
+  request.body = options_.body;
+  replay::PlanOptions& plan = request.plan;
+  plan.topics = goal.topics;
+  plan.exclude = goal.exclude;
+  plan.regex = goal.regex;
+  plan.exclude_regex = goal.exclude_regex;
+  plan.prefix = goal.prefix;
+  plan.remap = parseRenames(goal.remap);
+  plan.start_s = goal.start;
+  plan.duration_s = given(goal.duration);
+  plan.until_s = given(goal.until);
+  plan.rewriting = rewriting_;
+  plan.rewriting.frames = parseRenames(goal.remap_frame);
+  plan.rewriting.tf_prefix = goal.tf_prefix;
+  replay::PlayOptions& play = request.options;
+  play.rate = given(goal.rate).value_or(1.0);
+  play.clear_projection = options_.clear_projection;
+  play.hold_s = options_.hold_s;
+  play.goal_wait_s = options_.goal_wait_s;
+  play.seek_lead_s = options_.seek_lead_s;
+  play.is_looping = goal.loop;
+  play.is_immediate = goal.immediate;
+  play.starts_paused = goal.paused;
+  play.keeps_alive = goal.keep_alive;
+  play.skip_empty_s = given(goal.skip_empty);
+  play.pause_topics = {goal.pause_topics.begin(), goal.pause_topics.end()};
   return request;
 }
 
@@ -99,6 +143,8 @@ void PlayerNode::play(const ReplayRequest& request) {
   const replay::PlayReport report = session->run();
   const ReplayResult result = resultOf(session->plan(), report);
   show(nullptr, report.is_complete ? "completed" : report.reason);
+  ROS_INFO_STREAM("behavior " << result.behavior_id
+                              << " was replayed; scheduling: " << report.scheduling);
   for (const std::string& note : report.notes) {
     ROS_WARN_STREAM("replay of behavior " << result.behavior_id << ": " << note);
   }
@@ -130,12 +176,13 @@ void PlayerNode::setSession(std::shared_ptr<ReplaySession> session) {
 
 // ------------------------------------------------------------------------------------ from outside
 
+std::shared_ptr<ReplaySession> PlayerNode::session() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return session_;
+}
+
 void PlayerNode::onTimer() {
-  std::shared_ptr<ReplaySession> session;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    session = session_;
-  }
+  const std::shared_ptr<ReplaySession> session = this->session();
   if (!session) {
     return;
   }
@@ -151,20 +198,10 @@ void PlayerNode::onTimer() {
     server_.publishFeedback(feedback);
   }
   const std::lock_guard<std::mutex> lock(status_mutex_);
-  if (status().state != shown_state_) {
-    publishStatus("");  // paused, or going on
+  is_status_due_ = !is_status_due_;
+  if (is_status_due_ || status().state != shown_state_) {
+    publishStatus("");
   }
-}
-
-bool PlayerNode::command(Trigger::Response& response, const char* done,
-                         const std::function<void(ReplaySession&)>& command) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  response.success = session_ != nullptr;
-  response.message = session_ ? done : "nothing is being replayed";
-  if (session_) {
-    command(*session_);
-  }
-  return true;
 }
 
 ReplayStatus PlayerNode::status() const {
@@ -178,6 +215,7 @@ ReplayStatus PlayerNode::status() const {
                                                                          : ReplayStatus::PLAYING;
     status.behavior_id = plan.behavior.id;
     status.behavior_name = plan.behavior.name;
+    status.rate = progress.rate;
     status.position = progress.position.seconds();
     status.duration = replay::PlaybackTime{plan.durationNs()}.seconds();
   }

@@ -1,20 +1,19 @@
 /// \file
 /// player_node: replays stored behaviors into the running robot by action (`replay`), with services
-/// ~stop, ~pause, ~resume and a latched ~status.
+/// (player_services.hpp) and a latched ~status.
 #pragma once
 
 #include <actionlib/server/simple_action_server.h>
 #include <afterglow/ReplayAction.h>
 #include <afterglow/ReplayStatus.h>
 #include <ros/ros.h>
-#include <std_srvs/Trigger.h>
 
 #include <condition_variable>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
 
+#include "nodes/player/player_services.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "replay/store/store.hpp"
 
@@ -28,7 +27,13 @@ struct PlayerNodeOptions {
   bool clear_projection = true;         ///< ~clear_projection
   double hold_s = 2.0;                  ///< ~hold: how long the light stays after the end
   double goal_wait_s = 10.0;            ///< ~goal_wait: how long goals may take beyond the end
+  double seek_lead_s = 5.0;             ///< ~seek_lead: the arm's time to get to where it goes on
+  std::uint32_t queue = 100;            ///< ~queue, of each topic
+  bool realtime = true;                 ///< ~realtime: tries SCHED_FIFO
+  std::string rules, limits;            ///< ~rules, ~limits: files (replay_words.hpp)
+  BodyOptions body;                     ///< ~to_start, ~any_start, ~start_tolerance, ~estop_...
 
+  /// Throws std::runtime_error, one line, for a value that is none.
   static PlayerNodeOptions read(const ros::NodeHandle& private_node);
 };
 
@@ -44,20 +49,19 @@ class PlayerNode {
 
  private:
   using Server = actionlib::SimpleActionServer<ReplayAction>;
-  using Trigger = std_srvs::Trigger;
-
   void onGoal(const ReplayGoalConstPtr& goal);
   ReplayRequest requestOf(const ReplayGoal& goal) const;
   void play(const ReplayRequest& request);
   void onTimer();
-  bool command(Trigger::Response& response, const char* done,
-               const std::function<void(ReplaySession&)>& command);
+  std::shared_ptr<ReplaySession> session() const;
   ReplayStatus status() const;
   void show(std::shared_ptr<ReplaySession> session, const std::string& message);
   void publishStatus(const std::string& message);
   void setSession(std::shared_ptr<ReplaySession> session);
 
   const PlayerNodeOptions options_;
+  const replay::RewriteSettings rewriting_;
+  const replay::MotionLimits limits_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
@@ -66,12 +70,13 @@ class PlayerNode {
 
   std::mutex status_mutex_;  ///< taken before mutex_: what ~status says follows what is so
   std::uint8_t shown_state_ = ReplayStatus::IDLE;
+  bool is_status_due_ = false;  ///< every second time
 
   ros::NodeHandle node_, private_node_{"~"};
   ros::Publisher status_;
-  ros::ServiceServer stop_, pause_, resume_;
   ros::WallTimer timer_;
   Server server_;
+  std::unique_ptr<PlayerServices> services_;
 };
 
 }  // namespace afterglow::nodes

@@ -143,6 +143,18 @@ replay::PlayReport ReplaySession::run() {
   } else {
     own_clock_ = std::make_unique<replay::SteadyClock>();
   }
+  std::optional<ClockFollower> follower;
+  if (followed_) follower.emplace(*followed_);
+  std::optional<ClockGiver> giver;
+  if (request_.clock == ReplayClock::Sim) {
+    giver.emplace([this, last = plan_.begin]() mutable {
+      const replay::PlayProgress now = progress();
+      if (now.state != replay::PlayProgress::State::Idle) {
+        last = {plan_.behavior.begin.ns + now.position.ns};
+      }
+      return last;
+    });
+  }
   RosSink sink(plan_, request_.queue,
                {[this](const std::string& goal, std::uint8_t status) {
                   const std::lock_guard<std::mutex> lock(mutex_);
@@ -162,17 +174,6 @@ replay::PlayReport ReplaySession::run() {
 }
 
 replay::PlayReport ReplaySession::play(RosSink& sink) {
-  std::optional<ClockFollower> follower;
-  if (followed_) follower.emplace(*followed_);
-  std::optional<ClockGiver> giver;
-  if (request_.clock == ReplayClock::Sim) {
-    giver.emplace([this] {
-      const replay::PlayProgress now = progress();
-      return now.state == replay::PlayProgress::State::Idle
-                 ? plan_.begin
-                 : replay::Stamp{plan_.behavior.begin.ns + now.position.ns};
-    });
-  }
   waitBeforeStart();
   std::optional<RealtimeScope> realtime;
   if (request_.is_realtime) realtime.emplace();

@@ -3,7 +3,10 @@
 #include <ros/network.h>
 #include <ros/ros.h>
 
-#include <CLI/Error.hpp>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <future>
@@ -13,22 +16,18 @@
 
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/stop_signal.hpp"
+#include "nodes/verbs/play_keys.hpp"
+#include "nodes/verbs/play_options.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-struct Options {
-  std::string store, report_file;
-  std::vector<std::string> behavior;
-  ReplayRequest request;
-  bool is_dry_run = false;
-};
-
 std::string rewritesOf(const replay::PlannedTopic& topic) {
   std::string text;
   for (const replay::RewrittenField& field : topic.rewrites) {
-    text += (text.empty() ? "" : "; ") + field.path + " " + std::string(describe(field.rule));
+    text += (text.empty() ? "" : "; ") + field.path + " " + std::string(describe(field.rule)) +
+            " (" + std::to_string(field.count) + ")";
   }
   return text;
 }
@@ -40,7 +39,9 @@ void printPlan(const replay::PlayPlan& plan) {
                    {"modality", Align::Left},
                    {"rewritten", Align::Left}});
   for (const replay::PlannedTopic& topic : plan.topics) {
-    table.add({topic.channel.topic, std::to_string(topic.count),
+    const bool is_renamed = topic.isPlayed() && topic.output.topic != topic.channel.topic;
+    table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
+               std::to_string(topic.count),
                topic.isPlayed() ? std::string(name(topic.modality)) : "-",
                topic.isPlayed() ? rewritesOf(topic) : "not played: " + topic.why_not});
   }
@@ -61,20 +62,28 @@ void printReport(const replay::PlayReport& report) {
   const auto ms = [](std::int64_t ns) { return fixedText(static_cast<double>(ns) * 1e-6, 3); };
   for (const auto& [topic, played] : report.topics) {
     if (topic.isPlayed()) {
-      table.add({topic.channel.topic, std::to_string(topic.count), std::to_string(played.published),
+      const bool is_renamed = topic.isPlayed() && topic.output.topic != topic.channel.topic;
+      table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
+                 std::to_string(topic.count), std::to_string(played.published),
                  std::to_string(played.skipped), ms(played.lateness.quantile(0.5)),
                  ms(played.lateness.quantile(0.99)), ms(played.lateness.max())});
     }
   }
   std::cout << table.text();
+  if (report.scheduling != "SCHED_FIFO") {
+    std::cerr << "afterglow play: scheduling was " << report.scheduling << "\n";
+  }
   for (const std::string& note : report.notes) {
     std::cerr << "afterglow play: " << note << "\n";
   }
 }
 
-void writeReport(const std::string& path, const replay::PlayReport& report) {
+/// One replay's, or an array of several.
+void writeReport(const std::string& path, const std::vector<replay::PlayReport>& reports) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const replay::PlayReport& report : reports) json.push_back(toJson(report));
   std::ofstream file(path, std::ios::trunc);
-  file << dumpJson(toJson(report), 2) << "\n";
+  file << dumpJson(reports.size() == 1 ? json.front() : json, 2) << "\n";
   if (!file.flush()) {
     throw std::runtime_error(path + ": cannot be written");
   }
@@ -96,67 +105,95 @@ void startRos() {
   catchStopSignals();
 }
 
-replay::PlayReport play(ReplaySession& session) {
+replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
+  const Keyboard keyboard(command.has_keys);
+  const bool has_line = !command.is_quiet && isatty(STDERR_FILENO) != 0;
+  if (has_line && keyboard.isActive()) std::cerr << kPlayKeys << "\n";
   auto playing = std::async(std::launch::async, [&session] { return session.run(); });
-  while (playing.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+  std::string answer;
+  for (int turn = 0; playing.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready;
+       ++turn) {
     if (isStopRequested() || !ros::ok()) {
       session.stop("stopped by a signal");
     }
+    if (const std::string key = keyboard.key(); !key.empty()) answer = followKey(key, session);
+    if (has_line && turn % 5 == 0) {
+      std::cerr << "\r" << statusText(session) << "  " << answer << "\x1b[K" << std::flush;
+    }
   }
+  if (has_line) std::cerr << "\r\x1b[K";
   return playing.get();
 }
 
-void run(const Options& options) {
-  const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  ReplayRequest request = options.request;
-  request.behavior_id = findBehavior(*store, options.store, options.behavior).id;
-  ReplaySession session(*store, request);
-  if (options.is_dry_run) {
-    printPlan(session.plan());
-    return;
+bool isId(const std::string& word) {
+  return !word.empty() && word.size() < 19 &&
+         std::all_of(word.begin(), word.end(),
+                     [](unsigned char c) { return c >= '0' && c <= '9'; });
+}
+
+/// Several ids, or the words that name one behavior.
+std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& command) {
+  std::vector<std::int64_t> ids;
+  const std::vector<std::string>& words = command.behaviors;
+  if (std::all_of(words.begin(), words.end(), isId)) {
+    for (const std::string& word : words)
+      ids.push_back(findBehavior(store, command.store, {word}).id);
+  } else {
+    ids.push_back(findBehavior(store, command.store, words).id);
   }
-  session.checkMotionAllowed();
-  startRos();
-  const replay::PlayReport report = play(session);
-  ros::shutdown();
-  if (!options.report_file.empty()) {
-    writeReport(options.report_file, report);
-  }
-  printReport(report);
-  if (!report.is_complete) {
-    throw std::runtime_error(report.reason);
+  return ids;
+}
+
+void showPlan(const ReplaySession& session, bool is_json) {
+  const replay::PlayPlan plan = session.countedPlan();
+  if (is_json) {
+    std::cout << dumpJson(toJson(plan), 2) << "\n";
+  } else {
+    printPlan(plan);
   }
 }
 
-std::string positiveNumber(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return *end == 0 && value > 0 && value <= 1000 ? "" : text + " is no number above 0";
+void run(PlayCommand& command) {
+  readPlayOptions(command);
+  const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
+  std::vector<std::unique_ptr<ReplaySession>> sessions;  // all are looked at before one is played
+  for (const std::int64_t id : chosen(*store, command)) {
+    command.request.behavior_id = id;
+    sessions.push_back(std::make_unique<ReplaySession>(*store, command.request));
+    if (command.is_dry_run) {
+      showPlan(*sessions.back(), command.is_json);
+    } else {
+      sessions.back()->checkMotionAllowed();
+    }
+  }
+  if (command.is_dry_run) {
+    return;
+  }
+  startRos();
+  std::vector<replay::PlayReport> reports;
+  for (const auto& session : sessions) {
+    reports.push_back(play(*session, command));
+    if (!reports.back().is_complete) break;
+  }
+  ros::shutdown();
+  if (!command.report_file.empty()) {
+    writeReport(command.report_file, reports);
+  }
+  for (const replay::PlayReport& report : reports) {
+    if (!command.is_quiet) printReport(report);
+  }
+  if (!reports.back().is_complete) {
+    throw std::runtime_error(reports.back().reason);
+  }
 }
 
 }  // namespace
 
 void addPlayVerb(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto command = std::make_shared<PlayCommand>();
   CLI::App* verb = app.add_subcommand("play", "Replay a behavior into the running robot");
-  addStoreOption(*verb, options->store);
-  ReplayRequest& request = options->request;
-  verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
-  verb->add_option("--only", request.only, "body,ar,speech: any of them; default all")
-      ->check([](const std::string& text) -> std::string {
-        try {
-          replay::parseModalities(text);
-          return "";
-        } catch (const std::invalid_argument& error) {
-          return error.what();
-        }
-      });
-  verb->add_option("--rate", request.options.rate, "Speed, for ar and speech only; default 1")
-      ->check(positiveNumber);
-  verb->add_flag("--allow-motion", request.allow_motion, "The robot may move");
-  verb->add_flag("--dry-run", options->is_dry_run, "Show the plan; needs no ROS master");
-  verb->add_option("--report", options->report_file, "Write what was measured, as JSON");
-  verb->callback([options] { run(*options); });
+  addPlayOptions(*verb, *command);
+  verb->callback([command] { run(*command); });
 }
 
 }  // namespace afterglow::nodes

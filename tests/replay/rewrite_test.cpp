@@ -229,5 +229,88 @@ TEST(UniqueGoalIds, neverRepeat) {
   EXPECT_EQ(ids.begin()->substr(0, 8), "/player-");
 }
 
+// -------------------------------------------------------------------------------------- settings
+
+TEST_F(RewriteTest, renamesFramesOfNestedHeadersAndChildren) {
+  const Channel tf = channel("/shown_tf", "tf2_msgs/TFMessage", test::kTfMessage);
+  const Schema schema = Schema::parse(tf.type, tf.definition);
+  Bytes bytes(4 + 2 * schema.minimumSize(1));
+  bytes[0] = 2;
+  const auto name = [&](const char* path, const std::string& text) {
+    editStrings(schema, bytes, FieldPath::parse(path), [&](const std::string&) { return text; });
+  };
+  name("transforms[0].header.frame_id", "/map");
+  name("transforms[0].child_frame_id", "base_link");
+  name("transforms[1].child_frame_id", "odom");
+  RewriteSettings settings;
+  settings.frames = {{"map", "hall"}};
+  settings.tf_prefix = "robot2";
+  Rewriter rewriter([] { return ""; }, settings);
+  EXPECT_TRUE(rewriter.rewrite(tf, now_, bytes).publish);
+  std::vector<std::string> frames;
+  for (const char* path : {"transforms[].header.frame_id", "transforms[].child_frame_id"}) {
+    for (const FieldSpan& span : findField(schema, bytes, FieldPath::parse(path))) {
+      frames.push_back(readString(bytes, span));
+    }
+  }
+  EXPECT_EQ(frames, (std::vector<std::string>{"hall", "", "robot2/base_link", "robot2/odom"}));
+  const auto rules = rewriter.rules(tf);
+  ASSERT_EQ(rules.size(), 3u);
+  EXPECT_EQ(rules[0].path, "transforms[].header.stamp");
+  EXPECT_EQ(rules[0].count, 0u) << "zero stamps are kept";
+  EXPECT_EQ(rules[1].count, 1u);
+  EXPECT_EQ(rules[2].count, 2u);
+}
+
+TEST_F(RewriteTest, followsRulesForTypesItDoesNotKnowWhereverTheyAreNested) {
+  const Channel plans =
+      channel("/plan", "my_msgs/Plans",
+              test::withTypes("Plan[] plans\n", "my_msgs/Plan",
+                              "time made\ntime due\ntime read\nduration[2] waits\nstring id\n"));
+  const Schema schema = Schema::parse(plans.type, plans.definition);
+  Value plan = Object{{"made", RosTime{100, 0}},
+                      {"due", RosTime{101, 0}},
+                      {"read", RosTime{102, 0}},
+                      {"waits", Array{RosDuration{1, 0}, RosDuration{2, 0}}},
+                      {"id", std::string("a")}};
+  Bytes bytes = encode(schema, Object{{"plans", Array{plan, plan}}});
+  RewriteSettings settings;
+  settings.rules["my_msgs/Plan"] = {{"made", RewriteRule::Keep},
+                                    {"due", RewriteRule::PublishStamp},
+                                    {"waits[]", RewriteRule::Zero},
+                                    {"id", RewriteRule::FreshId}};
+  int fresh = 0;
+  Rewriter rewriter([&] { return "id-" + std::to_string(++fresh); }, settings);
+  EXPECT_TRUE(rewriter.rewrite(plans, now_, bytes).publish);
+  EXPECT_EQ(test::stampsAt(schema, bytes, "plans[].made"),
+            (std::vector<std::int64_t>{100 * kSecond, 100 * kSecond}));
+  EXPECT_EQ(test::stampsAt(schema, bytes, "plans[].due")[0], 5000 * kSecond);
+  EXPECT_EQ(test::stampsAt(schema, bytes, "plans[].read")[1], 5002 * kSecond);
+  EXPECT_EQ(test::stringAt(schema, bytes, "plans[0].id"), "id-1");
+  EXPECT_EQ(test::stringAt(schema, bytes, "plans[1].id"), "id-1") << "the same stays the same";
+  for (const FieldSpan& span : findField(schema, bytes, FieldPath::parse("plans[].waits[]"))) {
+    EXPECT_EQ(bytes[span.offset], 0);
+  }
+}
+
+TEST_F(RewriteTest, refusesRulesThatFitNoField) {
+  const auto refusal = [&](const std::string& path, RewriteRule rule) -> std::string {
+    RewriteSettings settings;
+    settings.rules["std_msgs/Header"] = {{path, rule}};
+    try {
+      rewriteRules(goal_schema_, settings);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("stmap", RewriteRule::Keep),
+            "a rewriting rule names goal.trajectory.header.stmap, which "
+            "control_msgs/FollowJointTrajectoryActionGoal has not");
+  EXPECT_NE(refusal("seq", RewriteRule::ShiftStamp).find("is not for a uint32"), std::string::npos);
+  EXPECT_NE(refusal("stamp", RewriteRule::FreshId).find("is not for a time"), std::string::npos);
+  EXPECT_EQ(refusal("stamp", RewriteRule::Keep), "");
+}
+
 }  // namespace
 }  // namespace afterglow::replay

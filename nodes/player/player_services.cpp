@@ -1,0 +1,129 @@
+#include "nodes/player/player_services.hpp"
+
+#include <afterglow/Burst.h>
+#include <afterglow/GetRate.h>
+#include <afterglow/IsPaused.h>
+#include <afterglow/ReplayActionGoal.h>
+#include <afterglow/Seek.h>
+#include <afterglow/SetRate.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <stdexcept>
+#include <utility>
+
+namespace afterglow::nodes {
+namespace {
+
+std::string setPaused(ReplaySession& session, bool pauses) {
+  pauses ? session.pause() : session.resume();
+  return pauses ? "paused" : "resumed";
+}
+
+}  // namespace
+
+template <typename Response>
+bool PlayerServices::command(Response& response, const Command& command) const {
+  const std::shared_ptr<ReplaySession> session = player_.session();
+  try {
+    if (!session) throw std::runtime_error("nothing is being replayed");
+    response.message = command(*session);
+    response.success = true;
+  } catch (const std::exception& error) {
+    response.message = error.what();
+    response.success = false;
+  }
+  return true;
+}
+
+template <typename Service>
+void PlayerServices::serve(
+    const std::string& name,
+    std::function<std::string(ReplaySession&, const typename Service::Request&)> action) {
+  using Request = typename Service::Request;
+  using Response = typename Service::Response;
+  servers_.push_back(node_.advertiseService<Request, Response>(
+      name, [this, action = std::move(action)](Request& request, Response& response) {
+        return command(response, [&](ReplaySession& session) { return action(session, request); });
+      }));
+}
+
+void PlayerServices::serveTrigger(const std::string& name, const Command& action) {
+  serve<std_srvs::Trigger>(
+      name, [action](ReplaySession& session, const auto&) { return action(session); });
+}
+
+PlayerServices::PlayerServices(ros::NodeHandle private_node, const std::string& action,
+                               Player player)
+    : node_(std::move(private_node)), player_(std::move(player)) {
+  goals_ = ros::NodeHandle().advertise<ReplayActionGoal>(action + "/goal", 1);
+  serveTrigger("stop", [](ReplaySession& session) {
+    session.stop("stopped");
+    return "stopped";
+  });
+  serveTrigger("pause", [](ReplaySession& session) { return setPaused(session, true); });
+  serveTrigger("resume", [](ReplaySession& session) { return setPaused(session, false); });
+  serveTrigger("toggle_paused",
+               [](ReplaySession& session) { return setPaused(session, !session.isPaused()); });
+  serveTrigger("play_next", [](ReplaySession& session) {
+    session.playNext(1);
+    return "played the next message";
+  });
+  serve<std_srvs::SetBool>("pause_playback", [](ReplaySession& session, const auto& request) {
+    return setPaused(session, request.data);
+  });
+  serve<Burst>("burst", [](ReplaySession& session, const auto& request) {
+    session.playNext(request.num_messages);
+    return "played at once";
+  });
+  serve<SetRate>("set_rate", [](ReplaySession& session, const auto& request) {
+    session.setRate(request.rate);
+    return "set";
+  });
+  serve<Seek>("seek", [](ReplaySession& session, const auto& request) {
+    session.seek(request.position);
+    return "moved";
+  });
+  servers_.push_back(node_.advertiseService<IsPaused::Request, IsPaused::Response>(
+      "is_paused", [this](IsPaused::Request&, IsPaused::Response& response) {
+        const auto session = player_.session();
+        response.paused = session && session->isPaused();
+        return true;
+      }));
+  servers_.push_back(node_.advertiseService<GetRate::Request, GetRate::Response>(
+      "get_rate", [this](GetRate::Request&, GetRate::Response& response) {
+        const auto session = player_.session();
+        response.rate = session ? session->progress().rate : 1.0;
+        return true;
+      }));
+  servers_.push_back(node_.advertiseService("play", &PlayerServices::play, this));
+}
+
+PlayerServices::~PlayerServices() {
+  for (ros::ServiceServer& server : servers_) server.shutdown();
+}
+
+bool PlayerServices::play(PlayBehavior::Request& request, PlayBehavior::Response& response) {
+  ReplayActionGoal message;  // without an id: the server gives it one
+  ReplayGoal& goal = message.goal;
+  goal.behavior_id = request.behavior_id;
+  goal.name = request.name;
+  goal.selector = request.selector;
+  goal.only = request.only;
+  goal.rate = request.rate;
+  goal.start = request.start;
+  goal.paused = request.paused;
+  try {
+    player_.check(goal);
+    if (goals_.getNumSubscribers() == 0) throw std::runtime_error("the player is not up yet");
+    goals_.publish(message);
+    response.success = true;
+    response.message = "begun";
+  } catch (const std::exception& error) {
+    response.success = false;
+    response.message = error.what();
+  }
+  return true;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,36 @@
+/// \file
+/// What replays are asked for in words and files: names for other names, rules, limits.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "nodes/player/replay_session.hpp"
+#include "replay/play/motion_limits.hpp"
+#include "replay/play/rewrite_rules.hpp"
+
+namespace afterglow::nodes {
+
+/// "a:=b". Throws std::runtime_error, one line.
+std::map<std::string, std::string> parseRenames(const std::vector<std::string>& texts);
+
+/// "live", "sim", "follow"; empty: live. Throws std::runtime_error, one line.
+ReplayClock parseReplayClock(const std::string& text);
+
+/// A YAML file of rewriting rules by type and field path:
+///   my_msgs/Plan: {stamp: shift, "steps[].start": now, id: fresh_id, "steps[].frame": remap_frame}
+/// with shift, now, zero, keep, fresh_id, remap_frame. Throws std::runtime_error with file and
+/// line.
+std::map<std::string, std::map<std::string, replay::RewriteRule>> readRules(
+    const std::string& path);
+
+/// A YAML file of limits, which hold for everything that is played:
+///   linear_velocity: 0.8         # m/s; what is not named is not limited
+///   angular_velocity: 2.0        # rad/s
+///   joints: {elbow_flex_joint: {velocity: 1.5, acceleration: 2.0}}
+///   other_joints: {velocity: 1.0}
+/// Throws std::runtime_error with file and line.
+replay::MotionLimits readLimits(const std::string& path);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,97 @@
+#include "nodes/verbs/play_keys.hpp"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "nodes/verbs/verb_tools.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kLeapSeconds = 5, kRateStep = 1.1;
+
+std::string leap(ReplaySession& session, double seconds) {
+  const replay::PlayPlan& plan = session.plan();
+  const auto into = [&](replay::Stamp stamp) {
+    return replay::PlaybackTime{stamp.ns - plan.behavior.begin.ns}.seconds();
+  };
+  session.seek(std::clamp(session.progress().position.seconds() + seconds, into(plan.begin),
+                          into(plan.end)));
+  return "";
+}
+
+std::string act(const std::string& key, ReplaySession& session) {
+  if (key == " ") {
+    session.isPaused() ? session.resume() : session.pause();
+  } else if (key == "s") {
+    session.playNext(1);
+  } else if (key == "left" || key == "right") {
+    return leap(session, key == "left" ? -kLeapSeconds : kLeapSeconds);
+  } else if (key == "up") {
+    session.setRate(session.progress().rate * kRateStep);
+  } else if (key == "down") {
+    session.setRate(session.progress().rate / kRateStep);
+  } else if (key == "t") {
+    return session.togglePauseTopics() ? "pauses at pause topics" : "plays through pause topics";
+  } else if (key == "q") {
+    session.stop("stopped by a key");
+  }
+  return "";
+}
+
+}  // namespace
+
+Keyboard::Keyboard(bool is_wanted) {
+  const bool is_foreground = isatty(STDIN_FILENO) != 0 && tcgetpgrp(STDIN_FILENO) == getpgrp();
+  if (!is_wanted || !is_foreground || tcgetattr(STDIN_FILENO, &before_) != 0) {
+    return;
+  }
+  termios raw = before_;
+  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C stays what it is
+  raw.c_cc[VMIN] = 0;
+  raw.c_cc[VTIME] = 0;
+  is_active_ = tcsetattr(STDIN_FILENO, TCSANOW, &raw) == 0;
+}
+
+Keyboard::~Keyboard() {
+  if (is_active_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+}
+
+std::string Keyboard::key() const {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  char read_bytes[8] = {};
+  if (!is_active_ || poll(&input, 1, 0) <= 0) {
+    return "";
+  }
+  const ssize_t count = read(STDIN_FILENO, read_bytes, sizeof(read_bytes));
+  const std::string pressed(read_bytes, count > 0 ? static_cast<std::size_t>(count) : 0);
+  if (pressed == "\x1b[A") return "up";
+  if (pressed == "\x1b[B") return "down";
+  if (pressed == "\x1b[C") return "right";
+  if (pressed == "\x1b[D") return "left";
+  return pressed.substr(0, 1);
+}
+
+std::string followKey(const std::string& key, ReplaySession& session) {
+  try {
+    return act(key, session);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+std::string statusText(const ReplaySession& session) {
+  const replay::PlayProgress progress = session.progress();
+  const char* state = progress.state == replay::PlayProgress::State::Idle     ? "WAITING"
+                      : progress.state == replay::PlayProgress::State::Paused ? "PAUSED "
+                                                                              : "PLAYING";
+  const double end = replay::PlaybackTime{session.plan().durationNs()}.seconds();
+  return std::string(" [") + state + "]  " + fixedText(progress.position.seconds(), 2) + " / " +
+         fixedText(end, 2) + " s  rate " + fixedText(progress.rate, 2) + "  " +
+         std::to_string(progress.published) + " messages";
+}
+
+}  // namespace afterglow::nodes

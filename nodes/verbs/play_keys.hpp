@@ -1,0 +1,41 @@
+/// \file
+/// Keys and the status line of `afterglow play`, where there is a terminal.
+#pragma once
+
+#include <termios.h>
+
+#include <optional>
+#include <string>
+
+#include "nodes/player/replay_session.hpp"
+
+namespace afterglow::nodes {
+
+/// What the keys do, one line.
+constexpr const char* kPlayKeys =
+    "space pause, s step, left/right 5 s back/on, up/down rate, t pause topics, q quit";
+
+/// Keys as they are pressed, while it lives and if standard input is a terminal.
+class Keyboard {
+ public:
+  explicit Keyboard(bool is_wanted);
+  ~Keyboard();
+  Keyboard(const Keyboard&) = delete;
+  Keyboard& operator=(const Keyboard&) = delete;
+
+  bool isActive() const { return is_active_; }
+  /// A character, or "up", "down", "left", "right"; empty: none was pressed.
+  std::string key() const;
+
+ private:
+  bool is_active_ = false;
+  termios before_{};
+};
+
+/// Does what a key says; the answer is for the status line. Nothing for unknown keys.
+std::string followKey(const std::string& key, ReplaySession& session);
+
+/// " [PLAYING]  12.34 / 60.00 s  x 1"
+std::string statusText(const ReplaySession& session);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,292 @@
+// player_node's services and its clocks, seen from outside; and the files a replay is given.
+#include <afterglow/Burst.h>
+#include <afterglow/GetRate.h>
+#include <afterglow/IsPaused.h>
+#include <afterglow/PlayBehavior.h>
+#include <afterglow/ReplayStatus.h>
+#include <afterglow/Seek.h>
+#include <afterglow/SetRate.h>
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
+#include <std_msgs/String.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "nodes/player/replay_words.hpp"
+#include "tests/support/node_process.hpp"
+#include "tests/support/ros_master.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using test::eventually;
+using Texts = std::vector<std::string>;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+/// A minute that says 0, 1, 2, ... on /say, one a second from 1000 s on, and draws nothing.
+std::int64_t recordCounting(const std::string& path) {
+  const auto store = replay::openStore(path, replay::OpenMode::ReadWrite);
+  const std::int64_t recording = store->addRecording({0, "", "by hand", ""});
+  const std::int64_t channel = store->addChannel(recording, test::stringChannel("/say"));
+  std::vector<replay::Message> messages;
+  for (int i = 0; i < 60; ++i) {
+    messages.push_back(test::stringMessage(channel, (1000 + i) * kSecond,
+                                           static_cast<std::uint64_t>(i), std::to_string(i)));
+  }
+  store->append(messages);
+  return store->addBehavior(
+      test::sampleBehavior(recording, {"/say"}, 1000 * kSecond, 1060 * kSecond));
+}
+
+/// A master, and this process on its graph.
+struct Graph {
+  Graph() {
+    int argc = 0;
+    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
+  }
+  test::RosMaster master;
+};
+
+struct World {
+  World() {
+    node = std::make_unique<ros::NodeHandle>();
+    behavior = recordCounting(store);
+    player =
+        std::make_unique<test::NodeProcess>(Texts{AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store});
+    say = node->subscribe<std_msgs::String>("/say", 100, [this](const auto& message) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      said.push_back(message->data);
+    });
+    status =
+        node->subscribe<ReplayStatus>("/player_node/status", 1000, [this](const auto& message) {
+          const std::lock_guard<std::mutex> lock(mutex);
+          statuses.push_back(*message);
+        });
+    clock = node->subscribe<rosgraph_msgs::Clock>("/clock", 100, [this](const auto& message) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      times.push_back(message->clock.toSec());
+    });
+    spinner.start();
+  }
+  ~World() { spinner.stop(); }
+
+  template <typename T>
+  T seen(const T& value) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return value;
+  }
+  void forget() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    said.clear();
+    statuses.clear();
+    times.clear();
+  }
+
+  Graph graph;
+  test::TempFolder folder;
+  std::string store = folder.path("behaviors.db");
+  std::int64_t behavior = 0;
+  std::unique_ptr<ros::NodeHandle> node;
+  ros::AsyncSpinner spinner{2};
+  std::unique_ptr<test::NodeProcess> player;
+  ros::Subscriber say, status, clock;
+  std::mutex mutex;
+  Texts said;
+  std::vector<ReplayStatus> statuses;
+  std::vector<double> times;
+};
+
+struct PlayerNodeRos : testing::Test {
+  static void SetUpTestSuite() { world = new World; }
+  static void TearDownTestSuite() {
+    delete world;
+    ros::shutdown();
+  }
+  template <typename Service>
+  static typename Service::Response call(const std::string& name,
+                                         const typename Service::Request& request = {}) {
+    Service service;
+    service.request = request;
+    EXPECT_TRUE(ros::service::waitForService("/player_node/" + name, ros::Duration(30)));
+    EXPECT_TRUE(ros::service::call("/player_node/" + name, service)) << name;
+    return service.response;
+  }
+  static bool trigger(const std::string& name) { return call<std_srvs::Trigger>(name).success; }
+  static std::uint8_t state() {
+    const auto statuses = world->seen(world->statuses);
+    if (statuses.empty()) return ReplayStatus::IDLE;
+    return statuses.back().state;
+  }
+  static bool heard(const Texts& texts) {
+    return eventually([&] { return world->seen(world->said) == texts; });
+  }
+  static World* world;
+};
+World* PlayerNodeRos::world = nullptr;
+
+TEST_F(PlayerNodeRos, isCommandedByServices) {
+  EXPECT_FALSE(trigger("pause")) << "nothing is played";
+  PlayBehavior::Request wrong;
+  wrong.name = "dance";
+  EXPECT_EQ(call<PlayBehavior>("play", wrong).message, "there is no behavior called 'dance'");
+  PlayBehavior::Request play;
+  play.selector = "the last pick";
+  play.start = 10;
+  play.paused = true;
+  const auto begun = call<PlayBehavior>("play", play);
+  ASSERT_TRUE(begun.success) << begun.message;
+  ASSERT_TRUE(eventually([] { return state() == ReplayStatus::PAUSED; }));
+  EXPECT_TRUE(call<IsPaused>("is_paused").paused);
+  EXPECT_TRUE(trigger("play_next"));
+  EXPECT_TRUE(heard({"10"}));
+  Burst::Request burst;
+  burst.num_messages = 2;
+  EXPECT_TRUE(call<Burst>("burst", burst).success);
+  EXPECT_TRUE(heard({"10", "11", "12"}));
+  Seek::Request seek;
+  seek.position = 60.5;
+  EXPECT_FALSE(call<Seek>("seek", seek).success);
+  seek.position = 30;
+  EXPECT_TRUE(call<Seek>("seek", seek).success);
+  SetRate::Request rate;
+  rate.rate = -1;
+  EXPECT_EQ(call<SetRate>("set_rate", rate).message, "a rate has to be above 0");
+  rate.rate = 50;
+  EXPECT_TRUE(call<SetRate>("set_rate", rate).success);
+  EXPECT_EQ(call<GetRate>("get_rate").rate, 50);
+  EXPECT_TRUE(trigger("toggle_paused"));
+  EXPECT_FALSE(call<IsPaused>("is_paused").paused);
+  EXPECT_TRUE(eventually([] {
+    const auto said = world->seen(world->said);
+    return !said.empty() && said.back() == "59";
+  }));
+  EXPECT_EQ(world->seen(world->said)[3], "30");
+  EXPECT_TRUE(eventually([] { return state() == ReplayStatus::IDLE; }));
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, saysTenTimesASecondWhereItIsAndStopsWhenTold) {
+  PlayBehavior::Request play;
+  play.behavior_id = world->behavior;
+  ASSERT_TRUE(call<PlayBehavior>("play", play).success);
+  ASSERT_TRUE(eventually([] { return world->seen(world->statuses).size() > 15; }));
+  const auto statuses = world->seen(world->statuses);
+  EXPECT_GT(statuses.back().position, 0.5);
+  EXPECT_DOUBLE_EQ(statuses.back().duration, 60);
+  std_srvs::SetBool::Request pause;
+  pause.data = true;
+  EXPECT_TRUE(call<std_srvs::SetBool>("pause_playback", pause).success);
+  EXPECT_TRUE(eventually([] { return state() == ReplayStatus::PAUSED; }));
+  EXPECT_TRUE(trigger("stop"));
+  EXPECT_TRUE(eventually([] { return state() == ReplayStatus::IDLE; }));
+  EXPECT_EQ(world->seen(world->statuses).back().message, "stopped");
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, givesTheRecordingsTimeOnClockAndSharesItWithNobody) {
+  const Texts play{AFTERGLOW_TEST_COMMAND,
+                   "play",
+                   std::to_string(world->behavior),
+                   "--store",
+                   world->store,
+                   "--start",
+                   "5",
+                   "--duration",
+                   "1",
+                   "--sim"};
+  {
+    test::NodeProcess process(play);
+    EXPECT_EQ(process.exitStatus(), 0) << process.log();
+  }
+  EXPECT_TRUE(heard({"5"}));
+  const std::vector<double> times = world->seen(world->times);
+  ASSERT_GT(times.size(), 60u) << "100 Hz";
+  EXPECT_NEAR(times.front(), 1005, 0.5);
+  EXPECT_NEAR(times.back(), 1006, 0.1);
+  bool has_parameter = false;
+  EXPECT_FALSE(world->node->getParam("/use_sim_time", has_parameter));
+  ros::Publisher other = world->node->advertise<rosgraph_msgs::Clock>("/clock", 1);
+  test::NodeProcess refused(play);
+  EXPECT_EQ(refused.exitStatus(), 1);
+  EXPECT_NE(refused.log().find("/test publishes /clock, too"), std::string::npos) << refused.log();
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, goesAsAnotherClockDoes) {
+  ros::Publisher clock = world->node->advertise<rosgraph_msgs::Clock>("/clock", 100);
+  test::NodeProcess process({AFTERGLOW_TEST_COMMAND, "play", std::to_string(world->behavior),
+                             "--store", world->store, "--follow-clock", "--duration", "3"});
+  const auto showTime = [&](double seconds) {
+    rosgraph_msgs::Clock message;
+    message.clock = ros::Time(seconds);
+    clock.publish(message);
+  };
+  ASSERT_TRUE(eventually([&] { return clock.getNumSubscribers() >= 2; })) << "this one, and it";
+  // It says the first word 5 ms after its begin, whatever time it is then.
+  double time = 50;
+  ASSERT_TRUE(eventually([&] {
+    showTime(time += 0.01);
+    return world->seen(world->said).size() == 1;
+  }));
+  const double first = time;
+  while (world->seen(world->said).size() < 3 && time < first + 5) {
+    showTime(time += 0.1);
+    ros::WallDuration(0.02).sleep();
+  }
+  EXPECT_NEAR(time - first, 2.0, 0.5);
+  EXPECT_TRUE(heard({"0", "1", "2"}));
+  ASSERT_TRUE(eventually([&] {
+    showTime(time += 0.5);
+    return process.log().find("/say") != std::string::npos;  // its table
+  }));
+  EXPECT_EQ(process.exitStatus(), 0) << process.log();
+}
+
+// ------------------------------------------------------------------------------------------ files
+
+std::string refusal(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ReplayWords, readRulesAndLimits) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("file.yaml");
+  test::writeFile(path, "my_msgs/Plan: {stamp: keep, \"steps[].id\": fresh_id}\n");
+  const auto rules = readRules(path);
+  EXPECT_EQ(rules.at("my_msgs/Plan").at("stamp"), replay::RewriteRule::Keep);
+  EXPECT_EQ(rules.at("my_msgs/Plan").at("steps[].id"), replay::RewriteRule::FreshId);
+  test::writeFile(path, "my_msgs/Plan:\n  stamp: shifted\n");
+  EXPECT_EQ(refusal([&] { readRules(path); }),
+            path + ":2: 'shifted' is no rule; did you mean 'shift'?");
+  test::writeFile(path,
+                  "linear_velocity: 0.5\njoints: {a: {velocity: 1}}\n"
+                  "other_joints: {acceleration: 2}\n");
+  const replay::MotionLimits limits = readLimits(path);
+  EXPECT_EQ(limits.linear, 0.5);
+  EXPECT_FALSE(limits.angular);
+  EXPECT_EQ(limits.joints.at("a").velocity, 1);
+  EXPECT_EQ(limits.other_joints.acceleration, 2);
+  EXPECT_TRUE(limits.is_strict);
+  test::writeFile(path, "linear_velocity: fast\n");
+  EXPECT_NE(refusal([&] { readLimits(path); }).find(path + ":1: "), std::string::npos);
+  EXPECT_EQ(refusal([] { parseRenames({"a=b"}); }), "'a=b' is no renaming: write old:=new");
+  EXPECT_EQ(parseRenames({"/a:=/b"}).at("/a"), "/b");
+  EXPECT_NE(refusal([] { parseReplayClock("wall"); }), "");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
