@@ -21,7 +21,7 @@ constexpr std::int64_t kKept = 30 * kSecond;    ///< in the buffer
 /// A transform that comes later than that did not help then.
 constexpr std::int64_t kPatience = 2 * kSecond;
 
-ros::Time toTime(replay::Stamp stamp) {
+ros::Time momentOf(replay::Stamp stamp) {
   ros::Time time;
   time.fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)));
   return time;
@@ -95,8 +95,8 @@ void RecordedFrames::feed(const replay::Message& message, bool is_static) {
 
 std::optional<Eigen::Isometry3d> RecordedFrames::look(const std::string& frame,
                                                       replay::Stamp moment) const {
-  if (!buffer_.canTransform(anchor_, frame, toTime(moment))) return std::nullopt;
-  return toIsometry(buffer_.lookupTransform(anchor_, frame, toTime(moment)).transform);
+  if (!buffer_.canTransform(anchor_, frame, momentOf(moment))) return std::nullopt;
+  return toIsometry(buffer_.lookupTransform(anchor_, frame, momentOf(moment)).transform);
 }
 
 }  // namespace afterglow::nodes

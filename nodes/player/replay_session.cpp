@@ -7,6 +7,7 @@
 
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/ros_clock.hpp"
+#include "nodes/player/stagehand.hpp"
 #include "nodes/player/stop_signal.hpp"
 #include "replay/query/behavior_selector.hpp"
 
@@ -34,6 +35,13 @@ replay::PlayPlan planned(const replay::Store& store, const ReplayRequest& reques
   if (plan.playedTopics().empty()) {
     throw std::runtime_error(called + ": there is nothing to play" +
                              (request.only.empty() ? "" : " of " + request.only));
+  }
+  const std::string first = plan.playedTopics().front();
+  Stagehand::fit(store, plan, request.anchors);
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (plan.playedTopics().empty() && topic.channel.topic == first) {
+      throw std::runtime_error(called + ", " + first + ": " + topic.why_not);
+    }
   }
   const std::vector<std::string> motion = plan.motionTopics();
   const bool is_fit_for_body = !request.options.is_looping && !request.options.is_immediate;
@@ -179,17 +187,23 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   if (request_.is_realtime) realtime.emplace();
   replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
   if (!plan_.motionTopics().empty()) openGate(sink, clock);
+  Stagehand stagehand(store_, plan_, request_.anchors, gate_ ? gate_->sink() : sink,
+                      [this] { return moment(); });
+  stagehand.prepare([this] { return isStopped(); });
+  replay::PlayOptions options = request_.options;
+  options.anchor = stagehand.anchor();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    replay::MessageSink& target = gate_ ? gate_->sink() : sink;
     player_ = std::make_unique<replay::Player>(
-        store_, plan_, request_.options, target, gate_ ? gate_->clock() : clock,
+        store_, plan_, options, stagehand.sink(), gate_ ? gate_->clock() : clock,
         [this] { return now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
     is_paused_ ? player_->pause() : player_->resume();
     if (stop_reason_) player_->stop(*stop_reason_);
   }
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
+  const std::vector<std::string> notes = stagehand.notes();
+  report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   if (gate_) {
     report.notes.insert(report.notes.end(), gate_->notes().begin(), gate_->notes().end());
   }
@@ -232,6 +246,13 @@ void ReplaySession::waitBeforeStart() {
   while (waits() && !isStopped() && ros::ok()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+std::optional<AnchorBroadcast::Moment> ReplaySession::moment() const {
+  const replay::PlayProgress at = progress();
+  if (at.state == replay::PlayProgress::State::Idle) return std::nullopt;
+  const replay::Stamp recorded{plan_.behavior.begin.ns + at.position.ns};
+  return AnchorBroadcast::Moment{recorded, request_.clock == ReplayClock::Sim ? recorded : now()};
 }
 
 replay::Stamp ReplaySession::now() const {

@@ -12,8 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/anchor_broadcast.hpp"
 #include "nodes/player/body_gate.hpp"
 #include "nodes/player/ros_sink.hpp"
+#include "replay/play/anchoring.hpp"
 #include "replay/play/clock.hpp"
 #include "replay/play/followed_clock.hpp"
 #include "replay/play/motion_limits.hpp"
@@ -38,6 +40,7 @@ struct ReplayRequest {
   bool is_realtime = true;  ///< tries SCHED_FIFO
   ReplayClock clock = ReplayClock::Live;
   replay::PlanOptions plan;  ///< its `only` is not looked at
+  replay::AnchorSettings anchors;
   replay::PlayOptions options;
   replay::MotionLimits limits = replay::MotionLimits::fetch();
   BodyOptions body;
@@ -82,6 +85,7 @@ class ReplaySession {
   void openGate(RosSink& sink, replay::Clock& clock);
   void closeGate();
   void waitBeforeStart();
+  std::optional<AnchorBroadcast::Moment> moment() const;
   void checkRate(double rate) const;
   replay::Player& player() const;
   bool isStopped() const;

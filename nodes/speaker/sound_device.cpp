@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
-#include <utility>
 
 #include "nodes/tools/program.hpp"
 
@@ -19,14 +18,15 @@ SoundDevice::SoundDevice(const std::string& program) : program_(program) {
     if (program_.empty() && hasProgram(candidate)) program_ = candidate;
   }
   if (program_.empty()) {
-    fail("neither aplay nor paplay is installed");
+    problem_ = "neither aplay nor paplay is installed";
     return;
   }
   std::string pattern =
       (std::filesystem::temp_directory_path() / "afterglow_sound.XXXXXX").string();
   messages_fd_ = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (messages_fd_ < 0 || mkdtemp(pattern.data()) == nullptr) {
-    fail("no temporary folder");
+    program_.clear();
+    problem_ = "no temporary folder";
     return;
   }
   folder_ = pattern;
@@ -48,36 +48,40 @@ void SoundDevice::start(const PlayingSound& playing) {
     writeWav(fileFor(playing), *playing.sound, playing.volume);
     players_[playing.id] = startProgram({program_, fileFor(playing)}, messages_fd_);
   } catch (const std::runtime_error& error) {
-    fail(error.what());
+    problem_ = error.what();
   }
 }
 
 void SoundDevice::stop(const PlayingSound& playing) {
   const auto found = players_.find(playing.id);
   if (found == players_.end()) return;
-  ::kill(found->second, SIGTERM);
-  ::waitpid(found->second, nullptr, 0);
+  int status = 0;
+  if (::waitpid(found->second, &status, WNOHANG) == 0) {
+    ::kill(found->second, SIGTERM);
+    ::waitpid(found->second, nullptr, 0);
+    status = 0;  // it was playing
+  }
+  note(status);
   players_.erase(found);
   std::error_code ignored;
   std::filesystem::remove(fileFor(playing), ignored);
 }
 
-std::string SoundDevice::complaint() {
+std::string SoundDevice::problem() {
   for (auto it = players_.begin(); it != players_.end();) {
     int status = 0;
     if (::waitpid(it->second, &status, WNOHANG) == 0) {
       ++it;
       continue;
     }
-    if (status != 0 && !program_.empty()) fail(program_ + " finds no sound device");
+    note(status);
     it = players_.erase(it);
   }
-  return std::exchange(complaint_, "");
+  return problem_;
 }
 
-void SoundDevice::fail(const std::string& why) {
-  program_.clear();
-  complaint_ = why;
+void SoundDevice::note(int status) {
+  problem_ = status == 0 ? "" : program_ + " finds no sound device, or it is busy";
 }
 
 std::string SoundDevice::fileFor(const PlayingSound& playing) const {

@@ -11,7 +11,8 @@
 
 namespace afterglow::nodes {
 
-/// Without a program or a device it stays silent and says so once; everything else goes on.
+/// Without a program or a device it stays silent and says so; everything else goes on, and the
+/// device is tried again with the next sound.
 class SoundDevice : public SoundOutput {
  public:
   /// `program`: "aplay", "paplay" or another that plays the WAV file named last on its command
@@ -23,19 +24,19 @@ class SoundDevice : public SoundOutput {
 
   void start(const PlayingSound& playing) override;
   void stop(const PlayingSound& playing) override;
-  /// Why nothing can be heard, the first time it is asked after that became known; else empty.
-  /// Call it often: it also notices players that failed.
-  std::string complaint();
+  /// Why nothing can be heard, as far as is known; empty: all is well. Call it often: it also
+  /// notices players that failed.
+  std::string problem();
 
  private:
-  void fail(const std::string& why);
+  void note(int status);
   std::string fileFor(const PlayingSound& playing) const;
 
-  std::string program_;  ///< empty: silent
+  std::string program_;  ///< empty: silent for good
   std::string folder_;   ///< of WAV files in use
   int messages_fd_ = -1;
   std::map<int, pid_t> players_;  ///< by the sound's id
-  std::string complaint_;
+  std::string problem_;
 };
 
 }  // namespace afterglow::nodes

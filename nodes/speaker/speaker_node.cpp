@@ -1,10 +1,16 @@
 #include "nodes/speaker/speaker_node.hpp"
 
 #include <ros/package.h>
+#include <std_msgs/Float64.h>
 
+#include <boost/function.hpp>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
+
+#include "nodes/conversion/sound_request.hpp"
+#include "nodes/speaker/built_in_sounds.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -12,6 +18,8 @@ namespace {
 using sound_play::SoundRequest;
 
 constexpr double kTimerPeriod_s = 0.02;
+constexpr double kEndless_s = 1e9;
+constexpr std::size_t kMostAhead = 1000;
 
 class Silence : public SoundOutput {
  public:
@@ -23,6 +31,19 @@ SoundTime now() {
   const auto steady = std::chrono::steady_clock::now().time_since_epoch();
   return {static_cast<std::int64_t>(ros::Time::now().toNSec()),
           std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
+}
+
+/// Of a message of any publisher's definition.
+std::optional<SoundRequest> requestOf(const ros::MessageEvent<const RawMessage>& event) {
+  const ros::M_string& header = event.getConnectionHeader();
+  const auto value = [&](const char* key) {
+    const auto found = header.find(key);
+    return found == header.end() ? std::string() : found->second;
+  };
+  const replay::Channel channel{"/robotsound",   value("type"),
+                                value("md5sum"), value("message_definition"),
+                                false,           event.getPublisherName()};
+  return soundRequestOf(channel, event.getConstMessage()->bytes);
 }
 
 SoundKey keyOf(const SoundRequest& request) { return {request.sound, request.arg, request.arg2}; }
@@ -62,19 +83,51 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
   if (!folder.empty()) log_ = std::make_unique<SpeechLog>(folder);
   state_publisher_ = private_node.advertise<std_msgs::String>("state", 10, true);
   state_publisher_.publish(std_msgs::String());
-  requests_ = node.subscribe("/robotsound", 20, &SpeakerNode::onRequest, this,
-                             ros::TransportHints().tcpNoDelay());
+  duration_publisher_ = private_node.advertise<std_msgs::Float64>("duration", 10, true);
+  duration_publisher_.publish(std_msgs::Float64());
+  problem_publisher_ = node.advertise<std_msgs::String>("/robotsound/problem", 1, true);
+  problem_publisher_.publish(std_msgs::String());
+  caption_ = FloorCaption::read(node, private_node);
+  const auto subscribe = [&](const char* topic, auto callback) {
+    return node.subscribe<RawMessage>(topic, 100,
+                                      boost::function<void(const AnyMessage&)>(callback),
+                                      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+  };
+  requests_ = subscribe("/robotsound", [this](const AnyMessage& event) { onMessage(event); });
+  ahead_requests_ =
+      subscribe("/robotsound/ahead", [this](const AnyMessage& event) { onAhead(event); });
   timer_ = private_node.createSteadyTimer(ros::WallDuration(kTimerPeriod_s),
                                           [this](const ros::SteadyTimerEvent&) { onTimer(); });
 }
 
 void SpeakerNode::stop() { board_->stopAll(now()); }
 
-void SpeakerNode::onRequest(const SoundRequest& request) {
+void SpeakerNode::onMessage(const AnyMessage& event) {
   try {
-    obey(request);
+    const std::optional<SoundRequest> request = requestOf(event);
+    if (!request) throw std::runtime_error("it is no sound_play/SoundRequest");
+    obey(*request);
   } catch (const std::exception& error) {
     ROS_ERROR("sound request refused: %s", error.what());
+  }
+}
+
+void SpeakerNode::onAhead(const AnyMessage& event) {
+  const std::optional<SoundRequest> request = requestOf(event);
+  if (request && request->sound == SoundRequest::SAY && ahead_.size() < kMostAhead) {
+    ahead_.push_back(*request);
+  }
+}
+
+/// One a time: a request that comes meanwhile does not wait for all of them.
+void SpeakerNode::prepareOne() {
+  if (ahead_.empty()) return;
+  const SoundRequest request = ahead_.front();
+  ahead_.pop_front();
+  try {
+    speech_->say(request.arg, request.arg2);
+  } catch (const std::exception& error) {
+    ROS_WARN("a sentence that will be asked for: %s", error.what());
   }
 }
 
@@ -99,8 +152,8 @@ std::shared_ptr<const Sound> SpeakerNode::soundOf(const SoundRequest& request) {
     case SoundRequest::PLAY_FILE:
       return std::make_shared<const Sound>(readWav(pathOf(request)));
     default:
-      throw std::runtime_error("sound " + std::to_string(request.sound) +
-                               ": only SAY and PLAY_FILE are available here");
+      if (auto sound = builtInSound(request.sound)) return sound;
+      throw std::runtime_error("there is no sound " + std::to_string(request.sound));
   }
 }
 
@@ -134,20 +187,33 @@ void SpeakerNode::onTimer() {
   } catch (const std::exception& error) {
     ROS_ERROR("%s", error.what());
   }
-  const std::string complaint = device_ ? device_->complaint() : "";
-  if (!complaint.empty()) {
-    ROS_WARN("nothing can be heard: %s; going on in silence", complaint.c_str());
-  }
+  publishProblem();
+  prepareOne();
+}
+
+void SpeakerNode::publishProblem() {
+  std_msgs::String problem;
+  if (device_) problem.data = device_->problem();
+  if (problem.data == problem_) return;
+  problem_ = problem.data;
+  problem_publisher_.publish(problem);
+  if (!problem_.empty())
+    ROS_WARN("nothing can be heard: %s; going on in silence", problem_.c_str());
 }
 
 void SpeakerNode::publishState() {
   std_msgs::String state;
+  std_msgs::Float64 duration;
   for (const PlayingSound& playing : board_->playing()) {
-    if (playing.key.sound == SoundRequest::SAY) state.data = playing.key.arg;
+    if (playing.key.sound != SoundRequest::SAY) continue;
+    state.data = playing.key.arg;
+    duration.data = playing.loop ? kEndless_s : playing.sound->seconds();
   }
   if (state.data == state_) return;
   state_ = state.data;
+  duration_publisher_.publish(duration);  // first: who hears the state may know it then
   state_publisher_.publish(state);
+  if (caption_) caption_->show(state_);
 }
 
 }  // namespace afterglow::nodes

@@ -1,17 +1,19 @@
 /// \file
-/// Stands in for sound_play where it is absent: speaks what `/robotsound` says.
-/// Source of semantics: audio_common/sound_play, soundplay_node.py.
+/// Stands in for sound_play where it is absent: speaks what `/robotsound` says, also in the words
+/// of older recordings. Source of semantics: audio_common/sound_play, soundplay_node.py.
 #pragma once
 
 #include <ros/ros.h>
 #include <sound_play/SoundRequest.h>
 #include <std_msgs/String.h>
 
+#include <deque>
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 
+#include "nodes/recorder/raw_message.hpp"
+#include "nodes/speaker/floor_caption.hpp"
 #include "nodes/speaker/sound_board.hpp"
 #include "nodes/speaker/sound_device.hpp"
 #include "nodes/speaker/speech.hpp"
@@ -19,11 +21,15 @@
 
 namespace afterglow::nodes {
 
-/// Topics: in /robotsound (sound_play/SoundRequest); out ~state (std_msgs/String, latched): the
-/// text being said, empty when it has been said. Parameters: ~voice (en-us), ~words_per_minute
-/// (160), ~player ("": aplay or paplay, whichever is there; "none": silent), ~folder ("": keep
-/// nothing; else a WAV file for every sound and speech.json). The constructor throws
-/// std::runtime_error for a parameter that cannot be obeyed.
+/// Topics, in: /robotsound (sound_play/SoundRequest of any age); /robotsound/ahead, sentences that
+/// will be asked for: prepared while nothing else is to be done, so that they start at once. Out,
+/// latched: ~state (std_msgs/String), the text being said, empty when it has been said; ~duration
+/// (std_msgs/Float64), how many seconds it takes in all, 0 when it has been said, 1e9 in a loop;
+/// /robotsound/problem (std_msgs/String), why nothing can be heard, empty: all is well.
+/// Parameters: ~voice (en-us), ~words_per_minute (160), ~player ("": aplay or paplay, whichever is
+/// there; "none": silent), ~folder ("": keep nothing; else a WAV file for every sound and
+/// speech.json), and those of FloorCaption. The constructor throws std::runtime_error for a
+/// parameter that cannot be obeyed.
 class SpeakerNode {
  public:
   SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node);
@@ -32,12 +38,17 @@ class SpeakerNode {
   void stop();
 
  private:
-  void onRequest(const sound_play::SoundRequest& request);
+  using AnyMessage = ros::MessageEvent<const RawMessage>;
+
+  void onMessage(const AnyMessage& event);
+  void onAhead(const AnyMessage& event);
   void obey(const sound_play::SoundRequest& request);
   std::shared_ptr<const Sound> soundOf(const sound_play::SoundRequest& request);
   void onStarted(const PlayingSound& playing);
   void onEnded(const PlayingSound& playing, double heard_s);
   void onTimer();
+  void prepareOne();
+  void publishProblem();
   void publishState();
 
   std::unique_ptr<Speech> speech_;
@@ -46,9 +57,11 @@ class SpeakerNode {
   std::unique_ptr<SoundBoard> board_;
   std::unique_ptr<SpeechLog> log_;          ///< empty without ~folder
   std::map<int, std::size_t> log_entries_;  ///< of playing sounds, by their id
-  std::string state_;
-  ros::Publisher state_publisher_;
-  ros::Subscriber requests_;
+  std::unique_ptr<FloorCaption> caption_;   ///< empty without ~caption_topic
+  std::string state_, problem_;
+  std::deque<sound_play::SoundRequest> ahead_;
+  ros::Publisher state_publisher_, duration_publisher_, problem_publisher_;
+  ros::Subscriber requests_, ahead_requests_;
   ros::SteadyTimer timer_;
 };
 

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <sound_play/SoundRequest.h>
+#include <std_msgs/Float64.h>
 #include <std_msgs/String.h>
+#include <visualization_msgs/Marker.h>
 
 #include <mutex>
 #include <string>
@@ -90,7 +92,7 @@ TEST_F(SpeakerNodeTest, goesOnAfterRequestsItCannotObey) {
   ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Hello.", "", NAN);
   ask(SoundRequest::PLAY_FILE, SoundRequest::PLAY_ONCE, "/etc/passwd");
   ask(SoundRequest::PLAY_FILE, SoundRequest::PLAY_ONCE, "sound.wav", "no_such_package");
-  ask(SoundRequest::BACKINGUP, SoundRequest::PLAY_ONCE, "");
+  ask(6, SoundRequest::PLAY_ONCE, "");  // built in are 1 to 5
   ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Still here.");
   EXPECT_TRUE(eventually([&] { return heard("Still here.") == 1; }));
   EXPECT_EQ(spoken().size(), 1u);
@@ -126,6 +128,75 @@ TEST_F(SpeakerNodeTest, notesHowLongItSpokeWhenItIsStopped) {
   const double whole = spoken()[0].duration_s;
   EXPECT_EQ(stop(), 0);
   EXPECT_LT(spoken()[0].duration_s, whole);
+}
+
+TEST_F(SpeakerNodeTest, playsTheBuiltInSounds) {
+  ask(SoundRequest::BACKINGUP, SoundRequest::PLAY_START, "");
+  ask(SoundRequest::NEEDS_PLUGGING_BADLY, SoundRequest::PLAY_ONCE, "");
+  ASSERT_TRUE(eventually([&] { return spoken().size() == 2; }));
+  EXPECT_TRUE(spoken()[0].loop);
+  EXPECT_GT(spoken()[1].duration_s, spoken()[0].duration_s);
+}
+
+TEST_F(SpeakerNodeTest, hasPreparedWhatItIsToldAheadAndTellsHowLongItTakes) {
+  std::vector<double> durations;
+  const ros::Subscriber hears = node.subscribe<std_msgs::Float64>(
+      "/speaker_node/duration", 10, [&](const std_msgs::Float64ConstPtr& duration) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        durations.push_back(duration->data);
+      });
+  ros::Publisher ahead = node.advertise<SoundRequest>("/robotsound/ahead", 10);
+  ASSERT_TRUE(eventually([&] { return ahead.getNumSubscribers() > 0; }));
+  SoundRequest request;
+  request.sound = SoundRequest::SAY;
+  request.arg = "Please hand me the gearbox bottom that lies on the table.";
+  ahead.publish(request);
+  EXPECT_TRUE(spoken().empty()) << "it is only prepared";
+  ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, request.arg);
+  ASSERT_TRUE(eventually([&] { return spoken().size() == 1; }));
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return !durations.empty() && durations.back() > 0;
+  }));
+  EXPECT_DOUBLE_EQ(durations.back(), spoken()[0].duration_s);
+}
+
+TEST(SpeakerNode, saysWhyNothingIsHeardAndItsCaptionsGoOn) {
+  ros::NodeHandle node;
+  std::mutex mutex;
+  std::string problem;
+  std::vector<std::string> captions;
+  const ros::Subscriber problems = node.subscribe<std_msgs::String>(
+      "/robotsound/problem", 10, [&](const std_msgs::StringConstPtr& text) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        problem = text->data;
+      });
+  const ros::Subscriber markers = node.subscribe<visualization_msgs::Marker>(
+      "/caption", 10, [&](const visualization_msgs::MarkerConstPtr& marker) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        captions.push_back(marker->action == visualization_msgs::Marker::ADD ? marker->text : "-");
+      });
+  ros::Publisher requests = node.advertise<SoundRequest>("/robotsound", 10);
+  std::FILE* log = std::tmpfile();
+  const pid_t pid = startProgram({kProgram, "__name:=unheard", "_player:=/bin/false",
+                                  "_caption_topic:=/caption", "_caption_line:=12"},
+                                 fileno(log));
+  ASSERT_TRUE(eventually(
+      [&] { return requests.getNumSubscribers() == 1 && markers.getNumPublishers() == 1; }));
+  SoundRequest request;
+  request.sound = SoundRequest::SAY;
+  request.command = SoundRequest::PLAY_ONCE;
+  request.volume = 1;
+  request.arg = "I am quite hoarse.";
+  requests.publish(request);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return problem == "/bin/false finds no sound device, or it is busy" && captions.size() == 2;
+  })) << problem;
+  EXPECT_EQ(captions, (std::vector<std::string>{"I am quite\nhoarse.", "-"}));
+  kill(pid, SIGINT);
+  waitpid(pid, nullptr, 0);
+  std::fclose(log);
 }
 
 }  // namespace

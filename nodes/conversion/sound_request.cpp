@@ -1,0 +1,41 @@
+#include "nodes/conversion/sound_request.hpp"
+
+#include <string>
+
+#include "replay/messages/document.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// Leaves `value` as it is where there is no such field.
+template <typename T>
+void take(const replay::Object& fields, const std::string& name, T& value) {
+  for (const auto& [field_name, field] : fields) {
+    if (field_name == name && std::holds_alternative<T>(field)) value = std::get<T>(field);
+  }
+}
+
+}  // namespace
+
+std::optional<sound_play::SoundRequest> soundRequestOf(const replay::Channel& channel,
+                                                       const replay::Bytes& bytes) {
+  sound_play::SoundRequest request;
+  if (channel.type != "sound_play/SoundRequest") return std::nullopt;
+  try {
+    const auto schema = replay::Schema::parse(channel.type, channel.definition);
+    const replay::Value document = replay::decode(schema, bytes);
+    const auto& fields = std::get<replay::Object>(document);
+    request.volume = 1;
+    take(fields, "sound", request.sound);
+    take(fields, "command", request.command);
+    take(fields, "volume", request.volume);
+    take(fields, "arg", request.arg);
+    take(fields, "arg2", request.arg2);
+  } catch (const replay::MessageError&) {
+    return std::nullopt;
+  }
+  return request;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,66 @@
+/// \file
+/// Puts world-anchored light in place on a running robot: tells /tf where recorded frames are, and
+/// knows whether today's tf has the anchor at all.
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <atomic>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/player/world_anchor.hpp"
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+
+/// Topics: out /tf, frames `recorded/...` only; in /tf and /tf_static, until the anchor is seen.
+/// While it is not, messages that need it are refused: their light would be anywhere.
+class AnchorBroadcast : public replay::MessageAnchor {
+ public:
+  /// Where the replay is, and what its transforms are to be stamped with.
+  struct Moment {
+    replay::Stamp recorded, now;
+  };
+  /// Empty while nothing plays.
+  using Position = std::function<std::optional<Moment>()>;
+
+  /// Everything given must outlive this. 30 times a second, paused or not, frames in use are told
+  /// anew.
+  AnchorBroadcast(const replay::Store& store, const replay::PlayPlan& plan,
+                  const replay::AnchorSettings& settings, Position position);
+  ~AnchorBroadcast() override;
+  AnchorBroadcast(const AnchorBroadcast&) = delete;
+  AnchorBroadcast& operator=(const AnchorBroadcast&) = delete;
+
+  /// False at the deadline or when `is_stopped`.
+  bool waitForAnchor(Deadline deadline, const std::function<bool()>& is_stopped) const;
+  /// Throws std::runtime_error, one line, for what cannot be anchored.
+  void anchor(const replay::Channel& channel, replay::Stamp received,
+              const replay::PublishMoment& moment, replay::Bytes& bytes) override;
+  /// For the report.
+  std::vector<std::string> notes() const { return world_.notes(); }
+
+ private:
+  void onTransforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
+  void publish(const tf2_msgs::TFMessage& transforms);
+  void onTimer();
+
+  const std::string anchor_;  ///< as it is called today
+  const Position position_;
+  std::atomic<bool> has_anchor_{false};
+  WorldAnchor world_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Publisher publisher_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::WallTimer timer_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,177 @@
+#include "nodes/player/media_sink.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/sound_request.hpp"
+#include "nodes/recorder/referred_files.hpp"
+#include "replay/record/sha256.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+namespace fs = std::filesystem;
+namespace traits = ros::message_traits;
+using sound_play::SoundRequest;
+
+/// A speaker remembers so many.
+constexpr std::size_t kMostSentences = 60;
+constexpr std::size_t kMostUris = 10'000;
+
+bool isSpeech(const replay::Channel& channel) { return channel.type == "sound_play/SoundRequest"; }
+
+std::string defaultFolder() {
+  const char* cache = std::getenv("XDG_CACHE_HOME");
+  const char* home = std::getenv("HOME");
+  const fs::path root =
+      cache && *cache ? fs::path(cache) : fs::path(home ? home : "/tmp") / ".cache";
+  return (root / "afterglow" / "files").string();
+}
+
+/// ".wav", if it is one: names come from recordings.
+std::string extensionOf(const std::string& uri) {
+  const std::string extension = fs::path(uri).extension().string();
+  const bool is_plain =
+      extension.size() < 8 && std::all_of(extension.begin(), extension.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '.';
+      });
+  return is_plain ? extension : "";
+}
+
+/// Whole or not at all: others may read along.
+void writeFile(const fs::path& path, const replay::Bytes& contents) {
+  std::error_code error;
+  fs::create_directories(path.parent_path(), error);
+  const fs::path part = path.string() + ".part" + std::to_string(::getpid());
+  {
+    std::ofstream file(part, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(contents.data()),
+               static_cast<std::streamsize>(contents.size()));
+    file.close();
+    if (!file) throw std::runtime_error("cannot write " + part.string());
+  }
+  fs::rename(part, path);
+}
+
+replay::Bytes bytesOf(const SoundRequest& request) {
+  replay::Bytes bytes(ros::serialization::serializationLength(request));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, request);
+  return bytes;
+}
+
+}  // namespace
+
+void renewSpeechOutputs(replay::PlayPlan& plan) {
+  for (replay::PlannedTopic& topic : plan.topics) {
+    if (!isSpeech(topic.output)) continue;
+    topic.output.md5 = traits::MD5Sum<SoundRequest>::value();
+    topic.output.definition = traits::Definition<SoundRequest>::value();
+  }
+}
+
+std::vector<SoundRequest> sentencesOf(const replay::Store& store, const replay::PlayPlan& plan) {
+  std::vector<SoundRequest> sentences;
+  replay::MessageRange range;
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (topic.isPlayed() && isSpeech(topic.channel)) range.topics.push_back(topic.channel.topic);
+  }
+  if (range.topics.empty()) return sentences;
+  range.begin = plan.begin;
+  range.end = plan.end;
+  const auto messages = store.messages(plan.behavior, range);
+  while (sentences.size() < kMostSentences) {
+    const auto message = messages->next();
+    if (!message) break;
+    const auto request = soundRequestOf(store.channel(message->channel), message->bytes);
+    if (!request || request->sound != SoundRequest::SAY) continue;
+    const bool is_known =
+        std::any_of(sentences.begin(), sentences.end(), [&](const SoundRequest& known) {
+          return known.arg == request->arg && known.arg2 == request->arg2;
+        });
+    if (!is_known) sentences.push_back(*request);
+  }
+  return sentences;
+}
+
+MediaSink::MediaSink(const replay::Store& store, const replay::PlayPlan& plan,
+                     replay::MessageSink& sink, std::string cache_folder)
+    : sink_(sink), cache_folder_(cache_folder.empty() ? defaultFolder() : std::move(cache_folder)) {
+  for (const replay::PlannedTopic& planned : plan.topics) {
+    if (!planned.isPlayed()) continue;
+    const replay::Channel& output = planned.output;
+    auto references = std::make_unique<replay::FileReferences>(
+        replay::Schema::parse(output.type, output.definition));
+    if (references->any()) {
+      topics_[output.topic] = Topic{planned.channel, std::move(references)};
+    }
+  }
+  if (!topics_.empty()) fetchFiles(store, plan.behavior);
+}
+
+void MediaSink::fetchFiles(const replay::Store& store, const replay::Behavior& behavior) {
+  const auto snapshot = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const auto files = snapshot.is_object() ? snapshot.find("files") : snapshot.end();
+  if (!snapshot.is_object() || files == snapshot.end() || !files->is_object()) return;
+  for (const auto& [uri, hash] : files->items()) {
+    if (!hash.is_string() || isHere(uri)) continue;
+    try {
+      replacements_[uri] = fetch(store, uri, hash.get<std::string>());
+      notes_.push_back("'" + printable(uri) + "' is not on this machine: taken from the store, " +
+                       replacements_[uri] +
+                       " (for meshes a folder of projector_node's mesh_roots)");
+    } catch (const std::runtime_error& error) {
+      notes_.push_back("'" + printable(uri) + "' is lost: not on this machine, and " +
+                       error.what());
+      replacements_[uri] = "";
+    }
+  }
+}
+
+std::string MediaSink::fetch(const replay::Store& store, const std::string& uri,
+                             const std::string& sha256) {
+  const auto contents = store.file(sha256);
+  if (!contents) throw std::runtime_error("the store has lost it");
+  if (replay::sha256(*contents) != sha256) throw std::runtime_error("damaged in the store");
+  const fs::path path = fs::path(cache_folder_) / (sha256 + extensionOf(uri));
+  std::error_code error;
+  if (fs::file_size(path, error) != contents->size() || error) writeFile(path, *contents);
+  return "file://" + path.string();
+}
+
+std::string MediaSink::replacementFor(const std::string& uri) {
+  const auto known = replacements_.find(uri);
+  if (known != replacements_.end()) return known->second;
+  if (replacements_.size() >= kMostUris) return "";
+  if (!isHere(uri)) {
+    notes_.push_back("'" + printable(uri) + "' is lost: neither on this machine nor in the store");
+  }
+  return replacements_[uri] = "";
+}
+
+bool MediaSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
+  const auto found = topics_.find(channel.topic);
+  if (found == topics_.end()) return sink_.publish(channel, bytes);
+  const Topic& topic = found->second;
+  replay::Bytes changed = bytes;
+  if (isSpeech(channel) && topic.recorded.md5 != channel.md5) {
+    const auto request = soundRequestOf(topic.recorded, bytes);
+    if (!request) throw replay::MessageError("no sound request");
+    changed = bytesOf(*request);
+  }
+  topic.references->replace(changed,
+                            [this](const std::string& uri) { return replacementFor(uri); });
+  return sink_.publish(channel, changed);
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,59 @@
+/// \file
+/// What the light and the speech of a replay need on this robot besides being sent: light stays
+/// where it was, sounds and meshes are found, the speaker knows what it will be asked to say.
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nodes/player/anchor_broadcast.hpp"
+#include "nodes/player/media_sink.hpp"
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+
+/// Topics, for speech on /robotsound: out /robotsound/ahead (sound_play/SoundRequest), in
+/// /robotsound/problem (std_msgs/String), both speaker_node's. Everything given must outlive it.
+class Stagehand {
+ public:
+  /// Makes a plan fit for here: refuses topics whose light cannot be placed (WorldAnchor), brings
+  /// speech to today's definition. Returns whether today's tf has to know the anchor. Where the
+  /// recording's own tf is played nothing is anchored: its frames are where they were.
+  static bool fit(const replay::Store& store, replay::PlayPlan& plan,
+                  const replay::AnchorSettings& settings);
+
+  Stagehand(const replay::Store& store, const replay::PlayPlan& plan,
+            const replay::AnchorSettings& settings, replay::MessageSink& sink,
+            AnchorBroadcast::Position position);
+
+  /// Waits at most 2 s for the anchor, if any light needs it, and for the speaker, if one is there.
+  void prepare(const std::function<bool()>& is_stopped);
+
+  replay::MessageSink& sink() { return media_; }
+  replay::MessageAnchor* anchor() { return anchor_ ? &*anchor_ : nullptr; }
+  /// For the report. Once.
+  std::vector<std::string> notes();
+
+ private:
+  void tellAhead(Deadline deadline, const std::function<bool()>& is_stopped);
+
+  const replay::Store& store_;
+  const replay::PlayPlan& plan_;
+  const bool needs_anchor_;
+  MediaSink media_;
+  std::optional<AnchorBroadcast> anchor_;  ///< if any topic is anchored to the world
+  std::string speech_topic_;               ///< empty: nothing is said
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Publisher ahead_;
+  ros::Subscriber problems_;
+  std::set<std::string> heard_problems_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,187 @@
+// Sounds and meshes of a recording on a machine that has neither the files nor the old definitions.
+#include "nodes/player/media_sink.hpp"
+
+#include <gtest/gtest.h>
+#include <visualization_msgs/MarkerArray.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "nodes/conversion/sound_request.hpp"
+#include "nodes/conversion/typed_message.hpp"
+#include "replay/record/sha256.hpp"
+#include "replay/record/snapshot.hpp"
+#include "tests/support/player_world.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::Bytes;
+using replay::Channel;
+using sound_play::SoundRequest;
+
+const std::string kConstants = "int8 PLAY_FILE = -2\nint8 SAY = -3\n";
+const Channel kFirst{"/robotsound", "sound_play/SoundRequest",
+                     "1",           kConstants + "int8 sound\nint8 command\nstring arg\n",
+                     false,         "/robot"};
+const Channel kSecond{
+    "/robotsound", "sound_play/SoundRequest",
+    "2",           kConstants + "int8 sound\nint8 command\nstring arg\nstring arg2\n",
+    false,         "/robot"};
+
+template <typename MessageType>
+Channel channelOf(const std::string& topic) {
+  namespace traits = ros::message_traits;
+  return {topic,
+          traits::DataType<MessageType>::value(),
+          traits::MD5Sum<MessageType>::value(),
+          traits::Definition<MessageType>::value(),
+          false,
+          "/robot"};
+}
+
+template <typename MessageType>
+Bytes bytesOf(const MessageType& message) {
+  Bytes bytes(ros::serialization::serializationLength(message));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+/// sound, command, arg and, of the second age, arg2.
+Bytes oldRequest(std::int8_t sound, const std::string& arg, bool has_arg2) {
+  Bytes bytes{static_cast<std::uint8_t>(sound), 1};
+  for (const std::string& text : has_arg2 ? std::vector<std::string>{arg, ""} : std::vector{arg}) {
+    const auto size = static_cast<std::uint8_t>(text.size());
+    for (const std::uint8_t byte : {size, std::uint8_t{0}, std::uint8_t{0}, std::uint8_t{0}}) {
+      bytes.push_back(byte);
+    }
+    bytes.insert(bytes.end(), text.begin(), text.end());
+  }
+  return bytes;
+}
+
+SoundRequest playFile(const std::string& arg, const std::string& package = "") {
+  SoundRequest request;
+  request.sound = SoundRequest::PLAY_FILE;
+  request.command = SoundRequest::PLAY_ONCE;
+  request.volume = 0.5f;
+  request.arg = arg;
+  request.arg2 = package;
+  return request;
+}
+
+struct MediaSinkTest : test::PlayerWorld {
+  /// Plays what was recorded, with these files kept.
+  void playWith(const std::map<std::string, std::string>& kept) {
+    replay::Behavior behavior;
+    behavior.recording = recording;
+    behavior.begin = {test::kBegin};
+    behavior.end = replay::Stamp{test::kBegin + 1000 * test::kMs};
+    behavior.topics = topics;
+    replay::Snapshot snapshot;
+    for (const auto& [uri, text] : kept) {
+      const Bytes contents(text.begin(), text.end());
+      snapshot.files[uri] = replay::sha256(contents);
+      if (!text.empty()) store->addFile(snapshot.files[uri], contents);
+    }
+    behavior.snapshot = snapshot.toJson();
+    behavior.id = store->addBehavior(behavior);
+    plan = makePlan(*store, behavior, plan_options);
+    renewSpeechOutputs(plan);
+    MediaSink media(*store, plan, sink, cache.path("files"));
+    options.clear_projection = false;
+    player = std::make_unique<replay::Player>(
+        *store, plan, options, media, clock,
+        [this] { return replay::Stamp{clock.now().ns + 2 * test::kBegin}; },
+        [] { return std::string("id"); });
+    report = player->run();
+    notes = media.notes();
+  }
+  SoundRequest said(std::size_t index) {
+    return *toMessage<SoundRequest>(sink.on("/robotsound").at(index).bytes);
+  }
+  static std::string textOf(const std::string& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  test::TempFolder cache;
+  test::PlayReport report;
+  std::vector<std::string> notes;
+};
+
+TEST(SoundRequest, isUnderstoodInTheWordsOfAllItsAges) {
+  const auto first = soundRequestOf(kFirst, oldRequest(-3, "Hello.", false));
+  const auto second = soundRequestOf(kSecond, oldRequest(-3, "Hello.", true));
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->sound, SoundRequest::SAY);
+  EXPECT_EQ(first->command, SoundRequest::PLAY_ONCE);
+  EXPECT_EQ(second->arg, "Hello.");
+  EXPECT_EQ(first->volume, 1) << "nothing was silent then";
+  EXPECT_EQ(second->volume, 1);
+  SoundRequest silent;
+  EXPECT_EQ(soundRequestOf(channelOf<SoundRequest>("/robotsound"), bytesOf(silent))->volume, 0)
+      << "what is muted today is meant to be";
+  EXPECT_FALSE(soundRequestOf(kSecond, oldRequest(-3, "Hello.", false)));
+  EXPECT_FALSE(soundRequestOf(test::kMarkers, {}));
+}
+
+TEST_F(MediaSinkTest, bringsOldRequestsToTodaysDefinition) {
+  record(kSecond, 100, oldRequest(-3, "Hello.", true));
+  playWith({});
+  EXPECT_EQ(plan.topics.at(0).output.md5, channelOf<SoundRequest>("/robotsound").md5);
+  EXPECT_EQ(said(0).arg, "Hello.");
+  EXPECT_EQ(said(0).volume, 1);
+  ASSERT_EQ(sentencesOf(*store, plan).size(), 1u);
+}
+
+TEST_F(MediaSinkTest, takesFilesThatAreNotHereFromTheStore) {
+  test::TempFolder here;
+  std::ofstream(here.path("here.wav")) << "here";
+  const Channel sounds = channelOf<SoundRequest>("/robotsound");
+  record(sounds, 100, bytesOf(playFile("/no/such/tone.wav")));
+  record(sounds, 200, bytesOf(playFile("sounds/tone.wav", "no_such_package")));
+  record(sounds, 300, bytesOf(playFile(here.path("here.wav"))));
+  visualization_msgs::MarkerArray markers;
+  markers.markers.resize(2);
+  markers.markers[1].mesh_resource = "package://no_such_package/part.stl";
+  markers.markers[1].text = "part";
+  record(channelOf<visualization_msgs::MarkerArray>("/meshes"), 400, bytesOf(markers));
+  playWith({{"file:///no/such/tone.wav", "tone"},
+            {"package://no_such_package/sounds/tone.wav", "another"},
+            {"file://" + here.path("here.wav"), "as it was then"},
+            {"package://no_such_package/part.stl", "solid"}});
+  EXPECT_EQ(textOf(said(0).arg), "tone");
+  EXPECT_EQ(said(0).volume, 0.5f);
+  EXPECT_EQ(textOf(said(1).arg), "another");
+  EXPECT_EQ(said(1).arg2, "");
+  EXPECT_EQ(std::filesystem::path(said(1).arg).extension(), ".wav");
+  EXPECT_EQ(said(2).arg, here.path("here.wav"));
+  const auto meshes = *toMessage<visualization_msgs::MarkerArray>(sink.on("/meshes").at(0).bytes);
+  ASSERT_EQ(meshes.markers[1].mesh_resource.rfind("file:///", 0), 0u);
+  EXPECT_EQ(textOf(meshes.markers[1].mesh_resource.substr(7)), "solid");
+  EXPECT_EQ(meshes.markers[0].mesh_resource, "");
+  EXPECT_EQ(meshes.markers[1].text, "part");
+  EXPECT_EQ(notes.size(), 3u) << "what came from the store is said";
+}
+
+TEST_F(MediaSinkTest, goesOnWithoutWhatIsLostAndSaysSo) {
+  const Channel sounds = channelOf<SoundRequest>("/robotsound");
+  record(sounds, 100, bytesOf(playFile("/no/such/tone.wav")));
+  record(sounds, 200, bytesOf(playFile("/no/such/other.wav")));
+  record(sounds, 300, bytesOf(playFile("/no/such/other.wav")));
+  playWith({{"file:///no/such/tone.wav", ""}});  // the store has lost its contents
+  EXPECT_TRUE(report.is_complete);
+  EXPECT_EQ(said(0).arg, "/no/such/tone.wav");
+  EXPECT_EQ(sink.on("/robotsound").size(), 3u);
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_EQ(notes[0],
+            "'file:///no/such/tone.wav' is lost: not on this machine, and the store has lost it");
+  EXPECT_EQ(notes[1],
+            "'file:///no/such/other.wav' is lost: neither on this machine nor in the store");
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
