@@ -105,7 +105,8 @@ struct World {
                                                  const std::string& allow_motion) const {
     return std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name, "replay:=/" + name + "/replay",
-        "_store:=" + storePath, "_hold:=0.1", "_allow_motion:=" + allow_motion});
+        "_store:=" + storePath, "_hold:=0.1", "_longest_stall:=1",
+        "_allow_motion:=" + allow_motion});
   }
 
   test::TempFolder folder;

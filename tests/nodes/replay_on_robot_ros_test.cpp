@@ -56,8 +56,12 @@ class Witness {
   void forget() {
     const std::lock_guard<std::mutex> lock(mutex_);
     rise_begin_ = rise_end_ = ros::Time();
+    lowest_ = 1;
+    was_high_ = false;
   }
   double height() const { return locked(height_); }
+  /// Since it was as high as it gets.
+  double lowest() const { return locked(lowest_); }
   /// Robot time from a tenth of the way up to nine tenths.
   double riseSeconds() const {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -78,6 +82,8 @@ class Witness {
     const auto name = std::find(message.name.begin(), message.name.end(), "torso_lift_joint");
     if (name == message.name.end()) return;
     height_ = message.position[static_cast<std::size_t>(name - message.name.begin())];
+    if (height_ < 0.95 * kHeight && was_high_) lowest_ = std::min(lowest_, height_);
+    was_high_ = was_high_ || height_ > 0.95 * kHeight;
     if (rise_begin_.isZero() && height_ > 0.1 * kHeight) rise_begin_ = message.header.stamp;
     if (rise_end_.isZero() && height_ > 0.9 * kHeight) rise_end_ = message.header.stamp;
   }
@@ -96,7 +102,8 @@ class Witness {
   }
 
   mutable std::mutex mutex_;
-  double height_ = -1;
+  double height_ = -1, lowest_ = 1;
+  bool was_high_ = false;
   ros::Time rise_begin_, rise_end_;
   nav_msgs::Odometry last_odometry_;
   geometry_msgs::Twist last_velocity_;
@@ -126,7 +133,8 @@ struct ReplayOnRobot : testing::Test {
     node->setParam("/robot_description", fileText("assets/fetch.urdf"));
     robot = start({AFTERGLOW_TEST_FAKE_FETCH_NODE});
     recorder = start({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + store});
-    player = start({AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true"});
+    player = start({AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true",
+                    "_longest_stall:=1"});
     spinner.start();
     witness = std::make_unique<Witness>();
   }
@@ -138,6 +146,16 @@ struct ReplayOnRobot : testing::Test {
     return std::make_unique<test::NodeProcess>(arguments);
   }
 
+  static control_msgs::FollowJointTrajectoryGoal torsoGoal(double seconds) {
+    control_msgs::FollowJointTrajectoryGoal goal;
+    goal.trajectory.header.stamp = ros::Time::now();
+    goal.trajectory.joint_names = {"torso_lift_joint"};
+    goal.trajectory.points.resize(1);
+    goal.trajectory.points[0].positions = {kHeight};
+    goal.trajectory.points[0].time_from_start = ros::Duration(seconds);
+    return goal;
+  }
+
   /// Lifts the torso, starting "now", and drives a little meanwhile.
   void perform() {
     actionlib::SimpleActionClient<FollowJointTrajectoryAction> torso(kTorso, false);
@@ -145,13 +163,7 @@ struct ReplayOnRobot : testing::Test {
     ros::Publisher wheels = node->advertise<geometry_msgs::Twist>("/cmd_vel", 10);
     ASSERT_TRUE(eventually([&] { return wheels.getNumSubscribers() >= 3; }))
         << "robot, recorder and witness";
-    control_msgs::FollowJointTrajectoryGoal goal;
-    goal.trajectory.header.stamp = ros::Time::now();
-    goal.trajectory.joint_names = {"torso_lift_joint"};
-    goal.trajectory.points.resize(1);
-    goal.trajectory.points[0].positions = {kHeight};
-    goal.trajectory.points[0].time_from_start = ros::Duration(kSeconds);
-    torso.sendGoal(goal);
+    torso.sendGoal(torsoGoal(kSeconds));
     geometry_msgs::Twist forward;
     forward.linear.x = 0.2;
     for (ros::WallRate rate(20); torso.getState() != State::SUCCEEDED; rate.sleep()) {
@@ -166,15 +178,52 @@ struct ReplayOnRobot : testing::Test {
     witness->forget();
   }
 
-  ReplayResult replay(std::int64_t id) {
-    actionlib::SimpleActionClient<ReplayAction> client("/replay", false);
+  /// How it ended; the result by `result`.
+  State tryReplay(std::int64_t id, ReplayResult* result = nullptr,
+                  const std::string& action = "/replay") {
+    actionlib::SimpleActionClient<ReplayAction> client(action, false);
     EXPECT_TRUE(client.waitForServer(kPatience));
     ReplayGoal goal;
     goal.behavior_id = id;
     client.sendGoal(goal);
     EXPECT_TRUE(client.waitForResult(kPatience));
-    EXPECT_EQ(client.getState(), State::SUCCEEDED) << client.getState().getText();
-    return *client.getResult();
+    if (result) *result = *client.getResult();
+    return client.getState();
+  }
+  ReplayResult replay(std::int64_t id) {
+    ReplayResult result;
+    const State state = tryReplay(id, &result);
+    EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
+    return result;
+  }
+
+  /// The robot is where the behavior has led it.
+  void expectRefusalFromElsewhere(std::int64_t id) {
+    const State state = tryReplay(id);
+    EXPECT_EQ(state, State::ABORTED);
+    for (const char* part : {"the robot does not stand as it did: torso_lift_joint is 0.1",
+                             "then 0.000", "the base is ", "the base has to be brought there"}) {
+      EXPECT_NE(state.getText().find(part), std::string::npos) << state.getText();
+    }
+  }
+
+  /// Only the torso is elsewhere.
+  void expectWayToTheStart(std::int64_t id) {
+    putBack();
+    actionlib::SimpleActionClient<FollowJointTrajectoryAction> torso(kTorso, false);
+    ASSERT_TRUE(torso.waitForServer(kPatience));
+    torso.sendGoalAndWait(torsoGoal(1.5));
+    ASSERT_TRUE(eventually([this] { return std::abs(witness->height() - kHeight) < 0.005; }));
+    const auto eager =
+        start({AFTERGLOW_TEST_PLAYER_NODE, "__name:=eager", "replay:=eager_replay",
+               "_store:=" + store, "_allow_motion:=true", "_to_start:=true", "_longest_stall:=1"});
+    ReplayResult result;
+    const State state = tryReplay(id, &result, "/eager_replay");
+    EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
+    EXPECT_NE(result.report.find("the robot was moved to the start by " + kTorso + "/goal"),
+              std::string::npos)
+        << result.report;
+    EXPECT_LT(witness->lowest(), 0.02) << "it began where it had begun";
   }
 
   double driven() const {
@@ -222,6 +271,8 @@ TEST_F(ReplayOnRobot, executesAReplayedGoalTwiceInARowWithoutAJumpAndEndsWithAZe
     EXPECT_TRUE(
         eventually([&] { return std::abs(witness->odometry().twist.twist.linear.x) < 1e-6; }));
   }
+  expectRefusalFromElsewhere(started.behavior_id);
+  expectWayToTheStart(started.behavior_id);
 }
 
 }  // namespace
