@@ -49,6 +49,9 @@ BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
     node.param(std::string("start_tolerance/") + name, *value, *value);
   }
   node.param("longest_stall", options.longest_stall_s, options.longest_stall_s);
+  if (!(options.longest_stall_s >= 0.04)) {  // two heartbeats
+    throw std::runtime_error("~longest_stall has to be at least 0.04 s");
+  }
   node.param("estop_topic", options.emergency_stop.topic, options.emergency_stop.topic);
   node.param("estop_longest_silence", options.emergency_stop.longest_silence_s,
              options.emergency_stop.longest_silence_s);

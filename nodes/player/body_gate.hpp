@@ -28,6 +28,7 @@ struct BodyOptions {
   double longest_stall_s = 0.06;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
 
+  /// Throws std::runtime_error, one line, for a value that is none.
   static BodyOptions read(const ros::NodeHandle& private_node);
 };
 

@@ -29,13 +29,13 @@ bool GuardLink::send(const json& message) {
 }
 
 std::optional<json> GuardLink::receive() {
-  std::vector<std::uint8_t> bytes(1 << 18);  // more than a socket takes at once
-  const ssize_t size = ::recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  const ssize_t size = ::recv(fd_, nullptr, 0, MSG_PEEK | MSG_TRUNC | MSG_DONTWAIT);
   if (size <= 0) {
     is_closed_ = is_closed_ || size == 0 || (errno != EAGAIN && errno != EINTR);
     return std::nullopt;
   }
-  bytes.resize(static_cast<std::size_t>(size));
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+  ::recv(fd_, bytes.data(), bytes.size(), MSG_DONTWAIT);
   return json::from_cbor(bytes);
 }
 
