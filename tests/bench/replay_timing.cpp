@@ -1,11 +1,13 @@
 // How exactly a replay keeps the recorded rhythm, seen by a subscriber of its own: `afterglow play`
-// beside `rosbag play` on the same messages, alternately, in one run. A 100 Hz stream of velocities
-// and a 30 Hz stream of clouds. Prints figures and their ratio; run by hand on a machine that has
-// nothing else to do:   replay_timing [seconds] [rounds]
+// beside `rosbag play`, and beside a third player if one is given, on the same messages,
+// alternately, in one run. A 100 Hz stream of velocities and a 30 Hz stream of markers. Prints
+// figures and their ratio; run by hand on a machine that has nothing else to do:
+//   replay_timing [seconds] [rounds] [fifo|normal] [third player's command, the bag behind it]
+// "normal" keeps afterglow from trying SCHED_FIFO. player_beside_rosbag.py runs all of it.
 #include <geometry_msgs/Twist.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sensor_msgs/PointCloud2.h>
+#include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
 #include <chrono>
@@ -23,8 +25,6 @@
 namespace {
 
 using namespace afterglow;
-
-constexpr std::size_t kCloudBytes = 20'000;
 
 template <typename M>
 replay::Channel channelOf(const std::string& topic) {
@@ -51,10 +51,10 @@ replay::Bytes twist(int index) {
   return serialized(message);
 }
 
-replay::Bytes cloud(int index) {
-  sensor_msgs::PointCloud2 message;
-  message.height = static_cast<std::uint32_t>(index);  // tells them apart
-  message.data.resize(kCloudBytes);
+replay::Bytes markers(int index) {
+  visualization_msgs::MarkerArray message;
+  message.markers.resize(20);
+  message.markers.front().id = index;  // tells them apart
   return serialized(message);
 }
 
@@ -84,10 +84,11 @@ class Subscriber {
           arrive("cmd", static_cast<int>(m->linear.x) - 1);
         },
         ros::VoidConstPtr(), hints);
-    clouds_ = node_.subscribe<sensor_msgs::PointCloud2>(
+    markers_ = node_.subscribe<visualization_msgs::MarkerArray>(
         "/bench/ar", 1000,
-        [this](const sensor_msgs::PointCloud2ConstPtr& m) {
-          arrive("ar", static_cast<int>(m->height));
+        [this](const visualization_msgs::MarkerArrayConstPtr& m) {
+          const bool clears = m->markers.front().action == visualization_msgs::Marker::DELETEALL;
+          arrive("ar", clears ? -1 : m->markers.front().id);
         },
         ros::VoidConstPtr(), hints);
     spinner_.start();
@@ -105,7 +106,7 @@ class Subscriber {
   void arrive(const std::string& stream, int index) {
     const double at = now();
     const std::lock_guard<std::mutex> lock(mutex_);
-    // The zero velocity and the clearing cloud at the end are no messages of the recording.
+    // The zero velocity and the clearing markers at the end are no messages of the recording.
     if (index >= 0) streams_.at(stream).arrivals.emplace(index, at);
   }
 
@@ -113,7 +114,7 @@ class Subscriber {
   std::map<std::string, Stream> streams_;
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
-  ros::Subscriber twists_, clouds_;
+  ros::Subscriber twists_, markers_;
   ros::AsyncSpinner spinner_{1, &queue_};
 };
 
@@ -155,13 +156,13 @@ std::int64_t record(const std::string& path, double seconds) {
   const std::int64_t cmd =
       store->addChannel(recording, channelOf<geometry_msgs::Twist>("/bench/cmd"));
   const std::int64_t ar =
-      store->addChannel(recording, channelOf<sensor_msgs::PointCloud2>("/bench/ar"));
+      store->addChannel(recording, channelOf<visualization_msgs::MarkerArray>("/bench/ar"));
   const std::int64_t begin = 1'600'000'000'000'000'000;
   std::vector<replay::Message> messages;
   for (int i = 0; i < 100 * seconds; ++i)
     messages.push_back({cmd, {begin + std::llround(i * 1e7)}, messages.size(), {}, twist(i)});
   for (int i = 0; i < 30 * seconds; ++i)
-    messages.push_back({ar, {begin + std::llround(i * 1e9 / 30)}, messages.size(), {}, cloud(i)});
+    messages.push_back({ar, {begin + std::llround(i * 1e9 / 30)}, messages.size(), {}, markers(i)});
   store->append(messages);
   replay::Behavior behavior;
   behavior.recording = recording;
@@ -172,24 +173,40 @@ std::int64_t record(const std::string& path, double seconds) {
   return store->addBehavior(behavior);
 }
 
-void run(double seconds, int rounds) {
+using Words = std::vector<std::string>;
+
+struct Settings {
+  double seconds = 12;
+  int rounds = 3;
+  bool is_normal = false;
+  Words third;  ///< the command of a third player
+};
+
+void run(const Settings& settings) {
+  const double seconds = settings.seconds;
   const test::TempFolder folder;
   const std::string store = folder.path("timing.db"), bag = folder.path("timing.bag");
   const std::string id = std::to_string(record(store, seconds));
-  const auto finish = [](const std::vector<std::string>& arguments) {
+  const auto finish = [](const Words& arguments) {
     test::NodeProcess process(arguments);
     if (process.exitStatus() != 0) throw std::runtime_error(process.log());
   };
   finish({AFTERGLOW_BENCH_COMMAND, "export", id, "--store", store, "--out", bag});
-  const std::map<std::string, std::vector<std::string>> players = {
-      {"afterglow play", {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion"}},
+  std::map<std::string, Words> players = {
+      {"afterglow play",
+       {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion", "--quiet"}},
       {"rosbag play", {"rosbag", "play", "-q", "--wait-for-subscribers", bag}}};
+  if (settings.is_normal) players["afterglow play"].push_back("--no-realtime");
+  if (!settings.third.empty()) {
+    players["third player"] = settings.third;
+    players["third player"].push_back(bag);
+  }
 
   Subscriber subscriber(seconds);
   std::map<std::string, std::vector<Figures>> all;  // by stream and player
   std::printf("%-5s %-15s %8s %8s %8s %9s %8s   (ms)\n", "", "", "p50", "p99", "max", "drift",
               "missing");
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < settings.rounds; ++round) {
     for (const auto& [player, arguments] : players) {
       finish(arguments);
       for (const auto& [name, stream] : subscriber.take()) {
@@ -215,10 +232,14 @@ void run(double seconds, int rounds) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double seconds = argc > 1 ? std::atof(argv[1]) : 12;
-  const int rounds = argc > 2 ? std::atoi(argv[2]) : 3;
-  if (seconds < 3 || rounds < 1) {
-    std::fprintf(stderr, "usage: replay_timing [seconds, 3 or more] [rounds]\n");
+  Settings settings;
+  if (argc > 1) settings.seconds = std::atof(argv[1]);
+  if (argc > 2) settings.rounds = std::atoi(argv[2]);
+  if (argc > 3) settings.is_normal = std::string(argv[3]) == "normal";
+  if (argc > 4) settings.third.assign(argv + 4, argv + argc);
+  if (settings.seconds < 3 || settings.rounds < 1) {
+    std::fprintf(stderr,
+                 "usage: replay_timing [seconds, 3 or more] [rounds] [fifo|normal] [...]\n");
     return 2;
   }
   try {
@@ -226,7 +247,7 @@ int main(int argc, char** argv) {
     int none = 0;
     ros::init(none, nullptr, "replay_timing", ros::init_options::NoSigintHandler);
     ros::start();
-    run(seconds, rounds);
+    run(settings);
     ros::shutdown();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "replay_timing: %s\n", error.what());
