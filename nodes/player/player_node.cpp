@@ -37,6 +37,10 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   private_node.param("rules", options.rules, options.rules);
   private_node.param("limits", options.limits, options.limits);
   options.body = BodyOptions::read(private_node);
+  private_node.param("anchor_frame", options.anchors.frame, options.anchors.frame);
+  for (const std::string& anchor : private_node.param("anchor", std::vector<std::string>())) {
+    options.anchors.add(anchor);
+  }
   return options;
 }
 
@@ -96,6 +100,7 @@ ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
   request.clock = parseReplayClock(goal.clock);
   request.limits = limits_;
   request.body = options_.body;
+  request.anchors = options_.anchors;
   replay::PlanOptions& plan = request.plan;
   plan.topics = goal.topics;
   plan.exclude = goal.exclude;

@@ -32,6 +32,8 @@ struct PlayerNodeOptions {
   bool realtime = true;                 ///< ~realtime: tries SCHED_FIFO
   std::string rules, limits;            ///< ~rules, ~limits: files (replay_words.hpp)
   BodyOptions body;                     ///< ~to_start, ~any_start, ~start_tolerance, ~estop_...
+  /// ~anchor (a list of world, body, /topic=world, /topic=body), ~anchor_frame (map)
+  replay::AnchorSettings anchors;
 
   /// Throws std::runtime_error, one line, for a value that is none.
   static PlayerNodeOptions read(const ros::NodeHandle& private_node);

@@ -2,6 +2,7 @@
 
 #include <std_msgs/String.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -9,22 +10,27 @@
 namespace afterglow::nodes {
 namespace {
 
-bool isAnchored(const replay::PlayPlan& plan, const replay::AnchorSettings& settings) {
-  bool is_anchored = false;
-  for (const replay::PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed()) continue;
-    if (topic.channel.topic == "/tf") return false;
-    is_anchored = is_anchored || settings.of(topic.channel) == replay::Anchor::World;
-  }
-  return is_anchored;
+bool isAnchored(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors) {
+  return std::any_of(
+      plan.topics.begin(), plan.topics.end(), [&](const replay::PlannedTopic& topic) {
+        return topic.isPlayed() && anchors.of(topic.channel) == replay::Anchor::World;
+      });
 }
 
 }  // namespace
 
+replay::AnchorSettings Stagehand::anchorsIn(const replay::PlayPlan& plan,
+                                            const replay::AnchorSettings& settings) {
+  const bool plays_tf = std::any_of(plan.topics.begin(), plan.topics.end(), [](const auto& topic) {
+    return topic.isPlayed() && topic.channel.topic == "/tf";
+  });
+  return plays_tf ? replay::AnchorSettings{settings.frame, replay::Anchor::Body, {}} : settings;
+}
+
 bool Stagehand::fit(const replay::Store& store, replay::PlayPlan& plan,
                     const replay::AnchorSettings& settings) {
   renewSpeechOutputs(plan);
-  return isAnchored(plan, settings) && WorldAnchor::refuseUnplaced(store, plan, settings);
+  return WorldAnchor::refuseUnplaced(store, plan, anchorsIn(plan, settings));
 }
 
 Stagehand::Stagehand(const replay::Store& store, const replay::PlayPlan& plan,
@@ -37,7 +43,8 @@ Stagehand::Stagehand(const replay::Store& store, const replay::PlayPlan& plan,
         return fit(store, asked, settings);
       }()),
       media_(store, plan, sink) {
-  if (isAnchored(plan, settings)) anchor_.emplace(store, plan, settings, std::move(position));
+  const replay::AnchorSettings anchors = anchorsIn(plan, settings);
+  if (isAnchored(plan, anchors)) anchor_.emplace(store, plan, anchors, std::move(position));
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (topic.isPlayed() && topic.output.type == "sound_play/SoundRequest") {
       speech_topic_ = topic.output.topic;

@@ -22,9 +22,12 @@ namespace afterglow::nodes {
 /// /robotsound/problem (std_msgs/String), both speaker_node's. Everything given must outlive it.
 class Stagehand {
  public:
+  /// What holds for a plan: where the recording's own tf is played nothing is anchored, its frames
+  /// are where they were.
+  static replay::AnchorSettings anchorsIn(const replay::PlayPlan& plan,
+                                          const replay::AnchorSettings& settings);
   /// Makes a plan fit for here: refuses topics whose light cannot be placed (WorldAnchor), brings
-  /// speech to today's definition. Returns whether today's tf has to know the anchor. Where the
-  /// recording's own tf is played nothing is anchored: its frames are where they were.
+  /// speech to today's definition. Returns whether today's tf has to know the anchor.
   static bool fit(const replay::Store& store, replay::PlayPlan& plan,
                   const replay::AnchorSettings& settings);
 

@@ -88,6 +88,11 @@ void addNames(CLI::App& verb, PlayCommand& c) {
   verb.add_option("--tf-prefix", c.request.plan.rewriting.tf_prefix,
                   "Before every frame's name: robot2");
   verb.add_option("--remap-frame", c.remap_frame, "Frames under other names: map:=odom ...");
+  verb.add_option("--anchor", c.anchors,
+                  "Where light belongs: world (default: where it was, by the recording's tf) or "
+                  "body (by today's); for one topic: /topic=body");
+  verb.add_option("--anchor-frame", c.request.anchors.frame,
+                  "What stays where it is from then to now; default map");
   verb.add_option("--rules", c.rules_file, "Rewriting rules by type and field, a YAML file");
 }
 
@@ -128,6 +133,7 @@ void readPlayOptions(PlayCommand& c) {
   plan.remap = parseRenames(c.remap);
   plan.rewriting.frames = parseRenames(c.remap_frame);
   if (!c.rules_file.empty()) plan.rewriting.rules = readRules(c.rules_file);
+  for (const std::string& anchor : c.anchors) c.request.anchors.add(anchor);
   replay::PlayOptions& play = c.request.options;
   play.clear_projection = !c.keeps_light;
   play.skip_empty_s = given(c.skip_empty_s);

@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "nodes/player/replay_session.hpp"
+#include "nodes/player/stagehand.hpp"
 #include "nodes/player/stop_signal.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/play_options.hpp"
@@ -23,8 +24,11 @@
 namespace afterglow::nodes {
 namespace {
 
-std::string rewritesOf(const replay::PlannedTopic& topic) {
+std::string rewritesOf(const replay::PlannedTopic& topic, const replay::AnchorSettings& anchors) {
   std::string text;
+  if (anchors.of(topic.channel) == replay::Anchor::World) {
+    text = "frames but " + anchors.frame + ": where they were";
+  }
   for (const replay::RewrittenField& field : topic.rewrites) {
     text += (text.empty() ? "" : "; ") + field.path + " " + std::string(describe(field.rule)) +
             " (" + std::to_string(field.count) + ")";
@@ -32,7 +36,7 @@ std::string rewritesOf(const replay::PlannedTopic& topic) {
   return text;
 }
 
-void printPlan(const replay::PlayPlan& plan) {
+void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors) {
   using Align = TextTable::Align;
   TextTable table({{"topic", Align::Left},
                    {"messages", Align::Right},
@@ -43,7 +47,7 @@ void printPlan(const replay::PlayPlan& plan) {
     table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
                std::to_string(topic.count),
                topic.isPlayed() ? std::string(name(topic.modality)) : "-",
-               topic.isPlayed() ? rewritesOf(topic) : "not played: " + topic.why_not});
+               topic.isPlayed() ? rewritesOf(topic, anchors) : "not played: " + topic.why_not});
   }
   std::cout << "behavior " << plan.behavior.id << " '" << plan.behavior.name << "', "
             << fixedText(replay::PlaybackTime{plan.durationNs()}.seconds(), 3) << " s\n"
@@ -144,12 +148,12 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
   return ids;
 }
 
-void showPlan(const ReplaySession& session, bool is_json) {
+void showPlan(const ReplaySession& session, const replay::AnchorSettings& anchors, bool is_json) {
   const replay::PlayPlan plan = session.countedPlan();
   if (is_json) {
     std::cout << dumpJson(toJson(plan), 2) << "\n";
   } else {
-    printPlan(plan);
+    printPlan(plan, Stagehand::anchorsIn(plan, anchors));
   }
 }
 
@@ -161,7 +165,7 @@ void run(PlayCommand& command) {
     command.request.behavior_id = id;
     sessions.push_back(std::make_unique<ReplaySession>(*store, command.request));
     if (command.is_dry_run) {
-      showPlan(*sessions.back(), command.is_json);
+      showPlan(*sessions.back(), command.request.anchors, command.is_json);
     } else {
       sessions.back()->checkMotionAllowed();
     }
