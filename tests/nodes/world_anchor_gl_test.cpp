@@ -157,7 +157,6 @@ TEST_F(WorldAnchorTest, putsFramesWhereTheyWereAtTheMessagesOwnStamp) {
   EXPECT_EQ(way.header.frame_id, "map") << "the anchor is where it was";
   EXPECT_EQ(way.poses[0].header.frame_id, "");
   EXPECT_EQ(way.poses[1].header.frame_id, "recorded/laser");
-  EXPECT_TRUE(anchor->notes().empty());
 }
 
 TEST_F(WorldAnchorTest, stampsWhatHasNoStampSoThatSeveralMomentsCanBeShownAtOnce) {
@@ -287,9 +286,6 @@ TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMetreAn
   test::RefereeSurface floor{"floor", Eigen::Isometry3d::Identity(), 0.4, 0.4};
   floor.T_world_surface.translation() = spot;
   const cv::Mat top = referee.topView(image, {floor}, "floor");
-  if (const char* kept = std::getenv("AFTERGLOW_TEST_PICTURE")) {
-    cv::imwrite(kept, top * 255);
-  }
   const cv::Moments moments = cv::moments(top);
   const double step = test::Referee::kStep;
   const Eigen::Vector2d off((moments.m10 / moments.m00 - (top.cols - 1) / 2.0) * step,
