@@ -12,6 +12,7 @@
 
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
+#include "replay/record/answer_topic.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -49,6 +50,17 @@ std::string folderOf(const std::string& store) {
   if (const char* spool = std::getenv("AFTERGLOW_SPOOL"); spool && *spool) return spool;
   const char* home = std::getenv("HOME");
   return home ? std::string(home) + "/.local/share/afterglow" : std::string();
+}
+
+std::vector<std::string> withAnswers(const std::vector<std::string>& topics) {
+  std::vector<std::string> heard = topics;
+  for (const std::string& topic : topics) {
+    const auto answer = replay::answerTopic(topic);
+    if (answer && std::find(heard.begin(), heard.end(), *answer) == heard.end()) {
+      heard.push_back(*answer);
+    }
+  }
+  return heard;
 }
 
 }  // namespace
@@ -116,19 +128,20 @@ std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& 
   }
   const std::vector<std::string> topics = topicsNow(request);
   std::unique_lock<std::mutex> one_by_one(subscribing_mutex_);
-  const Links old = oldLinks(topics);
-  listener_.acquire(topics);
+  const std::vector<std::string> heard = withAnswers(topics);
+  const Links old = oldLinks(heard);
+  listener_.acquire(heard);
   one_by_one.unlock();
   try {
     const std::vector<std::string> missing =
-        waitForPublishers(topics, deadlineIn(options_.connect_timeout_s), old);
+        waitForPublishers(heard, deadlineIn(options_.connect_timeout_s), old);
     if (!missing.empty()) {
       *warning = "no connection yet from " + joined(missing);
       ROS_WARN_STREAM("behavior '" << request.behavior.name << "': " << *warning);
     }
-    return begin({request, topics, {}, on_end, 0});
+    return begin({request, topics, heard, {}, on_end, 0});
   } catch (...) {
-    listener_.release(topics);
+    listener_.release(heard);
     throw;
   }
 }
@@ -173,8 +186,10 @@ void RecordingDesk::lookForTopics() {
                  });
     if (added.empty()) continue;
     recorder_.addTopics(id, added);
-    listener_.acquire(added);
     known.insert(known.end(), added.begin(), added.end());
+    added = withAnswers(added);
+    listener_.acquire(added);
+    found->second.heard.insert(found->second.heard.end(), added.begin(), added.end());
   }
 }
 
@@ -194,7 +209,7 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
   }
   letMessagesArrive();
   const Ended ended = end(id, running, outcome, forced_by);
-  listener_.release(running.topics);
+  listener_.release(running.heard);
   for (const std::string& remark : ended.counts.remarks) {
     ROS_WARN_STREAM("behavior " << id << ": " << remark);
   }

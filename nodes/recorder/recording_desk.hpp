@@ -81,7 +81,8 @@ class RecordingDesk {
  private:
   struct Running {
     RecordingRequest request;
-    std::vector<std::string> topics;  ///< acquired for it
+    std::vector<std::string> topics;  ///< its own
+    std::vector<std::string> heard;   ///< acquired for it: those, and its goals' results
     replay::Snapshot snapshot;
     OnEnd on_end;
     std::uint64_t dropped_told = 0;

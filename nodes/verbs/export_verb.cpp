@@ -94,6 +94,7 @@ void runExport(const ExportOptions& options) {
     std::cout << " to " << result.paths.back() << ", " << result.paths.size() << " bags";
   }
   std::cout << "\n";
+  tellOfDamage(result.damaged);
 }
 
 }  // namespace

@@ -190,13 +190,14 @@ void printMessages(const replay::Store& store, const Behavior& behavior,
   };
   if (options.last) {
     for (const auto& message : lastMessages(*cursor, *options.last)) print(message);
-    return;
+  } else {
+    for (std::uint64_t i = 0; i < options.limit; ++i) {
+      const auto message = cursor->next();
+      if (!message) break;
+      print(*message);
+    }
   }
-  for (std::uint64_t i = 0; i < options.limit; ++i) {
-    const auto message = cursor->next();
-    if (!message) break;
-    print(*message);
-  }
+  tellOfDamage(cursor->damaged().size());
 }
 
 void runShow(const ShowOptions& options) {

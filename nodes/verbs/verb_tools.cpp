@@ -169,4 +169,10 @@ void Progress::update(std::uint64_t done, std::uint64_t total) {
             << (total == 0 ? 100 : done * 100 / total) << " %" << std::flush;
 }
 
+void tellOfDamage(std::size_t messages) {
+  if (messages == 0) return;
+  std::cerr << messages << (messages == 1 ? " damaged message is" : " damaged messages are")
+            << " left out; afterglow store check names what is damaged\n";
+}
+
 }  // namespace afterglow::nodes

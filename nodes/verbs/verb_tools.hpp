@@ -66,6 +66,9 @@ class TextTable {
   std::vector<std::vector<std::string>> rows_;
 };
 
+/// A line on stderr, if there were any: what a reader must know of a damaged store.
+void tellOfDamage(std::size_t messages);
+
 /// A line on stderr that says for how long something has taken, from the first second on, if stderr
 /// is a terminal; gone afterwards.
 class Waiting {

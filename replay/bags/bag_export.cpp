@@ -192,6 +192,13 @@ class MergedMessages {
     return std::nullopt;
   }
 
+  /// Messages that could not be read.
+  std::uint64_t damaged() const {
+    std::uint64_t count = 0;
+    for (const Source& source : sources_) count += source.cursor->damaged().size();
+    return count;
+  }
+
  private:
   using Key = std::tuple<std::int64_t, std::int64_t, std::uint64_t>;  // stamp, recording, sequence
   using Head = std::tuple<std::int64_t, std::int64_t, std::uint64_t, std::size_t>;  // and source
@@ -296,6 +303,7 @@ BagExportResult writeAll(const Store& store, const std::vector<Behavior>& behavi
     }
   }
   if (options.progress) options.progress(result.messages, result.messages);
+  result.damaged = messages.damaged();
   result.paths = exporter.finish();
   return result;
 }

@@ -59,6 +59,7 @@ struct BagExport {
 
 struct BagExportResult {
   std::uint64_t messages = 0;
+  std::uint64_t damaged = 0;       ///< messages that the store could not give back
   std::vector<std::string> paths;  ///< of the bags, in order
 };
 

@@ -134,7 +134,8 @@ class Recorder {
   enum class Want { No, LeftOut, Yes };
 
   bool covers(const RunningBehavior& running, const std::string& topic, Stamp received) const {
-    return running.isWithin(received) && (running.isOwn(topic) || context_.count(topic) != 0);
+    return running.isWithin(received) && (running.isOwn(topic) || context_.count(topic) != 0 ||
+                                          running.answers().count(topic) != 0);
   }
   Stamp orderly(Stamp clock);
   void notice(const std::string& text);

@@ -69,6 +69,7 @@ void Recorder::enqueuePast(const RunningBehavior& running) {
   const Stamp begin = running.behavior().begin;
   std::set<std::string> topics = context_;
   topics.insert(running.behavior().topics.begin(), running.behavior().topics.end());
+  topics.insert(running.answers().begin(), running.answers().end());
   for (LatchedState::Entry& entry :
        past_.latchedAt(begin, {topics.begin(), topics.end()}, channels_)) {
     Message message;

@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "replay/record/answer_topic.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -19,6 +21,9 @@ std::string counted(std::uint64_t count, const std::string& topic) {
 
 RunningBehavior::RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits)
     : behavior_(std::move(behavior)), topics_(behavior_.topics.begin(), behavior_.topics.end()) {
+  for (const std::string& topic : topics_) {
+    if (const auto answer = answerTopic(topic)) answers_.insert(*answer);
+  }
   for (const TopicLimit& limit : limits) {
     thinners_.emplace(limit.topic, TopicThinner(limit));
   }
@@ -35,6 +40,7 @@ bool RunningBehavior::addTopic(const std::string& topic) {
     return false;
   }
   behavior_.topics.push_back(topic);
+  if (const auto answer = answerTopic(topic)) answers_.insert(*answer);
   return true;
 }
 

@@ -35,6 +35,8 @@ class RunningBehavior {
   bool addTopic(const std::string& topic);
 
   bool isOwn(const std::string& topic) const { return topics_.count(topic) != 0; }
+  /// Results of its goals: context that a replay needs, which waits where the robot had waited.
+  const std::set<std::string>& answers() const { return answers_; }
   bool isWithin(Stamp received) const {
     return received >= behavior_.begin && (!behavior_.end || received < *behavior_.end);
   }
@@ -54,7 +56,7 @@ class RunningBehavior {
   std::vector<std::string> remarks() const;
 
   Behavior behavior_;
-  std::set<std::string> topics_, heard_, references_;
+  std::set<std::string> topics_, answers_, heard_, references_;
   std::map<std::string, TopicThinner> thinners_;
   std::map<std::string, std::uint64_t> dropped_;
   std::uint64_t stored_ = 0;

@@ -65,6 +65,18 @@ class StoreVerb : public testing::Test {
   std::string path_ = folder_.path("store.db");
 };
 
+TEST_F(StoreVerb, sayThatDamagedMessagesAreLeftOut) {
+  for (std::int64_t i = 0; i < 2; ++i) damageFirstMessage();
+  const std::string told =
+      "2 damaged messages are left out; afterglow store check names what is damaged\n";
+  const std::string store = " --store " + path_;
+  const Outcome shown = runVerb("show 3 --messages" + store);
+  EXPECT_EQ(shown.output, "1 damaged message is" + told.substr(22));
+  const Outcome exported = runVerb("export 2 3 --out " + folder_.path("a.bag") + store);
+  EXPECT_NE(exported.output.find("0 messages of"), std::string::npos) << exported.output;
+  EXPECT_NE(exported.output.find(told), std::string::npos) << exported.output;
+}
+
 TEST_F(StoreVerb, checksAndRepairs) {
   const Outcome whole = run("check");
   EXPECT_EQ(whole.output, "sqlite:" + path_ + ": 3 messages, all is well\n");

@@ -239,6 +239,20 @@ TEST_F(RecordingTermsTest, letsTopicsJoin) {
   EXPECT_EQ(texts(begun.id), Texts{"heard"});
 }
 
+TEST_F(RecordingTermsTest, keepsTheResultsOfItsGoalsAsContext) {
+  const Behavior begun = recorder.begin(behavior(0, {"/arm/goal"}));
+  recorder.addTopics(begun.id, {"/head/goal"});
+  for (const char* topic : {"/arm/goal", "/arm/result", "/head/result", "/gripper/result"}) {
+    say(topic, 1, topic);
+  }
+  const RecordedCounts counts = recorder.end(begun.id, {3}, "success");
+  EXPECT_EQ(texts(begun.id), Texts{"/arm/goal"});
+  EXPECT_EQ(counts.silent_topics, Texts{"/head/goal"}) << "a result is nobody's own topic";
+  const auto context = store->contextTopics(*store->behavior(begun.id));
+  ASSERT_EQ(context.size(), 2u);
+  EXPECT_EQ(context[0].topic + " " + context[1].topic, "/arm/result /head/result");
+}
+
 TEST_F(RecordingTermsTest, givesATopicThatChangesItsTypeAnotherChannel) {
   Channel changed = stringChannel("/a");
   changed.type = "std_msgs/Empty";

@@ -12,6 +12,9 @@ constexpr int kDuplicateKey = 11000;
 void startLibrary() {
   static std::once_flag once;
   std::call_once(once, [] {
+    // Its counters in shared memory outlive a process that is killed, and confuse the next of its
+    // number.
+    setenv("MONGOC_DISABLE_SHM", "1", 0);
     mongoc_init();
     // What goes wrong is in the exceptions; nothing else is to be said.
     mongoc_log_set_handler(nullptr, nullptr);
