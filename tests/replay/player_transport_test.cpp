@@ -102,7 +102,7 @@ TEST(SceneAt, keepsTheLastCloudAndWhatEachPublisherLatched) {
   s.add(kCloud, 1, 3, cloud(2));
   s.add(latched, 2, 4, text("two"));
   s.add(stringChannel("/event"), 5, 5, text("past"));
-  s.add(kLights, 6, 6, {1, 2, 3});  // no message of its type
+  s.add(kLights, 6, 6, Bytes(3, 1));  // no message of its type
   const auto light = s.scene.light({10 * kMs});
   ASSERT_EQ(light.size(), 3u);
   EXPECT_EQ(light[0].bytes, text("other"));

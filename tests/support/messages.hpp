@@ -101,8 +101,9 @@ inline replay::Value blank(const replay::Channel& channel) {
 // ------------------------------------------------------------------------------------- messages
 
 inline replay::Bytes text(const std::string& data) {
-  replay::Bytes bytes = {static_cast<std::uint8_t>(data.size()), 0, 0, 0};
-  bytes.insert(bytes.end(), data.begin(), data.end());
+  replay::Bytes bytes(4 + data.size());
+  bytes[0] = static_cast<std::uint8_t>(data.size());
+  std::memcpy(bytes.data() + 4, data.data(), data.size());
   return bytes;
 }
 
