@@ -117,14 +117,14 @@ Eigen::Vector3d missOf(const Eigen::Isometry3d& T_root_frame, const Eigen::Vecto
 /// Gauss-Newton on two angles, derivatives by differences. Empty if it does not get there.
 template <typename Miss>
 std::optional<Eigen::Vector2d> refineAim(const Miss& missAt, Eigen::Vector2d q) {
-  constexpr double kStep = 1e-6;
+  constexpr double kNudge = 1e-6;
   for (int i = 0; i < 30; ++i) {
     const Eigen::Vector3d miss = missAt(q);
     if (miss.norm() < 1e-7) return q;
     Eigen::Matrix<double, 3, 2> slope;
     for (int k = 0; k < 2; ++k) {
-      const Eigen::Vector2d aside = q + kStep * Eigen::Vector2d::Unit(k);
-      slope.col(k) = (missAt(aside) - miss) / kStep;
+      const Eigen::Vector2d aside = q + kNudge * Eigen::Vector2d::Unit(k);
+      slope.col(k) = (missAt(aside) - miss) / kNudge;
     }
     Eigen::Vector2d step = slope.colPivHouseholderQr().solve(miss);
     const double longest = step.cwiseAbs().maxCoeff();
