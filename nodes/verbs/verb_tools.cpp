@@ -2,7 +2,9 @@
 
 #include <unistd.h>
 
+#include <CLI/Config.hpp>  // this and Formatter.hpp: what CLI::App's destructor needs to be linked
 #include <CLI/Error.hpp>
+#include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <iomanip>
 #include <iostream>
@@ -16,7 +18,7 @@ namespace afterglow::nodes {
 
 void addStoreOption(CLI::App& verb, std::string& uri) {
   verb.add_option("--store", uri,
-                  "The store: sqlite:PATH or PATH. Default: $AFTERGLOW_STORE, else "
+                  "The store: sqlite:PATH, PATH or mongodb://... Default: $AFTERGLOW_STORE, else "
                   "~/.local/share/afterglow/afterglow.db");
 }
 
