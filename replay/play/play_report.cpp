@@ -55,6 +55,12 @@ Json played(const PlannedTopic& topic, const TopicReport& report) {
 
 }  // namespace
 
+void InStep::add(const PlayWait& wait) {
+  if (waits.size() < kMostWaits) waits.push_back(wait);
+  ++wait_count;
+  waited_s += wait.seconds;
+}
+
 Json toJson(const PlayReport& report) {
   Json json = {{"completed", report.is_complete},
                {"reason", report.reason},

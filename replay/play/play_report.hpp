@@ -3,13 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "replay/motion/base_tracker.hpp"
 #include "replay/play/goal_book.hpp"
 #include "replay/play/lateness.hpp"
 #include "replay/play/play_plan.hpp"
+#include "replay/play/samples.hpp"
 
 namespace afterglow::replay {
 
@@ -20,9 +25,72 @@ struct TopicReport {
   std::string problem;        ///< of the last refused one
   bool was_heard = false;     ///< somebody listened when the last message went out
   Lateness lateness;
+  Samples moments;  ///< of what was published; values: ms late
+};
+
+/// The timeline stood until the body had got there. Times as in Sample.
+struct PlayWait {
+  double recorded_s = 0, played_s = 0;  ///< where and when it began
+  double seconds = 0;
+  std::string what;  ///< that was waited for: a topic
+};
+
+/// How far the moments that light or speech was published at are from where they were recorded,
+/// relative to the body.
+struct ModalitySkew {
+  Lateness size;    ///< either way
+  Samples samples;  ///< ms; above zero: later than the body
+};
+
+struct InStep {
+  bool is_gated = true;         ///< nothing ran ahead of the body
+  std::vector<PlayWait> waits;  ///< the first kMostWaits
+  std::uint64_t wait_count = 0;
+  double waited_s = 0;
+  std::map<Modality, ModalitySkew> skew;
+
+  static constexpr std::size_t kMostWaits = 500;
+  void add(const PlayWait& wait);
+};
+
+/// A goal in the recording and in the replay. Times as in Sample; without an end: not known.
+struct GoalSpan {
+  std::string topic;
+  double recorded_begin_s = 0, played_begin_s = 0;
+  std::optional<double> recorded_end_s, played_end_s;
+  GoalOutcome outcome = GoalOutcome::Open;
+};
+
+/// What failed of a modality.
+struct ModalityFailures {
+  std::uint64_t count = 0;
+  std::string first;  ///< a sentence
+};
+
+/// How a velocity topic's base was driven.
+struct BaseDrives {
+  std::string topic;
+  bool is_closed_loop = false;
+  std::string why_open_loop;       ///< a clause; empty if it is closed
+  std::vector<BaseReport> drives;  ///< between two stands each
+  Samples deviation;               ///< m off the recorded track
+};
+
+/// How the robot stands at the end, against how it stood when it was recorded. Not measured for a
+/// replay that was stopped.
+struct BodyEnd {
+  std::map<std::string, double> joints;  ///< live less recorded, rad or m (isSlidingJoint)
+  struct Base {
+    double distance = 0, turn = 0;  ///< m, rad (>= 0), as localization sees them
+  };
+  std::optional<Base> base;
+  std::vector<std::string> remarks;  ///< what is not known, a sentence each
 };
 
 struct PlayReport {
+  std::int64_t behavior_id = 0;
+  std::string behavior_name;
+  double rate = 1;  ///< at the begin
   bool is_complete = false;
   std::string reason;  ///< why it ended early; empty if it did not
   std::vector<std::string> notes;
@@ -31,6 +99,13 @@ struct PlayReport {
   std::int64_t actual_ns = 0;   ///< from the first deadline to the end, without pauses
   std::vector<std::pair<PlannedTopic, TopicReport>> topics;
   GoalBook::Counts goals;
+  std::vector<GoalSpan> goal_spans;  ///< the first kMostGoals
+  InStep in_step;
+  std::map<Modality, ModalityFailures> failures;
+  std::optional<BaseDrives> base;  ///< if a velocity topic was played
+  std::optional<BodyEnd> body_end;
+
+  static constexpr std::size_t kMostGoals = 500;
 };
 
 /// Stable keys: completed, reason, notes, scheduling, planned_s, actual_s, goals {sent, succeeded,
