@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/motion/base_tracker.hpp"
+#include "replay/play/base_drive.hpp"
 #include "replay/play/goal_book.hpp"
 #include "replay/play/lateness.hpp"
 #include "replay/play/play_plan.hpp"
@@ -67,13 +67,12 @@ struct ModalityFailures {
   std::string first;  ///< a sentence
 };
 
-/// How a velocity topic's base was driven.
-struct BaseDrives {
+/// How the base of a velocity topic was driven.
+struct PlayedBase {
   std::string topic;
-  bool is_closed_loop = false;
-  std::string why_open_loop;       ///< a clause; empty if it is closed
-  std::vector<BaseReport> drives;  ///< between two stands each
-  Samples deviation;               ///< m off the recorded track
+  std::string why_open_loop;              ///< its velocities were sent as they were: a clause
+  std::optional<BaseDriveReport> driven;  ///< else
+  Samples deviation;                      ///< m off the recorded track
 };
 
 /// How the robot stands at the end, against how it stood when it was recorded. Not measured for a
@@ -102,7 +101,7 @@ struct PlayReport {
   std::vector<GoalSpan> goal_spans;  ///< the first kMostGoals
   InStep in_step;
   std::map<Modality, ModalityFailures> failures;
-  std::optional<BaseDrives> base;  ///< if a velocity topic was played
+  std::optional<PlayedBase> base;  ///< if a velocity topic was played
   std::optional<BodyEnd> body_end;
 
   static constexpr std::size_t kMostGoals = 500;
