@@ -166,7 +166,7 @@ class Player {
   void sendVelocityInForce(Topic& topic, Stamp at);
   bool hasTargets(const std::vector<GoalBook::Entry>& goals) const;
   void followRate(double rate);
-  void step();
+  bool step();
 
   // player_seek.cpp: the middle of a behavior.
   void enter(Stamp at);

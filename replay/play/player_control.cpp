@@ -197,7 +197,8 @@ Player::Wake Player::followRequests() {
   if (pauses) suspend();
   if (asked.rate) followRate(*asked.rate);
   if (asked.seek) moveTo(*asked.seek);
-  for (std::uint64_t i = 0; i < asked.steps && !isStopped(); ++i) step();
+  for (std::uint64_t i = 0; i < asked.steps && !isStopped() && step(); ++i) {
+  }
   if (resumes) {
     changeTimeline([&](Timeline& timeline) { timeline.resume(clock_.now()); });
     paused_ns_ += clock_.now().ns - paused_at_.ns;
@@ -277,10 +278,11 @@ void Player::followRate(double rate) {
   if (is_moving) proceed();
 }
 
-void Player::step() {
+/// False: nothing is left.
+bool Player::step() {
   const Message* next = prefetch_->front();
   if (!next) {
-    return;
+    return false;
   }
   leapTo(next->received);
   played_until_ = next->received;
@@ -289,6 +291,7 @@ void Player::step() {
   if (Topic* topic = topicOf(channel)) {
     publish(*topic, channel, message.received, std::move(message.bytes), 0);
   }
+  return true;
 }
 
 }  // namespace afterglow::replay
