@@ -36,11 +36,14 @@ std::string text(const char* format, Values... values) {
 
 }  // namespace
 
-BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options)
+BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
+                         std::optional<BaseLocalizer> known)
     : track_(std::move(track)),
       options_(options),
+      localizer_(std::move(known)),
       approach_(track_.endPose(), options.approach),
-      path_(track_.begin()) {
+      path_(track_.begin()),
+      pace_(options.rate) {
   for (const double value : {options.rate, options.speed, options.turn_speed, options.acceleration,
                              options.turn_acceleration}) {
     if (!(value > 0)) throw std::invalid_argument("rate and limits of a base must be above zero");
@@ -56,6 +59,7 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   taken_ += seconds;
   reason_ = whyWaiting(input);
   if (!reason_.empty()) {
+    report_.waited += seconds;
     idle(seconds, reason_);
     return halt(input.now);
   }
@@ -66,6 +70,20 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
       state_ == BaseState::Following ? follow(base, seconds) : approach(base, seconds);
   if (state_ == BaseState::Lost) return halt(input.now);
   return send(wanted, input.now, seconds);
+}
+
+void BaseTracker::rest() {
+  if (last_update_) halt(*last_update_);
+}
+
+void BaseTracker::setRate(double rate) {
+  if (!(rate > 0)) throw std::invalid_argument("the rate of a base must be above zero");
+  pace_ *= rate / options_.rate;
+  options_.rate = rate;
+}
+
+bool BaseTracker::isOnTime() const {
+  return state_ == BaseState::Following && reason_.empty() && pace_ > 0.999 * options_.rate;
 }
 
 std::string BaseTracker::whyWaiting(const BaseInput& input) const {
@@ -107,7 +125,8 @@ PlanarPose BaseTracker::predict(Stamp from, Stamp to) const {
 }
 
 PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
-  path_ = std::min(later(path_, pace_ * seconds), track_.end());
+  path_ = std::min({later(path_, pace_ * seconds), track_.end(),
+                    std::max(path_, limit_.value_or(track_.end()))});
   if (path_ >= track_.end()) {
     state_ = BaseState::Approaching;
     report_.delay = taken_ - secondsBetween(track_.begin(), track_.end()) / options_.rate;
@@ -159,6 +178,7 @@ PlanarVelocity BaseTracker::law(const PlanarPose& error, const PlanarVelocity& w
 
 PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
   idle_ = 0;
+  report_.approach += seconds;
   PlanarPose error = between(base, track_.endPose());
   error.yaw = 0;  // it may have turned away on purpose
   if (isOff(error)) return {};
@@ -174,6 +194,7 @@ PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
 bool BaseTracker::isOff(const PlanarPose& error) {
   const double off = std::hypot(error.x, error.y), turned = std::abs(error.yaw);
   if (state_ == BaseState::Following) {
+    deviation_ = off;
     if (off > report_.largest_distance) {
       report_.largest_distance = off;
       report_.largest_distance_at = path_;

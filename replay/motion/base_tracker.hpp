@@ -13,7 +13,7 @@
 /// localization says while the base stands.
 ///
 ///   BaseTracker base(*readPoseTrack(store, behavior, frames, options.noise, why), options);
-///   every 30 ms: publish(base.update({now, T_odom_base, T_map_odom}));
+///   every 20 ms: publish(base.update({now, T_odom_base, T_map_odom}));
 /// until base.state() is Done or Lost. Whatever goes with the drive waits for base.progress().
 #pragma once
 
@@ -67,17 +67,27 @@ struct BaseReport {
   Stamp largest_distance_at;                      ///< on the track
   double drift_distance = 0, drift_turn = 0;      ///< of the odometry, from its first step on
   double delay = 0;                               ///< s that it took longer than recorded
+  double approach = 0;                            ///< s of the final approach
+  double waited = 0;                              ///< s of waiting for poses
   int corrections = 0;                            ///< moves of the final approach
 };
 
 class BaseTracker {
  public:
-  /// Throws std::invalid_argument for a rate or a limit that is not above zero.
-  BaseTracker(PoseTrack track, const TrackerOptions& options);
+  /// `known`: where another tracker has found the base, since when it may have moved. Throws
+  /// std::invalid_argument for a rate or a limit that is not above zero.
+  BaseTracker(PoseTrack track, const TrackerOptions& options,
+              std::optional<BaseLocalizer> known = {});
 
   /// To be called at 20 to 50 Hz; what it returns is to be sent at once. A caller that pauses just
   /// stops calling, having sent a zero.
   PlanarVelocity update(const BaseInput& input);
+  /// A zero was sent, not by update().
+  void rest();
+  /// From the next update on.
+  void setRate(double rate);
+  /// The path time does not pass that; none at first.
+  void setLimit(Stamp limit) { limit_ = limit; }
 
   BaseState state() const { return state_; }
   /// The recorded stamp that has been reached; never goes back.
@@ -86,7 +96,12 @@ class BaseTracker {
   const std::string& reason() const { return reason_; }
   /// Where it takes the base to be, in the track's frame; empty before the first pose.
   std::optional<PlanarPose> pose() const;
+  /// m off the track at the last update that followed it.
+  double deviation() const { return deviation_; }
+  /// The path time keeps up with the rate.
+  bool isOnTime() const;
   BaseReport report() const;
+  const std::optional<BaseLocalizer>& localizer() const { return localizer_; }
   const PoseTrack& track() const { return track_; }
 
  private:
@@ -116,10 +131,12 @@ class BaseTracker {
   std::optional<BaseLocalizer> localizer_;
   FinalApproach approach_;
   std::optional<Stamp> last_update_;
-  Stamp path_;        ///< path time
-  double pace_ = 1;   ///< of the path time, to real time
-  double idle_ = 0;   ///< s without getting on
-  double taken_ = 0;  ///< s
+  Stamp path_;                  ///< path time
+  std::optional<Stamp> limit_;  ///< of it
+  double pace_;                 ///< of the path time, to real time
+  double idle_ = 0;             ///< s without getting on
+  double taken_ = 0;            ///< s
+  double deviation_ = 0;        ///< m
   PlanarVelocity command_;
   std::deque<Sent> sent_;  ///< those that may not have had their effect
   PlanarPose odometry_;

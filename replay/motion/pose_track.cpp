@@ -36,6 +36,17 @@ PlanarPose PoseTrack::at(Stamp stamp) const {
           wrapAngle(a.pose.yaw + part * wrapAngle(after->pose.yaw - a.pose.yaw))};
 }
 
+PoseTrack PoseTrack::part(Stamp from, Stamp to) const {
+  from = std::clamp(from, begin(), end());
+  to = std::clamp(to, from, end());
+  std::vector<Sample> samples{{from, at(from)}};
+  for (const Sample& sample : samples_) {
+    if (sample.stamp > from && sample.stamp < to) samples.push_back(sample);
+  }
+  if (to > from) samples.push_back({to, at(to)});
+  return PoseTrack(std::move(samples), frame_, is_localized_);
+}
+
 PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {
   if (stamp < begin() || stamp >= end()) return {};
   const Stamp from{std::max(stamp.ns - kHalfWindow, begin().ns)};

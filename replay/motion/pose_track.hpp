@@ -20,6 +20,11 @@ struct TrackGap {
   Stamp from, to;
 };
 
+/// A while of at least a second in which the odometry did not move.
+struct TrackStand {
+  Stamp from, to;
+};
+
 /// The localization changed its mind about where the base was.
 struct TrackJump {
   Stamp at;
@@ -53,7 +58,11 @@ class PoseTrack {
   const std::string& frame() const { return frame_; }
   bool isLocalized() const { return is_localized_; }
   std::size_t sampleCount() const { return samples_.size(); }
+  /// Of [from, to], clamped to the track, which begins and ends as this one is there. Stands, gaps
+  /// and remarks stay behind.
+  PoseTrack part(Stamp from, Stamp to) const;
 
+  std::vector<TrackStand> stands;
   std::vector<TrackGap> gaps;
   std::vector<TrackJump> jumps;
   /// What a person must know of how it came about, a sentence each; gaps and jumps among them.

@@ -17,6 +17,8 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 /// Joint states come many times a second; what is older may not be so any more.
 constexpr std::int64_t kBefore = 5 * kSecond, kAfter = kSecond;
 
+const std::string kNotLocalized = "it was recorded without localization (map -> odom)";
+
 template <typename... Arguments>
 std::string formatted(const char* format, Arguments... arguments) {
   char text[160];
@@ -98,10 +100,10 @@ std::optional<JointGoals> readGoals(const Store& store, const PlayPlan& plan,
 }
 
 /// The behavior with what its recording has around the moment.
-Behavior widened(const PlayPlan& plan) {
+Behavior widened(const PlayPlan& plan, Stamp at) {
   Behavior wide = plan.behavior;
-  wide.begin = {plan.begin.ns - kBefore};
-  wide.end = Stamp{plan.begin.ns + kAfter};
+  wide.begin = {at.ns - kBefore};
+  wide.end = Stamp{at.ns + kAfter};
   return wide;
 }
 
@@ -129,15 +131,15 @@ class JointReading {
   Stamp at_;
 };
 
-std::map<std::string, double> readJoints(const Store& store, const PlayPlan& plan) {
-  const Behavior wide = widened(plan);
+std::map<std::string, double> readJoints(const Store& store, const PlayPlan& plan, Stamp at) {
+  const Behavior wide = widened(plan, at);
   std::vector<std::string> topics;
   for (const auto& known : {store.topics(wide), store.contextTopics(wide)}) {
     for (const TopicSummary& topic : known) {
       if (topic.type == "sensor_msgs/JointState") topics.push_back(topic.topic);
     }
   }
-  JointReading reading(plan.begin);
+  JointReading reading(at);
   if (topics.empty()) return {};
   const auto cursor = store.messages(wide, {topics});
   while (const auto message = cursor->next()) {
@@ -151,15 +153,36 @@ std::map<std::string, double> readJoints(const Store& store, const PlayPlan& pla
   return reading.joints;
 }
 
+/// Of the moved parts.
+std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& plan,
+                                          const MovedParts& parts, Stamp at, const char* when,
+                                          std::vector<std::string>& remarks) {
+  std::map<std::string, double> moved;
+  const std::map<std::string, double> recorded = readJoints(store, plan, at);
+  for (const std::string& joint : parts.joints()) {
+    const auto found = recorded.find(joint);
+    if (found != recorded.end()) {
+      moved.insert(*found);
+    } else {
+      remarks.push_back("the position of " + joint + " " + when + " was not recorded");
+    }
+  }
+  for (const auto& [joint, position] : recorded) {
+    if (parts.movesGripper() && isGripperJoint(joint)) moved.emplace(joint, position);
+  }
+  return moved;
+}
+
 std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
                                    std::vector<std::string>& remarks) {
   std::string why;
-  const auto track = readPoseTrack(store, widened(plan), TrackFrames(), LocalizationNoise(), why);
+  const auto track =
+      readPoseTrack(store, widened(plan, plan.begin), TrackFrames(), LocalizationNoise(), why);
   if (track && track->isLocalized()) {
     return track->at(plan.begin);
   }
   remarks.push_back("where the base stood at the start is not known: " +
-                    (track ? "it was recorded without localization (map -> odom)" : why));
+                    (track ? kNotLocalized : why));
   return std::nullopt;
 }
 
@@ -258,23 +281,33 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan) {
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
                         std::vector<std::string>& remarks) {
   StartPose pose;
-  const std::map<std::string, double> recorded = readJoints(store, plan);
-  for (const std::string& joint : parts.joints()) {
-    const auto found = recorded.find(joint);
-    if (found != recorded.end()) {
-      pose.joints.insert(*found);
-    } else {
-      remarks.push_back("the position of " + joint + " at the start was not recorded");
-    }
-  }
-  for (const auto& [joint, position] : recorded) {
-    if (parts.movesGripper() && isGripperJoint(joint)) pose.joints.emplace(joint, position);
-  }
+  pose.joints = movedJoints(store, plan, parts, plan.begin, "at the start", remarks);
   if (parts.moves_base) pose.base = readBase(store, plan, remarks);
   return pose;
 }
 
+StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
+                      std::vector<std::string>& remarks) {
+  StartPose pose;
+  pose.joints = movedJoints(store, plan, parts, at, "at the end", remarks);
+  if (!parts.moves_base) return pose;
+  std::string why;
+  const auto track = readPoseTrack(store, plan.behavior, TrackFrames(), LocalizationNoise(), why,
+                                   plan.begin, plan.end);
+  if (track && track->isLocalized()) {
+    pose.base = track->endPose();
+  } else {
+    remarks.push_back("where the base stood at the end is not known: " +
+                      (track ? kNotLocalized : why));
+  }
+  return pose;
+}
+
 // ------------------------------------------------------------------------------------ deviations
+
+double jointError(const std::string& joint, double then, double now) {
+  return difference(joint, then, now);
+}
 
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances) {
@@ -285,7 +318,7 @@ std::vector<std::string> jointDeviations(const StartPose& then, const StartPose&
       deviations.push_back("nobody tells where " + joint + " is");
       continue;
     }
-    const double off = std::abs(difference(joint, live->second, position));
+    const double off = std::abs(jointError(joint, position, live->second));
     if (off > toleranceOf(joint, tolerances)) {
       deviations.push_back(
           joint + formatted(" is %.*f %s off (now %.*f, then %.*f)", isSlidingJoint(joint) ? 3 : 2,

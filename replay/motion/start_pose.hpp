@@ -1,8 +1,8 @@
 /// \file
-/// How the robot stood when a behavior began, as far as its replay moves that: joint trajectories
-/// are absolute, and a drive leads elsewhere from elsewhere.
-/// Metres and radians. A joint whose name speaks of a torso, a gripper or a finger is taken to
-/// slide, every other one to turn.
+/// How the robot stood when a behavior began and ended, as far as its replay moves that: joint
+/// trajectories are absolute, and a drive leads elsewhere from elsewhere. Metres and radians. A
+/// joint whose name speaks of a torso, a gripper or a finger is taken to slide, every other one to
+/// turn.
 #pragma once
 
 #include <map>
@@ -48,6 +48,14 @@ struct StartPose {
 /// tf. `remarks` says what is not known, a sentence each. Throws StoreError.
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
                         std::vector<std::string>& remarks);
+
+/// The same at the end of what is played: of the joints at `at`, which may be later, when the last
+/// goal had been reached.
+StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
+                      std::vector<std::string>& remarks);
+
+/// What to add to `then` to come to `now`; for a joint that turns, the short way round.
+double jointError(const std::string& joint, double then, double now);
 
 struct StartTolerances {
   double turning = 0.05, sliding = 0.02, gripper = 0.01;  ///< of joints

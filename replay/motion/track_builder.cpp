@@ -12,7 +12,14 @@ using Sample = PoseTrack::Sample;
 constexpr std::size_t kMostSamples = 200'000;
 constexpr std::int64_t kGap = 500'000'000;
 constexpr std::size_t kMostGaps = 1000;
+// A base at rest: its odometry stays within this.
+constexpr double kStill = 0.002, kTurnStill = 0.002;  // m, rad
+constexpr std::int64_t kShortestStand = 1'000'000'000;
 constexpr std::size_t kJumpMean = 5;  // measurements on either side that tell a jump's size
+
+bool isStill(const PlanarPose& a, const PlanarPose& b) {
+  return distance(a, b) < kStill && std::abs(wrapAngle(a.yaw - b.yaw)) < kTurnStill;
+}
 
 /// Every second one; the last is kept.
 void halve(std::vector<Sample>& samples) {
@@ -54,8 +61,7 @@ void TrackBuilder::addOdometry(Stamp stamp, const PlanarPose& T_odom_base) {
 }
 
 bool TrackBuilder::endsAt(const PlanarPose& T_odom_base) const {
-  return hasOdometry() && distance(last_pose_, T_odom_base) < 0.002 &&
-         std::abs(wrapAngle(last_pose_.yaw - T_odom_base.yaw)) < 0.002;
+  return hasOdometry() && isStill(last_pose_, T_odom_base);
 }
 
 void TrackBuilder::addLocalization(Stamp stamp, const PlanarPose& T_map_odom) {
@@ -74,6 +80,7 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
     gap.from.ns += odometry_shift;
     gap.to.ns += odometry_shift;
   }
+  std::vector<TrackStand> stands = findStands();
   const bool is_localized = isLocalized();
   std::vector<TrackJump> jumps = closeJumps();
   if (is_localized) smooth();
@@ -97,9 +104,24 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
   if (out_of_order_ > 0) {
     track.remarks.push_back(std::to_string(out_of_order_) + " base poses came out of order");
   }
+  track.stands = std::move(stands);
   track.gaps = std::move(gaps_);
   track.jumps = std::move(jumps);
   return track;
+}
+
+/// In the odometry, before localization's noise comes into the poses.
+std::vector<TrackStand> TrackBuilder::findStands() const {
+  std::vector<TrackStand> stands;
+  for (std::size_t i = 0; i < poses_.size();) {
+    std::size_t last = i;
+    while (last + 1 < poses_.size() && isStill(poses_[i].pose, poses_[last + 1].pose)) ++last;
+    const TrackStand stand{poses_[i].stamp, poses_[last].stamp};
+    const bool is_stand = stand.to.ns - stand.from.ns >= kShortestStand;
+    if (is_stand) stands.push_back(stand);
+    i = is_stand ? last + 1 : i + 1;
+  }
+  return stands;
 }
 
 PlanarPose TrackBuilder::odometryAt(Stamp stamp) const {

@@ -38,6 +38,7 @@ class TrackBuilder {
  private:
   using Sample = PoseTrack::Sample;
 
+  std::vector<TrackStand> findStands() const;
   std::vector<TrackJump> closeJumps();
   PlanarPose meanBase(std::size_t begin, std::size_t end, const PlanarPose& T_odom_base) const;
   PlanarPose odometryAt(Stamp stamp) const;

@@ -32,7 +32,7 @@ struct BaseDriveReport {
   double length = 0;          ///< m of the track, forward and backward
   /// Those that were driven, in their order; after a seek one may come again.
   std::vector<DriveReport> drives;
-  double delay = 0;   ///< s that all of them took longer than recorded
+  double delay = 0;   ///< s that all of them took longer than recorded, final approaches included
   std::string lost;   ///< why it was given up; empty if it was not
   std::string wait;   ///< what it last waited for, "no localization for 2.1 s"; may be empty
   double waited = 0;  ///< s of waiting for poses
@@ -48,7 +48,7 @@ class BaseDrive {
 
   /// `sample`: a message of the velocity topic, whose header, if any, every command gets. Only what
   /// the base did in [begin, end) is driven. Options' rate is not looked at. Throws
-  /// std::invalid_argument for limits that are none.
+  /// std::invalid_argument for limits that are none, and a sample that has no velocity.
   BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, Stamp begin, Stamp end,
             const TrackerOptions& options, Look look);
   ~BaseDrive();
@@ -91,6 +91,8 @@ class BaseDrive {
   const std::string& failure() const { return failure_; }
   /// What it waits for at the moment: "no odometry for 0.4 s"; empty if for nothing.
   std::string reason() const;
+  /// m off the recorded track, at the last step; empty while it is not following one.
+  std::optional<double> deviation() const;
   /// Where the base was when the track ended, in the track's frame.
   const PlanarPose& endPose() const { return end_pose_; }
   BaseDriveReport report() const;
@@ -100,10 +102,11 @@ class BaseDrive {
     Stamp begin, end;
   };
 
-  PoseTrack part(Stamp from, Stamp to) const;
-  void begin(Stamp from, Stamp to);
+  void findDrives(Stamp begin, Stamp end);
+  void start(Stamp from, Stamp to);
+  Step follow(Stamp at, bool is_held, double rate, Stamp ros_now);
   void finish();
-  void keepReport();
+  DriveReport current() const;
 
   const std::string topic_;
   const Bytes sample_;
@@ -114,10 +117,10 @@ class BaseDrive {
   PlanarPose end_pose_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
   std::unique_ptr<BaseTracker> tracker_;  ///< of what is under way
-  Stamp tracker_end_;
-  bool is_extra_ = false;     ///< what is under way only brings the base to where it stood
-  bool has_entered_ = false;  ///< once
+  bool is_return_ = false;              ///< what is under way only brings the base to where it was
+  bool has_entered_ = false;            ///< once
   std::optional<BaseLocalizer> known_;  ///< where the last tracker found the base
+  Stamp begin_;                         ///< where it was entered
   Stamp limit_;
   std::string failure_;
   BaseDriveReport report_;

@@ -1,5 +1,5 @@
 /// \file
-/// The velocity that a geometry_msgs/Twist or TwistStamped commands, read from its bytes.
+/// The velocity that a geometry_msgs/Twist or TwistStamped commands, in its bytes.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "replay/messages/message.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
 
@@ -21,6 +22,13 @@ inline Velocity velocityOf(const Bytes& bytes) {
     std::memcpy(velocity.data(), bytes.data() + bytes.size() - sizeof(Velocity), sizeof(Velocity));
   }
   return velocity;
+}
+
+/// The same message with another velocity; it has to be long enough for one.
+inline Bytes withVelocity(Bytes bytes, const PlanarVelocity& wanted) {
+  const Velocity velocity{wanted.forward, 0, 0, 0, 0, wanted.turn};
+  std::memcpy(bytes.data() + bytes.size() - sizeof(Velocity), velocity.data(), sizeof(Velocity));
+  return bytes;
 }
 
 inline bool isFinite(const Velocity& velocity) {
