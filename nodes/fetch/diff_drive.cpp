@@ -28,6 +28,12 @@ double approach(double from, double to, double most) {
 
 }  // namespace
 
+double bell(std::mt19937& random) {
+  double sum = 0;
+  for (int i = 0; i < 12; ++i) sum += random() / 4294967296.0;
+  return sum - 6;
+}
+
 Eigen::Isometry3d toIsometry(const Pose2& pose) {
   return Eigen::Translation3d(pose.x, pose.y, 0) *
          Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ());
@@ -48,14 +54,22 @@ DiffDrive::DiffDrive(const Pose2& start, const DriveErrors& errors)
 
 bool DiffDrive::command(double linear, double angular, Nanoseconds now) {
   if (!std::isfinite(linear) || !std::isfinite(angular)) return false;
-  wanted_linear_ = std::clamp(linear, -kMaxLinear, kMaxLinear);
-  wanted_angular_ = std::clamp(angular, -kMaxAngular, kMaxAngular);
-  last_command_ = now;
+  commands_.push_back({now + errors_.latency, std::clamp(linear, -kMaxLinear, kMaxLinear),
+                       std::clamp(angular, -kMaxAngular, kMaxAngular)});
   return true;
 }
 
-void DiffDrive::step(Nanoseconds now, Nanoseconds dt) {
+void DiffDrive::obey(Nanoseconds now) {
+  for (; !commands_.empty() && commands_.front().due <= now; commands_.pop_front()) {
+    wanted_linear_ = commands_.front().linear;
+    wanted_angular_ = commands_.front().angular;
+    last_command_ = commands_.front().due;
+  }
   if (now - last_command_ >= kTimeout) wanted_linear_ = wanted_angular_ = 0;
+}
+
+void DiffDrive::step(Nanoseconds now, Nanoseconds dt) {
+  obey(now);
   const double seconds = std::chrono::duration<double>(dt).count();
   linear_ = approach(linear_, wanted_linear_, kMaxLinearAcceleration * seconds);
   angular_ = approach(angular_, wanted_angular_, kMaxAngularAcceleration * seconds);
@@ -69,7 +83,10 @@ void DiffDrive::step(Nanoseconds now, Nanoseconds dt) {
                        errors_.angular_scale * (true_right - true_left) / kTrack);
 }
 
-void DiffDrive::halt() { wanted_linear_ = wanted_angular_ = linear_ = angular_ = 0; }
+void DiffDrive::halt() {
+  commands_.clear();
+  wanted_linear_ = wanted_angular_ = linear_ = angular_ = 0;
+}
 
 void DiffDrive::place(const Pose2& true_pose) {
   odometry_ = compose(inverse(mapToOdom()), true_pose);
@@ -79,11 +96,6 @@ void DiffDrive::place(const Pose2& true_pose) {
 
 Pose2 DiffDrive::mapToOdom() const { return compose(true_pose_, inverse(odometry_)); }
 
-double DiffDrive::slipFactor() {
-  // Twelve uniform numbers make a good bell; std::normal_distribution differs between libraries.
-  double sum = 0;
-  for (int i = 0; i < 12; ++i) sum += random_() / 4294967296.0;
-  return 1 + errors_.slip * (sum - 6);
-}
+double DiffDrive::slipFactor() { return 1 + errors_.slip * bell(random_); }
 
 }  // namespace afterglow::nodes

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <deque>
 #include <random>
 
 #include "nodes/fetch/robot_time.hpp"
@@ -20,12 +21,17 @@ Eigen::Isometry3d toIsometry(const Pose2& pose);
 Pose2 compose(const Pose2& a, const Pose2& b);
 Pose2 inverse(const Pose2& pose);
 
+/// Of mean 0 and deviation 1: twelve uniform numbers make a good bell, and
+/// std::normal_distribution differs between libraries.
+double bell(std::mt19937& random);
+
 /// What the base does wrong. The same seed drives the same way.
 struct DriveErrors {
   double linear_scale = 1.006;   ///< true distance per distance measured by the wheels
   double angular_scale = 0.994;  ///< the same of turns
   double slip = 0.02;  ///< standard deviation of a wheel's travel in a step, relative to it
   std::uint32_t seed = 1;
+  Nanoseconds latency{0};  ///< from a command to its effect
 };
 
 class DiffDrive {
@@ -51,10 +57,17 @@ class DiffDrive {
   double rightWheel() const { return right_wheel_; }    ///< rad
 
  private:
+  struct Command {
+    Nanoseconds due;
+    double linear, angular;
+  };
+
+  void obey(Nanoseconds now);
   double slipFactor();
 
   DriveErrors errors_;
   std::mt19937 random_;
+  std::deque<Command> commands_;  ///< not yet in effect
   Pose2 true_pose_, odometry_;
   double wanted_linear_ = 0, wanted_angular_ = 0;
   double linear_ = 0, angular_ = 0;

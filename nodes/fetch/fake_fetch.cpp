@@ -31,12 +31,23 @@ JointStates startJoints(const RobotModel& model) {
   return states;
 }
 
+TrajectoryGoal slowedDown(TrajectoryGoal goal, double slowness) {
+  for (TrajectoryPoint& point : goal.points) {
+    point.time_from_start =
+        Nanoseconds(std::llround(static_cast<double>(point.time_from_start.count()) * slowness));
+    for (double& velocity : point.velocities) velocity /= slowness;
+    for (double& acceleration : point.accelerations) acceleration /= slowness * slowness;
+  }
+  return goal;
+}
+
 }  // namespace
 
 FakeFetch::FakeFetch(RobotModel model, const FakeFetchConfig& config, Nanoseconds now)
     : model_(std::move(model)),
       config_(config),
       base_(config.start, config.errors),
+      localization_(config.localization, base_),
       joints_(startJoints(model_)),
       now_(now) {
   const auto add = [&](const char* name, const std::vector<std::string>& joints) {
@@ -63,6 +74,7 @@ void FakeFetch::stepOnce() {
   for (auto& [name, follower] : followers_) follower.step(joints_, now_, kStep);
   moveFingers();
   base_.step(now_, kStep);
+  localization_.step(now_, base_);
   turnWheels();
 }
 
@@ -89,7 +101,7 @@ void FakeFetch::takeJointsFrom(const TrajectoryFollower& taker, const std::strin
 
 void FakeFetch::follow(const std::string& controller, const TrajectoryGoal& goal) {
   TrajectoryFollower& taker = follower(controller);
-  taker.start(goal, joints_, now_);
+  taker.start(slowedDown(goal, config_.slowness), joints_, now_);
   if (taker.status().phase == TrajectoryStatus::Phase::Running) takeJointsFrom(taker, controller);
 }
 

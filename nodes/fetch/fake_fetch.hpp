@@ -7,6 +7,7 @@
 #include <string>
 
 #include "nodes/fetch/diff_drive.hpp"
+#include "nodes/fetch/fake_localization.hpp"
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/fetch/trajectory_follower.hpp"
 
@@ -15,6 +16,8 @@ namespace afterglow::nodes {
 struct FakeFetchConfig {
   Pose2 start;  ///< of base_link in map
   DriveErrors errors;
+  LocalizationErrors localization{};
+  double slowness = 1;  ///< joint trajectories take so many times as long as their goals say
 };
 
 /// The controllers that follow joint trajectories, by the names of their ROS namespaces; those that
@@ -58,6 +61,7 @@ class FakeFetch {
 
   const RobotModel& model() const { return model_; }
   const DiffDrive& base() const { return base_; }
+  const Pose2& mapToOdom() const { return localization_.mapToOdom(); }  ///< as it is believed
   const JointStates& joints() const { return joints_; }
   JointPositions jointPositions() const;
   Nanoseconds now() const { return now_; }
@@ -73,6 +77,7 @@ class FakeFetch {
   RobotModel model_;
   FakeFetchConfig config_;
   DiffDrive base_;
+  FakeLocalization localization_;
   JointStates joints_;
   std::map<std::string, TrajectoryFollower> followers_;
   double wanted_gap_ = 0;

@@ -1,5 +1,6 @@
 #include "nodes/fetch/fake_fetch_node.hpp"
 
+#include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2/exceptions.h>
@@ -93,8 +94,18 @@ FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
   read("linear_scale", config.errors.linear_scale);
   read("angular_scale", config.errors.angular_scale);
   read("slip", config.errors.slip);
+  read("localization_error", config.localization.position);
+  read("localization_yaw_error", config.localization.yaw);
+  read("slowness", config.slowness);
+  if (config.slowness <= 0)
+    throw std::runtime_error("parameter " + private_node.resolveName("slowness") +
+                             " must be above 0");
+  double latency_s = 0;
+  read("latency", latency_s);
+  config.errors.latency = Nanoseconds(std::llround(latency_s * 1e9));
   config.errors.seed =
       static_cast<std::uint32_t>(std::abs(readNumber(private_node, "seed", config.errors.seed)));
+  config.localization.seed = config.errors.seed + 1;
   return config;
 }
 
@@ -110,6 +121,7 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
           false) {
   joints_publisher_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
   odometry_publisher_ = node_.advertise<nav_msgs::Odometry>("/odom", 10);
+  truth_publisher_ = private_node_.advertise<geometry_msgs::PoseStamped>("true_pose", 10);
   publishFixedLinks();
   publish();
   // Queue of one: the latest velocity wins.
@@ -281,12 +293,13 @@ void FakeFetchNode::publish() {
   publishTransforms(published_);
   publishJoints(published_);
   publishOdometry(published_);
+  publishTruth(published_);
 }
 
 void FakeFetchNode::publishTransforms(const ros::Time& stamp) {
   const DiffDrive& base = robot_.base();
   std::vector<geometry_msgs::TransformStamped> transforms = {
-      stamped("map", "odom", toIsometry(base.mapToOdom()), stamp),
+      stamped("map", "odom", toIsometry(robot_.mapToOdom()), stamp),
       stamped("odom", robot_.model().rootLink(), toIsometry(base.odometry()), stamp)};
   for (const Joint& joint : robot_.model().joints()) {
     if (!joint.moves()) continue;
@@ -323,6 +336,17 @@ void FakeFetchNode::publishOdometry(const ros::Time& stamp) {
   message.twist.twist.linear.x = base.linear();
   message.twist.twist.angular.z = base.angular();
   odometry_publisher_.publish(message);
+}
+
+void FakeFetchNode::publishTruth(const ros::Time& stamp) {
+  const auto transform = toTransform(toIsometry(robot_.base().truePose()));
+  geometry_msgs::PoseStamped message;
+  message.header.stamp = stamp;
+  message.header.frame_id = "map";
+  message.pose.position.x = transform.translation.x;
+  message.pose.position.y = transform.translation.y;
+  message.pose.orientation = transform.rotation;
+  truth_publisher_.publish(message);
 }
 
 }  // namespace afterglow::nodes

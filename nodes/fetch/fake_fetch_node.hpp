@@ -27,7 +27,9 @@
 namespace afterglow::nodes {
 
 /// The robot comes from the parameter /robot_description, the start pose in map from ~x, ~y, ~yaw,
-/// how wrong the base drives from ~linear_scale, ~angular_scale, ~slip and ~seed.
+/// how wrong the base drives from ~linear_scale, ~angular_scale, ~slip, ~latency (s) and ~seed, how
+/// wrong it thinks it stands from ~localization_error (m) and ~localization_yaw_error (rad), how
+/// much longer joint trajectories take than they should from ~slowness.
 /// Throws std::runtime_error naming the parameter that is missing or wrong.
 RobotModel readRobotDescription(const ros::NodeHandle& node);
 FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node);
@@ -63,6 +65,7 @@ class FakeFetchNode {
   void publishJoints(const ros::Time& stamp);
   void publishOdometry(const ros::Time& stamp);
   void publishFixedLinks();
+  void publishTruth(const ros::Time& stamp);
 
   std::mutex
       mutex_;  ///< guards robot_; never held while calling actionlib, which has its own locks
@@ -71,7 +74,7 @@ class FakeFetchNode {
   std::atomic<bool> is_closing_{false};
 
   ros::NodeHandle node_, private_node_{"~"};
-  ros::Publisher joints_publisher_, odometry_publisher_;
+  ros::Publisher joints_publisher_, odometry_publisher_, truth_publisher_;
   tf2_ros::TransformBroadcaster tf_broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_tf_broadcaster_;
   tf2_ros::Buffer tf_;

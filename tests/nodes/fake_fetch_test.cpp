@@ -108,6 +108,55 @@ TEST(DiffDrive, driftsTheSameWithTheSameSeed) {
   EXPECT_NE(end(1), end(2));
 }
 
+TEST(DiffDrive, obeysALittleLaterIfItIsToldTo) {
+  DriveErrors late = kNoErrors;
+  late.latency = 80ms;
+  FakeFetch fetch = makeFetch(late);
+  fetch.drive(0.6, 0);
+  run(fetch, 70ms);
+  EXPECT_EQ(fetch.base().linear(), 0);
+  run(fetch, 10ms);
+  EXPECT_NEAR(fetch.base().linear(), 0.0075, 1e-9);
+  drive(fetch, 0.6, 0, 1s);
+  run(fetch, 270ms);  // the last command was 50 ms ago and had its effect 80 ms later
+  EXPECT_NEAR(fetch.base().linear(), 0.6, 1e-9);
+  run(fetch, 10ms);
+  EXPECT_LT(fetch.base().linear(), 0.6);
+}
+
+TEST(FakeLocalization, isAsFarOffAsItIsToldAndNeighboringErrorsAreAlike) {
+  const LocalizationErrors errors{0.03, 0.02, 7};
+  DiffDrive base({1, 2, 0.5}, kNoErrors);
+  FakeLocalization localization(errors, base);
+  std::vector<double> x, yaw;
+  for (Nanoseconds now = kNow; now < kNow + 1000s; now += 10ms) {
+    localization.step(now, base);
+    const Pose2 seen = compose(localization.mapToOdom(), base.odometry());
+    if ((now - kNow) % 200ms != 190ms) continue;
+    x.push_back(seen.x - 1);
+    yaw.push_back(seen.yaw - 0.5);
+  }
+  const auto product = [](const std::vector<double>& values, std::size_t apart) {
+    double sum = 0;
+    for (std::size_t i = apart; i < values.size(); ++i) sum += values[i] * values[i - apart];
+    return sum / static_cast<double>(values.size() - apart);
+  };
+  EXPECT_NEAR(std::sqrt(product(x, 0)), 0.03, 0.001);
+  EXPECT_NEAR(std::sqrt(product(yaw, 0)), 0.02, 0.001);
+  EXPECT_NEAR(product(x, 1) / product(x, 0), std::exp(-1), 0.05);
+}
+
+TEST(FakeFetch, takesLongerWithItsArmIfItIsToldTo) {
+  FakeFetchConfig config{{}, kNoErrors};
+  config.slowness = 1.3;
+  FakeFetch fetch(RobotModel::fromFile("assets/fetch.urdf"), config, kNow);
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  run(fetch, 5190ms);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Running);
+  run(fetch, 10ms);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Succeeded);
+}
+
 TEST(FakeFetch, movesItsArmOverTheTable) {
   FakeFetch fetch = makeFetch();
   fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
