@@ -24,9 +24,10 @@ inline Velocity velocityOf(const Bytes& bytes) {
   return velocity;
 }
 
-/// The same message with another velocity; it has to be long enough for one.
+/// The same message with another velocity; one that has none stays as it is.
 inline Bytes withVelocity(Bytes bytes, const PlanarVelocity& wanted) {
   const Velocity velocity{wanted.forward, 0, 0, 0, 0, wanted.turn};
+  if (bytes.size() < sizeof(Velocity)) return bytes;
   std::memcpy(bytes.data() + bytes.size() - sizeof(Velocity), velocity.data(), sizeof(Velocity));
   return bytes;
 }
