@@ -192,10 +192,6 @@ double toleranceOf(const std::string& joint, const StartTolerances& tolerances) 
                                  : tolerances.turning;
 }
 
-double difference(const std::string& joint, double from, double to) {
-  return isSlidingJoint(joint) ? to - from : wrapAngle(to - from);
-}
-
 /// The gap is what both fingers leave open.
 double gap(const StartPose& pose) {
   double sum = 0;
@@ -229,7 +225,7 @@ bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
   for (const std::string& joint : trajectory->joints) {
     const auto to = then.joints.find(joint), from = now.joints.find(joint);
     if (to == then.joints.end() || from == now.joints.end()) return false;
-    const double way = std::abs(difference(joint, from->second, to->second));
+    const double way = std::abs(jointError(joint, from->second, to->second));
     deviates = deviates || way > toleranceOf(joint, tolerances);
     seconds = std::max(seconds, way / (isSlidingJoint(joint) ? speed.sliding : speed.turning));
     positions.push_back(to->second);
@@ -306,7 +302,7 @@ StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts
 // ------------------------------------------------------------------------------------ deviations
 
 double jointError(const std::string& joint, double then, double now) {
-  return difference(joint, then, now);
+  return isSlidingJoint(joint) ? now - then : wrapAngle(now - then);
 }
 
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,

@@ -1,5 +1,7 @@
 #include "replay/play/play_report.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace afterglow::replay {
@@ -9,6 +11,12 @@ using Json = nlohmann::ordered_json;
 
 double milliseconds(double ns) { return ns * 1e-6; }
 double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
+
+double quantileMs(const Lateness& lateness, double q) {
+  return milliseconds(static_cast<double>(lateness.quantile(q)));
+}
+
+double maxMs(const Lateness& lateness) { return milliseconds(static_cast<double>(lateness.max())); }
 
 Json rewritten(const PlannedTopic& topic) {
   Json fields = Json::array();
@@ -37,19 +45,99 @@ Json played(const PlannedTopic& topic, const TopicReport& report) {
   if (!topic.isPlayed()) {
     return json;
   }
-  const Lateness& lateness = report.lateness;
-  const auto quantile = [&](double q) {
-    return milliseconds(static_cast<double>(lateness.quantile(q)));
-  };
   json["published"] = report.published;
   json["skipped"] = report.skipped;
   json["refused"] = report.refused;
   if (!report.problem.empty()) json["problem"] = report.problem;
   json["heard"] = report.was_heard;
-  json["lateness_ms"] = {{"p50", quantile(0.5)},
-                         {"p99", quantile(0.99)},
-                         {"max", milliseconds(static_cast<double>(lateness.max()))}};
-  json["drift_ms"] = milliseconds(lateness.drift());
+  json["lateness_ms"] = {{"p50", quantileMs(report.lateness, 0.5)},
+                         {"p99", quantileMs(report.lateness, 0.99)},
+                         {"max", maxMs(report.lateness)}};
+  json["drift_ms"] = milliseconds(report.lateness.drift());
+  return json;
+}
+
+Json inStep(const InStep& in_step) {
+  Json skew = Json::object();
+  for (const auto& [modality, measured] : in_step.skew) {
+    skew[std::string(name(modality))] = {{"messages", measured.size.count()},
+                                         {"p50", quantileMs(measured.size, 0.5)},
+                                         {"p95", quantileMs(measured.size, 0.95)},
+                                         {"max", maxMs(measured.size)}};
+  }
+  return {{"gated", in_step.is_gated},
+          {"waits", in_step.wait_count},
+          {"waited_s", in_step.waited_s},
+          {"skew_ms", skew}};
+}
+
+Json failures(const PlayReport& report) {
+  Json json = Json::object();
+  for (const auto& [modality, failed] : report.failures) {
+    json[std::string(name(modality))] = {{"count", failed.count}, {"first", failed.first}};
+  }
+  return json;
+}
+
+Json goals(const GoalBook::Counts& counts) {
+  return {{"sent", counts.sent},
+          {"succeeded", counts.succeeded},
+          {"failed", counts.failed},
+          {"canceled", counts.canceled}};
+}
+
+void addDrives(const BaseDriveReport& driven, Json& json) {
+  const DriveSummary summary = summaryOf(driven);
+  json["localized"] = driven.is_localized;
+  json["length_m"] = driven.length;
+  json["drives"] = driven.drives.size();
+  json["largest_deviation_m"] = summary.largest_distance;
+  json["drift_m"] = summary.drift_distance;
+  json["drift_deg"] = summary.drift_turn * kDegreesPerRadian;
+  json["corrections"] = summary.corrections;
+  json["delay_s"] = driven.delay;
+  json["waited_for_poses_s"] = driven.waited;
+  if (!driven.lost.empty()) json["lost"] = driven.lost;
+}
+
+Json base(const PlayReport& report) {
+  Json json = Json::object();
+  if (const auto end = baseEnd(report)) {
+    json["distance_m"] = end->distance;
+    json["turn_deg"] = end->turn * kDegreesPerRadian;
+  }
+  if (report.base) {
+    json["topic"] = report.base->topic;
+    json["closed_loop"] = report.base->driven.has_value();
+    if (!report.base->why_open_loop.empty()) json["why_open_loop"] = report.base->why_open_loop;
+    if (report.base->driven) addDrives(*report.base->driven, json);
+  }
+  return json;
+}
+
+Json body(const PlayReport& report) {
+  Json json = {{"joints", Json::object()}};
+  if (report.body_end) {
+    for (const auto& [joint, error] : report.body_end->joints) json["joints"][joint] = error;
+    if (const auto worst = worstJoint(*report.body_end)) {
+      json["worst"] = {{"joint", worst->first}, {"error", worst->second}};
+    }
+    json["not_known"] = report.body_end->remarks;
+  }
+  if (report.base || baseEnd(report)) json["base"] = base(report);
+  return json;
+}
+
+/// What did not go out though it was planned, with the reason.
+Json losses(const PlayReport& report, std::uint64_t TopicReport::*count) {
+  Json json = Json::array();
+  for (const auto& [topic, played_topic] : report.topics) {
+    if (played_topic.*count == 0) continue;
+    const bool is_refused = count == &TopicReport::refused;
+    json.push_back({{"topic", topic.channel.topic},
+                    {"count", played_topic.*count},
+                    {"why", is_refused ? played_topic.problem : std::string(kWhySkipped)}});
+  }
   return json;
 }
 
@@ -61,17 +149,50 @@ void InStep::add(const PlayWait& wait) {
   waited_s += wait.seconds;
 }
 
+std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end) {
+  const auto worst = std::max_element(
+      end.joints.begin(), end.joints.end(),
+      [](const auto& a, const auto& b) { return std::abs(a.second) < std::abs(b.second); });
+  return worst == end.joints.end() ? std::nullopt : std::optional(std::pair(*worst));
+}
+
+std::optional<BodyEnd::Base> baseEnd(const PlayReport& report) {
+  if (report.base && report.base->driven && !report.base->driven->drives.empty()) {
+    const DriveReport& last = report.base->driven->drives.back();
+    if (last.state == BaseState::Done)
+      return BodyEnd::Base{last.base.end_distance, std::abs(last.base.end_turn)};
+  }
+  return report.body_end ? report.body_end->base : std::nullopt;
+}
+
+DriveSummary summaryOf(const BaseDriveReport& driven) {
+  DriveSummary summary;
+  for (const DriveReport& drive : driven.drives) {
+    const BaseReport& one = drive.base;
+    summary.largest_distance = std::max(summary.largest_distance, one.largest_distance);
+    summary.drift_distance = std::max(summary.drift_distance, one.drift_distance);
+    summary.drift_turn = std::max(summary.drift_turn, std::abs(one.drift_turn));
+    summary.corrections += one.corrections;
+  }
+  return summary;
+}
+
 Json toJson(const PlayReport& report) {
-  Json json = {{"completed", report.is_complete},
+  Json json = {{"behavior_id", report.behavior_id},
+               {"name", report.behavior_name},
+               {"completed", report.is_complete},
                {"reason", report.reason},
                {"notes", report.notes},
                {"scheduling", report.scheduling},
+               {"rate", report.rate},
                {"planned_s", seconds(report.planned_ns)},
-               {"actual_s", seconds(report.actual_ns)}};
-  json["goals"] = {{"sent", report.goals.sent},
-                   {"succeeded", report.goals.succeeded},
-                   {"failed", report.goals.failed},
-                   {"canceled", report.goals.canceled}};
+               {"actual_s", seconds(report.actual_ns)},
+               {"goals", goals(report.goals)},
+               {"in_step", inStep(report.in_step)},
+               {"body", body(report)},
+               {"failures", failures(report)},
+               {"dropped", losses(report, &TopicReport::skipped)},
+               {"refused", losses(report, &TopicReport::refused)}};
   json["topics"] = Json::object();
   for (const auto& [topic, topic_report] : report.topics) {
     json["topics"][topic.channel.topic] = played(topic, topic_report);

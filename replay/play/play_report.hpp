@@ -107,10 +107,34 @@ struct PlayReport {
   static constexpr std::size_t kMostGoals = 500;
 };
 
-/// Stable keys: completed, reason, notes, scheduling, planned_s, actual_s, goals {sent, succeeded,
-/// failed, canceled}, topics {name: {type, modality, planned, published, skipped, refused, problem,
-/// heard, lateness_ms {p50, p99, max}, drift_ms, rewritten [{field, rule, count}]}, or {type,
-/// count, not_played}}.
+/// Why a message is skipped: a clause.
+constexpr const char* kWhySkipped = "too late, and overtaken or dangerous";
+
+std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end);
+/// How far from its recorded end the base ended: as the last drive found while it stood, else as
+/// tf had it. Empty if neither is known.
+std::optional<BodyEnd::Base> baseEnd(const PlayReport& report);
+
+/// Over all drives: the largest of each, in m and rad, and all corrections.
+struct DriveSummary {
+  double largest_distance = 0;
+  double drift_distance = 0, drift_turn = 0;
+  int corrections = 0;
+};
+DriveSummary summaryOf(const BaseDriveReport& driven);
+
+/// Stable keys:
+/// - behavior_id, name, completed, reason (why it ended early), notes, scheduling, rate, planned_s,
+///   actual_s (without pauses), goals {sent, succeeded, failed, canceled};
+/// - in_step {gated, waits, waited_s, skew_ms {ar, speech: {messages, p50, p95, max}}};
+/// - body {joints {name: live less recorded at the end, rad or m}, worst {joint, error}, not_known,
+///   base {distance_m, turn_deg, topic, closed_loop, why_open_loop; in closed loop: localized,
+///   length_m, drives, largest_deviation_m, drift_m, drift_deg, corrections, delay_s,
+///   waited_for_poses_s, lost}}; without worst, base, distance_m where nothing is known;
+/// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
+/// - topics {name: {type, count, modality, published_as, rewritten [{field, rule, count}],
+///   published, skipped, refused, problem, heard, lateness_ms {p50, p99, max}, drift_ms}, or {type,
+///   count, not_played}}.
 nlohmann::ordered_json toJson(const PlayReport& report);
 /// The plan alone, as `afterglow play --dry-run` shows it.
 nlohmann::ordered_json toJson(const PlayPlan& plan);
