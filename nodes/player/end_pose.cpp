@@ -1,0 +1,61 @@
+#include "nodes/player/end_pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/player/live_pose.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kAnswerPatience = 3;  // s
+
+/// A goal may have been under way when the behavior ended; its replay is waited for, too.
+replay::Stamp settledAt(const replay::PlayPlan& plan, const replay::PlayReport& report) {
+  replay::Stamp end = plan.end;
+  for (const replay::GoalSpan& goal : report.goal_spans) {
+    if (!goal.recorded_end_s) continue;
+    const auto into = static_cast<std::int64_t>(std::llround(*goal.recorded_end_s * 1e9));
+    end = std::max(end, replay::Stamp{plan.behavior.begin.ns + into});
+  }
+  return end;
+}
+
+}  // namespace
+
+replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now) {
+  replay::BodyEnd end;
+  for (const auto& [joint, position] : then.joints) {
+    const auto live = now.joints.find(joint);
+    if (live == now.joints.end()) {
+      end.remarks.push_back("nobody told where " + joint + " was at the end");
+    } else {
+      end.joints[joint] = replay::jointError(joint, position, live->second);
+    }
+  }
+  if (then.base && now.base) {
+    end.base = {distance(*then.base, *now.base),
+                std::abs(replay::wrapAngle(now.base->yaw - then.base->yaw))};
+  } else if (then.base) {
+    end.remarks.push_back("nobody told where the base was at the end (tf's map -> base_link)");
+  }
+  return end;
+}
+
+replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
+                           const replay::PlayReport& report,
+                           const std::function<bool()>& is_stopped) {
+  std::vector<std::string> remarks;
+  const replay::StartPose then =
+      readEndPose(store, plan, movedParts(store, plan), settledAt(plan, report), remarks);
+  PoseQuestion question;
+  for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
+  question.asks_base = then.base.has_value();
+  const bool asks = question.asks_base || !question.joints.empty();
+  replay::BodyEnd end = compareEnds(
+      then, asks ? askLivePose(question, kAnswerPatience, is_stopped) : replay::StartPose());
+  end.remarks.insert(end.remarks.begin(), remarks.begin(), remarks.end());
+  return end;
+}
+
+}  // namespace afterglow::nodes

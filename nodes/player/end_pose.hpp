@@ -1,0 +1,23 @@
+/// \file
+/// How the robot stands when a replay is over, against how it stood when that was recorded.
+#pragma once
+
+#include <functional>
+
+#include "replay/motion/start_pose.hpp"
+#include "replay/play/play_report.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// The errors at the end. What `now` lacks is a remark.
+replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now);
+
+/// Reads what was recorded at the end of what was played, or when its last goal had been reached,
+/// and asks the robot (/joint_states, tf). Takes 3 s if nobody answers, at most until `is_stopped`.
+/// Throws StoreError.
+replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
+                           const replay::PlayReport& report,
+                           const std::function<bool()>& is_stopped);
+
+}  // namespace afterglow::nodes
