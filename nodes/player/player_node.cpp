@@ -1,5 +1,6 @@
 #include "nodes/player/player_node.hpp"
 
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -8,6 +9,11 @@
 
 namespace afterglow::nodes {
 namespace {
+
+/// Of a goal's field: 0 is not given.
+std::optional<double> given(double value) {
+  return value == 0 ? std::nullopt : std::optional<double>(value);
+}
 
 ReplayResult resultOf(const replay::PlayPlan& plan, const replay::PlayReport& report) {
   ReplayResult result;
@@ -25,6 +31,7 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   private_node.param("allow_motion", options.allow_motion, options.allow_motion);
   private_node.param("wait_for_subscribers", options.wait_for_subscribers_s,
                      options.wait_for_subscribers_s);
+  options.needs_subscribers = parseUnheard(private_node.param("unheard", std::string()));
   private_node.param("clear_projection", options.clear_projection, options.clear_projection);
   private_node.param("hold", options.hold_s, options.hold_s);
   private_node.param("goal_wait", options.goal_wait_s, options.goal_wait_s);
@@ -83,25 +90,8 @@ void PlayerNode::close(const std::string& reason) {
 
 // ---------------------------------------------------------------------------------------- the goal
 
-ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
-  const auto given = [](double value) {
-    return value == 0 ? std::nullopt : std::optional<double>(value);
-  };
-  ReplayRequest request;
-  request.behavior_id = goal.behavior_id;
-  request.name = goal.name;
-  request.selector = goal.selector;
-  request.only = goal.only;
-  request.allow_motion = options_.allow_motion;
-  request.wait_for_subscribers_s = options_.wait_for_subscribers_s;
-  request.delay_s = goal.delay;
-  request.queue = options_.queue;
-  request.is_realtime = options_.realtime;
-  request.clock = parseReplayClock(goal.clock);
-  request.limits = limits_;
-  request.body = options_.body;
-  request.anchors = options_.anchors;
-  replay::PlanOptions& plan = request.plan;
+replay::PlanOptions PlayerNode::planOf(const ReplayGoal& goal) const {
+  replay::PlanOptions plan;
   plan.topics = goal.topics;
   plan.exclude = goal.exclude;
   plan.regex = goal.regex;
@@ -114,18 +104,47 @@ ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
   plan.rewriting = rewriting_;
   plan.rewriting.frames = parseRenames(goal.remap_frame);
   plan.rewriting.tf_prefix = goal.tf_prefix;
-  replay::PlayOptions& play = request.options;
+  return plan;
+}
+
+replay::PlayOptions PlayerNode::playOf(const ReplayGoal& goal) const {
+  replay::PlayOptions play;
   play.rate = given(goal.rate).value_or(1.0);
   play.clear_projection = options_.clear_projection;
   play.hold_s = options_.hold_s;
   play.goal_wait_s = options_.goal_wait_s;
-  play.seek_lead_s = options_.seek_lead_s;
+  play.seek_lead_s = given(goal.seek_lead).value_or(options_.seek_lead_s);
   play.is_looping = goal.loop;
   play.is_immediate = goal.immediate;
   play.starts_paused = goal.paused;
   play.keeps_alive = goal.keep_alive;
   play.skip_empty_s = given(goal.skip_empty);
   play.pause_topics = {goal.pause_topics.begin(), goal.pause_topics.end()};
+  return play;
+}
+
+ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
+  ReplayRequest request;
+  request.behavior_id = goal.behavior_id;
+  request.name = goal.name;
+  request.selector = goal.selector;
+  request.only = goal.only;
+  request.allow_motion = options_.allow_motion;
+  request.wait_for_subscribers_s =
+      given(goal.wait_for_subscribers).value_or(options_.wait_for_subscribers_s);
+  request.needs_subscribers =
+      goal.unheard.empty() ? options_.needs_subscribers : parseUnheard(goal.unheard);
+  request.delay_s = goal.delay;
+  request.queue = options_.queue;
+  request.is_realtime = options_.realtime;
+  request.clock = parseReplayClock(goal.clock);
+  request.clock_hz = given(goal.hz).value_or(request.clock_hz);
+  request.limits = limits_;
+  request.body = options_.body;
+  request.anchors = options_.anchors;
+  for (const std::string& anchor : goal.anchor) request.anchors.add(anchor);
+  request.plan = planOf(goal);
+  request.options = playOf(goal);
   return request;
 }
 

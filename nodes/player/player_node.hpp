@@ -24,6 +24,7 @@ struct PlayerNodeOptions {
   std::string store;                    ///< ~store, as openStore() takes it
   bool allow_motion = false;            ///< ~allow_motion
   double wait_for_subscribers_s = 2.0;  ///< ~wait_for_subscribers
+  bool needs_subscribers = false;       ///< ~unheard: "abort"; else "start"
   bool clear_projection = true;         ///< ~clear_projection
   double hold_s = 2.0;                  ///< ~hold: how long the light stays after the end
   double goal_wait_s = 10.0;            ///< ~goal_wait: how long goals may take beyond the end
@@ -53,6 +54,8 @@ class PlayerNode {
   using Server = actionlib::SimpleActionServer<ReplayAction>;
   void onGoal(const ReplayGoalConstPtr& goal);
   ReplayRequest requestOf(const ReplayGoal& goal) const;
+  replay::PlanOptions planOf(const ReplayGoal& goal) const;
+  replay::PlayOptions playOf(const ReplayGoal& goal) const;
   void play(const ReplayRequest& request);
   void onTimer();
   std::shared_ptr<ReplaySession> session() const;

@@ -9,6 +9,8 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -73,7 +75,8 @@ PlayerServices::PlayerServices(ros::NodeHandle private_node, const std::string& 
     return setPaused(session, request.data);
   });
   serve<Burst>("burst", [](ReplaySession& session, const auto& request) {
-    session.playNext(request.num_messages);
+    constexpr std::uint64_t kAll = std::numeric_limits<std::uint32_t>::max();
+    session.playNext(request.num_messages == 0 ? kAll : request.num_messages);
     return "played at once";
   });
   serve<SetRate>("set_rate", [](ReplaySession& session, const auto& request) {

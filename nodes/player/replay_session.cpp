@@ -16,6 +16,7 @@ namespace {
 
 /// What a body is played at.
 constexpr double kSlowest = 0.1, kFastest = 10;
+constexpr double kFastestClock = 1000;
 
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
@@ -90,6 +91,9 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
       is_paused_(request.options.starts_paused) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   checkRate(request.options.rate);
+  if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
+    throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
+  }
 }
 
 ReplaySession::~ReplaySession() = default;
@@ -155,7 +159,7 @@ replay::PlayReport ReplaySession::run() {
   if (followed_) follower.emplace(*followed_);
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
-    giver.emplace([this, last = plan_.begin]() mutable {
+    giver.emplace(request_.clock_hz, [this, last = plan_.begin]() mutable {
       const replay::PlayProgress now = progress();
       if (now.state != replay::PlayProgress::State::Idle) {
         last = {plan_.behavior.begin.ns + now.position.ns};
@@ -172,6 +176,9 @@ replay::PlayReport ReplaySession::run() {
                 [this](const std::string& driver) { stop(driver); }});
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
+  if (request_.needs_subscribers && !unheard.empty() && !isStopped()) {
+    throw std::runtime_error("nobody listens on " + joined(unheard) + ": an unheard replay was to abort");
+  }
   sink.listenForDrivers();
   replay::PlayReport report = play(sink);
   letMessagesLeave();  // what is still queued is lost with its publisher: the zero velocity, too

@@ -35,10 +35,12 @@ struct ReplayRequest {
   std::string only;           ///< "body,ar,speech", any of them; empty: all
   bool allow_motion = false;  ///< without it a replay that would move the body is refused
   double wait_for_subscribers_s = 2.0;
-  double delay_s = 0;  ///< after that, before the first message
+  bool needs_subscribers = false;  ///< a topic that nobody hears by then: refused, else told
+  double delay_s = 0;              ///< after that, before the first message
   std::uint32_t queue = 100;
   bool is_realtime = true;  ///< tries SCHED_FIFO
   ReplayClock clock = ReplayClock::Live;
+  double clock_hz = 100;     ///< of the /clock that is given
   replay::PlanOptions plan;  ///< its `only` is not looked at
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
@@ -65,8 +67,9 @@ class ReplaySession {
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
   /// move the robot and may not, if no master answers within 2 s, or if it should give /clock and
-  /// another node does; before anything is sent, for what BodyGate refuses. Stops, before or while
-  /// it plays, when another node sends velocities on a topic that is played.
+  /// another node does; before anything is sent, for topics that nobody hears, if that is asked
+  /// for, and for what BodyGate refuses. Stops, before or while it plays, when another node sends
+  /// velocities on a topic that is played.
   replay::PlayReport run();
 
   void stop(const std::string& reason);

@@ -41,6 +41,12 @@ ReplayClock parseReplayClock(const std::string& text) {
   throw std::runtime_error("'" + text + "' is no clock (live, sim, follow)");
 }
 
+bool parseUnheard(const std::string& text) {
+  if (text.empty() || text == "start") return false;
+  if (text == "abort") return true;
+  throw std::runtime_error("'" + text + "' is not what an unheard replay does (start, abort)");
+}
+
 std::map<std::string, std::map<std::string, replay::RewriteRule>> readRules(
     const std::string& path) {
   std::map<std::string, std::map<std::string, replay::RewriteRule>> rules;

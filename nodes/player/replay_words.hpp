@@ -18,6 +18,10 @@ std::map<std::string, std::string> parseRenames(const std::vector<std::string>& 
 /// "live", "sim", "follow"; empty: live. Throws std::runtime_error, one line.
 ReplayClock parseReplayClock(const std::string& text);
 
+/// What becomes of a replay that nobody listens to: "abort" is true, "start" and nothing false.
+/// Throws std::runtime_error, one line.
+bool parseUnheard(const std::string& text);
+
 /// A YAML file of rewriting rules by type and field path:
 ///   my_msgs/Plan: {stamp: shift, "steps[].start": now, id: fresh_id, "steps[].frame": remap_frame}
 /// with shift, now, zero, keep, fresh_id, remap_frame. Throws std::runtime_error with file and

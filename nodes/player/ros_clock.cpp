@@ -3,6 +3,7 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "nodes/tools/ros_graph.hpp"
@@ -11,7 +12,6 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr const char* kClockTopic = "/clock";
-constexpr std::chrono::milliseconds kClockPeriod(10);
 
 }  // namespace
 
@@ -20,15 +20,16 @@ std::string clockPublisher() {
   return others.empty() ? "" : *others.begin();
 }
 
-ClockGiver::ClockGiver(std::function<replay::Stamp()> time)
+ClockGiver::ClockGiver(double hz, std::function<replay::Stamp()> time)
     : publisher_(node_.advertise<rosgraph_msgs::Clock>(kClockTopic, 1, true)),
-      thread_([this, time = std::move(time)] {
+      thread_([this, hz, time = std::move(time)] {
+        const std::chrono::nanoseconds period(std::llround(1e9 / hz));
         auto next = std::chrono::steady_clock::now();
         while (!is_over_) {
           rosgraph_msgs::Clock message;
           message.clock.fromNSec(static_cast<std::uint64_t>(time().ns));
           publisher_.publish(message);
-          next += kClockPeriod;
+          next += period;
           std::this_thread::sleep_until(next);
         }
       }) {}

@@ -18,10 +18,11 @@ namespace afterglow::nodes {
 /// Who else publishes /clock, by the master; empty: nobody. Throws std::runtime_error without one.
 std::string clockPublisher();
 
-/// Publishes /clock at 100 Hz while it lives, also while `time` stands. Sets no parameter.
+/// Publishes /clock so many times a second while it lives, also while `time` stands. Sets no
+/// parameter.
 class ClockGiver {
  public:
-  explicit ClockGiver(std::function<replay::Stamp()> time);
+  ClockGiver(double hz, std::function<replay::Stamp()> time);
   ~ClockGiver();
   ClockGiver(const ClockGiver&) = delete;
   ClockGiver& operator=(const ClockGiver&) = delete;

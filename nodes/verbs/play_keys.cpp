@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string_view>
 
 #include "nodes/verbs/verb_tools.hpp"
 
@@ -12,6 +13,17 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kLeapSeconds = 5, kRateStep = 1.1;
+
+/// What a terminal sends for an arrow, before its letter (ECMA-48's cursor keys).
+constexpr std::string_view kArrow = "\x1b[";
+
+std::string arrowName(char letter) {
+  return letter == 'A'   ? "up"
+         : letter == 'B' ? "down"
+         : letter == 'C' ? "right"
+         : letter == 'D' ? "left"
+                         : "";
+}
 
 std::string leap(ReplaySession& session, double seconds) {
   const replay::PlayPlan& plan = session.plan();
@@ -30,9 +42,9 @@ std::string act(const std::string& key, ReplaySession& session) {
     session.playNext(1);
   } else if (key == "left" || key == "right") {
     return leap(session, key == "left" ? -kLeapSeconds : kLeapSeconds);
-  } else if (key == "up") {
+  } else if (key == "up" || key == "+") {
     session.setRate(session.progress().rate * kRateStep);
-  } else if (key == "down") {
+  } else if (key == "down" || key == "-") {
     session.setRate(session.progress().rate / kRateStep);
   } else if (key == "t") {
     return session.togglePauseTopics() ? "pauses at pause topics" : "plays through pause topics";
@@ -56,23 +68,26 @@ Keyboard::Keyboard(bool is_wanted) {
   is_active_ = tcsetattr(STDIN_FILENO, TCSANOW, &raw) == 0;
 }
 
-Keyboard::~Keyboard() {
+Keyboard::~Keyboard() { release(); }
+
+void Keyboard::release() {
   if (is_active_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  is_active_ = false;
 }
 
-std::string Keyboard::key() const {
+std::string Keyboard::key() {
   pollfd input{STDIN_FILENO, POLLIN, 0};
-  char read_bytes[8] = {};
-  if (!is_active_ || poll(&input, 1, 0) <= 0) {
-    return "";
+  char bytes[64];
+  if (is_active_ && poll(&input, 1, 0) > 0) {
+    const ssize_t count = read(STDIN_FILENO, bytes, sizeof(bytes));
+    pressed_.append(bytes, count > 0 ? static_cast<std::size_t>(count) : 0);
   }
-  const ssize_t count = read(STDIN_FILENO, read_bytes, sizeof(read_bytes));
-  const std::string pressed(read_bytes, count > 0 ? static_cast<std::size_t>(count) : 0);
-  if (pressed == "\x1b[A") return "up";
-  if (pressed == "\x1b[B") return "down";
-  if (pressed == "\x1b[C") return "right";
-  if (pressed == "\x1b[D") return "left";
-  return pressed.substr(0, 1);
+  const std::string arrow = pressed_.substr(0, kArrow.size() + 1);
+  const bool is_arrow =
+      arrow.size() > kArrow.size() && arrow.compare(0, kArrow.size(), kArrow) == 0;
+  const std::string key = is_arrow ? arrowName(arrow.back()) : pressed_.substr(0, 1);
+  pressed_.erase(0, is_arrow ? arrow.size() : 1);
+  return key;
 }
 
 std::string followKey(const std::string& key, ReplaySession& session) {

@@ -13,9 +13,10 @@ namespace afterglow::nodes {
 
 /// What the keys do, one line.
 constexpr const char* kPlayKeys =
-    "space pause, s step, left/right 5 s back/on, up/down rate, t pause topics, q quit";
+    "space pause, s step, left/right 5 s back/on, up/down (+/-) rate, t pause topics, q quit";
 
-/// Keys as they are pressed, while it lives and if standard input is a terminal.
+/// Keys as they are pressed, if standard input is a terminal and this process is in its
+/// foreground.
 class Keyboard {
  public:
   explicit Keyboard(bool is_wanted);
@@ -25,11 +26,14 @@ class Keyboard {
 
   bool isActive() const { return is_active_; }
   /// A character, or "up", "down", "left", "right"; empty: none was pressed.
-  std::string key() const;
+  std::string key();
+  /// The terminal is as it was, and no key is heard any more. So it ends, too.
+  void release();
 
  private:
   bool is_active_ = false;
   termios before_{};
+  std::string pressed_;  ///< not looked at yet
 };
 
 /// Does what a key says; the answer is for the status line. Nothing for unknown keys.

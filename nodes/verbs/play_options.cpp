@@ -64,6 +64,14 @@ void addHow(CLI::App& verb, PlayCommand& c) {
                   "Play so many seconds of each time without messages")
       ->check(aboveZero);
   verb.add_option("--pause-topics", c.pause_topics, "Pause before each message on these topics");
+  verb.add_flag("-k,--keep-alive", play.keeps_alive, "Stay at the end, with the light on");
+  verb.add_flag("--keep-light", c.keeps_light, "Leave the light on when it ends");
+  verb.add_option("--seek-lead", play.seek_lead_s,
+                  "After a seek: seconds the arm has to get to where it goes on; default 5")
+      ->check(atLeastZero);
+}
+
+void addListeners(CLI::App& verb, PlayCommand& c) {
   verb.add_option("-d,--delay", c.request.delay_s, "Wait so many seconds before the first message")
       ->check(atLeastZero);
   verb.add_option("--wait-for-subscribers", c.request.wait_for_subscribers_s,
@@ -72,12 +80,21 @@ void addHow(CLI::App& verb, PlayCommand& c) {
       ->check(atLeastZero)
       ->expected(0, 1)
       ->default_str(kForever);
-  verb.add_flag("-k,--keep-alive", play.keeps_alive, "Stay at the end, with the light on");
-  verb.add_flag("--keep-light", c.keeps_light, "Leave the light on when it ends");
+  verb.add_option("--unheard", c.unheard,
+                  "If nobody listens on a topic by then: start (default, and told) or abort")
+      ->check(CLI::IsMember({"start", "abort"}));
   verb.add_option("--queue", c.request.queue, "Outgoing messages kept for each topic; default 100")
       ->check(CLI::Range(1, 1'000'000));
-  verb.add_flag("--sim", c.is_sim, "Give the recording's time on /clock; stamps stay as they were");
-  verb.add_flag("--follow-clock", c.follows_clock, "Go, wait and pause as another node's /clock");
+}
+
+void addClock(CLI::App& verb, PlayCommand& c) {
+  auto* sim = verb.add_flag("--sim,--clock", c.is_sim,
+                            "Give the recording's time on /clock; stamps stay as they were");
+  verb.add_option("--hz", c.request.clock_hz, "How often a second; default 100")
+      ->check(aboveZero)
+      ->needs(sim);
+  verb.add_flag("--follow-clock", c.follows_clock, "Go, wait and pause as another node's /clock")
+      ->excludes(sim);
   verb.add_flag("--no-realtime", c.is_normal, "Do not try SCHED_FIFO");
 }
 
@@ -102,6 +119,8 @@ void addPlayOptions(CLI::App& verb, PlayCommand& c) {
   addStoreOption(verb, c.store);
   addWhat(verb, c);
   addHow(verb, c);
+  addListeners(verb, c);
+  addClock(verb, c);
   addNames(verb, c);
   verb.add_flag("--allow-motion", c.request.allow_motion, "The robot may move");
   addBodyOptions(verb, c.request.body);
@@ -118,13 +137,11 @@ void readPlayOptions(PlayCommand& c) {
   const auto given = [](double value) {
     return value == 0 ? std::nullopt : std::optional<double>(value);
   };
-  if (c.is_sim && c.follows_clock) {
-    throw std::runtime_error("--sim gives /clock, --follow-clock follows it: not both");
-  }
   c.request.clock = c.is_sim          ? ReplayClock::Sim
                     : c.follows_clock ? ReplayClock::Follow
                                       : ReplayClock::Live;
   c.request.is_realtime = !c.is_normal;
+  c.request.needs_subscribers = parseUnheard(c.unheard);
   if (!c.limits_file.empty()) c.request.limits = readLimits(c.limits_file);
   replay::PlanOptions& plan = c.request.plan;
   plan.duration_s = given(c.duration_s);

@@ -110,7 +110,7 @@ void startRos() {
 }
 
 replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
-  const Keyboard keyboard(command.has_keys);
+  Keyboard keyboard(command.has_keys);
   const bool has_line = !command.is_quiet && isatty(STDERR_FILENO) != 0;
   if (has_line && keyboard.isActive()) std::cerr << kPlayKeys << "\n";
   auto playing = std::async(std::launch::async, [&session] { return session.run(); });
@@ -118,6 +118,7 @@ replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
   for (int turn = 0; playing.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready;
        ++turn) {
     if (isStopRequested() || !ros::ok()) {
+      keyboard.release();  // a second signal ends the process at once
       session.stop("stopped by a signal");
     }
     if (const std::string key = keyboard.key(); !key.empty()) answer = followKey(key, session);

@@ -13,6 +13,7 @@
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
+#include <csignal>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -23,6 +24,7 @@
 #include "tests/support/ros_master.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
+#include "tests/support/terminal_process.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -121,6 +123,12 @@ struct PlayerNodeRos : testing::Test {
     return service.response;
   }
   static bool trigger(const std::string& name) { return call<std_srvs::Trigger>(name).success; }
+  static Texts playing(const Texts& options) {
+    Texts words{AFTERGLOW_TEST_COMMAND, "play", std::to_string(world->behavior), "--store",
+                world->store};
+    words.insert(words.end(), options.begin(), options.end());
+    return words;
+  }
   static std::uint8_t state() {
     const auto statuses = world->seen(world->statuses);
     if (statuses.empty()) return ReplayStatus::IDLE;
@@ -152,6 +160,9 @@ TEST_F(PlayerNodeRos, isCommandedByServices) {
   burst.num_messages = 2;
   EXPECT_TRUE(call<Burst>("burst", burst).success);
   EXPECT_TRUE(heard({"10", "11", "12"}));
+  burst.num_messages = 0;
+  EXPECT_TRUE(call<Burst>("burst", burst).success);
+  EXPECT_TRUE(eventually([] { return world->seen(world->said).size() == 50; })) << "all";
   Seek::Request seek;
   seek.position = 60.5;
   EXPECT_FALSE(call<Seek>("seek", seek).success);
@@ -169,7 +180,7 @@ TEST_F(PlayerNodeRos, isCommandedByServices) {
     const auto said = world->seen(world->said);
     return !said.empty() && said.back() == "59";
   }));
-  EXPECT_EQ(world->seen(world->said)[3], "30");
+  EXPECT_EQ(world->seen(world->said)[50], "30");
   EXPECT_TRUE(eventually([] { return state() == ReplayStatus::IDLE; }));
   world->forget();
 }
@@ -193,23 +204,14 @@ TEST_F(PlayerNodeRos, saysTenTimesASecondWhereItIsAndStopsWhenTold) {
 }
 
 TEST_F(PlayerNodeRos, givesTheRecordingsTimeOnClockAndSharesItWithNobody) {
-  const Texts play{AFTERGLOW_TEST_COMMAND,
-                   "play",
-                   std::to_string(world->behavior),
-                   "--store",
-                   world->store,
-                   "--start",
-                   "5",
-                   "--duration",
-                   "1",
-                   "--sim"};
+  const Texts play = playing({"--start", "5", "--duration", "1", "--clock", "--hz", "200"});
   {
     test::NodeProcess process(play);
     EXPECT_EQ(process.exitStatus(), 0) << process.log();
   }
   EXPECT_TRUE(heard({"5"}));
   const std::vector<double> times = world->seen(world->times);
-  ASSERT_GT(times.size(), 60u) << "100 Hz";
+  ASSERT_GT(times.size(), 120u) << "200 Hz";
   EXPECT_NEAR(times.front(), 1005, 0.5);
   EXPECT_NEAR(times.back(), 1006, 0.1);
   bool has_parameter = false;
@@ -223,8 +225,7 @@ TEST_F(PlayerNodeRos, givesTheRecordingsTimeOnClockAndSharesItWithNobody) {
 
 TEST_F(PlayerNodeRos, goesAsAnotherClockDoes) {
   ros::Publisher clock = world->node->advertise<rosgraph_msgs::Clock>("/clock", 100);
-  test::NodeProcess process({AFTERGLOW_TEST_COMMAND, "play", std::to_string(world->behavior),
-                             "--store", world->store, "--follow-clock", "--duration", "3"});
+  test::NodeProcess process(playing({"--follow-clock", "--duration", "3"}));
   const auto showTime = [&](double seconds) {
     rosgraph_msgs::Clock message;
     message.clock = ros::Time(seconds);
@@ -249,6 +250,62 @@ TEST_F(PlayerNodeRos, goesAsAnotherClockDoes) {
     return process.log().find("/say") != std::string::npos;  // its table
   }));
   EXPECT_EQ(process.exitStatus(), 0) << process.log();
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, refusesToPlayToNobodyIfThatIsAskedFor) {
+  const Texts play =
+      playing({"--remap", "/say:=/unheard", "--wait-for-subscribers", "0.1", "--immediate"});
+  test::NodeProcess tells(play);
+  EXPECT_EQ(tells.exitStatus(), 0) << tells.log();
+  EXPECT_NE(tells.log().find("nobody listened on /unheard"), std::string::npos) << tells.log();
+  Texts strict = play;
+  strict.insert(strict.end(), {"--unheard", "abort"});
+  test::NodeProcess refuses(strict);
+  EXPECT_EQ(refuses.exitStatus(), 1);
+  EXPECT_NE(refuses.log().find("nobody listens on /unheard"), std::string::npos) << refuses.log();
+}
+
+// --------------------------------------------------------------------------------------- terminal
+
+TEST_F(PlayerNodeRos, isCommandedByKeysAndLeavesTheTerminalAsItWas) {
+  test::TerminalProcess terminal(playing({"--pause", "--start", "10"}));
+  ASSERT_TRUE(terminal.shows("[PAUSED ]  10.00 / 60.00 s"));
+  EXPECT_FALSE(terminal.isAsBefore()) << "keys come without Enter, unseen";
+  terminal.press("s");
+  EXPECT_TRUE(heard({"10"}));
+  terminal.press("\x1b[C");
+  EXPECT_TRUE(terminal.shows("15.00 / 60.00 s"));
+  terminal.press("\x1b[D");
+  EXPECT_TRUE(terminal.shows("10.00 / 60.00 s"));
+  terminal.press("\x1b[C\x1b[5~xs");  // a page up means nothing
+  EXPECT_TRUE(terminal.shows("15.00 / 60.00 s"));
+  EXPECT_TRUE(heard({"10", "15"}));
+  terminal.press("\x1b[A+\x1b[B");
+  EXPECT_TRUE(terminal.shows("rate 1.10"));
+  terminal.press("t");
+  EXPECT_TRUE(terminal.shows("plays through pause topics"));
+  terminal.press(" ");
+  EXPECT_TRUE(terminal.shows("[PLAYING]"));
+  terminal.press(" ");
+  EXPECT_TRUE(terminal.shows("[PAUSED ]"));
+  terminal.press("q");
+  EXPECT_EQ(terminal.exitStatus(), 1);
+  EXPECT_TRUE(terminal.shows("stopped by a key"));
+  EXPECT_TRUE(terminal.isAsBefore());
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, leavesTheTerminalAsItWasWhenASignalStopsIt) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    test::TerminalProcess terminal(playing({"--pause"}));
+    ASSERT_TRUE(terminal.shows("[PAUSED ]"));
+    EXPECT_FALSE(terminal.isAsBefore());
+    if (number == SIGINT) terminal.press("\x03");
+    if (number != SIGINT) terminal.signal(number);
+    EXPECT_EQ(terminal.exitStatus(), 1);
+    EXPECT_TRUE(terminal.isAsBefore());
+  }
 }
 
 // ------------------------------------------------------------------------------------------ files
@@ -286,6 +343,9 @@ TEST(ReplayWords, readRulesAndLimits) {
   EXPECT_EQ(refusal([] { parseRenames({"a=b"}); }), "'a=b' is no renaming: write old:=new");
   EXPECT_EQ(parseRenames({"/a:=/b"}).at("/a"), "/b");
   EXPECT_NE(refusal([] { parseReplayClock("wall"); }), "");
+  EXPECT_TRUE(parseUnheard("abort"));
+  EXPECT_FALSE(parseUnheard("") || parseUnheard("start"));
+  EXPECT_NE(refusal([] { parseUnheard("wait"); }), "");
 }
 
 }  // namespace
