@@ -184,6 +184,7 @@ Json toJson(const PlayReport& report) {
                {"reason", report.reason},
                {"notes", report.notes},
                {"scheduling", report.scheduling},
+               {"begin_s", report.begin_s},
                {"rate", report.rate},
                {"planned_s", seconds(report.planned_ns)},
                {"actual_s", seconds(report.actual_ns)},

@@ -89,7 +89,8 @@ struct BodyEnd {
 struct PlayReport {
   std::int64_t behavior_id = 0;
   std::string behavior_name;
-  double rate = 1;  ///< at the begin
+  double begin_s = 0;  ///< where in the behavior it began
+  double rate = 1;     ///< at the begin
   bool is_complete = false;
   std::string reason;  ///< why it ended early; empty if it did not
   std::vector<std::string> notes;
@@ -124,8 +125,8 @@ struct DriveSummary {
 DriveSummary summaryOf(const BaseDriveReport& driven);
 
 /// Stable keys:
-/// - behavior_id, name, completed, reason (why it ended early), notes, scheduling, rate, planned_s,
-///   actual_s (without pauses), goals {sent, succeeded, failed, canceled};
+/// - behavior_id, name, completed, reason (why it ended early), notes, scheduling, begin_s, rate,
+///   planned_s, actual_s (without pauses), goals {sent, succeeded, failed, canceled};
 /// - in_step {gated, waits, waited_s, skew_ms {ar, speech: {messages, p50, p95, max}}};
 /// - body {joints {name: live less recorded at the end, rad or m}, worst {joint, error}, not_known,
 ///   base {distance_m, turn_deg, topic, closed_loop, why_open_loop; in closed loop: localized,
