@@ -49,6 +49,7 @@ Json played(const PlannedTopic& topic, const TopicReport& report) {
   json["skipped"] = report.skipped;
   json["refused"] = report.refused;
   if (!report.problem.empty()) json["problem"] = report.problem;
+  if (report.replaced > 0) json["replaced"] = report.replaced;
   json["heard"] = report.was_heard;
   json["lateness_ms"] = {{"p50", quantileMs(report.lateness, 0.5)},
                          {"p99", quantileMs(report.lateness, 0.99)},

@@ -22,8 +22,10 @@ struct TopicReport {
   std::uint64_t published = 0;
   std::uint64_t skipped = 0;  ///< too late, and overtaken or dangerous
   std::uint64_t refused = 0;  ///< not publishable: the text says why
-  std::string problem;        ///< of the last refused one
-  bool was_heard = false;     ///< somebody listened when the last message went out
+  /// Recorded velocities that were not sent: the base was driven along its track instead.
+  std::uint64_t replaced = 0;
+  std::string problem;     ///< of the last refused one
+  bool was_heard = false;  ///< somebody listened when the last message went out
   Lateness lateness;
   Samples moments;  ///< of what was published; values: ms late
 };
