@@ -19,6 +19,7 @@ using replay::GoalOutcome;
 
 constexpr std::chrono::milliseconds kGoalLook(20);  // at a goal that is under way
 constexpr double kLivePatience = 3.0;               // s
+constexpr double kMeanOf = 2.0;                     // s of localization
 /// Beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 60;  // s
 
@@ -30,6 +31,19 @@ std::string listed(const std::vector<std::string>& parts) {
 
 [[noreturn]] void refuse(const std::string& why) {
   throw std::runtime_error("motion is refused: " + why);
+}
+
+void readBaseOptions(const ros::NodeHandle& node, BaseOptions& base) {
+  node.param("open_loop", base.is_open_loop, base.is_open_loop);
+  node.param("base_topic", base.topic, base.topic);
+  node.param("base_frame/map", base.frames.map, base.frames.map);
+  node.param("base_frame/odom", base.frames.odometry, base.frames.odometry);
+  node.param("base_frame/base", base.frames.base, base.frames.base);
+  node.param("localization_noise/position", base.noise.position, base.noise.position);
+  node.param("localization_noise/yaw", base.noise.yaw, base.noise.yaw);
+  if (!(base.noise.position > 0 && base.noise.yaw > 0)) {
+    throw std::runtime_error("~localization_noise has to be above 0");
+  }
 }
 
 }  // namespace
@@ -48,6 +62,7 @@ BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
         {"base_turn", &options.tolerances.base_turn}}) {
     node.param(std::string("start_tolerance/") + name, *value, *value);
   }
+  readBaseOptions(node, options.base);
   node.param("longest_stall", options.longest_stall_s, options.longest_stall_s);
   if (!(options.longest_stall_s >= 0.04)) {  // two heartbeats
     throw std::runtime_error("~longest_stall has to be at least 0.04 s");
@@ -56,6 +71,15 @@ BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
   node.param("estop_longest_silence", options.emergency_stop.longest_silence_s,
              options.emergency_stop.longest_silence_s);
   return options;
+}
+
+std::vector<std::string> BodyGate::notes() const {
+  std::vector<std::string> notes = notes_;
+  if (base_) {
+    const std::vector<std::string> more = base_->notes();
+    notes.insert(notes.end(), more.begin(), more.end());
+  }
+  return notes;
 }
 
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph) {
@@ -78,11 +102,13 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const 
 }
 
 BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
-                   const BodyOptions& options, replay::MessageSink& sink, replay::Clock& clock,
+                   const BodyOptions& options, const replay::MotionLimits& limits,
+                   replay::MessageSink& sink, replay::Clock& clock,
                    std::function<void(const std::string&)> stop)
     : store_(store),
       plan_(plan),
       options_(options),
+      limits_(limits),
       stop_(std::move(stop)),
       sink_(plan, sink, clock, options.longest_stall_s, stop_) {
   if (!options_.emergency_stop.topic.empty()) {
@@ -98,17 +124,18 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (!missing.empty()) refuse(listed(missing));
   if (emergency_stop_) emergency_stop_->check();
   const replay::MovedParts parts = movedParts(store_, plan_);
+  if (parts.moves_base) base_.emplace(store_, plan_, options_.base, limits_);
   replay::StartPose then;
   if (options_.start != BodyOptions::Start::Anywhere) {
-    then = readStartPose(store_, plan_, parts, notes_);
+    then = readStartPose(store_, plan_, parts, notes_, options_.base.frames);
   }
   replay::StartPose now = live(parts, then, is_stopped);
   if (is_stopped()) return;
   checkJoints(parts, now);
-  const std::string base = baseDeviation(then, now, options_.tolerances);
+  sink_.waitUntilReady(is_stopped);
+  const std::string base = baseDeviation(then, now, is_stopped);
   std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
   const bool moves_there = options_.start == BodyOptions::Start::MoveThere && base.empty();
-  sink_.waitUntilReady(is_stopped);
   if (moves_there && !deviations.empty() && !is_stopped()) {
     moveToStart(parts, then, is_stopped);
     now = live(parts, then, is_stopped);
@@ -119,6 +146,28 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
     refuse("the robot does not stand as it did: " + listed(deviations) +
            (base.empty() ? "" : "; the base has to be brought there"));
   }
+  if (base_) base_->prepare(is_stopped);
+}
+
+/// After it was driven there, if that is asked for.
+std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
+                                    const std::function<bool()>& is_stopped) {
+  std::string deviation = replay::baseDeviation(then, now, options_.tolerances);
+  if (deviation.empty() || !now.base) return deviation;
+  // Localization's noise alone may be that large.
+  const auto look = [&] {
+    replay::StartPose mean;
+    mean.base = base_->measure(kMeanOf, is_stopped);
+    return replay::baseDeviation(then, mean, options_.tolerances);
+  };
+  deviation = look();
+  if (deviation.empty() || options_.start != BodyOptions::Start::MoveThere || is_stopped()) {
+    return deviation;
+  }
+  const std::string failure = base_->driveTo(*then.base, sink_, is_stopped);
+  if (!failure.empty()) return deviation + "; " + failure;
+  notes_.push_back("the base was driven to the start");
+  return look();
 }
 
 replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
@@ -127,6 +176,10 @@ replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::
   question.joints = parts.joints();
   for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
   question.asks_base = then.base.has_value();
+  if (base_) {
+    question.map = base_->frames().map;
+    question.base = base_->frames().base;
+  }
   if (question.joints.empty() && !question.asks_base) return {};
   return askLivePose(question, kLivePatience, is_stopped);
 }

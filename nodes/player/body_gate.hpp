@@ -12,6 +12,7 @@
 
 #include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/guarded_sink.hpp"
+#include "nodes/player/replayed_base.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/start_pose.hpp"
 #include "replay/store/store.hpp"
@@ -27,6 +28,7 @@ struct BodyOptions {
   /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall].
   double longest_stall_s = 0.06;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
+  BaseOptions base;
 
   /// Throws std::runtime_error, one line, for a value that is none.
   static BodyOptions read(const ros::NodeHandle& private_node);
@@ -41,7 +43,7 @@ class BodyGate {
  public:
   /// Starts the watchdog. `stop` stops the replay; any thread. Throws std::runtime_error, one line.
   BodyGate(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
-           replay::MessageSink& sink, replay::Clock& clock,
+           const replay::MotionLimits& limits, replay::MessageSink& sink, replay::Clock& clock,
            std::function<void(const std::string& reason)> stop);
 
   /// Everything is advertised and connected. Moves the robot to the start if that is asked for.
@@ -51,15 +53,19 @@ class BodyGate {
   /// What the player is to send to and sleep on.
   replay::MessageSink& sink() { return sink_; }
   replay::Clock& clock() { return sink_.clock(); }
+  /// After check(). None: no velocities are played.
+  ReplayedBase* base() { return base_ ? &*base_ : nullptr; }
   /// Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
   /// What could not be checked, and where the robot was moved; a sentence each.
-  const std::vector<std::string>& notes() const { return notes_; }
+  std::vector<std::string> notes() const;
 
  private:
   replay::StartPose live(const replay::MovedParts& parts, const replay::StartPose& then,
                          const std::function<bool()>& is_stopped) const;
   void checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const;
+  std::string baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
+                            const std::function<bool()>& is_stopped);
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
   void moveToStart(const replay::JointGoals& goals, const replay::Bytes& goal,
@@ -68,9 +74,11 @@ class BodyGate {
   const replay::Store& store_;
   const replay::PlayPlan& plan_;
   const BodyOptions options_;
+  const replay::MotionLimits limits_;
   const std::function<void(const std::string&)> stop_;
   GuardedSink sink_;
   std::optional<EmergencyStop> emergency_stop_;
+  std::optional<ReplayedBase> base_;
   std::vector<std::string> notes_;
   std::mutex mutex_;
   std::map<std::string, std::uint8_t> statuses_;  ///< of the goals that go to the start

@@ -16,9 +16,6 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr const char* kMap = "map";
-constexpr const char* kBase = "base_link";
-
 /// Listens while it lives; one thread.
 class PoseListener {
  public:
@@ -35,10 +32,11 @@ class PoseListener {
            std::all_of(question.joints.begin(), question.joints.end(),
                        [this](const auto& joint) { return pose.joints.count(joint) > 0; });
   }
-  void lookForBase() {
-    if (!transforms_ || !buffer_.canTransform(kMap, kBase, ros::Time(0))) return;
+  void lookForBase(const PoseQuestion& question) {
+    const std::string &map = question.map, &base = question.base;
+    if (!transforms_ || !buffer_.canTransform(map, base, ros::Time(0))) return;
     const Eigen::Isometry3d T_map_base =
-        toIsometry(buffer_.lookupTransform(kMap, kBase, ros::Time(0)).transform);
+        toIsometry(buffer_.lookupTransform(map, base, ros::Time(0)).transform);
     const auto& R = T_map_base.linear();
     pose.base = replay::PlanarPose{T_map_base.translation().x(), T_map_base.translation().y(),
                                    std::atan2(R(1, 0), R(0, 0))};
@@ -69,7 +67,7 @@ replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
   while (!listener.knows(question) && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {
     listener.listen();
-    listener.lookForBase();
+    listener.lookForBase(question);
   }
   return listener.pose;
 }

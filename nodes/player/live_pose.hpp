@@ -12,7 +12,8 @@ namespace afterglow::nodes {
 
 struct PoseQuestion {
   std::vector<std::string> joints;
-  bool asks_base = false;  ///< map -> base_link
+  bool asks_base = false;
+  std::string map = "map", base = "base_link";  ///< its frames
 };
 
 /// All joints that /joint_states tells of, and the base, if asked. Waits for those that are asked

@@ -177,7 +177,8 @@ replay::PlayReport ReplaySession::run() {
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
   if (request_.needs_subscribers && !unheard.empty() && !isStopped()) {
-    throw std::runtime_error("nobody listens on " + joined(unheard) + ": an unheard replay was to abort");
+    throw std::runtime_error("nobody listens on " + joined(unheard) +
+                             ": an unheard replay was to abort");
   }
   sink.listenForDrivers();
   replay::PlayReport report = play(sink);
@@ -212,7 +213,8 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   const std::vector<std::string> notes = stagehand.notes();
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   if (gate_) {
-    report.notes.insert(report.notes.end(), gate_->notes().begin(), gate_->notes().end());
+    const std::vector<std::string> of_body = gate_->notes();
+    report.notes.insert(report.notes.end(), of_body.begin(), of_body.end());
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -223,7 +225,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
 }
 
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
-  auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, sink, clock,
+  auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, request_.limits, sink, clock,
                                          [this](const std::string& reason) { stop(reason); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);

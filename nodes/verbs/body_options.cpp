@@ -24,11 +24,60 @@ bool readTolerance(const std::string& text, replay::StartTolerances& tolerances)
          CLI::detail::lexical_cast(text.substr(equals + 1), *found->second) && *found->second >= 0;
 }
 
+/// "odom=robot/odom"; false if it is no such thing.
+bool readFrame(const std::string& text, replay::TrackFrames& frames) {
+  const std::map<std::string, std::string*> known = {
+      {"map", &frames.map}, {"odom", &frames.odometry}, {"base", &frames.base}};
+  const std::size_t equals = text.find('=');
+  const auto found = known.find(text.substr(0, equals));
+  if (equals == std::string::npos || equals + 1 == text.size() || found == known.end()) {
+    return false;
+  }
+  *found->second = text.substr(equals + 1);
+  return true;
+}
+
+/// "position=0.01".
+bool readNoise(const std::string& text, replay::LocalizationNoise& noise) {
+  const std::size_t equals = text.find('=');
+  const std::string name = text.substr(0, equals);
+  double* value = name == "position" ? &noise.position : name == "yaw" ? &noise.yaw : nullptr;
+  return value && equals != std::string::npos &&
+         CLI::detail::lexical_cast(text.substr(equals + 1), *value) && *value > 0;
+}
+
+void addDriveOptions(CLI::App& verb, BodyOptions& body) {
+  verb.add_flag("--open-loop", body.base.is_open_loop,
+                "Send the base's velocities as they were recorded; default: it is driven along its "
+                "recorded poses");
+  verb.add_option("--base-topic", body.base.topic,
+                  "Which of several velocity topics is the base's");
+  const auto each = [](const std::vector<std::string>& texts, const auto& read) {
+    for (const std::string& text : texts) {
+      if (!read(text)) throw CLI::ValidationError(text);
+    }
+  };
+  verb.add_option_function<std::vector<std::string>>(
+      "--base-frame",
+      [&body, each](const std::vector<std::string>& texts) {
+        each(texts, [&](const auto& text) { return readFrame(text, body.base.frames); });
+      },
+      "Frames as they were recorded: map=FRAME odom=FRAME base=FRAME; default map odom base_link");
+  verb.add_option_function<std::vector<std::string>>(
+      "--localization-noise",
+      [&body, each](const std::vector<std::string>& texts) {
+        each(texts, [&](const auto& text) { return readNoise(text, body.base.noise); });
+      },
+      "How exactly localization knows the base, standard deviations: position=M yaw=RAD; default "
+      "0.03 0.0175");
+}
+
 void addStartOptions(CLI::App& verb, BodyOptions& body) {
   using Start = BodyOptions::Start;
   auto* there = verb.add_flag_callback(
       "--to-start", [&body] { body.start = Start::MoveThere; },
-      "Move arm, torso and gripper slowly to where they were at the start, first");
+      "Move slowly to the start, first: the base, if it is less than a metre away, then arm, torso "
+      "and gripper");
   verb.add_flag_callback(
           "--any-start", [&body] { body.start = Start::Anywhere; },
           "Begin wherever the robot stands; default: only where it stood")
@@ -48,6 +97,7 @@ void addStartOptions(CLI::App& verb, BodyOptions& body) {
 
 void addBodyOptions(CLI::App& verb, BodyOptions& body) {
   addStartOptions(verb, body);
+  addDriveOptions(verb, body);
   verb.add_option("--longest-stall", body.longest_stall_s,
                   "Seconds the player may hang in motion before the watchdog stops the robot; "
                   "default 0.06")

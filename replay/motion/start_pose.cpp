@@ -174,10 +174,10 @@ std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& pl
 }
 
 std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
-                                   std::vector<std::string>& remarks) {
+                                   const TrackFrames& frames, std::vector<std::string>& remarks) {
   std::string why;
   const auto track =
-      readPoseTrack(store, widened(plan, plan.begin), TrackFrames(), LocalizationNoise(), why);
+      readPoseTrack(store, widened(plan, plan.begin), frames, LocalizationNoise(), why);
   if (track && track->isLocalized()) {
     return track->at(plan.begin);
   }
@@ -275,21 +275,21 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan) {
 }
 
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
-                        std::vector<std::string>& remarks) {
+                        std::vector<std::string>& remarks, const TrackFrames& frames) {
   StartPose pose;
   pose.joints = movedJoints(store, plan, parts, plan.begin, "at the start", remarks);
-  if (parts.moves_base) pose.base = readBase(store, plan, remarks);
+  if (parts.moves_base) pose.base = readBase(store, plan, frames, remarks);
   return pose;
 }
 
 StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
-                      std::vector<std::string>& remarks) {
+                      std::vector<std::string>& remarks, const TrackFrames& frames) {
   StartPose pose;
   pose.joints = movedJoints(store, plan, parts, at, "at the end", remarks);
   if (!parts.moves_base) return pose;
   std::string why;
-  const auto track = readPoseTrack(store, plan.behavior, TrackFrames(), LocalizationNoise(), why,
-                                   plan.begin, plan.end);
+  const auto track =
+      readPoseTrack(store, plan.behavior, frames, LocalizationNoise(), why, plan.begin, plan.end);
   if (track && track->isLocalized()) {
     pose.base = track->endPose();
   } else {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "replay/motion/planar_pose.hpp"
+#include "replay/motion/track_reader.hpp"
 #include "replay/play/play_plan.hpp"
 
 namespace afterglow::replay {
@@ -47,12 +48,12 @@ struct StartPose {
 /// then, else the first within a second after it, on topics of sensor_msgs/JointState; for the base
 /// tf. `remarks` says what is not known, a sentence each. Throws StoreError.
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
-                        std::vector<std::string>& remarks);
+                        std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
 /// The same at the end of what is played: of the joints at `at`, which may be later, when the last
 /// goal had been reached.
 StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
-                      std::vector<std::string>& remarks);
+                      std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
 /// What to add to `then` to come to `now`; for a joint that turns, the short way round.
 double jointError(const std::string& joint, double then, double now);

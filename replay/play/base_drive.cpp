@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "replay/messages/wire.hpp"
 #include "replay/play/velocity.hpp"
 
 namespace afterglow::replay {
@@ -45,7 +44,7 @@ BaseDrive::BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, St
       look_(std::move(look)),
       end_pose_(track.at(end)),
       limit_(kNever) {
-  if (sample_.size() != sizeof(Velocity) && sample_.size() < sizeof(Velocity) + 12) {
+  if (sample_.size() < sizeof(Velocity)) {
     throw std::invalid_argument("a message on " + topic_ + " has no velocity");
   }
   (void)BaseTracker(track.part(begin, begin), options);  // looks at the limits
@@ -74,6 +73,8 @@ void BaseDrive::findDrives(Stamp begin, Stamp end) {
 void BaseDrive::enter(Stamp at) {
   if (tracker_ && !is_return_) report_.drives.push_back(current());
   if (tracker_ && tracker_->localizer()) known_ = tracker_->localizer();
+  // Localization sees what was done to the base meanwhile; odometry is all there is otherwise.
+  if (report_.is_localized) known_.reset();
   tracker_.reset();
   failure_.clear();
   next_ = 0;
@@ -135,18 +136,17 @@ void BaseDrive::rest() {
 
 std::string BaseDrive::reason() const { return tracker_ ? tracker_->reason() : std::string(); }
 
+std::optional<Stamp> BaseDrive::progress() const {
+  return tracker_ && !is_return_ ? std::optional(tracker_->progress()) : std::nullopt;
+}
+
 std::optional<double> BaseDrive::deviation() const {
   const bool follows = tracker_ && !is_return_ && tracker_->state() == BaseState::Following;
   return follows ? std::optional(tracker_->deviation()) : std::nullopt;
 }
 
 Bytes BaseDrive::message(const PlanarVelocity& command, Stamp now) const {
-  Bytes bytes = withVelocity(sample_, command);
-  if (bytes.size() > sizeof(Velocity)) {  // TwistStamped: seq, then the stamp
-    storeNumber(bytes.data() + 4, static_cast<std::uint32_t>(now.ns / 1'000'000'000));
-    storeNumber(bytes.data() + 8, static_cast<std::uint32_t>(now.ns % 1'000'000'000));
-  }
-  return bytes;
+  return velocityMessage(sample_, command, now);
 }
 
 DriveReport BaseDrive::current() const {

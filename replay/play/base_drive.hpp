@@ -91,6 +91,8 @@ class BaseDrive {
   const std::string& failure() const { return failure_; }
   /// What it waits for at the moment: "no odometry for 0.4 s"; empty if for nothing.
   std::string reason() const;
+  /// The recorded moment that the base has got to; empty while no drive is under way.
+  std::optional<Stamp> progress() const;
   /// m off the recorded track, at the last step; empty while it is not following one.
   std::optional<double> deviation() const;
   /// Where the base was when the track ended, in the track's frame.

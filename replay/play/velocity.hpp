@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 #include "replay/messages/message.hpp"
@@ -24,11 +25,18 @@ inline Velocity velocityOf(const Bytes& bytes) {
   return velocity;
 }
 
-/// The same message with another velocity; one that has none stays as it is.
-inline Bytes withVelocity(Bytes bytes, const PlanarVelocity& wanted) {
+/// The same message with another velocity, and stamped anew if it has a header; one that has no
+/// velocity stays as it is.
+inline Bytes velocityMessage(Bytes bytes, const PlanarVelocity& wanted, Stamp now) {
   const Velocity velocity{wanted.forward, 0, 0, 0, 0, wanted.turn};
   if (bytes.size() < sizeof(Velocity)) return bytes;
   std::memcpy(bytes.data() + bytes.size() - sizeof(Velocity), velocity.data(), sizeof(Velocity));
+  constexpr std::size_t kShortestHeader = 16;  // seq, stamp, the frame's length
+  if (bytes.size() >= kShortestHeader + sizeof(Velocity)) {
+    const std::uint32_t stamp[] = {static_cast<std::uint32_t>(now.ns / 1'000'000'000),
+                                   static_cast<std::uint32_t>(now.ns % 1'000'000'000)};
+    std::memcpy(bytes.data() + 4, stamp, sizeof(stamp));
+  }
   return bytes;
 }
 

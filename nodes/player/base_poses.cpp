@@ -1,0 +1,86 @@
+#include "nodes/player/base_poses.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kTransformQueue = 100;
+constexpr std::int64_t kTimeWentBack = 1'000'000'000;
+
+/// Seen from above; empty if it is none.
+std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& transform) {
+  const auto& q = transform.rotation;
+  const replay::PlanarPose pose{
+      transform.translation.x, transform.translation.y,
+      std::atan2(2 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)};
+  const bool is_finite = std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
+  return is_finite ? std::optional(pose) : std::nullopt;
+}
+
+replay::Stamp toStamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
+
+}  // namespace
+
+replay::Stamp rosNow() { return toStamp(ros::Time::now()); }
+
+BasePoses::BasePoses(const replay::TrackFrames& frames)
+    : frames_{frameName(frames.map), frameName(frames.odometry), frameName(frames.base),
+              frames.topic} {
+  node_.setCallbackQueue(&queue_);
+  subscriber_ = node_.subscribe<tf2_msgs::TFMessage>(
+      frames_.topic, kTransformQueue,
+      [this](const ros::MessageEvent<tf2_msgs::TFMessage const>& event) { onTransforms(event); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+}
+
+replay::BaseInput BasePoses::look(replay::Stamp now) {
+  queue_.callAvailable();
+  replay::BaseInput input{now, T_odom_base_, T_map_odom_};
+  if (input.T_odom_base) input.T_odom_base->stamp.ns += delay_ns_;
+  return input;
+}
+
+replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
+                                  const std::function<bool()>& is_stopped) {
+  const Deadline deadline = deadlineIn(patience_s);
+  const auto lacks = [&] { return !T_odom_base_ || (for_localization && !T_map_odom_); };
+  while (lacks() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+    queue_.callAvailable(ros::WallDuration(0.02));
+  }
+  return look(rosNow());
+}
+
+void BasePoses::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event) {
+  const replay::Stamp received = toStamp(event.getReceiptTime());
+  for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
+    const std::string parent = frameName(transform.header.frame_id);
+    const std::string child = frameName(transform.child_frame_id);
+    if (parent == frames_.odometry && child == frames_.base) {
+      onOdometry(transform, received);
+    } else if (parent == frames_.map && child == frames_.odometry) {
+      const auto pose = planarPose(transform.transform);
+      if (pose) T_map_odom_ = replay::StampedPose{received, *pose};
+    }
+  }
+}
+
+void BasePoses::onOdometry(const geometry_msgs::TransformStamped& transform,
+                           replay::Stamp received) {
+  const auto pose = planarPose(transform.transform);
+  if (!pose) return;
+  const replay::Stamp stamp = toStamp(transform.header.stamp);
+  const std::int64_t delay_ns = received.ns - stamp.ns;
+  const bool is_first =
+      !T_odom_base_ || stamp.ns < T_odom_base_->stamp.ns - kTimeWentBack;  // and began anew
+  if (!is_first && stamp < T_odom_base_->stamp) return;
+  delay_ns_ = is_first ? delay_ns : std::min(delay_ns_, delay_ns);
+  T_odom_base_ = replay::StampedPose{stamp, *pose};
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,177 @@
+#include "nodes/player/replayed_base.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "nodes/tools/ros_graph.hpp"
+#include "replay/play/velocity.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::chrono::milliseconds kBaseStep(20);
+constexpr double kPosesPatience = 3;    // s
+constexpr double kFarthestStart = 1.0;  // m; nobody expects a replay to drive farther on its own
+constexpr double kLongestDrive = 60;    // s
+
+replay::TrackFrames liveFrames(const replay::TrackFrames& recorded, const replay::PlayPlan& plan) {
+  const auto& settings = plan.rewriting;
+  return {settings.frame(recorded.map), settings.frame(recorded.odometry),
+          settings.frame(recorded.base), recorded.topic};
+}
+
+std::string listedTopics(const std::vector<std::string>& topics) {
+  std::string text;
+  for (const std::string& topic : topics) text += (text.empty() ? "" : ", ") + topic;
+  return text;
+}
+
+}  // namespace
+
+ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan,
+                           const BaseOptions& options, const replay::MotionLimits& limits)
+    : store_(store),
+      plan_(plan),
+      options_(options),
+      limits_(limits),
+      live_frames_(liveFrames(options.frames, plan)),
+      poses_(live_frames_) {
+  std::vector<std::string> all;
+  topic_ = chooseTopic(all);
+  if (!topic_) {
+    why_open_loop_ = "velocities are played on " + listedTopics(all) +
+                     ", and it was not said which are the base's (--base-topic, ~base_topic)";
+    return;
+  }
+  const auto first = store.messages(plan.behavior, {{topic_->channel.topic}, {}, {}})->next();
+  if (first) sample_ = first->bytes;
+  replay::Rewriter rewriter([] { return std::string(); }, plan.rewriting);
+  (void)rewriter.rewrite(topic_->channel, {}, sample_);
+  if (options.is_open_loop) {
+    why_open_loop_ = "it was asked for";
+  } else {
+    readTrack();
+  }
+}
+
+ReplayedBase::~ReplayedBase() = default;
+
+const replay::PlannedTopic* ReplayedBase::chooseTopic(std::vector<std::string>& all) const {
+  const replay::PlannedTopic* chosen = nullptr;
+  for (const replay::PlannedTopic& topic : plan_.topics) {
+    if (!topic.isPlayed() || !isVelocity(topic.channel) || topic.count == 0) continue;
+    all.push_back(topic.channel.topic);
+    const bool is_named =
+        options_.topic == topic.channel.topic || options_.topic == topic.output.topic;
+    if (options_.topic.empty() || is_named) chosen = &topic;
+  }
+  if (!chosen && !options_.topic.empty()) {
+    throw std::runtime_error("no velocities are played on " + options_.topic +
+                             ", the base's topic; there are " + listedTopics(all));
+  }
+  return all.size() > 1 && options_.topic.empty() ? nullptr : chosen;
+}
+
+void ReplayedBase::readTrack() {
+  std::string why;
+  track_ = readPoseTrack(store_, plan_.behavior, options_.frames, options_.noise, why);
+  if (!track_) why_open_loop_ = why;
+}
+
+replay::TrackerOptions ReplayedBase::trackerOptions() const {
+  replay::TrackerOptions options;
+  options.noise = options_.noise;
+  if (limits_.linear) options.speed = std::min(options.speed, *limits_.linear);
+  if (limits_.angular) options.turn_speed = std::min(options.turn_speed, *limits_.angular);
+  return options;
+}
+
+// -------------------------------------------------------------------------------- before the
+// replay
+
+std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
+                                                        const std::function<bool()>& is_stopped) {
+  replay::BaseInput input = poses_.wait(true, kPosesPatience, is_stopped);
+  if (!input.T_odom_base || !input.T_map_odom) return {};
+  replay::BaseLocalizer localizer(options_.noise, input.T_map_odom->pose, input.T_odom_base->pose,
+                                  input.T_map_odom->stamp);
+  const Deadline deadline = deadlineIn(seconds);
+  while (std::chrono::steady_clock::now() < deadline && !is_stopped()) {
+    std::this_thread::sleep_for(kBaseStep);
+    input = poses_.look(rosNow());
+    localizer.move(input.T_odom_base->pose);
+    localizer.correct(input.T_map_odom->pose, input.T_map_odom->stamp);
+  }
+  return localizer.pose();
+}
+
+std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
+                                  const std::function<bool()>& is_stopped) {
+  if (!topic_ || sample_.size() < sizeof(replay::Velocity)) return why_open_loop_;
+  const replay::PoseTrack goal({{rosNow(), pose}}, live_frames_.map, true);
+  replay::TrackerOptions options = trackerOptions();
+  options.lost_distance = kFarthestStart;
+  replay::BaseTracker tracker(goal, options);
+  const auto send = [&](const replay::PlanarVelocity& velocity) {
+    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, rosNow()));
+  };
+  sink.clock().watchThisThread();
+  const Deadline deadline = deadlineIn(kLongestDrive);
+  const auto isUnderWay = [&] {
+    return tracker.state() != replay::BaseState::Done && tracker.state() != replay::BaseState::Lost;
+  };
+  while (isUnderWay() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+    send(tracker.update(poses_.look(rosNow())));
+    std::this_thread::sleep_for(kBaseStep);
+    sink.clock().beatIfDue();
+  }
+  send({});
+  if (is_stopped() || tracker.state() == replay::BaseState::Done) return "";
+  return isUnderWay() ? "driving there took too long" : tracker.reason();
+}
+
+// --------------------------------------------------------------------------------------- the
+// drives
+
+void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
+  if (!track_) return;
+  const replay::BaseInput live = poses_.wait(track_->isLocalized(), kPosesPatience, is_stopped);
+  if (!live.T_odom_base) {
+    why_open_loop_ = "nobody tells where the base is now (tf's " + live_frames_.odometry + " -> " +
+                     live_frames_.base + ")";
+    return;
+  }
+  replay::TrackerOptions options = trackerOptions();
+  options.with_localization = live.T_map_odom.has_value();
+  auto drive = std::make_unique<replay::BaseDrive>(
+      topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
+      [this](replay::Stamp now) { return poses_.look(now); });
+  if (!drive->hasDrives()) {
+    why_open_loop_ = "the base stood still when it was recorded";
+    return;
+  }
+  if (track_->isLocalized() && !live.T_map_odom) {
+    notes_.push_back("nobody localizes the robot now (tf's " + live_frames_.map + " -> " +
+                     live_frames_.odometry +
+                     "): the base is followed on its odometry alone, which drifts");
+  }
+  drive_ = std::move(drive);
+}
+
+std::vector<std::string> ReplayedBase::notes() const {
+  std::vector<std::string> notes = notes_;
+  if (!why_open_loop_.empty()) {
+    notes.push_back(
+        "the base is driven in open loop, by its recorded velocities, and ends "
+        "wherever they lead: " +
+        why_open_loop_);
+  } else if (track_) {
+    notes.insert(notes.end(), track_->remarks.begin(), track_->remarks.end());
+  }
+  return notes;
+}
+
+}  // namespace afterglow::nodes

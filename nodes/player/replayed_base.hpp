@@ -1,0 +1,76 @@
+/// \file
+/// What drives the base in a replay: the recorded pose track in closed loop, wherever poses were
+/// recorded and are told now; else the recorded velocities, with a warning.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/player/base_poses.hpp"
+#include "nodes/player/guarded_sink.hpp"
+#include "replay/play/base_drive.hpp"
+#include "replay/play/motion_limits.hpp"
+#include "replay/play/play_plan.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// ROS parameters of the same meaning are named in brackets.
+struct BaseOptions {
+  bool is_open_loop = false;   ///< recorded velocities, as they were [~open_loop]
+  std::string topic;           ///< which of several velocity topics is the base's [~base_topic]
+  replay::TrackFrames frames;  ///< as recorded [~base_frame/map, .../odom, .../base]
+  replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
+};
+
+/// For one replay that plays velocities. Everything given must outlive it; one thread.
+class ReplayedBase {
+ public:
+  /// Throws std::runtime_error, one line, for a topic that is no velocity topic of the plan, and
+  /// StoreError.
+  ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
+               const replay::MotionLimits& limits);
+  ~ReplayedBase();
+
+  /// The frames of this robot, which may be another one's: as the plan renames them.
+  const replay::TrackFrames& frames() const { return live_frames_; }
+  /// Where it stands by the mean of what localization says for a while; empty if nothing says.
+  std::optional<replay::PlanarPose> measure(double seconds,
+                                            const std::function<bool()>& is_stopped);
+  /// Drives the standing base slowly to a pose on the map that is less than a metre away. Returns
+  /// why it did not get there; empty: it did, or was stopped.
+  std::string driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
+                      const std::function<bool()>& is_stopped);
+
+  /// Waits for today's poses, at most 3 s, and decides. Before that and in open loop drive() is
+  /// none.
+  void prepare(const std::function<bool()>& is_stopped);
+  replay::BaseDrive* drive() { return drive_.get(); }
+  /// Why recorded velocities are sent as they were, a clause; empty in closed loop.
+  const std::string& whyOpenLoop() const { return why_open_loop_; }
+  /// For the report; a sentence each.
+  std::vector<std::string> notes() const;
+
+ private:
+  const replay::PlannedTopic* chooseTopic(std::vector<std::string>& all) const;
+  void readTrack();
+  replay::TrackerOptions trackerOptions() const;
+
+  const replay::Store& store_;
+  const replay::PlayPlan& plan_;
+  const BaseOptions options_;
+  const replay::MotionLimits limits_;
+  replay::TrackFrames live_frames_;
+  BasePoses poses_;
+  const replay::PlannedTopic* topic_ = nullptr;  ///< none: it is not known which is the base's
+  replay::Bytes sample_;                         ///< its first message
+  std::optional<replay::PoseTrack> track_;
+  std::unique_ptr<replay::BaseDrive> drive_;
+  std::string why_open_loop_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace afterglow::nodes
