@@ -100,6 +100,23 @@ void addTrajectory(const Trajectory& trajectory, double sent_at_s, PeakFinder& p
   }
 }
 
+std::string numberText(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", value);
+  return text;
+}
+
+void refuseDamage(const PlayPlan& plan, const PlannedTopic& topic,
+                  const std::vector<DamagedMessage>& damaged) {
+  if (damaged.empty()) return;
+  const PlaybackTime at{damaged.front().received.ns - plan.behavior.begin.ns};
+  throw StoreError(topic.channel.topic + ": " + std::to_string(damaged.size()) +
+                   " of its messages are damaged in the store, the first " +
+                   numberText(at.seconds()) +
+                   " s into the behavior: the body is not moved by what is left (store check names "
+                   "what is damaged; ar,speech can be played without)");
+}
+
 void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic& topic,
                    PeakFinder peaks) {
   const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
@@ -118,13 +135,8 @@ void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic&
       continue;
     }
   }
+  refuseDamage(plan, topic, cursor->damaged());
   peaks.finish();
-}
-
-std::string numberText(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", value);
-  return text;
 }
 
 }  // namespace

@@ -39,8 +39,9 @@ struct MotionPeak {
 };
 
 /// Of the velocities and joint trajectories of the plan that have a limit: what points say of
-/// themselves, and the mean velocity from one to the next. Throws StoreError. Messages that cannot
-/// be understood are left out: they are not sent either.
+/// themselves, and the mean velocity from one to the next. Messages that cannot be understood are
+/// left out: they are not sent either. Throws StoreError, also if one of a body's is damaged in the
+/// store: what is left of a motion without it is not what the body did.
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
                                     const MotionLimits& limits);
 

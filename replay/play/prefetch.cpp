@@ -12,10 +12,7 @@ std::size_t sizeOf(const Message& message) { return message.bytes.size() + sizeo
 Prefetch::Prefetch(std::unique_ptr<MessageCursor> cursor, std::size_t bytes)
     : cursor_(std::move(cursor)), bytes_(bytes), reader_([this] { readLoop(); }) {}
 
-Prefetch::~Prefetch() {
-  cancel();
-  reader_.join();
-}
+Prefetch::~Prefetch() { end(); }
 
 void Prefetch::fill() {
   std::unique_lock<std::mutex> lock(mutex_);
@@ -60,6 +57,12 @@ void Prefetch::cancel() {
     is_canceled_ = true;
   }
   changed_.notify_all();
+}
+
+std::vector<DamagedMessage> Prefetch::end() {
+  cancel();
+  if (reader_.joinable()) reader_.join();
+  return cursor_->damaged();
 }
 
 void Prefetch::readLoop() {

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <vector>
 
 #include "replay/store/store.hpp"
 
@@ -33,6 +34,8 @@ class Prefetch {
   Message pop();
   /// Any thread: front() returns from now on.
   void cancel();
+  /// Reads no more. What could not be read of what came so far.
+  std::vector<DamagedMessage> end();
 
  private:
   void readLoop();

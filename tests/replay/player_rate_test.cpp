@@ -225,5 +225,25 @@ TEST_F(PlayerRate, letsARobotDoAgainWhatItDidUnlessLimitsAreGiven) {
             std::string::npos);
 }
 
+TEST_F(PlayerRate, refusesABodyOfWhichAMessageIsDamaged) {
+  record(kCmdVel, 0, twist(1));
+  record(kCloud, 50, cloud(1));
+  record(kCmdVel, 100, twist(0));
+  play(1000);
+  store->damage(1);
+  EXPECT_NO_THROW(motionPeaks(*store, plan, MotionLimits::fetch())) << "a cloud moves nothing";
+  store->damage(2);
+  try {
+    motionPeaks(*store, plan, MotionLimits::fetch());
+    FAIL();
+  } catch (const StoreError& error) {
+    EXPECT_EQ(std::string(error.what())
+                  .find("/cmd_vel: 1 of its messages are damaged in the store, "
+                        "the first 0.1 s into the behavior"),
+              0u)
+        << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace afterglow::replay

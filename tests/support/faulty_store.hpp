@@ -24,6 +24,8 @@ class FaultyStore : public replay::Store {
   }
   /// Cursors made from now on throw after so many messages.
   void breakReadingAfter(std::size_t messages) { readable_ = messages; }
+  /// The message of this sequence has changed on the disk: cursors leave it out, and say so.
+  void damage(std::uint64_t sequence) { damaged_ = sequence; }
   /// append() waits while this is true.
   std::atomic<bool> is_stalled{false};
 
@@ -76,6 +78,7 @@ class FaultyStore : public replay::Store {
   std::unique_ptr<replay::MessageCursor> messages(
       const replay::Behavior& behavior, const replay::MessageRange& range) const override {
     auto cursor = store_->messages(behavior, range);
+    if (damaged_) cursor = std::make_unique<DamagedCursor>(std::move(cursor), *damaged_);
     if (!readable_) return cursor;
     return std::make_unique<BreakingCursor>(std::move(cursor), *readable_);
   }
@@ -95,6 +98,24 @@ class FaultyStore : public replay::Store {
     std::size_t left_;
   };
 
+  class DamagedCursor : public replay::MessageCursor {
+   public:
+    DamagedCursor(std::unique_ptr<replay::MessageCursor> cursor, std::uint64_t sequence)
+        : cursor_(std::move(cursor)), sequence_(sequence) {}
+    std::optional<replay::Message> next() override {
+      auto message = cursor_->next();
+      if (!message || message->sequence != sequence_) return message;
+      damaged_.push_back({message->channel, message->received, sequence_, "checksum"});
+      return cursor_->next();
+    }
+    std::vector<replay::DamagedMessage> damaged() const override { return damaged_; }
+
+   private:
+    std::unique_ptr<replay::MessageCursor> cursor_;
+    const std::uint64_t sequence_;
+    std::vector<replay::DamagedMessage> damaged_;
+  };
+
   replay::Store& checked() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!failure_.empty()) throw replay::StoreError(failure_);
@@ -104,6 +125,7 @@ class FaultyStore : public replay::Store {
   std::mutex mutex_;
   std::string failure_;
   std::optional<std::size_t> readable_;
+  std::optional<std::uint64_t> damaged_;
   std::unique_ptr<replay::Store> store_ = replay::openMemoryStore();
 };
 
