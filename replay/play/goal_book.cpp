@@ -5,40 +5,47 @@
 
 namespace afterglow::replay {
 
-GoalOutcome outcomeOf(std::uint8_t goal_status) {
-  switch (goal_status) {  // actionlib_msgs/GoalStatus
-    case 3:               // SUCCEEDED
-      return GoalOutcome::Succeeded;
-    case 4:  // ABORTED
-    case 5:  // REJECTED
-    case 9:  // LOST
-      return GoalOutcome::Failed;
-    case 2:  // PREEMPTED
-    case 8:  // RECALLED
-      return GoalOutcome::Canceled;
-    default:
-      return GoalOutcome::Open;
-  }
-}
-
 void GoalBook::add(Entry entry) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++counts_.sent;
   open_.push_back(std::move(entry));
 }
 
-bool GoalBook::finish(const std::string& id, GoalOutcome outcome) {
+bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found =
       std::find_if(open_.begin(), open_.end(), [&](const Entry& entry) { return entry.id == id; });
   if (found == open_.end() || outcome == GoalOutcome::Open) {
     return false;
   }
+  ended_.push_back({found->channel.topic, found->recorded_at, found->milestone, outcome, at});
   open_.erase(found);
   counts_.succeeded += outcome == GoalOutcome::Succeeded;
   counts_.failed += outcome == GoalOutcome::Failed;
   counts_.canceled += outcome == GoalOutcome::Canceled;
   return true;
+}
+
+std::vector<GoalBook::Ended> GoalBook::takeEnded() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(ended_, {});
+}
+
+std::optional<std::pair<std::string, Milestone>> GoalBook::nextMilestone() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Entry* next = nullptr;
+  for (const Entry& entry : open_) {
+    const bool is_awaited = entry.milestone && entry.milestone->is_awaited;
+    if (is_awaited && (!next || entry.milestone->at < next->milestone->at)) next = &entry;
+  }
+  return next ? std::optional(std::pair(next->channel.topic, *next->milestone)) : std::nullopt;
+}
+
+void GoalBook::giveUpWaiting(Stamp until) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (Entry& entry : open_) {
+    if (entry.milestone && entry.milestone->at <= until) entry.milestone->is_awaited = false;
+  }
 }
 
 std::vector<GoalBook::Entry> GoalBook::cancelOpen() {

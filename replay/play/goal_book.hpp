@@ -4,18 +4,16 @@
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "replay/messages/message.hpp"
+#include "replay/play/clock.hpp"
+#include "replay/play/milestones.hpp"
 
 namespace afterglow::replay {
-
-/// How a goal ended, from the client's view.
-enum class GoalOutcome { Open, Succeeded, Failed, Canceled };
-
-/// actionlib_msgs/GoalStatus.status; Open for the states that are not final.
-GoalOutcome outcomeOf(std::uint8_t goal_status);
 
 /// Any thread.
 class GoalBook {
@@ -25,11 +23,27 @@ class GoalBook {
     Bytes recorded;     ///< the goal's message, as it was recorded
     Stamp recorded_at;  ///< the recorded moment it was sent at
     std::string id;     ///< it was sent with
+    /// Where its end is in the recording, if that is known and lies ahead.
+    std::optional<Milestone> milestone = {};
+  };
+  struct Ended {
+    std::string topic;  ///< of the goal
+    Stamp recorded_at;
+    std::optional<Milestone> milestone;
+    GoalOutcome outcome = GoalOutcome::Open;
+    SteadyTime at;
   };
 
   void add(Entry entry);
   /// Unknown ids are not ours: ignored. True if this ended an open goal.
-  bool finish(const std::string& id, GoalOutcome outcome);
+  bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at);
+  /// What was finished since the last call.
+  std::vector<Ended> takeEnded();
+  /// The topic and the milestone of the open goal that is to end first in the recording, of those
+  /// that are waited for.
+  std::optional<std::pair<std::string, Milestone>> nextMilestone() const;
+  /// Open goals whose milestones lie before this are not waited for any more.
+  void giveUpWaiting(Stamp until);
   /// Gives up all open and suspended goals; those that were open have to be told so.
   std::vector<Entry> cancelOpen();
   /// Sets the open goals aside, to be told so, and gives them back, to be sent and added again.
@@ -47,6 +61,7 @@ class GoalBook {
  private:
   mutable std::mutex mutex_;
   std::vector<Entry> open_, suspended_;
+  std::vector<Ended> ended_;
   Counts counts_;
 };
 

@@ -39,6 +39,8 @@ Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& opti
     throw std::logic_error("the body is not played in a loop, and not at once");
   }
   requests_.pause = options_.starts_paused;
+  if (!options_.has_recorded_time) milestones_ = Milestones::read(store_, plan_);
+  report_.notes = milestones_.notes;
   for (const PlannedTopic& planned : plan_.topics) {
     if (planned.isPlayed()) {
       const Channel& channel = planned.channel;
@@ -47,8 +49,11 @@ Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& opti
       topic.scaling = std::make_unique<MotionRate>(Schema::parse(channel.type, channel.definition));
       topic.is_velocity = isVelocity(channel);
       topic.is_replacing = isReplacing(channel.type) || topic.is_velocity || isGoal(channel);
+      const auto latency = options_.latency_s.find(planned.modality);
+      if (latency != options_.latency_s.end()) topic.latency_s = latency->second;
     }
   }
+  if (options_.base_drive) topics_.at(options_.base_drive->topic()).is_driven = true;
 }
 
 Player::~Player() = default;
@@ -62,7 +67,18 @@ PlayReport Player::run() {
     stop(error.what());
   }
   finish();
+  endWait();
+  report_.behavior_id = plan_.behavior.id;
+  report_.behavior_name = plan_.behavior.name;
+  report_.rate = options_.rate;
+  report_.in_step.is_gated = isGated();
+  report_.in_step.skew = skew_.measured();
+  if (options_.base_drive) {
+    report_.base =
+        PlayedBase{options_.base_drive->topic(), "", options_.base_drive->report(), deviation_};
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
+  report_.failures = failures_;
   report_.is_complete = !requests_.stop_reason || has_ended_;
   report_.reason = report_.is_complete ? "" : *requests_.stop_reason;
   report_.goals = goals_.counts();
@@ -91,13 +107,14 @@ void Player::play() {
 /// To the end; false: stopped.
 bool Player::playRound() {
   for (;;) {
-    const Message* next = prefetch_->front();
-    const Wake wake = waitUntil(next ? next->received : plan_.end);
+    const auto next = lanes_->front(timeline_->rate(), timeline_->limit());
+    const Wake wake =
+        next ? waitUntil(next->message->received, next->early_ns) : waitUntil(plan_.end, 0);
     if (wake == Wake::Stopped) return false;
     if (wake == Wake::Moved) continue;
     if (next) {
-      if (pausesBefore(*next)) continue;
-      if (!has_motion_) leapAfterStall(next->received);
+      if (pausesBefore(*next->message)) continue;
+      if (!has_motion_) leapAfterStall(next->due());
       playDue();
     } else if (const Wake end = endRound(); end != Wake::Moved) {
       return end == Wake::Due;
@@ -113,18 +130,32 @@ void Player::leapAfterStall(Stamp recorded) {
   }
 }
 
-void Player::playDue() {
+std::vector<Player::Due> Player::takeDue(SteadyTime now) {
   std::vector<Due> batch;
-  const SteadyTime now = clock_.now();
-  while (const Message* next = prefetch_->ready()) {
-    const SteadyTime deadline = timeline_->deadline(next->received);
-    const Channel& channel = channelOf(next->channel);
-    if (now < deadline || (!batch.empty() && options_.pause_topics.count(channel.topic) > 0)) {
+  std::optional<Stamp> limit = timeline_->limit();
+  while (const auto next = lanes_->ready(timeline_->rate(), limit)) {
+    const Stamp received = next->message->received;
+    const SteadyTime deadline = deadlineOf(received, next->early_ns);
+    const Channel& channel = channelOf(next->message->channel);
+    const bool pauses = !batch.empty() && options_.pause_topics.count(channel.topic) > 0;
+    if (now < deadline || pauses || (limit && received > *limit)) {
       break;
     }
-    played_until_ = next->received;
-    batch.push_back({prefetch_->pop(), &channel, topicOf(channel), deadline});
+    played_until_ = next->due();
+    // A goal that is sent with this batch keeps back what comes after its end.
+    const auto milestone = isGated() ? milestones_.of(channel.topic, received) : std::nullopt;
+    if (milestone && milestone->is_awaited) {
+      const Stamp end{milestone->at.ns - kMilestoneMarginNs};
+      limit = limit ? std::min(*limit, end) : end;
+    }
+    batch.push_back({next->lane->pop(), &channel, topicOf(channel), deadline});
   }
+  return batch;
+}
+
+void Player::playDue() {
+  const SteadyTime now = clock_.now();
+  std::vector<Due> batch = takeDue(now);
   for (std::size_t i = 0; i < batch.size() && !isStopped(); ++i) {
     if (!batch[i].topic) {
       continue;
@@ -145,6 +176,10 @@ bool Player::isOvertaken(const std::vector<Due>& batch, std::size_t index, Stead
 }
 
 void Player::send(Due& due) {
+  if (due.topic->is_driven) {
+    ++due.topic->report.replaced;
+    return;
+  }
   const std::int64_t late_ns = clock_.now().ns - due.deadline.ns;
   if (isTooLate(due, late_ns)) {
     ++due.topic->report.skipped;
@@ -170,12 +205,15 @@ void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes
   Recorded recorded = origin       ? *origin
                       : is_command ? Recorded{bytes, received}
                                    : Recorded{{}, received};
-  publishAt(topic, channel, std::move(recorded), std::move(bytes), momentOf(received, late_ns),
-            late_ns);
+  const PublishMoment moment =
+      momentOf(received, late_ns, earlyNs(topic.latency_s, timeline_->rate()));
+  publishAt(topic, channel, std::move(recorded), std::move(bytes), moment, late_ns);
 }
 
 void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
                        const PublishMoment& moment, std::int64_t late_ns) {
+  const Modality modality = topic.planned->modality;
+  const Stamp recorded_at = recorded.at;
   try {
     if (channel.md5 != topic.planned->channel.md5) {
       throw MessageError("the topic began with another definition");
@@ -193,37 +231,55 @@ void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, 
     }
     topic.has_moved = topic.has_moved || topic.is_velocity;
     topic.report.was_heard = sink_.publish(topic.planned->output, bytes);
-    topic.report.lateness.add(late_ns);
-    ++topic.report.published;
+    noteSent(topic, recorded_at, late_ns);
     if (rewritten.goal && topic.report.was_heard) {
-      goals_.add({channel, std::move(recorded.bytes), recorded.at, rewritten.goal->id});
+      addGoal({channel, std::move(recorded.bytes), recorded_at, rewritten.goal->id});
     } else if (!rewritten.goal) {
       topic.command = std::move(recorded);
     }
   } catch (const std::exception& error) {
     ++topic.report.refused;
     topic.report.problem = error.what();
+    if (modality != Modality::Body) fail(modality, channel.topic + ": " + error.what());
     return;
   }
-  if (topic.planned->modality == Modality::Ar) {
+  if (modality != Modality::Body && !topic.report.was_heard) {
+    fail(modality, "nobody listened on " + topic.planned->output.topic);
+  }
+  if (modality == Modality::Ar) {
     topic.last = std::move(bytes);
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   ++published_;
 }
 
-PublishMoment Player::momentOf(Stamp received, std::int64_t late_ns) {
+void Player::noteSent(Topic& topic, Stamp recorded, std::int64_t late_ns) {
+  const SteadyTime now = clock_.now();
+  // What waited for the body is not late by that.
+  const std::int64_t late = std::max<std::int64_t>(0, std::min(late_ns, now.ns - lifted_at_.ns));
+  ++topic.report.published;
+  topic.report.lateness.add(late);
+  topic.report.moments.add(
+      {recordedSeconds(recorded), playedSeconds(now), static_cast<double>(late) * 1e-6});
+  if (topic.planned->modality != Modality::Body) {
+    const SteadyTime effect = now.after(static_cast<std::int64_t>(topic.latency_s * 1e9));
+    skew_.add(topic.planned->modality, recorded, effect, timeline_->rate());
+  }
+}
+
+PublishMoment Player::momentOf(Stamp received, std::int64_t late_ns, std::int64_t early_ns) {
   if (options_.has_recorded_time) {
     return {received, 0};
   }
   const Stamp now = ros_now_();
-  const std::int64_t shift = now.ns - late_ns - received.ns;
-  // One shift for all, so that stamps that were equal stay equal.
+  const std::int64_t shift = now.ns - late_ns - (received.ns - early_ns);
+  // One shift for all, so that stamps that were equal stay equal. Those of what is sent early are
+  // no later than now: tf knows no future.
   const bool is_constant = timeline_->rate() == 1.0 && shift_ns_;
   if (!is_constant || std::abs(shift - *shift_ns_) > kClockStep) {
     shift_ns_ = shift;
   }
-  return {now, *shift_ns_};
+  return {now, *shift_ns_ - early_ns};
 }
 
 const Channel& Player::channelOf(std::int64_t id) {

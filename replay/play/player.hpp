@@ -14,14 +14,18 @@
 #include <vector>
 
 #include "replay/play/anchoring.hpp"
+#include "replay/play/base_drive.hpp"
 #include "replay/play/clock.hpp"
 #include "replay/play/goal_book.hpp"
+#include "replay/play/message_lanes.hpp"
+#include "replay/play/milestones.hpp"
+#include "replay/play/modality_options.hpp"
 #include "replay/play/motion_rate.hpp"
 #include "replay/play/play_plan.hpp"
 #include "replay/play/play_report.hpp"
-#include "replay/play/prefetch.hpp"
 #include "replay/play/rewrite.hpp"
 #include "replay/play/scene_at.hpp"
+#include "replay/play/skew.hpp"
 #include "replay/play/timeline.hpp"
 #include "replay/store/store.hpp"
 
@@ -38,8 +42,9 @@ class MessageSink {
 struct PlayOptions {
   double rate = 1.0;
   bool clear_projection = true;
-  double hold_s = 2.0;        ///< how long the light stays after the end before it is cleared
-  double goal_wait_s = 10.0;  ///< how long goals may take beyond the behavior's end
+  double hold_s = 2.0;  ///< how long the light stays after the end before it is cleared
+  double goal_wait_s =
+      10.0;  ///< how long goals may take beyond their recorded end, or the replay's
   std::size_t prefetch_bytes = 64u << 20;
   bool is_looping = false;    ///< for light and speech only: the body ends where it did not begin
   bool is_immediate = false;  ///< as fast as it goes; for light and speech only
@@ -54,6 +59,13 @@ struct PlayOptions {
   /// After seek(), how long the arm has to get to where its trajectory goes on.
   double seek_lead_s = 5.0;
   MessageAnchor* anchor = nullptr;  ///< of the light, if any; outlives the player
+  /// What is recorded after a goal's result, or after where the base got to, waits for that.
+  bool is_in_step = true;
+  ModalityLatency latency_s;  ///< so much earlier messages go out
+  FailurePolicy on_failure;
+  /// Drives the base instead of the recorded velocities on its topic, which has to be played, and
+  /// not in recorded time. Outlives the player.
+  BaseDrive* base_drive = nullptr;
 };
 
 struct PlayProgress {
@@ -74,9 +86,17 @@ struct PlayProgress {
 /// A pause sends zero velocities, halts trajectory commands and cancels the goals under way;
 /// resuming sends what is left of them, and the velocity in force. Another rate does both. seek()
 /// does so, too, and first makes what is in force there so again (scene_at.hpp).
-/// The end: a normal one waits for the goals under way, up to a bound. Then, and after
-/// stop(), an error or a stall: goals that are still open are canceled, every velocity topic that
-/// was played gets a zero, and projected topics are cleared.
+/// In step: nothing that was recorded after a goal's result (milestones.hpp), less a margin, is
+/// sent before the live one; the timeline stands there and then leaps to the result. Nor does it
+/// pass a base that is driven along its track. While it stands for a goal velocities are zero; they
+/// are in force again after it. What the body does never waits for light or speech. Not where
+/// recorded time is played: the robot's time is the replay's then, and stands when it does. A
+/// modality fails: the body when a goal fails that did not when it was recorded, does not end in
+/// time, or the base is lost; light and speech when a message is refused or nobody is there to get
+/// it, or by fail(). What follows is PlayOptions::on_failure.
+/// The end: a normal one waits for the goals and the drive under way, goals up to a bound. Then,
+/// and after stop(), an error or a stall: goals that are still open are canceled, every velocity
+/// topic that was played gets a zero, and projected topics are cleared.
 class Player {
  public:
   /// Everything must outlive the player. `ros_now` gives ROS time, `ids` fresh goal ids. Throws
@@ -104,6 +124,8 @@ class Player {
   bool togglePauseTopics();
   /// A goal's status, seen on its action server's status topic; ids that are not ours are ignored.
   void onGoalStatus(const std::string& id, std::uint8_t goal_status);
+  /// A modality has failed, says somebody who knows: the speaker.
+  void fail(Modality modality, const std::string& why);
   PlayProgress progress() const;
   bool isPauseWanted() const;
 
@@ -117,6 +139,8 @@ class Player {
     const PlannedTopic* planned = nullptr;
     std::unique_ptr<MotionRate> scaling;
     bool is_velocity = false, is_replacing = false;
+    bool is_driven = false;  ///< the base drive's
+    double latency_s = 0;
     bool has_moved = false;  ///< a velocity was sent
     Recorded command;        ///< the velocity or trajectory command in force
     TopicReport report;
@@ -143,17 +167,41 @@ class Player {
   void play();
   bool playRound();
   void playDue();
+  std::vector<Due> takeDue(SteadyTime now);
   void send(Due& due);
   bool isOvertaken(const std::vector<Due>& batch, std::size_t index, SteadyTime now) const;
   bool isTooLate(const Due& due, std::int64_t late_ns) const;
-  PublishMoment momentOf(Stamp received, std::int64_t late_ns);
+  PublishMoment momentOf(Stamp received, std::int64_t late_ns, std::int64_t early_ns);
   void publish(Topic& topic, const Channel& channel, Stamp received, Bytes bytes,
                std::int64_t late_ns, const Recorded* origin = nullptr);
   void publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
                  const PublishMoment& moment, std::int64_t late_ns);
+  void noteSent(Topic& topic, Stamp recorded, std::int64_t late_ns);
+
+  // player_in_step.cpp: what the body has done, and what waits for it.
+  bool keepInStep();
+  bool isGated() const;
+  void driveBase();
+  void addGoal(GoalBook::Entry entry);
+  void followEnd(const GoalBook::Ended& ended);
+  bool isWaitedFor(const std::optional<Milestone>& milestone) const;
+  bool moveLimit(std::optional<GoalBook::Ended> reached);
+  void setLimit(std::optional<Stamp> limit, const std::optional<GoalBook::Ended>& reached);
+  void standWhileHeld();
+  void noteWait(Stamp at, SteadyTime since, double seconds);
+  void endWait();
+  void forgetSteps();
+  void giveUpGoals();
+  bool isHeldByGoal() const;
+  SteadyTime nextStep() const;
+  std::int64_t marginNow() const;
+  std::int64_t longestWait() const;
+  SteadyTime deadlineOf(Stamp recorded, std::int64_t early_ns) const;
+  double playedSeconds(SteadyTime now) const;
+  double recordedSeconds(Stamp recorded) const;
 
   // player_control.cpp: waits, and what other threads want.
-  Wake waitUntil(Stamp recorded);
+  Wake waitUntil(Stamp recorded, std::int64_t early_ns);
   Wake waitFor(double seconds, const std::function<bool()>& is_over);
   std::optional<Stamp> leapBefore(Stamp recorded) const;
   void leapTo(Stamp recorded);
@@ -178,9 +226,11 @@ class Player {
   // player_end.cpp: the end, and what brings the robot to rest.
   Wake endRound();
   void measureLength();
+  Wake waitForBase();
   Wake waitForGoals();
   void finish();
   void sendZeroVelocities();
+  void sendZeroVelocity(const Topic& topic);
   void haltCommands();
   void sendCancels(const std::vector<GoalBook::Entry>& goals);
   void clearProjection();
@@ -201,6 +251,7 @@ class Player {
   const std::function<Stamp()> ros_now_;
   Rewriter rewriter_;
   GoalBook goals_;
+  Milestones milestones_;
 
   // The scheduler's.
   std::map<std::string, Topic> topics_;
@@ -216,10 +267,25 @@ class Player {
   bool has_ended_ = false;
   PlayReport report_;
 
+  // In step.
+  std::optional<Stamp> asked_limit_;  ///< of the timeline, which may have passed it
+  bool is_goal_limit_ = false;        ///< it is a goal's, not the base's
+  std::string awaited_;               ///< the topic that sets it
+  bool is_standing_ = false;          ///< velocities are zero because it is held
+  Stamp lifted_from_;                 ///< the last limit that held, and until when
+  SteadyTime lifted_at_;
+  SteadyTime next_base_step_;
+  std::optional<PlayWait> wait_;  ///< may go on
+  double wait_end_s_ = 0;
+  std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;  ///< of goals, in the report
+  Skew skew_;
+  Samples deviation_;  ///< of the base
+
   mutable std::mutex mutex_;
-  std::optional<Timeline> timeline_;    ///< changed by the scheduler only
-  std::unique_ptr<Prefetch> prefetch_;  ///< the same
+  std::optional<Timeline> timeline_;     ///< changed by the scheduler only
+  std::unique_ptr<MessageLanes> lanes_;  ///< the same
   Requests requests_;
+  std::map<Modality, ModalityFailures> failures_;
   bool has_pause_topics_ = true;
   std::uint64_t published_ = 0;
 };

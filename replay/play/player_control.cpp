@@ -25,8 +25,8 @@ void Player::stop(const std::string& reason) {
   if (!requests_.stop_reason) {
     requests_.stop_reason = reason;
   }
-  if (prefetch_) {
-    prefetch_->cancel();
+  if (lanes_) {
+    lanes_->cancel();
   }
   clock_.wake();
 }
@@ -82,8 +82,19 @@ bool Player::togglePauseTopics() {
 }
 
 void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
-  if (goals_.finish(id, outcomeOf(goal_status))) {
+  if (goals_.finish(id, outcomeOf(goal_status), clock_.now())) {
     clock_.wake();
+  }
+}
+
+void Player::fail(Modality modality, const std::string& why) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ModalityFailures& failures = failures_[modality];
+    if (failures.count++ == 0) failures.first = why;
+  }
+  if (policyOf(options_.on_failure, modality) == OnFailure::Stop) {
+    stop(std::string(name(modality)) + " failed: " + why);
   }
 }
 
@@ -118,19 +129,26 @@ void Player::changeTimeline(const std::function<void(Timeline&)>& change) {
 
 // ------------------------------------------------------------------------------------------ waits
 
-Player::Wake Player::waitUntil(Stamp recorded) {
+Player::Wake Player::waitUntil(Stamp recorded, std::int64_t early_ns) {
+  const Stamp due{recorded.ns - early_ns};
+  const double rate = timeline_->rate();
   for (;;) {
     const Wake wake = followRequests();
     if (wake != Wake::Due) {
       return wake;
     }
+    if (keepInStep() || timeline_->rate() != rate) {
+      return Wake::Moved;  // something else may be next
+    }
     if (options_.is_immediate && !timeline_->isPaused()) {
-      leapTo(recorded);
+      leapTo(due);
       return Wake::Due;
     }
-    const std::optional<Stamp> leap = leapBefore(recorded);
-    if (clock_.sleepUntil(timeline_->deadline(leap.value_or(recorded)))) {
-      if (leap) leapTo(recorded);
+    const std::optional<Stamp> leap = leapBefore(due);
+    const SteadyTime deadline = leap ? timeline_->deadline(*leap) : deadlineOf(recorded, early_ns);
+    const SteadyTime step = nextStep();
+    if (clock_.sleepUntil(std::min(deadline, step)) && deadline <= step) {
+      if (leap) leapTo(due);
       return Wake::Due;
     }
   }
@@ -142,10 +160,13 @@ Player::Wake Player::waitFor(double seconds, const std::function<bool()>& is_ove
                                   : SteadyTime::forever();
   for (;;) {
     const Wake wake = followRequests();
+    if (wake == Wake::Due) keepInStep();
     if (wake != Wake::Due || is_over()) {
       return wake;
     }
-    if (clock_.sleepUntil(timeline_->isPaused() ? SteadyTime::forever() : deadline)) {
+    const SteadyTime end = timeline_->isPaused() ? SteadyTime::forever() : deadline;
+    const SteadyTime step = nextStep();
+    if (clock_.sleepUntil(std::min(end, step)) && end <= step) {
       return Wake::Due;
     }
   }
@@ -153,7 +174,9 @@ Player::Wake Player::waitFor(double seconds, const std::function<bool()>& is_ove
 
 /// Where the wait for a recorded moment is cut short.
 std::optional<Stamp> Player::leapBefore(Stamp recorded) const {
-  if (!options_.skip_empty_s || goals_.hasOpen()) {
+  const bool is_driving =
+      options_.base_drive && options_.base_drive->isBusy(timeline_->recorded(clock_.now()));
+  if (!options_.skip_empty_s || goals_.hasOpen() || is_driving) {
     return std::nullopt;
   }
   const double kept = std::max(*options_.skip_empty_s, has_motion_ ? kLeastGapOfMotion : 0.0);
@@ -162,7 +185,8 @@ std::optional<Stamp> Player::leapBefore(Stamp recorded) const {
 }
 
 void Player::leapTo(Stamp recorded) {
-  changeTimeline([&](Timeline& timeline) { timeline.moveTo(recorded, clock_.now()); });
+  const Stamp to = std::min(recorded, timeline_->limit().value_or(recorded));
+  changeTimeline([&](Timeline& timeline) { timeline.moveTo(to, clock_.now()); });
   shift_ns_.reset();
 }
 
@@ -209,8 +233,11 @@ Player::Wake Player::followRequests() {
 
 void Player::suspend() {
   paused_at_ = clock_.now();
+  forgetSteps();
+  is_standing_ = isHeldByGoal();
+  // An arm that is late gets time for what it has not done.
+  needs_lead_ = needs_lead_ || paused_at_ < lead_end_ || is_standing_;
   changeTimeline([&](Timeline& timeline) { timeline.pause(paused_at_); });
-  needs_lead_ = needs_lead_ || paused_at_ < lead_end_;
   sendZeroVelocities();
   haltCommands();
   sendCancels(goals_.suspendOpen());
@@ -235,7 +262,7 @@ void Player::proceed() {
       continue;
     }
     if (topic.is_velocity) {
-      sendVelocityInForce(topic, at);
+      if (!isHeldByGoal()) sendVelocityInForce(topic, at);
     } else {
       sendRest(topic, topic.planned->channel, Recorded(topic.command), lead_ns);
     }
@@ -272,7 +299,8 @@ void Player::sendVelocityInForce(Topic& topic, Stamp at) {
 
 void Player::followRate(double rate) {
   const bool is_moving = !timeline_->isPaused();
-  needs_lead_ = needs_lead_ || clock_.now() < lead_end_;
+  if (is_moving) forgetSteps();
+  needs_lead_ = needs_lead_ || clock_.now() < lead_end_ || isHeldByGoal();
   if (is_moving) sendCancels(goals_.suspendOpen());
   changeTimeline([&](Timeline& timeline) { timeline.setRate(rate, clock_.now()); });
   if (is_moving) proceed();
@@ -280,14 +308,14 @@ void Player::followRate(double rate) {
 
 /// False: nothing is left.
 bool Player::step() {
-  const Message* next = prefetch_->front();
+  const auto next = lanes_->front(timeline_->rate(), std::nullopt);
   if (!next) {
     return false;
   }
-  leapTo(next->received);
-  played_until_ = next->received;
-  const Channel& channel = channelOf(next->channel);
-  Message message = prefetch_->pop();
+  leapTo(next->due());
+  played_until_ = next->due();
+  const Channel& channel = channelOf(next->message->channel);
+  Message message = next->lane->pop();
   if (Topic* topic = topicOf(channel)) {
     publish(*topic, channel, message.received, std::move(message.bytes), 0);
   }

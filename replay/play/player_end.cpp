@@ -19,13 +19,17 @@ Bytes blankMessage(const Channel& channel) {
 }  // namespace
 
 Player::Wake Player::endRound() {
+  const Wake arrived = waitForBase();
+  if (arrived != Wake::Due) {
+    return arrived;
+  }
   measureLength();
   sendZeroVelocities();
   const Wake wake = waitForGoals();
   if (wake != Wake::Due) {
     return wake;
   }
-  sendCancels(goals_.cancelOpen());
+  giveUpGoals();
   has_ended_ = options_.keeps_alive;
   const bool is_lit = std::any_of(topics_.begin(), topics_.end(),
                                   [](const auto& entry) { return !entry.second.last.empty(); });
@@ -40,6 +44,13 @@ Player::Wake Player::endRound() {
 
 void Player::measureLength() {
   report_.actual_ns = clock_.now().ns - first_deadline_.ns - paused_ns_;
+}
+
+/// It gives up by itself.
+Player::Wake Player::waitForBase() {
+  return waitFor(std::numeric_limits<double>::infinity(), [this] {
+    return !options_.base_drive || !options_.base_drive->isBusy(plan_.end);
+  });
 }
 
 Player::Wake Player::waitForGoals() {
@@ -58,17 +69,20 @@ void Player::finish() {
   if (timeline_ && report_.actual_ns == 0) {
     measureLength();  // it did not come to the end
   }
-  sendCancels(goals_.cancelOpen());
+  giveUpGoals();
   sendZeroVelocities();
   if (isStopped()) haltCommands();
   if (options_.clear_projection) clearProjection();
 }
 
 void Player::sendZeroVelocities() {
-  for (auto& [name, topic] : topics_) {
-    if (topic.has_moved) {
-      trySend(topic.planned->output, blankMessage(topic.planned->channel));
-    }
+  if (options_.base_drive) options_.base_drive->rest();
+  for (auto& [name, topic] : topics_) sendZeroVelocity(topic);
+}
+
+void Player::sendZeroVelocity(const Topic& topic) {
+  if (topic.has_moved) {
+    trySend(topic.planned->output, blankMessage(topic.planned->channel));
   }
 }
 

@@ -1,4 +1,5 @@
 // How the player begins in the middle of a behavior.
+#include <algorithm>
 #include <utility>
 
 #include "replay/play/player.hpp"
@@ -13,25 +14,32 @@ constexpr std::int64_t kLead = 5'000'000;
 
 void Player::enter(Stamp at) {
   const SceneAt scene = readScene(at);
-  MessageRange range{plan_.playedTopics(), at, plan_.end};
-  auto reader =
-      std::make_unique<Prefetch>(store_.messages(plan_.behavior, range), options_.prefetch_bytes);
+  auto lanes = std::make_unique<MessageLanes>(store_, plan_, options_.latency_s, at,
+                                              options_.prefetch_bytes);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::swap(prefetch_, reader);
-    if (requests_.stop_reason) prefetch_->cancel();
+    std::swap(lanes_, lanes);
+    if (requests_.stop_reason) lanes_->cancel();
   }
-  prefetch_->fill();
+  lanes_->fill();
   clearProjection();
-  const SteadyTime first = clock_.now().after(kLead);
+  double latency_s = 0;  // what goes out before the first moment needs that time
+  for (const auto& [name, topic] : topics_) latency_s = std::max(latency_s, topic.latency_s);
+  const SteadyTime first = clock_.now().after(kLead + earlyNs(latency_s, 1));
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!timeline_) {
       first_deadline_ = first;
       timeline_.emplace(plan_.behavior.begin, options_.rate, first);
+      skew_ = Skew(plan_.behavior.begin, first);
     }
+    timeline_->setLimit(std::nullopt, first);
     timeline_->moveTo(at, first);
   }
+  asked_limit_.reset();
+  is_goal_limit_ = is_standing_ = false;
+  lifted_at_ = next_base_step_ = {};
+  if (options_.base_drive) options_.base_drive->enter(at);
   played_until_ = at;
   paused_before_.reset();
   shift_ns_.reset();
@@ -41,9 +49,10 @@ void Player::enter(Stamp at) {
 }
 
 void Player::moveTo(Stamp to) {
+  forgetSteps();
   sendZeroVelocities();
   haltCommands();
-  sendCancels(goals_.cancelOpen());
+  giveUpGoals();
   lead_end_ = {};
   enter(to);
 }

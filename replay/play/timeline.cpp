@@ -21,7 +21,7 @@ Timeline::Timeline(Stamp begin, double rate, SteadyTime start)
     : begin_(begin), rate_(checkedRate(rate)), anchor_recorded_(begin), anchor_steady_(start) {}
 
 SteadyTime Timeline::deadline(Stamp recorded) const {
-  if (is_paused_) {
+  if (is_paused_ || (limit_ && recorded > *limit_)) {
     return SteadyTime::forever();
   }
   const std::int64_t ahead = recorded.ns - anchor_recorded_.ns;
@@ -35,8 +35,9 @@ Stamp Timeline::recorded(SteadyTime now) const {
     return anchor_recorded_;
   }
   const std::int64_t passed = std::max<std::int64_t>(0, now.ns - anchor_steady_.ns);
-  return {anchor_recorded_.ns +
-          (rate_ == 1.0 ? passed : std::llround(static_cast<double>(passed) * rate_))};
+  const Stamp at{anchor_recorded_.ns +
+                 (rate_ == 1.0 ? passed : std::llround(static_cast<double>(passed) * rate_))};
+  return limit_ ? std::min(at, *limit_) : at;
 }
 
 void Timeline::pause(SteadyTime now) {
@@ -62,6 +63,17 @@ void Timeline::setRate(double rate, SteadyTime now) {
 void Timeline::moveTo(Stamp recorded, SteadyTime when) {
   anchor_recorded_ = recorded;
   anchor_steady_ = when;
+}
+
+void Timeline::setLimit(std::optional<Stamp> limit, SteadyTime now) {
+  const Stamp at = recorded(now);
+  // Only a timeline that stood is anchored anew: one that did not must not drift.
+  if (isHeld(now)) moveTo(at, std::max(now, anchor_steady_));
+  limit_ = limit ? std::optional(std::max(*limit, at)) : std::nullopt;
+}
+
+bool Timeline::isHeld(SteadyTime now) const {
+  return !is_paused_ && limit_ && recorded(now) >= *limit_;
 }
 
 }  // namespace afterglow::replay

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "replay/messages/message.hpp"
 #include "replay/play/clock.hpp"
@@ -18,13 +19,14 @@ struct PlaybackTime {
 };
 
 /// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
-/// is ever accumulated, so nothing drifts. A value; not thread-safe.
+/// is ever accumulated, so nothing drifts. With a limit it stands still there, until that is lifted
+/// or moved on; it goes on from the limit then. A value; not thread-safe.
 class Timeline {
  public:
   /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
   Timeline(Stamp begin, double rate, SteadyTime start);
 
-  /// When a recorded moment is due; while paused: SteadyTime::forever().
+  /// When a recorded moment is due; SteadyTime::forever() while paused, and beyond the limit.
   SteadyTime deadline(Stamp recorded) const;
   /// Stands still before the anchor's moment has come.
   Stamp recorded(SteadyTime now) const;
@@ -37,8 +39,15 @@ class Timeline {
   double rate() const { return rate_; }
   /// From `now` on; the position stays. Throws as the constructor does.
   void setRate(double rate, SteadyTime now);
-  /// The recorded moment is due at `when`, or when it is resumed.
+  /// The recorded moment is due at `when`, or when it is resumed. Limits are left as they are.
   void moveTo(Stamp recorded, SteadyTime when);
+
+  /// The last recorded moment that it comes to; empty: none. One that has passed holds it where it
+  /// is.
+  void setLimit(std::optional<Stamp> limit, SteadyTime now);
+  std::optional<Stamp> limit() const { return limit_; }
+  /// It stands at its limit, and is not paused.
+  bool isHeld(SteadyTime now) const;
 
  private:
   Stamp begin_;
@@ -46,6 +55,7 @@ class Timeline {
   Stamp anchor_recorded_;
   SteadyTime anchor_steady_;
   bool is_paused_ = false;
+  std::optional<Stamp> limit_;
 };
 
 }  // namespace afterglow::replay

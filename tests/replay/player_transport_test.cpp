@@ -1,6 +1,8 @@
 // Where a replay is made to go: parts, seeking, steps, loops, gaps, pauses at topics, other names.
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "replay/play/scene_at.hpp"
@@ -183,7 +185,7 @@ TEST_F(PlayerTransport, seeksWithTheBodyStandingFirstAndGivesItTimeToGetThere) {
   ASSERT_EQ(goals.size(), 2u);
   EXPECT_EQ(goals[1].at_ms, 500);
   EXPECT_EQ(timesFromStart(goals[1].bytes), std::vector<double>{4.5}) << "2 s less 1.5 s, and 4 s";
-  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 500, 4600, 5000, 6500}));
+  EXPECT_EQ(sink.times("/cmd_vel"), (Times{0, 500, 4600, 5000, 6500, 6500}));
   EXPECT_EQ(sink.on("/cmd_vel")[1].bytes, twist(0));
   EXPECT_TRUE(report.is_complete);
 }
@@ -255,6 +257,35 @@ TEST_F(PlayerTransport, loopsWithTheLightOutBetweenRounds) {
   play(1000);
   EXPECT_EQ(sink.times("/points"), (Times{0, 1000, 1005, 2005, 2010, 2500}));
   EXPECT_EQ(cloudWidth(sink.on("/points")[1].bytes), 0u);
+}
+
+/// Pages of memory that this process holds.
+std::size_t residentPages() {
+  std::size_t all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident;
+}
+
+TEST_F(PlayerTransport, loopsForADayWithoutDriftOrLeak) {
+  const std::int64_t minute = 60'000, whole = minute + 5;  // as every beginning, 5 ms ahead
+  for (int i = 0; i < 60; ++i) record(kCloud, i * 1000, cloud(1));
+  options.is_looping = true;
+  std::int64_t last = 0;
+  std::size_t rounds = 0, pages_after_an_hour = 0;
+  sink.on_publish = [&](const Sent& sent) {
+    last = sent.at_ms;
+    if (cloudWidth(sent.bytes) == 0 && ++rounds == 60) pages_after_an_hour = residentPages();
+    clock.stall(300'000);  // each send takes 0.3 ms
+    sink.sent.clear();
+  };
+  at(1440 * whole - 500, [this] { player->stop("enough"); });
+  const PlayReport report = play(minute);
+  EXPECT_EQ(rounds, 1440u);
+  EXPECT_EQ(last, 1440 * whole - 500);
+  EXPECT_EQ(report.topics.at(0).second.published, 1440u * 60);
+  EXPECT_EQ(report.topics.at(0).second.lateness.max(), 0);
+  EXPECT_EQ(report.topics.at(0).second.lateness.drift(), 0);
+  EXPECT_LT(residentPages(), pages_after_an_hour + 64) << "a quarter of a megabyte";
 }
 
 TEST_F(PlayerTransport, endsALoopThatHoldsNothing) {

@@ -43,6 +43,36 @@ TEST(Timeline, standsStillWhilePaused) {
   EXPECT_EQ(timeline.deadline({20}), SteadyTime{5010}) << "it ran already";
 }
 
+TEST(Timeline, standsAtALimitAndGoesOnFromThere) {
+  Timeline timeline({0}, 1.0, {0});
+  timeline.setLimit(Stamp{100}, {10});
+  EXPECT_EQ(timeline.deadline({100}), SteadyTime{100}) << "comes to its limit";
+  EXPECT_EQ(timeline.deadline({101}), SteadyTime::forever());
+  EXPECT_FALSE(timeline.isHeld({99}));
+  EXPECT_TRUE(timeline.isHeld({100}));
+  EXPECT_EQ(timeline.position({500}).ns, 100);
+  timeline.setLimit(Stamp{150}, {500});
+  EXPECT_EQ(timeline.deadline({150}), SteadyTime{550});
+  EXPECT_FALSE(timeline.isHeld({500}));
+  timeline.setLimit(std::nullopt, {540});
+  EXPECT_EQ(timeline.deadline({200}), SteadyTime{600}) << "it did not stand: nothing moves";
+  timeline.setLimit(Stamp{10}, {560});
+  EXPECT_EQ(timeline.position({700}).ns, 160) << "never back";
+}
+
+TEST(Timeline, keepsItsLimitOverPausesAndRates) {
+  Timeline timeline({0}, 1.0, {0});
+  timeline.setLimit(Stamp{100}, {0});
+  timeline.pause({300});
+  EXPECT_FALSE(timeline.isHeld({400})) << "paused, not held";
+  timeline.resume({400});
+  EXPECT_TRUE(timeline.isHeld({400}));
+  timeline.setRate(2, {450});
+  EXPECT_EQ(timeline.position({500}).ns, 100);
+  timeline.setLimit(std::nullopt, {500});
+  EXPECT_EQ(timeline.deadline({120}), SteadyTime{510});
+}
+
 TEST(Timeline, refusesARateThatIsNone) {
   EXPECT_THROW(Timeline({0}, 0.0, {0}), std::logic_error);
   EXPECT_THROW(Timeline({0}, -1.0, {0}), std::logic_error);

@@ -57,6 +57,12 @@ inline const std::string kTrajectoryActionGoal = withTypes(
     kJointTrajectoryPoint, "control_msgs/JointTolerance",
     "string name\nfloat64 position\nfloat64 velocity\nfloat64 acceleration\n");
 
+/// An action's result without any content of its own
+inline const std::string kAnyActionResult =
+    withTypes("Header header\nactionlib_msgs/GoalStatus status\n", "std_msgs/Header", kHeader,
+              "actionlib_msgs/GoalStatus", "GoalID goal_id\nuint8 status\nstring text\n",
+              "actionlib_msgs/GoalID", kGoalId);
+
 /// control_msgs/PointHeadActionGoal
 inline const std::string kPointHeadActionGoal = withTypes(
     "Header header\nactionlib_msgs/GoalID goal_id\nPointHeadGoal goal\n", "std_msgs/Header",

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,9 +23,28 @@ constexpr std::int64_t kBegin = 1'600'000'000'000'000'000;
 
 inline const Channel kCmdVel = twistChannel("/cmd_vel");
 inline const Channel kArm = trajectoryGoalChannel("/arm/follow_joint_trajectory/goal");
+inline const Channel kGripper =
+    channelOf("/gripper/goal", "my_msgs/CloseActionGoal",
+              withTypes("Header header\nactionlib_msgs/GoalID goal_id\n", "std_msgs/Header",
+                        kHeader, "actionlib_msgs/GoalID", kGoalId));
 inline const Channel kCloud = cloudChannel("/points");
 inline const Channel kMarkers = markersChannel("/markers");
 inline const Channel kSay = stringChannel("/robotsound");
+
+/// "<action>/result" of a goal's channel.
+inline Channel resultChannel(const Channel& goal) {
+  return channelOf(goal.topic.substr(0, goal.topic.rfind('/')) + "/result",
+                   "my_msgs/AnyActionResult", kAnyActionResult);
+}
+
+/// `status` as actionlib_msgs/GoalStatus has it.
+inline Bytes resultMessage(const std::string& id, std::uint8_t status) {
+  const Channel channel = channelOf("/any/result", "my_msgs/AnyActionResult", kAnyActionResult);
+  Value message = blank(channel);
+  at(message, "status.goal_id.id") = id;
+  at(message, "status.status") = status;
+  return encode(schemaOf(channel), message);
+}
 
 struct Sent {
   std::int64_t at_ms;  ///< since the first deadline
@@ -39,7 +59,8 @@ class SpySink : public MessageSink {
   bool publish(const Channel& channel, const Bytes& bytes) override {
     sent.push_back({(clock_.now().ns - start_.ns) / kMs, channel.topic, bytes});
     if (on_publish) on_publish(sent.back());
-    return is_heard;
+    const auto heard = is_heard_on.find(channel.topic);
+    return heard == is_heard_on.end() ? is_heard : heard->second;
   }
   std::vector<Sent> on(const std::string& topic) const {
     std::vector<Sent> found;
@@ -56,6 +77,7 @@ class SpySink : public MessageSink {
 
   std::vector<Sent> sent;
   bool is_heard = true;
+  std::map<std::string, bool> is_heard_on;  ///< topics that are another way
   std::function<void(const Sent&)> on_publish;
 
  private:
@@ -74,6 +96,24 @@ struct PlayerWorld : testing::Test {
     if (std::find(topics.begin(), topics.end(), channel.topic) == topics.end()) {
       topics.push_back(channel.topic);
     }
+  }
+
+  /// Context of the recording, as the recorder keeps it: no topic of the behavior's own.
+  void recordResult(const Channel& goal, std::int64_t at_ms, const std::string& id,
+                    std::uint8_t status = 3) {
+    const std::vector<std::string> own = topics;
+    record(resultChannel(goal), at_ms, resultMessage(id, status));
+    topics = own;
+  }
+
+  /// The robot ends each goal so long after it was sent, with a status; the n-th goal by the n-th.
+  void actFor(std::vector<std::int64_t> durations_ms, std::uint8_t status = 3) {
+    sink.on_publish = [this, durations_ms, status,
+                       next = std::size_t{0}](const Sent& sent) mutable {
+      if (sent.topic != kArm.topic || next == durations_ms.size()) return;
+      clock.at(clock.now().after(durations_ms[next++] * kMs),
+               [this, status, id = goalId(sent.bytes)] { player->onGoalStatus(id, status); });
+    };
   }
 
   PlayReport play(

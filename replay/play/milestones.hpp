@@ -1,0 +1,57 @@
+/// \file
+/// Where the recording says that the body had finished something: the results of its goals. What is
+/// shown and said after them waits for them when it is replayed.
+/// Source of the semantics: actionlib's topics of an action and its GoalStatus.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+class Store;
+struct PlayPlan;
+
+/// How a goal ended, from the client's view.
+enum class GoalOutcome { Open, Succeeded, Failed, Canceled };
+
+/// actionlib_msgs/GoalStatus.status; Open for the states that are not final.
+GoalOutcome outcomeOf(std::uint8_t goal_status);
+
+/// What its result caused may have been recorded so long before the result itself: each was sent by
+/// another node.
+constexpr std::int64_t kMilestoneMarginNs = 50'000'000;
+
+/// The end of a goal in the recording.
+struct Milestone {
+  Stamp at;  ///< its result came, or its trajectory was over
+  GoalOutcome outcome = GoalOutcome::Succeeded;
+  bool is_recorded = true;  ///< false: there is no result, `at` is when its trajectory was over
+  /// False for a goal that ended because another one or a cancel was sent: that ends it again.
+  bool is_awaited = true;
+};
+
+/// A value.
+class Milestones {
+ public:
+  Milestones() = default;
+  /// Reads the played goals and the results that the recording has of them: matched by goal id, or
+  /// by their order where the server gave the ids. Throws StoreError.
+  static Milestones read(const Store& store, const PlayPlan& plan);
+
+  /// Of the goal that was recorded on this topic at this moment.
+  std::optional<Milestone> of(const std::string& topic, Stamp recorded_at) const;
+  /// Goals of which nobody knows when they ended: a sentence a topic.
+  std::vector<std::string> notes;
+
+ private:
+  std::map<std::pair<std::string, std::int64_t>, Milestone> ends_;
+};
+
+}  // namespace afterglow::replay
