@@ -58,4 +58,13 @@ void MessageLanes::cancel() {
   for (const Lane& lane : lanes_) lane.messages->cancel();
 }
 
+std::vector<DamagedMessage> MessageLanes::end() {
+  std::vector<DamagedMessage> damaged;
+  for (const Lane& lane : lanes_) {
+    const std::vector<DamagedMessage> of_lane = lane.messages->end();
+    damaged.insert(damaged.end(), of_lane.begin(), of_lane.end());
+  }
+  return damaged;
+}
+
 }  // namespace afterglow::replay

@@ -39,6 +39,8 @@ class MessageLanes {
   void fill();
   /// Any thread.
   void cancel();
+  /// Reads no more. What could not be read of what came so far.
+  std::vector<DamagedMessage> end();
 
  private:
   struct Lane {

@@ -108,6 +108,7 @@ void Player::play() {
 bool Player::playRound() {
   for (;;) {
     const auto next = lanes_->front(timeline_->rate(), timeline_->limit());
+    has_next_ = next.has_value();
     const Wake wake =
         next ? waitUntil(next->message->received, next->early_ns) : waitUntil(plan_.end, 0);
     if (wake == Wake::Stopped) return false;

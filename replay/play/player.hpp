@@ -70,6 +70,7 @@ struct PlayOptions {
 
 struct PlayProgress {
   enum class State { Idle, Playing, Paused } state = State::Idle;
+  bool is_held = false;  ///< playing, but hold() keeps it standing
   PlaybackTime position;
   double rate = 1;
   std::uint64_t published = 0;
@@ -114,6 +115,9 @@ class Player {
   void stop(const std::string& reason);
   void pause();
   void resume();
+  /// Stands as in a pause, without being paused: somebody has to catch up. For light and speech
+  /// only, and not beyond the last message.
+  void hold(bool holds);
   /// Limits of the body are the caller's.
   void setRate(double rate);
   /// To so far into the behavior, within the part that is played.
@@ -157,7 +161,7 @@ class Player {
   /// What other threads want.
   struct Requests {
     std::optional<std::string> stop_reason;
-    bool pause = false;
+    bool pause = false, hold = false;
     std::optional<double> rate;
     std::optional<Stamp> seek;
     std::uint64_t steps = 0;
@@ -236,6 +240,7 @@ class Player {
   void clearProjection();
   void trySend(const Channel& channel, const Bytes& bytes);
   void note(const std::string& problem);
+  void addDamage(MessageLanes& lanes);
 
   Topic* topicOf(const Channel& channel);
   const Channel& channelOf(std::int64_t id);
@@ -264,7 +269,8 @@ class Player {
   SteadyTime first_deadline_;
   std::int64_t paused_ns_ = 0;  ///< in all
   SteadyTime paused_at_;
-  bool has_ended_ = false;
+  bool has_ended_ = false, has_next_ = false;
+  std::set<std::uint64_t> damaged_;  ///< messages that were left out, by sequence
   PlayReport report_;
 
   // In step.

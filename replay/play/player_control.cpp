@@ -43,6 +43,12 @@ void Player::resume() {
   clock_.wake();
 }
 
+void Player::hold(bool holds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  requests_.hold = holds;
+  clock_.wake();
+}
+
 void Player::setRate(double rate) {
   if (!(rate > 0) || !std::isfinite(rate)) {
     throw std::runtime_error("a rate has to be above 0");
@@ -106,8 +112,9 @@ PlayProgress Player::progress() const {
   if (timeline_) {
     const std::int64_t position = timeline_->position(clock_.now()).ns;
     progress.position.ns = std::clamp<std::int64_t>(position, 0, plan_.durationNs());
-    progress.state =
-        timeline_->isPaused() ? PlayProgress::State::Paused : PlayProgress::State::Playing;
+    progress.is_held = timeline_->isPaused() && requests_.hold && !requests_.pause;
+    progress.state = timeline_->isPaused() && !progress.is_held ? PlayProgress::State::Paused
+                                                                : PlayProgress::State::Playing;
   }
   return progress;
 }
@@ -215,8 +222,9 @@ Player::Wake Player::followRequests() {
     asked.rate = std::exchange(requests_.rate, std::nullopt);
     asked.seek = std::exchange(requests_.seek, std::nullopt);
     asked.steps = std::exchange(requests_.steps, 0);
-    pauses = requests_.pause && !timeline_->isPaused();
-    resumes = !requests_.pause && timeline_->isPaused();
+    const bool stands = requests_.pause || (requests_.hold && has_next_);
+    pauses = stands && !timeline_->isPaused();
+    resumes = !stands && timeline_->isPaused();
   }
   if (pauses) suspend();
   if (asked.rate) followRate(*asked.rate);

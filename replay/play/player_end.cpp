@@ -73,6 +73,17 @@ void Player::finish() {
   sendZeroVelocities();
   if (isStopped()) haltCommands();
   if (options_.clear_projection) clearProjection();
+  if (lanes_) addDamage(*lanes_);
+  if (!damaged_.empty()) {
+    note(std::to_string(damaged_.size()) +
+         (damaged_.size() == 1 ? " damaged message was" : " damaged messages were") +
+         " left out; afterglow store check names what is damaged");
+  }
+}
+
+/// Loops and seeks come by the same ones again.
+void Player::addDamage(MessageLanes& lanes) {
+  for (const DamagedMessage& message : lanes.end()) damaged_.insert(message.sequence);
 }
 
 void Player::sendZeroVelocities() {

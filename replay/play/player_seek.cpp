@@ -21,6 +21,7 @@ void Player::enter(Stamp at) {
     std::swap(lanes_, lanes);
     if (requests_.stop_reason) lanes_->cancel();
   }
+  if (lanes) addDamage(*lanes);
   lanes_->fill();
   clearProjection();
   double latency_s = 0;  // what goes out before the first moment needs that time

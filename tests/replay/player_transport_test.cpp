@@ -404,5 +404,29 @@ TEST_F(PlayerTransport, refusesPlansThatMakeNoSense) {
             std::string::npos);
 }
 
+TEST_F(PlayerTransport, tellsOfDamagedMessagesOnce) {
+  for (int i = 0; i < 4; ++i) record(kSay, i * 100, test::text(std::to_string(i)));
+  at(250, [this] { player->seek({50 * kMs}); });
+  const PlayReport report = play(1000, "", [this] { store->damage(1); });
+  EXPECT_TRUE(report.is_complete);
+  EXPECT_EQ(sink.on("/robotsound").size(), 4u) << "0, 2, and after the seek 2 and 3";
+  EXPECT_EQ(report.notes,
+            (Texts{"1 damaged message was left out; afterglow store check names what is damaged"}));
+}
+
+TEST_F(PlayerTransport, standsWhileItIsHeldButNotBeyondTheLastMessage) {
+  for (int i = 0; i < 3; ++i) record(kSay, i * 100, test::text(std::to_string(i)));
+  at(50, [this] { player->hold(true); });
+  at(80, [this] {
+    EXPECT_TRUE(player->progress().is_held);
+    EXPECT_EQ(player->progress().state, PlayProgress::State::Playing);
+    EXPECT_FALSE(player->isPauseWanted());
+  });
+  at(1050, [this] { player->hold(false); });
+  at(1250, [this] { player->hold(true); });
+  EXPECT_TRUE(play(1000).is_complete);
+  EXPECT_EQ(sink.times("/robotsound"), (Times{0, 1100, 1200}));
+}
+
 }  // namespace
 }  // namespace afterglow::replay

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "replay/play/consumer_lag.hpp"
 #include "replay/play/lateness.hpp"
 
 namespace afterglow::replay {
@@ -105,6 +106,49 @@ TEST(Lateness, tellsQuantilesMaximumAndDrift) {
   EXPECT_EQ(lateness.max(), 1'000'000);
   EXPECT_NEAR(lateness.drift(), (10 * 1e6 + 54 * 1e3) / 64 - 1e3, 1);
   EXPECT_EQ(Lateness().quantile(0.5), 0);
+}
+
+// ------------------------------------------------------------------------------------------- lag
+
+Stamp at(double seconds) { return {static_cast<std::int64_t>(seconds * 1e9)}; }
+
+TEST(ConsumerLag, isBehindWhenTheLastAnswerIsTooFarBack) {
+  ConsumerLag lag(1.0, at(10), true);
+  lag.onPublished(at(11), at(500));
+  EXPECT_FALSE(lag.isBehind()) << "as far as the begin counts as answered";
+  lag.onPublished(at(11.1), at(501));
+  EXPECT_TRUE(lag.isBehind());
+  lag.onAnswer(at(10.05));
+  EXPECT_TRUE(lag.isBehind());
+  lag.onAnswer(at(10.2));
+  EXPECT_FALSE(lag.isBehind());
+}
+
+TEST(ConsumerLag, looksUpStampsAcrossPausesAndSeeks) {
+  ConsumerLag lag(1.0, at(0), false);
+  lag.onPublished(at(0), at(100));
+  lag.onPublished(at(1), at(101));
+  lag.onPublished(at(1.5), at(111.5));  // after a pause of 10 s
+  EXPECT_TRUE(lag.isBehind());
+  lag.onAnswer(at(100.4));
+  EXPECT_TRUE(lag.isBehind());
+  lag.onAnswer(at(100.6));
+  EXPECT_FALSE(lag.isBehind());
+  lag.onAnswer(at(111.4));  // a header 0.1 s older than its message
+  lag.onPublished(at(2.35), at(112.35));
+  EXPECT_FALSE(lag.isBehind());
+  lag.onPublished(at(2.45), at(112.45));
+  EXPECT_TRUE(lag.isBehind());
+  lag.onPublished(at(30), at(112.5));
+  lag.onAnswer(at(112.3));
+  EXPECT_TRUE(lag.isBehind()) << "that was before the seek";
+  lag.onAnswer(at(112.46));
+  EXPECT_FALSE(lag.isBehind());
+  lag.onPublished(at(5), at(113));
+  EXPECT_FALSE(lag.isBehind()) << "what is played again is not answered for yet";
+  lag.onPublished(at(7), at(115));
+  lag.onAnswer(at(200));
+  EXPECT_FALSE(lag.isBehind()) << "stamped when it was done";
 }
 
 }  // namespace
