@@ -46,8 +46,10 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
                            const replay::PlayReport& report,
                            const std::function<bool()>& is_stopped) {
   std::vector<std::string> remarks;
-  const replay::StartPose then =
-      readEndPose(store, plan, movedParts(store, plan), settledAt(plan, report), remarks);
+  replay::MovedParts parts = movedParts(store, plan);
+  // The drive has looked for longer than this would.
+  parts.moves_base = parts.moves_base && !baseEnd(report);
+  const replay::StartPose then = readEndPose(store, plan, parts, settledAt(plan, report), remarks);
   PoseQuestion question;
   for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
   question.asks_base = then.base.has_value();

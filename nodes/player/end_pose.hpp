@@ -14,8 +14,8 @@ namespace afterglow::nodes {
 replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now);
 
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,
-/// and asks the robot (/joint_states, tf). Takes 3 s if nobody answers, at most until `is_stopped`.
-/// Throws StoreError.
+/// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
+/// if nobody answers, at most until `is_stopped`. Throws StoreError.
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
                            const replay::PlayReport& report,
                            const std::function<bool()>& is_stopped);

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "nodes/player/end_pose.hpp"
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
@@ -241,9 +242,18 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
 
 /// Takes as long as the watchdog takes to end.
 void ReplaySession::closeGate() {
+  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(report);
   std::unique_ptr<BodyGate> gate;
   const std::lock_guard<std::mutex> lock(mutex_);
   gate = std::move(gate_);
+void ReplaySession::addEnd(replay::PlayReport& report) const {
+  try {
+    report.body_end = measureEnd(store_, plan_, report, [this] { return isStopped(); });
+  } catch (const std::exception& error) {
+    report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
+  }
+}
+
 }
 
 /// For the first tick of a clock that is followed, and as long as was asked for.

@@ -89,6 +89,7 @@ class ReplaySession {
   void closeGate();
   void waitBeforeStart();
   std::optional<AnchorBroadcast::Moment> moment() const;
+  void addEnd(replay::PlayReport& report) const;
   void checkRate(double rate) const;
   replay::Player& player() const;
   bool isStopped() const;

@@ -2,6 +2,7 @@
 
 #include <CLI/Error.hpp>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 
 #include "nodes/player/replay_words.hpp"
@@ -24,6 +25,12 @@ std::string aboveZero(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   return *end == 0 && value > 0 && value <= 1000 ? "" : text + " is no number above 0";
+}
+
+std::string isReportFile(const std::string& text) {
+  const std::string ending = std::filesystem::path(text).extension();
+  const bool is_known = ending == ".json" || ending == ".txt" || ending == ".html";
+  return is_known ? "" : text + " has to end with .json, .txt or .html";
 }
 
 std::string isModalities(const std::string& text) {
@@ -128,7 +135,9 @@ void addPlayOptions(CLI::App& verb, PlayCommand& c) {
                   "How fast it may move, a YAML file; default: a Fetch's, or as fast as it did");
   verb.add_flag("--dry-run", c.is_dry_run, "Show the plan; needs no ROS master");
   verb.add_flag("--json", c.is_json, "The plan of --dry-run as JSON");
-  verb.add_option("--report", c.report_file, "Write what was measured, as JSON");
+  verb.add_option("--report", c.report_file,
+                  "Write what was measured: FILE.json, FILE.txt or, with plots, FILE.html")
+      ->check(isReportFile);
   verb.add_flag("-q,--quiet", c.is_quiet, "No status line, no table at the end");
   verb.add_flag("!--no-keys", c.has_keys, "Leave the keyboard alone");
 }

@@ -8,17 +8,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
+#include <filesystem>
 #include <future>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 
+#include "nodes/player/replay_page.hpp"
 #include "nodes/player/replay_session.hpp"
+#include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/player/stop_signal.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/play_options.hpp"
+#include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {
@@ -55,42 +58,27 @@ void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& ancho
 }
 
 void printReport(const replay::PlayReport& report) {
-  using Align = TextTable::Align;
-  TextTable table({{"topic", Align::Left},
-                   {"planned", Align::Right},
-                   {"published", Align::Right},
-                   {"skipped", Align::Right},
-                   {"late p50 ms", Align::Right},
-                   {"p99", Align::Right},
-                   {"max", Align::Right}});
-  const auto ms = [](std::int64_t ns) { return fixedText(static_cast<double>(ns) * 1e-6, 3); };
-  for (const auto& [topic, played] : report.topics) {
-    if (topic.isPlayed()) {
-      const bool is_renamed = topic.isPlayed() && topic.output.topic != topic.channel.topic;
-      table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
-                 std::to_string(topic.count), std::to_string(played.published),
-                 std::to_string(played.skipped), ms(played.lateness.quantile(0.5)),
-                 ms(played.lateness.quantile(0.99)), ms(played.lateness.max())});
-    }
-  }
-  std::cout << table.text();
-  if (report.scheduling != "SCHED_FIFO") {
-    std::cerr << "afterglow play: scheduling was " << report.scheduling << "\n";
-  }
-  for (const std::string& note : report.notes) {
-    std::cerr << "afterglow play: " << note << "\n";
+  std::cout << replayText(report);
+  for (const std::string& remark : replayRemarks(report)) {
+    std::cerr << "afterglow play: " << remark << "\n";
   }
 }
 
-/// One replay's, or an array of several.
-void writeReport(const std::string& path, const std::vector<replay::PlayReport>& reports) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const replay::PlayReport& report : reports) json.push_back(toJson(report));
-  std::ofstream file(path, std::ios::trunc);
-  file << dumpJson(reports.size() == 1 ? json.front() : json, 2) << "\n";
-  if (!file.flush()) {
-    throw std::runtime_error(path + ": cannot be written");
+/// By the file's ending. JSON: of one replay, or an array of several.
+std::string reportFile(const std::string& path, const std::vector<replay::PlayReport>& reports) {
+  const std::string ending = std::filesystem::path(path).extension();
+  if (ending == ".html") return replayPage(reports, utcNow());
+  std::string text;
+  for (const replay::PlayReport& report : reports) {
+    if (ending == ".txt") {
+      text += replayText(report);
+      if (!report.is_complete) text += "stopped: " + report.reason + "\n";
+      for (const std::string& remark : replayRemarks(report)) text += "note: " + remark + "\n";
+    } else {
+      text += (text.empty() ? "" : ",\n") + reportJson(report, 2);
+    }
   }
+  return ending == ".txt" ? text : reports.size() == 1 ? text + "\n" : "[" + text + "]\n";
 }
 
 void startRos() {
@@ -181,11 +169,11 @@ void run(PlayCommand& command) {
     if (!reports.back().is_complete) break;
   }
   ros::shutdown();
-  if (!command.report_file.empty()) {
-    writeReport(command.report_file, reports);
-  }
   for (const replay::PlayReport& report : reports) {
     if (!command.is_quiet) printReport(report);
+  }
+  if (!command.report_file.empty()) {
+    writeText(command.report_file, reportFile(command.report_file, reports));
   }
   if (!reports.back().is_complete) {
     throw std::runtime_error(reports.back().reason);

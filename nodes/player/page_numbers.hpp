@@ -1,0 +1,39 @@
+/// \file
+/// Numbers as a replay's page says them.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+
+#include "replay/motion/start_pose.hpp"
+
+namespace afterglow::nodes {
+
+/// As printf does it with one number.
+inline std::string numberAs(const char* format, double value) {
+  char words[64];
+  std::snprintf(words, sizeof(words), format, value);
+  return words;
+}
+
+inline std::string inSeconds(double seconds) { return numberAs("%.2f s", seconds); }
+
+inline std::string inMilliseconds(std::int64_t ns) {
+  return numberAs("%.3f", static_cast<double>(ns) * 1e-6);
+}
+
+/// "1 drive", "2 drives".
+inline std::string counted(std::uint64_t count, const std::string& thing) {
+  return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+/// Of a joint, in mm or degrees, with its sign; `degree` is how that is written there.
+inline std::string jointErrorText(const std::string& joint, double error,
+                                  const std::string& degree) {
+  return replay::isSlidingJoint(joint)
+             ? numberAs("%+.1f mm", error * 1000)
+             : numberAs("%+.2f", error * replay::kDegreesPerRadian) + degree;
+}
+
+}  // namespace afterglow::nodes

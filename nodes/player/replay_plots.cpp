@@ -1,0 +1,186 @@
+#include "nodes/player/replay_plots.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "nodes/player/time_plot.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::GoalSpan;
+using replay::Modality;
+using replay::PlannedTopic;
+using replay::PlayReport;
+using replay::TopicReport;
+
+constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
+constexpr double kLane = 44, kLabel = 18, kRow = 9, kGap = 2;
+constexpr const char* kRecorded = "#9aa4af";
+constexpr double kPlotHeight = 200;
+constexpr double kLeastLateMs = 0.001, kLeastTopMs = 1;
+
+double endOfPlot(const PlayReport& report) {
+  double end = static_cast<double>(std::max(report.planned_ns, report.actual_ns)) * 1e-9;
+  for (const auto& [planned, topic] : report.topics) {
+    for (const replay::Sample& sample : topic.moments.kept()) end = std::max(end, sample.played_s);
+  }
+  for (const GoalSpan& goal : report.goal_spans) {
+    end = std::max(end, goal.played_end_s.value_or(goal.played_begin_s));
+  }
+  return end;
+}
+
+/// Where a recorded moment would have been played had nothing waited.
+double unhindered(const PlayReport& report, double recorded_s) {
+  return (recorded_s - report.begin_s) / report.rate;
+}
+
+void shadeWaits(const PlayReport& report, TimePlot& plot) {
+  for (const replay::PlayWait& wait : report.in_step.waits) plot.shade(wait.played_s, wait.seconds);
+}
+
+std::vector<const std::pair<PlannedTopic, TopicReport>*> lanesOf(const PlayReport& report) {
+  std::vector<const std::pair<PlannedTopic, TopicReport>*> lanes;
+  for (const Modality modality : kModalities) {
+    for (const auto& topic : report.topics) {
+      if (topic.first.isPlayed() && topic.first.modality == modality) lanes.push_back(&topic);
+    }
+  }
+  return lanes;
+}
+
+/// True if the topic has goals whose ends are known: bars say more than ticks.
+bool addGoals(const PlayReport& report, const std::string& topic, double top,
+              const std::string& color, TimePlot& plot) {
+  bool has_any = false;
+  for (const GoalSpan& goal : report.goal_spans) {
+    if (goal.topic != topic) continue;
+    has_any = true;
+    const double begin = unhindered(report, goal.recorded_begin_s);
+    plot.bar(begin, goal.recorded_end_s ? unhindered(report, *goal.recorded_end_s) : begin, top,
+             kRow, kRecorded);
+    plot.bar(goal.played_begin_s, goal.played_end_s.value_or(goal.played_begin_s),
+             top + kRow + kGap, kRow, color);
+  }
+  return has_any;
+}
+
+void addLane(const PlayReport& report, const PlannedTopic& planned, const TopicReport& topic,
+             double top, TimePlot& plot) {
+  const std::string color = colorOf(planned.modality);
+  plot.text(plot.x(0) + 6, top + 13, planned.channel.topic, "");
+  plot.text(TimePlot::kWidth - 20, top + 13,
+            std::to_string(topic.published) + " of " + std::to_string(planned.count),
+            "text-anchor=\"end\"");
+  if (addGoals(report, planned.channel.topic, top + kLabel, color, plot)) return;
+  std::vector<double> recorded, played;
+  for (const replay::Sample& sample : topic.moments.kept()) {
+    recorded.push_back(unhindered(report, sample.recorded_s));
+    played.push_back(sample.played_s);
+  }
+  plot.ticks(recorded, top + kLabel, kRow, kRecorded);
+  plot.ticks(played, top + kLabel + kRow + kGap, kRow, color);
+}
+
+double highest(const replay::Samples& samples) {
+  double high = 0;
+  for (const replay::Sample& sample : samples.kept()) {
+    if (std::isfinite(sample.value)) high = std::max(high, std::abs(sample.value));
+  }
+  return high;
+}
+
+std::string inMs(double ns) {
+  char words[32];
+  std::snprintf(words, sizeof(words), "%.3g ms", ns * 1e-6);
+  return words;
+}
+
+/// The worst topic of a modality, if any was heard of.
+const std::pair<PlannedTopic, TopicReport>* latest(const PlayReport& report, Modality modality) {
+  const std::pair<PlannedTopic, TopicReport>* worst = nullptr;
+  for (const auto& topic : report.topics) {
+    if (topic.first.modality != modality || topic.second.lateness.count() == 0) continue;
+    const bool is_worse =
+        !worst || topic.second.lateness.quantile(0.99) > worst->second.lateness.quantile(0.99);
+    if (is_worse) worst = &topic;
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::string lanePlot(const PlayReport& report) {
+  const auto lanes = lanesOf(report);
+  if (lanes.empty()) return "";
+  TimePlot plot(endOfPlot(report), kLane * static_cast<double>(lanes.size()));
+  shadeWaits(report, plot);
+  double top = 0;
+  for (const auto* lane : lanes) {
+    addLane(report, lane->first, lane->second, top, plot);
+    top += kLane;
+    if (lane != lanes.back()) plot.rule(top);
+  }
+  return plot.figure("What was recorded and what was sent, topic by topic");
+}
+
+std::string latenessPlot(const PlayReport& report) {
+  double high = kLeastTopMs;
+  bool has_any = false;
+  for (const auto& [planned, topic] : report.topics) {
+    high = std::max(high, highest(topic.moments));
+    has_any = has_any || topic.moments.count() > 0;
+  }
+  if (!has_any) return "";
+  TimePlot plot(endOfPlot(report), kPlotHeight);
+  shadeWaits(report, plot);
+  plot.setLogarithmic(kLeastLateMs, high, "late, ms");
+  for (const auto& [planned, topic] : report.topics) {
+    plot.dots(topic.moments, colorOf(planned.modality));
+  }
+  for (const Modality modality : kModalities) {
+    const auto* worst = latest(report, modality);
+    if (!worst) continue;
+    const auto p99 = static_cast<double>(worst->second.lateness.quantile(0.99));
+    plot.level(p99 * 1e-6, colorOf(modality),
+               "p99 " + inMs(p99) + " on " + worst->first.channel.topic);
+  }
+  return plot.figure("How late each message was sent");
+}
+
+std::string skewPlot(const PlayReport& report) {
+  double high = 0;
+  for (const auto& [modality, skew] : report.in_step.skew) {
+    high = std::max(high, highest(skew.samples));
+  }
+  if (report.in_step.skew.empty()) return "";
+  high = std::max(high * 1.1, kLeastTopMs);
+  TimePlot plot(endOfPlot(report), kPlotHeight);
+  shadeWaits(report, plot);
+  plot.setLinear(-high, high, "after the body, ms");
+  for (const auto& [modality, skew] : report.in_step.skew) {
+    plot.dots(skew.samples, colorOf(modality));
+    const auto p95 = static_cast<double>(skew.size.quantile(0.95));
+    plot.level(p95 * 1e-6, colorOf(modality),
+               "p95 " + inMs(p95) + ", " + std::string(name(modality)));
+  }
+  return plot.figure("How far light and speech were from the body");
+}
+
+std::string deviationPlot(const PlayReport& report) {
+  if (!report.base || report.base->deviation.count() == 0) return "";
+  replay::Samples centimeters;
+  for (replay::Sample sample : report.base->deviation.kept()) {
+    sample.value *= 100;
+    centimeters.add(sample);
+  }
+  TimePlot plot(endOfPlot(report), kPlotHeight);
+  shadeWaits(report, plot);
+  plot.setLinear(0, std::max(1.0, highest(centimeters) * 1.1), "off its way, cm");
+  plot.line(centimeters, colorOf(Modality::Body));
+  return plot.figure("How far off its recorded way the base was");
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,177 @@
+#include "nodes/verbs/replay_text.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "nodes/player/page_numbers.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::PlannedTopic;
+using replay::PlayReport;
+using replay::TopicReport;
+
+std::string ms(std::int64_t ns, int decimals) {
+  return fixedText(static_cast<double>(ns) * 1e-6, decimals);
+}
+
+std::string degrees(double radians) {
+  return fixedText(radians * replay::kDegreesPerRadian, 1) + " deg";
+}
+
+std::string centimeters(double meters) { return fixedText(meters * 100, 1) + " cm"; }
+
+/// A line with its subject in front; none for no words.
+std::string line(std::string subject, const std::string& words) {
+  subject.resize(11, ' ');
+  return words.empty() ? "" : subject + words + "\n";
+}
+
+std::string joinedParts(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
+  return text;
+}
+
+std::string headline(const PlayReport& report) {
+  const double took = static_cast<double>(report.actual_ns) * 1e-9;
+  const double planned = static_cast<double>(report.planned_ns) * 1e-9;
+  return "behavior " + std::to_string(report.behavior_id) + " '" + report.behavior_name + "' " +
+         (report.is_complete ? "was replayed in " : "was stopped after ") + inSeconds(took) +
+         ", planned " + inSeconds(planned) + "\n";
+}
+
+std::vector<std::string> losses(const TopicReport& played) {
+  std::vector<std::string> lines;
+  if (played.replaced > 0) {
+    lines.push_back(std::to_string(played.replaced) + " replaced: the base was driven");
+  }
+  if (played.skipped > 0) {
+    lines.push_back(std::to_string(played.skipped) + " skipped: " + replay::kWhySkipped);
+  }
+  if (played.refused > 0) {
+    lines.push_back(std::to_string(played.refused) + " refused: " + played.problem);
+  }
+  return lines;
+}
+
+std::string topics(const PlayReport& report) {
+  using Align = TextTable::Align;
+  TextTable table({{"sent", Align::Right},
+                   {"of", Align::Right},
+                   {"late p50", Align::Right},
+                   {"p99", Align::Right},
+                   {"max ms", Align::Right},
+                   {"topic", Align::Left}});
+  for (const auto& [topic, played] : report.topics) {
+    if (!topic.isPlayed()) continue;
+    const bool is_renamed = topic.output.topic != topic.channel.topic;
+    table.add({std::to_string(played.published), std::to_string(topic.count),
+               ms(played.lateness.quantile(0.5), 3), ms(played.lateness.quantile(0.99), 3),
+               ms(played.lateness.max(), 3),
+               topic.channel.topic + (is_renamed ? " as " + topic.output.topic : "")});
+    for (const std::string& loss : losses(played)) table.add({"", "", "", "", "", "  " + loss});
+  }
+  return table.text("  ");
+}
+
+std::string goals(const replay::GoalBook::Counts& counts) {
+  std::vector<std::string> parts;
+  for (const auto& [count, word] : {std::pair(counts.sent, " sent"),
+                                    {counts.succeeded, " succeeded"},
+                                    {counts.failed, " failed"},
+                                    {counts.canceled, " canceled"}}) {
+    if (count > 0) parts.push_back(std::to_string(count) + word);
+  }
+  return joinedParts(parts);
+}
+
+std::string waits(const replay::InStep& in_step) {
+  if (!in_step.is_gated) return "nothing waited for the body";
+  if (in_step.waits.empty()) return "";
+  const auto longest =
+      std::max_element(in_step.waits.begin(), in_step.waits.end(),
+                       [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+  return counted(in_step.wait_count, "wait") + ", " + inSeconds(in_step.waited_s) +
+         ", the longest " + inSeconds(longest->seconds) + "\n" + std::string(11, ' ') + "for " +
+         longest->what;
+}
+
+std::string skews(const replay::InStep& in_step) {
+  std::vector<std::string> parts;
+  for (const auto& [modality, skew] : in_step.skew) {
+    parts.push_back(std::string(name(modality)) + " p50 " + ms(skew.size.quantile(0.5), 1) +
+                    " p95 " + ms(skew.size.quantile(0.95), 1) + " max " + ms(skew.size.max(), 1) +
+                    " ms");
+  }
+  return joinedParts(parts);
+}
+
+std::string base(const PlayReport& report) {
+  std::string text;
+  if (const auto end = baseEnd(report)) {
+    text = centimeters(end->distance) + " and " + degrees(end->turn) + " off its recorded end";
+  }
+  if (!report.base) return text;
+  text += text.empty() ? "" : "\n" + std::string(11, ' ');
+  if (!report.base->driven) return text + "open loop: " + report.base->why_open_loop;
+  const replay::BaseDriveReport& driven = *report.base->driven;
+  const replay::DriveSummary summary = summaryOf(driven);
+  return text + "at most " + centimeters(summary.largest_distance) + " off its way of " +
+         fixedText(driven.length, 2) + " m; odometry drifted " +
+         centimeters(summary.drift_distance) + ", " + degrees(summary.drift_turn) +
+         (driven.lost.empty() ? "" : "\n           given up: " + driven.lost);
+}
+
+std::string joints(const PlayReport& report) {
+  const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
+  if (!worst) return "";
+  return "worst " + jointErrorText(worst->first, worst->second, " deg") + ", " + worst->first +
+         (report.body_end->joints.size() > 1
+              ? ", of " + std::to_string(report.body_end->joints.size())
+              : "");
+}
+
+std::string rewrites(const PlayReport& report) {
+  std::map<std::string, std::uint64_t> counts;
+  for (const auto& [topic, played] : report.topics) {
+    for (const replay::RewrittenField& field : topic.rewrites) {
+      if (field.count > 0) counts[std::string(describe(field.rule))] += field.count;
+    }
+  }
+  std::string text;
+  for (const auto& [what, count] : counts) {
+    text += (text.empty() ? "" : "\n" + std::string(11, ' ')) + std::to_string(count) + " " + what;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string replayText(const PlayReport& report) {
+  std::string text = headline(report) + topics(report) + line("goals", goals(report.goals)) +
+                     line("in step", waits(report.in_step)) + line("skew", skews(report.in_step)) +
+                     line("base", base(report)) + line("joints", joints(report)) +
+                     line("rewritten", rewrites(report));
+  for (const auto& [modality, failed] : report.failures) {
+    text += line("failed",
+                 std::string(name(modality)) + ": " + failed.first +
+                     (failed.count > 1 ? " (" + std::to_string(failed.count) + " times)" : ""));
+  }
+  return text;
+}
+
+std::vector<std::string> replayRemarks(const PlayReport& report) {
+  std::vector<std::string> remarks;
+  if (report.scheduling != "SCHED_FIFO") remarks.push_back("scheduling was " + report.scheduling);
+  remarks.insert(remarks.end(), report.notes.begin(), report.notes.end());
+  if (report.body_end) {
+    const std::vector<std::string>& unknown = report.body_end->remarks;
+    remarks.insert(remarks.end(), unknown.begin(), unknown.end());
+  }
+  return remarks;
+}
+
+}  // namespace afterglow::nodes
