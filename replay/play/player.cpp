@@ -70,6 +70,7 @@ PlayReport Player::run() {
   endWait();
   report_.behavior_id = plan_.behavior.id;
   report_.behavior_name = plan_.behavior.name;
+  report_.begin_s = recordedSeconds(plan_.begin);
   report_.rate = options_.rate;
   report_.in_step.is_gated = isGated();
   report_.in_step.skew = skew_.measured();
