@@ -27,7 +27,7 @@ replay::Stamp toStamp(const ros::Time& time) { return {static_cast<std::int64_t>
 
 }  // namespace
 
-replay::Stamp rosNow() { return toStamp(ros::Time::now()); }
+replay::Stamp stampNow() { return toStamp(ros::Time::now()); }
 
 BasePoses::BasePoses(const replay::TrackFrames& frames)
     : frames_{frameName(frames.map), frameName(frames.odometry), frameName(frames.base),
@@ -53,7 +53,7 @@ replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
   while (lacks() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
     queue_.callAvailable(ros::WallDuration(0.02));
   }
-  return look(rosNow());
+  return look(stampNow());
 }
 
 void BasePoses::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event) {

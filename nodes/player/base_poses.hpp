@@ -43,6 +43,6 @@ class BasePoses {
   std::int64_t delay_ns_ = 0;  ///< of odometry, the shortest; its clock's difference is in it
 };
 
-replay::Stamp rosNow();
+replay::Stamp stampNow();
 
 }  // namespace afterglow::nodes

@@ -73,13 +73,9 @@ BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
   return options;
 }
 
-std::vector<std::string> BodyGate::notes() const {
-  std::vector<std::string> notes = notes_;
-  if (base_) {
-    const std::vector<std::string> more = base_->notes();
-    notes.insert(notes.end(), more.begin(), more.end());
-  }
-  return notes;
+void BodyGate::addTo(replay::PlayReport& report) const {
+  report.notes.insert(report.notes.end(), notes_.begin(), notes_.end());
+  if (base_) base_->addTo(report);
 }
 
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph) {

@@ -53,12 +53,12 @@ class BodyGate {
   /// What the player is to send to and sleep on.
   replay::MessageSink& sink() { return sink_; }
   replay::Clock& clock() { return sink_.clock(); }
-  /// After check(). None: no velocities are played.
-  ReplayedBase* base() { return base_ ? &*base_ : nullptr; }
+  /// After check(); none: velocities are sent as they were recorded.
+  replay::BaseDrive* baseDrive() { return base_ ? base_->drive() : nullptr; }
   /// Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
-  /// What could not be checked, and where the robot was moved; a sentence each.
-  std::vector<std::string> notes() const;
+  /// What could not be checked, where the robot was moved, and how the base was.
+  void addTo(replay::PlayReport& report) const;
 
  private:
   replay::StartPose live(const replay::MovedParts& parts, const replay::StartPose& then,

@@ -91,6 +91,7 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
       peaks_(peaksOf(store, plan_, request)),
       is_paused_(request.options.starts_paused) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
+  request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
   checkRate(request.options.rate);
   if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
     throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
@@ -201,6 +202,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   stagehand.prepare([this] { return isStopped(); });
   replay::PlayOptions options = request_.options;
   options.anchor = stagehand.anchor();
+  options.base_drive = gate_ ? gate_->baseDrive() : nullptr;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_ = std::make_unique<replay::Player>(
@@ -214,15 +216,23 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   const std::vector<std::string> notes = stagehand.notes();
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
   if (gate_) {
-    const std::vector<std::string> of_body = gate_->notes();
-    report.notes.insert(report.notes.end(), of_body.begin(), of_body.end());
+    gate_->addTo(report);
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_.reset();
   }
   closeGate();
+  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(report);
   return report;
+}
+
+void ReplaySession::addEnd(replay::PlayReport& report) const {
+  try {
+    report.body_end = measureEnd(store_, plan_, report, [this] { return isStopped(); });
+  } catch (const std::exception& error) {
+    report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
+  }
 }
 
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
@@ -242,18 +252,9 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
 
 /// Takes as long as the watchdog takes to end.
 void ReplaySession::closeGate() {
-  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(report);
   std::unique_ptr<BodyGate> gate;
   const std::lock_guard<std::mutex> lock(mutex_);
   gate = std::move(gate_);
-void ReplaySession::addEnd(replay::PlayReport& report) const {
-  try {
-    report.body_end = measureEnd(store_, plan_, report, [this] { return isStopped(); });
-  } catch (const std::exception& error) {
-    report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
-  }
-}
-
 }
 
 /// For the first tick of a clock that is followed, and as long as was asked for.

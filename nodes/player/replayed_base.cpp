@@ -23,10 +23,12 @@ replay::TrackFrames liveFrames(const replay::TrackFrames& recorded, const replay
           settings.frame(recorded.base), recorded.topic};
 }
 
-std::string listedTopics(const std::vector<std::string>& topics) {
-  std::string text;
-  for (const std::string& topic : topics) text += (text.empty() ? "" : ", ") + topic;
-  return text;
+std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& plan) {
+  std::vector<const replay::PlannedTopic*> topics;
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (topic.isPlayed() && isVelocity(topic.channel) && topic.count > 0) topics.push_back(&topic);
+  }
+  return topics;
 }
 
 }  // namespace
@@ -39,10 +41,12 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
       limits_(limits),
       live_frames_(liveFrames(options.frames, plan)),
       poses_(live_frames_) {
-  std::vector<std::string> all;
-  topic_ = chooseTopic(all);
+  for (const replay::PlannedTopic* topic : velocityTopics(plan)) {
+    played_topics_ += (played_topics_.empty() ? "" : ", ") + topic->channel.topic;
+  }
+  topic_ = chooseTopic();
   if (!topic_) {
-    why_open_loop_ = "velocities are played on " + listedTopics(all) +
+    why_open_loop_ = "velocities are played on " + played_topics_ +
                      ", and it was not said which are the base's (--base-topic, ~base_topic)";
     return;
   }
@@ -51,7 +55,9 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
   replay::Rewriter rewriter([] { return std::string(); }, plan.rewriting);
   (void)rewriter.rewrite(topic_->channel, {}, sample_);
   if (options.is_open_loop) {
-    why_open_loop_ = "it was asked for";
+    why_open_loop_ = "that was asked for";
+  } else if (options.has_recorded_time) {
+    why_open_loop_ = "the recording's time is played, which the robot's poses do not keep";
   } else {
     readTrack();
   }
@@ -59,20 +65,16 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
 
 ReplayedBase::~ReplayedBase() = default;
 
-const replay::PlannedTopic* ReplayedBase::chooseTopic(std::vector<std::string>& all) const {
-  const replay::PlannedTopic* chosen = nullptr;
-  for (const replay::PlannedTopic& topic : plan_.topics) {
-    if (!topic.isPlayed() || !isVelocity(topic.channel) || topic.count == 0) continue;
-    all.push_back(topic.channel.topic);
+const replay::PlannedTopic* ReplayedBase::chooseTopic() const {
+  const std::vector<const replay::PlannedTopic*> all = velocityTopics(plan_);
+  if (options_.topic.empty()) return all.size() == 1 ? all.front() : nullptr;
+  for (const replay::PlannedTopic* topic : all) {
     const bool is_named =
-        options_.topic == topic.channel.topic || options_.topic == topic.output.topic;
-    if (options_.topic.empty() || is_named) chosen = &topic;
+        options_.topic == topic->channel.topic || options_.topic == topic->output.topic;
+    if (is_named) return topic;
   }
-  if (!chosen && !options_.topic.empty()) {
-    throw std::runtime_error("no velocities are played on " + options_.topic +
-                             ", the base's topic; there are " + listedTopics(all));
-  }
-  return all.size() > 1 && options_.topic.empty() ? nullptr : chosen;
+  throw std::runtime_error("no velocities are played on " + options_.topic +
+                           ", the base's topic; there are " + played_topics_);
 }
 
 void ReplayedBase::readTrack() {
@@ -101,7 +103,7 @@ std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
   const Deadline deadline = deadlineIn(seconds);
   while (std::chrono::steady_clock::now() < deadline && !is_stopped()) {
     std::this_thread::sleep_for(kBaseStep);
-    input = poses_.look(rosNow());
+    input = poses_.look(stampNow());
     localizer.move(input.T_odom_base->pose);
     localizer.correct(input.T_map_odom->pose, input.T_map_odom->stamp);
   }
@@ -111,12 +113,12 @@ std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
 std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                                   const std::function<bool()>& is_stopped) {
   if (!topic_ || sample_.size() < sizeof(replay::Velocity)) return why_open_loop_;
-  const replay::PoseTrack goal({{rosNow(), pose}}, live_frames_.map, true);
+  const replay::PoseTrack goal({{stampNow(), pose}}, live_frames_.map, true);
   replay::TrackerOptions options = trackerOptions();
   options.lost_distance = kFarthestStart;
   replay::BaseTracker tracker(goal, options);
   const auto send = [&](const replay::PlanarVelocity& velocity) {
-    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, rosNow()));
+    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, stampNow()));
   };
   sink.clock().watchThisThread();
   const Deadline deadline = deadlineIn(kLongestDrive);
@@ -124,7 +126,7 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
     return tracker.state() != replay::BaseState::Done && tracker.state() != replay::BaseState::Lost;
   };
   while (isUnderWay() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
-    send(tracker.update(poses_.look(rosNow())));
+    send(tracker.update(poses_.look(stampNow())));
     std::this_thread::sleep_for(kBaseStep);
     sink.clock().beatIfDue();
   }
@@ -148,7 +150,7 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   options.with_localization = live.T_map_odom.has_value();
   auto drive = std::make_unique<replay::BaseDrive>(
       topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
-      [this](replay::Stamp now) { return poses_.look(now); });
+      [this](replay::Stamp) { return poses_.look(stampNow()); });
   if (!drive->hasDrives()) {
     why_open_loop_ = "the base stood still when it was recorded";
     return;
@@ -161,17 +163,20 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   drive_ = std::move(drive);
 }
 
-std::vector<std::string> ReplayedBase::notes() const {
+void ReplayedBase::addTo(replay::PlayReport& report) const {
   std::vector<std::string> notes = notes_;
   if (!why_open_loop_.empty()) {
     notes.push_back(
-        "the base is driven in open loop, by its recorded velocities, and ends "
-        "wherever they lead: " +
+        "the base was driven in open loop, by its recorded velocities, and ended "
+        "wherever they led: " +
         why_open_loop_);
+    report.base.emplace();
+    report.base->topic = played_topics_;
+    report.base->why_open_loop = why_open_loop_;
   } else if (track_) {
     notes.insert(notes.end(), track_->remarks.begin(), track_->remarks.end());
   }
-  return notes;
+  report.notes.insert(report.notes.end(), notes.begin(), notes.end());
 }
 
 }  // namespace afterglow::nodes

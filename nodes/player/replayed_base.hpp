@@ -14,15 +14,17 @@
 #include "replay/play/base_drive.hpp"
 #include "replay/play/motion_limits.hpp"
 #include "replay/play/play_plan.hpp"
+#include "replay/play/play_report.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
 /// ROS parameters of the same meaning are named in brackets.
 struct BaseOptions {
-  bool is_open_loop = false;   ///< recorded velocities, as they were [~open_loop]
-  std::string topic;           ///< which of several velocity topics is the base's [~base_topic]
-  replay::TrackFrames frames;  ///< as recorded [~base_frame/map, .../odom, .../base]
+  bool is_open_loop = false;       ///< recorded velocities, as they were [~open_loop]
+  std::string topic;               ///< which of several velocity topics is the base's [~base_topic]
+  bool has_recorded_time = false;  ///< the clock is the recording's
+  replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
 };
 
@@ -49,13 +51,11 @@ class ReplayedBase {
   /// none.
   void prepare(const std::function<bool()>& is_stopped);
   replay::BaseDrive* drive() { return drive_.get(); }
-  /// Why recorded velocities are sent as they were, a clause; empty in closed loop.
-  const std::string& whyOpenLoop() const { return why_open_loop_; }
-  /// For the report; a sentence each.
-  std::vector<std::string> notes() const;
+  /// What is to be known of it, and in open loop why; the player tells of the drives.
+  void addTo(replay::PlayReport& report) const;
 
  private:
-  const replay::PlannedTopic* chooseTopic(std::vector<std::string>& all) const;
+  const replay::PlannedTopic* chooseTopic() const;
   void readTrack();
   replay::TrackerOptions trackerOptions() const;
 
@@ -66,7 +66,8 @@ class ReplayedBase {
   replay::TrackFrames live_frames_;
   BasePoses poses_;
   const replay::PlannedTopic* topic_ = nullptr;  ///< none: it is not known which is the base's
-  replay::Bytes sample_;                         ///< its first message
+  std::string played_topics_;
+  replay::Bytes sample_;  ///< its first message
   std::optional<replay::PoseTrack> track_;
   std::unique_ptr<replay::BaseDrive> drive_;
   std::string why_open_loop_;
