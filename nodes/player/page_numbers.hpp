@@ -7,6 +7,7 @@
 #include <string>
 
 #include "replay/motion/start_pose.hpp"
+#include "replay/play/lateness.hpp"
 
 namespace afterglow::nodes {
 
@@ -21,6 +22,12 @@ inline std::string inSeconds(double seconds) { return numberAs("%.2f s", seconds
 
 inline std::string inMilliseconds(std::int64_t ns) {
   return numberAs("%.3f", static_cast<double>(ns) * 1e-6);
+}
+
+/// A quantile of lateness in milliseconds; "-" if nothing was sent by a deadline.
+inline std::string lateText(const replay::Lateness& lateness, double q) {
+  if (lateness.count() == 0) return "-";
+  return inMilliseconds(q < 1 ? lateness.quantile(q) : lateness.max());
 }
 
 /// "1 drive", "2 drives".

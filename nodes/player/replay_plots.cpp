@@ -70,13 +70,17 @@ bool addGoals(const PlayReport& report, const std::string& topic, double top,
 void addLane(const PlayReport& report, const PlannedTopic& planned, const TopicReport& topic,
              double top, TimePlot& plot) {
   const std::string color = colorOf(planned.modality);
+  const bool is_driven =
+      report.base && report.base->driven && report.base->topic == planned.channel.topic;
   plot.text(plot.x(0) + 6, top + 13, planned.channel.topic, "");
   plot.text(TimePlot::kWidth - 20, top + 13,
-            std::to_string(topic.published) + " of " + std::to_string(planned.count),
+            is_driven ? "driven along its track"
+                      : std::to_string(topic.published) + " of " + std::to_string(planned.count),
             "text-anchor=\"end\"");
   if (addGoals(report, planned.channel.topic, top + kLabel, color, plot)) return;
+  const replay::Samples& moments = is_driven ? report.base->deviation : topic.moments;
   std::vector<double> recorded, played;
-  for (const replay::Sample& sample : topic.moments.kept()) {
+  for (const replay::Sample& sample : moments.kept()) {
     recorded.push_back(unhindered(report, sample.recorded_s));
     played.push_back(sample.played_s);
   }

@@ -41,11 +41,8 @@ std::string topicRow(const PlannedTopic& topic, const TopicReport& played) {
                                                   ? " as " + escaped(topic.output.topic)
                                                   : "")) +
       numberCell(std::to_string(played.published) + " / " + std::to_string(topic.count));
-  for (const double quantile : {0.5, 0.99}) {
-    row += numberCell(inMilliseconds(played.lateness.quantile(quantile)));
-  }
-  row += numberCell(inMilliseconds(played.lateness.max())) +
-         numberCell(std::to_string(played.skipped)) + numberCell(std::to_string(played.refused));
+  for (const double q : {0.5, 0.99, 1.0}) row += numberCell(lateText(played.lateness, q));
+  row += numberCell(std::to_string(played.skipped)) + numberCell(std::to_string(played.refused));
   return element("tr", row + element("td", escaped(played.problem)));
 }
 

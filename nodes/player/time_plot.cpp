@@ -16,6 +16,8 @@ using calib::escaped;
 
 constexpr double kLeft = 58, kRight = 14, kTop = 8, kBelow = 34;
 constexpr double kLabelHeight = 14;
+/// Where nothing was measured for so long there is no line: s.
+constexpr double kLineGap = 1;
 constexpr const char* kSoft = "#59636e";
 constexpr const char* kRule = "#e3e7eb";
 
@@ -139,11 +141,21 @@ void TimePlot::dots(const replay::Samples& samples, const std::string& color) {
 }
 
 void TimePlot::line(const replay::Samples& samples, const std::string& color) {
+  const std::vector<replay::Sample>& kept = samples.kept();
+  if (kept.empty()) return;
+  const double usual =
+      (kept.back().played_s - kept.front().played_s) / static_cast<double>(kept.size());
   std::string data;
-  for (const auto& [right, down] : points(samples)) {
-    data += (data.empty() ? "M" : "L") + coordinate(right) + " " + coordinate(down);
+  const replay::Sample* before = nullptr;
+  for (const replay::Sample& sample : kept) {
+    if (!std::isfinite(sample.played_s) || !std::isfinite(sample.value)) continue;
+    const bool goes_on =
+        before && sample.played_s - before->played_s < std::max(kLineGap, 4 * usual);
+    data += (goes_on ? "L" : "M") + coordinate(snapped(x(sample.played_s))) + " " +
+            coordinate(snapped(y(sample.value)));
+    before = &sample;
   }
-  if (!data.empty()) content_ += pathElement(data, color, 1.5);
+  content_ += pathElement(data, color, 1.5);
 }
 
 void TimePlot::ticks(const std::vector<double>& moments_s, double top, double height,

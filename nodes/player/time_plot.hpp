@@ -31,6 +31,7 @@ class TimePlot {
 
   void shade(double from_s, double seconds);
   void dots(const replay::Samples& samples, const std::string& color);
+  /// With gaps where there are long ones between samples.
   void line(const replay::Samples& samples, const std::string& color);
   /// One for each moment, so far below the top.
   void ticks(const std::vector<double>& moments_s, double top, double height,

@@ -13,9 +13,7 @@ using replay::PlannedTopic;
 using replay::PlayReport;
 using replay::TopicReport;
 
-std::string ms(std::int64_t ns, int decimals) {
-  return fixedText(static_cast<double>(ns) * 1e-6, decimals);
-}
+std::string ms(std::int64_t ns) { return fixedText(static_cast<double>(ns) * 1e-6, 1); }
 
 std::string degrees(double radians) {
   return fixedText(radians * replay::kDegreesPerRadian, 1) + " deg";
@@ -69,8 +67,8 @@ std::string topics(const PlayReport& report) {
     if (!topic.isPlayed()) continue;
     const bool is_renamed = topic.output.topic != topic.channel.topic;
     table.add({std::to_string(played.published), std::to_string(topic.count),
-               ms(played.lateness.quantile(0.5), 3), ms(played.lateness.quantile(0.99), 3),
-               ms(played.lateness.max(), 3),
+               lateText(played.lateness, 0.5), lateText(played.lateness, 0.99),
+               lateText(played.lateness, 1),
                topic.channel.topic + (is_renamed ? " as " + topic.output.topic : "")});
     for (const std::string& loss : losses(played)) table.add({"", "", "", "", "", "  " + loss});
   }
@@ -102,9 +100,8 @@ std::string waits(const replay::InStep& in_step) {
 std::string skews(const replay::InStep& in_step) {
   std::vector<std::string> parts;
   for (const auto& [modality, skew] : in_step.skew) {
-    parts.push_back(std::string(name(modality)) + " p50 " + ms(skew.size.quantile(0.5), 1) +
-                    " p95 " + ms(skew.size.quantile(0.95), 1) + " max " + ms(skew.size.max(), 1) +
-                    " ms");
+    parts.push_back(std::string(name(modality)) + " p50 " + ms(skew.size.quantile(0.5)) + " p95 " +
+                    ms(skew.size.quantile(0.95)) + " max " + ms(skew.size.max()) + " ms");
   }
   return joinedParts(parts);
 }
