@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "nodes/player/replay_words.hpp"
-#include "replay/play/play_report.hpp"
+#include "nodes/player/report_files.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -19,7 +19,7 @@ ReplayResult resultOf(const replay::PlayPlan& plan, const replay::PlayReport& re
   ReplayResult result;
   result.completed = report.is_complete;
   result.behavior_id = plan.behavior.id;
-  result.report = toJson(report).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  result.report = reportJson(report, -1);
   return result;
 }
 
@@ -43,6 +43,10 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   private_node.param("realtime", options.realtime, options.realtime);
   private_node.param("rules", options.rules, options.rules);
   private_node.param("limits", options.limits, options.limits);
+  using Words = std::vector<std::string>;
+  options.latency_s = replay::parseLatency(private_node.param("latency", Words()));
+  options.on_failure = replay::parseOnFailure(private_node.param("on_failure", Words()));
+  private_node.param("report_folder", options.report_folder, options.report_folder);
   options.body = BodyOptions::read(private_node);
   private_node.param("anchor_frame", options.anchors.frame, options.anchors.frame);
   for (const std::string& anchor : private_node.param("anchor", std::vector<std::string>())) {
@@ -114,6 +118,10 @@ replay::PlayOptions PlayerNode::playOf(const ReplayGoal& goal) const {
   play.hold_s = options_.hold_s;
   play.goal_wait_s = options_.goal_wait_s;
   play.seek_lead_s = given(goal.seek_lead).value_or(options_.seek_lead_s);
+  play.latency_s = goal.latency.empty() ? options_.latency_s : replay::parseLatency(goal.latency);
+  play.on_failure =
+      goal.on_failure.empty() ? options_.on_failure : replay::parseOnFailure(goal.on_failure);
+  play.is_in_step = !goal.ungated;
   play.is_looping = goal.loop;
   play.is_immediate = goal.immediate;
   play.starts_paused = goal.paused;
@@ -139,6 +147,9 @@ ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
   request.is_realtime = options_.realtime;
   request.clock = parseReplayClock(goal.clock);
   request.clock_hz = given(goal.hz).value_or(request.clock_hz);
+  request.rate_control.topic = goal.rate_control_topic;
+  request.rate_control.longest_delay_s =
+      given(goal.rate_control_max_delay).value_or(request.rate_control.longest_delay_s);
   request.limits = limits_;
   request.body = options_.body;
   request.anchors = options_.anchors;
@@ -172,12 +183,22 @@ void PlayerNode::play(const ReplayRequest& request) {
   for (const std::string& note : report.notes) {
     ROS_WARN_STREAM("replay of behavior " << result.behavior_id << ": " << note);
   }
+  keepReport(report);
   if (report.is_complete) {
     server_.setSucceeded(result);
   } else if (server_.isPreemptRequested()) {
     server_.setPreempted(result, report.reason);
   } else {
     server_.setAborted(result, report.reason);
+  }
+}
+
+void PlayerNode::keepReport(const replay::PlayReport& report) const {
+  if (options_.report_folder.empty()) return;
+  try {
+    saveReport(options_.report_folder, report);
+  } catch (const std::exception& error) {
+    ROS_ERROR_STREAM("the report was not kept: " << error.what());
   }
 }
 

@@ -32,6 +32,9 @@ struct PlayerNodeOptions {
   std::uint32_t queue = 100;            ///< ~queue, of each topic
   bool realtime = true;                 ///< ~realtime: tries SCHED_FIFO
   std::string rules, limits;            ///< ~rules, ~limits: files (replay_words.hpp)
+  replay::ModalityLatency latency_s;    ///< ~latency, a list: ["ar=0.05", "speech=0.2"]
+  replay::FailurePolicy on_failure;     ///< ~on_failure, a list: ["speech=stop"]
+  std::string report_folder;            ///< ~report_folder: for each replay's (report_files.hpp)
   BodyOptions body;                     ///< ~to_start, ~any_start, ~start_tolerance, ~estop_...
   /// ~anchor (a list of world, body, /topic=world, /topic=body), ~anchor_frame (map)
   replay::AnchorSettings anchors;
@@ -57,6 +60,7 @@ class PlayerNode {
   replay::PlanOptions planOf(const ReplayGoal& goal) const;
   replay::PlayOptions playOf(const ReplayGoal& goal) const;
   void play(const ReplayRequest& request);
+  void keepReport(const replay::PlayReport& report) const;
   void onTimer();
   std::shared_ptr<ReplaySession> session() const;
   ReplayStatus status() const;

@@ -51,6 +51,11 @@ replay::PlayPlan planned(const replay::Store& store, const ReplayRequest& reques
     throw std::runtime_error(called + " moves the robot (" + joined(motion) +
                              "): loops and haste are for light and speech only (ar,speech)");
   }
+  if (!motion.empty() && !request.rate_control.topic.empty()) {
+    throw std::runtime_error(called + " moves the robot (" + joined(motion) +
+                             "): only light and speech (ar,speech) wait for " +
+                             request.rate_control.topic);
+  }
   return plan;
 }
 
@@ -95,6 +100,9 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
   checkRate(request.options.rate);
   if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
     throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
+  }
+  if (!(request.rate_control.longest_delay_s >= 0)) {
+    throw std::runtime_error("a longest delay of the rate control has to be 0 s or more");
   }
 }
 
@@ -197,8 +205,15 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   if (request_.is_realtime) realtime.emplace();
   replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
   if (!plan_.motionTopics().empty()) openGate(sink, clock);
-  Stagehand stagehand(store_, plan_, request_.anchors, gate_ ? gate_->sink() : sink,
-                      [this] { return moment(); });
+  std::optional<RateControl> rate_control;
+  if (!request_.rate_control.topic.empty()) {
+    rate_control.emplace(request_.rate_control, plan_, request_.clock == ReplayClock::Sim, sink,
+                         asSeenByConsumer());
+  }
+  replay::MessageSink& outlet = rate_control ? *rate_control
+                                : gate_      ? gate_->sink()
+                                             : static_cast<replay::MessageSink&>(sink);
+  Stagehand stagehand(store_, plan_, request_.anchors, outlet, [this] { return moment(); });
   stagehand.prepare([this] { return isStopped(); });
   replay::PlayOptions options = request_.options;
   options.anchor = stagehand.anchor();
@@ -273,6 +288,18 @@ std::optional<AnchorBroadcast::Moment> ReplaySession::moment() const {
   if (at.state == replay::PlayProgress::State::Idle) return std::nullopt;
   const replay::Stamp recorded{plan_.behavior.begin.ns + at.position.ns};
   return AnchorBroadcast::Moment{recorded, request_.clock == ReplayClock::Sim ? recorded : now()};
+}
+
+RateControl::Replay ReplaySession::asSeenByConsumer() {
+  const auto position = [this] {
+    return replay::Stamp{plan_.behavior.begin.ns + progress().position.ns};
+  };
+  const auto hold = [this](bool holds) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (player_) player_->hold(holds);
+  };
+  return {position, [this] { return now(); }, hold,
+          [this](const std::string& reason) { stop(reason); }};
 }
 
 replay::Stamp ReplaySession::now() const {

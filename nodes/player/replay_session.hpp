@@ -14,6 +14,7 @@
 
 #include "nodes/player/anchor_broadcast.hpp"
 #include "nodes/player/body_gate.hpp"
+#include "nodes/player/rate_control.hpp"
 #include "nodes/player/ros_sink.hpp"
 #include "replay/play/anchoring.hpp"
 #include "replay/play/clock.hpp"
@@ -40,7 +41,8 @@ struct ReplayRequest {
   std::uint32_t queue = 100;
   bool is_realtime = true;  ///< tries SCHED_FIFO
   ReplayClock clock = ReplayClock::Live;
-  double clock_hz = 100;     ///< of the /clock that is given
+  double clock_hz = 100;  ///< of the /clock that is given
+  RateControlOptions rate_control;
   replay::PlanOptions plan;  ///< its `only` is not looked at
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
@@ -87,10 +89,11 @@ class ReplaySession {
   replay::PlayReport play(RosSink& sink);
   void openGate(RosSink& sink, replay::Clock& clock);
   void closeGate();
+  void addEnd(replay::PlayReport& report) const;
   void waitBeforeStart();
   std::optional<AnchorBroadcast::Moment> moment() const;
-  void addEnd(replay::PlayReport& report) const;
   void checkRate(double rate) const;
+  RateControl::Replay asSeenByConsumer();
   replay::Player& player() const;
   bool isStopped() const;
   replay::Stamp now() const;

@@ -102,6 +102,7 @@ std::string statusText(const ReplaySession& session) {
   const replay::PlayProgress progress = session.progress();
   const char* state = progress.state == replay::PlayProgress::State::Idle     ? "WAITING"
                       : progress.state == replay::PlayProgress::State::Paused ? "PAUSED "
+                      : progress.is_held                                      ? "DELAYED"
                                                                               : "PLAYING";
   const double end = replay::PlaybackTime{session.plan().durationNs()}.seconds();
   return std::string(" [") + state + "]  " + fixedText(progress.position.seconds(), 2) + " / " +

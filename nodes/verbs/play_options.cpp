@@ -71,6 +71,14 @@ void addHow(CLI::App& verb, PlayCommand& c) {
                   "Play so many seconds of each time without messages")
       ->check(aboveZero);
   verb.add_option("--pause-topics", c.pause_topics, "Pause before each message on these topics");
+  verb.add_option("--latency", c.latency,
+                  "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2");
+  verb.add_option("--on-failure", c.on_failure,
+                  "stop or go_on when a modality fails; default body=stop,ar=go_on,speech=go_on");
+  verb.add_option("--goal-wait", play.goal_wait_s,
+                  "Seconds a goal may take longer than it did when it was recorded; default 10")
+      ->check(atLeastZero);
+  verb.add_flag("!--ungated", play.is_in_step, "Light and speech do not wait for the body");
   verb.add_flag("-k,--keep-alive", play.keeps_alive, "Stay at the end, with the light on");
   verb.add_flag("--keep-light", c.keeps_light, "Leave the light on when it ends");
   verb.add_option("--seek-lead", play.seek_lead_s,
@@ -90,6 +98,13 @@ void addListeners(CLI::App& verb, PlayCommand& c) {
   verb.add_option("--unheard", c.unheard,
                   "If nobody listens on a topic by then: start (default, and told) or abort")
       ->check(CLI::IsMember({"start", "abort"}));
+  auto* consumer = verb.add_option("--rate-control-topic", c.request.rate_control.topic,
+                                   "Wait until this topic's header stamps have come as far as what "
+                                   "was played, but for the longest delay (light and speech only)");
+  verb.add_option("--rate-control-max-delay", c.request.rate_control.longest_delay_s,
+                  "That delay in seconds; default 1")
+      ->check(atLeastZero)
+      ->needs(consumer);
   verb.add_option("--queue", c.request.queue, "Outgoing messages kept for each topic; default 100")
       ->check(CLI::Range(1, 1'000'000));
 }
@@ -161,6 +176,8 @@ void readPlayOptions(PlayCommand& c) {
   if (!c.rules_file.empty()) plan.rewriting.rules = readRules(c.rules_file);
   for (const std::string& anchor : c.anchors) c.request.anchors.add(anchor);
   replay::PlayOptions& play = c.request.options;
+  play.latency_s = replay::parseLatency(c.latency);
+  play.on_failure = replay::parseOnFailure(c.on_failure);
   play.clear_projection = !c.keeps_light;
   play.skip_empty_s = given(c.skip_empty_s);
   play.pause_topics = {c.pause_topics.begin(), c.pause_topics.end()};

@@ -21,7 +21,7 @@ struct PlayCommand {
 
   // As they are written.
   std::string rename_space, prefix, rules_file, limits_file, unheard;
-  std::vector<std::string> remap, remap_frame, pause_topics, anchors;
+  std::vector<std::string> remap, remap_frame, pause_topics, anchors, latency, on_failure;
   bool is_sim = false, follows_clock = false, keeps_light = false, is_normal = false;
   double duration_s = 0, until_s = 0, skip_empty_s = 0;
 };

@@ -6,6 +6,7 @@
 #include <afterglow/ReplayStatus.h>
 #include <afterglow/Seek.h>
 #include <afterglow/SetRate.h>
+#include <geometry_msgs/PointStamped.h>
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <rosgraph_msgs/Clock.h>
@@ -293,6 +294,34 @@ TEST_F(PlayerNodeRos, isCommandedByKeysAndLeavesTheTerminalAsItWas) {
   EXPECT_EQ(terminal.exitStatus(), 1);
   EXPECT_TRUE(terminal.shows("stopped by a key"));
   EXPECT_TRUE(terminal.isAsBefore());
+  world->forget();
+}
+
+TEST_F(PlayerNodeRos, waitsForWhoeverWorksOnWhatItSays) {
+  ros::Publisher done = world->node->advertise<geometry_msgs::PointStamped>("/done", 10);
+  test::TerminalProcess terminal(
+      playing({"--start", "10", "--duration", "4", "--rate", "5", "--rate-control-topic", "/done",
+               "--rate-control-max-delay", "0.5"}));
+  geometry_msgs::PointStamped answer;
+  for (const char* position : {"11.", "12."}) {
+    ASSERT_TRUE(terminal.shows(std::string("[DELAYED]  ") + position));
+    ASSERT_TRUE(eventually([&] { return done.getNumSubscribers() == 1; }));
+    answer.header.stamp = ros::Time(1);  // of something long ago
+    done.publish(answer);
+    ASSERT_TRUE(terminal.shows(std::string("[DELAYED]  ") + position));
+    answer.header.stamp = ros::Time::now();
+    done.publish(answer);
+  }
+  EXPECT_EQ(terminal.exitStatus(), 0) << terminal.look();
+  EXPECT_TRUE(heard({"10", "11", "12", "13"}));
+  done = world->node->advertise<std_msgs::String>("/done_text", 1, true);
+  done.publish(std_msgs::String());
+  test::NodeProcess refused(playing({"--rate-control-topic", "/done_text"}));
+  EXPECT_EQ(refused.exitStatus(), 1);
+  EXPECT_NE(refused.log().find("/done_text is to control the rate, but std_msgs/String does not "
+                               "begin with a header"),
+            std::string::npos)
+      << refused.log();
   world->forget();
 }
 
