@@ -226,6 +226,10 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
     is_paused_ ? player_->pause() : player_->resume();
     if (stop_reason_) player_->stop(*stop_reason_);
   }
+  stagehand.listen([this](const std::string& problem) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (player_) player_->fail(replay::Modality::Speech, problem);
+  });
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
   const std::vector<std::string> notes = stagehand.notes();

@@ -53,11 +53,20 @@ Stagehand::Stagehand(const replay::Store& store, const replay::PlayPlan& plan,
   if (speech_topic_.empty()) return;
   node_.setCallbackQueue(&queue_);
   ahead_ = node_.advertise<sound_play::SoundRequest>(speech_topic_ + "/ahead", 100);
-  problems_ = node_.subscribe<std_msgs::String>(speech_topic_ + "/problem", 100,
-                                                [this](const std_msgs::StringConstPtr& problem) {
-                                                  if (!problem->data.empty())
-                                                    heard_problems_.insert(problem->data);
-                                                });
+  problems_ = node_.subscribe<std_msgs::String>(
+      speech_topic_ + "/problem", 100,
+      [this](const std_msgs::StringConstPtr& problem) { onProblem(problem->data); });
+}
+
+void Stagehand::onProblem(const std::string& problem) {
+  if (problem.empty()) return;
+  heard_problems_.insert(problem);
+  if (on_speech_lost_) on_speech_lost_(problem);
+}
+
+void Stagehand::listen(std::function<void(const std::string&)> on_speech_lost) {
+  on_speech_lost_ = std::move(on_speech_lost);
+  spinner_.start();
 }
 
 void Stagehand::prepare(const std::function<bool()>& is_stopped) {
@@ -80,6 +89,8 @@ void Stagehand::tellAhead(Deadline deadline, const std::function<bool()>& is_sto
 }
 
 std::vector<std::string> Stagehand::notes() {
+  spinner_.stop();
+  on_speech_lost_ = nullptr;
   queue_.callAvailable();
   std::vector<std::string> notes = media_.notes();
   if (anchor_) {

@@ -40,10 +40,14 @@ class Stagehand {
 
   replay::MessageSink& sink() { return media_; }
   replay::MessageAnchor* anchor() { return anchor_ ? &*anchor_ : nullptr; }
-  /// For the report. Once.
+  /// From now on is told when speech is lost, in a thread of its own; also of what was already
+  /// lost, if the speaker still says so.
+  void listen(std::function<void(const std::string& problem)> on_speech_lost);
+  /// For the report. Once; nothing is told any more.
   std::vector<std::string> notes();
 
  private:
+  void onProblem(const std::string& problem);
   void tellAhead(Deadline deadline, const std::function<bool()>& is_stopped);
 
   const replay::Store& store_;
@@ -57,6 +61,8 @@ class Stagehand {
   ros::Publisher ahead_;
   ros::Subscriber problems_;
   std::set<std::string> heard_problems_;
+  std::function<void(const std::string&)> on_speech_lost_;
+  ros::AsyncSpinner spinner_{1, &queue_};  ///< last: it uses all of the above
 };
 
 }  // namespace afterglow::nodes

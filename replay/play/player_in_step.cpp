@@ -134,8 +134,9 @@ void Player::followEnd(const GoalBook::Ended& ended) {
   const auto recorded = milestones_.of(ended.topic, ended.recorded_at);
   const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
   if (ended.outcome == GoalOutcome::Failed && !failed_then) {
-    fail(Modality::Body, "a goal on " + ended.topic + " was aborted, rejected or lost" +
-                             (recorded ? ", and was not when it was recorded" : ""));
+    const Modality modality = topics_.at(ended.topic).planned->modality;  // sound_play's is speech
+    fail(modality, "a goal on " + ended.topic + " was aborted, rejected or lost" +
+                       (recorded ? ", and was not when it was recorded" : ""));
   }
 }
 
