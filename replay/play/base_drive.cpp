@@ -15,6 +15,8 @@ constexpr Stamp kNever{std::numeric_limits<std::int64_t>::max()};
 /// What the timeline may be ahead of a base that keeps up, so that it does not stumble over a step
 /// that comes late, and of one that does not: s.
 constexpr double kStepsAhead = 0.06, kStepAhead = 0.02;
+/// Where it only stops for a moment: s, and what it may be off there, m and rad.
+constexpr double kShortStop = 3, kPassing = 0.03;
 /// A base that moved less than that between two stands was shaken, not driven: m, rad.
 constexpr double kShaken = 0.01, kTurnShaken = 0.02;
 
@@ -59,15 +61,17 @@ BaseDrive::BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, St
 BaseDrive::~BaseDrive() = default;
 
 void BaseDrive::findDrives(Stamp begin, Stamp end) {
-  const auto add = [this](Stamp from, Stamp to) {
-    if (from < to && isDriven(track_.part(from, to))) drives_.push_back({from, to});
+  const auto add = [this](Stamp from, Stamp to, bool is_passing) {
+    if (from < to && isDriven(track_.part(from, to))) drives_.push_back({from, to, is_passing});
   };
   Stamp from = begin;
   for (const TrackStand& stand : track_.stands) {
-    add(from, std::min(stand.from, end));
+    const bool is_last = stand.to >= track_.end() || stand.to >= end;
+    add(from, std::min(stand.from, end),
+        !is_last && secondsBetween(stand.from, stand.to) < kShortStop);
     from = std::max(from, stand.to);
   }
-  add(from, end);
+  add(from, end, false);
 }
 
 void BaseDrive::enter(Stamp at) {
@@ -82,7 +86,7 @@ void BaseDrive::enter(Stamp at) {
   // The part of a drive before it is not driven any more; the rest begins there.
   begin_ = at;
   is_return_ = std::exchange(has_entered_, true);
-  if (is_return_) start(at, at);
+  if (is_return_) start(at, at, false);
   limit_ = nextBegin();
 }
 
@@ -94,14 +98,20 @@ Stamp BaseDrive::nextBegin() const {
   return next_ < drives_.size() ? std::max(begin_, drives_[next_].begin) : kNever;
 }
 
-void BaseDrive::start(Stamp from, Stamp to) {
+void BaseDrive::start(Stamp from, Stamp to, bool is_passing) {
   if (tracker_ && tracker_->localizer()) known_ = tracker_->localizer();
-  tracker_ = std::make_unique<BaseTracker>(track_.part(from, to), options_, known_);
+  TrackerOptions options = options_;
+  if (is_passing) {
+    options.approach.tolerance = options.approach.turn_tolerance = kPassing;
+    options.approach.longest_stand = options.approach.shortest_stand;
+    options.approach.most_attempts = 1;
+  }
+  tracker_ = std::make_unique<BaseTracker>(track_.part(from, to), options, known_);
 }
 
 BaseDrive::Step BaseDrive::step(Stamp at, bool is_held, double rate, Stamp ros_now) {
   if (!isBusy(at)) return {{}, limit_};
-  if (!tracker_) start(nextBegin(), drives_[next_].end);
+  if (!tracker_) start(nextBegin(), drives_[next_].end, drives_[next_].is_passing);
   Step step = follow(at, is_held, rate, ros_now);
   if (tracker_->state() == BaseState::Lost) failure_ = tracker_->reason();
   const bool is_over = tracker_->state() == BaseState::Done || tracker_->state() == BaseState::Lost;

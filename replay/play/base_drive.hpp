@@ -40,7 +40,8 @@ struct BaseDriveReport {
 };
 
 /// One thread. A drive lies between two stands of at least a second; each is driven by a
-/// BaseTracker of its own, with the final approach at its end.
+/// BaseTracker of its own, with the final approach at its end: a cursory one before a stand of less
+/// than 3 s, where nothing is done that needs the place exactly.
 class BaseDrive {
  public:
   /// The newest poses of the base, as BaseInput has them; `now` is ROS time.
@@ -102,10 +103,11 @@ class BaseDrive {
  private:
   struct Drive {
     Stamp begin, end;
+    bool is_passing = false;  ///< the stand at its end is too short for anything to be done there
   };
 
   void findDrives(Stamp begin, Stamp end);
-  void start(Stamp from, Stamp to);
+  void start(Stamp from, Stamp to, bool is_passing);
   Step follow(Stamp at, bool is_held, double rate, Stamp ros_now);
   void finish();
   DriveReport current() const;

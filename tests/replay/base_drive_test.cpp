@@ -112,8 +112,8 @@ TEST(BaseDrive, drivesFromStandToStandAndHoldsTheTimelineUntilItIsThere) {
   ASSERT_EQ(report.drives.size(), 3u) << report.lost;
   for (const DriveReport& drive : report.drives) {
     EXPECT_EQ(drive.state, BaseState::Done);
-    EXPECT_LT(drive.base.end_distance, 0.01);
-    EXPECT_GE(drive.base.approach, 0.5);
+    EXPECT_LT(drive.base.end_distance, 0.03);
+    EXPECT_GE(drive.base.approach, 0.45);
   }
   EXPECT_LT(playing.endError(), 0.01);
   EXPECT_LT(playing.largest_lead, 0.065);
