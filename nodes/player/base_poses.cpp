@@ -10,7 +10,7 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::uint32_t kTransformQueue = 100;
+constexpr std::uint32_t kPoseQueue = 100;
 constexpr std::int64_t kTimeWentBack = 1'000'000'000;
 
 /// Seen from above; empty if it is none.
@@ -34,7 +34,7 @@ BasePoses::BasePoses(const replay::TrackFrames& frames)
               frames.topic} {
   node_.setCallbackQueue(&queue_);
   subscriber_ = node_.subscribe<tf2_msgs::TFMessage>(
-      frames_.topic, kTransformQueue,
+      frames_.topic, kPoseQueue,
       [this](const ros::MessageEvent<tf2_msgs::TFMessage const>& event) { onTransforms(event); },
       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
 }
