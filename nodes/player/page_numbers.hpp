@@ -7,7 +7,7 @@
 #include <string>
 
 #include "replay/motion/start_pose.hpp"
-#include "replay/play/lateness.hpp"
+#include "replay/play/play_report.hpp"
 
 namespace afterglow::nodes {
 
@@ -28,6 +28,16 @@ inline std::string inMilliseconds(std::int64_t ns) {
 inline std::string lateText(const replay::Lateness& lateness, double q) {
   if (lateness.count() == 0) return "-";
   return inMilliseconds(q < 1 ? lateness.quantile(q) : lateness.max());
+}
+
+/// How many were to be sent; "-" where other velocities were.
+inline std::string plannedText(const replay::PlannedTopic& topic,
+                               const replay::TopicReport& played) {
+  return played.replaced > 0 ? "-" : std::to_string(topic.count);
+}
+
+inline std::string replacedText(const replay::TopicReport& played) {
+  return std::to_string(played.replaced) + " replaced: the base was driven along its track";
 }
 
 /// "1 drive", "2 drives".

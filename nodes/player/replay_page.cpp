@@ -31,7 +31,7 @@ std::string swatch(const std::string& color, const std::string& words) {
 std::string messagesFact(const PlayReport& report) {
   std::uint64_t planned = 0, published = 0, lost = 0;
   for (const auto& [topic, played] : report.topics) {
-    if (!topic.isPlayed()) continue;
+    if (!topic.isPlayed() || played.replaced > 0) continue;
     planned += topic.count;
     published += played.published;
     lost += played.skipped + played.refused;

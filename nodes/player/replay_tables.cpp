@@ -34,23 +34,24 @@ std::string header(const std::vector<std::string>& titles) {
 }
 
 std::string topicRow(const PlannedTopic& topic, const TopicReport& played) {
+  const std::string remark = played.replaced > 0 ? replacedText(played) : played.problem;
   std::string row =
       element("td",
               "style=\"border-left:4px solid " + colorOf(topic.modality) + ";padding-left:8px\"",
               escaped(topic.channel.topic) + (topic.output.topic != topic.channel.topic
                                                   ? " as " + escaped(topic.output.topic)
                                                   : "")) +
-      numberCell(std::to_string(played.published) + " / " + std::to_string(topic.count));
+      numberCell(std::to_string(played.published) + " / " + plannedText(topic, played));
   for (const double q : {0.5, 0.99, 1.0}) row += numberCell(lateText(played.lateness, q));
   row += numberCell(std::to_string(played.skipped)) + numberCell(std::to_string(played.refused));
-  return element("tr", row + element("td", escaped(played.problem)));
+  return element("tr", row + element("td", escaped(remark)));
 }
 
 }  // namespace
 
 std::string topicTable(const PlayReport& report) {
-  std::string rows = header({"Topic", "#Sent / planned", "#Late p50 ms", "#p99", "#Max", "#Skipped",
-                             "#Refused", "Why refused"});
+  std::string rows = header(
+      {"Topic", "#Sent / planned", "#Late p50 ms", "#p99", "#Max", "#Skipped", "#Refused", ""});
   for (const auto& [topic, played] : report.topics) {
     if (topic.isPlayed()) rows += topicRow(topic, played);
   }
@@ -71,6 +72,7 @@ std::string rewriteTable(const PlayReport& report) {
   std::string rows;
   for (const auto& [topic, played] : report.topics) {
     for (const replay::RewrittenField& field : topic.rewrites) {
+      if (field.count == 0) continue;
       rows += element("tr", element("td", escaped(topic.channel.topic)) +
                                 element("td", escaped(field.path)) +
                                 element("td", escaped(std::string(describe(field.rule)))) +

@@ -44,7 +44,7 @@ std::string headline(const PlayReport& report) {
 std::vector<std::string> losses(const TopicReport& played) {
   std::vector<std::string> lines;
   if (played.replaced > 0) {
-    lines.push_back(std::to_string(played.replaced) + " replaced: the base was driven");
+    lines.push_back(replacedText(played));
   }
   if (played.skipped > 0) {
     lines.push_back(std::to_string(played.skipped) + " skipped: " + replay::kWhySkipped);
@@ -66,7 +66,7 @@ std::string topics(const PlayReport& report) {
   for (const auto& [topic, played] : report.topics) {
     if (!topic.isPlayed()) continue;
     const bool is_renamed = topic.output.topic != topic.channel.topic;
-    table.add({std::to_string(played.published), std::to_string(topic.count),
+    table.add({std::to_string(played.published), plannedText(topic, played),
                lateText(played.lateness, 0.5), lateText(played.lateness, 0.99),
                lateText(played.lateness, 1),
                topic.channel.topic + (is_renamed ? " as " + topic.output.topic : "")});

@@ -34,8 +34,9 @@ TEST(ReplayPage, showsWhatWasMeasured) {
   for (const char* part :
        {"What was sent when", "Lateness", "In step", "The body's end", "Topics", "Not played",
         "Rewritten", "p99 1.24 ms on /points", "points: 12 bytes are missing", "2.50 s",
-        "0.8 cm, 0.3&#176;", "-0.69&#176;", "+2.0 mm", "states are never replayed",
-        "shifted to now", "nobody was there for /robotsound", "at most 4.3 cm off it"}) {
+        "driven along its track", "of 479 messages, 5 skipped", "0.8 cm, 0.3&#176;", "-0.69&#176;",
+        "+2.0 mm", "states are never replayed", "shifted to now",
+        "nobody was there for /robotsound", "at most 4.3 cm off it"}) {
     EXPECT_TRUE(has(page, part)) << part;
   }
 }
@@ -63,7 +64,9 @@ TEST(ReplayText, saysWhatAPersonWantsToKnow) {
   const std::string text = replayText(test::madeUpReplay());
   for (const char* part :
        {"was replayed in 14.50 s, planned 12.00 s\n",
-        "   120  120     0.041  0.052   1.242  /cmd_vel\n", "  3 skipped: too late",
+        "   200    -         -      -       -  /cmd_vel\n",
+        "  120 replaced: the base was driven along its track\n",
+        "   115  115     0.041  0.052   1.242  /projection/markers\n", "  3 skipped: too late",
         "  2 refused: points: 12 bytes are missing\n", "goals      1 sent, 1 succeeded\n",
         "in step    1 wait, 2.50 s, the longest 2.50 s\n",
         "for /arm_controller/follow_joint_trajectory/goal\n", "skew       ar p50 ",

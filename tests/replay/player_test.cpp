@@ -243,6 +243,27 @@ TEST_F(PlayerTest, playsOnlyTheModalitiesAskedFor) {
   EXPECT_THROW(parseModalities("body,feet"), std::invalid_argument);
 }
 
+TEST_F(PlayerTest, reportsWhenEachMessageWasRecordedAndSent) {
+  record(kCloud, 100, test::cloud(5));
+  record(kCloud, 300, test::cloud(6));
+  options.rate = 2;
+  plan_options.start_s = 0.05;
+  const PlayReport report = play(400);
+  const std::vector<Sample>& moments = report.topics[0].second.moments.kept();
+  ASSERT_EQ(moments.size(), 2u);
+  EXPECT_NEAR(moments[0].recorded_s, 0.1, 1e-9);
+  EXPECT_NEAR(moments[0].played_s, 0.025, 1e-6);
+  EXPECT_NEAR(moments[1].recorded_s, 0.3, 1e-9);
+  EXPECT_NEAR(moments[1].played_s, 0.125, 1e-6);
+  const auto json = toJson(report);
+  EXPECT_EQ(json["name"], "pick");
+  EXPECT_EQ(json["begin_s"], 0.05);
+  EXPECT_EQ(json["rate"], 2);
+  EXPECT_EQ(json["in_step"]["gated"], true);
+  EXPECT_EQ(json["in_step"]["waits"], 0);
+  EXPECT_TRUE(json["dropped"].empty() && json["refused"].empty() && json["failures"].empty());
+}
+
 TEST_F(PlayerTest, saysWhenThereIsNothingToPlay) {
   record(kSay, 0, test::text("x"));
   EXPECT_EQ(play(10, "body").reason, "no topic of this behavior is to be played");

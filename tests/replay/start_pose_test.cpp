@@ -134,6 +134,39 @@ TEST_F(StartPoseOf, isTheFirstAfterTheBeginWhenNothingWasToldBefore) {
             std::vector<std::string>{"the position of wrist at the start was not recorded"});
 }
 
+TEST_F(StartPoseOf, hasAnEndWhenTheLastGoalHadBeenReached) {
+  recordJoints(0, {{"elbow", 0.1}, {"wrist", 0.2}});
+  recordJoints(9'900, {{"elbow", 0.7}});
+  recordJoints(11'000, {{"elbow", 1.0}});
+  recordJoints(12'000, {{"elbow", 9.0}});
+  record(arm, 1000, armGoal({"elbow", "wrist"}));
+  read();
+  const auto elbowAt = [&](std::int64_t at_ms) {
+    remarks.clear();
+    return readEndPose(*store, plan, parts, {kBegin + at_ms * kMs}, remarks).joints;
+  };
+  EXPECT_EQ(elbowAt(10'000), (std::map<std::string, double>{{"elbow", 0.7}}));
+  EXPECT_EQ(remarks, std::vector<std::string>{"the position of wrist at the end was not recorded"});
+  EXPECT_EQ(elbowAt(11'500).at("elbow"), 1.0);
+}
+
+TEST_F(StartPoseOf, hasTheBaseAtItsEndAsFarAsItWasLocalized) {
+  record(drive, 1000, twist(0.5));
+  for (int i = 0; i <= 100; ++i) recordTransform(i * 100, "odom", "base_link", {i * 0.01, 0, 0.5});
+  read();
+  EXPECT_FALSE(readEndPose(*store, plan, parts, plan.end, remarks).base);
+  EXPECT_EQ(remarks.back(),
+            "where the base stood at the end is not known: it was recorded without "
+            "localization (map -> odom)");
+  for (int i = 0; i <= 10; ++i) recordTransform(i * 1000, "map", "odom", {2, 3, 0});
+  read();
+  const auto base = readEndPose(*store, plan, parts, plan.end, remarks).base;
+  ASSERT_TRUE(base);
+  EXPECT_NEAR(base->x, 3, 0.011) << "the part ends before its end";
+  EXPECT_NEAR(base->y, 3, 1e-6);
+  EXPECT_NEAR(base->yaw, 0.5, 1e-6);
+}
+
 TEST_F(StartPoseOf, isThatOfTheMomentThePlayedPartBegins) {
   recordJoints(-100, {{"elbow", 0.1}});
   recordJoints(4900, {{"elbow", 0.7}});

@@ -79,6 +79,11 @@ inline replay::PlayReport madeUpReplay() {
   addTopic(report, "/projection/markers", Modality::Ar, 10, 0.5, 12);
   addTopic(report, "/points", Modality::Ar, 30, 0, 12);
   addTopic(report, "/robotsound", Modality::Speech, 0.2, 1, 12);
+  replay::TopicReport& driven = report.topics[0].second;
+  driven.moments = {};
+  driven.lateness = {};
+  driven.replaced = 120;
+  driven.published = 200;
   report.topics[2].second.skipped = 3;
   report.topics[3].second.refused = 2;
   report.topics[3].second.problem = "points: 12 bytes are missing";
