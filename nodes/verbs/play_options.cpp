@@ -24,7 +24,7 @@ std::string atLeastZero(const std::string& text) {
 std::string aboveZero(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  return *end == 0 && value > 0 && value <= 1000 ? "" : text + " is no number above 0";
+  return *end == 0 && value > 0 && value <= 1000 ? "" : text + " is no number above 0, up to 1000";
 }
 
 std::string isReportFile(const std::string& text) {

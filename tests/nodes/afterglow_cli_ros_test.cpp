@@ -150,6 +150,15 @@ TEST_F(ImportedTurtles, areShownWithTheirTopics) {
   EXPECT_NEAR(json["topic_details"][3]["hz"].get<double>(), 21.4, 0.1);
 }
 
+TEST_F(ImportedTurtles, areNotMovedFasterThanGivenLimits) {
+  const std::string limits = folder_.path("limits.yaml");
+  writeFile(limits, "linear_velocity: 0.5\n");
+  expectRefused({"play", "1", "--limits", limits, "--dry-run"},
+                "/turtle1/cmd_vel: linear velocity of 2 m/s at rate 1, 17.54 s into the behavior, "
+                "is above the limit of 0.5");
+  EXPECT_EQ(afterglow({"play", "1", "--limits", limits, "--dry-run", "--only", "ar"}).status, 0);
+}
+
 TEST_F(ImportedTurtles, areShownMessageByMessage) {
   const ProgramResult result =
       afterglow({"show", "1", "--messages", "--topic", "/tf_static", "--limit", "5"});
@@ -276,13 +285,15 @@ TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
                                              {"import", "a.bag", "mongodb://host/roslog"},
                                              {"import", "--as-one", "mongodb://host/roslog"},
                                              {"list", "--colour"},
+                                             {"play", "1", "--hz", "50"},
+                                             {"play", "1", "--unheard", "wait"},
                                              {"list", "--since", "some day"}}) {
     EXPECT_EQ(afterglow(arguments).status, 2) << (arguments.empty() ? "" : arguments.back());
   }
 }
 
 TEST_F(AfterglowCommand, helps) {
-  for (const char* verb : {"import", "list", "show", "said", "export"}) {
+  for (const char* verb : {"import", "list", "show", "said", "export", "play"}) {
     const ProgramResult help = afterglow({verb, "--help"});
     EXPECT_EQ(help.status, 0);
     EXPECT_NE(help.output.find("--store"), std::string::npos) << help.output;

@@ -125,8 +125,8 @@ struct PlayerNodeRos : testing::Test {
   }
   static bool trigger(const std::string& name) { return call<std_srvs::Trigger>(name).success; }
   static Texts playing(const Texts& options) {
-    Texts words{AFTERGLOW_TEST_COMMAND, "play", std::to_string(world->behavior), "--store",
-                world->store};
+    Texts words{AFTERGLOW_TEST_COMMAND, "play",    std::to_string(world->behavior),
+                "--keep-light",         "--store", world->store};
     words.insert(words.end(), options.begin(), options.end());
     return words;
   }
