@@ -21,7 +21,7 @@
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::calibration_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -439,4 +439,4 @@ TEST(ReplaceFile, replacesAtomicallyOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::calibration_files_test

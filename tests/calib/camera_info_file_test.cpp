@@ -7,7 +7,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::camera_info_file_test {
 namespace {
 
 constexpr const char* kParsersForm = R"(
@@ -141,4 +141,4 @@ TEST_F(CameraInfoFileTest, refusesWhatIsNoCameraInfo) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::camera_info_file_test

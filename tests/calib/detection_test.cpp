@@ -9,7 +9,7 @@
 #include "calib/detection/tag_detector.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::detection_test {
 namespace {
 
 /// Seen minus true corners of the tags known by id.
@@ -202,4 +202,4 @@ TEST(TagDetector, findsNothingInNoise) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::detection_test

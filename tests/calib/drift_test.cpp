@@ -5,7 +5,7 @@
 #include "calib/verify/tag_layout.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::drift_test {
 namespace {
 
 const std::vector<Tag> kFloor = {
@@ -77,4 +77,4 @@ TEST(Drift, isUnknownWhenNothingIsSeen) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::drift_test

@@ -9,7 +9,7 @@
 #include "calib/guide/advice.hpp"
 #include "tests/support/held_board.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::guide_test {
 namespace {
 
 using namespace test;
@@ -203,4 +203,4 @@ TEST(Guide, obeysCommands) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::guide_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/optics.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::lens_test {
 namespace {
 
 /// Lenses from mild to the worst there are, principal points also far outside of the image.
@@ -210,4 +210,4 @@ TEST(Lens, namesAllThatIsWrongAtOnce) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::lens_test

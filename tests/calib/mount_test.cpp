@@ -9,7 +9,7 @@
 #include "calib/mount/mount_text.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::mount_test {
 namespace {
 
 /// A turret that carries a projector past a camera that stands still, tf and calibration with
@@ -212,4 +212,4 @@ TEST(MountText, yamlReadsBackExactly) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::mount_test

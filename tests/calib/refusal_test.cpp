@@ -10,7 +10,7 @@
 #include "calib/solver/solve.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::refusal_test {
 namespace {
 
 using test::BoardPose;
@@ -349,4 +349,4 @@ TEST(Refusal, ofPixelsThatAreNotSquareOnlyWhenThatIsSure) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::refusal_test

@@ -16,7 +16,7 @@
 #include "tests/support/markup.hpp"
 #include "tests/support/sample_calibration.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::report_test {
 namespace {
 
 using test::markupProblem;
@@ -256,4 +256,4 @@ TEST_F(ReportTest, refusesWithReasonsFirstAndEveryViewAfter) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::report_test

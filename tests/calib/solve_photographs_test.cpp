@@ -5,7 +5,7 @@
 #include "calib/solver/solve.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::solve_photographs_test {
 namespace {
 
 struct Session {
@@ -68,4 +68,4 @@ TEST(SinglePictures, calibrateUnderTheSparsePattern) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::solve_photographs_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::solve_test {
 namespace {
 
 using test::RigKind;
@@ -197,4 +197,4 @@ TEST(Solve, knowsHowSureItIs) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::solve_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::target_files_test {
 namespace {
 
 using test::TempFolder;
@@ -218,4 +218,4 @@ TEST(BoardFile, thatIsNotThereIsSaidToBe) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::target_files_test

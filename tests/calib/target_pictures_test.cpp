@@ -14,7 +14,7 @@
 #include "calib/targets/target_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::target_pictures_test {
 namespace {
 
 using test::TempFolder;
@@ -270,4 +270,4 @@ TEST_F(BoardPage, keepsTheWhiteRoundEveryTagFree) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::target_pictures_test

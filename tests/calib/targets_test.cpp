@@ -9,7 +9,7 @@
 #include "calib/targets/pattern.hpp"
 #include "calib/targets/tag_family.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::targets_test {
 namespace {
 
 const Eigen::Vector2d kSheets[] = {{0.297, 0.210}, {0.420, 0.297}, {0.594, 0.420}, {1.189, 0.841},
@@ -193,4 +193,4 @@ TEST(Pattern, refusesPicturesThatNoProjectorHas) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::targets_test

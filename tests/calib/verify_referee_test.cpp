@@ -11,7 +11,7 @@
 #include "calib/verify/throw_picture.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::verify_referee_test {
 namespace {
 
 const std::string kReferee = "../shared/tools/procam_sim.py";
@@ -149,4 +149,4 @@ TEST_F(VerifyReferee, agreesOnWhereTheLightLies) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::verify_referee_test

@@ -10,7 +10,7 @@
 #include "tests/support/synthetic_rig.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::verify_test {
 namespace {
 
 /// A table of 0.9 x 0.7 m with four printed tags and room for three of light.
@@ -247,4 +247,4 @@ TEST(ThrownTargets, areRefusedWithTheReason) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::verify_test

@@ -8,7 +8,7 @@
 #include "calib/detection/board_pose.hpp"
 #include "tests/support/held_board.hpp"
 
-namespace afterglow::calib {
+namespace afterglow::calib::view_taker_test {
 namespace {
 
 using namespace test;
@@ -177,4 +177,4 @@ TEST(ViewTaker, saysWhichPartOfTheBoardItSees) {
 }
 
 }  // namespace
-}  // namespace afterglow::calib
+}  // namespace afterglow::calib::view_taker_test

@@ -13,7 +13,7 @@
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::behavior_recording_ros_test {
 namespace {
 
 using test::eventually;
@@ -119,4 +119,4 @@ TEST(BehaviorRecording, isWhatTheStoreHoldsAndNeverHangs) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::behavior_recording_ros_test

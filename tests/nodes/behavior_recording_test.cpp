@@ -9,7 +9,7 @@
 #include "afterglow/recorded_node.hpp"
 #include "tests/support/memory_recorder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::behavior_recording_test {
 namespace {
 
 using test::Calls;
@@ -198,4 +198,4 @@ TEST_F(RecordingOfATreeNode, neverWaitsForTheRecorder) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::behavior_recording_test

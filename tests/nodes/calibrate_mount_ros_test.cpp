@@ -10,7 +10,7 @@
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::calibrate_mount_ros_test {
 namespace {
 
 class MountCommand : public test::CalibrateCommand {
@@ -145,4 +145,4 @@ TEST_F(MountCommand, endsWithTwoForWrongUsage) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::calibrate_mount_ros_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/calibrate_command.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::calibrate_solve_test {
 namespace {
 
 const std::string kReferee = "../shared/tools/procam_sim.py";
@@ -70,4 +70,4 @@ TEST_F(SolveCommand, calibratesWhatTheRefereePhotographed) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::calibrate_solve_test

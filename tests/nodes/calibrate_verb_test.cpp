@@ -7,7 +7,7 @@
 #include "nodes/tools/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::calibrate_verb_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -98,4 +98,4 @@ TEST_F(CalibrateVerb, callsWrongUsageWrongUsage) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::calibrate_verb_test

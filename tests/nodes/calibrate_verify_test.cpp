@@ -8,7 +8,7 @@
 #include "tests/support/calibrate_command.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::calibrate_verify_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -144,4 +144,4 @@ TEST_F(VerifyCommand, endsWithTwoForWrongUsage) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::calibrate_verify_test

@@ -20,7 +20,7 @@
 #include "tests/support/ros_graph.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::calibrator_node_ros_test {
 namespace {
 
 using test::eventually;
@@ -167,4 +167,4 @@ TEST_F(CalibratorNodeTest, namesTheParameterThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::calibrator_node_ros_test

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::camera_messages_test {
 namespace {
 
 /// Two pixels of interest in the first row, then padding at each row's end.
@@ -136,4 +136,4 @@ TEST(CameraLens, isRefusedByName) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::camera_messages_test

@@ -7,7 +7,7 @@
 
 #include "tests/support/image_measures.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::caption_test {
 namespace {
 
 constexpr int kWidth = 640, kHeight = 360;
@@ -117,4 +117,4 @@ TEST(Caption, namesTheFontItCannotRead) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::caption_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::cloud_color_test {
 namespace {
 
 TEST(CloudColor, followsAnAxisOfTheFixedFrame) {
@@ -62,4 +62,4 @@ TEST(ColorScale, blendsBetweenTwoColorsWithoutRainbow) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::cloud_color_test

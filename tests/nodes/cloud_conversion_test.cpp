@@ -11,7 +11,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "tests/support/cloud_messages.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::cloud_conversion_test {
 namespace {
 
 using sensor_msgs::PointCloud2;
@@ -281,4 +281,4 @@ TEST(CloudConversion, readsBigEndianColors) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::cloud_conversion_test

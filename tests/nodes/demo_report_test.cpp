@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::demo_report_test {
 namespace {
 
 nlohmann::json playerReport() {
@@ -114,4 +114,4 @@ TEST(DemoStory, shippedStoryNamesEveryBehaviorOfTheTask) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::demo_report_test

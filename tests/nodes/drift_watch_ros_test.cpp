@@ -16,7 +16,7 @@
 #include "tests/support/ros_graph.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::drift_watch_ros_test {
 namespace {
 
 using test::eventually;
@@ -155,4 +155,4 @@ TEST_F(DriftWatchTest, saysInDiagnosticsWhetherTagsLieWhereTfHasThem) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::drift_watch_ros_test

@@ -12,7 +12,7 @@
 #include "nodes/fetch/fetch_facts.hpp"
 #include "tests/support/ros_master.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::fake_fetch_ros_test {
 namespace {
 
 using control_msgs::FollowJointTrajectoryAction;
@@ -248,4 +248,4 @@ TEST_F(FakeFetchNodeTest, isBackAtItsStartAfterAReset) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::fake_fetch_ros_test

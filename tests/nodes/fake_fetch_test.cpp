@@ -6,7 +6,7 @@
 
 #include "nodes/fetch/fetch_facts.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::fake_fetch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -252,4 +252,4 @@ TEST(FakeFetch, stopsEverythingWhenTheClockIsSetBack) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::fake_fetch_test

@@ -17,7 +17,7 @@
 #include "tests/support/table_cloud.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::find_surfaces_ros_test {
 namespace {
 
 using test::eventually;
@@ -121,4 +121,4 @@ TEST_F(FindSurfaces, layersAreDarkUntilTheServiceHasFoundTheirSurface) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::find_surfaces_ros_test

@@ -7,7 +7,7 @@
 #include "render/scene/outline.hpp"
 #include "tests/support/table_cloud.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::found_surfaces_test {
 namespace {
 
 const ros::Time kNow(1000);
@@ -134,4 +134,4 @@ TEST_F(FoundSurfaces, sceneIsDarkUntilFoundAndThenFrozen) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::found_surfaces_test

@@ -7,7 +7,7 @@
 #include "nodes/projector/transform_intake.hpp"
 #include "tests/support/faulty_scene.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::frame_faults_test {
 namespace {
 
 constexpr std::uint32_t kLastSecond = std::numeric_limits<std::uint32_t>::max();
@@ -213,4 +213,4 @@ TEST(FaultLog, saysEachProblemWhenItIsNewAndNowAndThen) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::frame_faults_test

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::kitting_messages_test {
 namespace {
 
 using visualization_msgs::Marker;
@@ -100,4 +100,4 @@ TEST(KittingMessages, speechIsSaidOnceAtFullVolume) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::kitting_messages_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::kitting_path_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -82,4 +82,4 @@ TEST(PathFollower, needsAPath) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::kitting_path_test

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::kitting_plan_test {
 namespace {
 
 std::string textOf(const std::string& path) {
@@ -63,4 +63,4 @@ TEST(KittingPlan, namesFileLineAndKeyOfAnError) {
 TEST(KittingPlan, recordsThePapersTopics) { EXPECT_EQ(kittingTopics().size(), 13u); }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::kitting_plan_test

@@ -7,7 +7,7 @@
 
 #include "nodes/kitting/kitting_plan.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::kitting_world_test {
 namespace {
 
 Thing box(const std::string& name, const Eigen::Vector3d& size, const Eigen::Vector3d& at) {
@@ -117,4 +117,4 @@ TEST(KittingWorld, demoRoomShowsWhatTheTaskNames) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::kitting_world_test

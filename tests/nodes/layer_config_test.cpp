@@ -7,7 +7,7 @@
 
 #include "nodes/projector/projector_config.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::layer_config_test {
 namespace {
 
 const std::string kCloud = "topic: /c, type: sensor_msgs/PointCloud2, ";
@@ -136,4 +136,4 @@ TEST(LayerPath, refusesKeysWithoutMeaning) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::layer_config_test

@@ -12,7 +12,7 @@
 #include "nodes/projector/projector_scene.hpp"
 #include "tests/support/cloud_messages.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::layer_content_test {
 namespace {
 
 using test::cloudMessage;
@@ -279,4 +279,4 @@ TEST_F(LayerContentTest, drawsAPathsLineAndItsArrows) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::layer_content_test

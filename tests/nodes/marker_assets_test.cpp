@@ -11,7 +11,7 @@
 #include "tests/support/cube_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::marker_assets_test {
 namespace {
 
 using visualization_msgs::Marker;
@@ -157,4 +157,4 @@ TEST_F(MeshMarkers, areRefusedOutsideAndOtherwise) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::marker_assets_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::marker_conversion_test {
 namespace {
 
 using visualization_msgs::Marker;
@@ -238,4 +238,4 @@ TEST(MarkerConversion, refusesTypesItDoesNotDraw) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::marker_conversion_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/faulty_scene.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::marker_faults_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -342,4 +342,4 @@ TEST_F(MarkerFaults, colorsAreClampedAndTransparentOnesNotDrawn) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::marker_faults_test

@@ -14,7 +14,7 @@
 #include "tests/support/player_world.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::media_sink_test {
 namespace {
 
 using replay::Bytes;
@@ -184,4 +184,4 @@ TEST_F(MediaSinkTest, goesOnWithoutWhatIsLostAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::media_sink_test

@@ -14,7 +14,7 @@
 #include "nodes/tools/program.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::media_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -207,4 +207,4 @@ TEST_F(MediaTest, namesTheDescriptionThatIsWrong) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::media_test

@@ -13,7 +13,7 @@
 #include "tests/support/cube_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::mesh_reader_test {
 namespace {
 
 class MeshReader : public ::testing::Test {
@@ -99,4 +99,4 @@ TEST_F(MeshReader, survivesTamperedFiles) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::mesh_reader_test

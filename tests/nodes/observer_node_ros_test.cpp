@@ -22,7 +22,7 @@
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::observer_node_ros_test {
 namespace {
 
 using test::eventually;
@@ -259,7 +259,7 @@ TEST_F(ObserverNodeTest, refusesWhatItCannotObey) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::observer_node_ros_test
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);

@@ -10,7 +10,7 @@
 #include "nodes/observer/room_solids.hpp"
 #include "render/scene/relief.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::observer_scene_test {
 namespace {
 
 constexpr std::uint32_t kWidth = 64, kHeight = 48;
@@ -207,4 +207,4 @@ TEST(RoomSolids, haveTheHeightsOfAReliefAndItsHoles) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::observer_scene_test

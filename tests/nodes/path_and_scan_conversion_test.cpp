@@ -8,7 +8,7 @@
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::path_and_scan_conversion_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -248,4 +248,4 @@ TEST(PathConversion, leavesOutGlyphsOfBadPosesAndOfTooMany) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::path_and_scan_conversion_test

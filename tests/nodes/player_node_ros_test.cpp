@@ -27,7 +27,7 @@
 #include "tests/support/temp_folder.hpp"
 #include "tests/support/terminal_process.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::player_node_ros_test {
 namespace {
 
 using test::eventually;
@@ -378,4 +378,4 @@ TEST(ReplayWords, readRulesAndLimits) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::player_node_ros_test

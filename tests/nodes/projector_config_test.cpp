@@ -8,7 +8,7 @@
 #include "nodes/tools/yaml_map.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::projector_config_test {
 namespace {
 
 const std::string kHead =
@@ -238,4 +238,4 @@ TEST(EditDistance, countsChangedCharacters) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::projector_config_test

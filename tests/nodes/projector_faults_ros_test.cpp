@@ -18,7 +18,7 @@
 #include "tests/support/ros_graph.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::projector_faults_ros_test {
 namespace {
 
 using test::eventually;
@@ -125,4 +125,4 @@ TEST_F(ProjectorFaults, outlivesClocksAndTransformsThatLie) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::projector_faults_ros_test

@@ -21,7 +21,7 @@
 #include "tests/support/projected_cloud.hpp"
 #include "tests/support/ros_graph.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::projector_node_ros_test {
 namespace {
 
 using test::eventually;
@@ -279,4 +279,4 @@ TEST_F(ProjectorNodeTest, refusesInOneLine) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::projector_node_ros_test

@@ -8,7 +8,7 @@
 #include "nodes/projector/projector_pose.hpp"
 #include "tests/support/cloud_messages.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::projector_scene_test {
 namespace {
 
 using test::cloudMessage;
@@ -535,4 +535,4 @@ TEST(ProjectorSceneSurface, laysTextForAReaderWhileHeIsKnown) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::projector_scene_test

@@ -9,7 +9,7 @@
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::query_verbs_test {
 namespace {
 
 using namespace afterglow::test;
@@ -152,4 +152,4 @@ TEST_F(QueryVerbs, saidTellsWhatWasSaid) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::query_verbs_test

@@ -24,7 +24,7 @@
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::record_and_replay_ros_test {
 namespace {
 
 using replay::Bytes;
@@ -432,4 +432,4 @@ TEST_F(RecordAndReplay, zzEndsRunningBehaviorsAsInterruptedOnCtrlC) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::record_and_replay_ros_test

@@ -9,7 +9,7 @@
 #include "tests/support/table_cloud.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::recorded_surface_test {
 namespace {
 
 /// A table is found in the first cloud that can be placed, and is there from the beginning.
@@ -67,4 +67,4 @@ TEST(RecordedSurface, isFoundInTheRecordingsFirstCloudThatCanBePlaced) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::recorded_surface_test

@@ -24,7 +24,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::recorder_node_ros_test {
 namespace {
 
 using test::eventually;
@@ -355,4 +355,4 @@ TEST_F(RecorderNodeTest, leavesWhatItHadWhenItIsKilledAndMarksItNextTime) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::recorder_node_ros_test

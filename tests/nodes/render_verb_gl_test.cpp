@@ -21,7 +21,7 @@
 #include "tests/support/projected_cloud.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::render_verb_gl_test {
 namespace {
 
 const std::string kConfig =
@@ -345,4 +345,4 @@ TEST_F(ObservedBehavior, refusesInOneLine) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::render_verb_gl_test

@@ -24,7 +24,7 @@
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::replay_guard_ros_test {
 namespace {
 
 using test::eventually;
@@ -369,4 +369,4 @@ TEST_F(ReplayGuard, stopsTheRobotWhenThePlayerIsKilled) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::replay_guard_ros_test

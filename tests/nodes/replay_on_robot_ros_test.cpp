@@ -23,7 +23,7 @@
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::replay_on_robot_ros_test {
 namespace {
 
 using control_msgs::FollowJointTrajectoryAction;
@@ -276,4 +276,4 @@ TEST_F(ReplayOnRobot, executesAReplayedGoalTwiceInARowWithoutAJumpAndEndsWithAZe
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::replay_on_robot_ros_test

@@ -7,7 +7,7 @@
 #include "tests/support/made_up_replay.hpp"
 #include "tests/support/markup.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::replay_report_test {
 namespace {
 
 bool has(const std::string& text, const std::string& part) {
@@ -107,4 +107,4 @@ TEST(EndPose, isComparedJointByJointTheShortWayRound) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::replay_report_test

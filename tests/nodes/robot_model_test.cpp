@@ -8,7 +8,7 @@
 
 #include "nodes/fetch/fetch_facts.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::robot_model_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -228,4 +228,4 @@ TEST(FetchFacts, namesJointsAndPosesTheRobotHas) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::robot_model_test

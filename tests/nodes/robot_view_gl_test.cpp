@@ -11,7 +11,7 @@
 #include "render/gl/renderer.hpp"
 #include "tests/support/gl_context.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::robot_view_gl_test {
 namespace {
 
 using render::Drawable;
@@ -127,4 +127,4 @@ TEST_F(RobotView, showsARobotInItsColors) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::robot_view_gl_test

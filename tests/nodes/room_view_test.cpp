@@ -8,7 +8,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::room_view_test {
 namespace {
 
 const std::string kView =
@@ -113,4 +113,4 @@ TEST_F(RoomViewTest, refusesWhatItDoesNotUnderstand) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::room_view_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::sound_board_test {
 namespace {
 
 constexpr int kSay = -3;
@@ -118,4 +118,4 @@ TEST_F(SoundBoardTest, keepsVolumesBetweenMuteAndFull) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::sound_board_test

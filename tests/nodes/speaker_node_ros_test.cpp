@@ -13,7 +13,7 @@
 #include "nodes/tools/program.hpp"
 #include "tests/support/ros_master.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::speaker_node_ros_test {
 namespace {
 
 using sound_play::SoundRequest;
@@ -200,7 +200,7 @@ TEST(SpeakerNode, saysWhyNothingIsHeardAndItsCaptionsGoOn) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::speaker_node_ros_test
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);

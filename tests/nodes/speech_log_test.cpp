@@ -8,7 +8,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::speech_log_test {
 namespace {
 
 const Sound kRamp{8000, 2, {0, 1000, -2000, 3000, -32768, 32767}};
@@ -106,4 +106,4 @@ TEST(SpeechLog, refusesAFileThatIsNoLog) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::speech_log_test

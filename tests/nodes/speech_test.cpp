@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::speech_test {
 namespace {
 
 std::string refusal(Speech& speech, const std::string& text, const std::string& voice) {
@@ -86,4 +86,4 @@ TEST(Speech, refusesTextsWithNothingToSayOrTooMuch) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::speech_test

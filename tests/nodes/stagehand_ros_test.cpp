@@ -17,7 +17,7 @@
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::stagehand_ros_test {
 namespace {
 
 using replay::Bytes;
@@ -176,7 +176,7 @@ TEST_F(StagehandTest, tellsTodaysTfWhereRecordedFramesWereAndTheSpeakerWhatItWil
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::stagehand_ros_test
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);

@@ -9,7 +9,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::store_verb_test {
 namespace {
 
 using namespace afterglow::test;
@@ -154,4 +154,4 @@ TEST_F(StoreVerb, syncSaysWhatWasWrong) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::store_verb_test

@@ -9,7 +9,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::surface_config_test {
 namespace {
 
 class SurfaceConfigTest : public ::testing::Test {
@@ -79,4 +79,4 @@ TEST_F(SurfaceConfigTest, refusesWhatItDoesNotUnderstandAndNamesTheLine) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::surface_config_test

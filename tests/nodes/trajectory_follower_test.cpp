@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::trajectory_follower_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -256,4 +256,4 @@ TEST(TrajectoryFollower, failsWhereAJointLeavesItsPath) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::trajectory_follower_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/memory_recorder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::tree_watch_test {
 namespace {
 
 using test::Calls;
@@ -126,4 +126,4 @@ TEST_F(TreeWatching, publishesEveryTransitionWithTheRecordingItBelongsTo) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::tree_watch_test

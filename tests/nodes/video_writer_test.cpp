@@ -12,7 +12,7 @@
 
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::video_writer_test {
 namespace {
 
 render::Image gray(int width, int height, std::uint8_t level) {
@@ -78,4 +78,4 @@ TEST(VideoWriter, keepsTheOldFileWhenItFails) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::video_writer_test

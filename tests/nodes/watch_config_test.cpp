@@ -10,7 +10,7 @@
 #include "nodes/tools/tag_layout_file.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::watch_config_test {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
@@ -182,4 +182,4 @@ TEST(WatchStatus, isStaleWhereNothingCanBeCompared) {
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::watch_config_test

@@ -15,7 +15,7 @@
 #include "tests/support/player_world.hpp"
 #include "tests/support/referee.hpp"
 
-namespace afterglow::nodes {
+namespace afterglow::nodes::world_anchor_gl_test {
 namespace {
 
 using replay::Stamp;
@@ -297,4 +297,4 @@ TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMetreAn
 }
 
 }  // namespace
-}  // namespace afterglow::nodes
+}  // namespace afterglow::nodes::world_anchor_gl_test

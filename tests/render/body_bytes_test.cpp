@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace afterglow::render {
+namespace afterglow::render::body_bytes_test {
 namespace {
 
 Body triangle() {
@@ -71,4 +71,4 @@ TEST(BodyBytes, surviveBitsThatFlip) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::body_bytes_test

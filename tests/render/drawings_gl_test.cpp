@@ -9,7 +9,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::drawings_gl_test {
 namespace {
 
 const std::vector<double> kBent = {-0.2, 0.05, 0.001, -0.001, 0};
@@ -270,4 +270,4 @@ TEST_F(Drawings, goWhereMeasuringSaysAndSayWhy) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::drawings_gl_test

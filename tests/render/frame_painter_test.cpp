@@ -13,7 +13,7 @@
 #include "render/paint/polygon_coverage.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::frame_painter_test {
 namespace {
 
 constexpr int kWidth = 96, kHeight = 80;
@@ -289,4 +289,4 @@ TEST(PointProjector, ordersByDistanceOrHeightOnlyWhereItShows) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::frame_painter_test

@@ -6,7 +6,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::gl_context_gl_test {
 namespace {
 
 using GlContextTest = test::GlTest;
@@ -45,4 +45,4 @@ TEST_F(GlContextTest, compileErrorsNameFileAndLine) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::gl_context_gl_test

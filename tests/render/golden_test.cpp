@@ -12,7 +12,7 @@
 #include "render/paint/frame_painter.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::golden_test {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
@@ -152,4 +152,4 @@ TEST(Golden, markersLaidOnASurfaceWithAnOutline) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::golden_test

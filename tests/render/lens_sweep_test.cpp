@@ -9,7 +9,7 @@
 #include "render/scene/light_frame.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::lens_sweep_test {
 namespace {
 
 struct SweepLens {
@@ -265,4 +265,4 @@ INSTANTIATE_TEST_SUITE_P(Sweep, EveryLens, ::testing::ValuesIn(sweep()), nameOf)
 INSTANTIATE_TEST_SUITE_P(Sweep, FoldingLens, ::testing::ValuesIn(folding()), nameOf);
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::lens_sweep_test

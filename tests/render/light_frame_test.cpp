@@ -5,7 +5,7 @@
 
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::light_frame_test {
 namespace {
 
 Rigid<World, Surface> tiltedSurface() {
@@ -185,4 +185,4 @@ TEST(LightFrame, leavesOutWhatIsTransparent) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::light_frame_test

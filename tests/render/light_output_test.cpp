@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace afterglow::render {
+namespace afterglow::render::light_output_test {
 namespace {
 
 /// Every pixel another one; sizes odd and even.
@@ -100,4 +100,4 @@ TEST(LightOutput, mapsAndMirrorsEveryPixelOnce) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::light_output_test

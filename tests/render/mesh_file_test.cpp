@@ -11,7 +11,7 @@
 #include "tests/support/cube_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::mesh_file_test {
 namespace {
 
 using test::writeFile;
@@ -128,4 +128,4 @@ TEST_F(MeshFile, staysInItsFolder) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::mesh_file_test

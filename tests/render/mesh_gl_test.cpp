@@ -13,7 +13,7 @@
 #include "tests/support/optics.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::mesh_gl_test {
 namespace {
 
 class ProjectedMesh : public test::GlTest {
@@ -70,4 +70,4 @@ TEST_F(ProjectedMesh, showsItsOwnColorsOrTintsThem) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::mesh_gl_test

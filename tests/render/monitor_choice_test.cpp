@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace afterglow::render {
+namespace afterglow::render::monitor_choice_test {
 namespace {
 
 const Monitor kOperator{"eDP-1", "", 0, 0, 1920, 1080};
@@ -67,4 +67,4 @@ TEST(EdidModel, readsTheNameDescriptor) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::monitor_choice_test

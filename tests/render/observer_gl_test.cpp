@@ -6,7 +6,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::observer_gl_test {
 namespace {
 
 Rigid<World, World> at(double x, double y, double z) {
@@ -145,4 +145,4 @@ TEST_F(Observed, refusesAnImageThatIsNotTheLenss) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::observer_gl_test

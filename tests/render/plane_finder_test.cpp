@@ -9,7 +9,7 @@
 #include "render/scene/outline.hpp"
 #include "tests/support/labeled_cloud.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::plane_finder_test {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
@@ -160,4 +160,4 @@ TEST(PlaneFinder, findsTheTableOfARealDepthImage) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::plane_finder_test

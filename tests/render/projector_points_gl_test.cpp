@@ -10,7 +10,7 @@
 #include "tests/support/optics.hpp"
 #include "tests/support/pcd_points.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::projector_points_gl_test {
 namespace {
 
 using test::centroid;
@@ -127,4 +127,4 @@ TEST_F(ProjectorPoints, ofOnePixelAreExactToo) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::projector_points_gl_test

@@ -8,7 +8,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::projector_shapes_gl_test {
 namespace {
 
 using test::pixelAt;
@@ -292,4 +292,4 @@ TEST_F(Placed, nothingIsBlack) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::projector_shapes_gl_test

@@ -10,7 +10,7 @@
 #include "tests/support/outlined_shapes.hpp"
 #include "tests/support/referee.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::referee_gl_test {
 namespace {
 
 using test::OutlinedShape;
@@ -304,4 +304,4 @@ TEST_F(RefereeTest, outlinesOfAllShapesLandOnFloorAndTable) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::referee_gl_test

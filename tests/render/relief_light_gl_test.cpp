@@ -10,7 +10,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::relief_light_gl_test {
 namespace {
 
 const Eigen::Vector3d kBox(0.35, 0.25, 0.06);
@@ -112,4 +112,4 @@ TEST_F(ReliefLight, drapeFallsStraightDownOnWhatIsThere) { expectLight(Placement
 TEST_F(ReliefLight, viewerSeesTheBoxWhereItIs) { expectLight(Placement::Viewer); }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::relief_light_gl_test

@@ -11,7 +11,7 @@
 
 #include "render/scene/relief_placer.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::relief_test {
 namespace {
 
 const float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -333,4 +333,4 @@ TEST(ReliefPlacer, survivesContentAsHighAsTheEyeAndAbsurdlyLarge) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::relief_test

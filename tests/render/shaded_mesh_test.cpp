@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace afterglow::render {
+namespace afterglow::render::shaded_mesh_test {
 namespace {
 
 ShadedMesh build(Shape shape) {
@@ -52,4 +52,4 @@ TEST(ShadedMesh, severalSolidsKeepTheirCorners) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::shaded_mesh_test

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace afterglow::render {
+namespace afterglow::render::shared_list_test {
 namespace {
 
 using Words = SharedList<std::string>;
@@ -43,4 +43,4 @@ TEST(SharedList, takesAVectorWithoutCopyingIt) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::shared_list_test

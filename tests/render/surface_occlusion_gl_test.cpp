@@ -10,7 +10,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::surface_occlusion_gl_test {
 namespace {
 
 constexpr std::size_t kNone = ~std::size_t{0};
@@ -148,4 +148,4 @@ TEST_F(SurfaceOcclusion, directLightFindsItsOwnWay) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::surface_occlusion_gl_test

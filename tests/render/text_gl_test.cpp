@@ -12,7 +12,7 @@
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::text_gl_test {
 namespace {
 
 const char kFont[] = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
@@ -211,4 +211,4 @@ TEST_F(ProjectedText, facesTheViewerItIsPlacedFor) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::text_gl_test

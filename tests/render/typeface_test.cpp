@@ -12,7 +12,7 @@
 #include "render/scene/triangulate.hpp"
 #include "render/scene/utf8.hpp"
 
-namespace afterglow::render {
+namespace afterglow::render::typeface_test {
 namespace {
 
 double area(const Body& body) {
@@ -172,4 +172,4 @@ TEST(Utf8, decodesAndReplacesWhatIsNone) {
 }
 
 }  // namespace
-}  // namespace afterglow::render
+}  // namespace afterglow::render::typeface_test

@@ -12,7 +12,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::bag_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -319,4 +319,4 @@ TEST_F(BagFileTest, leavesNothingOnAFullDisk) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::bag_file_test

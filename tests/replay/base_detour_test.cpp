@@ -10,7 +10,7 @@
 #include "replay/motion/base_tracker.hpp"
 #include "tests/support/simulated_replay.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::base_detour_test {
 namespace {
 
 using namespace test;
@@ -130,4 +130,4 @@ TEST(BaseDetour, isAlmostAsGoodWithALessKnownEnd) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::base_detour_test

@@ -10,7 +10,7 @@
 #include "replay/play/velocity.hpp"
 #include "tests/support/simulated_replay.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::base_drive_test {
 namespace {
 
 using namespace test;
@@ -276,4 +276,4 @@ TEST(BaseDrive, commandsInTheRecordedType) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::base_drive_test

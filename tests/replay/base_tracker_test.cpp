@@ -7,7 +7,7 @@
 #include "replay/motion/base_tracker.hpp"
 #include "tests/support/simulated_replay.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::base_tracker_test {
 namespace {
 
 using namespace test;
@@ -285,4 +285,4 @@ TEST(BaseTracker, refusesLimitsThatAreNone) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::base_tracker_test

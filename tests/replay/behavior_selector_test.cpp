@@ -4,7 +4,7 @@
 
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::behavior_selector_test {
 namespace {
 
 /// Ids count up in time.
@@ -87,4 +87,4 @@ TEST_F(BehaviorSelector, saysWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::behavior_selector_test

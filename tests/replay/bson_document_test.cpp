@@ -9,7 +9,7 @@
 #include "tests/support/messages.hpp"
 #include "tests/support/random_messages.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::bson_document_test {
 namespace {
 
 using namespace afterglow::test;
@@ -238,4 +238,4 @@ TEST(BsonDocument, doesNotDescendWhereTheSchemaDoesNot) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::bson_document_test

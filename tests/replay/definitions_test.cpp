@@ -9,7 +9,7 @@
 #include "tests/support/message_definitions.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::definitions_test {
 namespace {
 
 using namespace afterglow::test;
@@ -84,4 +84,4 @@ TEST(DefinitionMd5, takesConstantsFirstAndStringsWithTheirComments) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::definitions_test

@@ -8,7 +8,7 @@
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::document_test {
 namespace {
 
 Bytes hex(const std::string& digits) {
@@ -155,4 +155,4 @@ TEST(Document, saysWhereBytesDoNotFit) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::document_test

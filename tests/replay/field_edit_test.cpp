@@ -9,7 +9,7 @@
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::field_edit_test {
 namespace {
 
 template <typename F>
@@ -223,4 +223,4 @@ TEST(FieldEdit, readsTheHeadersStampAlone) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::field_edit_test

@@ -6,7 +6,7 @@
 
 #include "replay/messages/document.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::field_index_test {
 namespace {
 
 using nlohmann::json;
@@ -257,4 +257,4 @@ TEST(FieldIndex, leavesFieldsBehindTheFirstOnesOpen) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::field_index_test

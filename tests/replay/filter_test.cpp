@@ -4,7 +4,7 @@
 
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::filter_test {
 namespace {
 
 using nlohmann::json;
@@ -206,4 +206,4 @@ TEST(Filter, asksForNoMessageWhenTheBehaviorTells) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::filter_test

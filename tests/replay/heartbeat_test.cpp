@@ -10,7 +10,7 @@
 #include "replay/play/goal_book.hpp"
 #include "tests/support/messages.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::heartbeat_test {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -174,4 +174,4 @@ TEST_F(MotionWatching, leavesLightAlone) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::heartbeat_test

@@ -27,7 +27,7 @@ std::atomic<std::size_t> all_allocations{0};
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace afterglow::replay {
+namespace afterglow::replay::hostile_message_test {
 namespace {
 
 struct Spent {
@@ -126,4 +126,4 @@ TEST(HostileMessage, isBelievedStepByStepWhenElementsGrowInMemory) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::hostile_message_test

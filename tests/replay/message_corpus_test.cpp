@@ -10,7 +10,7 @@
 #include "replay/messages/field_edit.hpp"
 #include "tests/support/message_corpus.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::message_corpus_test {
 namespace {
 
 // Cutting longer messages at every byte takes too long.
@@ -116,4 +116,4 @@ TEST_F(MessageCorpusTest, readsOrRefusesFlippedBitsButNeverChangesThem) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::message_corpus_test

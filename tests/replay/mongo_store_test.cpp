@@ -10,7 +10,7 @@
 #include "tests/support/query_cases.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::mongo_store_test {
 namespace {
 
 MongoChannel channelOf(const Channel& channel) {
@@ -180,4 +180,4 @@ TEST_F(MongoServerTest, aNewerStoreIsNotTouched) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::mongo_store_test

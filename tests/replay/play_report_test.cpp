@@ -6,7 +6,7 @@
 
 #include "tests/support/made_up_replay.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::play_report_test {
 namespace {
 
 std::vector<std::string> keysOf(const nlohmann::ordered_json& json) {
@@ -85,4 +85,4 @@ TEST(Samples, thinManyButKeepPeaksAndOrder) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::play_report_test

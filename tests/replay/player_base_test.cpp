@@ -7,7 +7,7 @@
 #include "tests/support/player_world.hpp"
 #include "tests/support/simulated_drive.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::player_base_test {
 namespace {
 
 using namespace test;
@@ -159,4 +159,4 @@ TEST_F(PlayerBase, endsTheReplayWhenItIsLost) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::player_base_test

@@ -6,7 +6,7 @@
 
 #include "tests/support/player_world.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::player_in_step_test {
 namespace {
 
 using namespace test;
@@ -404,4 +404,4 @@ TEST_F(PlayerInStep, keepsALatencyInRealTimeWhenTheRateChanges) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::player_in_step_test

@@ -6,7 +6,7 @@
 #include "replay/play/velocity.hpp"
 #include "tests/support/player_world.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::player_rate_test {
 namespace {
 
 using namespace test;
@@ -246,4 +246,4 @@ TEST_F(PlayerRate, refusesABodyOfWhichAMessageIsDamaged) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::player_rate_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/player_world.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::player_test {
 namespace {
 
 using namespace test;
@@ -270,4 +270,4 @@ TEST_F(PlayerTest, saysWhenThereIsNothingToPlay) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::player_test

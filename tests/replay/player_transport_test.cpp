@@ -8,7 +8,7 @@
 #include "replay/play/scene_at.hpp"
 #include "tests/support/player_world.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::player_transport_test {
 namespace {
 
 using namespace test;
@@ -96,14 +96,14 @@ TEST(SceneAt, tellsMarkersApartByNamespaceAndIdAndDeletesThem) {
 
 TEST(SceneAt, keepsTheLastCloudAndWhatEachPublisherLatched) {
   SceneBuilder s;
-  Channel latched = stringChannel("/state");
+  Channel latched = textChannel("/state");
   latched.latching = true;
   s.add(kCloud, 1, 0, cloud(1));
   s.add(latched, 2, 1, text("one"));
   s.add(latched, 3, 2, text("other"));
   s.add(kCloud, 1, 3, cloud(2));
   s.add(latched, 2, 4, text("two"));
-  s.add(stringChannel("/event"), 5, 5, text("past"));
+  s.add(textChannel("/event"), 5, 5, text("past"));
   s.add(kLights, 6, 6, Bytes(3, 1));  // no message of its type
   const auto light = s.scene.light({10 * kMs});
   ASSERT_EQ(light.size(), 3u);
@@ -363,7 +363,7 @@ TEST_F(PlayerTransport, choosesTopicsAndNamesThem) {
   record(kArm, 0, goalMessage("a", {1}));
   record(kSay, 0, test::text("a"));
   record(kCloud, 0, cloud(1));
-  record(stringChannel("/other"), 0, test::text("b"));
+  record(textChannel("/other"), 0, test::text("b"));
   plan_options.exclude = {"/points"};
   plan_options.exclude_regex = "/oth.*";
   plan_options.prefix = "/robot2";
@@ -429,4 +429,4 @@ TEST_F(PlayerTransport, standsWhileItIsHeldButNotBeyondTheLastMessage) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::player_transport_test

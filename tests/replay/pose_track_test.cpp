@@ -9,7 +9,7 @@
 #include "tests/support/messages.hpp"
 #include "tests/support/simulated_drive.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::pose_track_test {
 namespace {
 
 using namespace test;
@@ -275,4 +275,4 @@ TEST(TrackReader, leavesOutAndCountsWhatIsNoTransform) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::pose_track_test

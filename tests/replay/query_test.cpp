@@ -7,7 +7,7 @@
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::query_test {
 namespace {
 
 using namespace afterglow::test;
@@ -161,4 +161,4 @@ TEST(Query, takesMessagesThatComeOutOfOrder) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::query_test

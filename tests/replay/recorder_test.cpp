@@ -8,7 +8,7 @@
 
 #include "tests/support/faulty_store.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::recorder_test {
 namespace {
 
 Channel channel(const std::string& topic, bool latching = false, const std::string& caller = "/a") {
@@ -194,4 +194,4 @@ TEST_F(RecorderTest, refusesToEndWhatDoesNotRun) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::recorder_test

@@ -13,7 +13,7 @@
 #include "replay/record/topic_choice.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::recording_terms_test {
 namespace {
 
 using test::stringBytes;
@@ -362,4 +362,4 @@ TEST_F(RecordingTermsTest, findsTheFilesThatMessagesReferTo) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::recording_terms_test

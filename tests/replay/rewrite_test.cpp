@@ -8,7 +8,7 @@
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::rewrite_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -313,4 +313,4 @@ TEST_F(RewriteTest, refusesRulesThatFitNoField) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::rewrite_test

@@ -10,7 +10,7 @@
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::roslog_import_test {
 namespace {
 
 using Texts = std::vector<std::string>;
@@ -264,4 +264,4 @@ TEST(RoslogImport, namesTheServerThatDoesNotAnswer) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::roslog_import_test

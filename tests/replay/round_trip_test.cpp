@@ -11,7 +11,7 @@
 #include "tests/support/random_messages.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::round_trip_test {
 namespace {
 
 /// Messages of one type.
@@ -119,4 +119,4 @@ INSTANTIATE_TEST_SUITE_P(Stores, RoundTripTest, testing::Values("SQLite", "Mongo
                          [](const auto& param) { return std::string(param.param); });
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::round_trip_test

@@ -4,7 +4,7 @@
 
 #include "tests/support/message_definitions.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::schema_test {
 namespace {
 
 /// The text of the refusal; empty if there is none.
@@ -154,4 +154,4 @@ TEST(Schema, saturatesSizesBeyondAllNumbers) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::schema_test

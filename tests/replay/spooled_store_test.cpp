@@ -9,7 +9,7 @@
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::spooled_store_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -195,4 +195,4 @@ TEST_F(SpooledStoreTest, oneRecorderAtATimeHasASpool) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::spooled_store_test

@@ -10,7 +10,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::sqlite_store_test {
 namespace {
 
 using namespace afterglow::test;
@@ -538,4 +538,4 @@ TEST(MemoryStore, isAStoreOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::sqlite_store_test

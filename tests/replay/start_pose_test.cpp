@@ -8,7 +8,7 @@
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::start_pose_test {
 namespace {
 
 using namespace test;
@@ -264,4 +264,4 @@ TEST_F(StartPoseOf, isApproachedByTheGrippersGap) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::start_pose_test

@@ -12,7 +12,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::store_care_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -343,4 +343,4 @@ TEST(StoreSafety, refusesStoresWithProgramsInThem) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::store_care_test

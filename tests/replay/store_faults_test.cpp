@@ -14,7 +14,7 @@
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::store_faults_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -222,4 +222,4 @@ TEST(StoreFaults, beginsTheLogAnewOnceALongReaderHasGone) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::store_faults_test

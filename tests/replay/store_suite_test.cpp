@@ -10,7 +10,7 @@
 #include "tests/support/query_cases.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::store_suite_test {
 namespace {
 
 using test::sampleBehavior;
@@ -394,4 +394,4 @@ INSTANTIATE_TEST_SUITE_P(Stores, StoreSuite, testing::Values("SQLite", "MongoDB"
                          [](const auto& tested) { return std::string(tested.param); });
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::store_suite_test

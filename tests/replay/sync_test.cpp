@@ -7,7 +7,7 @@
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::sync_test {
 namespace {
 
 using test::sampleBehavior;
@@ -108,4 +108,4 @@ TEST(Sync, goesToAServerAndBack) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::sync_test

@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-namespace afterglow::replay {
+namespace afterglow::replay::time_text_test {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -80,4 +80,4 @@ TEST(TimeText, saysTheTimeInUtc) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::time_text_test

@@ -8,7 +8,7 @@
 #include "replay/play/consumer_lag.hpp"
 #include "replay/play/lateness.hpp"
 
-namespace afterglow::replay {
+namespace afterglow::replay::timeline_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -152,4 +152,4 @@ TEST(ConsumerLag, looksUpStampsAcrossPausesAndSeeks) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::timeline_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace afterglow::replay {
+namespace afterglow::replay::topic_role_test {
 namespace {
 
 TEST(TopicRole, bodyIsWhatMovesARobot) {
@@ -69,4 +69,4 @@ TEST(TopicRole, takesWholeNamesOnly) {
 }
 
 }  // namespace
-}  // namespace afterglow::replay
+}  // namespace afterglow::replay::topic_role_test

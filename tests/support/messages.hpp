@@ -20,7 +20,7 @@ inline replay::Channel channelOf(const std::string& topic, const std::string& ty
   return {topic, type, std::string(32, 'a'), definition, false, "/recorded"};
 }
 
-inline replay::Channel stringChannel(const std::string& topic) {
+inline replay::Channel textChannel(const std::string& topic) {
   return channelOf(topic, topic == "/robotsound" ? "sound_play/SoundRequest" : "std_msgs/String",
                    "string data\n");
 }

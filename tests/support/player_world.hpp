@@ -29,7 +29,7 @@ inline const Channel kGripper =
                         kHeader, "actionlib_msgs/GoalID", kGoalId));
 inline const Channel kCloud = cloudChannel("/points");
 inline const Channel kMarkers = markersChannel("/markers");
-inline const Channel kSay = stringChannel("/robotsound");
+inline const Channel kSay = textChannel("/robotsound");
 
 /// "<action>/result" of a goal's channel.
 inline Channel resultChannel(const Channel& goal) {
