@@ -6,7 +6,8 @@
 REPLAY_TIMING is the benchmark of that name (AFTERGLOW_BUILD_BENCHMARKS): an independent C++
 subscriber that plays the same messages with each player in turn. It is run four times: idle and with
 two busy processes, with normal scheduling and, where that is permitted, with SCHED_FIFO for all
-players and the subscriber. Needs a ROS installation and a machine with nothing else to do.
+players and the subscriber. Behind each run's figures stand, for each stream and player, the median
+of the rounds' p99 and the largest drift. Needs a ROS installation and a machine with nothing else to do.
 
     player_beside_rosbag.py --play-scheme BAG
 
@@ -111,7 +112,7 @@ def main():
     if sys.argv[1] == "--play-scheme":
         play_scheme(sys.argv[2])
         return
-    seconds, rounds = (sys.argv[2:4] + ["12", "2"][len(sys.argv) - 2:])[:2]
+    seconds, rounds = (sys.argv[2:4] + ["12", "3"][len(sys.argv) - 2:])[:2]
     permitted = subprocess.run(["chrt", "-f", "20", "true"], stderr=subprocess.DEVNULL).returncode == 0
     print("the third player is mongodb_play's timing scheme; SCHED_FIFO is %s here"
           % ("permitted" if permitted else "not permitted"))

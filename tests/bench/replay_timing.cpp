@@ -1,7 +1,7 @@
 // How exactly a replay keeps the recorded rhythm, seen by a subscriber of its own: `afterglow play`
 // beside `rosbag play`, and beside a third player if one is given, on the same messages,
 // alternately, in one run. A 100 Hz stream of velocities and a 30 Hz stream of markers. Prints
-// figures and their ratio; run by hand on a machine that has nothing else to do:
+// figures and each player's median p99; run by hand on a machine that has nothing else to do:
 //   replay_timing [seconds] [rounds] [fifo|normal] [third player's command, the bag behind it]
 // "normal" keeps afterglow from trying SCHED_FIFO. player_beside_rosbag.py runs all of it.
 #include <geometry_msgs/Twist.h>
@@ -129,14 +129,23 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
+/// Of two in the middle, their mean.
+double median(const std::vector<double>& values) {
+  if (values.empty()) return NAN;
+  std::vector<double> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t half = sorted.size() / 2;
+  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+}
+
 /// Errors against the recorded schedule, relative to their median; drift: last second less first.
 Figures measure(const Stream& stream) {
   std::vector<double> errors, sizes;
   for (const auto& [index, at] : stream.arrivals) {
     errors.push_back(1e3 * (at - index / stream.rate_hz));
   }
-  const double median = quantile(errors, 0.5);
-  for (const double error : errors) sizes.push_back(std::abs(error - median));
+  const double middle = quantile(errors, 0.5);
+  for (const double error : errors) sizes.push_back(std::abs(error - middle));
   const auto second = static_cast<std::ptrdiff_t>(stream.rate_hz);
   Figures figures;
   figures.p50 = quantile(sizes, 0.5);
@@ -218,14 +227,16 @@ void run(const Settings& settings) {
     }
   }
   for (const char* stream : {"cmd", "ar"}) {
-    const auto medianP99 = [&](const std::string& player) {
-      std::vector<double> values;
-      for (const Figures& figures : all[stream + ("/" + player)]) values.push_back(figures.p99);
-      return quantile(values, 0.5);
-    };
-    const double ours = medianP99("afterglow play"), theirs = medianP99("rosbag play");
-    std::printf("%s: median p99 %.3f ms beside rosbag play's %.3f ms, ratio %.2f\n", stream, ours,
-                theirs, ours / theirs);
+    for (const auto& [player, arguments] : players) {
+      std::vector<double> p99s;
+      double drift = 0;
+      for (const Figures& figures : all[stream + ("/" + player)]) {
+        p99s.push_back(figures.p99);
+        drift = std::max(drift, std::abs(figures.drift));
+      }
+      std::printf("%-5s %-15s p99: median %.3f, worst %.3f; largest drift %.3f ms, of %d rounds\n",
+                  stream, player.c_str(), median(p99s), quantile(p99s, 1), drift, settings.rounds);
+    }
   }
 }
 
