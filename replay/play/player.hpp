@@ -111,7 +111,8 @@ class Player {
   /// Plays; returns when all is over, cleaned up. The calling thread is the scheduler. Once.
   PlayReport run();
 
-  // Any thread, also before run(). What is not possible is refused by std::runtime_error, one line.
+  // player_commands.cpp. Any thread, also before run(). What is not possible is refused by
+  // std::runtime_error, one line.
   void stop(const std::string& reason);
   void pause();
   void resume();

@@ -69,6 +69,7 @@ void Player::finish() {
   if (timeline_ && report_.actual_ns == 0) {
     measureLength();  // it did not come to the end
   }
+  if (timeline_) forgetSteps();
   giveUpGoals();
   sendZeroVelocities();
   if (isStopped()) haltCommands();
