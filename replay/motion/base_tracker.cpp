@@ -171,7 +171,7 @@ PlanarVelocity BaseTracker::law(const PlanarPose& error, const PlanarVelocity& w
   const double sinc = std::abs(error.yaw) < 1e-6 ? 1 : std::sin(error.yaw) / error.yaw;
   double forward = wanted.forward * std::cos(error.yaw) + gain * error.x;
   // A base that is ahead waits; it does not drive the other way.
-  if (!is_resting && forward * wanted.forward < 0) forward = 0;
+  if (std::abs(wanted.forward) >= kResting && forward * wanted.forward < 0) forward = 0;
   return {forward,
           wanted.turn + options_.stiffness * wanted.forward * sinc * error.y + gain * error.yaw};
 }

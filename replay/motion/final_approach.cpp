@@ -7,6 +7,7 @@ namespace {
 
 constexpr double kTurned = 0.003;   // rad
 constexpr double kArrived = 0.001;  // m
+constexpr double kLearned = 0.001;  // of an error: a smaller change is none
 constexpr double kGain = 2.5;       // 1/s, for the very end of a move
 
 /// Fast, but slow enough to brake in time.
@@ -25,8 +26,11 @@ void FinalApproach::enter(Phase phase) {
 std::optional<PlanarVelocity> FinalApproach::step(const PlanarPose& base, double position_error,
                                                   double turn_error, double seconds) {
   in_phase_ += seconds;
-  unchanged_ = position_error == known_ ? unchanged_ + seconds : 0;
-  known_ = position_error;
+  unchanged_ += seconds;
+  if (std::abs(position_error - known_) > kLearned * known_) {
+    known_ = position_error;
+    unchanged_ = 0;
+  }
   if (phase_ != Phase::Stand && in_phase_ > options_.longest_move) enter(Phase::Stand);
   switch (phase_) {
     case Phase::Stand:
