@@ -43,16 +43,19 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 }
 
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report,
+                           const replay::PlayReport& report, const replay::TrackFrames& frames,
                            const std::function<bool()>& is_stopped) {
   std::vector<std::string> remarks;
   replay::MovedParts parts = movedParts(store, plan);
   // The drive has looked for longer than this would.
   parts.moves_base = parts.moves_base && !baseEnd(report);
-  const replay::StartPose then = readEndPose(store, plan, parts, settledAt(plan, report), remarks);
+  const replay::StartPose then =
+      readEndPose(store, plan, parts, settledAt(plan, report), remarks, frames);
   PoseQuestion question;
   for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
   question.asks_base = then.base.has_value();
+  question.map = plan.rewriting.frame(frames.map);
+  question.base = plan.rewriting.frame(frames.base);
   const bool asks = question.asks_base || !question.joints.empty();
   replay::BodyEnd end = compareEnds(
       then, asks ? askLivePose(question, kAnswerPatience, is_stopped) : replay::StartPose());

@@ -15,9 +15,9 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,
 /// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
-/// if nobody answers, at most until `is_stopped`. Throws StoreError.
+/// if nobody answers, at most until `is_stopped`. `frames` are as recorded. Throws StoreError.
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report,
+                           const replay::PlayReport& report, const replay::TrackFrames& frames,
                            const std::function<bool()>& is_stopped);
 
 }  // namespace afterglow::nodes

@@ -248,7 +248,8 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
 
 void ReplaySession::addEnd(replay::PlayReport& report) const {
   try {
-    report.body_end = measureEnd(store_, plan_, report, [this] { return isStopped(); });
+    report.body_end = measureEnd(store_, plan_, report, request_.body.base.frames,
+                                 [this] { return isStopped(); });
   } catch (const std::exception& error) {
     report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
   }

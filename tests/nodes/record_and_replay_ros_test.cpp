@@ -12,6 +12,9 @@
 #include <std_srvs/Trigger.h>
 #include <topic_tools/shape_shifter.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -105,12 +108,13 @@ struct World {
                                                  const std::string& allow_motion) const {
     return std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name, "replay:=/" + name + "/replay",
-        "_store:=" + storePath, "_hold:=0.1", "_longest_stall:=1",
+        "_store:=" + storePath, "_hold:=0.1", "_longest_stall:=1", "_report_folder:=" + reports,
         "_allow_motion:=" + allow_motion});
   }
 
   test::TempFolder folder;
   std::string storePath = folder.path("behaviors.db");
+  std::string reports = folder.path("reports");
   Graph graph;
   std::unique_ptr<ros::NodeHandle> node;
   ros::AsyncSpinner spinner{3};
@@ -322,6 +326,29 @@ TEST_F(RecordAndReplay, endsADriveWithAZeroTwist) {
   ASSERT_TRUE(base.heardSoFar(11));
   EXPECT_EQ(base.heard().front(), test::twist(0.2));
   EXPECT_EQ(base.heard().back(), test::twist(0));
+  // There is no such folder yet: a replay is not harmed by that.
+  const std::string complaint =
+      "the report was not kept: " + world->reports + "/" + std::to_string(id) + "_";
+  EXPECT_NE(world->player->log().find(complaint), std::string::npos) << world->player->log();
+}
+
+TEST_F(RecordAndReplay, keepsAReportOfEachReplay) {
+  const std::int64_t id = longDrive(1);
+  const Ear base("/drive");
+  std::filesystem::create_directory(world->reports);
+  ReplayResult result;
+  EXPECT_EQ(replay(goalOf(id), &result), State::SUCCEEDED);
+  std::map<std::string, std::string> kept;
+  for (const auto& file : std::filesystem::directory_iterator(world->reports)) {
+    std::ifstream text(file.path());
+    kept[file.path().extension()] = std::string(std::istreambuf_iterator<char>(text), {});
+  }
+  ASSERT_EQ(kept.size(), 2u);
+  const auto json = nlohmann::json::parse(kept[".json"]);
+  EXPECT_EQ(json, nlohmann::json::parse(result.report));
+  EXPECT_EQ(json["behavior_id"], id);
+  ASSERT_EQ(json["body"]["not_known"].size(), 1u) << json["body"].dump();
+  EXPECT_NE(kept[".html"].find("Replay of drive"), std::string::npos);
 }
 
 TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
@@ -409,12 +436,20 @@ TEST_F(RecordAndReplay, replaysFromTheCommandAndStopsTheRobotOnCtrlC) {
   test::NodeProcess forbidden({AFTERGLOW_TEST_COMMAND, "play", id, "--store", world->storePath});
   EXPECT_EQ(forbidden.exitStatus(), 1);
   EXPECT_NE(forbidden.log().find("motion is not allowed here"), std::string::npos);
-  test::NodeProcess command(
-      {AFTERGLOW_TEST_COMMAND, "play", id, "--store", world->storePath, "--allow-motion"});
+  test::NodeProcess yaml({AFTERGLOW_TEST_COMMAND, "play", id, "--report", "report.yaml"});
+  EXPECT_NE(yaml.exitStatus(), 0);
+  EXPECT_NE(yaml.log().find("report.yaml has to end with .json, .txt or .html"), std::string::npos);
+  const std::string report = world->folder.path("stopped.html");
+  test::NodeProcess command({AFTERGLOW_TEST_COMMAND, "play", id, "--store", world->storePath,
+                             "--allow-motion", "--report", report});
   ASSERT_TRUE(base.heardSoFar(3)) << command.log();
   command.interrupt();
   EXPECT_EQ(command.exitStatus(), 1);
   EXPECT_NE(command.log().find("stopped by a signal"), std::string::npos) << command.log();
+  EXPECT_NE(command.log().find("' was stopped after "), std::string::npos) << command.log();
+  std::ifstream page(report);
+  const std::string text(std::istreambuf_iterator<char>(page), {});
+  EXPECT_NE(text.find("Stopped: stopped by a signal"), std::string::npos);
   ASSERT_TRUE(eventually([&] { return base.heard().back() == test::twist(0); }));
 }
 
