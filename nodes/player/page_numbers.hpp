@@ -36,10 +36,6 @@ inline std::string plannedText(const replay::PlannedTopic& topic,
   return played.replaced > 0 ? "-" : std::to_string(topic.count);
 }
 
-inline std::string replacedText(const replay::TopicReport& played) {
-  return std::to_string(played.replaced) + " replaced: the base was driven along its track";
-}
-
 /// "1 drive", "2 drives".
 inline std::string counted(std::uint64_t count, const std::string& thing) {
   return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");

@@ -34,7 +34,10 @@ std::string header(const std::vector<std::string>& titles) {
 }
 
 std::string topicRow(const PlannedTopic& topic, const TopicReport& played) {
-  const std::string remark = played.replaced > 0 ? replacedText(played) : played.problem;
+  const std::string remark = played.replaced > 0
+                                 ? counted(played.replaced, "velocity command") +
+                                       " replaced: the base was driven along its track"
+                                 : played.problem;
   std::string row =
       element("td",
               "style=\"border-left:4px solid " + colorOf(topic.modality) + ";padding-left:8px\"",

@@ -145,6 +145,20 @@ void showPlan(const ReplaySession& session, const replay::AnchorSettings& anchor
     printPlan(plan, Stagehand::anchorsIn(plan, anchors));
   }
 }
+/// One after the other, until one is refused or stopped: the result is why, empty if none was.
+std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
+                    const PlayCommand& command, std::vector<replay::PlayReport>& reports) {
+  try {
+    for (const auto& session : sessions) {
+      reports.push_back(play(*session, command));
+      if (!reports.back().is_complete) return reports.back().reason;
+    }
+    return "";
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
 
 void run(PlayCommand& command) {
   readPlayOptions(command);
@@ -164,19 +178,16 @@ void run(PlayCommand& command) {
   }
   startRos();
   std::vector<replay::PlayReport> reports;
-  for (const auto& session : sessions) {
-    reports.push_back(play(*session, command));
-    if (!reports.back().is_complete) break;
-  }
+  const std::string failure = playAll(sessions, command, reports);
   ros::shutdown();
   for (const replay::PlayReport& report : reports) {
     if (!command.is_quiet) printReport(report);
   }
-  if (!command.report_file.empty()) {
+  if (!command.report_file.empty() && !reports.empty()) {
     writeText(command.report_file, reportFile(command.report_file, reports));
   }
-  if (!reports.back().is_complete) {
-    throw std::runtime_error(reports.back().reason);
+  if (!failure.empty()) {
+    throw std::runtime_error(failure);
   }
 }
 

@@ -41,20 +41,6 @@ std::string headline(const PlayReport& report) {
          ", planned " + inSeconds(planned) + "\n";
 }
 
-std::vector<std::string> losses(const TopicReport& played) {
-  std::vector<std::string> lines;
-  if (played.replaced > 0) {
-    lines.push_back(replacedText(played));
-  }
-  if (played.skipped > 0) {
-    lines.push_back(std::to_string(played.skipped) + " skipped: " + replay::kWhySkipped);
-  }
-  if (played.refused > 0) {
-    lines.push_back(std::to_string(played.refused) + " refused: " + played.problem);
-  }
-  return lines;
-}
-
 std::string topics(const PlayReport& report) {
   using Align = TextTable::Align;
   TextTable table({{"sent", Align::Right},
@@ -70,9 +56,23 @@ std::string topics(const PlayReport& report) {
                lateText(played.lateness, 0.5), lateText(played.lateness, 0.99),
                lateText(played.lateness, 1),
                topic.channel.topic + (is_renamed ? " as " + topic.output.topic : "")});
-    for (const std::string& loss : losses(played)) table.add({"", "", "", "", "", "  " + loss});
   }
   return table.text("  ");
+}
+
+/// What did not go out as it was recorded, topic by topic.
+std::string losses(const PlayReport& report) {
+  std::string text;
+  for (const auto& [topic, played] : report.topics) {
+    const std::string where = " on " + topic.channel.topic + ": ";
+    const auto tell = [&](const char* what, std::uint64_t count, const std::string& why) {
+      if (count > 0) text += line(what, std::to_string(count) + where + why);
+    };
+    tell("replaced", played.replaced, "the base was driven along its track");
+    tell("skipped", played.skipped, replay::kWhySkipped);
+    tell("refused", played.refused, played.problem);
+  }
+  return text;
 }
 
 std::string goals(const replay::GoalBook::Counts& counts) {
@@ -148,10 +148,10 @@ std::string rewrites(const PlayReport& report) {
 }  // namespace
 
 std::string replayText(const PlayReport& report) {
-  std::string text = headline(report) + topics(report) + line("goals", goals(report.goals)) +
-                     line("in step", waits(report.in_step)) + line("skew", skews(report.in_step)) +
-                     line("base", base(report)) + line("joints", joints(report)) +
-                     line("rewritten", rewrites(report));
+  std::string text = headline(report) + topics(report) + losses(report) +
+                     line("goals", goals(report.goals)) + line("in step", waits(report.in_step)) +
+                     line("skew", skews(report.in_step)) + line("base", base(report)) +
+                     line("joints", joints(report)) + line("rewritten", rewrites(report));
   for (const auto& [modality, failed] : report.failures) {
     text += line("failed",
                  std::string(name(modality)) + ": " + failed.first +
