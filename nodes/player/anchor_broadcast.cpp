@@ -24,6 +24,7 @@ AnchorBroadcast::AnchorBroadcast(const replay::Store& store, const replay::PlayP
       world_(store, plan, settings,
              [this](const tf2_msgs::TFMessage& transforms) { publish(transforms); }),
       spinner_(1, &queue_) {
+  world_.readAhead(plan.begin);
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
   node_.setCallbackQueue(&queue_);
   publisher_ = node_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue);

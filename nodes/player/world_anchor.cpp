@@ -107,15 +107,19 @@ void WorldAnchor::anchor(const replay::Channel& channel, replay::Stamp received,
 
 void WorldAnchor::repeat(replay::Stamp recorded, replay::Stamp now) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (frames_.empty()) return;
   tf2_msgs::TFMessage transforms;
   const auto unplaced = unplaced_;  // only what belongs to a message counts
   for (const std::string& frame : frames_) {
     place(frame, recorded, Wanted::Newest, now, transforms);
   }
   unplaced_ = unplaced;
-  recorded_.readTo({recorded.ns + kReadAhead});  // so that the scheduler seldom has to
+  recorded_.readTo({recorded.ns + kReadAhead});
   if (!transforms.transforms.empty()) publish_(transforms);
+}
+
+void WorldAnchor::readAhead(replay::Stamp recorded) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  recorded_.readTo({recorded.ns + kReadAhead});
 }
 
 std::vector<std::string> WorldAnchor::notes() const {
