@@ -96,6 +96,12 @@ double highest(const replay::Samples& samples) {
   return high;
 }
 
+bool isMostlyEarly(const replay::Samples& samples) {
+  double sum = 0;
+  for (const replay::Sample& sample : samples.kept()) sum += sample.value;
+  return sum < 0;
+}
+
 std::string inMs(double ns) {
   char words[32];
   std::snprintf(words, sizeof(words), "%.3g ms", ns * 1e-6);
@@ -167,7 +173,7 @@ std::string skewPlot(const PlayReport& report) {
   for (const auto& [modality, skew] : report.in_step.skew) {
     plot.dots(skew.samples, colorOf(modality));
     const auto p95 = static_cast<double>(skew.size.quantile(0.95));
-    plot.level(p95 * 1e-6, colorOf(modality),
+    plot.level(isMostlyEarly(skew.samples) ? -p95 * 1e-6 : p95 * 1e-6, colorOf(modality),
                "p95 " + inMs(p95) + ", " + std::string(name(modality)));
   }
   return plot.figure("How far light and speech were from the body");

@@ -21,6 +21,9 @@ std::string degrees(double radians) {
 
 std::string centimeters(double meters) { return fixedText(meters * 100, 1) + " cm"; }
 
+/// Within a line's words.
+const std::string kNextLine = "\n" + std::string(11, ' ');
+
 /// A line with its subject in front; none for no words.
 std::string line(std::string subject, const std::string& words) {
   subject.resize(11, ' ');
@@ -93,17 +96,17 @@ std::string waits(const replay::InStep& in_step) {
       std::max_element(in_step.waits.begin(), in_step.waits.end(),
                        [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
   return counted(in_step.wait_count, "wait") + ", " + inSeconds(in_step.waited_s) +
-         ", the longest " + inSeconds(longest->seconds) + "\n" + std::string(11, ' ') + "for " +
-         longest->what;
+         ", the longest " + inSeconds(longest->seconds) + kNextLine + "for " + longest->what;
 }
 
 std::string skews(const replay::InStep& in_step) {
-  std::vector<std::string> parts;
+  std::string text;
   for (const auto& [modality, skew] : in_step.skew) {
-    parts.push_back(std::string(name(modality)) + " p50 " + ms(skew.size.quantile(0.5)) + " p95 " +
-                    ms(skew.size.quantile(0.95)) + " max " + ms(skew.size.max()) + " ms");
+    text += (text.empty() ? "" : kNextLine) + std::string(name(modality)) + " p50 " +
+            ms(skew.size.quantile(0.5)) + " p95 " + ms(skew.size.quantile(0.95)) + " max " +
+            ms(skew.size.max()) + " ms off the body";
   }
-  return joinedParts(parts);
+  return text;
 }
 
 std::string base(const PlayReport& report) {
@@ -112,14 +115,14 @@ std::string base(const PlayReport& report) {
     text = centimeters(end->distance) + " and " + degrees(end->turn) + " off its recorded end";
   }
   if (!report.base) return text;
-  text += text.empty() ? "" : "\n" + std::string(11, ' ');
+  text += text.empty() ? "" : kNextLine;
   if (!report.base->driven) return text + "open loop: " + report.base->why_open_loop;
   const replay::BaseDriveReport& driven = *report.base->driven;
   const replay::DriveSummary summary = summaryOf(driven);
   return text + "at most " + centimeters(summary.largest_distance) + " off its way of " +
          fixedText(driven.length, 2) + " m; odometry drifted " +
          centimeters(summary.drift_distance) + ", " + degrees(summary.drift_turn) +
-         (driven.lost.empty() ? "" : "\n           given up: " + driven.lost);
+         (driven.lost.empty() ? "" : kNextLine + "given up: " + driven.lost);
 }
 
 std::string joints(const PlayReport& report) {
@@ -140,7 +143,7 @@ std::string rewrites(const PlayReport& report) {
   }
   std::string text;
   for (const auto& [what, count] : counts) {
-    text += (text.empty() ? "" : "\n" + std::string(11, ' ')) + std::to_string(count) + " " + what;
+    text += (text.empty() ? "" : kNextLine) + std::to_string(count) + " " + what;
   }
   return text;
 }
