@@ -10,54 +10,12 @@
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/player/stop_signal.hpp"
-#include "replay/query/behavior_selector.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 /// What a body is played at.
 constexpr double kSlowest = 0.1, kFastest = 10;
-constexpr double kFastestClock = 1000;
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += (text.empty() ? "" : ", ") + name;
-  }
-  return text;
-}
-
-replay::PlayPlan planned(const replay::Store& store, const ReplayRequest& request) {
-  const replay::Behavior behavior = findRequested(store, request);
-  const std::string called = "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
-  replay::PlanOptions options = request.plan;
-  options.only = replay::parseModalities(request.only);
-  options.has_recorded_time = request.clock == ReplayClock::Sim;
-  replay::PlayPlan plan = makePlan(store, behavior, options);
-  if (plan.playedTopics().empty()) {
-    throw std::runtime_error(called + ": there is nothing to play" +
-                             (request.only.empty() ? "" : " of " + request.only));
-  }
-  const std::string first = plan.playedTopics().front();
-  Stagehand::fit(store, plan, request.anchors);
-  for (const replay::PlannedTopic& topic : plan.topics) {
-    if (plan.playedTopics().empty() && topic.channel.topic == first) {
-      throw std::runtime_error(called + ", " + first + ": " + topic.why_not);
-    }
-  }
-  const std::vector<std::string> motion = plan.motionTopics();
-  const bool is_fit_for_body = !request.options.is_looping && !request.options.is_immediate;
-  if (!motion.empty() && !is_fit_for_body) {
-    throw std::runtime_error(called + " moves the robot (" + joined(motion) +
-                             "): loops and haste are for light and speech only (ar,speech)");
-  }
-  if (!motion.empty() && !request.rate_control.topic.empty()) {
-    throw std::runtime_error(called + " moves the robot (" + joined(motion) +
-                             "): only light and speech (ar,speech) wait for " +
-                             request.rate_control.topic);
-  }
-  return plan;
-}
 
 std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay::PlayPlan& plan,
                                         const ReplayRequest& request) {
@@ -67,43 +25,15 @@ std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay
 
 }  // namespace
 
-replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& request) {
-  if (request.behavior_id != 0) {
-    if (const auto behavior = store.behavior(request.behavior_id)) {
-      return *behavior;
-    }
-    throw std::runtime_error("there is no behavior " + std::to_string(request.behavior_id));
-  }
-  if (request.name.empty() && !request.selector.empty()) {
-    return replay::selectBehavior(store, request.selector);
-  }
-  if (request.name.empty()) {
-    throw std::runtime_error("no behavior is named: give its id or its name");
-  }
-  replay::BehaviorFilter filter;
-  filter.name = request.name;
-  const std::vector<replay::Behavior> found = store.behaviors(filter);
-  if (found.empty()) {
-    throw std::runtime_error("there is no behavior called '" + request.name + "'");
-  }
-  return found.front();
-}
-
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
     : store_(store),
       request_(request),
-      plan_(planned(store, request)),
+      plan_(planReplay(store, request)),
       peaks_(peaksOf(store, plan_, request)),
       is_paused_(request.options.starts_paused) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
   checkRate(request.options.rate);
-  if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
-    throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
-  }
-  if (!(request.rate_control.longest_delay_s >= 0)) {
-    throw std::runtime_error("a longest delay of the rate control has to be 0 s or more");
-  }
 }
 
 ReplaySession::~ReplaySession() = default;
@@ -127,46 +57,15 @@ void ReplaySession::checkMotionAllowed() const {
     throw std::runtime_error(
         "motion is not allowed here (~allow_motion, --allow-motion), and this "
         "behavior moves the robot by " +
-        joined(motion) + "; ar,speech can be played without");
+        topicsText(motion) + "; ar,speech can be played without");
   }
-}
-
-replay::PlayPlan ReplaySession::countedPlan() const {
-  replay::PlayPlan plan = plan_;
-  replay::Rewriter rewriter(replay::uniqueGoalIds("dry_run"), plan.rewriting);
-  const auto cursor = store_.messages(plan.behavior, {plan.playedTopics(), plan.begin, plan.end});
-  // Any other time: what is to be shifted is shifted.
-  const std::int64_t shift = request_.clock == ReplayClock::Sim ? 0 : 1'000'000'000;
-  while (auto message = cursor->next()) {
-    const replay::Stamp now{message->received.ns + shift};
-    try {
-      (void)rewriter.rewrite(store_.channel(message->channel), {now, shift}, message->bytes);
-    } catch (const replay::MessageError&) {  // refused when it is played, too
-    }
-  }
-  for (replay::PlannedTopic& topic : plan.topics) {
-    if (topic.isPlayed()) topic.rewrites = rewriter.rules(topic.channel);
-  }
-  return plan;
 }
 
 // ---------------------------------------------------------------------------------------- playing
 
 replay::PlayReport ReplaySession::run() {
   checkMotionAllowed();
-  const std::string clock_giver = clockPublisher();
-  if (request_.clock == ReplayClock::Sim && !clock_giver.empty()) {
-    throw std::runtime_error(clock_giver + " publishes /clock, too: two clocks are refused");
-  }
-  const bool follows = request_.clock == ReplayClock::Follow ||
-                       (request_.clock == ReplayClock::Live && ros::Time::isSimTime());
-  if (follows) {
-    followed_ = std::make_unique<replay::FollowedClock>();
-  } else {
-    own_clock_ = std::make_unique<replay::SteadyClock>();
-  }
-  std::optional<ClockFollower> follower;
-  if (followed_) follower.emplace(*followed_);
+  time_ = std::make_unique<ReplayTime>(request_.clock);
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
     giver.emplace(request_.clock_hz, [this, last = plan_.begin]() mutable {
@@ -187,7 +86,7 @@ replay::PlayReport ReplaySession::run() {
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
   if (request_.needs_subscribers && !unheard.empty() && !isStopped()) {
-    throw std::runtime_error("nobody listens on " + joined(unheard) +
+    throw std::runtime_error("nobody listens on " + topicsText(unheard) +
                              ": an unheard replay was to abort");
   }
   sink.listenForDrivers();
@@ -203,7 +102,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   waitBeforeStart();
   std::optional<RealtimeScope> realtime;
   if (request_.is_realtime) realtime.emplace();
-  replay::Clock& clock = followed_ ? static_cast<replay::Clock&>(*followed_) : *own_clock_;
+  replay::Clock& clock = time_->clock();
   if (!plan_.motionTopics().empty()) openGate(sink, clock);
   std::optional<RateControl> rate_control;
   if (!request_.rate_control.topic.empty()) {
@@ -222,7 +121,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_ = std::make_unique<replay::Player>(
         store_, plan_, options, stagehand.sink(), gate_ ? gate_->clock() : clock,
-        [this] { return now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
+        [this] { return time_->now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
     is_paused_ ? player_->pause() : player_->resume();
     if (stop_reason_) player_->stop(*stop_reason_);
   }
@@ -280,9 +179,7 @@ void ReplaySession::closeGate() {
 /// For the first tick of a clock that is followed, and as long as was asked for.
 void ReplaySession::waitBeforeStart() {
   const Deadline start = deadlineIn(request_.delay_s);
-  const auto waits = [&] {
-    return (followed_ && !followed_->hasTicked()) || std::chrono::steady_clock::now() < start;
-  };
+  const auto waits = [&] { return !time_->hasBegun() || std::chrono::steady_clock::now() < start; };
   while (waits() && !isStopped() && ros::ok()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -292,7 +189,8 @@ std::optional<AnchorBroadcast::Moment> ReplaySession::moment() const {
   const replay::PlayProgress at = progress();
   if (at.state == replay::PlayProgress::State::Idle) return std::nullopt;
   const replay::Stamp recorded{plan_.behavior.begin.ns + at.position.ns};
-  return AnchorBroadcast::Moment{recorded, request_.clock == ReplayClock::Sim ? recorded : now()};
+  return AnchorBroadcast::Moment{recorded,
+                                 request_.clock == ReplayClock::Sim ? recorded : time_->now()};
 }
 
 RateControl::Replay ReplaySession::asSeenByConsumer() {
@@ -303,13 +201,8 @@ RateControl::Replay ReplaySession::asSeenByConsumer() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (player_) player_->hold(holds);
   };
-  return {position, [this] { return now(); }, hold,
+  return {position, [this] { return time_->now(); }, hold,
           [this](const std::string& reason) { stop(reason); }};
-}
-
-replay::Stamp ReplaySession::now() const {
-  return followed_ ? followed_->time()
-                   : replay::Stamp{static_cast<std::int64_t>(ros::Time::now().toNSec())};
 }
 
 // --------------------------------------------------------------------------------------- commands

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/replay_session.hpp"
+#include "nodes/player/replay_request.hpp"
 #include "replay/play/motion_limits.hpp"
 #include "replay/play/rewrite_rules.hpp"
 

@@ -137,14 +137,14 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
   return ids;
 }
 
-void showPlan(const ReplaySession& session, const replay::AnchorSettings& anchors, bool is_json) {
-  const replay::PlayPlan plan = session.countedPlan();
+void showPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors, bool is_json) {
   if (is_json) {
     std::cout << dumpJson(toJson(plan), 2) << "\n";
   } else {
     printPlan(plan, Stagehand::anchorsIn(plan, anchors));
   }
 }
+
 /// One after the other, until one is refused or stopped: the result is why, empty if none was.
 std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
                     const PlayCommand& command, std::vector<replay::PlayReport>& reports) {
@@ -159,7 +159,6 @@ std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
   }
 }
 
-
 void run(PlayCommand& command) {
   readPlayOptions(command);
   const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
@@ -168,7 +167,8 @@ void run(PlayCommand& command) {
     command.request.behavior_id = id;
     sessions.push_back(std::make_unique<ReplaySession>(*store, command.request));
     if (command.is_dry_run) {
-      showPlan(*sessions.back(), command.request.anchors, command.is_json);
+      showPlan(countRewrites(*store, sessions.back()->plan(), command.request.clock),
+               command.request.anchors, command.is_json);
     } else {
       sessions.back()->checkMotionAllowed();
     }

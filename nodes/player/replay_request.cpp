@@ -1,0 +1,112 @@
+#include "nodes/player/replay_request.hpp"
+
+#include <stdexcept>
+
+#include "nodes/player/stagehand.hpp"
+#include "replay/query/behavior_selector.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kFastestClock = 1000;
+
+void checkNumbers(const ReplayRequest& request) {
+  if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
+    throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
+  }
+  if (!(request.rate_control.longest_delay_s >= 0)) {
+    throw std::runtime_error("a longest delay of the rate control has to be 0 s or more");
+  }
+}
+
+/// What is only for light and speech.
+void refuseForBody(const replay::PlayPlan& plan, const ReplayRequest& request,
+                   const std::string& called) {
+  const std::vector<std::string> motion = plan.motionTopics();
+  const bool is_fit_for_body = !request.options.is_looping && !request.options.is_immediate;
+  if (!motion.empty() && !is_fit_for_body) {
+    throw std::runtime_error(called + " moves the robot (" + topicsText(motion) +
+                             "): loops and haste are for light and speech only (ar,speech)");
+  }
+  if (!motion.empty() && !request.rate_control.topic.empty()) {
+    throw std::runtime_error(called + " moves the robot (" + topicsText(motion) +
+                             "): only light and speech (ar,speech) wait for " +
+                             request.rate_control.topic);
+  }
+}
+
+replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& request) {
+  if (request.behavior_id != 0) {
+    if (const auto behavior = store.behavior(request.behavior_id)) {
+      return *behavior;
+    }
+    throw std::runtime_error("there is no behavior " + std::to_string(request.behavior_id));
+  }
+  if (request.name.empty() && !request.selector.empty()) {
+    return replay::selectBehavior(store, request.selector);
+  }
+  if (request.name.empty()) {
+    throw std::runtime_error("no behavior is named: give its id or its name");
+  }
+  replay::BehaviorFilter filter;
+  filter.name = request.name;
+  const std::vector<replay::Behavior> found = store.behaviors(filter);
+  if (found.empty()) {
+    throw std::runtime_error("there is no behavior called '" + request.name + "'");
+  }
+  return found.front();
+}
+
+}  // namespace
+
+std::string topicsText(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += (text.empty() ? "" : ", ") + name;
+  }
+  return text;
+}
+
+replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request) {
+  checkNumbers(request);
+  const replay::Behavior behavior = findRequested(store, request);
+  const std::string called = "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
+  replay::PlanOptions options = request.plan;
+  options.only = replay::parseModalities(request.only);
+  options.has_recorded_time = request.clock == ReplayClock::Sim;
+  replay::PlayPlan plan = makePlan(store, behavior, options);
+  if (plan.playedTopics().empty()) {
+    throw std::runtime_error(called + ": there is nothing to play" +
+                             (request.only.empty() ? "" : " of " + request.only));
+  }
+  const std::string first = plan.playedTopics().front();
+  Stagehand::fit(store, plan, request.anchors);
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (plan.playedTopics().empty() && topic.channel.topic == first) {
+      throw std::runtime_error(called + ", " + first + ": " + topic.why_not);
+    }
+  }
+  refuseForBody(plan, request, called);
+  return plan;
+}
+
+replay::PlayPlan countRewrites(const replay::Store& store, replay::PlayPlan plan,
+                               ReplayClock clock) {
+  replay::Rewriter rewriter(replay::uniqueGoalIds("dry_run"), plan.rewriting);
+  const auto cursor = store.messages(plan.behavior, {plan.playedTopics(), plan.begin, plan.end});
+  // Any other time: what is to be shifted is shifted.
+  const std::int64_t shift = clock == ReplayClock::Sim ? 0 : 1'000'000'000;
+  while (auto message = cursor->next()) {
+    const replay::Stamp now{message->received.ns + shift};
+    try {
+      (void)rewriter.rewrite(store.channel(message->channel), {now, shift}, message->bytes);
+    } catch (const replay::MessageError&) {  // refused when it is played, too
+    }
+  }
+  for (replay::PlannedTopic& topic : plan.topics) {
+    if (topic.isPlayed()) topic.rewrites = rewriter.rules(topic.channel);
+  }
+  return plan;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,51 @@
+/// \file
+/// What a replay is asked for, and what will be played for it: needs no ROS master.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "nodes/player/body_gate.hpp"
+#include "nodes/player/rate_control.hpp"
+#include "nodes/player/replay_time.hpp"
+#include "replay/play/anchoring.hpp"
+#include "replay/play/motion_limits.hpp"
+#include "replay/play/player.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+struct ReplayRequest {
+  std::int64_t behavior_id = 0;  ///< 0: the newest called `name`
+  std::string name;
+  std::string selector;       ///< else, words (replay/query/behavior_selector.hpp)
+  std::string only;           ///< "body,ar,speech", any of them; empty: all
+  bool allow_motion = false;  ///< without it a replay that would move the body is refused
+  double wait_for_subscribers_s = 2.0;
+  bool needs_subscribers = false;  ///< a topic that nobody hears by then: refused, else told
+  double delay_s = 0;              ///< after that, before the first message
+  std::uint32_t queue = 100;
+  bool is_realtime = true;  ///< tries SCHED_FIFO
+  ReplayClock clock = ReplayClock::Live;
+  double clock_hz = 100;  ///< of the /clock that is given
+  RateControlOptions rate_control;
+  replay::PlanOptions plan;  ///< its `only` is not looked at
+  replay::AnchorSettings anchors;
+  replay::PlayOptions options;
+  replay::MotionLimits limits = replay::MotionLimits::fetch();
+  BodyOptions body;
+};
+
+/// Throws, with one line: unknown behavior, modality or topic, nothing to play, numbers that are
+/// none, what is not for the body.
+replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request);
+
+/// The plan, with how often each field will be rewritten: reads all its messages.
+replay::PlayPlan countRewrites(const replay::Store& store, replay::PlayPlan plan,
+                               ReplayClock clock);
+
+/// "/a, /b"
+std::string topicsText(const std::vector<std::string>& names);
+
+}  // namespace afterglow::nodes
