@@ -43,8 +43,8 @@ class WorldAnchor : public replay::MessageAnchor {
   /// Tells where the frames in use are at a recorded moment: to be repeated, also while paused, for
   /// what follows its frame.
   void repeat(replay::Stamp recorded, replay::Stamp now);
-  /// Reads the recording's transforms from there on, as repeat() does: the scheduler, whose messages
-  /// are to be on time, seldom has to then.
+  /// Reads the recording's transforms from there on, as repeat() does: the scheduler, whose
+  /// messages are to be on time, seldom has to then.
   void readAhead(replay::Stamp recorded);
   /// One line a frame that could not be placed.
   std::vector<std::string> notes() const;
