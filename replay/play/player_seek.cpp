@@ -26,7 +26,8 @@ void Player::enter(Stamp at) {
   clearProjection();
   double latency_s = 0;  // what goes out before the first moment needs that time
   for (const auto& [name, topic] : topics_) latency_s = std::max(latency_s, topic.latency_s);
-  const SteadyTime first = clock_.now().after(kLead + earlyNs(latency_s, 1));
+  const std::int64_t lead_ns = options_.is_immediate ? 0 : kLead + earlyNs(latency_s, 1);
+  const SteadyTime first = clock_.now().after(lead_ns);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!timeline_) {
