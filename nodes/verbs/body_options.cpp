@@ -54,7 +54,7 @@ void addDriveOptions(CLI::App& verb, BodyOptions& body) {
                   "Which of several velocity topics is the base's");
   const auto each = [](const std::vector<std::string>& texts, const auto& read) {
     for (const std::string& text : texts) {
-      if (!read(text)) throw CLI::ValidationError(text);
+      if (!read(text)) throw CLI::ValidationError("'" + text + "' is not understood; see --help");
     }
   };
   verb.add_option_function<std::vector<std::string>>(

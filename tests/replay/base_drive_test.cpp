@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "replay/play/base_drive.hpp"
 #include "replay/play/velocity.hpp"
@@ -47,6 +49,7 @@ struct Playing {
   bool hears_localization = true;
   PlanarVelocity command;
   double largest_lead = 0;  ///< s of the timeline, before the base
+  double fastest = 0;       ///< m/s
 
   explicit Playing(const RecordedDrive& drive, const PlanarPose& start_error = {},
                    const DriveFaults& faults = {}, const TrackerOptions& options = {})
@@ -82,6 +85,7 @@ struct Playing {
       largest_lead = std::max(largest_lead, secondsBetween(*progress, at));
     }
     for (int i = 0; i < 2; ++i, now += kStep) robot.step(now);
+    fastest = std::max(fastest, std::abs(robot.velocity().forward));
   }
   /// Somebody carries it there; localization sees it.
   void carryTo(const PlanarPose& pose) {
@@ -163,8 +167,10 @@ TEST(BaseDrive, drivesAtOtherRatesAndAfterAPause) {
     playing.robot.step(playing.now);
   }
   EXPECT_EQ(playing.robot.velocity().forward, 0);
+  EXPECT_GT(std::exchange(playing.fastest, 0), 0.3);
   playing.rate = 0.5;
   playing.run();
+  EXPECT_LT(playing.fastest, 0.3);  // 0.5 when it was recorded
   EXPECT_EQ(playing.base.failure(), "");
   EXPECT_LT(playing.endError(), 0.01);
 }
