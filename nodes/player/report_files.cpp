@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "nodes/player/replay_page.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 
 namespace afterglow::nodes {
 
@@ -23,21 +23,12 @@ void writeText(const std::string& path, const std::string& text) {
   }
 }
 
-std::string utcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
 std::string reportJson(const replay::PlayReport& report, int indent) {
   return toJson(report).dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 void saveReport(const std::string& folder, const replay::PlayReport& report) {
-  const std::string now = utcNow();
+  const std::string now = dateNow();
   std::string compact = now;
   compact.erase(std::remove_if(compact.begin(), compact.end(),
                                [](char letter) { return letter == '-' || letter == ':'; }),

@@ -11,9 +11,6 @@ namespace afterglow::nodes {
 /// Replaces the file. Throws std::runtime_error, one line.
 void writeText(const std::string& path, const std::string& text);
 
-/// "2026-11-21T14:20:05Z", of now.
-std::string utcNow();
-
 /// The JSON, whatever strings it holds.
 std::string reportJson(const replay::PlayReport& report, int indent);
 

@@ -19,6 +19,7 @@
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/play_options.hpp"
 #include "nodes/verbs/replay_text.hpp"
@@ -67,7 +68,7 @@ void printReport(const replay::PlayReport& report) {
 /// By the file's ending. JSON: of one replay, or an array of several.
 std::string reportFile(const std::string& path, const std::vector<replay::PlayReport>& reports) {
   const std::string ending = std::filesystem::path(path).extension();
-  if (ending == ".html") return replayPage(reports, utcNow());
+  if (ending == ".html") return replayPage(reports, dateNow());
   std::string text;
   for (const replay::PlayReport& report : reports) {
     if (ending == ".txt") {
