@@ -33,13 +33,19 @@ std::string isReportFile(const std::string& text) {
   return is_known ? "" : text + " has to end with .json, .txt or .html";
 }
 
-std::string isModalities(const std::string& text) {
-  try {
-    replay::parseModalities(text);
-    return "";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
+/// A check that a parser of these words, which throws std::invalid_argument, does.
+template <typename Parse>
+CLI::Validator understood(const Parse& parse) {
+  return CLI::Validator(
+      [parse](std::string& text) -> std::string {
+        try {
+          parse(text);
+          return "";
+        } catch (const std::invalid_argument& error) {
+          return error.what();
+        }
+      },
+      "");
 }
 
 void addWhat(CLI::App& verb, PlayCommand& c) {
@@ -48,7 +54,7 @@ void addWhat(CLI::App& verb, PlayCommand& c) {
                   std::string(kBehaviorHelp) + "; several ids are played one after the other")
       ->required();
   verb.add_option("--only", c.request.only, "body,ar,speech: any of them; default all")
-      ->check(isModalities);
+      ->check(understood(replay::parseModalities));
   verb.add_option("--topics", plan.topics, "Only these topics");
   verb.add_option("--exclude", plan.exclude, "All but these topics");
   verb.add_option("-e,--regex", plan.regex, "Only topics whose whole name matches");
@@ -72,9 +78,11 @@ void addHow(CLI::App& verb, PlayCommand& c) {
       ->check(aboveZero);
   verb.add_option("--pause-topics", c.pause_topics, "Pause before each message on these topics");
   verb.add_option("--latency", c.latency,
-                  "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2");
+                  "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2")
+      ->check(understood([](const std::string& text) { replay::parseLatency({text}); }));
   verb.add_option("--on-failure", c.on_failure,
-                  "stop or go_on when a modality fails; default body=stop,ar=go_on,speech=go_on");
+                  "stop or go_on when a modality fails; default body=stop,ar=go_on,speech=go_on")
+      ->check(understood([](const std::string& text) { replay::parseOnFailure({text}); }));
   verb.add_option("--goal-wait", play.goal_wait_s,
                   "Seconds a goal may take longer than it did when it was recorded; default 10")
       ->check(atLeastZero);

@@ -235,6 +235,8 @@ TEST_F(ImportedTurtles, stayAsTheyAreWhenAnImportFails) {
   for (const std::size_t size :
        {0ul, 5ul, 13ul, 100ul, 4117ul, whole.size() / 2, whole.size() - 2000, whole.size() - 1}) {
     writeFile(cut, whole.substr(0, size));
+                                             {"play", "1", "--latency", "ar"},
+                                             {"play", "1", "--on-failure", "speech=perhaps"},
     const ProgramResult result = afterglow({"import", cut});
     EXPECT_EQ(result.status, 1);
     EXPECT_EQ(result.output.find("afterglow import: " + cut + ": "), 0u) << result.output;
