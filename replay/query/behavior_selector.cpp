@@ -147,9 +147,11 @@ Behavior newestOf(const Store& store, const std::string& name) {
   return std::move(found.front());
 }
 
-std::string describe(const Selection& selection) {
-  return (selection.outcome.empty() ? "" : selection.outcome + " of ") +
-         (selection.name.empty() ? "any behavior" : "\"" + selection.name + "\"");
+/// "no behavior", "4 behaviors \"pick\"", "1 behavior \"pick\" with outcome failure"
+std::string counted(std::size_t count, const Selection& selection) {
+  return (count == 0 ? "no" : std::to_string(count)) + (count > 1 ? " behaviors" : " behavior") +
+         (selection.name.empty() ? "" : " \"" + selection.name + "\"") +
+         (selection.outcome.empty() ? "" : " with outcome " + selection.outcome);
 }
 
 }  // namespace
@@ -176,7 +178,7 @@ Behavior selectBehavior(const Store& store, const std::string& text) {
   behaviors.erase(std::remove_if(behaviors.begin(), behaviors.end(), is_other), behaviors.end());
   if (selection.count == 0 || selection.count > behaviors.size()) {
     throw StoreError("there is no \"" + words + "\": the store has " +
-                     std::to_string(behaviors.size()) + " times " + describe(selection));
+                     counted(behaviors.size(), selection));
   }
   return selection.from_oldest ? behaviors[behaviors.size() - selection.count]
                                : behaviors[selection.count - 1];

@@ -120,8 +120,8 @@ TEST_F(QueryVerbs, refuseInOneLine) {
                 "sqlite:" + path_ + ": \"pick\" could be any of: pick blue, pick red");
   expectRefused({"show", "the", "last", "failed", "place"},
                 "sqlite:" + path_ +
-                    ": there is no \"the last failed place\": the store has 0 times failure of "
-                    "\"place\"");
+                    ": there is no \"the last failed place\": the store has no behavior "
+                    "\"place\" with outcome failure");
   EXPECT_EQ(run({"list", "--since", "gestern"}).status, 2);
   EXPECT_NE(run({"list", "--since", "gestern"}).output.find("yesterday 14:00"), std::string::npos);
 }

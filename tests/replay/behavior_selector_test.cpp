@@ -77,8 +77,9 @@ TEST_F(BehaviorSelector, saysWhatThereIs) {
   EXPECT_EQ(error("pikc"), "there is no behavior \"pikc\"; did you mean pick?");
   EXPECT_EQ(error("gripper"), "\"gripper\" could be any of: close gripper, open gripper");
   EXPECT_EQ(error("the last failed Place"),
-            "there is no \"the last failed Place\": the store has 0 times failure of \"Place\"");
-  EXPECT_EQ(error("fifth pick"), "there is no \"fifth pick\": the store has 4 times \"pick\"");
+            "there is no \"the last failed Place\": the store has no behavior \"Place\" with "
+            "outcome failure");
+  EXPECT_EQ(error("fifth pick"), "there is no \"fifth pick\": the store has 4 behaviors \"pick\"");
   EXPECT_EQ(
       error("last dance now"),
       "there is no behavior \"dance now\"; there are: Place, close gripper, last supper, open "
