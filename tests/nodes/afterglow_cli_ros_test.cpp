@@ -1,18 +1,12 @@
 // The command, as a user meets it: import, list, show, export. Judge of bags: rosbag's Python
 // reader (tests/support/bag_judge.py).
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "nodes/tools/program.hpp"
+#include "tests/support/own_server.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -169,58 +163,12 @@ TEST_F(ImportedTurtles, areShownMessageByMessage) {
 
 // ------------------------------------------------------------------------------------- rosbag play
 
-/// A ROS master of the test's own.
-class Roscore {
- public:
-  Roscore() {
-    port_ = freePort();
-    process_ = fork();
-    if (process_ == 0) {
-      setpgid(0, 0);
-      freopen("/dev/null", "w", stdout);
-      freopen("/dev/null", "w", stderr);
-      execlp("roscore", "roscore", "-p", std::to_string(port_).c_str(), nullptr);
-      _exit(127);
-    }
-    setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port_)).c_str(), 1);
-  }
-  ~Roscore() {
-    kill(process_, SIGINT);
-    waitpid(process_, nullptr, 0);
-  }
-  Roscore(const Roscore&) = delete;
-  Roscore& operator=(const Roscore&) = delete;
-
-  bool waitUntilUp() const {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (std::chrono::steady_clock::now() < deadline) {
-      if (runProgram({"rosparam", "get", "/rosdistro"}).status == 0) return true;
-    }
-    return false;
-  }
-
- private:
-  static int freePort() {
-    const int listener = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof(address);
-    bind(listener, reinterpret_cast<sockaddr*>(&address), size);
-    getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size);
-    close(listener);
-    return ntohs(address.sin_port);
-  }
-
-  int port_ = 0;
-  pid_t process_ = 0;
-};
-
 TEST_F(ImportedTurtles, arePlayedByRosbag) {
   const std::string bag = folder_.path("out.bag");
   ASSERT_EQ(afterglow({"export", "1", "--out", bag}).status, 0);
-  const Roscore master;
-  ASSERT_TRUE(master.waitUntilUp());
+  const int port = freePort();
+  const OwnServer master({"roscore", "-p", std::to_string(port)}, port, SIGINT);
+  setenv("ROS_MASTER_URI", ("http://localhost:" + std::to_string(port)).c_str(), 1);
   const ProgramResult played = runProgram({"rosbag", "play", "--quiet", "--immediate", bag});
   EXPECT_EQ(played.status, 0) << played.output;
 }
@@ -235,8 +183,6 @@ TEST_F(ImportedTurtles, stayAsTheyAreWhenAnImportFails) {
   for (const std::size_t size :
        {0ul, 5ul, 13ul, 100ul, 4117ul, whole.size() / 2, whole.size() - 2000, whole.size() - 1}) {
     writeFile(cut, whole.substr(0, size));
-                                             {"play", "1", "--latency", "ar"},
-                                             {"play", "1", "--on-failure", "speech=perhaps"},
     const ProgramResult result = afterglow({"import", cut});
     EXPECT_EQ(result.status, 1);
     EXPECT_EQ(result.output.find("afterglow import: " + cut + ": "), 0u) << result.output;
