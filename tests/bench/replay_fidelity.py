@@ -149,6 +149,9 @@ def main():
             localization = LOCALIZATIONS.get(title, (0, 0))
             place = folder / title.replace(' ', '_')
             place.mkdir()
+            how = ['--open-loop']
+            if any(localization):
+                how = ['--localization-noise', 'position=%g' % localization[0], 'yaw=%g' % localization[1]]
             seen = localization if options.noisy_recording else (0, 0)
             stood_s = 10 if options.noisy_recording else 1
             behavior, end = in_process(record, [(options.build, place, seen, stood_s)], 1)[0]
@@ -156,7 +159,7 @@ def main():
             for i in range(min(options.parallel, options.replays)):
                 (place / str(i)).mkdir()
                 shares.append(((options.build, place / str(i), behavior, place / 'behaviors.db',
-                                localization, ['--open-loop'] if title == 'open loop' else [],
+                                localization, how,
                                 range(100 + i, 100 + options.replays, options.parallel), end),))
             found = [one for share in in_process(replay_all, shares, len(shares)) for one in share]
             show(title, found)

@@ -309,7 +309,7 @@ TEST_F(PlayerTransport, skipsTimeWithoutMessagesButNotGoalsUnderWay) {
 TEST_F(PlayerTransport, playsAllAtOnce) {
   for (int i = 0; i < 5; ++i) record(kSay, i * 1000, test::text("x"));
   options.is_immediate = true;
-  play(5000);
+  EXPECT_GE(play(5000).actual_ns, 0);
   EXPECT_EQ(sink.times("/robotsound"), (Times{-5, -5, -5, -5, -5}));
 }
 
