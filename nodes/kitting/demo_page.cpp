@@ -1,8 +1,10 @@
 // The report as a page: demo_report.hpp's reportHtml().
+#include <cmath>
 #include <cstdio>
 #include <sstream>
 
 #include "nodes/kitting/demo_report.hpp"
+#include "replay/motion/start_pose.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -119,8 +121,9 @@ void writeBehavior(std::ostream& page, const MeasuredBehavior& measured,
 void writeMeasurements(std::ostream& page, const DemoReport& report) {
   page
       << "<section>\n<h2>Measured</h2>\n<p>Lateness is how long after its planned moment a message "
-         "was sent in the replay. The end error is how far the robot ended from where it had ended "
-         "when it was recorded; velocities are replayed open loop.</p>\n<table>\n"
+         "was sent in the replay. The end error is how far the simulated robot ended from where it "
+         "had "
+         "ended when it was recorded.</p>\n<table>\n"
          "<tr><th>Behavior</th><th class=\"n\">Recorded</th><th class=\"n\">Messages</th>"
          "<th class=\"n\">Dropped</th><th class=\"n\">Replayed in</th><th class=\"n\">Lateness "
          "p50 / p99 / max</th><th class=\"n\">End error: base</th><th class=\"n\">heading</th>"
@@ -136,6 +139,53 @@ void writeMeasurements(std::ostream& page, const DemoReport& report) {
          << " ms</td><td class=\"n\">" << fixed(error.base_cm, 1) << " cm</td><td class=\"n\">"
          << fixed(error.heading_deg, 1) << "&deg;</td><td class=\"n\">"
          << fixed(error.gripper_cm, 1) << " cm</td></tr>\n";
+  }
+  page << "</table>\n</section>\n";
+}
+
+/// A number of the player's report, times `factor`; "-" where it has none.
+std::string reported(const nlohmann::json& report, const char* where, double factor, int digits,
+                     const char* unit) {
+  const nlohmann::json::json_pointer pointer(where);
+  if (!report.contains(pointer) || !report.at(pointer).is_number()) return "-";
+  return fixed(report.at(pointer).get<double>() * factor, digits) + unit;
+}
+
+/// "shoulder_pan_joint -0.12&deg;"
+std::string worstJoint(const nlohmann::json& report) {
+  const nlohmann::json worst =
+      report.value(nlohmann::json::json_pointer("/body/worst"), nlohmann::json::object());
+  const std::string joint = worst.value("joint", "");
+  if (joint.empty()) return "-";
+  const bool is_sliding = replay::isSlidingJoint(joint);
+  return escaped(joint) + " " +
+         reported(worst, "/error", is_sliding ? 1000 : 180 / M_PI, is_sliding ? 1 : 2,
+                  is_sliding ? " mm" : "&deg;");
+}
+
+void writeInStep(std::ostream& page, const DemoReport& report) {
+  page << "<section>\n<h2>In step with the body</h2>\n<p>What the player says itself. Light and "
+          "speech wait for the body; skew is how far from their recorded moments they were sent, "
+          "relative to it. The base follows its recorded poses; its drift is what had to be "
+          "corrected on the way.</p>\n<table>\n<tr><th>Behavior</th><th class=\"n\">Waited</th>"
+          "<th class=\"n\">Skew p95: light</th><th class=\"n\">speech</th>"
+          "<th class=\"n\">Base: drift</th><th class=\"n\">at the end</th>"
+          "<th class=\"n\">Farthest joint at the end</th></tr>\n";
+  for (const MeasuredBehavior& each : report.behaviors) {
+    const nlohmann::json& player = each.player_report;
+    const auto cell = [&](const std::string& text) {
+      page << "<td class=\"n\">" << text << "</td>";
+    };
+    page << "<tr><td>" << escaped(each.behavior.name) << "</td>";
+    cell(reported(player, "/in_step/waited_s", 1, 1, " s"));
+    cell(reported(player, "/in_step/skew_ms/ar/p95", 1, 1, " ms"));
+    cell(reported(player, "/in_step/skew_ms/speech/p95", 1, 1, " ms"));
+    cell(reported(player, "/body/base/drift_m", 100, 1, " cm"));
+    const std::string turn = reported(player, "/body/base/turn_deg", 1, 1, "&deg;");
+    cell(reported(player, "/body/base/distance_m", 100, 1, " cm") +
+         (turn == "-" ? "" : ", " + turn));
+    cell(worstJoint(player));
+    page << "</tr>\n";
   }
   page << "</table>\n</section>\n";
 }
@@ -188,6 +238,7 @@ std::string reportHtml(const DemoReport& report, const DemoStory& story) {
     writeBehavior(page, each, storyOf(story, each.behavior.name));
   }
   writeMeasurements(page, report);
+  writeInStep(page, report);
   writeTryIt(page, report);
   writeFooter(page, report);
   page << "</main>\n</body>\n</html>\n";

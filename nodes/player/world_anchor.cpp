@@ -150,6 +150,9 @@ void WorldAnchor::place(const std::string& frame, replay::Stamp moment, Wanted w
     if (unplaced_.size() < kMostFrames || unplaced_.count(frame) > 0) ++unplaced_[frame];
     return;
   }
+  // Two topics of one moment: tf wants to hear it once.
+  const auto [told, is_new] = told_.emplace(frame, published);
+  if (!is_new && std::exchange(told->second, published) == published) return;
   geometry_msgs::TransformStamped transform;
   transform.header.stamp = stampOf(published);
   transform.header.frame_id = plan_.rewriting.frame(settings_.frame);

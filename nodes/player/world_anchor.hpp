@@ -70,6 +70,7 @@ class WorldAnchor : public replay::MessageAnchor {
   std::map<std::string, replay::HeaderFields> fields_;  ///< by md5 and type
   std::set<std::string> frames_;                        ///< in use
   std::map<std::string, std::uint64_t> unplaced_;       ///< how often, by frame
+  std::map<std::string, replay::Stamp> told_;           ///< the last stamp told, by frame
   replay::Stamp last_stamped_;
 };
 

@@ -12,7 +12,11 @@ nlohmann::json playerReport() {
   return {{"topics",
            {{"/a", {{"lateness_ms", {{"p50", 0.1}, {"p99", 2.0}, {"max", 2.5}}}}},
             {"/b", {{"lateness_ms", {{"p50", 0.3}, {"p99", 1.0}, {"max", 9.0}}}}},
-            {"/c", {{"not_played", "nobody may"}}}}}};
+            {"/c", {{"not_played", "nobody may"}}}}},
+          {"in_step", {{"waited_s", 1.25}, {"skew_ms", {{"ar", {{"p95", 4.44}}}}}}},
+          {"body",
+           {{"worst", {{"joint", "elbow_flex_joint"}, {"error", -0.1}}},
+            {"base", {{"distance_m", 0.0123}, {"turn_deg", 0.5}, {"drift_m", 0.05}}}}}};
 }
 
 DemoReport report() {
@@ -90,6 +94,21 @@ TEST(DemoReport, pageShowsPicturesAndNumbersAndEscapesWords) {
   EXPECT_TRUE(shows("build/bin/afterglow show 7"));
   EXPECT_FALSE(shows("http"));
   EXPECT_FALSE(shows("<script"));
+}
+
+TEST(DemoReport, pageSaysWhatThePlayerMeasured) {
+  DemoReport measured = report();
+  const std::string row =
+      "<td class=\"n\">1.2 s</td><td class=\"n\">4.4 ms</td><td class=\"n\">-</td>"
+      "<td class=\"n\">5.0 cm</td><td class=\"n\">1.2 cm, 0.5&deg;</td>"
+      "<td class=\"n\">elbow_flex_joint -5.73&deg;</td>";
+  EXPECT_NE(reportHtml(measured, story()).find(row), std::string::npos)
+      << reportHtml(measured, story());
+  measured.behaviors[0].player_report.erase("body");
+  measured.behaviors[0].player_report.erase("in_step");
+  std::string nothing = "<tr><td>pick</td>";
+  for (int i = 0; i < 6; ++i) nothing += "<td class=\"n\">-</td>";
+  EXPECT_NE(reportHtml(measured, story()).find(nothing), std::string::npos);
 }
 
 TEST(DemoReport, everyPictureHasWords) {
