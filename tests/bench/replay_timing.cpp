@@ -203,7 +203,8 @@ void run(const Settings& settings) {
   finish({AFTERGLOW_BENCH_COMMAND, "export", id, "--store", store, "--out", bag});
   std::map<std::string, Words> players = {
       {"afterglow play",
-       {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion", "--quiet"}},
+       {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion", "--open-loop",
+        "--longest-stall", "0.5", "--quiet"}},
       {"rosbag play", {"rosbag", "play", "-q", "--wait-for-subscribers", bag}}};
   if (settings.is_normal) players["afterglow play"].push_back("--no-realtime");
   if (!settings.third.empty()) {
