@@ -85,7 +85,7 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
   state_publisher_.publish(std_msgs::String());
   duration_publisher_ = private_node.advertise<std_msgs::Float64>("duration", 10, true);
   duration_publisher_.publish(std_msgs::Float64());
-  problem_publisher_ = node.advertise<std_msgs::String>("/robotsound/problem", 1, true);
+  problem_publisher_ = node.advertise<std_msgs::String>("/robotsound/problem", 100, true);
   problem_publisher_.publish(std_msgs::String());
   caption_ = FloorCaption::read(node, private_node);
   const auto subscribe = [&](const char* topic, auto callback) {
@@ -107,9 +107,12 @@ void SpeakerNode::onMessage(const AnyMessage& event) {
     const std::optional<SoundRequest> request = requestOf(event);
     if (!request) throw std::runtime_error("it is no sound_play/SoundRequest");
     obey(*request);
+    refusal_.clear();
   } catch (const std::exception& error) {
+    refusal_ = error.what();
     ROS_ERROR("sound request refused: %s", error.what());
   }
+  publishProblem();
 }
 
 void SpeakerNode::onAhead(const AnyMessage& event) {
@@ -194,11 +197,12 @@ void SpeakerNode::onTimer() {
 void SpeakerNode::publishProblem() {
   std_msgs::String problem;
   if (device_) problem.data = device_->problem();
+  const bool is_silent = !problem.data.empty();
+  if (!is_silent) problem.data = refusal_;
   if (problem.data == problem_) return;
   problem_ = problem.data;
   problem_publisher_.publish(problem);
-  if (!problem_.empty())
-    ROS_WARN("nothing can be heard: %s; going on in silence", problem_.c_str());
+  if (is_silent) ROS_WARN("nothing can be heard: %s; going on in silence", problem_.c_str());
 }
 
 void SpeakerNode::publishState() {

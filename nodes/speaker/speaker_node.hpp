@@ -25,7 +25,8 @@ namespace afterglow::nodes {
 /// will be asked for: prepared while nothing else is to be done, so that they start at once. Out,
 /// latched: ~state (std_msgs/String), the text being said, empty when it has been said; ~duration
 /// (std_msgs/Float64), how many seconds it takes in all, 0 when it has been said, 1e9 in a loop;
-/// /robotsound/problem (std_msgs/String), why nothing can be heard, empty: all is well.
+/// /robotsound/problem (std_msgs/String), why nothing can be heard or the last request was refused,
+/// empty: all is well.
 /// Parameters: ~voice (en-us), ~words_per_minute (160), ~player ("": aplay or paplay, whichever is
 /// there; "none": silent), ~folder ("": keep nothing; else a WAV file for every sound and
 /// speech.json), and those of FloorCaption. The constructor throws std::runtime_error for a
@@ -59,6 +60,7 @@ class SpeakerNode {
   std::map<int, std::size_t> log_entries_;  ///< of playing sounds, by their id
   std::unique_ptr<FloorCaption> caption_;   ///< empty without ~caption_topic
   std::string state_, problem_;
+  std::string refusal_;  ///< of the last request; empty if it was obeyed
   std::deque<sound_play::SoundRequest> ahead_;
   ros::Publisher state_publisher_, duration_publisher_, problem_publisher_;
   ros::Subscriber requests_, ahead_requests_;

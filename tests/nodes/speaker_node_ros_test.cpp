@@ -86,6 +86,16 @@ TEST_F(SpeakerNodeTest, tellsWhenItSpeaksAndKeepsWhatItSaid) {
 }
 
 TEST_F(SpeakerNodeTest, goesOnAfterRequestsItCannotObey) {
+  std::vector<std::string> problems;
+  const ros::Subscriber hears = node.subscribe<std_msgs::String>(
+      "/robotsound/problem", 10, [&](const std_msgs::StringConstPtr& problem) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        problems.push_back(problem->data);
+      });
+  ASSERT_TRUE(eventually([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return problems.size() == 1;
+  }));
   ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Hello.", "nobody");
   ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "");
   ask(SoundRequest::SAY, 17, "Hello.");
@@ -96,6 +106,13 @@ TEST_F(SpeakerNodeTest, goesOnAfterRequestsItCannotObey) {
   ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Still here.");
   EXPECT_TRUE(eventually([&] { return heard("Still here.") == 1; }));
   EXPECT_EQ(spoken().size(), 1u);
+  EXPECT_TRUE(eventually([&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return problems.size() == 9;
+  })) << "seven refusals, all is well before and after";
+  EXPECT_EQ(problems.back(), "");
+  EXPECT_EQ(
+      std::count(problems.begin(), problems.end(), "no package no_such_package for sound.wav"), 1);
 }
 
 TEST_F(SpeakerNodeTest, playsFilesAndStopsThem) {
