@@ -94,14 +94,17 @@ FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
   read("linear_scale", config.errors.linear_scale);
   read("angular_scale", config.errors.angular_scale);
   read("slip", config.errors.slip);
-  read("localization_error", config.localization.position);
-  read("localization_yaw_error", config.localization.yaw);
-  read("slowness", config.slowness);
-  if (config.slowness <= 0)
-    throw std::runtime_error("parameter " + private_node.resolveName("slowness") +
-                             " must be above 0");
+  const auto readPositive = [&](const char* name, double& value, bool may_be_zero) {
+    read(name, value);
+    if (value < 0 || (value == 0 && !may_be_zero))
+      throw std::runtime_error("parameter " + private_node.resolveName(name) + " must not be " +
+                               (may_be_zero ? "below 0" : "0 or less"));
+  };
+  readPositive("localization_error", config.localization.position, true);
+  readPositive("localization_yaw_error", config.localization.yaw, true);
+  readPositive("slowness", config.slowness, false);
   double latency_s = 0;
-  read("latency", latency_s);
+  readPositive("latency", latency_s, true);
   config.errors.latency = Nanoseconds(std::llround(latency_s * 1e9));
   config.errors.seed =
       static_cast<std::uint32_t>(std::abs(readNumber(private_node, "seed", config.errors.seed)));

@@ -1,6 +1,7 @@
 /// \file
 /// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers,
-/// /cmd_vel, tf, joint states and odometry. Names and rates: README.md, "The nodes".
+/// /cmd_vel, tf, joint states and odometry. ~true_pose (geometry_msgs/PoseStamped in map) tells
+/// judges where it truly is, which no robot knows.
 #pragma once
 
 #include <actionlib/server/simple_action_server.h>

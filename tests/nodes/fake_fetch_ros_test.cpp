@@ -1,11 +1,14 @@
 #include <actionlib/client/simple_action_client.h>
+#include <geometry_msgs/PoseStamped.h>
 #include <gtest/gtest.h>
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/JointState.h>
 
 #include <atomic>
+#include <chrono>
 #include <map>
 #include <mutex>
+#include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fake_fetch_node.hpp"
@@ -238,6 +241,28 @@ TEST_F(FakeFetchNodeTest, drivesAndStopsByItself) {
   ASSERT_TRUE(driveUntil(0.4, [&] { return travel() > 0.1; }));
   EXPECT_GT(world->odometry().twist.twist.linear.x, 0);
   EXPECT_TRUE(eventually([&] { return world->odometry().twist.twist.linear.x == 0; }));
+  ros::NodeHandle self("~");
+  const auto truth = ros::topic::waitForMessage<geometry_msgs::PoseStamped>("true_pose", self);
+  ASSERT_TRUE(truth);
+  EXPECT_NEAR(truth->pose.position.x, world->T_map("base_link").translation().x(), 1e-9);
+}
+
+TEST_F(FakeFetchNodeTest, isAsImperfectAsItIsToldToBe) {
+  const ros::NodeHandle other("other_robot");
+  other.setParam("latency", 0.08);
+  other.setParam("localization_error", 0.03);
+  other.setParam("localization_yaw_error", 0.0175);
+  other.setParam("slowness", 1.3);
+  const FakeFetchConfig config = readFakeFetchConfig(other);
+  EXPECT_EQ(config.errors.latency, std::chrono::milliseconds(80));
+  EXPECT_EQ(config.localization.position, 0.03);
+  EXPECT_EQ(config.localization.yaw, 0.0175);
+  EXPECT_EQ(config.slowness, 1.3);
+  for (const char* name : {"latency", "localization_error", "slowness"}) {
+    other.setParam(name, -1.0);
+    EXPECT_THROW(readFakeFetchConfig(other), std::runtime_error) << name;
+    other.setParam(name, 1.0);
+  }
 }
 
 TEST_F(FakeFetchNodeTest, isBackAtItsStartAfterAReset) {
