@@ -14,29 +14,28 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kAnswer = 15;   // seconds: recorder and player answer sooner or not at all
-constexpr double kOverrun = 20;  // seconds that a replay may take longer than its recording
+constexpr double kOverrun = 60;  // seconds that a replay may take longer than its recording
 
 template <typename Client>
 void waitForServer(Client& client, const std::string& who, double seconds) {
   if (!client.waitForServer(ros::Duration(seconds))) throw TaskError(who + " is not there");
 }
 
-/// When the player's clock began, from its feedback.
-class StartOfReplay {
+/// Where a replay is, as it last said: it stands while it waits for the body.
+class ReplayPosition {
  public:
   void hear(double position_s) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!start_) start_ = ros::WallTime::now() - ros::WallDuration(position_s);
+    position_s_ = position_s;
   }
-  std::optional<double> position() const {
+  std::optional<double> last() const {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!start_) return std::nullopt;
-    return (ros::WallTime::now() - *start_).toSec();
+    return position_s_;
   }
 
  private:
   mutable std::mutex mutex_;
-  std::optional<ros::WallTime> start_;
+  std::optional<double> position_s_;
 };
 
 }  // namespace
@@ -105,9 +104,9 @@ ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
                                   const std::function<void(double)>& on_position) {
   ReplayGoal goal;
   goal.name = name;
-  const auto start = std::make_shared<StartOfReplay>();
-  client_.sendGoal(goal, {}, {}, [start](const ReplayFeedbackConstPtr& feedback) {
-    start->hear(feedback->position);
+  const auto position = std::make_shared<ReplayPosition>();
+  client_.sendGoal(goal, {}, {}, [position](const ReplayFeedbackConstPtr& feedback) {
+    position->hear(feedback->position);
   });
   const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(duration_s + kOverrun);
   while (!client_.getState().isDone()) {
@@ -115,7 +114,7 @@ ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
       client_.cancelGoal();
       throw TaskError("player_node did not finish '" + name + "'");
     }
-    if (const auto position = start->position()) on_position(*position);
+    if (const auto last = position->last()) on_position(*last);
     sleepFor(0.02);
   }
   const ReplayResultConstPtr result = client_.getResult();
