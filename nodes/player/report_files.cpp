@@ -28,6 +28,7 @@ std::string reportJson(const replay::PlayReport& report, int indent) {
 }
 
 void saveReport(const std::string& folder, const replay::PlayReport& report) {
+  std::filesystem::create_directories(folder);
   const std::string now = dateNow();
   std::string compact = now;
   compact.erase(std::remove_if(compact.begin(), compact.end(),

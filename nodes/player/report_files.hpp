@@ -15,7 +15,8 @@ void writeText(const std::string& path, const std::string& text);
 std::string reportJson(const replay::PlayReport& report, int indent);
 
 /// Writes BEHAVIOR_TIME.json and .html, TIME being UTC to the second: 7_20261121T142005Z.json. A
-/// second replay within it gets another name. Throws std::runtime_error, one line.
+/// second replay within it gets another name. A missing folder is made. Throws std::runtime_error,
+/// one line.
 void saveReport(const std::string& folder, const replay::PlayReport& report);
 
 }  // namespace afterglow::nodes

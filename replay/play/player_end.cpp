@@ -43,7 +43,8 @@ Player::Wake Player::endRound() {
 }
 
 void Player::measureLength() {
-  report_.actual_ns = clock_.now().ns - first_deadline_.ns - paused_ns_;
+  const SteadyTime end = timeline_ && timeline_->isPaused() ? paused_at_ : clock_.now();
+  report_.actual_ns = std::max<std::int64_t>(0, end.ns - first_deadline_.ns - paused_ns_);
 }
 
 /// It gives up by itself.

@@ -53,6 +53,13 @@ TEST_F(PlayerTest, resumesWhereItPausedWithTheRobotStandingMeanwhile) {
   EXPECT_TRUE(report.is_complete);
 }
 
+TEST_F(PlayerTest, doesNotCountThePauseInWhichItWasStopped) {
+  for (int i = 0; i < 5; ++i) record(kSay, i * 100, text("x"));
+  at(250, [this] { player->pause(); });
+  at(60'000, [this] { player->stop("enough"); });
+  EXPECT_EQ(play(450).actual_ns, 250 * kMs);
+}
+
 TEST_F(PlayerTest, skipsVelocitiesThatAStallHasOvertaken) {
   for (int i = 0; i < 100; ++i) record(kCmdVel, i * 10, twist(i + 1));
   record(kMarkers, 101, test::markers(1));
