@@ -198,6 +198,8 @@ void KittingRobot::lookAt(const Eigen::Vector3d& p_base, double seconds) {
   point_head_.sendGoal(goal);
 }
 
+void KittingRobot::finishHead(double seconds) { expectSuccess(head_, "the head", seconds + kLate); }
+
 void KittingRobot::setGripper(double gap, double timeout) {
   control_msgs::GripperCommandGoal goal;
   goal.command.position = gap;

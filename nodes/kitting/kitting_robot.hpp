@@ -59,6 +59,7 @@ class KittingRobot {
   void moveTorso(double height, double seconds);
   /// Returns at once.
   void startHead(double pan, double tilt, double seconds);
+  void finishHead(double seconds);
   /// Turns the head's camera to a point of base_link; returns at once.
   void lookAt(const Eigen::Vector3d& p_base, double seconds);
   void setGripper(double gap, double timeout);

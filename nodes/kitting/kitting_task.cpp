@@ -143,6 +143,7 @@ void KittingTask::drive() {
   waitUntilSaid();
   sleepFor(plan_.settle);
   drive.clearLight();
+  robot_.finishHead(1);  // a behavior ends at rest
   sleepFor(plan_.settle);
 }
 
