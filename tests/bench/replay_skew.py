@@ -127,7 +127,7 @@ def main():
                     truth.forget()
                     truth.wait()
                     witness.taken()
-                    report, problem = world.play(behavior, world.store, *flags)
+                    report, problem = world.play(behavior, world.store, '--longest-stall', '0.5', *flags)
                     if problem:
                         raise RuntimeError(problem)
                     replayed = witness.taken()
