@@ -11,6 +11,7 @@
 
 #include "replay/messages/definitions.hpp"
 
+namespace afterglow::nodes::foreign_msgs_test {
 namespace {
 
 template <typename Message>
@@ -52,3 +53,4 @@ TEST(ForeignMessages, areAmongTheDefinitionsOfThisMachine) {
 }
 
 }  // namespace
+}  // namespace afterglow::nodes::foreign_msgs_test
