@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/play/goal_remainder.hpp"
+#include "replay/play/number_text.hpp"
 #include "replay/play/timeline.hpp"
 #include "replay/play/velocity.hpp"
 
@@ -98,12 +98,6 @@ void addTrajectory(const Trajectory& trajectory, double sent_at_s, PeakFinder& p
     before = positions;
     before_s = at_s;
   }
-}
-
-std::string numberText(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", value);
-  return text;
 }
 
 void refuseDamage(const PlayPlan& plan, const PlannedTopic& topic,

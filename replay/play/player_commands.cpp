@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "replay/play/number_text.hpp"
 #include "replay/play/player.hpp"
 
 namespace afterglow::replay {
@@ -48,7 +49,7 @@ void Player::setRate(double rate) {
 void Player::seek(PlaybackTime position) {
   const Stamp to{plan_.behavior.begin.ns + position.ns};
   if (to < plan_.begin || to > plan_.end) {
-    throw std::runtime_error(std::to_string(position.seconds()) +
+    throw std::runtime_error(numberText(position.seconds()) +
                              " s is not within the part that is played");
   }
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -5,6 +5,7 @@
 
 #include "replay/play/clearing.hpp"
 #include "replay/play/goal_remainder.hpp"
+#include "replay/play/number_text.hpp"
 #include "replay/play/player.hpp"
 
 namespace afterglow::replay {
@@ -58,7 +59,7 @@ Player::Wake Player::waitForGoals() {
   const auto all_done = [this] { return !goals_.hasOpen(); };
   const Wake wake = waitFor(options_.goal_wait_s, all_done);
   if (wake == Wake::Due && !all_done()) {
-    note("goals were still under way " + std::to_string(options_.goal_wait_s) +
+    note("goals were still under way " + numberText(options_.goal_wait_s) +
          " s after the behavior's end, and were canceled");
   }
   return wake;

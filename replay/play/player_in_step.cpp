@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "replay/play/number_text.hpp"
 #include "replay/play/player.hpp"
 #include "replay/play/velocity.hpp"
 
@@ -217,7 +218,7 @@ void Player::standWhileHeld() {
     }
   }
   if (held_ns >= longestWait()) {
-    fail(Modality::Body, "a goal on " + awaited_ + " took " + std::to_string(options_.goal_wait_s) +
+    fail(Modality::Body, "a goal on " + awaited_ + " took " + numberText(options_.goal_wait_s) +
                              " s longer than it did when it was recorded");
     goals_.giveUpWaiting({timeline_->limit()->ns + kMilestoneMarginNs});
   }
