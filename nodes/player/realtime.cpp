@@ -36,6 +36,11 @@ RealtimeScope::RealtimeScope() {
   description_ = is_active_ ? "SCHED_FIFO"
                             : std::string("normal: SCHED_FIFO is refused (") +
                                   std::strerror(errno) + "; see ulimit -r)";
+  extend();
+}
+
+void RealtimeScope::extend() {
+  const auto self = static_cast<pid_t>(syscall(SYS_gettid));
   if (is_active_) scheduleOthers(self, SCHED_FIFO, kOtherPriority);
 }
 

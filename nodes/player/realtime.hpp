@@ -8,13 +8,17 @@
 namespace afterglow::nodes {
 
 /// While it lives, the threads that the process has (roscpp's send what is published) are scheduled
-/// first in, first out, the one that made it before the others. Threads started meanwhile are not.
+/// first in, first out, the one that made it before the others. Threads started meanwhile are not,
+/// until extend(); programs started by them never are.
 class RealtimeScope {
  public:
   RealtimeScope();
   ~RealtimeScope();
   RealtimeScope(const RealtimeScope&) = delete;
   RealtimeScope& operator=(const RealtimeScope&) = delete;
+
+  /// To the threads that have begun since. The thread that made it.
+  void extend();
 
   /// "SCHED_FIFO", or "normal: why not".
   const std::string& description() const { return description_; }

@@ -10,6 +10,7 @@
 #include <iostream>
 #include <vector>
 
+#include "nodes/player/realtime.hpp"
 #include "nodes/player/replay_guard.hpp"
 #include "nodes/player/stop_signal.hpp"
 
@@ -52,6 +53,7 @@ int main(int argc, char** argv) {
     afterglow::replay::HeartbeatWatch::Options options;
     options.longest_silence_ns = std::atoll(argv[2]) * 1'000'000;
     ReplayGuard guard(link, options);
+    const RealtimeScope realtime;  // a busy machine must not hold it up, nor make it see a stall
     guard.run();
     ros::shutdown();
   } catch (const std::exception& error) {

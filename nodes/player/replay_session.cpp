@@ -103,7 +103,10 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   std::optional<RealtimeScope> realtime;
   if (request_.is_realtime) realtime.emplace();
   replay::Clock& clock = time_->clock();
-  if (!plan_.motionTopics().empty()) openGate(sink, clock);
+  const auto scheduleNewThreads = [&] {
+    if (realtime) realtime->extend();
+  };
+  if (!plan_.motionTopics().empty()) openGate(sink, clock, scheduleNewThreads);
   std::optional<RateControl> rate_control;
   if (!request_.rate_control.topic.empty()) {
     rate_control.emplace(request_.rate_control, plan_, request_.clock == ReplayClock::Sim, sink,
@@ -129,6 +132,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (player_) player_->fail(replay::Modality::Speech, problem);
   });
+  scheduleNewThreads();
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
   const std::vector<std::string> notes = stagehand.notes();
@@ -154,13 +158,15 @@ void ReplaySession::addEnd(replay::PlayReport& report) const {
   }
 }
 
-void ReplaySession::openGate(RosSink& sink, replay::Clock& clock) {
+void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
+                             const std::function<void()>& on_threads_begun) {
   auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, request_.limits, sink, clock,
                                          [this](const std::string& reason) { stop(reason); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     gate_ = std::move(gate);
   }
+  on_threads_begun();  // one has the watchdog hear that the player lives
   try {
     gate_->check([this] { return isStopped(); });
   } catch (...) {

@@ -46,7 +46,7 @@ class ReplaySession {
 
  private:
   replay::PlayReport play(RosSink& sink);
-  void openGate(RosSink& sink, replay::Clock& clock);
+  void openGate(RosSink& sink, replay::Clock& clock, const std::function<void()>& on_threads_begun);
   void closeGate();
   void addEnd(replay::PlayReport& report) const;
   void waitBeforeStart();
