@@ -12,6 +12,7 @@ constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has no
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
+constexpr double kHurry = 1.05;     // of the path time, to meet what it is late for
 
 // Where the path time begins to slow down, and where it is slowest.
 constexpr double kLagBegin = 0.04, kLagEnd = 0.15;    // m
@@ -125,8 +126,9 @@ PlanarPose BaseTracker::predict(Stamp from, Stamp to) const {
 }
 
 PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
-  path_ = std::min({later(path_, pace_ * seconds), track_.end(),
-                    std::max(path_, limit_.value_or(track_.end()))});
+  Stamp next = later(path_, pace_ * seconds);
+  if (met_ && next < *met_) next = std::min(*met_, later(path_, kHurry * pace_ * seconds));
+  path_ = std::min({next, track_.end(), std::max(path_, limit_.value_or(track_.end()))});
   if (path_ >= track_.end()) {
     state_ = BaseState::Approaching;
     report_.delay = taken_ - secondsBetween(track_.begin(), track_.end()) / options_.rate;

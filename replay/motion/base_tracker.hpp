@@ -88,6 +88,9 @@ class BaseTracker {
   void setRate(double rate);
   /// The path time does not pass that; none at first.
   void setLimit(Stamp limit) { limit_ = limit; }
+  /// What goes with the drive is there by now: a path time behind it runs a little faster. None at
+  /// first.
+  void meet(Stamp recorded) { met_ = recorded; }
 
   BaseState state() const { return state_; }
   /// The recorded stamp that has been reached; never goes back.
@@ -133,6 +136,7 @@ class BaseTracker {
   std::optional<Stamp> last_update_;
   Stamp path_;                  ///< path time
   std::optional<Stamp> limit_;  ///< of it
+  std::optional<Stamp> met_;    ///< where it should be
   double pace_;                 ///< of the path time, to real time
   double idle_ = 0;             ///< s without getting on
   double taken_ = 0;            ///< s

@@ -127,6 +127,7 @@ BaseDrive::Step BaseDrive::follow(Stamp at, bool is_held, double rate, Stamp ros
     return {PlanarVelocity{}, limit_};
   }
   tracker_->setLimit(is_held ? at : after(at, kStepsAhead * rate));
+  tracker_->meet(at);
   const PlanarVelocity command = tracker_->update(look_(ros_now));
   if (!tracker_->reason().empty()) report_.wait = tracker_->reason();
   const double ahead = tracker_->isOnTime() ? kStepsAhead : kStepAhead;

@@ -108,6 +108,18 @@ struct Playing {
 
 Stamp middleOf(const DriveReport& drive) { return {(drive.begin.ns + drive.end.ns) / 2}; }
 
+TEST(BaseDrive, meetsATimelineThatHasGotAheadOfIt) {
+  const RecordedDrive recorded = exactly(threeDrives());
+  Playing playing(recorded);
+  const double begin = 2.5;  // s; in the first drive, of 10 s
+  playing.runUntil({recorded.track.begin().ns + static_cast<std::int64_t>(begin * 1e9)});
+  playing.at.ns += 40'000'000;  // as after a step that came late
+  for (int i = 0; i < 5; ++i) playing.step();
+  EXPECT_GT(secondsBetween(*playing.base.progress(), playing.at), 0.03);
+  for (int i = 0; i < 60; ++i) playing.step();
+  EXPECT_LT(secondsBetween(*playing.base.progress(), playing.at), 0.005);
+}
+
 TEST(BaseDrive, drivesFromStandToStandAndHoldsTheTimelineUntilItIsThere) {
   const RecordedDrive recorded = exactly(threeDrives());
   Playing playing(recorded, {0.03, -0.02, 0.03}, {1.02, 0.98, 0.02, 0.1});
