@@ -122,8 +122,7 @@ void writeMeasurements(std::ostream& page, const DemoReport& report) {
   page
       << "<section>\n<h2>Measured</h2>\n<p>Lateness is how long after its planned moment a message "
          "was sent in the replay. The end error is how far the simulated robot ended from where it "
-         "had "
-         "ended when it was recorded.</p>\n<table>\n"
+         "had ended when it was recorded.</p>\n<table>\n"
          "<tr><th>Behavior</th><th class=\"n\">Recorded</th><th class=\"n\">Messages</th>"
          "<th class=\"n\">Dropped</th><th class=\"n\">Replayed in</th><th class=\"n\">Lateness "
          "p50 / p99 / max</th><th class=\"n\">End error: base</th><th class=\"n\">heading</th>"

@@ -43,6 +43,7 @@ class BasePoses {
   std::int64_t delay_ns_ = 0;  ///< of odometry, the shortest; its clock's difference is in it
 };
 
+/// ros::Time::now(), by which BasePoses dates what it hears.
 replay::Stamp stampNow();
 
 }  // namespace afterglow::nodes

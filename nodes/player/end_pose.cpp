@@ -37,7 +37,7 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
     end.base = {distance(*then.base, *now.base),
                 std::abs(replay::wrapAngle(now.base->yaw - then.base->yaw))};
   } else if (then.base) {
-    end.remarks.push_back("nobody told where the base was at the end (tf's map -> base_link)");
+    end.remarks.push_back("nobody told where the base was at the end (tf)");
   }
   return end;
 }

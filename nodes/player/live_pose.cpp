@@ -33,7 +33,7 @@ class PoseListener {
                        [this](const auto& joint) { return pose.joints.count(joint) > 0; });
   }
   void lookForBase(const PoseQuestion& question) {
-    const std::string &map = question.map, &base = question.base;
+    const std::string map = frameName(question.map), base = frameName(question.base);
     if (!transforms_ || !buffer_.canTransform(map, base, ros::Time(0))) return;
     const Eigen::Isometry3d T_map_base =
         toIsometry(buffer_.lookupTransform(map, base, ros::Time(0)).transform);

@@ -35,7 +35,7 @@ struct PlayerNodeOptions {
   replay::ModalityLatency latency_s;    ///< ~latency, a list: ["ar=0.05", "speech=0.2"]
   replay::FailurePolicy on_failure;     ///< ~on_failure, a list: ["speech=stop"]
   std::string report_folder;            ///< ~report_folder: for each replay's (report_files.hpp)
-  BodyOptions body;                     ///< ~to_start, ~any_start, ~start_tolerance, ~estop_...
+  BodyOptions body;                     ///< as body_gate.hpp and replayed_base.hpp name them
   /// ~anchor (a list of world, body, /topic=world, /topic=body), ~anchor_frame (map)
   replay::AnchorSettings anchors;
 

@@ -1,7 +1,6 @@
 #include "nodes/player/rate_control.hpp"
 
 #include <cstring>
-#include <exception>
 #include <utility>
 
 #include "replay/messages/schema.hpp"

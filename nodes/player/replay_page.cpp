@@ -1,7 +1,6 @@
 #include "nodes/player/replay_page.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "calib/report/html.hpp"
 #include "nodes/player/page_numbers.hpp"

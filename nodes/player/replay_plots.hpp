@@ -1,6 +1,5 @@
 /// \file
-/// What a replay did over its time, in pictures: SVG in HTML. Empty where nothing
-/// was measured.
+/// What a replay did over its time, in pictures: SVG in HTML. Empty where nothing was measured.
 #pragma once
 
 #include <string>

@@ -63,8 +63,6 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
   }
 }
 
-ReplayedBase::~ReplayedBase() = default;
-
 const replay::PlannedTopic* ReplayedBase::chooseTopic() const {
   const std::vector<const replay::PlannedTopic*> all = velocityTopics(plan_);
   if (options_.topic.empty()) return all.size() == 1 ? all.front() : nullptr;
@@ -91,8 +89,7 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
   return options;
 }
 
-// -------------------------------------------------------------------------------- before the
-// replay
+// ------------------------------------------------------------------------------ before the replay
 
 std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
                                                         const std::function<bool()>& is_stopped) {
@@ -126,7 +123,12 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
     return tracker.state() != replay::BaseState::Done && tracker.state() != replay::BaseState::Lost;
   };
   while (isUnderWay() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
-    send(tracker.update(poses_.look(stampNow())));
+    try {
+      send(tracker.update(poses_.look(stampNow())));
+    } catch (...) {  // without the watchdog nothing is sent but a zero
+      send({});
+      throw;
+    }
     std::this_thread::sleep_for(kBaseStep);
     sink.clock().beatIfDue();
   }
@@ -135,8 +137,7 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
   return isUnderWay() ? "driving there took too long" : tracker.reason();
 }
 
-// --------------------------------------------------------------------------------------- the
-// drives
+// ------------------------------------------------------------------------------------- the drives
 
 void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   if (!track_) return;
@@ -150,6 +151,7 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   options.with_localization = live.T_map_odom.has_value();
   auto drive = std::make_unique<replay::BaseDrive>(
       topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
+      // Not the player's time: poses are dated by ros::Time, which a followed clock need not be.
       [this](replay::Stamp) { return poses_.look(stampNow()); });
   if (!drive->hasDrives()) {
     why_open_loop_ = "the base stood still when it was recorded";

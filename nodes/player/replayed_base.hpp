@@ -35,7 +35,6 @@ class ReplayedBase {
   /// StoreError.
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
                const replay::MotionLimits& limits);
-  ~ReplayedBase();
 
   /// The frames of this robot, which may be another one's: as the plan renames them.
   const replay::TrackFrames& frames() const { return live_frames_; }

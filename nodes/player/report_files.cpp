@@ -1,26 +1,19 @@
 #include "nodes/player/report_files.hpp"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
+#include "calib/report/file_replacement.hpp"
 #include "nodes/player/replay_page.hpp"
 #include "nodes/tools/calibration_folder.hpp"
 
 namespace afterglow::nodes {
 
 void writeText(const std::string& path, const std::string& text) {
-  errno = 0;
-  std::ofstream file(path, std::ios::trunc);
-  file << text;
-  if (!file.flush()) {
-    throw std::runtime_error(path + ": cannot be written" +
-                             (errno != 0 ? std::string(": ") + std::strerror(errno) : ""));
-  }
+  calib::FileReplacement file;
+  file.add(path, text);
+  file.commit();
 }
 
 std::string reportJson(const replay::PlayReport& report, int indent) {
@@ -28,7 +21,6 @@ std::string reportJson(const replay::PlayReport& report, int indent) {
 }
 
 void saveReport(const std::string& folder, const replay::PlayReport& report) {
-  std::filesystem::create_directories(folder);
   const std::string now = dateNow();
   std::string compact = now;
   compact.erase(std::remove_if(compact.begin(), compact.end(),
@@ -39,8 +31,10 @@ void saveReport(const std::string& folder, const replay::PlayReport& report) {
   for (int i = 2; std::filesystem::exists(free_name + ".json"); ++i) {
     free_name = name + "_" + std::to_string(i);
   }
-  writeText(free_name + ".json", reportJson(report, 2) + "\n");
-  writeText(free_name + ".html", replayPage({report}, now));
+  calib::FileReplacement files;
+  files.add(free_name + ".json", reportJson(report, 2) + "\n");
+  files.add(free_name + ".html", replayPage({report}, now));
+  files.commit();
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,6 @@
 #include "nodes/verbs/body_options.hpp"
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -37,7 +38,7 @@ bool readFrame(const std::string& text, replay::TrackFrames& frames) {
   return true;
 }
 
-/// "position=0.01".
+/// "position=0.01". False if it is no such thing.
 bool readNoise(const std::string& text, replay::LocalizationNoise& noise) {
   const std::size_t equals = text.find('=');
   const std::string name = text.substr(0, equals);
@@ -46,27 +47,29 @@ bool readNoise(const std::string& text, replay::LocalizationNoise& noise) {
          CLI::detail::lexical_cast(text.substr(equals + 1), *value) && *value > 0;
 }
 
+void readEach(const std::vector<std::string>& texts,
+              const std::function<bool(const std::string&)>& read) {
+  for (const std::string& text : texts) {
+    if (!read(text)) throw CLI::ValidationError("'" + text + "' is not understood; see --help");
+  }
+}
+
 void addDriveOptions(CLI::App& verb, BodyOptions& body) {
   verb.add_flag("--open-loop", body.base.is_open_loop,
                 "Send the base's velocities as they were recorded; default: it is driven along its "
                 "recorded poses");
   verb.add_option("--base-topic", body.base.topic,
                   "Which of several velocity topics is the base's");
-  const auto each = [](const std::vector<std::string>& texts, const auto& read) {
-    for (const std::string& text : texts) {
-      if (!read(text)) throw CLI::ValidationError("'" + text + "' is not understood; see --help");
-    }
-  };
   verb.add_option_function<std::vector<std::string>>(
       "--base-frame",
-      [&body, each](const std::vector<std::string>& texts) {
-        each(texts, [&](const auto& text) { return readFrame(text, body.base.frames); });
+      [&body](const std::vector<std::string>& texts) {
+        readEach(texts, [&](const std::string& text) { return readFrame(text, body.base.frames); });
       },
       "Frames as they were recorded: map=FRAME odom=FRAME base=FRAME; default map odom base_link");
   verb.add_option_function<std::vector<std::string>>(
       "--localization-noise",
-      [&body, each](const std::vector<std::string>& texts) {
-        each(texts, [&](const auto& text) { return readNoise(text, body.base.noise); });
+      [&body](const std::vector<std::string>& texts) {
+        readEach(texts, [&](const std::string& text) { return readNoise(text, body.base.noise); });
       },
       "How exactly localization knows the base, standard deviations: position=M yaw=RAD; default "
       "0.03 0.0175");
@@ -85,9 +88,8 @@ void addStartOptions(CLI::App& verb, BodyOptions& body) {
   verb.add_option_function<std::vector<std::string>>(
       "--start-tolerance",
       [&body](const std::vector<std::string>& texts) {
-        for (const std::string& text : texts) {
-          if (!readTolerance(text, body.tolerances)) throw CLI::ValidationError(text);
-        }
+        readEach(texts,
+                 [&](const std::string& text) { return readTolerance(text, body.tolerances); });
       },
       "How far it may stand from there: turning=RAD sliding=M gripper=M base=M base_turn=RAD; "
       "default 0.05 0.02 0.01 0.05 0.0524");

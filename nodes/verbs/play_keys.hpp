@@ -4,7 +4,6 @@
 
 #include <termios.h>
 
-#include <optional>
 #include <string>
 
 #include "nodes/player/replay_session.hpp"
@@ -39,7 +38,7 @@ class Keyboard {
 /// Does what a key says; the answer is for the status line. Nothing for unknown keys.
 std::string followKey(const std::string& key, ReplaySession& session);
 
-/// " [PLAYING]  12.34 / 60.00 s  x 1"
+/// " [PLAYING]  12.34 / 60.00 s  rate 1.00  12 messages"
 std::string statusText(const ReplaySession& session);
 
 }  // namespace afterglow::nodes

@@ -156,8 +156,8 @@ void addPlayOptions(CLI::App& verb, PlayCommand& c) {
   addBodyOptions(verb, c.request.body);
   verb.add_option("--limits", c.limits_file,
                   "How fast it may move, a YAML file; default: a Fetch's, or as fast as it did");
-  verb.add_flag("--dry-run", c.is_dry_run, "Show the plan; needs no ROS master");
-  verb.add_flag("--json", c.is_json, "The plan of --dry-run as JSON");
+  auto* dry_run = verb.add_flag("--dry-run", c.is_dry_run, "Show the plan; needs no ROS master");
+  verb.add_flag("--json", c.is_json, "The plan of --dry-run as JSON")->needs(dry_run);
   verb.add_option("--report", c.report_file,
                   "Write what was measured: FILE.json, FILE.txt or, with plots, FILE.html")
       ->check(isReportFile);

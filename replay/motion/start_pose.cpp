@@ -331,7 +331,7 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
     return "";
   }
   if (!now.base) {
-    return "nobody tells where the base is (tf's map -> base_link)";
+    return "nobody tells where the base is (tf)";
   }
   const PlanarPose way = between(*now.base, *then.base);
   const double off = std::hypot(way.x, way.y), turn = std::abs(way.yaw);

@@ -44,7 +44,6 @@ BaseDrive::BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, St
       track_(track),
       options_(options),
       look_(std::move(look)),
-      end_pose_(track.at(end)),
       limit_(kNever) {
   if (sample_.size() < sizeof(Velocity)) {
     throw std::invalid_argument("a message on " + topic_ + " has no velocity");
@@ -54,11 +53,8 @@ BaseDrive::BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, St
   report_.topic = topic_;
   report_.frame = track.frame();
   report_.is_localized = track.isLocalized() && options.with_localization;
-  report_.remarks = track.remarks;
   for (const Drive& drive : drives_) report_.length += track.part(drive.begin, drive.end).length();
 }
-
-BaseDrive::~BaseDrive() = default;
 
 void BaseDrive::findDrives(Stamp begin, Stamp end) {
   const auto add = [this](Stamp from, Stamp to, bool is_passing) {
@@ -86,8 +82,20 @@ void BaseDrive::enter(Stamp at) {
   // The part of a drive before it is not driven any more; the rest begins there.
   begin_ = at;
   is_return_ = std::exchange(has_entered_, true);
-  if (is_return_) start(at, at, false);
+  if (is_return_) {
+    start(at, at, false);
+  } else if (!report_.is_localized) {
+    rememberStart(at);
+  }
   limit_ = nextBegin();
+}
+
+/// Odometry has to know where it began, also if the replay is moved before the first drive.
+void BaseDrive::rememberStart(Stamp at) {
+  const BaseInput now = look_({});
+  if (!now.T_odom_base) return;
+  const PlanarPose& odometry = now.T_odom_base->pose;
+  known_.emplace(options_.noise, compose(track_.at(at), inverse(odometry)), odometry, now.now);
 }
 
 bool BaseDrive::isBusy(Stamp at) const { return at >= nextBegin(); }
@@ -129,7 +137,6 @@ BaseDrive::Step BaseDrive::follow(Stamp at, bool is_held, double rate, Stamp ros
   tracker_->setLimit(is_held ? at : after(at, kStepsAhead * rate));
   tracker_->meet(at);
   const PlanarVelocity command = tracker_->update(look_(ros_now));
-  if (!tracker_->reason().empty()) report_.wait = tracker_->reason();
   const double ahead = tracker_->isOnTime() ? kStepsAhead : kStepAhead;
   return {command, std::min(after(tracker_->progress(), ahead * rate), tracker_->track().end())};
 }

@@ -34,9 +34,7 @@ struct BaseDriveReport {
   std::vector<DriveReport> drives;
   double delay = 0;   ///< s that all of them took longer than recorded, final approaches included
   std::string lost;   ///< why it was given up; empty if it was not
-  std::string wait;   ///< what it last waited for, "no localization for 2.1 s"; may be empty
   double waited = 0;  ///< s of waiting for poses
-  std::vector<std::string> remarks;  ///< of the track
 };
 
 /// One thread. A drive lies between two stands of at least a second; each is driven by a
@@ -52,7 +50,6 @@ class BaseDrive {
   /// std::invalid_argument for limits that are none, and a sample that has no velocity.
   BaseDrive(std::string topic, Bytes sample, const PoseTrack& track, Stamp begin, Stamp end,
             const TrackerOptions& options, Look look);
-  ~BaseDrive();
 
   /// False: the base stood all the time, and nothing is to be replaced.
   bool hasDrives() const { return !drives_.empty(); }
@@ -96,8 +93,6 @@ class BaseDrive {
   std::optional<Stamp> progress() const;
   /// m off the recorded track, at the last step; empty while it is not following one.
   std::optional<double> deviation() const;
-  /// Where the base was when the track ended, in the track's frame.
-  const PlanarPose& endPose() const { return end_pose_; }
   BaseDriveReport report() const;
 
  private:
@@ -106,6 +101,7 @@ class BaseDrive {
     bool is_passing = false;  ///< the stand at its end is too short for anything to be done there
   };
 
+  void rememberStart(Stamp at);
   void findDrives(Stamp begin, Stamp end);
   void start(Stamp from, Stamp to, bool is_passing);
   Step follow(Stamp at, bool is_held, double rate, Stamp ros_now);
@@ -118,7 +114,6 @@ class BaseDrive {
   const TrackerOptions options_;
   const Look look_;
   std::vector<Drive> drives_;
-  PlanarPose end_pose_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
   std::unique_ptr<BaseTracker> tracker_;  ///< of what is under way
   bool is_return_ = false;              ///< what is under way only brings the base to where it was

@@ -1,8 +1,5 @@
 #include "replay/play/milestones.hpp"
 
-#include <algorithm>
-#include <memory>
-
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/play/goal_remainder.hpp"

@@ -133,11 +133,12 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 /// - body {joints {name: live less recorded at the end, rad or m}, worst {joint, error}, not_known,
 ///   base {distance_m, turn_deg, topic, closed_loop, why_open_loop; in closed loop: localized,
 ///   length_m, drives, largest_deviation_m, drift_m, drift_deg, corrections, delay_s,
-///   waited_for_poses_s, lost}}; without worst, base, distance_m where nothing is known;
+///   waited_for_poses_s, lost}}; without worst, not_known, base, distance_m,
+///   turn_deg where nothing is known;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
 /// - topics {name: {type, count, modality, published_as, rewritten [{field, rule, count}],
-///   published, skipped, refused, problem, heard, lateness_ms {p50, p99, max}, drift_ms}, or {type,
-///   count, not_played}}.
+///   published, skipped, refused, problem, replaced (if any were), heard, lateness_ms {p50, p99,
+///   max}, drift_ms}, or {type, count, not_played}}.
 nlohmann::ordered_json toJson(const PlayReport& report);
 /// The plan alone, as `afterglow play --dry-run` shows it.
 nlohmann::ordered_json toJson(const PlayPlan& plan);

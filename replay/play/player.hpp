@@ -43,8 +43,8 @@ struct PlayOptions {
   double rate = 1.0;
   bool clear_projection = true;
   double hold_s = 2.0;  ///< how long the light stays after the end before it is cleared
-  double goal_wait_s =
-      10.0;  ///< how long goals may take beyond their recorded end, or the replay's
+  /// How long goals may take beyond their recorded end, or the replay's.
+  double goal_wait_s = 10.0;
   std::size_t prefetch_bytes = 64u << 20;
   bool is_looping = false;    ///< for light and speech only: the body ends where it did not begin
   bool is_immediate = false;  ///< as fast as it goes; for light and speech only
@@ -172,6 +172,7 @@ class Player {
   void play();
   bool playRound();
   void playDue();
+  void leapAfterStall(Stamp recorded);
   std::vector<Due> takeDue(SteadyTime now);
   void send(Due& due);
   bool isOvertaken(const std::vector<Due>& batch, std::size_t index, SteadyTime now) const;
@@ -210,7 +211,6 @@ class Player {
   Wake waitFor(double seconds, const std::function<bool()>& is_over);
   std::optional<Stamp> leapBefore(Stamp recorded) const;
   void leapTo(Stamp recorded);
-  void leapAfterStall(Stamp recorded);
   bool pausesBefore(const Message& message);
   Wake followRequests();
   void suspend();
@@ -269,7 +269,7 @@ class Player {
   SteadyTime lead_end_;                         ///< until then they have that time
   SteadyTime first_deadline_;
   std::int64_t paused_ns_ = 0;  ///< in all
-  SteadyTime paused_at_;
+  SteadyTime paused_at_, resumed_at_;
   bool has_ended_ = false, has_next_ = false;
   std::set<std::uint64_t> damaged_;  ///< messages that were left out, by sequence
   PlayReport report_;

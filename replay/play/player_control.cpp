@@ -58,13 +58,16 @@ Player::Wake Player::waitFor(double seconds, const std::function<bool()>& is_ove
   const SteadyTime deadline = std::isfinite(seconds)
                                   ? clock_.now().after(static_cast<std::int64_t>(seconds * 1e9))
                                   : SteadyTime::forever();
+  const std::int64_t paused_before = paused_ns_;
   for (;;) {
     const Wake wake = followRequests();
     if (wake == Wake::Due) keepInStep();
     if (wake != Wake::Due || is_over()) {
       return wake;
     }
-    const SteadyTime end = timeline_->isPaused() ? SteadyTime::forever() : deadline;
+    const bool has_end = !timeline_->isPaused() && std::isfinite(seconds);
+    const SteadyTime end =
+        has_end ? deadline.after(paused_ns_ - paused_before) : SteadyTime::forever();
     const SteadyTime step = nextStep();
     if (clock_.sleepUntil(std::min(end, step)) && end <= step) {
       return Wake::Due;
@@ -126,7 +129,8 @@ Player::Wake Player::followRequests() {
   }
   if (resumes) {
     changeTimeline([&](Timeline& timeline) { timeline.resume(clock_.now()); });
-    paused_ns_ += clock_.now().ns - paused_at_.ns;
+    resumed_at_ = clock_.now();
+    paused_ns_ += resumed_at_.ns - paused_at_.ns;
     proceed();
   }
   return asked.seek || asked.steps > 0 ? Wake::Moved : Wake::Due;

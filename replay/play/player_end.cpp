@@ -56,7 +56,7 @@ Player::Wake Player::waitForBase() {
 }
 
 Player::Wake Player::waitForGoals() {
-  const auto all_done = [this] { return !goals_.hasOpen(); };
+  const auto all_done = [this] { return !timeline_->isPaused() && !goals_.hasOpen(); };
   const Wake wake = waitFor(options_.goal_wait_s, all_done);
   if (wake == Wake::Due && !all_done()) {
     note("goals were still under way " + numberText(options_.goal_wait_s) +

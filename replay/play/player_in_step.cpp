@@ -49,6 +49,9 @@ bool Player::keepInStep() {
     const bool is_later = !reached || reached->milestone->at < ended.milestone->at;
     if (isWaitedFor(ended.milestone) && is_later) reached = ended;
   }
+  if (isStopped()) {
+    return true;  // nothing is to go on because of it
+  }
   const bool has_moved = moveLimit(reached);
   standWhileHeld();
   return has_moved;
@@ -134,9 +137,13 @@ void Player::followEnd(const GoalBook::Ended& ended) {
   if (ended.milestone) skew_.reach(ended.milestone->at, ended.at);
   const auto recorded = milestones_.of(ended.topic, ended.recorded_at);
   const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
-  if (ended.outcome == GoalOutcome::Failed && !failed_then) {
+  // The player's own cancels are not told here: somebody else wanted the body to stop.
+  const bool was_canceled = ended.outcome == GoalOutcome::Canceled && isGated() &&
+                            ended.milestone && ended.milestone->is_awaited;
+  if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {
     const Modality modality = topics_.at(ended.topic).planned->modality;  // sound_play's is speech
-    fail(modality, "a goal on " + ended.topic + " was aborted, rejected or lost" +
+    fail(modality, "a goal on " + ended.topic +
+                       (was_canceled ? " was canceled" : " was aborted, rejected or lost") +
                        (recorded ? ", and was not when it was recorded" : ""));
   }
 }
@@ -185,7 +192,7 @@ void Player::setLimit(std::optional<Stamp> limit, const std::optional<GoalBook::
   const bool was_held = timeline_->isHeld(now);
   const Stamp from = timeline_->recorded(now);
   const SteadyTime since = was_held ? timeline_->deadline(from) : now;
-  const SteadyTime when = reached ? reached->at : now;
+  const SteadyTime when = reached ? std::max(reached->at, resumed_at_) : now;
   Stamp to = reached ? reached->milestone->at : from;
   if (limit) to = std::max(from, std::min(to, *limit));
   changeTimeline([&](Timeline& timeline) {
@@ -200,7 +207,7 @@ void Player::setLimit(std::optional<Stamp> limit, const std::optional<GoalBook::
   lifted_at_ = when;
   const double leapt_ns = static_cast<double>(to.ns - from.ns) / timeline_->rate();
   noteWait(from, since, 1e-9 * (static_cast<double>(when.ns - since.ns) - leapt_ns));
-  if (std::exchange(is_standing_, false) && !timeline_->isHeld(now)) {
+  if (!timeline_->isHeld(now) && std::exchange(is_standing_, false)) {
     for (auto& [name, topic] : topics_) {
       if (topic.is_velocity && !topic.command.bytes.empty()) sendVelocityInForce(topic, from);
     }

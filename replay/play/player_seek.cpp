@@ -34,6 +34,10 @@ void Player::enter(Stamp at) {
       first_deadline_ = first;
       timeline_.emplace(plan_.behavior.begin, options_.rate, first);
       skew_ = Skew(plan_.behavior.begin, first);
+      if (requests_.pause) {
+        timeline_->pause(first);
+        paused_at_ = first;
+      }
     }
     timeline_->setLimit(std::nullopt, first);
     timeline_->moveTo(at, first);
@@ -47,7 +51,7 @@ void Player::enter(Stamp at) {
   shift_ns_.reset();
   showLight(scene, at);
   setTargets(scene);
-  if (!timeline_->isPaused()) proceed();
+  if (!timeline_->isPaused() && !isStopped()) proceed();
 }
 
 void Player::moveTo(Stamp to) {

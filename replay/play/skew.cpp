@@ -9,7 +9,7 @@ namespace {
 /// A base has a milestone every 20 ms; messages are measured by one of the last ones.
 constexpr std::size_t kMostReached = 256;
 /// Of a replay that runs far ahead of its body enough are measured.
-constexpr std::size_t kMostEarly = 10'000;
+constexpr std::size_t kMostEarly = 500;
 
 }  // namespace
 

@@ -2,10 +2,8 @@
 /// How well light and speech keep with the body, measured where they are published.
 #pragma once
 
-#include <cstdint>
 #include <deque>
 #include <map>
-#include <optional>
 #include <vector>
 
 #include "replay/play/clock.hpp"

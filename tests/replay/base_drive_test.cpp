@@ -228,6 +228,17 @@ TEST(BaseDrive, keepsItsPlaceFromDriveToDriveOnOdometryAlone) {
   EXPECT_FALSE(playing.base.report().is_localized);
 }
 
+TEST(BaseDrive, knowsByOdometryAloneWhereItIsWhenItIsMovedBeforeItsFirstDrive) {
+  const RecordedDrive recorded = exactly(threeDrives());
+  TrackerOptions options;
+  options.with_localization = false;
+  Playing playing(recorded, {}, {}, options);
+  playing.enter(recorded.track.end());  // far from there
+  for (int i = 0; i < 10; ++i) playing.step();
+  EXPECT_NE(playing.base.failure(), "");
+  EXPECT_LT(distance(playing.robot.truth(), recorded.start), 0.01);
+}
+
 TEST(BaseDrive, drivesOnlyThePartThatIsPlayed) {
   const RecordedDrive recorded = exactly(threeDrives());
   const Stamp begin{recorded.track.begin().ns + 2'500'000'000};
@@ -238,7 +249,6 @@ TEST(BaseDrive, drivesOnlyThePartThatIsPlayed) {
   part.enter(begin);
   EXPECT_EQ(part.nextBegin(), begin);
   EXPECT_LT(part.report().length, 0.6);
-  EXPECT_LT(distance(part.endPose(), recorded.track.at(end)), 1e-9);
 
   BaseDrive before("/cmd_vel", kTwist, recorded.track, recorded.track.begin(),
                    {recorded.track.begin().ns + 1'000'000'000}, {}, look);

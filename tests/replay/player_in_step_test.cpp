@@ -251,6 +251,18 @@ TEST_F(Held, goesOnWithoutTheArmIfThatIsThePolicy) {
   EXPECT_EQ(sink.times("/robotsound"), (Times{3150, 5050}));
 }
 
+TEST_F(PlayerInStep, isPausedWhileItWaitsForTheLastGoal) {
+  options.goal_wait_s = 2;
+  record(kArm, 0, goalMessage("a", {1.0}));
+  at(700, [this] { player->pause(); });
+  at(5700, [this] { player->resume(); });
+  at(6500, [this] { player->onGoalStatus("fresh-2", 3); });
+  const PlayReport report = play(500);
+  EXPECT_TRUE(report.is_complete) << report.reason;
+  EXPECT_EQ(report.goals.succeeded, 1u);
+  EXPECT_EQ(sink.times(kArm.topic), (Times{0, 5700}));
+}
+
 // -------------------------------------------------------------------------------------------- skew
 
 constexpr Stamp recordedAt(std::int64_t ms) { return {ms * kMs}; }

@@ -34,6 +34,15 @@ TEST_F(Failing, stopsAllAndClearsTheLightWhenAGoalIsAborted) {
   EXPECT_TRUE(sink.on("/robotsound").empty());
 }
 
+TEST_F(Failing, stopsAllWhenSomebodyElseCancelsTheGoal) {
+  recordResult(kArm, 1000, "a");
+  actFor({500}, 2);
+  const PlayReport report = play(2000);
+  EXPECT_EQ(report.reason, "body failed: a goal on " + kArm.topic +
+                               " was canceled, and was not when it was recorded");
+  EXPECT_TRUE(sink.on("/robotsound").empty());
+}
+
 TEST_F(Failing, goesOnWhenAGoalFailsAsItDidThen) {
   recordResult(kArm, 1000, "a", 4);
   actFor({500}, 4);

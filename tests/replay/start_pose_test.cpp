@@ -225,7 +225,7 @@ TEST(StartPose, saysWhereTheBaseHasToGo) {
   EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1, 0.5, kPi / 2 - 0.2}}, {}),
             "the base is 0.50 m and 11.5 deg off (then it stood 0.49 m ahead and 0.10 m to the "
             "left, turned 11.5 deg to the left)");
-  EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf's map -> base_link)");
+  EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf)");
   EXPECT_EQ(baseDeviation({}, {}, {}), "");
 }
 
