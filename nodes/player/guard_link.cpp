@@ -39,9 +39,9 @@ std::optional<json> GuardLink::receive() {
   return json::from_cbor(bytes);
 }
 
-void GuardLink::wait(int timeout_ms) const {
-  pollfd poll{fd_, POLLIN, 0};
-  ::poll(&poll, 1, timeout_ms);
+void GuardLink::wait(int timeout_ms, int other_fd) const {
+  pollfd polled[] = {{fd_, POLLIN, 0}, {other_fd, POLLIN, 0}};
+  ::poll(polled, 2, timeout_ms);
 }
 
 }  // namespace afterglow::nodes

@@ -27,8 +27,9 @@ class GuardLink {
   bool send(const nlohmann::json& message);
   /// Empty: none has come yet, or the other side is gone.
   std::optional<nlohmann::json> receive();
-  /// Waits for something to receive, or the other side's end.
-  void wait(int timeout_ms) const;
+  /// Waits for something to receive, the other side's end, or something to read at `other_fd` (-1:
+  /// nothing).
+  void wait(int timeout_ms, int other_fd = -1) const;
   bool isClosed() const { return is_closed_; }
   int fd() const { return fd_; }
 

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   using namespace afterglow::nodes;
   ros::init(argc, argv, "player_node", ros::init_options::NoSigintHandler);
   catchStopSignals();
+  catchShutdownRequests();
   try {
     PlayerNode node(PlayerNodeOptions::read(ros::NodeHandle("~")));
     ros::AsyncSpinner spinner(2);

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "nodes/player/stop_signal.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -18,19 +19,26 @@ constexpr double kConnectPatience = 2.0;
 }  // namespace
 
 void ReplayGuard::run() {
-  using replay::SteadyTime;
   while (!watch_.isOver() && ros::ok()) {
     while (const auto message = link_.receive()) hear(*message);
     if (link_.isClosed()) watch_.stop(clock_.now(), "the player is gone");
-    brake();
-    if (watch_.isOver()) break;
-    const std::int64_t wait_ns =
-        std::min(watch_.deadline(), clock_.now().after(kRosLook)).ns - clock_.now().ns;
-    if (link_.isClosed()) {
-      clock_.sleepUntil(clock_.now().after(wait_ns));
-    } else {
-      link_.wait(static_cast<int>(std::max<std::int64_t>(0, (wait_ns + 999'999) / 1'000'000)));
+    if (isStopRequested()) {
+      watch_.stop(clock_.now(), "the watchdog was ended by " + stopRequest());
     }
+    brake();
+    if (!watch_.isOver()) waitForNews();
+  }
+}
+
+void ReplayGuard::waitForNews() {
+  const std::int64_t wait_ns =
+      std::min(watch_.deadline(), clock_.now().after(kRosLook)).ns - clock_.now().ns;
+  if (link_.isClosed()) {
+    clock_.sleepUntil(clock_.now().after(wait_ns));
+  } else {
+    // A request that has been seen is no news.
+    link_.wait(static_cast<int>(std::max<std::int64_t>(0, (wait_ns + 999'999) / 1'000'000)),
+               isStopRequested() ? -1 : stopRequestFd());
   }
 }
 
@@ -86,14 +94,30 @@ void ReplayGuard::brake() {
   if (outputs.empty()) {
     return;
   }
-  if (!std::exchange(has_told_, true)) {
-    // The player may come to life again: it must not drive on.
-    link_.send({{"kind", "braking"}, {"reason", watch_.reason()}});
-    std::cerr << "afterglow_replay_guard: " << watch_.reason() << ": the robot is being stopped\n";
-  }
   for (const std::uint32_t index : outputs) {
     if (index < outputs_.size()) outputs_[index].publisher.publish(outputs_[index].stop);
   }
+  if (!std::exchange(has_told_, true)) {
+    // The player may come to life again: it must not drive on.
+    link_.send({{"kind", "braking"}, {"reason", watch_.reason()}});
+    tell(outputs);
+  }
+}
+
+/// Once the stop has been sent, and only of what somebody hears.
+void ReplayGuard::tell(const replay::Outputs& stopped) const {
+  std::string unheard;
+  std::size_t heard = 0;
+  for (const std::uint32_t index : stopped) {
+    if (index < outputs_.size() && outputs_[index].publisher.getNumSubscribers() > 0) {
+      ++heard;
+    } else if (index < outputs_.size()) {
+      unheard += " " + outputs_[index].publisher.getTopic();
+    }
+  }
+  std::cerr << "afterglow_replay_guard: " << watch_.reason() << ": "
+            << (heard > 0 ? "the robot is being stopped" : "the robot is NOT stopped")
+            << (unheard.empty() ? "" : "; nobody hears the stop on" + unheard) << "\n";
 }
 
 }  // namespace afterglow::nodes

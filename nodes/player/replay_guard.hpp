@@ -22,7 +22,8 @@ class ReplayGuard {
   ReplayGuard(GuardLink& link, const replay::HeartbeatWatch::Options& options)
       : link_(link), watch_(options) {}
 
-  /// Returns when the player has ended, or is gone and the robot stands.
+  /// Returns when the player has ended, or what it had in motion has been stopped: as the player is
+  /// gone, or as this program was told to end (stop_signal.hpp).
   void run();
 
  private:
@@ -34,7 +35,9 @@ class ReplayGuard {
   void hear(const nlohmann::json& message);
   void setOutput(const nlohmann::json& message);
   void connect();
+  void waitForNews();
   void brake();
+  void tell(const replay::Outputs& stopped) const;
 
   GuardLink& link_;
   replay::HeartbeatWatch watch_;

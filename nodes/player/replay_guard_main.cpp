@@ -43,8 +43,10 @@ int main(int argc, char** argv) {
     return 2;
   }
   closeInheritedFiles();
-  // What stops the player must not stop the one that stops the robot.
-  for (const int signal : {SIGINT, SIGHUP, SIGPIPE}) std::signal(signal, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+  // First the robot, then this program, however often it is told to end.
+  catchStopSignals(SecondSignal::IsIgnored);
+  catchShutdownRequests();
   try {
     ros::init(naming(argv[1]), "replay_guard",
               ros::init_options::NoSigintHandler | ros::init_options::NoRosout);

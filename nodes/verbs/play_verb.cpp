@@ -94,6 +94,7 @@ void startRos() {
             ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
                 ros::init_options::NoRosout);
   askMaster(deadlineIn(kMasterPatience));
+  catchShutdownRequests();
   ros::start();
   catchStopSignals();
 }
@@ -108,7 +109,7 @@ replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
        ++turn) {
     if (isStopRequested() || !ros::ok()) {
       keyboard.release();  // a second signal ends the process at once
-      session.stop("stopped by a signal");
+      session.stop("stopped by " + (ros::ok() ? stopRequest() : "the end of ROS here"));
     }
     if (const std::string key = keyboard.key(); !key.empty()) answer = followKey(key, session);
     if (has_line && turn % 5 == 0) {

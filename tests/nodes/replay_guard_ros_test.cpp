@@ -8,16 +8,20 @@
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/JointState.h>
+#include <ros/network.h>
 #include <signal.h>
 #include <std_msgs/Bool.h>
+#include <xmlrpcpp/XmlRpc.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
@@ -201,6 +205,20 @@ bool isRegistered(const std::string& node) {
   return std::count(nodes.begin(), nodes.end(), node) > 0;
 }
 
+/// As `rosnode kill` does it, and the master when a node of the same name comes.
+void rosKill(const std::string& node) {
+  XmlRpc::XmlRpcValue question, answer, address, request, done;
+  question[0] = request[0] = ros::this_node::getName();
+  question[1] = node;
+  request[1] = "user request";
+  ASSERT_TRUE(ros::master::execute("lookupNode", question, answer, address, false)) << node;
+  std::string host;
+  std::uint32_t port = 0;
+  ASSERT_TRUE(ros::network::splitURI(address, host, port)) << node;
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  EXPECT_TRUE(client.execute("shutdown", request, done)) << node;
+}
+
 /// The watchdog's process: the player's child.
 pid_t guardOf(pid_t player) {
   const std::filesystem::path tasks = "/proc/" + std::to_string(player) + "/task";
@@ -219,13 +237,19 @@ struct ReplayGuard : testing::Test {
     delete world;
   }
 
-  void TearDown() override {
+  void TearDown() override { endPlayer(); }
+
+  void endPlayer() {
+    if (!player) return;
     if (!killed) player->interrupt();
     player->exitStatus();
+    player.reset();
+    killed = false;
   }
 
   /// A player of its own for every test: names of nodes that died are not taken over.
   void play(std::int64_t behavior, const std::vector<std::string>& parameters = {}) {
+    endPlayer();
     world->robot->forget();
     static int count = 0;
     name = "/player_" + std::to_string(++count);
@@ -254,6 +278,36 @@ struct ReplayGuard : testing::Test {
               << " ms\n";
     EXPECT_LT(zero, kInTime);
     EXPECT_LT(cancel, kInTime);
+  }
+
+  /// A player whose robot moves, and only a message or its end stops it.
+  void playOn() {
+    play(world->long_behavior, {"_longest_stall:=10"});
+    ASSERT_TRUE(eventually([&] { return world->robot->isInMotion(); })) << player->log();
+  }
+  /// The player cannot help: whatever is sent comes from the watchdog.
+  void expectStoppedByTheGuardAlone(const std::string& reason,
+                                    const std::function<void(pid_t guard)>& end) {
+    playOn();
+    const pid_t guard = guardOf(player->pid());
+    ASSERT_GT(guard, 0);
+    player->signal(SIGSTOP);
+    const Moment since = std::chrono::steady_clock::now();
+    end(guard);
+    expectStopped(since);
+    player->signal(SIGCONT);
+    EXPECT_EQ(resultText(), "the watchdog stopped the robot: " + reason);
+    EXPECT_FALSE(world->robot->drives());
+    EXPECT_NE(player->log().find("afterglow_replay_guard: " + reason +
+                                 ": the robot is being stopped"),
+              std::string::npos)
+        << player->log();
+  }
+  void expectStoppedAfter(const std::function<void()>& end) {
+    playOn();
+    const Moment since = std::chrono::steady_clock::now();
+    end();
+    expectStopped(since);
   }
 
   static inline World* world = nullptr;
@@ -344,6 +398,59 @@ TEST_F(ReplayGuard, refusesControllersAndJointsThatAreNotThere) {
   EXPECT_EQ(resultText(), "motion is refused: this robot has no joint tail (/joint_states)");
 }
 
+// ----------------------------------------------------------------------- who is told to end, ends
+// after the robot
+
+TEST_F(ReplayGuard, stopsTheRobotBeforeItObeysAShutdown) {
+  expectStoppedByTheGuardAlone("the watchdog was ended by a shutdown request", [this](pid_t) {
+    rosKill(name + "_guard");
+  });
+  EXPECT_TRUE(eventually([&] { return !isRegistered(name + "_guard"); })) << "it ends then";
+}
+
+TEST_F(ReplayGuard, stopsTheRobotBeforeItObeysASignal) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    SCOPED_TRACE(signal);
+    expectStoppedByTheGuardAlone("the watchdog was ended by a signal",
+                                 [signal](pid_t guard) { kill(guard, signal); });
+  }
+}
+
+TEST_F(ReplayGuard, hasThePlayerStopTheRobotBeforeItObeysAShutdownOrASignal) {
+  const std::vector<std::function<void()>> ends = {[this] { rosKill(name); },
+                                                   [this] { player->signal(SIGTERM); },
+                                                   [this] { player->signal(SIGHUP); }};
+  for (const auto& end : ends) {
+    expectStoppedAfter(end);
+    killed = true;
+    EXPECT_EQ(player->exitStatus(), 0) << player->log();
+    EXPECT_FALSE(isRegistered(name + "_guard"));
+    player.reset();
+  }
+}
+
+TEST_F(ReplayGuard, stopsTheRobotWhenBothAreToldToShutDownOrGetASignal) {
+  const auto both_killed = [this](const std::string& first, const std::string& second) {
+    std::thread one([&] { rosKill(name + first); });
+    rosKill(name + second);
+    one.join();
+  };
+  const std::vector<std::function<void()>> ends = {
+      [&] { both_killed("", "_guard"); }, [&] { both_killed("_guard", ""); },
+      [this] {
+        const pid_t guard = guardOf(player->pid());
+        kill(guard, SIGTERM);
+        player->signal(SIGTERM);
+      }};
+  for (const auto& end : ends) {
+    expectStoppedAfter(end);
+    killed = true;
+    EXPECT_EQ(player->exitStatus(), 0) << player->log();
+    player.reset();
+    EXPECT_FALSE(world->robot->drives());
+  }
+}
+
 // Last: the master does not forget a node that was killed, and others wait for it.
 TEST_F(ReplayGuard, isNeededForMotion) {
   play(world->long_behavior, {"_longest_stall:=10"});
@@ -354,6 +461,17 @@ TEST_F(ReplayGuard, isNeededForMotion) {
   EXPECT_EQ(resultText(), "the watchdog is gone");
   EXPECT_TRUE(eventually([&] { return world->robot->stopped().has_value(); }));
   EXPECT_TRUE(world->robot->canceled());
+}
+
+TEST_F(ReplayGuard, stopsTheRobotWhenThePlayerIsKilledAndItIsToldToEndItself) {
+  expectStoppedAfter([this] {
+    const pid_t guard = guardOf(player->pid());
+    player->signal(SIGKILL);
+    killed = true;
+    kill(guard, SIGTERM);
+  });
+  EXPECT_TRUE(eventually([&] { return !isRegistered(name + "_guard"); })) << "it ends then";
+  EXPECT_FALSE(world->robot->drives());
 }
 
 TEST_F(ReplayGuard, stopsTheRobotWhenThePlayerIsKilled) {
