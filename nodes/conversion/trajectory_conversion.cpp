@@ -48,14 +48,15 @@ control_msgs::FollowJointTrajectoryResult toResult(const TrajectoryStatus& statu
   return result;
 }
 
-control_msgs::FollowJointTrajectoryFeedback toFeedback(const TrajectoryFollower& controller,
+control_msgs::FollowJointTrajectoryFeedback toFeedback(const JointController& controller,
                                                        const JointStates& actual, Nanoseconds now) {
   control_msgs::FollowJointTrajectoryFeedback feedback;
   feedback.header.stamp = toRosTime(now);
+  const JointStates desired = controller.desired();
   for (const Joint& joint : controller.joints()) {
-    const auto wanted = controller.desired().find(joint.name);
+    const auto wanted = desired.find(joint.name);
     const JointState is = actual.at(joint.name);
-    const JointState should = wanted != controller.desired().end() ? wanted->second : is;
+    const JointState should = wanted != desired.end() ? wanted->second : is;
     feedback.joint_names.push_back(joint.name);
     append(feedback.desired, should.position, should.velocity);
     append(feedback.actual, is.position, is.velocity);

@@ -19,7 +19,7 @@ ros::Time toRosTime(Nanoseconds time);
 TrajectoryGoal toGoal(const control_msgs::FollowJointTrajectoryGoal& message);
 control_msgs::FollowJointTrajectoryResult toResult(const TrajectoryStatus& status);
 /// Where the controller wants its joints, where they are, and the difference.
-control_msgs::FollowJointTrajectoryFeedback toFeedback(const TrajectoryFollower& controller,
+control_msgs::FollowJointTrajectoryFeedback toFeedback(const JointController& controller,
                                                        const JointStates& actual, Nanoseconds now);
 
 }  // namespace afterglow::nodes

@@ -3,11 +3,12 @@
 #pragma once
 
 #include <map>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "nodes/fetch/diff_drive.hpp"
 #include "nodes/fetch/fake_localization.hpp"
+#include "nodes/fetch/head_pointer.hpp"
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/fetch/trajectory_follower.hpp"
 
@@ -21,16 +22,27 @@ struct FakeFetchConfig {
 };
 
 /// The controllers that follow joint trajectories, by the names of their ROS namespaces; those that
-/// share a joint stop each other, as the robot's controller manager has it.
+/// share a joint exclude each other, as the robot's controller manager has it.
+constexpr const char* kArmController = "arm_controller";
 constexpr const char* kArmWithTorsoController = "arm_with_torso_controller";
 constexpr const char* kTorsoController = "torso_controller";
 constexpr const char* kHeadController = "head_controller";
 constexpr const char* kProjectorController = "projector";
 constexpr const char* kPointHeadController = "point_head";
 
+/// Of ParallelGripperController's latest goal.
 struct GripperStatus {
   double gap = 0;  ///< between the pads
-  bool reached = true;
+  bool is_done = true;
+  bool reached = false;  ///< within 2 mm
+  bool stalled = false;  ///< less than 5 mm in 2 s: good enough for this controller
+};
+
+/// What the joints were commanded, for judges: a step is a jolt on a real robot.
+struct JointCommands {
+  JointPositions positions;  ///< in the latest cycle; a joint that is missing is limp
+  /// From one cycle to the next, or from where a limp joint was.
+  JointPositions largest_steps;
 };
 
 /// Not thread safe: the node holds a lock. Steps of 10 ms; unknown controller names throw
@@ -42,17 +54,26 @@ class FakeFetch {
   /// Brings the robot to `now`. A clock that jumps, back or more than 10 s ahead, stops everything.
   void step(Nanoseconds now);
 
+  /// A controller that shares joints and is busy with them keeps them: the new goal fails. One
+  /// that only holds them gives them up.
   void follow(const std::string& controller, const TrajectoryGoal& goal);
-  /// Turns the head so that the camera looks at p_base, in at least `duration` and no faster than
-  /// `max_velocity` (0: as the joints can). Returns false if the head cannot look there.
-  bool pointHead(const Eigen::Vector3d& p_base, Nanoseconds duration, double max_velocity);
-  void stop(const std::string& controller);
-  const TrajectoryFollower& controller(const std::string& name) const;
+  /// Turns the head towards p_base as PointHeadController reckons it: pan about the torso's frame,
+  /// tilt about head_pan_link's, and the camera, which sits beside both, is not asked.
+  void pointHead(const Eigen::Vector3d& p_base, Nanoseconds duration, double max_velocity);
+  void cancel(const std::string& controller);
+  const JointController& controller(const std::string& name) const;
 
-  /// Opens or closes to `gap` metres, clamped to 0..0.1.
+  /// Opens or closes to `gap` metres, clamped to 0..0.1. Nothing but another goal stops it: on a
+  /// cancel the fingers go on.
   void moveGripper(double gap);
-  void stopGripper();
   GripperStatus gripper() const;
+
+  /// Somebody switches the controllers of these joints off (on the robot: joystick button 4), which
+  /// aborts their goals, and moves the joints there at 1 rad/s. A controller that begins takes them
+  /// out of the hand.
+  void moveByHand(const JointPositions& positions);
+  /// Since the last call.
+  JointCommands takeCommands();
 
   bool drive(double linear, double angular) { return base_.command(linear, angular, now_); }
 
@@ -69,9 +90,14 @@ class FakeFetch {
  private:
   void stepOnce();
   void stopEverything(const std::string& why);
-  void takeJointsFrom(const TrajectoryFollower& taker, const std::string& taker_name);
+  void startController(JointController& taker);
   TrajectoryFollower& follower(const std::string& name);
+  std::vector<JointController*> controllers();
+  void obey(const JointController& controller, const std::vector<double>& positions,
+            const JointPositions& before);
+  void moveHandled();
   void moveFingers();
+  void watchGrip();
   void turnWheels();
 
   RobotModel model_;
@@ -80,7 +106,13 @@ class FakeFetch {
   FakeLocalization localization_;
   JointStates joints_;
   std::map<std::string, TrajectoryFollower> followers_;
-  double wanted_gap_ = 0;
+  HeadPointer head_pointer_;
+  JointPositions in_hand_;  ///< where somebody is moving them
+  JointCommands commands_;
+  double wanted_gap_ = 0, goal_gap_ = 0;
+  GripperStatus grip_;
+  double watched_gap_ = 0;  ///< the gripper stalls if it stays near
+  Nanoseconds watched_since_{0};
   Nanoseconds now_;
 };
 

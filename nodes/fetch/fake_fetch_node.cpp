@@ -2,7 +2,6 @@
 
 #include <geometry_msgs/PoseStamped.h>
 #include <nav_msgs/Odometry.h>
-#include <sensor_msgs/JointState.h>
 #include <tf2/exceptions.h>
 
 #include <algorithm>
@@ -102,6 +101,8 @@ FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
   };
   readPositive("localization_error", config.localization.position, true);
   readPositive("localization_yaw_error", config.localization.yaw, true);
+  readPositive("localization_distance", config.localization.distance, true);
+  readPositive("localization_turn", config.localization.turn, true);
   readPositive("slowness", config.slowness, false);
   double latency_s = 0;
   readPositive("latency", latency_s, true);
@@ -125,13 +126,16 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
   joints_publisher_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
   odometry_publisher_ = node_.advertise<nav_msgs::Odometry>("/odom", 10);
   truth_publisher_ = private_node_.advertise<geometry_msgs::PoseStamped>("true_pose", 10);
+  commands_publisher_ = private_node_.advertise<sensor_msgs::JointState>("commands", 50);
   publishFixedLinks();
   publish();
   // Queue of one: the latest velocity wins.
   twist_subscriber_ = node_.subscribe("/cmd_vel", 1, &FakeFetchNode::onTwist, this);
+  hand_subscriber_ = private_node_.subscribe("hand", 10, &FakeFetchNode::onHand, this);
   reset_service_ = private_node_.advertiseService("reset", &FakeFetchNode::onReset, this);
   for (const char* controller :
-       {kArmWithTorsoController, kTorsoController, kHeadController, kProjectorController})
+       {kArmController, kArmWithTorsoController, kTorsoController, kHeadController,
+        kProjectorController})
     addTrajectoryServer(controller);
   // Only now: a goal that comes in at once must find the list complete.
   for (const auto& server : trajectory_servers_) server->start();
@@ -178,12 +182,13 @@ void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controll
   const TrajectoryStatus end = status();
   if (end.phase == Phase::Succeeded) return server.setSucceeded(toResult(end), end.text);
   if (end.phase != Phase::Running) return server.setAborted(toResult(end), end.text);
-  // A new goal takes over in full flight; a cancel brakes.
-  if (!server.isNewGoalAvailable()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    robot_.stop(controller);
-  }
+  cancel(controller);
   server.setPreempted(toResult(end), "preempted");
+}
+
+void FakeFetchNode::cancel(const std::string& controller) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  robot_.cancel(controller);
 }
 
 void FakeFetchNode::sendFeedback(TrajectoryServer& server, const std::string& controller) {
@@ -211,9 +216,10 @@ bool FakeFetchNode::startPointing(const control_msgs::PointHeadGoal& goal, std::
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   robot_.step(toNanoseconds(ros::Time::now()));
-  *problem = "the head cannot look there";
-  return p_base.allFinite() &&
-         robot_.pointHead(p_base, toNanoseconds(goal.min_duration), goal.max_velocity);
+  *problem = "the target is not finite";
+  if (p_base.allFinite())
+    robot_.pointHead(p_base, toNanoseconds(goal.min_duration), goal.max_velocity);
+  return p_base.allFinite();
 }
 
 void FakeFetchNode::pointHead(const control_msgs::PointHeadGoal& goal) {
@@ -230,10 +236,7 @@ void FakeFetchNode::pointHead(const control_msgs::PointHeadGoal& goal) {
   if (end.phase == Phase::Succeeded) return point_head_server_.setSucceeded();
   if (end.phase != Phase::Running)
     return point_head_server_.setAborted(control_msgs::PointHeadResult(), end.text);
-  if (!point_head_server_.isNewGoalAvailable()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    robot_.stop(kPointHeadController);
-  }
+  cancel(kPointHeadController);
   point_head_server_.setPreempted();
 }
 
@@ -249,20 +252,18 @@ void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
     const std::lock_guard<std::mutex> lock(mutex_);
     robot_.moveGripper(goal.command.position);
   }
-  while (!look().reached && !gripper_server_.isPreemptRequested() && isOpen()) {
+  while (!look().is_done && !gripper_server_.isPreemptRequested() && isOpen()) {
     control_msgs::GripperCommandFeedback feedback;
     feedback.position = look().gap;
     gripper_server_.publishFeedback(feedback);
     waitABit();
   }
-  result.position = look().gap;
-  result.reached_goal = look().reached;
-  if (result.reached_goal) return gripper_server_.setSucceeded(result);
-  if (!gripper_server_.isNewGoalAvailable()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    robot_.stopGripper();
-  }
-  gripper_server_.setPreempted(result);
+  const GripperStatus end = look();
+  result.position = end.gap;
+  result.reached_goal = end.reached;
+  result.stalled = end.stalled;
+  if (end.is_done) return gripper_server_.setSucceeded(result);
+  gripper_server_.setPreempted(result);  // the fingers go on
 }
 
 // ------------------------------------------------------------------------------------ base and
@@ -271,6 +272,18 @@ void FakeFetchNode::onTwist(const geometry_msgs::Twist& twist) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!robot_.drive(twist.linear.x, twist.angular.z))
     ROS_WARN_THROTTLE(1, "/cmd_vel: not a finite velocity, ignored");
+}
+
+void FakeFetchNode::onHand(const sensor_msgs::JointState& message) {
+  JointPositions positions;
+  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i)
+    positions[message.name[i]] = message.position[i];
+  const std::lock_guard<std::mutex> lock(mutex_);
+  try {
+    robot_.moveByHand(positions);
+  } catch (const std::out_of_range& error) {
+    ROS_WARN_STREAM("~hand: " << error.what());
+  }
 }
 
 bool FakeFetchNode::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -295,6 +308,7 @@ void FakeFetchNode::publish() {
   published_ = toRosTime(robot_.now());
   publishTransforms(published_);
   publishJoints(published_);
+  publishCommands(published_);
   publishOdometry(published_);
   publishTruth(published_);
 }
@@ -324,6 +338,20 @@ void FakeFetchNode::publishFixedLinks() {
 void FakeFetchNode::publishJoints(const ros::Time& stamp) {
   joints_publisher_.publish(jointMessage(kBodyJoints, robot_.joints(), stamp));
   joints_publisher_.publish(jointMessage(kGripperJoints, robot_.joints(), stamp));
+}
+
+void FakeFetchNode::publishCommands(const ros::Time& stamp) {
+  const JointCommands commands = robot_.takeCommands();
+  sensor_msgs::JointState message;
+  message.header.stamp = stamp;
+  for (const auto& [joint, position] : commands.positions) {
+    const auto step = commands.largest_steps.find(joint);
+    message.name.push_back(joint);
+    message.position.push_back(position);
+    message.velocity.push_back(
+        step != commands.largest_steps.end() ? step->second / kStepPeriod_s : 0);
+  }
+  commands_publisher_.publish(message);
 }
 
 void FakeFetchNode::publishOdometry(const ros::Time& stamp) {

@@ -1,7 +1,12 @@
 /// \file
 /// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers,
-/// /cmd_vel, tf, joint states and odometry. ~true_pose (geometry_msgs/PoseStamped in map) tells
-/// judges where it truly is, which no robot knows.
+/// /cmd_vel, tf, joint states and odometry. For judges, as no robot knows or tells it:
+/// - ~true_pose (geometry_msgs/PoseStamped in map): where it truly is;
+/// - ~commands (sensor_msgs/JointState): what its controllers command now, a joint that is limp is
+///   missing; as velocity the fastest change of a command since the message before, by cycles of
+///   10 ms: a step of 0.8 rad reads 80 rad/s.
+/// ~hand (sensor_msgs/JointState) is somebody who switches the controllers of these joints off and
+/// moves them there; ~reset somebody who puts all back to the start, and restarts the robot.
 #pragma once
 
 #include <actionlib/server/simple_action_server.h>
@@ -10,6 +15,7 @@
 #include <control_msgs/PointHeadAction.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -30,7 +36,9 @@ namespace afterglow::nodes {
 /// The robot comes from the parameter /robot_description, the start pose in map from ~x, ~y, ~yaw,
 /// how wrong the base drives from ~linear_scale, ~angular_scale, ~slip, ~latency (s) and ~seed, how
 /// wrong it thinks it stands from ~localization_error (m) and ~localization_yaw_error (rad), how
-/// much longer joint trajectories take than they should from ~slowness.
+/// far it goes before it knows better from ~localization_distance (m) and ~localization_turn (rad;
+/// both 0: it looks all the time), how much longer joint trajectories take than they should from
+/// ~slowness.
 /// Throws std::runtime_error naming the parameter that is missing or wrong.
 RobotModel readRobotDescription(const ros::NodeHandle& node);
 FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node);
@@ -52,6 +60,7 @@ class FakeFetchNode {
   void follow(TrajectoryServer& server, const std::string& controller,
               const control_msgs::FollowJointTrajectoryGoal& goal);
   void sendFeedback(TrajectoryServer& server, const std::string& controller);
+  void cancel(const std::string& controller);
   void pointHead(const control_msgs::PointHeadGoal& goal);
   bool startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem);
   void moveGripper(const control_msgs::GripperCommandGoal& goal);
@@ -59,11 +68,13 @@ class FakeFetchNode {
   bool isOpen() const;  ///< goals go on
 
   void onTwist(const geometry_msgs::Twist& twist);
+  void onHand(const sensor_msgs::JointState& message);
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void onTimer();
   void publish();
   void publishTransforms(const ros::Time& stamp);
   void publishJoints(const ros::Time& stamp);
+  void publishCommands(const ros::Time& stamp);
   void publishOdometry(const ros::Time& stamp);
   void publishFixedLinks();
   void publishTruth(const ros::Time& stamp);
@@ -75,12 +86,12 @@ class FakeFetchNode {
   std::atomic<bool> is_closing_{false};
 
   ros::NodeHandle node_, private_node_{"~"};
-  ros::Publisher joints_publisher_, odometry_publisher_, truth_publisher_;
+  ros::Publisher joints_publisher_, odometry_publisher_, truth_publisher_, commands_publisher_;
   tf2_ros::TransformBroadcaster tf_broadcaster_;
   tf2_ros::StaticTransformBroadcaster static_tf_broadcaster_;
   tf2_ros::Buffer tf_;
   tf2_ros::TransformListener tf_listener_;
-  ros::Subscriber twist_subscriber_;
+  ros::Subscriber twist_subscriber_, hand_subscriber_;
   ros::ServiceServer reset_service_;
   std::vector<std::unique_ptr<TrajectoryServer>> trajectory_servers_;
   PointHeadServer point_head_server_;

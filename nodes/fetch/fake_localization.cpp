@@ -8,6 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kMeasuringPeriod = 200ms, kMeasuringDelay = 100ms;
+constexpr double kTurn = 6.28318530717958647692;
 /// Of an error, in the next one: exp(-0.2 s / 0.2 s), what follows itself within 0.2 s.
 constexpr double kShared = 0.36788;
 
@@ -20,12 +21,25 @@ FakeLocalization::FakeLocalization(const LocalizationErrors& errors, const DiffD
              errors.yaw * bell(random_)},
       known_(measure(base)) {}
 
+void FakeLocalization::relocate(const DiffDrive& base) {
+  measured_.clear();
+  known_ = measure(base);
+}
+
+bool FakeLocalization::isDue(Nanoseconds now, const DiffDrive& base) const {
+  if (errors_.distance == 0 && errors_.turn == 0) return now >= next_;
+  const Pose2 moved = compose(inverse(measured_at_), base.odometry());
+  return std::hypot(moved.x, moved.y) >= errors_.distance ||
+         std::abs(std::remainder(moved.yaw, kTurn)) >= errors_.turn;
+}
+
 void FakeLocalization::step(Nanoseconds now, const DiffDrive& base) {
-  if (errors_.position == 0 && errors_.yaw == 0) {
+  const bool is_exact = errors_.position == 0 && errors_.yaw == 0;
+  if (is_exact && errors_.distance == 0 && errors_.turn == 0) {
     known_ = base.mapToOdom();
     return;
   }
-  if (now >= next_) {
+  if (isDue(now, base)) {
     next_ = now + kMeasuringPeriod;
     measured_.push_back({now + kMeasuringDelay, measure(base)});
   }
@@ -41,6 +55,7 @@ Pose2 FakeLocalization::measure(const DiffDrive& base) {
   pass(error_.x, errors_.position);
   pass(error_.y, errors_.position);
   pass(error_.yaw, errors_.yaw);
+  measured_at_ = base.odometry();
   const Pose2& truth = base.truePose();
   const Pose2 seen{truth.x + error_.x, truth.y + error_.y, truth.yaw + error_.yaw};
   return compose(seen, inverse(base.odometry()));

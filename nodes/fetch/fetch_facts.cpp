@@ -5,6 +5,8 @@ namespace afterglow::nodes {
 const std::vector<std::string> kArmWithTorsoJoints = {
     "torso_lift_joint", "shoulder_pan_joint", "shoulder_lift_joint", "upperarm_roll_joint",
     "elbow_flex_joint", "forearm_roll_joint", "wrist_flex_joint",    "wrist_roll_joint"};
+const std::vector<std::string> kArmJoints(kArmWithTorsoJoints.begin() + 1,
+                                          kArmWithTorsoJoints.end());
 const std::vector<std::string> kHeadJoints = {"head_pan_joint", "head_tilt_joint"};
 const std::vector<std::string> kProjectorJoints = {"projector_pan_joint", "projector_tilt_joint"};
 const std::vector<std::string> kGripperJoints = {"l_gripper_finger_joint",

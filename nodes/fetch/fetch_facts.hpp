@@ -14,6 +14,7 @@ constexpr const char* kGripperLink = "gripper_link";  ///< between the pads, x a
 
 /// Torso and arm, in the order of arm_with_torso_controller.
 extern const std::vector<std::string> kArmWithTorsoJoints;
+extern const std::vector<std::string> kArmJoints;  ///< the same without the torso
 extern const std::vector<std::string> kHeadJoints;
 extern const std::vector<std::string> kProjectorJoints;
 extern const std::vector<std::string> kGripperJoints;  ///< each opens by half the gap

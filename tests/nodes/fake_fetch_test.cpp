@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "nodes/fetch/fetch_facts.hpp"
 
@@ -125,7 +128,7 @@ TEST(DiffDrive, obeysALittleLaterIfItIsToldTo) {
 }
 
 TEST(FakeLocalization, isAsFarOffAsItIsToldAndNeighboringErrorsAreAlike) {
-  const LocalizationErrors errors{0.03, 0.02, 7};
+  const LocalizationErrors errors{0.03, 0.02, 7, 0, 0};  // it measures all the time
   DiffDrive base({1, 2, 0.5}, kNoErrors);
   FakeLocalization localization(errors, base);
   std::vector<double> x, yaw;
@@ -144,6 +147,35 @@ TEST(FakeLocalization, isAsFarOffAsItIsToldAndNeighboringErrorsAreAlike) {
   EXPECT_NEAR(std::sqrt(product(x, 0)), 0.03, 0.001);
   EXPECT_NEAR(std::sqrt(product(yaw, 0)), 0.02, 0.001);
   EXPECT_NEAR(product(x, 1) / product(x, 0), std::exp(-1), 0.05);
+}
+
+TEST(FakeLocalization, knowsBetterOnlyAfterATenthOfAMeterOrAQuarterOfARadian) {
+  DriveErrors errors = kNoErrors;
+  errors.linear_scale = 1.05;
+  DiffDrive base({}, errors);
+  FakeLocalization localization({}, base);
+  std::vector<double> renewed;  // where the odometry was
+  Nanoseconds now = kNow;
+  const auto drive = [&](double linear, double angular, Nanoseconds duration) {
+    for (const Nanoseconds end = now + duration; now < end; now += 10ms) {
+      base.command(linear, angular, now);
+      base.step(now, 10ms);
+      const double before = localization.mapToOdom().x;
+      localization.step(now, base);
+      if (localization.mapToOdom().x != before) renewed.push_back(base.odometry().x);
+    }
+  };
+  drive(0.2, 0, 3s);
+  ASSERT_GE(renewed.size(), 3u);
+  EXPECT_NEAR(renewed[0], 0.1 + 0.2 * 0.1, 0.01) << "and known 0.1 s later";
+  for (std::size_t i = 1; i < renewed.size(); ++i)
+    EXPECT_NEAR(renewed[i] - renewed[i - 1], 0.1, 0.01);
+  drive(0, 0, 10s);
+  const std::size_t at_rest = renewed.size();
+  EXPECT_NE(localization.mapToOdom().x, base.mapToOdom().x) << "the last bit is not known";
+  drive(0, 0.5, 2s);
+  EXPECT_GT(renewed.size(), at_rest);
+  EXPECT_NEAR(localization.mapToOdom().x, base.mapToOdom().x, 1e-9);
 }
 
 TEST(FakeFetch, takesLongerWithItsArmIfItIsToldTo) {
@@ -167,16 +199,34 @@ TEST(FakeFetch, movesItsArmOverTheTable) {
   EXPECT_NEAR(fetch.joints().at("bellows_joint").position, 0.15, 1e-9);
 }
 
-TEST(FakeFetch, letsOneControllerTakeAJointFromAnother) {
+TEST(FakeFetch, leavesJointsToTheControllerThatIsBusyWithThem) {
   FakeFetch fetch = makeFetch();
-  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 8s));
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
   run(fetch, 1s);
-  fetch.follow(kTorsoController, goalTo({{"torso_lift_joint", 0.05}}, 2s));
-  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Stopped);
-  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().text,
-            "torso_controller took torso_lift_joint over");
-  run(fetch, 2s);
+  JointPositions arm = armOverTable();
+  arm.erase("torso_lift_joint");
+  for (const auto& [controller, positions] :
+       std::map<std::string, JointPositions>{{kTorsoController, {{"torso_lift_joint", 0.05}}},
+                                             {kArmController, arm}}) {
+    fetch.follow(controller, goalTo(positions, 2s));
+    EXPECT_EQ(fetch.controller(controller).status().error, TrajectoryError::GoalToleranceViolated)
+        << controller;
+  }
+  EXPECT_EQ(fetch.controller(kTorsoController).status().text,
+            "cannot start: another controller is busy with torso_lift_joint");
+  run(fetch, 3s);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Succeeded);
+}
+
+TEST(FakeFetch, givesJointsThatAreOnlyHeldToAnotherController) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  run(fetch, 5s);
+  fetch.follow(kTorsoController, goalTo({{"torso_lift_joint", 0.05}}, 4s));
+  run(fetch, 5s);
+  EXPECT_EQ(fetch.controller(kTorsoController).status().phase, Phase::Succeeded);
   EXPECT_NEAR(fetch.joints().at("torso_lift_joint").position, 0.05, 1e-9);
+  EXPECT_FALSE(fetch.controller(kArmWithTorsoController).isOn());
 }
 
 TEST(FakeFetch, leavesAMovingArmAloneWhenAnotherControllersGoalIsRefused) {
@@ -189,37 +239,141 @@ TEST(FakeFetch, leavesAMovingArmAloneWhenAnotherControllersGoalIsRefused) {
   EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Succeeded);
 }
 
-TEST(FakeFetch, pointsItsCameraAtAPlace) {
-  FakeFetch fetch = makeFetch();
-  const Eigen::Vector3d p_base(0.9, 0.3, 0.72);
-  ASSERT_TRUE(fetch.pointHead(p_base, 1s, 0));
-  run(fetch, 3s);
-  const Eigen::Isometry3d T = fetch.model().linkPose("head_camera_link", fetch.jointPositions());
-  EXPECT_LT(T.linear().col(0).cross((p_base - T.translation()).normalized()).norm(), 1e-6);
-  EXPECT_FALSE(fetch.pointHead({-1, 0, 1}, 1s, 0));
+/// As PointHeadController reckons it.
+void expectHeadTowards(const FakeFetch& fetch, const Eigen::Vector3d& p_base) {
+  const auto seenFrom = [&](const char* link) -> Eigen::Vector3d {
+    return fetch.model().linkPose(link, fetch.jointPositions()).inverse() * p_base;
+  };
+  const Eigen::Vector3d torso = seenFrom("torso_lift_link"), pan = seenFrom("head_pan_link");
+  EXPECT_NEAR(fetch.joints().at("head_pan_joint").position, std::atan2(torso.y(), torso.x()), 1e-6);
+  EXPECT_NEAR(fetch.joints().at("head_tilt_joint").position,
+              std::atan2(-pan.z(), std::hypot(pan.x(), pan.y())), 1e-6);
 }
 
-TEST(FakeFetch, turnsItsHeadNoFasterThanItIsTold) {
+TEST(FakeFetch, pointsItsHeadAtAPlace) {
   FakeFetch fetch = makeFetch();
-  ASSERT_TRUE(fetch.pointHead({0, 5, 1}, 0s, 0.3));
-  double fastest = 0;
-  while (fetch.controller(kPointHeadController).status().phase == Phase::Running) {
-    run(fetch, 10ms);
-    fastest = std::max(fastest, std::abs(fetch.joints().at("head_pan_joint").velocity));
+  const Eigen::Vector3d p_base(0.9, 0.3, 0.72);
+  fetch.pointHead(p_base, 1s, 0);
+  run(fetch, 3s);
+  expectHeadTowards(fetch, p_base);
+  EXPECT_EQ(fetch.controller(kPointHeadController).status().phase, Phase::Succeeded);
+  const Eigen::Isometry3d T = fetch.model().linkPose("head_camera_link", fetch.jointPositions());
+  EXPECT_LT(T.linear().col(0).cross((p_base - T.translation()).normalized()).norm(), 0.15)
+      << "the camera sits beside both axes";
+}
+
+TEST(FakeFetch, calledALookSucceededWhenItsTimeWasOverThoughTheHeadCouldNotTurnThere) {
+  FakeFetch fetch = makeFetch();
+  fetch.pointHead({-1, 0.1, 1}, 1s, 0);
+  run(fetch, 4s);
+  EXPECT_EQ(fetch.controller(kPointHeadController).status().phase, Phase::Succeeded);
+  EXPECT_NEAR(fetch.joints().at("head_pan_joint").position, 1.57, 1e-9) << "its limit";
+}
+
+TEST(FakeFetch, turnsItsHeadForAsLongAsTheAngleTakesOrLongerIfItIsToldTo) {
+  for (const auto& [duration, expected_s] :
+       std::map<Nanoseconds, double>{{0s, 1.57 / 0.5}, {5s, 5.0}}) {
+    FakeFetch fetch = makeFetch();
+    fetch.pointHead({-0.087, 5, 1}, duration, 0.5);  // a right angle about torso_lift_link
+    const Nanoseconds begin = fetch.now();
+    while (fetch.controller(kPointHeadController).isBusy()) run(fetch, 10ms);
+    EXPECT_NEAR(seconds(fetch.now() - begin), expected_s, 0.05);
   }
-  EXPECT_LT(fastest, 0.301);
-  EXPECT_GT(fastest, 0.28);
+}
+
+TEST(FakeFetch, jumpsToWhatItIsToPointItsHeadAtAfterACancel) {
+  FakeFetch fetch = makeFetch();
+  const auto stepOf = [&](const Eigen::Vector3d& p_base) {
+    fetch.takeCommands();
+    fetch.pointHead(p_base, 1s, 0);
+    run(fetch, 10ms);
+    return fetch.takeCommands().largest_steps.at("head_pan_joint");
+  };
+  EXPECT_LT(stepOf({1, 1, 1}), 0.01);
+  run(fetch, 500ms);
+  const double pan = fetch.joints().at("head_pan_joint").position;
+  fetch.cancel(kPointHeadController);
+  run(fetch, 10s);
+  EXPECT_EQ(fetch.joints().at("head_pan_joint").position, pan) << "it holds";
+  EXPECT_NEAR(stepOf({1, -1, 1}), pan + std::atan2(1, 1.087), 0.02);
 }
 
 TEST(FakeFetch, closesItsGripperAtFiveCentimetersASecondAFinger) {
   FakeFetch fetch = makeFetch();
-  fetch.moveGripper(0.3);  // wider than it can
+  fetch.moveGripper(0.08);
   run(fetch, 500ms);
   EXPECT_NEAR(fetch.gripper().gap, 0.05, 1e-6);
-  EXPECT_FALSE(fetch.gripper().reached);
-  run(fetch, 600ms);
-  EXPECT_NEAR(fetch.gripper().gap, 0.1, 1e-6);
+  EXPECT_FALSE(fetch.gripper().is_done);
+  run(fetch, 300ms);
+  EXPECT_NEAR(fetch.gripper().gap, 0.08, 1e-6);
+  EXPECT_TRUE(fetch.gripper().is_done);
   EXPECT_TRUE(fetch.gripper().reached);
+}
+
+TEST(FakeFetch, calledItsGripperDoneWithinTwoMillimetersOrWhenItHadStalledForTwoSeconds) {
+  FakeFetch near = makeFetch();
+  near.moveGripper(0.05);
+  while (!near.gripper().is_done) run(near, 10ms);
+  EXPECT_TRUE(near.gripper().reached);
+  EXPECT_GT(std::abs(near.gripper().gap - 0.05), 0.0005) << "on its way still";
+  FakeFetch stalled = makeFetch();
+  stalled.moveGripper(0.3);  // wider than it can
+  run(stalled, 2900ms);
+  EXPECT_NEAR(stalled.gripper().gap, 0.1, 1e-6);
+  EXPECT_FALSE(stalled.gripper().is_done);
+  run(stalled, 200ms);
+  EXPECT_TRUE(stalled.gripper().is_done);
+  EXPECT_TRUE(stalled.gripper().stalled);
+  EXPECT_FALSE(stalled.gripper().reached);
+}
+
+// -------------------------------------------------------------------------- somebody moves the arm
+
+JointPositions armMovedBy(const FakeFetch& fetch, double pan) {
+  JointPositions arm;
+  for (const std::string& joint : kArmJoints) arm[joint] = fetch.joints().at(joint).position;
+  arm.at("shoulder_pan_joint") += pan;
+  return arm;
+}
+
+TEST(FakeFetch, letsItsArmBeMovedByHandWhichAbortsWhatItDid) {
+  FakeFetch fetch = makeFetch();
+  fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
+  run(fetch, 1s);
+  const JointPositions moved = armMovedBy(fetch, -0.5);
+  fetch.moveByHand(moved);
+  EXPECT_EQ(fetch.controller(kArmWithTorsoController).status().phase, Phase::Failed);
+  run(fetch, 400ms);
+  EXPECT_GT(fetch.joints().at("shoulder_pan_joint").position, moved.at("shoulder_pan_joint") + 0.05)
+      << "not at once";
+  run(fetch, 200ms);
+  EXPECT_NEAR(fetch.joints().at("shoulder_pan_joint").position, moved.at("shoulder_pan_joint"),
+              1e-9);
+  fetch.takeCommands();
+  run(fetch, 1s);
+  EXPECT_TRUE(fetch.takeCommands().positions.empty()) << "limp";
+}
+
+TEST(FakeFetch, stepsAsFarAsItsArmWasMovedBetweenTwoGoals) {
+  const auto stepAfter = [](bool is_canceled, Nanoseconds first_point) {
+    FakeFetch fetch = makeFetch();
+    fetch.follow(kArmController, goalTo(armMovedBy(fetch, -0.2), 2s));
+    run(fetch, is_canceled ? 1s : 3s);
+    fetch.cancel(kArmController);
+    const JointPositions held = armMovedBy(fetch, 0);
+    fetch.moveByHand(armMovedBy(fetch, -0.8));
+    run(fetch, 1s);
+    TrajectoryGoal next = goalTo(held, first_point);
+    next.points.push_back(next.points[0]);
+    next.points[1].time_from_start += 4s;
+    fetch.takeCommands();
+    fetch.follow(kArmController, next);
+    run(fetch, 100ms);
+    return fetch.takeCommands().largest_steps.at("shoulder_pan_joint");
+  };
+  EXPECT_NEAR(stepAfter(false, 0s), 0.8, 1e-6) << "to the first point";
+  EXPECT_NEAR(stepAfter(true, 2s), 0.8, 1e-6) << "to the last command before the cancel";
+  EXPECT_LT(stepAfter(false, 2s), 0.005) << "the measured pose is put before it";
 }
 
 TEST(FakeFetch, isBackAtItsStartAfterAReset) {

@@ -1,0 +1,95 @@
+/// \file
+/// What Fetch's controllers of joints have in common, simulated: a goal, a command in every cycle,
+/// a cancel, and the controller manager's word. Semantics of robot_controllers (melodic-devel) and
+/// its faults, which a player has to bear: issue 33, a goal that follows a cancel begins at the
+/// last command and its old time. Radians, metres, nanoseconds of robot time.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nodes/fetch/joint_path.hpp"
+
+namespace afterglow::nodes {
+
+struct JointState {
+  double position = 0, velocity = 0;
+};
+using JointStates = std::map<std::string, JointState>;
+
+/// FollowJointTrajectoryResult's codes.
+enum class TrajectoryError {
+  None = 0,
+  InvalidGoal = -1,
+  InvalidJoints = -2,
+  OldHeaderTimestamp = -3,
+  PathToleranceViolated = -4,
+  GoalToleranceViolated = -5,
+};
+
+struct TrajectoryStatus {
+  enum class Phase { Idle, Running, Succeeded, Failed, Stopped } phase = Phase::Idle;
+  TrajectoryError error = TrajectoryError::None;
+  std::string text;  ///< one line, where it failed or was stopped
+};
+
+/// Either off, its joints are limp then (gravity compensation only), or on: it follows a goal or
+/// holds its last command until another controller takes the joints. Not thread safe.
+class JointController {
+ public:
+  explicit JointController(std::vector<Joint> joints) : joints_(std::move(joints)) {}
+  virtual ~JointController() = default;
+
+  const std::vector<Joint>& joints() const { return joints_; }
+  bool moves(const std::string& joint) const;
+  const TrajectoryStatus& status() const { return status_; }
+  bool isBusy() const { return status_.phase == TrajectoryStatus::Phase::Running; }
+  bool isOn() const { return is_on_; }
+  /// Its latest command; empty before the first.
+  JointStates desired() const;
+
+  /// A cancel, or a new goal's arrival: the last command is held at once, without a ramp, and the
+  /// next goal begins there, at its time.
+  void cancel();
+  /// What it commands in this cycle, in the order of joints(); empty: its joints are left alone.
+  std::optional<std::vector<double>> step(const JointStates& measured, Nanoseconds now);
+
+  // --------------------------------------------------------------- from the controller manager
+  /// A goal was taken, and its joints are free.
+  void begin();
+  /// A goal was taken, but another controller is busy with its joints.
+  void refuse(const std::string& why);
+  /// Another controller takes its joints. Not while it is busy.
+  void yield() { is_on_ = false; }
+  /// By force: its goal is aborted, its joints are limp. What it commanded last is remembered.
+  void letGo(const std::string& why);
+  /// As after a restart of the robot.
+  void forget(const std::string& why);
+
+ protected:
+  void fail(TrajectoryError error, const std::string& why);
+  void take(JointPath path);
+  /// Of the goal under way, in every cycle: whether it has ended.
+  virtual void judge(const JointStates& measured, Nanoseconds now) = 0;
+
+  const JointPath& path() const { return path_; }
+  void succeed() { status_ = {TrajectoryStatus::Phase::Succeeded, TrajectoryError::None, ""}; }
+  /// How far a joint is from its command, the short way round.
+  double off(const JointStates& measured, std::size_t joint) const;
+  /// Where the joints are, at rest.
+  JointKnot here(const JointStates& measured, Nanoseconds now) const;
+  /// Where a goal begins that follows a cancel; empty for any other.
+  std::optional<JointKnot> spliceKnot() const;
+
+ private:
+  std::vector<Joint> joints_;
+  JointPath path_;
+  TrajectoryStatus status_;
+  std::optional<JointKnot> last_command_;
+  bool is_on_ = false, was_canceled_ = false;
+};
+
+}  // namespace afterglow::nodes
