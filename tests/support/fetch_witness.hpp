@@ -11,9 +11,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/fetch/fetch_facts.hpp"
@@ -61,6 +63,7 @@ class FetchWitness {
     arm_results_ = node_.subscribe(kArmAction + "/result", 10, &FetchWitness::onResult, this);
     poses_ = node_.subscribe("/fake_fetch/true_pose", 200, &FetchWitness::onPose, this);
     velocities_ = node_.subscribe("/cmd_vel", 1000, &FetchWitness::onVelocity, this);
+    commands_ = node_.subscribe("/fake_fetch/commands", 1000, &FetchWitness::onCommands, this);
   }
   void forget() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -69,6 +72,7 @@ class FetchWitness {
     was_high_ = false;
     arm_path_.clear();
     succeeded_.clear();
+    largest_step_ = {};
   }
   double height() const { return locked(height_); }
   /// Since it was as high as it gets.
@@ -83,6 +87,14 @@ class FetchWitness {
   geometry_msgs::Point truth() const { return locked(truth_); }
   geometry_msgs::Twist lastVelocity() const { return locked(last_velocity_); }
   std::set<std::string> succeeded() const { return locked(succeeded_); }
+  /// How far a joint's command went within one cycle (10 ms), and which joint's.
+  std::pair<double, std::string> largestStep() const { return locked(largest_step_); }
+  /// NaN before it is known.
+  double joint(const std::string& name) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto found = positions_.find(name);
+    return found != positions_.end() ? found->second : std::nan("");
+  }
   /// Where the arm was, each place once.
   std::vector<ArmPose> armPath() const { return locked(arm_path_); }
 
@@ -94,6 +106,8 @@ class FetchWitness {
   }
   void onJoints(const sensor_msgs::JointState& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
+    for (std::size_t i = 0; i < message.name.size(); ++i)
+      positions_[message.name[i]] = message.position[i];
     const auto name = std::find(message.name.begin(), message.name.end(), "torso_lift_joint");
     if (name == message.name.end()) return;
     ArmPose arm;
@@ -121,6 +135,12 @@ class FetchWitness {
     if (message.status.status == actionlib_msgs::GoalStatus::SUCCEEDED)
       succeeded_.insert(message.status.goal_id.id);
   }
+  void onCommands(const sensor_msgs::JointState& message) {
+    constexpr double kCycle = 0.01;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    for (std::size_t i = 0; i < message.name.size(); ++i)
+      largest_step_ = std::max(largest_step_, {message.velocity[i] * kCycle, message.name[i]});
+  }
   void onVelocity(const geometry_msgs::Twist& message) {
     const std::lock_guard<std::mutex> lock(mutex_);
     last_velocity_ = message;
@@ -135,8 +155,10 @@ class FetchWitness {
   geometry_msgs::Point truth_;
   std::set<std::string> succeeded_;
   std::vector<ArmPose> arm_path_;
+  std::map<std::string, double> positions_;
+  std::pair<double, std::string> largest_step_;
   ros::NodeHandle node_;
-  ros::Subscriber joints_, odometry_, results_, arm_results_, poses_, velocities_;
+  ros::Subscriber joints_, odometry_, results_, arm_results_, poses_, velocities_, commands_;
 };
 
 }  // namespace afterglow::test
