@@ -262,7 +262,7 @@ TEST(FakeFetch, pointsItsHeadAtAPlace) {
       << "the camera sits beside both axes";
 }
 
-TEST(FakeFetch, calledALookSucceededWhenItsTimeWasOverThoughTheHeadCouldNotTurnThere) {
+TEST(FakeFetch, callsALookSucceededWhenItsTimeIsOverThoughTheHeadCannotTurnThere) {
   FakeFetch fetch = makeFetch();
   fetch.pointHead({-1, 0.1, 1}, 1s, 0);
   run(fetch, 4s);
@@ -310,7 +310,7 @@ TEST(FakeFetch, closesItsGripperAtFiveCentimetersASecondAFinger) {
   EXPECT_TRUE(fetch.gripper().reached);
 }
 
-TEST(FakeFetch, calledItsGripperDoneWithinTwoMillimetersOrWhenItHadStalledForTwoSeconds) {
+TEST(FakeFetch, callsItsGripperDoneWithinTwoMillimetersOrWhenItHasStalledForTwoSeconds) {
   FakeFetch near = makeFetch();
   near.moveGripper(0.05);
   while (!near.gripper().is_done) run(near, 10ms);
