@@ -7,9 +7,11 @@
 namespace afterglow::replay {
 namespace {
 
-// Values without bytes (of empty message types) are not paid for by the message's size, so they are
-// limited on their own; real messages hold one or two.
-constexpr std::size_t kMostEmptyMessages = 65536;
+// Messages and arrays need not take bytes of their own, but take some hundred bytes of memory as a
+// tree of values. So many are decoded for nothing, and beyond them one in so many bytes; in real
+// messages one takes four bytes and more.
+constexpr std::size_t kFreeTrees = 65536;
+constexpr std::size_t kBytesOfTree = 2;
 
 // An element takes far more memory than its smallest message; a count is believed step by step.
 constexpr std::size_t kReserved = 1024;
@@ -21,7 +23,10 @@ bool isNumber(FieldType type) {
 
 class Decoder {
  public:
-  Decoder(const Schema& schema, const Bytes& bytes) : schema_(schema), reader_(schema, bytes) {}
+  Decoder(const Schema& schema, const Bytes& bytes)
+      : schema_(schema),
+        reader_(schema, bytes),
+        most_trees_(kFreeTrees + bytes.size() / kBytesOfTree) {}
 
   Value decode() {
     Value document = message(0);
@@ -31,7 +36,7 @@ class Decoder {
 
  private:
   Object message(std::size_t type_index) {
-    if (schema_.minimumSize(type_index) == 0) countEmpty();
+    countTree();
     Object object;
     const MessageType& type = schema_.types()[type_index];
     object.reserve(type.fields.size());
@@ -44,13 +49,15 @@ class Decoder {
     return object;
   }
 
-  void countEmpty() {
-    if (++empty_messages_ > kMostEmptyMessages) {
-      reader_.fail("more than " + std::to_string(kMostEmptyMessages) + " empty messages");
+  void countTree() {
+    if (++trees_ > most_trees_) {
+      reader_.fail("more than " + std::to_string(most_trees_) +
+                   " messages and arrays; so few bytes do not hold as many");
     }
   }
 
   Value array(const Field& field) {
+    countTree();
     const std::size_t count = reader_.count(field);
     if (isNumber(field.type)) {
       const std::size_t size = count * fixedSize(field.type);
@@ -108,7 +115,8 @@ class Decoder {
 
   const Schema& schema_;
   WireReader reader_;
-  std::size_t empty_messages_ = 0;
+  const std::size_t most_trees_;
+  std::size_t trees_ = 0;
 };
 
 class Encoder {

@@ -89,6 +89,9 @@ std::size_t editStrings(const Schema& schema, Bytes& bytes, const FieldPath& pat
 std::size_t editStrings(Bytes& bytes, const std::vector<FieldSpan>& spans,
                         const std::function<std::string(const std::string&)>& edit);
 
+/// True if the bytes are a message of this schema, from the first to the last.
+bool fits(const Schema& schema, const Bytes& bytes);
+
 /// Every time field of a schema that is a stamp for replay's purposes: all `time` fields, nested
 /// and in arrays, as paths with [] ("transforms[].header.stamp"), in the definition's order.
 std::vector<FieldPath> timeFields(const Schema& schema);

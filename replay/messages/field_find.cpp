@@ -20,6 +20,15 @@ struct FieldFinder::Node {
   };
   std::vector<Branch> branches;
 
+  /// Those of one field lie together: a walk looks at no others.
+  void sort() {
+    std::stable_sort(branches.begin(), branches.end(),
+                     [](const Branch& a, const Branch& b) { return a.field < b.field; });
+    for (Branch& branch : branches) {
+      if (branch.below) branch.below->sort();
+    }
+  }
+
   Branch& branch(std::size_t field, const FieldPath::Step& step) {
     for (Branch& known : branches) {
       if (known.field == field && known.index == step.index && known.at == step.at) return known;
@@ -88,18 +97,20 @@ class Walk {
  private:
   void message(std::size_t type_index, const Node& node) {
     const std::vector<Field>& fields = schema_.types()[type_index].fields;
+    auto next = node.branches.begin();
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      const bool wanted = std::any_of(node.branches.begin(), node.branches.end(),
-                                      [&](const auto& branch) { return branch.field == i; });
-      if (wanted) {
-        elements(fields[i], i, node);
+      const auto first = next;
+      while (next != node.branches.end() && next->field == i) ++next;
+      if (first != next) {
+        elements(fields[i], first, next);
       } else {
         reader_.skipField(fields[i]);
       }
     }
   }
 
-  void elements(const Field& field, std::size_t field_index, const Node& node) {
+  template <typename Branches>
+  void elements(const Field& field, Branches first, Branches end) {
     reader_.enter(field);
     std::size_t count = reader_.count(field);
     // Elements without bytes hold nothing to be found, however many of them a message claims.
@@ -111,10 +122,10 @@ class Walk {
       reader_.atElement(element);
       const std::size_t start = reader_.offset();
       bool passed = false;
-      for (const auto& branch : node.branches) {
-        if (branch.field != field_index || !branch.names(element)) continue;
+      for (auto branch = first; branch != end; ++branch) {
+        if (!branch->names(element)) continue;
         reader_.seek(start);  // two branches may name the same element
-        take(field, branch);
+        take(field, *branch);
         passed = true;
       }
       if (!passed) reader_.skipElement(field);
@@ -156,6 +167,7 @@ FieldFinder::FieldFinder(Schema schema, const std::vector<FieldPath>& paths)
       node = branch.below.get();
     });
   }
+  root_->sort();
 }
 
 FieldFinder::FieldFinder(const Schema& schema, const FieldPath& path)
@@ -173,6 +185,17 @@ std::vector<std::vector<FieldSpan>> FieldFinder::find(const Bytes& bytes) const 
 
 std::vector<FieldSpan> findField(const Schema& schema, const Bytes& bytes, const FieldPath& path) {
   return std::move(FieldFinder(schema, path).find(bytes).front());
+}
+
+bool fits(const Schema& schema, const Bytes& bytes) {
+  try {
+    WireReader reader(schema, bytes);
+    for (const Field& field : schema.root().fields) reader.skipField(field);
+    reader.finish();
+  } catch (const MessageError&) {
+    return false;
+  }
+  return true;
 }
 
 bool hasField(const Schema& schema, const FieldPath& path) {

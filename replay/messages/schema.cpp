@@ -206,7 +206,7 @@ class SchemaParser {
     schema_.types_.push_back({type, {}});
     schema_.minimum_sizes_.push_back(0);
     schema_.fixed_sizes_.push_back(true);
-    counts_.push_back(0);
+    extents_.emplace_back();
     path_.push_back(type);
     std::set<std::string_view> names;
     for (const Line& line : sections_.at(type).lines) {
@@ -272,25 +272,51 @@ class SchemaParser {
     }
   }
 
-  /// Keeps the sizes of the type up to date, and its number of fields with those of all it
-  /// contains.
+  /// Keeps the sizes of the type up to date, and its extent with those of all it contains.
   void measure(std::size_t index, std::size_t line, const Field& field) {
     const bool is_message = field.type == FieldType::Message;
     std::size_t size = field.type == FieldType::String ? 4 : fixedSize(field.type);
     if (is_message) size = schema_.minimum_sizes_[field.message];
     bool fixed = field.type != FieldType::String;
     if (is_message) fixed = schema_.fixed_sizes_[field.message];
-    if (field.arity == Field::Arity::FixedArray) size = multiply(size, field.length);
+    if (field.arity == Field::Arity::FixedArray) {
+      size = multiply(size, field.length);
+      if (field.length == 0) fixed = true;
+    }
     if (field.arity == Field::Arity::DynamicArray) {
       size = 4;
       fixed = false;
     }
     schema_.minimum_sizes_[index] = add(schema_.minimum_sizes_[index], size);
     if (!fixed) schema_.fixed_sizes_[index] = false;
-    counts_[index] += 1 + (is_message ? counts_[field.message] : 0);
-    if (counts_[index] > Schema::kMostFields) {
-      fail(line, "more than " + std::to_string(Schema::kMostFields) + " fields in all");
+    if (is_message) extents_[index].addInner(extents_[field.message], field.name.size() + 1);
+    extents_[index].addField(field.name.size(), size == 0);
+    checkExtent(line, extents_[index]);
+  }
+
+  /// Of the tree of fields that a type describes.
+  struct Extent {
+    std::size_t fields = 0, empty_fields = 0, path_letters = 0;
+
+    void addField(std::size_t letters, bool is_empty) {
+      ++fields;
+      empty_fields += is_empty ? 1 : 0;
+      path_letters = add(path_letters, letters);
     }
+    void addInner(const Extent& inner, std::size_t prefix_letters) {
+      fields += inner.fields;
+      empty_fields += inner.empty_fields;
+      path_letters = add(path_letters, add(inner.path_letters, inner.fields * prefix_letters));
+    }
+  };
+
+  void checkExtent(std::size_t line, const Extent& extent) const {
+    const auto check = [&](std::size_t value, std::size_t most, const std::string& of) {
+      if (value > most) fail(line, "more than " + std::to_string(most) + of);
+    };
+    check(extent.fields, Schema::kMostFields, " fields in all");
+    check(extent.empty_fields, Schema::kMostEmptyFields, " fields that take no bytes");
+    check(extent.path_letters, Schema::kLongestPaths, " letters in the paths of its fields");
   }
 
   /// Empty for comments and constants.
@@ -358,7 +384,7 @@ class SchemaParser {
   Schema schema_;
   std::map<std::string, Section> sections_;
   std::map<std::string, std::size_t> indices_;  // of types that are complete
-  std::vector<std::size_t> counts_;             // fields of a type and of all it contains
+  std::vector<Extent> extents_;                 // with all that a type contains
   std::vector<std::string> path_;               // types that are being parsed
 };
 

@@ -61,22 +61,25 @@ struct MessageType {
 /// A parsed definition; a value, cheap to move, valid once constructed.
 class Schema {
  public:
-  /// Far beyond any real message; they keep a hostile definition from taking stack or memory.
-  static constexpr std::size_t kDeepest = 256;
-  static constexpr std::size_t kMostFields = 65536;
+  /// Far beyond any real message; they keep a hostile definition from taking stack, memory or, with
+  /// each message, time: a message pays with its bytes for every field but those without any.
+  static constexpr std::size_t kDeepest = 64;
+  static constexpr std::size_t kMostFields = 8192;
+  static constexpr std::size_t kMostEmptyFields = 64;
+  static constexpr std::size_t kLongestPaths = 4 << 20;  ///< letters, of all fields' paths together
 
   /// `type` is "package/Type" of the outermost message, `definition` its full text with the
   /// contained types behind lines of '='. Constants and comments are read over; `byte` and `char`
   /// are int8 and uint8; `Header` is std_msgs/Header, and `Header header` in a definition that does
   /// not bring it along is known all the same. Throws MessageError; also for a type that contains
-  /// itself, nests deeper than kDeepest or describes more than kMostFields fields in all.
+  /// itself or goes beyond the limits above.
   static Schema parse(const std::string& type, std::string_view definition);
 
   const std::vector<MessageType>& types() const { return types_; }
   const MessageType& root() const { return types_.front(); }
   /// Fewest bytes a value of this type can take: what counts are vetted against.
   std::size_t minimumSize(std::size_t type_index) const { return minimum_sizes_[type_index]; }
-  /// True if every value of this type takes exactly minimumSize bytes.
+  /// True if every value of this type takes exactly minimumSize bytes; always if that is 0.
   bool isFixedSize(std::size_t type_index) const { return fixed_sizes_[type_index]; }
 
  private:

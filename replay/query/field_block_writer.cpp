@@ -56,7 +56,7 @@ FieldBlockWriter::FieldBlockWriter(std::shared_ptr<const FieldSlots> slots)
 
 void FieldBlockWriter::add(const Bytes& message) {
   ++messages_;
-  leaves_ = 0;
+  leaves_ = looks_ = 0;
   if (!has_answers_) return;
   try {
     WireReader reader(slots_->schema(), message);
@@ -72,6 +72,7 @@ void FieldBlockWriter::take(WireReader& reader, const std::vector<Step>& steps) 
 }
 
 void FieldBlockWriter::takeField(WireReader& reader, const Step& step) {
+  countLook();
   const Field& field = *step.field;
   if (step.slot == FieldSlots::kNone && step.below.empty()) return reader.skipField(field);
   if (field.arity == Field::Arity::Single) return takeElement(reader, step);
@@ -88,6 +89,7 @@ void FieldBlockWriter::takeField(WireReader& reader, const Step& step) {
 }
 
 void FieldBlockWriter::takeElement(WireReader& reader, const Step& step) {
+  countLook();
   switch (step.field->type) {
     case FieldType::Message:
       return take(reader, step.below);
@@ -109,6 +111,10 @@ void FieldBlockWriter::takeElement(WireReader& reader, const Step& step) {
     default:
       addNumber(step.slot, numberOf(reader, step.field->type));
   }
+}
+
+void FieldBlockWriter::countLook() {
+  if (++looks_ > kMostLooks) throw MessageError("more fields than the field index looks at");
 }
 
 FieldBlockWriter::Values& FieldBlockWriter::valuesOf(std::size_t slot) {

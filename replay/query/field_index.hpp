@@ -32,6 +32,8 @@ class FieldBlockWriter {
   static constexpr std::size_t kMostMessages = 256;
   /// A message with more values leaves its block without an answer.
   static constexpr std::size_t kMostLeaves = 4096;
+  /// So does one with more fields to look at for them: a definition can make any number of nothing.
+  static constexpr std::size_t kMostLooks = 1 << 18;
   /// A field with more values in a block has its range alone.
   static constexpr std::size_t kMostValues = 1024;
 
@@ -56,6 +58,7 @@ class FieldBlockWriter {
   void take(class WireReader& reader, const std::vector<FieldSlots::Step>& steps);
   void takeField(WireReader& reader, const FieldSlots::Step& step);
   void takeElement(WireReader& reader, const FieldSlots::Step& step);
+  void countLook();
   Values& valuesOf(std::size_t slot);
   void addNumber(std::size_t slot, double number);
   void addText(std::size_t slot, std::string_view text);
@@ -64,7 +67,7 @@ class FieldBlockWriter {
 
   std::shared_ptr<const FieldSlots> slots_;
   std::vector<Values> values_;
-  std::size_t messages_ = 0, leaves_ = 0;
+  std::size_t messages_ = 0, leaves_ = 0, looks_ = 0;
   bool has_answers_ = true;
 };
 

@@ -8,6 +8,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
+#include "replay/query/field_index.hpp"
 #include "tests/support/message_definitions.hpp"
 
 namespace {
@@ -108,11 +109,53 @@ TEST(HostileMessage, isNotBelievedForElementsWithoutBytes) {
   const Schema schema = Schema::parse("a/B", test::withTypes("E[] x\n", "a/E", ""));
   const Spent spent = spend([&] { decode(schema, counting(0xFFFFFFFF, 4)); });
   EXPECT_TRUE(spent.refused);
-  EXPECT_EQ(spent.why, "a/B, field x[65536], at byte 4: more than 65536 empty messages");
+  EXPECT_EQ(spent.why,
+            "a/B, field x[65536], at byte 4: more than 65538 messages and arrays; so few bytes do "
+            "not hold as many");
   EXPECT_LT(spent.all, 32u << 20);
   const Bytes three = counting(3, 4);
   EXPECT_EQ(encode(schema, decode(schema, three)), three);
   EXPECT_TRUE(findField(schema, counting(0xFFFFFFFF, 4), FieldPath::parse("x[]")).empty());
+}
+
+/// L1[64] of L2[64] of ... eight deep, of nothing: 64^8 elements.
+std::string nothing(const std::string& innermost) {
+  std::string definition = "L1[64] x\n";
+  for (int i = 1; i < 8; ++i) {
+    definition = test::withTypes(definition, "a/L" + std::to_string(i),
+                                 "L" + std::to_string(i + 1) + "[64] x\n");
+  }
+  return test::withTypes(definition, "a/L8", innermost);
+}
+
+/// Each of these took for good.
+TEST(HostileMessage, ofAnyNumberOfNothingIsReadAtOnce) {
+  for (const std::string& definition :
+       {nothing(""), nothing("string[0] text\n"), nothing("E[2000] x\n===\nMSG: a/E\n"),
+        test::withTypes("E[4000000000] x\n", "a/E", "string[0] text\n"),
+        test::withTypes("E[] x\n", "a/E", "F[4000000000] x\n", "a/F", "")}) {
+    const Schema schema = Schema::parse("a/B", definition + "\n");
+    const bool is_counted = definition[1] == '[' && definition[2] == ']';
+    const Bytes bytes = is_counted ? counting(0xFFFFFFFF, 4) : Bytes();
+    EXPECT_TRUE(spend([&] { decode(schema, bytes); }).refused);
+    EXPECT_TRUE(fits(schema, bytes));
+    EXPECT_TRUE(findField(schema, bytes, FieldPath::parse("x[]")).empty());
+    FieldBlockWriter block(std::make_shared<const FieldSlots>(schema));
+    block.add(bytes);
+    EXPECT_EQ(block.finish().values, Bytes()) << "no answers";
+  }
+}
+
+TEST(HostileMessage, paysWithItsBytesForWhatIsLookedAt) {
+  // A million elements of four bytes with as many fields of nothing as there may be.
+  std::string fields = "string text\n";
+  for (int i = 0; i < 62; ++i) fields += "uint8[0] x" + std::to_string(i) + "\n";
+  const Schema schema = Schema::parse("a/B", test::withTypes("S[] x\n", "a/S", fields));
+  const Bytes bytes = counting(1'000'000, 4'000'004);
+  EXPECT_TRUE(spend([&] { decode(schema, bytes); }).refused) << "62 million arrays";
+  EXPECT_TRUE(fits(schema, bytes));
+  FieldBlockWriter block(std::make_shared<const FieldSlots>(schema));
+  block.add(bytes);
 }
 
 TEST(HostileMessage, isBelievedStepByStepWhenElementsGrowInMemory) {

@@ -139,8 +139,27 @@ TEST(Schema, refusesDefinitionsThatWouldTakeStackOrMemory) {
     wide = test::withTypes(wide, type, i < 40 ? next + " x\n" + next + " y\n" : "int8 x\n");
   }
   deep = test::withTypes(deep, "a/T300", "int8 x\n");
-  EXPECT_NE(refusal("a/B", deep).find("nested more than 256 deep"), std::string::npos);
-  EXPECT_NE(refusal("a/B", wide).find("more than 65536 fields in all"), std::string::npos);
+  EXPECT_NE(refusal("a/B", deep).find("nested more than 64 deep"), std::string::npos);
+  EXPECT_NE(refusal("a/B", wide).find("more than 8192 fields in all"), std::string::npos);
+  std::string empty, long_paths = test::withTypes("T1 x\n");
+  for (int i = 0; i < 65; ++i) empty += "uint8[0] x" + std::to_string(i) + "\n";
+  EXPECT_NE(refusal("a/B", empty).find("more than 64 fields that take no bytes"),
+            std::string::npos);
+  const std::string name(100'000, 'x');
+  for (int i = 1; i < 60; ++i) {
+    long_paths = test::withTypes(long_paths, "a/T" + std::to_string(i),
+                                 i < 59 ? "T" + std::to_string(i + 1) + " " + name + "\n"
+                                        : "int8 x\n");
+  }
+  EXPECT_NE(refusal("a/B", long_paths).find("letters in the paths of its fields"),
+            std::string::npos);
+}
+
+TEST(Schema, knowsThatWhatTakesNoBytesHasAFixedSize) {
+  const std::string fields = "E[4000000000] x\nstring[0] y\n";
+  const Schema schema = Schema::parse("a/B", test::withTypes(fields, "a/E", "string[0] z\n"));
+  EXPECT_EQ(schema.minimumSize(0), 0u);
+  EXPECT_TRUE(schema.isFixedSize(0));
 }
 
 TEST(Schema, saturatesSizesBeyondAllNumbers) {
