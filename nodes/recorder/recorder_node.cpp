@@ -42,6 +42,7 @@ RecorderNode::RecorderNode(const RecorderNodeOptions& options)
 RecorderNode::~RecorderNode() { close(); }
 
 void RecorderNode::close() {
+  desk_.hurry();
   start_service_.shutdown();
   stop_service_.shutdown();
   for (ros::WallTimer* timer : {&second_timer_, &clock_timer_, &topic_timer_, &prune_timer_}) {

@@ -249,6 +249,7 @@ RecordingDesk::Ended RecordingDesk::end(std::int64_t id, const Running& running,
   try {
     ended.counts =
         recorder_.end(id, rosNow(), [&](replay::Behavior& behavior, const auto& references) {
+          remarks.clear();  // the store may have been busy before
           complete(running, outcome, behavior, references, remarks);
         });
     ended.counts.remarks.insert(ended.counts.remarks.end(), remarks.begin(), remarks.end());

@@ -58,6 +58,8 @@ class RecordingDesk {
   /// (0: for the last one) is told once, unless on_end was.
   std::optional<Ended> stop(std::int64_t id, const std::string& outcome,
                             const std::string& forced_by = {});
+  /// From now on nothing waits for a busy store.
+  void hurry() { recorder_.hurry(); }
   /// Ends what runs as kInterrupted.
   void interruptAll(const std::string& reason);
   std::vector<std::int64_t> runningIds() const;

@@ -9,15 +9,32 @@ namespace {
 
 constexpr std::int8_t kPlayFile = -2;
 
-/// Calls on_place(type name, path) for every field that is a message, at any depth.
+/// Calls on_place(type, path) for every field that is a message, at any depth.
 void visitTypes(const Schema& schema, std::size_t type, const std::string& prefix,
-                const std::function<void(const std::string&, const std::string&)>& on_place) {
-  on_place(schema.types()[type].name, prefix);
+                const std::function<void(const MessageType&, const std::string&)>& on_place) {
+  on_place(schema.types()[type], prefix);
   for (const Field& field : schema.types()[type].fields) {
     if (field.type != FieldType::Message) continue;
     const bool is_array = field.arity != Field::Arity::Single;
     visitTypes(schema, field.message, prefix + field.name + (is_array ? "[]." : "."), on_place);
   }
+}
+
+bool isField(const MessageType& type, const std::string& name, FieldType expected) {
+  return std::any_of(type.fields.begin(), type.fields.end(), [&](const Field& field) {
+    return field.name == name && field.type == expected && field.arity == Field::Arity::Single;
+  });
+}
+
+/// Another package's idea of these types may have other fields.
+bool isSound(const MessageType& type) {
+  return type.name == "sound_play/SoundRequest" && isField(type, "sound", FieldType::Int8) &&
+         isField(type, "arg", FieldType::String) && isField(type, "arg2", FieldType::String);
+}
+
+bool isMesh(const MessageType& type) {
+  return type.name == "visualization_msgs/Marker" &&
+         isField(type, "mesh_resource", FieldType::String);
 }
 
 std::string soundUri(const std::string& arg, const std::string& package) {
@@ -29,10 +46,10 @@ std::string soundUri(const std::string& arg, const std::string& package) {
 
 FileReferences::FileReferences(const Schema& schema) {
   std::vector<FieldPath> meshes, sounds;
-  visitTypes(schema, 0, "", [&](const std::string& type, const std::string& prefix) {
-    if (type == "visualization_msgs/Marker") {
+  visitTypes(schema, 0, "", [&](const MessageType& type, const std::string& prefix) {
+    if (isMesh(type)) {
       meshes.push_back(FieldPath::parse(prefix + "mesh_resource"));
-    } else if (type == "sound_play/SoundRequest") {
+    } else if (isSound(type)) {
       for (const char* field : {"sound", "arg", "arg2"}) {
         sounds.push_back(FieldPath::parse(prefix + field));
       }
@@ -41,11 +58,7 @@ FileReferences::FileReferences(const Schema& schema) {
   meshes_ = meshes.size();
   sounds_ = sounds.size() / 3;
   meshes.insert(meshes.end(), sounds.begin(), sounds.end());
-  try {
-    if (!meshes.empty()) finder_ = std::make_unique<FieldFinder>(schema, meshes);
-  } catch (const MessageError&) {
-    // Another package's idea of these types: it has other fields.
-  }
+  if (!meshes.empty()) finder_ = std::make_unique<FieldFinder>(schema, meshes);
 }
 
 std::vector<std::string> FileReferences::find(const Bytes& bytes) const {

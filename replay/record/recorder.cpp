@@ -22,9 +22,10 @@ Recorder::Recorder(Store& store, RecorderOptions options)
 Recorder::~Recorder() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_closing_ = true;
+    is_closing_ = is_hurried_ = true;
   }
   to_writer_.notify_all();
+  from_writer_.notify_all();
   writer_.join();
 }
 
@@ -97,6 +98,7 @@ void Recorder::drop(const Queued& queued) {
   for (auto& [id, running] : running_) {
     if (covers(running, topic, queued.message.received)) {
       running.countDropped(topic);
+      if (is_busy_) running.setReason("the store was busy for longer than there was room to wait");
       if (failure_) running.setReason(*failure_);
     }
   }

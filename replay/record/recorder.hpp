@@ -68,9 +68,12 @@ struct RecorderLoad {
 /// much they are ahead of the clock. When none runs any more a new recording is begun, with true
 /// stamps.
 ///
-/// When the store fails to write, recording stops for good: failure() says why, what was committed
-/// stays, everything after counts as dropped. Every method may be called from any thread. The store
-/// must outlive the recorder.
+/// While somebody else keeps the store busy, what arrives waits in the queue, and begin() refuses;
+/// the ends of behaviors wait, too. A message that is no message of its type is kept, one that no
+/// store takes is left out; either is counted in the behaviors' remarks. When the store fails to
+/// write for another reason, recording stops: failure() says why, what was committed stays,
+/// everything after counts as dropped, until a behavior begins again when no other runs.
+/// Every method may be called from any thread. The store must outlive the recorder.
 class Recorder {
  public:
   /// Throws StoreError if the store cannot be written.
@@ -94,8 +97,8 @@ class Recorder {
   /// Starts a behavior whose `begin` is now; id, recording, robot (if empty) and end are filled in
   /// here. A behavior without parent belongs to the deepest running one whose tree path contains
   /// its own. Attempt 0 is counted: among this recorder's behaviors of that name, tree path and
-  /// parent (1 without tree path and parent). Throws StoreError, also when recording had failed
-  /// before.
+  /// parent (1 without tree path and parent). Throws StoreError, also when recording has failed
+  /// under behaviors that still run.
   Behavior begin(Behavior behavior, const RecordingTerms& terms = {});
   /// Topics that turned up later. Throws as end().
   void addTopics(std::int64_t behavior_id, const std::vector<std::string>& topics);
@@ -109,12 +112,14 @@ class Recorder {
   RecordedCounts end(std::int64_t behavior_id, Stamp end, const std::string& outcome);
   /// Takes back a behavior that has ended: drops it and what no other covers.
   void discard(std::int64_t behavior_id);
+  /// From now on nothing waits for a busy store: the program is about to end.
+  void hurry();
 
   RecordedCounts counts(std::int64_t behavior_id) const;
   RecorderLoad load() const;
   /// What was noticed since the last call, for the log: clocks that were set.
   std::vector<std::string> takeNotices();
-  /// Why nothing is recorded any more; empty while all is well.
+  /// Why nothing is recorded any more; empty while all is well, and while the store is busy.
   std::optional<std::string> failure() const;
 
  private:
@@ -131,6 +136,14 @@ class Recorder {
   };
   using ChannelKey = std::pair<std::int64_t, std::size_t>;          ///< recording, channel index
   using References = std::map<std::string, std::set<std::size_t>>;  ///< by URI: places in a batch
+  /// What a batch was seen to be on its way to the store; places in it.
+  struct Batch {
+    std::vector<Message> messages;
+    std::vector<std::size_t> places;  ///< of the messages
+    References references;
+    std::set<std::size_t> unfit;
+    std::map<std::size_t, std::string> refused;  ///< and why
+  };
   enum class Want { No, LeftOut, Yes };
 
   bool covers(const RunningBehavior& running, const std::string& topic, Stamp received) const {
@@ -153,8 +166,13 @@ class Recorder {
   void flush(std::unique_lock<std::mutex>& lock);
   void writeLoop();
   void write(std::unique_lock<std::mutex>& lock, std::deque<Queued> batch);
-  References appendToStore(std::deque<Queued>& batch,
-                           const std::map<ChannelKey, const Channel*>& new_channels);
+  std::map<ChannelKey, const Channel*> newChannels(const std::deque<Queued>& batch) const;
+  void addChannels(const std::map<ChannelKey, const Channel*>& new_channels);
+  Batch lookAt(std::deque<Queued>& batch) const;
+  void appendToStore(Batch& batch);
+  void count(const std::deque<Queued>& batch, const Batch& seen);
+  void insist(const std::function<void()>& work);
+  bool waitForStore(const std::string& why_busy);
 
   Store& store_;
   const RecorderOptions options_;
@@ -182,6 +200,8 @@ class Recorder {
   ClockWatch clock_watch_;
   std::vector<std::string> notices_;
   bool is_flushing_ = false, is_closing_ = false;
+  bool is_busy_ = false;     ///< the store, when it was last asked
+  bool is_hurried_ = false;  ///< it is not waited for
   std::optional<std::string> failure_;
 
   std::map<ChannelKey, StoreChannel> store_channels_;  ///< the writer's

@@ -16,6 +16,7 @@ bool contains(const std::string& outer, const std::string& inner) {
 
 Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
   const std::lock_guard<std::mutex> row(rows_mutex_);  // a discard would not spare it before
+  const std::optional<std::string> failed_before = failure();
   // Its messages are kept from here on; the store is asked without holding up those who offer.
   const std::int64_t provisional = admit(behavior, terms);
   try {
@@ -23,6 +24,7 @@ Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex_);
     retire(provisional);
+    if (!failure_) failure_ = failed_before;
     throw;
   }
   rename(provisional, behavior.id);
@@ -31,9 +33,10 @@ Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
 
 std::int64_t Recorder::admit(Behavior& behavior, const RecordingTerms& terms) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (failure_) {
+  if (failure_ && !running_.empty()) {
     throw StoreError(*failure_);
   }
+  failure_.reset();  // the disk may have room again
   const Stamp now = orderly(behavior.begin);
   if (went_back_ && running_.empty()) {
     recording_ = store_.addRecording({0, "", options_.source, options_.robot});
@@ -118,7 +121,11 @@ void Recorder::addTopics(std::int64_t behavior_id, const std::vector<std::string
   }
   const Behavior changed = running(behavior_id).behavior();
   lock.unlock();
-  store_.updateBehavior(changed);
+  try {
+    store_.updateBehavior(changed);
+  } catch (const StoreBusy&) {
+    // Its end writes them; until then they are only missing should the recorder die.
+  }
 }
 
 RecordedCounts Recorder::end(std::int64_t behavior_id, Stamp end, const std::string& outcome) {
@@ -135,17 +142,33 @@ RecordedCounts Recorder::end(std::int64_t behavior_id, Stamp end, const Completi
   retire(behavior_id);
   lock.unlock();
   Behavior behavior = ended.written();
-  complete(behavior, ended.references());
-  const std::lock_guard<std::mutex> row(rows_mutex_);
-  store_.updateBehavior(behavior);
+  bool is_complete = false;
+  insist([&] {
+    if (!is_complete) {
+      Behavior completed = behavior;  // anew each time
+      complete(completed, ended.references());
+      behavior = std::move(completed);
+      is_complete = true;
+    }
+    const std::lock_guard<std::mutex> row(rows_mutex_);
+    store_.updateBehavior(behavior);
+  });
   return ended.counts();
 }
 
 void Recorder::discard(std::int64_t behavior_id) {
-  const std::lock_guard<std::mutex> row(rows_mutex_);
-  store_.removeBehavior(behavior_id);
+  insist([&] {
+    const std::lock_guard<std::mutex> row(rows_mutex_);
+    store_.removeBehavior(behavior_id);
+  });
   const std::lock_guard<std::mutex> lock(mutex_);
   past_.limitReach(last_);
+}
+
+void Recorder::hurry() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_hurried_ = true;
+  from_writer_.notify_all();
 }
 
 void Recorder::retire(std::int64_t behavior_id) {

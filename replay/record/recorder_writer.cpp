@@ -1,10 +1,11 @@
-#include <algorithm>
-
 #include "replay/messages/field_edit.hpp"
 #include "replay/record/recorder.hpp"
 
 namespace afterglow::replay {
 namespace {
+
+/// The store has waited itself before it says that it is busy.
+constexpr std::chrono::milliseconds kBusyPause{100};
 
 /// A definition nobody understands is recorded all the same, as bytes.
 std::optional<Schema> parse(const Channel& channel) {
@@ -57,74 +58,139 @@ void Recorder::writeLoop() {
 }
 
 void Recorder::write(std::unique_lock<std::mutex>& lock, std::deque<Queued> batch) {
-  References references;
+  Batch seen;
   if (!batch.empty() && !failure_) {
-    std::map<ChannelKey, const Channel*> new_channels;
-    for (const Queued& queued : batch) {
-      const ChannelKey key{queued.recording, queued.channel_index};
-      if (store_channels_.count(key) == 0) {
-        new_channels[key] = &channels_[queued.channel_index];
-      }
-    }
+    const auto new_channels = newChannels(batch);
     std::optional<std::string> problem;
     lock.unlock();
     try {
-      references = appendToStore(batch, new_channels);
+      insist([&] { addChannels(new_channels); });
+      seen = lookAt(batch);
+      appendToStore(seen);
     } catch (const std::exception& error) {
       problem = error.what();
     }
     lock.lock();
-    failure_ = problem;
+    if (problem) failure_ = problem;
   }
-  for (const Queued& queued : batch) {
-    queued_bytes_ -= queued.size;
-    if (failure_) {
-      drop(queued);
-      continue;
-    }
-    ++load_.messages;
-    load_.bytes += queued.size - sizeof(Queued);
-    const std::string& topic = channels_[queued.channel_index].topic;
-    for (auto& [id, running] : running_) {
-      if (running.isWithin(queued.message.received)) running.countStored(topic);
-    }
-  }
-  for (const auto& [uri, places] : references) {
-    for (auto& [id, running] : running_) {
-      const bool refers = std::any_of(places.begin(), places.end(), [&](std::size_t place) {
-        const Queued& queued = batch[place];
-        return covers(running, channels_[queued.channel_index].topic, queued.message.received);
-      });
-      if (refers) running.refer(uri);
-    }
+  for (const Queued& queued : batch) queued_bytes_ -= queued.size;
+  if (failure_) {
+    for (const Queued& queued : batch) drop(queued);
+  } else {
+    count(batch, seen);
   }
   done_ += batch.size();
   from_writer_.notify_all();
 }
 
-Recorder::References Recorder::appendToStore(
-    std::deque<Queued>& batch, const std::map<ChannelKey, const Channel*>& new_channels) {
+std::map<Recorder::ChannelKey, const Channel*> Recorder::newChannels(
+    const std::deque<Queued>& batch) const {
+  std::map<ChannelKey, const Channel*> found;
+  for (const Queued& queued : batch) {
+    const ChannelKey key{queued.recording, queued.channel_index};
+    if (store_channels_.count(key) == 0) found[key] = &channels_[queued.channel_index];
+  }
+  return found;
+}
+
+void Recorder::addChannels(const std::map<ChannelKey, const Channel*>& new_channels) {
   for (const auto& [key, channel] : new_channels) {
+    if (store_channels_.count(key) != 0) continue;
     const std::optional<Schema> schema = parse(*channel);
     store_channels_[key] = {store_.addChannel(key.first, *channel), schema, referencesOf(schema)};
   }
-  References references;
-  std::vector<Message> messages;
-  messages.reserve(batch.size());
+}
+
+/// Whatever a single message is like, it ends no recording.
+Recorder::Batch Recorder::lookAt(std::deque<Queued>& batch) const {
+  Batch seen;
+  seen.messages.reserve(batch.size());
   for (std::size_t i = 0; i < batch.size(); ++i) {
     Queued& queued = batch[i];
     const StoreChannel& channel = store_channels_.at({queued.recording, queued.channel_index});
-    if (channel.references) {
-      for (const std::string& uri : channel.references->find(queued.message.bytes)) {
-        references[uri].insert(i);
+    const Bytes& bytes = queued.message.bytes;
+    try {
+      if (channel.schema && !fits(*channel.schema, bytes)) seen.unfit.insert(i);
+      if (channel.references) {
+        for (const std::string& uri : channel.references->find(bytes)) {
+          seen.references[uri].insert(i);
+        }
       }
+    } catch (const std::exception&) {
+      seen.unfit.insert(i);
     }
     queued.message.channel = channel.id;
-    queued.message.header_stamp = stampOf(channel.schema, queued.message.bytes);
-    messages.push_back(std::move(queued.message));  // stamp and sequence stay, for the counts
+    queued.message.header_stamp = stampOf(channel.schema, bytes);
+    seen.messages.push_back(std::move(queued.message));  // stamp and sequence stay, for the counts
+    seen.places.push_back(i);
   }
-  store_.append(messages);
-  return references;
+  return seen;
+}
+
+void Recorder::appendToStore(Batch& batch) {
+  for (;;) {
+    try {
+      return insist([&] { store_.append(batch.messages); });
+    } catch (const MessageRefused& refusal) {
+      const auto at = static_cast<std::ptrdiff_t>(refusal.place());
+      batch.refused[batch.places.at(refusal.place())] = refusal.what();
+      batch.messages.erase(batch.messages.begin() + at);
+      batch.places.erase(batch.places.begin() + at);
+    }
+  }
+}
+
+void Recorder::count(const std::deque<Queued>& batch, const Batch& seen) {
+  const auto forCovering = [&](std::size_t place, const auto& work) {
+    const std::string& topic = channels_[batch[place].channel_index].topic;
+    for (auto& [id, running] : running_) {
+      if (covers(running, topic, batch[place].message.received)) work(running, topic);
+    }
+  };
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    if (seen.refused.count(i) != 0) continue;
+    ++load_.messages;
+    load_.bytes += batch[i].size - sizeof(Queued);
+    forCovering(i, [](RunningBehavior& running, const auto& topic) { running.countStored(topic); });
+  }
+  for (const auto& [place, why] : seen.refused) {
+    ++load_.dropped;
+    forCovering(place, [why = &why](RunningBehavior& running, const auto& topic) {
+      running.countRefused(topic, *why);
+    });
+  }
+  for (const std::size_t place : seen.unfit) {
+    forCovering(place,
+                [](RunningBehavior& running, const auto& topic) { running.countUnfit(topic); });
+  }
+  for (const auto& [uri, places] : seen.references) {
+    for (const std::size_t place : places) {
+      forCovering(place, [uri = &uri](RunningBehavior& running, const auto&) {
+        running.refer(*uri);
+      });
+    }
+  }
+}
+
+void Recorder::insist(const std::function<void()>& work) {
+  for (;;) {
+    try {
+      work();
+      break;
+    } catch (const StoreBusy& busy) {
+      if (!waitForStore(busy.what())) throw;
+    }
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_busy_ = false;
+}
+
+/// False: there is no time.
+bool Recorder::waitForStore(const std::string& why_busy) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  if (!std::exchange(is_busy_, true)) notice(why_busy + "; what arrives waits in the queue");
+  from_writer_.wait_for(lock, kBusyPause, [this] { return is_hurried_; });
+  return !is_hurried_;
 }
 
 }  // namespace afterglow::replay

@@ -11,6 +11,8 @@ namespace {
 
 /// A clock that is set all the time does not fill the memory.
 constexpr std::size_t kMostRemarks = 100;
+/// Nor do messages that name other files all the time; each is looked for at the end.
+constexpr std::size_t kMostReferences = 1000;
 
 std::string counted(std::uint64_t count, const std::string& topic) {
   return std::to_string(count) + (count == 1 ? " message on " : " messages on ") + topic +
@@ -61,6 +63,20 @@ void RunningBehavior::countDropped(const std::string& topic) {
   heard_.insert(topic);
 }
 
+void RunningBehavior::countRefused(const std::string& topic, const std::string& why) {
+  ++refused_[topic];
+  why_refused_ = why;
+  heard_.insert(topic);
+}
+
+void RunningBehavior::refer(const std::string& uri) {
+  if (references_.size() < kMostReferences) {
+    references_.insert(uri);
+  } else if (references_.count(uri) == 0) {
+    ++unkept_references_;
+  }
+}
+
 void RunningBehavior::remark(const std::string& text) {
   if (remarks_.size() < kMostRemarks) {
     remarks_.push_back(text);
@@ -71,6 +87,16 @@ std::vector<std::string> RunningBehavior::remarks() const {
   std::vector<std::string> all = remarks_;
   for (const auto& [topic, count] : dropped_) {
     all.push_back(counted(count, topic) + " dropped: " + why_dropped_);
+  }
+  for (const auto& [topic, count] : refused_) {
+    all.push_back(counted(count, topic) + " left out: " + why_refused_);
+  }
+  for (const auto& [topic, count] : unfit_) {
+    all.push_back(counted(count, topic) + " not of its type by the bytes, and kept as it came");
+  }
+  if (unkept_references_ > 0) {
+    all.push_back("more than " + std::to_string(kMostReferences) +
+                  " files were referred to; the others were not kept");
   }
   for (const auto& [topic, thinner] : thinners_) {
     if (thinner.leftOut() > 0) {
@@ -85,6 +111,9 @@ RecordedCounts RunningBehavior::counts() const {
   RecordedCounts counts;
   counts.stored = stored_;
   for (const auto& [topic, count] : dropped_) {
+    counts.dropped += count;
+  }
+  for (const auto& [topic, count] : refused_) {
     counts.dropped += count;
   }
   std::set_difference(topics_.begin(), topics_.end(), heard_.begin(), heard_.end(),

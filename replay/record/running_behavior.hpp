@@ -45,8 +45,13 @@ class RunningBehavior {
 
   void countStored(const std::string& topic);
   void countDropped(const std::string& topic);
+  /// A message whose bytes are none of its type; it is kept as it is.
+  void countUnfit(const std::string& topic) { ++unfit_[topic]; }
+  /// A message that no store takes.
+  void countRefused(const std::string& topic, const std::string& why);
   void remark(const std::string& text);
-  void refer(const std::string& uri) { references_.insert(uri); }
+  /// Of very many only the first are kept.
+  void refer(const std::string& uri);
   const std::set<std::string>& references() const { return references_; }
   RecordedCounts counts() const;
   /// Why messages were dropped, if not for want of speed.
@@ -58,7 +63,9 @@ class RunningBehavior {
   Behavior behavior_;
   std::set<std::string> topics_, answers_, heard_, references_;
   std::map<std::string, TopicThinner> thinners_;
-  std::map<std::string, std::uint64_t> dropped_;
+  std::map<std::string, std::uint64_t> dropped_, unfit_, refused_;
+  std::string why_refused_;  ///< the last one
+  std::uint64_t unkept_references_ = 0;
   std::uint64_t stored_ = 0;
   std::vector<std::string> remarks_;
   std::string why_dropped_ = "they came faster than the store could write";

@@ -23,6 +23,23 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Somebody else has kept the store from being written for too long. Nothing of it has happened;
+/// tried again later it may.
+class StoreBusy : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
+/// One message that no store takes. Nothing of its batch was stored; the others may be.
+class MessageRefused : public StoreError {
+ public:
+  MessageRefused(const std::string& text, std::size_t place) : StoreError(text), place_(place) {}
+  std::size_t place() const { return place_; }  ///< in the batch
+
+ private:
+  std::size_t place_;
+};
+
 /// A part of the log: one run of a recorder, one imported bag.
 struct Recording {
   std::int64_t id = 0;  ///< given by the store

@@ -23,6 +23,15 @@ Bytes text(const std::string& data) {
   return bytes;
 }
 
+/// A text of 1000 bytes in all.
+Bytes kilobyte() {
+  Bytes bytes(1000, 'x');
+  bytes[0] = 996 % 256;
+  bytes[1] = 996 / 256;
+  bytes[2] = bytes[3] = 0;
+  return bytes;
+}
+
 Behavior behavior(const std::string& name, std::vector<std::string> topics, std::int64_t begin) {
   Behavior made;
   made.name = name;
@@ -104,7 +113,7 @@ TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
   const std::size_t a = recorder.channelIndex(channel("/a"));
   const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
   store.is_stalled = true;
-  for (int n = 0; n < 100; ++n) recorder.offer(a, {n}, Bytes(1000));
+  for (int n = 0; n < 100; ++n) recorder.offer(a, {n}, kilobyte());
   EXPECT_GE(recorder.counts(begun.id).dropped, 96u);
   store.is_stalled = false;
   const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
@@ -138,6 +147,103 @@ TEST_F(RecorderTest, stopsWithTheReasonWhenTheStoreFails) {
     EXPECT_STREQ(error.what(), "disk full: /tmp/x.db");
   }
   EXPECT_EQ(texts(store, first.id), Texts{"kept"});
+}
+
+TEST_F(RecorderTest, recordsAgainWhenTheStoreWritesAgain) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior first = recorder.begin(behavior("pick", {"/a"}, 0));
+  store.failWith("disk full: /tmp/x.db");
+  recorder.offer(a, {1}, text("lost"));
+  EXPECT_THROW(recorder.end(first.id, {5}, "success"), StoreError);
+  store.failWith("");
+  const Behavior second = recorder.begin(behavior("place", {"/a"}, 10));
+  EXPECT_EQ(recorder.failure(), std::nullopt);
+  recorder.offer(a, {11}, text("kept"));
+  EXPECT_EQ(recorder.end(second.id, {20}, "success").stored, 1u);
+  EXPECT_EQ(texts(store, second.id), Texts{"kept"});
+}
+
+TEST_F(RecorderTest, waitsForABusyStoreAndLosesNothing) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  store.keepBusy(true);
+  recorder.offer(a, {1}, text("while it is busy"));
+  Texts notices;
+  while (notices.empty()) notices = recorder.takeNotices();
+  const std::string told = "another process writes; what arrives waits in the queue";
+  EXPECT_EQ(notices, Texts{told});
+  EXPECT_EQ(recorder.failure(), std::nullopt);
+  EXPECT_THROW(recorder.begin(behavior("other", {"/b"}, 1)), StoreBusy);
+  recorder.offer(a, {2}, text("too"));
+  recorder.addTopics(begun.id, {"/late"});
+  std::thread other([this] { store.keepBusy(false); });
+  const RecordedCounts counts = recorder.end(begun.id, {20}, "success");
+  other.join();
+  EXPECT_EQ(counts.stored, 2u);
+  EXPECT_EQ(counts.remarks, Texts{told}) << "said once";
+  EXPECT_EQ(texts(store, begun.id), (Texts{"while it is busy", "too"}));
+  EXPECT_EQ(store.behavior(begun.id)->topics, (Texts{"/a", "/late"}));
+  EXPECT_EQ(store.behavior(begun.id)->outcome, "success");
+}
+
+TEST_F(RecorderTest, saysOfABusyStoreThatItsQueueWasFull) {
+  RecorderOptions small = options();
+  small.queue_bytes = 4000;
+  Recorder recorder(store, small);
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  store.keepBusy(true);
+  recorder.offer(a, {1}, Bytes(4));
+  while (recorder.takeNotices().empty()) std::this_thread::yield();
+  for (int n = 2; n < 12; ++n) recorder.offer(a, {n}, kilobyte());
+  store.keepBusy(false);
+  const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
+  EXPECT_EQ(counts.stored + counts.dropped, 11u);
+  EXPECT_NE(counts.remarks.back().find("/a were dropped: the store was busy for longer than there "
+                                       "was room to wait"),
+            std::string::npos)
+      << counts.remarks.back();
+}
+
+TEST_F(RecorderTest, endsAtOnceWhenItIsHurried) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  store.keepBusy(true);
+  recorder.offer(a, {1}, text("lost"));
+  recorder.hurry();
+  EXPECT_THROW(recorder.end(begun.id, {20}, "success"), StoreBusy);
+}
+
+TEST_F(RecorderTest, outlivesAnySingleMessage) {
+  const std::string sound = "int8 sound\nint8 command\nfloat32 volume\nstring arg\nstring arg2\n";
+  // A publisher says itself how its type is defined.
+  const std::string strange =
+      "string arg\nstring arg2\nE sound\n===\nMSG: sound_play/E\n";
+  store.refuseLargerThan(100);
+  for (const std::string& definition : {sound, strange}) {
+    Recorder recorder(store, options());
+    const std::size_t a = recorder.channelIndex(
+        {"/robotsound", "sound_play/SoundRequest", std::string(32, '0'), definition, false, "/x"});
+    const Behavior begun = recorder.begin(behavior("pick", {"/robotsound"}, 0));
+    const bool is_strange = definition == strange;
+    for (std::size_t size = 0; size < 40; ++size) {
+      if (size == 14 || size == 8) continue;
+      recorder.offer(a, {static_cast<std::int64_t>(size)}, Bytes(size));
+    }
+    recorder.offer(a, {50}, Bytes(is_strange ? 8 : 14));  // one that fits
+    recorder.offer(a, {51}, Bytes(101));
+    const RecordedCounts counts = recorder.end(begun.id, {60}, "success");
+    EXPECT_EQ(recorder.failure(), std::nullopt);
+    EXPECT_EQ(counts.stored, 39u);
+    EXPECT_EQ(counts.dropped, 1u);
+    EXPECT_EQ(counts.remarks,
+              (Texts{"1 message on /robotsound was left out: too large",
+                     "39 messages on /robotsound were not of its type by the bytes, and kept as it "
+                     "came"}));
+  }
 }
 
 TEST_F(RecorderTest, recordsNestedBehaviorsOverOneLog) {

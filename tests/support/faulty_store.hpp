@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -22,6 +23,13 @@ class FaultyStore : public replay::Store {
     const std::lock_guard<std::mutex> lock(mutex_);
     failure_ = text;
   }
+  /// Every write throws StoreBusy while this is so.
+  void keepBusy(bool is_busy) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_busy_ = is_busy;
+  }
+  /// Messages of more bytes are refused from now on.
+  void refuseLargerThan(std::size_t bytes) { largest_ = bytes; }
   /// Cursors made from now on throw after so many messages.
   void breakReadingAfter(std::size_t messages) { readable_ = messages; }
   /// The message of this sequence has changed on the disk: cursors leave it out, and say so.
@@ -38,6 +46,9 @@ class FaultyStore : public replay::Store {
   void append(const std::vector<replay::Message>& messages,
               replay::Duplicates duplicates = replay::Duplicates::Refuse) override {
     while (is_stalled) std::this_thread::yield();
+    for (std::size_t i = 0; i < messages.size(); ++i) {
+      if (messages[i].bytes.size() > largest_) throw replay::MessageRefused("too large", i);
+    }
     checked().append(messages, duplicates);
   }
   std::int64_t addBehavior(const replay::Behavior& behavior) override {
@@ -119,11 +130,14 @@ class FaultyStore : public replay::Store {
   replay::Store& checked() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (!failure_.empty()) throw replay::StoreError(failure_);
+    if (is_busy_) throw replay::StoreBusy("another process writes");
     return *store_;
   }
 
   std::mutex mutex_;
   std::string failure_;
+  bool is_busy_ = false;
+  std::atomic<std::size_t> largest_{std::numeric_limits<std::size_t>::max()};
   std::optional<std::size_t> readable_;
   std::optional<std::uint64_t> damaged_;
   std::unique_ptr<replay::Store> store_ = replay::openMemoryStore();

@@ -2,14 +2,18 @@
 
 #include <sqlite3.h>
 
+#include <thread>
+
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-/// How long one process waits for another's transaction. An import of a large bag is one
-/// transaction, but only its writing to the log excludes other writers; readers never wait.
+/// How long one process waits for another's transaction; readers never wait.
 constexpr int kBusyTimeout_ms = 10'000;
+/// How often it looks whether that has ended. SQLite's own handler soon looks every 100 ms only,
+/// and then misses the pauses of one that writes much (writing_turns.hpp).
+constexpr std::chrono::milliseconds kBusyPoll{2};
 /// How long a commit waits for readers when the log has grown too long.
 constexpr int kReaderTimeout_ms = 200;
 
@@ -78,7 +82,8 @@ SqliteConnection::SqliteConnection(const std::string& path, SqliteAccess access)
     throw StoreError(name_ + ": cannot open the store: " + reason);
   }
   sqlite3_extended_result_codes(connection_, 1);
-  sqlite3_busy_timeout(connection_, kBusyTimeout_ms);
+  busy_timeout_ = std::chrono::milliseconds(kBusyTimeout_ms);
+  sqlite3_busy_handler(connection_, onBusy, this);
   distrustFile(connection_);
   sqlite3_create_function(connection_, "checksum", 1,
                           SQLITE_UTF8 | SQLITE_DETERMINISTIC | SQLITE_DIRECTONLY, nullptr,
@@ -128,6 +133,15 @@ void SqliteConnection::foldLog(int fold, int longest) {
   sqlite3_wal_hook(connection_, onCommit, this);
 }
 
+int SqliteConnection::onBusy(void* self, int times) {
+  auto& store = *static_cast<SqliteConnection*>(self);
+  const auto now = std::chrono::steady_clock::now();
+  if (times == 0) store.busy_since_ = now;
+  if (now - store.busy_since_ >= store.busy_timeout_) return 0;
+  std::this_thread::sleep_for(kBusyPoll);
+  return 1;
+}
+
 int SqliteConnection::onCommit(void* self, sqlite3* connection, const char* database, int pages) {
   auto& store = *static_cast<SqliteConnection*>(self);
   if (pages < store.fold_pages_) return SQLITE_OK;
@@ -137,10 +151,10 @@ int SqliteConnection::onCommit(void* self, sqlite3* connection, const char* data
   const bool must_wait = pages >= store.next_wait_;
   if (pages < store.longest_log_) store.next_wait_ = store.longest_log_;
   if (must_wait) store.next_wait_ = pages + store.longest_log_;
-  sqlite3_busy_timeout(connection, must_wait ? kReaderTimeout_ms : 0);
+  store.busy_timeout_ = std::chrono::milliseconds(must_wait ? kReaderTimeout_ms : 0);
   const int mode = must_wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(connection, database, mode, nullptr, nullptr);
-  sqlite3_busy_timeout(connection, kBusyTimeout_ms);
+  store.busy_timeout_ = std::chrono::milliseconds(kBusyTimeout_ms);
   // Another's folding and a full disk leave what was committed safe in the log.
   if ((code & 0xff) != SQLITE_IOERR) return SQLITE_OK;
   store.noteFailure(code);
@@ -169,6 +183,7 @@ void SqliteConnection::fail(const std::string& doing) {
     throw SqliteDamage(text + "; \"afterglow store repair\" saves what can be read", reason);
   }
   if (code == SQLITE_CONSTRAINT) throw SqliteConstraint(text);
+  if (code == SQLITE_BUSY || code == SQLITE_LOCKED) throw StoreBusy(text);
   throw StoreError(text);
 }
 

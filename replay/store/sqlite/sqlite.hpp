@@ -2,6 +2,7 @@
 /// SQLite in C++ terms: a connection, prepared statements, a transaction. Internal to replay.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -71,6 +72,7 @@ class SqliteConnection {
  private:
   friend class SqliteStatement;
   friend class SqliteTransaction;
+  static int onBusy(void* self, int times);
   static int onCommit(void* self, sqlite3* connection, const char* database, int pages);
   void requireWritable() const;
   void noteFailure(int code);
@@ -78,6 +80,8 @@ class SqliteConnection {
   sqlite3* connection_ = nullptr;
   std::string name_;  ///< "sqlite:PATH", as errors say it
   std::map<std::string, std::unique_ptr<SqliteStatement>, std::less<>> prepared_;
+  std::chrono::milliseconds busy_timeout_{0};
+  std::chrono::steady_clock::time_point busy_since_;
   int fold_pages_ = 0, longest_log_ = 0, next_wait_ = 0;
   /// What the disk said when it lost something that was written. What it holds of the pages that
   /// this connection knows is uncertain then, and an fsync that is repeated says nothing.

@@ -25,14 +25,17 @@ constexpr std::int64_t kSliceBytes = 32 << 20;
 }  // namespace
 
 void SqliteStore::checkMessages(const std::vector<Message>& messages) const {
-  for (const Message& message : messages) {
-    if (message.bytes.size() > limits_.largest_message) {
-      fail("a message of " + std::to_string(message.bytes.size()) +
-           " bytes is larger than a store can hold (" + std::to_string(limits_.largest_message) +
-           ")");
+  for (std::size_t i = 0; i < messages.size(); ++i) {
+    const auto refuse = [&](const std::string& text) {
+      throw MessageRefused(connection_->name() + ": " + text, i);
+    };
+    if (messages[i].bytes.size() > limits_.largest_message) {
+      refuse("a message of " + std::to_string(messages[i].bytes.size()) +
+             " bytes is larger than a store can hold (" + std::to_string(limits_.largest_message) +
+             ")");
     }
-    if (message.sequence > std::numeric_limits<std::int64_t>::max()) {
-      fail("a sequence of " + std::to_string(message.sequence) + " is too large");
+    if (messages[i].sequence > std::numeric_limits<std::int64_t>::max()) {
+      refuse("a sequence of " + std::to_string(messages[i].sequence) + " is too large");
     }
   }
 }
