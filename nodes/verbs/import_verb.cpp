@@ -50,7 +50,7 @@ class NewStoreGuard {
   ~NewStoreGuard() {
     if (!is_armed_) return;
     std::error_code ignored;
-    for (const char* suffix : {"", "-wal", "-shm", "-journal"}) {
+    for (const char* suffix : {"", "-wal", "-shm", "-journal", ".imports"}) {
       fs::remove(path_.string() + suffix, ignored);
     }
     for (const fs::path& folder : folders_) fs::remove(folder, ignored);

@@ -62,6 +62,11 @@ void runCheck(const StoreOptions& options) {
         path, [&](std::uint64_t done, std::uint64_t total) { progress.update(done, total); });
   }
   for (const std::string& problem : check.problems) std::cout << problem << "\n";
+  if (check.dead_imports > 0) {
+    std::cout << counted(check.dead_imports, "import")
+              << " did not come to an end; the next one, or \"afterglow store prune\", drops what "
+                 "it left\n";
+  }
   if (check.problems.empty()) {
     std::cout << "sqlite:" << path << ": " << counted(check.messages, "message")
               << ", all is well\n";

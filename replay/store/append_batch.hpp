@@ -1,5 +1,6 @@
 /// \file
-/// Many messages into a store, in appends of a good size. Internal to replay.
+/// Many messages into a store, in appends of a good size, with room for others in between. Internal
+/// to replay.
 #pragma once
 
 #include <functional>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "replay/store/store.hpp"
+#include "replay/store/writing_turns.hpp"
 
 namespace afterglow::replay {
 
@@ -25,6 +27,7 @@ class AppendBatch {
   /// To be called when all are added.
   void flush() {
     store_.append(messages_);
+    turns_.next();
     done_ += messages_.size();
     messages_.clear();
     bytes_ = 0;
@@ -34,11 +37,13 @@ class AppendBatch {
   std::uint64_t done() const { return done_; }
 
  private:
-  /// An append ends with the message that reaches one of these.
-  static constexpr std::size_t kMostMessages = 1000;
+  /// An append ends with the message that reaches one of these: about a tenth of a second's work,
+  /// behind which others wait.
+  static constexpr std::size_t kMostMessages = 5000;
   static constexpr std::size_t kMostBytes = 8 << 20;
 
   Store& store_;
+  WritingTurns turns_;
   std::function<void(std::uint64_t)> appended_;
   std::vector<Message> messages_;
   std::size_t bytes_ = 0;

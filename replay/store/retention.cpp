@@ -31,6 +31,7 @@ struct Undo {};
 
 std::vector<Behavior> prune(Store& store, const RetentionPolicy& policy,
                             const std::function<void(const Behavior&)>& removed) {
+  store.dropUnfinished();
   std::vector<Behavior> oldest_first = store.behaviors({});
   std::reverse(oldest_first.begin(), oldest_first.end());
   std::vector<Behavior> gone;

@@ -139,6 +139,17 @@ class Store {
   /// A new part of the log, its id ignored; an empty key is made. The one there is if the key is
   /// known.
   virtual std::int64_t addRecording(const Recording& recording) = 0;
+  /// A new recording, its key made, whose messages come in many appends and count for something
+  /// only once finishImport() was called: should the one who calls this die before,
+  /// dropUnfinished() drops it. In between no behavior is of it, so nobody finds it.
+  virtual std::int64_t beginImport(const Recording& recording) = 0;
+  /// To be called in the transaction that adds the import's behaviors.
+  virtual void finishImport(std::int64_t recording) = 0;
+  /// Drops a recording that no behavior is of, with its messages and channels; in slices, with
+  /// others in between. What was appended to it before may not be appended to after.
+  virtual void dropRecording(std::int64_t recording) = 0;
+  /// Drops what imports left that were begun and whose programs have died; returns how many.
+  virtual std::size_t dropUnfinished() = 0;
   /// Id of this channel in this recording, stored on first sight; definitions are stored once.
   virtual std::int64_t addChannel(std::int64_t recording, const Channel& channel) = 0;
   /// All or none of these messages. A message is identified by recording, stamp and sequence.

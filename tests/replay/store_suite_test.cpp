@@ -1,6 +1,7 @@
 // What every store must do: the same tests on SQLite and on MongoDB.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -74,6 +75,31 @@ class StoreSuite : public testing::TestWithParam<const char*> {
 };
 
 using Texts = std::vector<std::string>;
+
+TEST_P(StoreSuite, importsAreDroppedOrFinished) {
+  const std::int64_t dropped = store->beginImport({0, "", "a.bag", ""});
+  const std::int64_t finished = store->beginImport({0, "", "b.bag", ""});
+  for (const std::int64_t id : {dropped, finished}) {
+    const std::int64_t a = store->addChannel(id, stringChannel("/imported"));
+    store->append({stringMessage(a, 1, 0, "x"), stringMessage(a, 2, 1, "y")});
+  }
+  EXPECT_EQ(store->dropUnfinished(), 0u) << "their program lives";
+  EXPECT_EQ(openStore(uri, OpenMode::ReadWrite)->dropUnfinished(), 0u) << "and it can be told";
+  store->dropRecording(dropped);
+  store->transaction([&] {
+    store->addBehavior(sampleBehavior(finished, {"/imported"}, 0, 10));
+    store->finishImport(finished);
+  });
+  EXPECT_THROW(store->finishImport(finished), StoreError) << "once";
+  EXPECT_THROW(store->finishImport(dropped), StoreError);
+  EXPECT_THROW(store->dropRecording(finished), StoreError) << "it has a behavior";
+  const auto all = store->recordings();
+  EXPECT_TRUE(std::none_of(all.begin(), all.end(),
+                           [&](const Recording& known) { return known.id == dropped; }));
+  EXPECT_EQ(test::readTexts(*store, sampleBehavior(finished, {"/imported"}, 0, 10)),
+            (Texts{"x", "y"}));
+  EXPECT_TRUE(store->contextTopics(sampleBehavior(recording, {}, 0, 10)).empty());
+}
 
 TEST_P(StoreSuite, recordingsAreKnownByTheirKeys) {
   const std::string key = newKey();

@@ -40,6 +40,12 @@ class FaultyStore : public replay::Store {
   std::int64_t addRecording(const replay::Recording& recording) override {
     return checked().addRecording(recording);
   }
+  std::int64_t beginImport(const replay::Recording& recording) override {
+    return checked().beginImport(recording);
+  }
+  void finishImport(std::int64_t recording) override { checked().finishImport(recording); }
+  void dropRecording(std::int64_t recording) override { checked().dropRecording(recording); }
+  std::size_t dropUnfinished() override { return checked().dropUnfinished(); }
   std::int64_t addChannel(std::int64_t recording, const replay::Channel& channel) override {
     return checked().addChannel(recording, channel);
   }

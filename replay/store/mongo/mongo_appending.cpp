@@ -21,6 +21,7 @@ void MongoStore::prepareCollection(const std::string& collection) {
 void MongoStore::append(const std::vector<Message>& messages, Duplicates duplicates) {
   const std::lock_guard<std::recursive_mutex> lock(write_mutex_);
   requireWritable();
+  prolongImports(messages);
   std::map<std::string, std::vector<const Message*>> by_collection;
   for (const Message& message : messages) {
     if (message.sequence > std::numeric_limits<std::int64_t>::max()) {

@@ -20,7 +20,8 @@
 /// Database D_afterglow holds the rest:
 ///   store        {_id: "format", version}
 ///   counters     {_id: "recordings"|"channels"|"behaviors", last}: the numbers given out so far
-///   recordings   {_id, key, source, robot}
+///   recordings   {_id, key, source, robot, import_until (date; only while it is imported: then no
+///                behavior is of it, and whoever imports it puts this off again and again)}
 ///   definitions  {_id (MD5 and a checksum of type and text), type, md5, text}
 ///   channels     {_id, recording, topic, definition, latching, caller_id}
 ///   behaviors    {_id, key, recording, name, tree_path, parent, attempt, outcome, begin_ns,

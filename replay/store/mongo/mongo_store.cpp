@@ -1,11 +1,32 @@
 #include "replay/store/mongo/mongo_store.hpp"
 
+#include <chrono>
+#include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::replay {
 namespace {
+
+/// How long the server believes that an import lives, which nobody else can ask; clocks of a fleet
+/// may differ by much less.
+constexpr std::chrono::hours kImportLease{1};
+constexpr std::chrono::minutes kImportTold{1};
+
+std::int64_t wallClock_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+Bson leaseFromNow() {
+  const std::int64_t lease_ms = std::chrono::milliseconds(kImportLease).count();
+  Bson until;
+  until.addDate("import_until", wallClock_ms() + lease_ms);
+  return Bson().add("$set", until);
+}
 
 Bson withId(std::int64_t id) { return Bson().add("_id", id); }
 Bson set(const char* field, std::int64_t value) {
@@ -112,6 +133,73 @@ std::int64_t MongoStore::addRecording(const Recording& recording) {
     });
     return id;
   }
+}
+
+std::int64_t MongoStore::beginImport(const Recording& recording) {
+  const std::lock_guard<std::recursive_mutex> lock(write_mutex_);
+  Recording fresh = recording;
+  fresh.key.clear();
+  const std::int64_t id = addRecording(fresh);
+  client_.update(rest_, "recordings", withId(id), leaseFromNow());
+  imports_[id] = std::chrono::steady_clock::now();
+  return id;
+}
+
+void MongoStore::prolongImports(const std::vector<Message>& messages) {
+  if (imports_.empty() || messages.empty()) return;
+  const auto import = imports_.find(channelInfo(messages.front().channel)->recording.id);
+  const auto now = std::chrono::steady_clock::now();
+  if (import == imports_.end() || now - import->second < kImportTold) return;
+  client_.update(rest_, "recordings", withId(import->first), leaseFromNow());
+  import->second = now;
+}
+
+void MongoStore::finishImport(std::int64_t recording) {
+  const std::lock_guard<std::recursive_mutex> lock(write_mutex_);
+  const auto found = client_.findOne(rest_, "recordings", withId(recording));
+  if (!found || !bson_has_field(&found->raw(), "import_until")) {
+    client_.fail("finish import " + std::to_string(recording), "it is not under way any more");
+  }
+  client_.update(rest_, "recordings", withId(recording),
+                 Bson().add("$unset", Bson().add("import_until", 1)));
+  onFailure([this, recording] {
+    client_.update(rest_, "recordings", withId(recording), leaseFromNow());
+  });
+  imports_.erase(recording);
+}
+
+void MongoStore::dropRecording(std::int64_t recording) {
+  const std::lock_guard<std::recursive_mutex> lock(write_mutex_);
+  requireWritable();
+  if (client_.findOne(rest_, "behaviors", Bson().add("recording", recording))) {
+    client_.fail("drop recording " + std::to_string(recording), "it has behaviors");
+  }
+  Behavior all;
+  all.recording = recording;
+  all.begin = Stamp{std::numeric_limits<std::int64_t>::min()};
+  removeUncovered(all);
+  client_.remove(rest_, "channels", Bson().add("recording", recording));
+  client_.remove(rest_, "recordings", withId(recording));
+  imports_.erase(recording);
+  const std::lock_guard<std::mutex> cache(cache_mutex_);
+  known_recordings_.erase(recording);
+  for (auto channel = known_channels_.begin(); channel != known_channels_.end();) {
+    const bool is_its = channel->second->recording.id == recording;
+    channel = is_its ? known_channels_.erase(channel) : std::next(channel);
+  }
+}
+
+std::size_t MongoStore::dropUnfinished() {
+  Bson before;
+  before.addDate("$lt", wallClock_ms());
+  std::vector<std::int64_t> dead;
+  client_.find(rest_, "recordings", Bson().add("import_until", before), {},
+               [&](const bson_t& document) {
+                 dead.push_back(integerAt(document, "_id").value_or(0));
+                 return true;
+               });
+  for (const std::int64_t recording : dead) dropRecording(recording);
+  return dead.size();
 }
 
 std::string MongoStore::definitionId(const Channel& channel) {

@@ -3,6 +3,7 @@
 /// libmongoc; for .cpp files and internal headers of replay/store.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <mutex>
 #include <set>
@@ -29,6 +30,10 @@ class MongoStore final : public Store {
   MongoStore(const std::string& uri, OpenMode mode);
 
   std::int64_t addRecording(const Recording& recording) override;
+  std::int64_t beginImport(const Recording& recording) override;
+  void finishImport(std::int64_t recording) override;
+  void dropRecording(std::int64_t recording) override;
+  std::size_t dropUnfinished() override;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
   void append(const std::vector<Message>& messages,
               Duplicates duplicates = Duplicates::Refuse) override;
@@ -84,6 +89,7 @@ class MongoStore final : public Store {
   void checkObjects(const Behavior& behavior) const;
   void takeBack(const std::vector<Added>& added) const noexcept;
   void removeUncovered(const Behavior& removed) const;
+  void prolongImports(const std::vector<Message>& messages);
   void onFailure(std::function<void()> undo);
 
   Bson behaviorQuery(const BehaviorFilter& filter) const;
@@ -106,6 +112,8 @@ class MongoStore final : public Store {
   mutable std::mutex cache_mutex_;
   mutable std::map<std::int64_t, Recording> known_recordings_;
   mutable std::map<std::int64_t, ChannelPtr> known_channels_;
+  /// This object's imports, and when the server was last told that they live.
+  std::map<std::int64_t, std::chrono::steady_clock::time_point> imports_;
   std::set<std::string> prepared_;  ///< collections that have their index
 
   std::recursive_mutex write_mutex_;  ///< recursive: a transaction's work calls other methods

@@ -10,6 +10,7 @@
 #include "replay/store/append_batch.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
 #include "replay/store/mongo/roslog_document.hpp"
+#include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -103,7 +104,8 @@ class RoslogImporter {
   }
 
   RoslogImportResult run() {
-    recording_ = store_.addRecording({0, "", client_.name(), ""});
+    StoreImport import(store_, client_.name());
+    recording_ = import.recording();
     for (auto& [key, channel] : channels_) {
       if (channel.schema) channel.id = store_.addChannel(recording_, channel.channel);
     }
@@ -115,7 +117,7 @@ class RoslogImporter {
     RoslogImportResult result;
     result.messages = batch.done();
     result.remarks = remarks_.lines();
-    addBehaviors(result);
+    import.finish([&] { addBehaviors(result); });
     return result;
   }
 
@@ -321,10 +323,7 @@ RoslogImportResult importRoslog(const std::string& uri, Store& store, const Rosl
       return installed.find(type);
     };
   }
-  RoslogImporter importer(uri, store, complete);
-  RoslogImportResult result;
-  store.transaction([&] { result = importer.run(); });
-  return result;
+  return RoslogImporter(uri, store, complete).run();
 }
 
 }  // namespace afterglow::replay

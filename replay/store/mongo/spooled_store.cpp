@@ -30,6 +30,10 @@ std::string defaultPath(const std::string& uri) {
   return folder + "/spool-" + text + ".db";
 }
 
+[[noreturn]] void refuseImport() {
+  throw StoreError("a recorder's store on a server imports nothing; open it for writing");
+}
+
 }  // namespace
 
 SpooledStore::SpooledStore(const std::string& uri, SpoolOptions options)
@@ -67,6 +71,11 @@ void SpooledStore::wake() {
 std::int64_t SpooledStore::addRecording(const Recording& recording) {
   return spool_.addRecording(recording);
 }
+
+std::int64_t SpooledStore::beginImport(const Recording&) { refuseImport(); }
+void SpooledStore::finishImport(std::int64_t) { refuseImport(); }
+void SpooledStore::dropRecording(std::int64_t) { refuseImport(); }
+std::size_t SpooledStore::dropUnfinished() { return server().dropUnfinished(); }
 
 std::int64_t SpooledStore::addChannel(std::int64_t recording, const Channel& channel) {
   return spool_.addChannel(recording, channel);

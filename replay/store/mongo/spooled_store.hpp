@@ -44,6 +44,11 @@ class SpooledStore final : public Store, public SpoolStatusSource {
   ~SpooledStore() override;
 
   std::int64_t addRecording(const Recording& recording) override;
+  /// Imports are not for a recorder's store: these throw, but for the last.
+  std::int64_t beginImport(const Recording& recording) override;
+  void finishImport(std::int64_t recording) override;
+  void dropRecording(std::int64_t recording) override;
+  std::size_t dropUnfinished() override;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
   /// A batch that was sent before is recognized by the server, whatever `duplicates` says.
   void append(const std::vector<Message>& messages,

@@ -145,6 +145,13 @@ void SqliteFieldIndex::remove(std::int64_t recording, std::int64_t begin_ns, std
   }
 }
 
+void SqliteFieldIndex::forget(std::int64_t recording) {
+  for (auto block = blocks_.begin(); block != blocks_.end();) {
+    block = block->second.recording == recording ? blocks_.erase(block) : std::next(block);
+  }
+  slots_.clear();
+}
+
 void SqliteFieldIndex::forget() {
   blocks_.clear();
   slots_.clear();

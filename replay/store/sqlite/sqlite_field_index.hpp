@@ -29,6 +29,8 @@ class SqliteFieldIndex {
   void remove(std::int64_t recording, std::int64_t begin_ns, std::int64_t end_ns);
   /// A transaction is undone: what it added is not there.
   void forget();
+  /// A recording is gone, and its channels and definitions with it.
+  void forget(std::int64_t recording);
 
   /// The fields of a channel's messages; null if its definition cannot be understood.
   std::shared_ptr<const FieldSlots> slotsOf(std::int64_t channel);

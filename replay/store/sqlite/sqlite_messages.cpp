@@ -7,6 +7,7 @@
 #include "replay/store/sqlite/sqlite_cursor.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 #include "replay/store/sqlite/sqlite_store.hpp"
+#include "replay/store/writing_turns.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -119,7 +120,7 @@ std::int64_t SqliteStore::sliceEnd(std::int64_t recording, Interval interval) co
 }
 
 void SqliteStore::removeMessages(const Behavior& behavior, Interval interval) {
-  while (interval.begin_ns < interval.end_ns) {
+  for (WritingTurns turns; interval.begin_ns < interval.end_ns; turns.next()) {
     const Lock lock(mutex_);
     SqliteTransaction transaction(*connection_);
     const std::int64_t end_ns = sliceEnd(behavior.recording, interval);

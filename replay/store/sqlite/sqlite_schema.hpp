@@ -36,6 +36,10 @@
 ///     channel, first_ns, id (random), last_ns (the last int64: its writer has not ended it, and it
 ///     reaches as far as the channel does), is_whole (0: some of its messages were removed),
 ///     ranges, bloom (field_block.hpp; empty: it has no answers)
+///   imports       recordings that are being imported: no behavior is of them yet. The table comes
+///                 with the first import; without it none is. Whether an import's program lives is
+///                 told by a lock on byte `recording` of the file PATH.imports (import_lock.hpp)
+///     recording
 ///   files         contents of files that behaviors refer to
 ///     sha256 (64 hex digits), contents
 ///

@@ -1,5 +1,8 @@
 #include "replay/store/sqlite/sqlite_store.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include "replay/store/sqlite/sqlite_schema.hpp"
 
 namespace afterglow::replay {
@@ -98,6 +101,98 @@ std::vector<Recording> SqliteStore::recordings() const {
     found.push_back({query.integer(0), query.text(1), query.text(2), query.text(3)});
   }
   return found;
+}
+
+// ----------------------------------------------------------------------------------------- imports
+
+std::int64_t SqliteStore::beginImport(const Recording& recording) {
+  const Lock lock(mutex_);
+  SqliteTransaction transaction(*connection_);
+  connection_->execute("CREATE TABLE IF NOT EXISTS imports (recording INTEGER PRIMARY KEY)");
+  Recording fresh = recording;
+  fresh.key.clear();
+  const std::int64_t id = addRecording(fresh);
+  SqliteStatement(*connection_, "INSERT INTO imports VALUES (?1)").bind(1, id).run();
+  // Locked before anybody sees the row and could take it for a dead one's.
+  std::optional<ImportLock> import_lock;
+  if (path_ != kInMemory) import_lock.emplace(path_, id);
+  transaction.commit();
+  if (import_lock) import_locks_.emplace(id, std::move(*import_lock));
+  return id;
+}
+
+/// The lock stays: the transaction may be part of another, which is not committed yet.
+void SqliteStore::finishImport(std::int64_t recording) {
+  const Lock lock(mutex_);
+  SqliteTransaction transaction(*connection_);
+  if (!isUnfinished(recording)) fail("no import " + std::to_string(recording) + " is under way");
+  SqliteStatement(*connection_, "DELETE FROM imports WHERE recording = ?1")
+      .bind(1, recording)
+      .run();
+  transaction.commit();
+}
+
+bool SqliteStore::isUnfinished(std::int64_t recording) {
+  const auto all = unfinishedImports(*connection_);
+  return std::find(all.begin(), all.end(), recording) != all.end();
+}
+
+std::size_t SqliteStore::dropUnfinished() {
+  std::size_t dropped = 0;
+  Lock lock(mutex_);
+  const auto unfinished =
+      path_ == kInMemory ? std::vector<std::int64_t>() : unfinishedImports(*connection_);
+  lock.unlock();
+  for (const std::int64_t recording : unfinished) {
+    const auto import_lock = ImportLock::ofDead(path_, recording);
+    if (!import_lock) continue;
+    lock.lock();
+    // One who finished it meanwhile has committed before this begins.
+    SqliteTransaction transaction(*connection_);
+    const bool is_dead = isUnfinished(recording) && !hasBehaviors(recording);
+    transaction.commit();
+    lock.unlock();
+    if (!is_dead) continue;
+    dropRecording(recording);
+    ++dropped;
+  }
+  return dropped;
+}
+
+bool SqliteStore::hasBehaviors(std::int64_t recording) {
+  SqliteStatement query(*connection_, "SELECT 1 FROM behaviors WHERE recording = ?1");
+  return query.bind(1, recording).step();
+}
+
+void SqliteStore::dropRecording(std::int64_t recording) {
+  Lock lock(mutex_);
+  const auto requireNoBehaviors = [&] {
+    if (hasBehaviors(recording)) fail("recording " + std::to_string(recording) + " has behaviors");
+  };
+  requireNoBehaviors();
+  lock.unlock();
+  Behavior all;  // of nobody: no behavior has this number
+  all.id = -1;
+  all.recording = recording;
+  removeMessages(all, {std::numeric_limits<std::int64_t>::min(), kForEver_ns});
+  lock.lock();
+  SqliteTransaction transaction(*connection_);
+  requireNoBehaviors();
+  for (const char* sql :
+       {"DELETE FROM field_blocks WHERE channel IN (SELECT id FROM channels WHERE recording = ?1)",
+        "DELETE FROM channels WHERE recording = ?1", "DELETE FROM recordings WHERE id = ?1"}) {
+    SqliteStatement(*connection_, sql).bind(1, recording).run();
+  }
+  connection_->execute("DELETE FROM definitions WHERE id NOT IN (SELECT definition FROM channels)");
+  if (isUnfinished(recording)) {
+    SqliteStatement(*connection_, "DELETE FROM imports WHERE recording = ?1")
+        .bind(1, recording)
+        .run();
+  }
+  transaction.commit();
+  recordings_.clear();  // its numbers, and its channels', will be given out again
+  field_index_->forget(recording);
+  import_locks_.erase(recording);
 }
 
 // ---------------------------------------------------------------------------------------- channels

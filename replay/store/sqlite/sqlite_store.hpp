@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "replay/store/sqlite/import_lock.hpp"
 #include "replay/store/sqlite/recorder_lock.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
 #include "replay/store/sqlite/sqlite_field_index.hpp"
@@ -33,6 +34,10 @@ class SqliteStore final : public Store {
   ~SqliteStore() override;
 
   std::int64_t addRecording(const Recording& recording) override;
+  std::int64_t beginImport(const Recording& recording) override;
+  void finishImport(std::int64_t recording) override;
+  void dropRecording(std::int64_t recording) override;
+  std::size_t dropUnfinished() override;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
   void append(const std::vector<Message>& messages,
               Duplicates duplicates = Duplicates::Refuse) override;
@@ -64,6 +69,8 @@ class SqliteStore final : public Store {
 
   [[noreturn]] void fail(const std::string& text) const;
   void requireRecording(std::int64_t id);
+  bool hasBehaviors(std::int64_t recording);
+  bool isUnfinished(std::int64_t recording);
   std::int64_t definitionId(const Channel& channel);
   std::int64_t recordingOf(std::int64_t channel);
   void checkMessages(const std::vector<Message>& messages) const;
@@ -91,6 +98,7 @@ class SqliteStore final : public Store {
   std::unique_ptr<SqliteConnection> connection_;
   std::unique_ptr<SqliteFieldIndex> field_index_;
   std::map<std::int64_t, std::int64_t> recordings_;  ///< of channels appended to
+  std::map<std::int64_t, ImportLock> import_locks_;  ///< of this object's imports, by recording
 };
 
 }  // namespace afterglow::replay

@@ -4,6 +4,7 @@
 
 #include "replay/record/sha256.hpp"
 #include "replay/store/sqlite/damage_ranges.hpp"
+#include "replay/store/sqlite/import_lock.hpp"
 #include "replay/store/sqlite/sqlite_message_reader.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 
@@ -127,7 +128,11 @@ class Checker {
 
 StoreCheck checkStore(const std::string& path, const StoreProgress& progress) {
   const auto connection = openSqliteStore(path, OpenMode::ReadOnly);
-  return Checker(*connection, progress).run();
+  StoreCheck check = Checker(*connection, progress).run();
+  for (const std::int64_t recording : unfinishedImports(*connection)) {
+    check.dead_imports += isImporting(path, recording) ? 0 : 1;
+  }
+  return check;
 }
 
 }  // namespace afterglow::replay

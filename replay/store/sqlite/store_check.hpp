@@ -14,6 +14,7 @@ using StoreProgress = std::function<void(std::uint64_t done, std::uint64_t total
 
 struct StoreCheck {
   std::uint64_t messages = 0;
+  std::uint64_t dead_imports = 0;     ///< no damage: the next import, or prune(), drops them
   std::vector<std::string> problems;  ///< a sentence each, with what it touches; empty: all is well
 };
 

@@ -31,6 +31,7 @@ class Repair {
               "id, key, recording, name, tree_path, parent, attempt, outcome, begin_ns, end_ns, "
               "wall_begin_ns, robot, parameters, tags, calibration, topics, snapshot, remarks");
     copyTable("files", "rowid, sha256, contents");
+    copyImports();
     copyMessages();
     restoreReferences();
     to_.execute("COMMIT");
@@ -59,6 +60,13 @@ class Repair {
         [&](const SqliteStatement& row) { refused += copyRow(insert, row, count) ? 0 : 1; });
     if (!is_whole) repair_.lost.push_back("some of the " + table + " cannot be read");
     if (refused > 0) repair_.lost.push_back(std::to_string(refused) + " damaged " + table);
+  }
+
+  /// What was left of them is still to be dropped.
+  void copyImports() {
+    if (from_.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'imports'") == 0) return;
+    to_.execute("CREATE TABLE imports (recording INTEGER PRIMARY KEY)");
+    copyTable("imports", "recording");
   }
 
   static std::string insertSql(const std::string& table, const std::string& columns, int count) {
