@@ -38,8 +38,9 @@ struct BagImportResult {
 
 /// Bags as one recording and, over it, one behavior with outcome "imported" on all their topics.
 /// Order: the bags' stamps, then the bags by their first stamps, then position in the file, which
-/// is the order they were recorded in. One transaction: throws BagError or StoreError and leaves
-/// the store as it was.
+/// is the order they were recorded in. Others may write meanwhile; the behavior is there when all
+/// of it is. Throws BagError or StoreError and leaves the store as it was; what an import leaves
+/// that is killed, nobody finds, and the next one drops (Store::beginImport()).
 BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
                            const BagImport& import = {});
 

@@ -1,116 +1,18 @@
-#include <rosbag/bag.h>
-#include <rosbag/view.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <map>
 #include <set>
 
-#include "replay/bags/bag_check.hpp"
 #include "replay/bags/bag_file.hpp"
-#include "replay/bags/quiet_console.hpp"
+#include "replay/bags/bag_reader.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/store/append_batch.hpp"
+#include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// rosbag's constructor that opens a bag leaks what it has read when it throws; its destructor does
-/// not.
-struct OpenBag {
-  explicit OpenBag(const std::string& path) { bag.open(path, rosbag::bagmode::Read); }
-  rosbag::Bag bag;
-};
-
-/// A view that yields messages of equal stamp in the order they lie in the file; rosbag's own
-/// yields them in no particular order. Bag must outlive it.
-class OrderedView : public rosbag::View {
- public:
-  explicit OrderedView(const rosbag::Bag& bag) : View(bag), bag_(bag) {
-    update();
-    for (const rosbag::MessageRange* range : ranges_) {
-      for (auto entry = range->begin; entry != range->end; ++entry) {
-        entries_.push_back({&*entry, range->connection_info});
-      }
-    }
-    std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-      return std::tie(a.index->time, a.index->chunk_pos, a.index->offset) <
-             std::tie(b.index->time, b.index->chunk_pos, b.index->offset);
-    });
-  }
-
-  struct Entry {
-    const rosbag::IndexEntry* index;
-    const rosbag::ConnectionInfo* connection;
-  };
-  const std::vector<Entry>& entries() const { return entries_; }
-
-  Bytes read(const Entry& entry) {
-    const std::unique_ptr<rosbag::MessageInstance> message(
-        newMessageInstance(entry.connection, *entry.index, bag_));
-    Bytes bytes(message->size());
-    ros::serialization::OStream stream(bytes.data(), message->size());
-    message->write(stream);
-    return bytes;
-  }
-
- private:
-  const rosbag::Bag& bag_;
-  std::vector<Entry> entries_;
-};
-
-Stamp stampOf(const ros::Time& time) { return Stamp::fromParts(time.sec, time.nsec); }
-
-std::string headerField(const rosbag::ConnectionInfo& connection, const std::string& name) {
-  const auto field = connection.header->find(name);
-  return field == connection.header->end() ? std::string() : field->second;
-}
-
-Channel channelOf(const rosbag::ConnectionInfo& connection) {
-  return {connection.topic,
-          connection.datatype,
-          connection.md5sum,
-          connection.msg_def,
-          headerField(connection, "latching") == "1",
-          headerField(connection, "callerid")};
-}
-
-/// A bag that was looked over, open.
-class CheckedBag {
- public:
-  /// Throws BagError for one that cannot be read or holds no messages.
-  explicit CheckedBag(const std::string& path) try
-      : path_(path), check_(path), bag_(path), view_(bag_.bag) {
-    if (entries().empty()) throw BagError(path_ + ": the bag holds no messages");
-    for (const auto& entry : entries()) {
-      check_.checkMessage(entry.index->chunk_pos, entry.index->offset);
-    }
-  } catch (const ros::Exception& problem) {
-    throw BagError(path + ": cannot read the bag: " + problem.what());
-  }
-
-  const std::string& path() const { return path_; }
-  const std::vector<OrderedView::Entry>& entries() const { return view_.entries(); }
-  Stamp begin() const { return stampOf(entries().front().index->time); }
-  Stamp end() const { return {stampOf(entries().back().index->time).ns + 1}; }
-  std::uint64_t unstamped() const { return check_.messages() - entries().size(); }
-
-  Bytes read(const OrderedView::Entry& entry) {
-    try {
-      return view_.read(entry);
-    } catch (const ros::Exception& problem) {
-      throw BagError(path_ + ": cannot read the bag: " + problem.what());
-    }
-  }
-
- private:
-  std::string path_;
-  BagCheck check_;
-  OpenBag bag_;
-  OrderedView view_;
-};
 
 /// One import: what it has seen of the bags.
 class Importer {
@@ -118,17 +20,19 @@ class Importer {
   Importer(const std::vector<std::string>& paths, Store& store, const BagImport& import)
       : store_(store), import_(import) {
     for (const std::string& path : paths) {
-      bags_.push_back(std::make_unique<CheckedBag>(path));
+      bags_.push_back(std::make_unique<BagReader>(path));
+      if (bags_.back()->entries().empty()) throw BagError(path + ": the bag holds no messages");
       total_ += bags_.back()->entries().size();
       source_ += (source_.empty() ? "" : ", ") + path;
     }
     // Parts of one recording, in whatever order a shell has listed them.
     std::stable_sort(bags_.begin(), bags_.end(),
-                     [](const auto& a, const auto& b) { return a->begin() < b->begin(); });
+                     [](const auto& a, const auto& b) { return beginOf(*a) < beginOf(*b); });
   }
 
   BagImportResult run() {
-    recording_ = store_.addRecording({0, "", source_, ""});
+    StoreImport import(store_, source_);
+    recording_ = import.recording();
     AppendBatch batch(store_, [&](std::uint64_t done) {
       if (import_.progress) import_.progress(done, total_);
     });
@@ -140,7 +44,7 @@ class Importer {
     }
     batch.flush();
     result.messages = batch.done();
-    result.behavior = addBehavior();
+    import.finish([&] { result.behavior = addBehavior(); });
     return result;
   }
 
@@ -150,12 +54,14 @@ class Importer {
     std::optional<Schema> schema;
   };
 
-  const KnownChannel& channel(const rosbag::ConnectionInfo& connection) {
-    const auto known = channels_.find(connection.id);
+  static Stamp beginOf(const BagReader& bag) { return bag.entries().front().received; }
+
+  const KnownChannel& channelOf(const BagReader& bag, std::uint32_t connection) {
+    const auto known = channels_.find(connection);
     if (known != channels_.end()) return known->second;
-    const Channel channel = channelOf(connection);
+    const Channel& channel = bag.channel(connection);
     topics_.insert(channel.topic);
-    KnownChannel& added = channels_[connection.id];
+    KnownChannel& added = channels_[connection];
     added.id = store_.addChannel(recording_, channel);
     try {
       added.schema = Schema::parse(channel.type, channel.definition);
@@ -165,11 +71,11 @@ class Importer {
     return added;
   }
 
-  Message message(CheckedBag& bag, const OrderedView::Entry& entry) {
-    const KnownChannel& channel = this->channel(*entry.connection);
+  Message message(BagReader& bag, const BagReader::Entry& entry) {
+    const KnownChannel& channel = channelOf(bag, entry.connection);
     Message message;
     message.channel = channel.id;
-    message.received = stampOf(entry.index->time);
+    message.received = entry.received;
     message.sequence = sequence_++;
     message.bytes = bag.read(entry);
     try {
@@ -186,10 +92,10 @@ class Importer {
     behavior.name =
         import_.name.empty() ? fs::path(bags_.front()->path()).stem().string() : import_.name;
     behavior.outcome = "imported";
-    behavior.begin = bags_.front()->begin();
-    Stamp end = bags_.front()->end();
-    for (const auto& bag : bags_) end = std::max(end, bag->end());
-    behavior.end = end;
+    behavior.begin = beginOf(*bags_.front());
+    Stamp last = behavior.begin;
+    for (const auto& bag : bags_) last = std::max(last, bag->entries().back().received);
+    behavior.end = Stamp{last.ns + 1};
     behavior.tags = import_.tags;
     behavior.topics.assign(topics_.begin(), topics_.end());
     behavior.id = store_.addBehavior(behavior);
@@ -198,7 +104,7 @@ class Importer {
 
   Store& store_;
   const BagImport& import_;
-  std::vector<std::unique_ptr<CheckedBag>> bags_;  ///< by their first stamps
+  std::vector<std::unique_ptr<BagReader>> bags_;  ///< by their first stamps
   std::string source_;
   std::uint64_t total_ = 0;
   std::int64_t recording_ = 0;
@@ -212,11 +118,7 @@ class Importer {
 BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
                            const BagImport& import) {
   if (paths.empty()) throw std::logic_error("importBags: no bags");
-  const QuietConsole quiet;
-  Importer importer(paths, store, import);
-  BagImportResult result;
-  store.transaction([&] { result = importer.run(); });
-  return result;
+  return Importer(paths, store, import).run();
 }
 
 }  // namespace afterglow::replay

@@ -1,0 +1,81 @@
+/// \file
+/// What a bag's chunk holds, read without believing any length in it. Source of the format:
+/// wiki.ros.org/Bags/Format/2.0. Internal to replay.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/messages/wire.hpp"
+
+namespace afterglow::replay {
+
+/// Bytes that are not what the format has there; the text completes "the chunk at byte 4117 ...".
+class BagDamage : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class BagRecord : std::uint8_t {
+  MessageData = 0x02,
+  BagHeader = 0x03,
+  IndexData = 0x04,
+  Chunk = 0x05,
+  ChunkInfo = 0x06,
+  Connection = 0x07,
+};
+
+/// The fields of a record's header. Views into bytes that must outlive it.
+class BagFields {
+ public:
+  /// Empty if the bytes are no fields.
+  static std::optional<BagFields> parse(const std::uint8_t* bytes, std::size_t size);
+
+  /// Empty: there is no such field.
+  std::optional<std::string_view> find(std::string_view name) const;
+  /// Empty: there is no such field of this size.
+  template <typename T>
+  std::optional<T> number(std::string_view name) const {
+    const auto value = find(name);
+    if (!value || value->size() != sizeof(T)) return std::nullopt;
+    return loadNumber<T>(reinterpret_cast<const std::uint8_t*>(value->data()));
+  }
+
+ private:
+  std::vector<std::pair<std::string_view, std::string_view>> fields_;
+};
+
+enum class BagPacking { None, Bz2, Lz4 };
+
+/// The `size` bytes that were packed. Memory grows with what comes out, not with what was promised.
+/// Throws BagDamage if it is not as many.
+Bytes unpack(BagPacking packing, Bytes packed, std::size_t size);
+
+/// An unpacked chunk: records that follow each other to its last byte.
+class BagChunk {
+ public:
+  struct Message {
+    std::uint32_t offset = 0;  ///< of the record, as the index names it
+    std::uint32_t connection = 0;
+    std::size_t begin = 0, size = 0;  ///< of the data
+  };
+
+  /// Throws BagDamage.
+  explicit BagChunk(Bytes bytes);
+
+  /// Null: no message begins there.
+  const Message* find(std::uint32_t offset) const;
+  Bytes data(const Message& message) const;
+  std::size_t size() const { return bytes_.size(); }
+
+ private:
+  Bytes bytes_;
+  std::vector<Message> messages_;  ///< by offset
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,280 @@
+#include "replay/bags/bag_reader.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <tuple>
+
+namespace afterglow::replay {
+namespace {
+
+constexpr const char* kFirstLine = "#ROSBAG V2.0\n";
+constexpr std::uint32_t kLargestChunk = 1u << 30;
+constexpr std::size_t kIndexEntry = 12;  ///< bytes: time, offset
+/// Messages of neighboring chunks overlap in time where their stamps are not in order.
+constexpr std::size_t kMostUnpacked = 4;
+constexpr std::size_t kMostUnpackedBytes = 64 << 20;
+
+}  // namespace
+
+BagReader::BagReader(const std::string& path) : path_(path) {
+  std::error_code error;
+  if (std::filesystem::exists(path + "/metadata.yaml", error)) {
+    fail("a bag of ROS 2, which is not read; a bag of ROS 1 is");
+  }
+  if (std::filesystem::is_directory(path, error)) fail("is a folder");
+  file_.open(path, std::ios::binary);
+  if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
+  file_size_ = std::filesystem::file_size(path, error);
+  if (error) fail("cannot open: " + error.message());
+  readVersion();
+  for (std::uint64_t at = std::strlen(kFirstLine); at < file_size_;) {
+    const Record record = readRecord(at);
+    visit(record);
+    at = record.data_at + record.data_size;
+  }
+  checkPositions();
+  sortEntries();
+}
+
+void BagReader::fail(const std::string& text) const { throw BagError(path_ + ": " + text); }
+
+// ------------------------------------------------------------------------------------ the records
+
+Bytes BagReader::read(std::uint64_t at, std::uint64_t size, const char* what) {
+  if (at > file_size_ || size > file_size_ - at) {
+    fail("the bag is cut short: " + std::string(what) + " at byte " + std::to_string(at) +
+         " needs " + std::to_string(size) + " bytes, the file has " + std::to_string(file_size_));
+  }
+  Bytes bytes(size);
+  file_.seekg(static_cast<std::streamoff>(at));
+  file_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file_) fail("cannot read at byte " + std::to_string(at));
+  return bytes;
+}
+
+std::uint32_t BagReader::readLength(std::uint64_t at) {
+  return loadNumber<std::uint32_t>(read(at, 4, "a length").data());
+}
+
+void BagReader::readVersion() {
+  const std::string magic = "#ROSBAG V";
+  const std::size_t length = std::min<std::uint64_t>(std::strlen(kFirstLine), file_size_);
+  const Bytes bytes = read(0, length, "the first line");
+  const std::string line(bytes.begin(), bytes.end());
+  if (line == kFirstLine) return;
+  if (line.rfind("\x89MCAP", 0) == 0) {
+    fail("an MCAP file, which is not read: this system packages no MCAP; a bag of ROS 1 is");
+  }
+  if (line.rfind("SQLite format", 0) == 0) {
+    fail("an SQLite file, as bags of ROS 2 are, which are not read; a bag of ROS 1 is");
+  }
+  if (line.compare(0, magic.size(), magic) != 0) fail("not a bag");
+  if (length < std::strlen(kFirstLine)) fail("the bag is cut short in its first line");
+  fail("a bag of version " + line.substr(magic.size(), 3) + "; version 2.0 can be read");
+}
+
+BagReader::Record BagReader::readRecord(std::uint64_t at) {
+  Record record;
+  record.at = at;
+  const std::uint32_t header_size = readLength(at);
+  record.header = read(at + 4, header_size, "a record header");
+  auto fields = BagFields::parse(record.header.data(), record.header.size());
+  if (!fields) fail("the header at byte " + std::to_string(at) + " is damaged");
+  record.fields = std::move(*fields);
+  record.data_size = readLength(at + 4 + header_size);
+  record.data_at = at + 4 + header_size + 4;
+  if (record.data_size > file_size_ - record.data_at) {
+    fail("the bag is cut short: the record at byte " + std::to_string(at) + " ends at byte " +
+         std::to_string(record.data_at + record.data_size) + ", the file has " +
+         std::to_string(file_size_));
+  }
+  return record;
+}
+
+template <typename T>
+T BagReader::number(const Record& record, const char* field) const {
+  const auto found = record.fields.number<T>(field);
+  if (!found) {
+    fail("the record at byte " + std::to_string(record.at) + " has no proper field \"" + field +
+         "\"");
+  }
+  return *found;
+}
+
+void BagReader::visit(const Record& record) {
+  const auto kind = static_cast<BagRecord>(number<std::uint8_t>(record, "op"));
+  switch (kind) {
+    case BagRecord::BagHeader:
+      return visitBagHeader(record);
+    case BagRecord::Chunk:
+      visitChunk(record);
+      break;
+    case BagRecord::IndexData:
+      return visitIndex(record);
+    case BagRecord::Connection:
+      visitConnection(record);
+      break;
+    case BagRecord::ChunkInfo:
+      visitChunkInfo(record);
+      break;
+    default:
+      fail("a record of unknown kind " + std::to_string(static_cast<int>(kind)) + " at byte " +
+           std::to_string(record.at));
+  }
+  kinds_[record.at] = kind;
+}
+
+void BagReader::visitBagHeader(const Record& record) {
+  index_position_ = number<std::uint64_t>(record, "index_pos");
+  if (index_position_ == 0) {
+    fail("the bag has no index, as its recorder did not close it; 'rosbag reindex' makes one");
+  }
+  if (!record.fields.find("encryptor").value_or("").empty()) {
+    fail("the bag is encrypted, which is not read");
+  }
+}
+
+void BagReader::visitChunk(const Record& record) {
+  Chunk chunk{record.data_at, record.data_size, number<std::uint32_t>(record, "size"),
+              BagPacking::None};
+  const std::string_view packing = record.fields.find("compression").value_or("");
+  if (packing == "bz2") {
+    chunk.packing = BagPacking::Bz2;
+  } else if (packing == "lz4") {
+    chunk.packing = BagPacking::Lz4;
+  } else if (packing != "none") {
+    fail("the chunk at byte " + std::to_string(record.at) +
+         " is compressed in an unknown way; none, bz2 and lz4 can be read");
+  }
+  const bool is_plain = chunk.packing == BagPacking::None;
+  if (chunk.size > kLargestChunk || (is_plain && chunk.size != record.data_size)) {
+    fail("the chunk at byte " + std::to_string(record.at) + " has a damaged size");
+  }
+  chunks_[record.at] = chunk;
+}
+
+/// Which messages of the chunk before it are of one connection.
+void BagReader::visitIndex(const Record& record) {
+  const std::uint64_t count = number<std::uint32_t>(record, "count");
+  const bool is_known = number<std::uint32_t>(record, "ver") == 1 && !chunks_.empty();
+  if (!is_known || record.data_size != count * kIndexEntry) {
+    fail("the index at byte " + std::to_string(record.at) + " is damaged");
+  }
+  const auto connection = number<std::uint32_t>(record, "conn");
+  const Bytes data = read(record.data_at, record.data_size, "an index");
+  for (const std::uint8_t* at = data.data(); at != data.data() + data.size(); at += kIndexEntry) {
+    const auto secs = loadNumber<std::uint32_t>(at), nsecs = loadNumber<std::uint32_t>(at + 4);
+    if (secs == 0 && nsecs == 0) {
+      ++unstamped_;
+      continue;
+    }
+    entries_.push_back({Stamp::fromParts(secs, nsecs), chunks_.rbegin()->first,
+                        loadNumber<std::uint32_t>(at + 8), connection});
+  }
+}
+
+void BagReader::visitConnection(const Record& record) {
+  const Bytes data = read(record.data_at, record.data_size, "a connection");
+  const auto fields = BagFields::parse(data.data(), data.size());
+  const auto topic = record.fields.find("topic");
+  const auto type = fields ? fields->find("type") : std::nullopt;
+  const auto md5 = fields ? fields->find("md5sum") : std::nullopt;
+  const auto definition = fields ? fields->find("message_definition") : std::nullopt;
+  if (!topic || !type || !md5 || !definition) {
+    fail("the connection at byte " + std::to_string(record.at) + " is damaged");
+  }
+  const Channel channel{std::string(*topic),
+                        std::string(*type),
+                        std::string(*md5),
+                        std::string(*definition),
+                        fields->find("latching") == "1",
+                        std::string(fields->find("callerid").value_or(""))};
+  connections_.emplace(number<std::uint32_t>(record, "conn"), channel);
+}
+
+void BagReader::visitChunkInfo(const Record& record) {
+  if (record.data_size != std::uint64_t{number<std::uint32_t>(record, "count")} * 8) {
+    fail("the chunk info at byte " + std::to_string(record.at) + " is damaged");
+  }
+  chunk_infos_[record.at] = number<std::uint64_t>(record, "chunk_pos");
+}
+
+void BagReader::checkPositions() const {
+  if (index_position_ == 0) fail("the bag is cut short before its header");
+  if (index_position_ > file_size_) {
+    fail("the bag is cut short: its index should be at byte " + std::to_string(index_position_) +
+         ", the file has " + std::to_string(file_size_));
+  }
+  // What is cut between two records looks whole, but for this: these records are the last.
+  if (chunk_infos_.size() != chunks_.size()) fail("the bag is cut short: its index is incomplete");
+  if (index_position_ != file_size_ && kinds_.count(index_position_) == 0) {
+    fail("the index that should be at byte " + std::to_string(index_position_) + " is not there");
+  }
+  for (const auto& [at, chunk] : chunk_infos_) {
+    if (chunks_.count(chunk) == 0) {
+      fail("the chunk that should be at byte " + std::to_string(chunk) + " is not there");
+    }
+  }
+  for (const Entry& entry : entries_) {
+    if (connections_.count(entry.connection) == 0) {
+      fail("connection " + std::to_string(entry.connection) + " is not described");
+    }
+  }
+}
+
+/// A message that is named a million times would be stored as often.
+void BagReader::sortEntries() {
+  const auto place = [](const Entry& entry) { return std::tie(entry.chunk, entry.offset); };
+  std::sort(entries_.begin(), entries_.end(),
+            [&](const Entry& a, const Entry& b) { return place(a) < place(b); });
+  const auto twice =
+      std::adjacent_find(entries_.begin(), entries_.end(),
+                         [&](const Entry& a, const Entry& b) { return place(a) == place(b); });
+  if (twice != entries_.end()) {
+    fail("the index names the message at byte " + std::to_string(twice->offset) +
+         " of the chunk at byte " + std::to_string(twice->chunk) + " twice");
+  }
+  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    return a.received < b.received;
+  });
+}
+
+// ----------------------------------------------------------------------------------- the messages
+
+const BagChunk& BagReader::chunk(std::uint64_t position) {
+  const auto known = std::find_if(unpacked_.begin(), unpacked_.end(),
+                                  [&](const auto& entry) { return entry.position == position; });
+  if (known != unpacked_.end()) {
+    std::rotate(known, known + 1, unpacked_.end());
+    return *unpacked_.back().chunk;
+  }
+  const Chunk& chunk = chunks_.at(position);
+  std::size_t bytes = chunk.size;
+  for (const Unpacked& entry : unpacked_) bytes += entry.chunk->size();
+  while (!unpacked_.empty() && (unpacked_.size() >= kMostUnpacked || bytes > kMostUnpackedBytes)) {
+    bytes -= unpacked_.front().chunk->size();
+    unpacked_.erase(unpacked_.begin());
+  }
+  Bytes packed = read(chunk.data_at, chunk.data_size, "a chunk");
+  try {
+    Bytes unpacked = unpack(chunk.packing, std::move(packed), chunk.size);
+    unpacked_.push_back({position, std::make_unique<BagChunk>(std::move(unpacked))});
+  } catch (const BagDamage& damage) {
+    fail("the chunk at byte " + std::to_string(position) + " " + damage.what());
+  }
+  return *unpacked_.back().chunk;
+}
+
+Bytes BagReader::read(const Entry& entry) {
+  const BagChunk& chunk = this->chunk(entry.chunk);
+  const BagChunk::Message* message = chunk.find(entry.offset);
+  if (!message || message->connection != entry.connection) {
+    fail("the index names a message at byte " + std::to_string(entry.offset) +
+         " of the chunk at byte " + std::to_string(entry.chunk) + ", where " +
+         (message ? "another connection's is" : "none is"));
+  }
+  return chunk.data(*message);
+}
+
+}  // namespace afterglow::replay

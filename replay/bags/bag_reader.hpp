@@ -1,0 +1,94 @@
+/// \file
+/// Reads bags of format 2.0 that may come from anybody: rosbag_storage trusts every length and
+/// position in the file. Source of the format: wiki.ros.org/Bags/Format/2.0. Internal to replay.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "replay/bags/bag_chunk.hpp"
+#include "replay/bags/bag_file.hpp"
+
+namespace afterglow::replay {
+
+/// An indexed bag: records that follow each other without a gap to the file's last byte, and
+/// positions that point to records of the right kind. Takes memory for the index and for the chunks
+/// that it is in.
+class BagReader {
+ public:
+  /// A message as the index lists it.
+  struct Entry {
+    Stamp received;
+    std::uint64_t chunk = 0;   ///< position of its record
+    std::uint32_t offset = 0;  ///< in the unpacked chunk
+    std::uint32_t connection = 0;
+  };
+
+  /// Reads all record headers and the index, but no message. Throws BagError for anything that is
+  /// not as it should be: no bag, truncated, never closed, another version.
+  explicit BagReader(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  /// By stamp, then position: in the order they were recorded.
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// How many the index lists beside these: their stamp is zero, and rosbag's own reader leaves
+  /// them out.
+  std::uint64_t unstamped() const { return unstamped_; }
+  /// Of an entry.
+  const Channel& channel(std::uint32_t connection) const { return connections_.at(connection); }
+  /// A message's bytes. Throws BagError if its chunk is damaged.
+  Bytes read(const Entry& entry);
+
+ private:
+  struct Chunk {
+    std::uint64_t data_at = 0;
+    std::uint32_t data_size = 0;
+    std::uint32_t size = 0;  ///< unpacked
+    BagPacking packing = BagPacking::None;
+  };
+  struct Record {
+    std::uint64_t at = 0, data_at = 0;
+    std::uint32_t data_size = 0;
+    Bytes header;
+    BagFields fields;
+  };
+  struct Unpacked {
+    std::uint64_t position;
+    std::unique_ptr<BagChunk> chunk;
+  };
+
+  [[noreturn]] void fail(const std::string& text) const;
+  Bytes read(std::uint64_t at, std::uint64_t size, const char* what);
+  std::uint32_t readLength(std::uint64_t at);
+  void readVersion();
+  Record readRecord(std::uint64_t at);
+  template <typename T>
+  T number(const Record& record, const char* field) const;
+  void visit(const Record& record);
+  void visitBagHeader(const Record& record);
+  void visitChunk(const Record& record);
+  void visitIndex(const Record& record);
+  void visitConnection(const Record& record);
+  void visitChunkInfo(const Record& record);
+  void checkPositions() const;
+  void sortEntries();
+  const BagChunk& chunk(std::uint64_t position);
+
+  const std::string path_;
+  std::ifstream file_;
+  std::uint64_t file_size_ = 0;
+  std::uint64_t index_position_ = 0;
+  std::uint64_t unstamped_ = 0;
+  std::vector<Entry> entries_;
+  std::map<std::uint64_t, Chunk> chunks_;           ///< by position of the record
+  std::map<std::uint64_t, BagRecord> kinds_;        ///< of records that positions may point to
+  std::map<std::uint32_t, Channel> connections_;    ///< that have a record of their own
+  std::map<std::uint64_t, std::uint64_t> chunk_infos_;  ///< record -> chunk it is about
+  std::vector<Unpacked> unpacked_;                  ///< read last, the latest at the end
+};
+
+}  // namespace afterglow::replay
