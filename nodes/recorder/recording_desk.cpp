@@ -152,6 +152,7 @@ std::int64_t RecordingDesk::begin(Running running) {
   behavior.calibration = world_.calibration();
   running.snapshot.urdf = world_.urdf();
   running.snapshot.begin = world_.frames();
+  running.snapshot.requested = running.request.behavior.topics;
   behavior.snapshot = running.snapshot.toJson();
   // Held until it is in the list: whoever ends all ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);

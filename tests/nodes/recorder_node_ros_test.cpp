@@ -18,6 +18,7 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/record/sha256.hpp"
+#include "replay/record/snapshot.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -149,6 +150,7 @@ TEST_F(RecorderNodeTest, takesTopicsByPatternAlsoLateOnes) {
   EXPECT_TRUE(stopped.kept);
   EXPECT_EQ(stored(started.behavior_id).topics, (Texts{"/camera/early", "/camera/late"}));
   EXPECT_EQ(texts(started.behavior_id), (Texts{"early", "late"}));
+  EXPECT_EQ(replay::requestedTopics(stored(started.behavior_id)), Texts()) << "named one by one";
 }
 
 TEST_F(RecorderNodeTest, takesAllButItsOwnAndTheLogs) {
@@ -166,6 +168,7 @@ TEST_F(RecorderNodeTest, takesAllButItsOwnAndTheLogs) {
   EXPECT_FALSE(has("/rosout"));
   EXPECT_FALSE(has("/rosout_agg"));
   EXPECT_EQ(texts(started.behavior_id), Texts{"1"});
+  EXPECT_EQ(replay::requestedTopics(stored(started.behavior_id)), Texts());
 }
 
 TEST_F(RecorderNodeTest, hearsTheFirstMessageOfEveryAttempt) {
@@ -273,6 +276,7 @@ TEST_F(RecorderNodeTest, keepsWhatReplayNeedsOfTheWorld) {
   EXPECT_EQ(snapshot["frames"]["end"], pose);
   EXPECT_EQ(calibration["projector.yaml"], "fx: 1000\n");
   EXPECT_EQ(calibration["camera_info"]["width"], 1280);
+  EXPECT_EQ(snapshot["request"], nlohmann::json({{"topics", {"/robotsound"}}}));
   const replay::Bytes sound_bytes = {'R', 'I', 'F', 'F'};
   EXPECT_EQ(snapshot["files"], nlohmann::json({{file, replay::sha256(sound_bytes)}}));
   EXPECT_EQ(openStore()->file(replay::sha256(sound_bytes)), sound_bytes);

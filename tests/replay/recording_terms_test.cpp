@@ -123,9 +123,25 @@ TEST(Snapshot, isWrittenAsItsHeaderSays) {
   snapshot.begin["map->odom"] = {1, 2, 3, 0, 0, 0, 1};
   snapshot.urdf = "ab";
   snapshot.files["file:///a.wav"] = "cd";
+  snapshot.requested = {"/a", "/b"};
   EXPECT_EQ(nlohmann::json::parse(snapshot.toJson()),
             nlohmann::json::parse(R"({"frames": {"begin": {"map->odom": [1, 2, 3, 0, 0, 0, 1]}},
-                                      "urdf": "ab", "files": {"file:///a.wav": "cd"}})"));
+                                      "urdf": "ab", "files": {"file:///a.wav": "cd"},
+                                      "request": {"topics": ["/a", "/b"]}})"));
+}
+
+TEST(Snapshot, saysWhatARequestNamedAsFarAsItIsKnown) {
+  Behavior behavior;
+  EXPECT_EQ(requestedTopics(behavior), std::vector<std::string>()) << "a recording of before";
+  for (const char* damaged : {"", "[]", "{", R"({"request": 1})", R"({"request": {"topics": 1}})",
+                              R"({"request": {"topics": [1, null]}})"}) {
+    behavior.snapshot = damaged;
+    EXPECT_EQ(requestedTopics(behavior), std::vector<std::string>()) << damaged;
+  }
+  Snapshot snapshot;
+  snapshot.requested = {"/a", "/b"};
+  behavior.snapshot = snapshot.toJson();
+  EXPECT_EQ(requestedTopics(behavior), snapshot.requested);
 }
 
 TEST(Sha256, isTheOneThatIsPublished) {
