@@ -76,20 +76,31 @@ std::set<std::string> others(const std::map<std::string, std::set<std::string>>&
   return nodes;
 }
 
+struct NodeAddress {
+  std::string host;
+  std::uint32_t port = 0;
+};
+
+std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline) {
+  NodeAddress address;
+  std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
+  const bool is_known =
+      uri && uri->getType() == XmlRpcValue::TypeString &&
+      ros::network::splitURI(static_cast<std::string>(*uri), address.host, address.port);
+  return is_known ? std::optional(address) : std::nullopt;
+}
+
 /// Adds what that node sends to this one. A link: [id, destination, direction, transport, topic,
 /// ...].
 void addLinksOf(const std::string& node, Deadline deadline, Links& links) {
-  std::string host;
-  std::uint32_t port = 0;
-  std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
-  if (!uri || uri->getType() != XmlRpcValue::TypeString ||
-      !ros::network::splitURI(static_cast<std::string>(*uri), host, port)) {
+  const auto address = addressOf(node, deadline);
+  if (!address) {
     return;
   }
   XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();
   std::optional<XmlRpcValue> info =
-      call(host, static_cast<int>(port), "getBusInfo", parameters, deadline);
+      call(address->host, static_cast<int>(address->port), "getBusInfo", parameters, deadline);
   if (!info || info->getType() != XmlRpcValue::TypeArray) {
     return;
   }
@@ -167,7 +178,16 @@ RosGraph askMaster(Deadline deadline) {
   if (!state || state->getType() != XmlRpcValue::TypeArray || state->size() != 3) {
     refuseSilence();
   }
-  return {namesByTopic((*state)[0]), namesByTopic((*state)[1])};
+  return {namesByTopic((*state)[0]), namesByTopic((*state)[1]), namesByTopic((*state)[2])};
+}
+
+bool isAlive(const std::string& node, Deadline deadline) {
+  const auto address = addressOf(node, deadline);
+  if (!address) return false;
+  XmlRpcValue parameters;
+  parameters[0] = ros::this_node::getName();
+  return call(address->host, static_cast<int>(address->port), "getPid", parameters, deadline)
+      .has_value();
 }
 
 Links linksHere(const std::vector<std::string>& topics, Deadline deadline) {

@@ -23,9 +23,9 @@ inline Deadline deadlineIn(double seconds) {
 /// A master that is there answers at once; roscpp itself would wait for ever.
 constexpr double kMasterPatience = 2.0;
 
-/// Node names by topic, as the master knows them.
+/// Node names by topic, or service, as the master knows them.
 struct RosGraph {
-  std::map<std::string, std::set<std::string>> publishers, subscribers;
+  std::map<std::string, std::set<std::string>> publishers, subscribers, services;
 
   /// Those but this node itself.
   std::set<std::string> otherPublishers(const std::string& topic) const;
@@ -34,6 +34,9 @@ struct RosGraph {
 
 /// Throws std::runtime_error, one line, if the master does not answer in time.
 RosGraph askMaster(Deadline deadline);
+
+/// Whether that node answers; one that died may be registered for ever.
+bool isAlive(const std::string& node, Deadline deadline);
 
 /// The type of every topic by its latest publisher, "package/Type". Throws as askMaster().
 std::map<std::string, std::string> askTopicTypes(Deadline deadline);

@@ -66,7 +66,7 @@ struct Behavior {
   std::vector<std::string> tags;
   std::string calibration = "{}";   ///< JSON object: the projector's calibration in use
   std::vector<std::string> topics;  ///< the topics that belong to it, heard or not
-  /// JSON object: what replay needs later of the world then. frames, files, urdf (record/snapshot).
+  /// JSON object: what replay needs later: frames, files, urdf, request (record/snapshot).
   std::string snapshot = "{}";
   /// What a reader must know of how it was recorded, one sentence each: drops, clock jumps, a
   /// crash.
