@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/player/replay_words.hpp"
+#include "nodes/player/live_graph.hpp"
 #include "nodes/player/report_files.hpp"
 
 namespace afterglow::nodes {
@@ -44,6 +44,7 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   private_node.param("rules", options.rules, options.rules);
   private_node.param("limits", options.limits, options.limits);
   using Words = std::vector<std::string>;
+  options.also = private_node.param("also", Words());
   options.latency_s = replay::parseLatency(private_node.param("latency", Words()));
   options.on_failure = replay::parseOnFailure(private_node.param("on_failure", Words()));
   private_node.param("report_folder", options.report_folder, options.report_folder);
@@ -57,18 +58,14 @@ PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
 
 PlayerNode::PlayerNode(const PlayerNodeOptions& options)
     : options_(options),
-      rewriting_([&] {
-        replay::RewriteSettings settings;
-        if (!options.rules.empty()) settings.rules = readRules(options.rules);
-        return settings;
-      }()),
+      rules_(options.rules.empty() ? ReplayRules() : readRules(options.rules)),
       limits_(options.limits.empty() ? replay::MotionLimits::fetch() : readLimits(options.limits)),
       server_(
           node_, "replay", [this](const ReplayGoalConstPtr& goal) { onGoal(goal); }, false) {
   status_ = private_node_.advertise<ReplayStatus>("status", 1, true);
   const auto check = [this](const ReplayGoal& goal) {
     const auto store = replay::openStore(options_.store, replay::OpenMode::ReadOnly);
-    ReplaySession(*store, requestOf(goal)).checkMotionAllowed();
+    ReplaySession(*store, requestOf(goal)).checkPlayable();
   };
   services_ = std::make_unique<PlayerServices>(
       private_node_, "replay", PlayerServices::Player{[this] { return session(); }, check});
@@ -105,7 +102,11 @@ replay::PlanOptions PlayerNode::planOf(const ReplayGoal& goal) const {
   plan.start_s = goal.start;
   plan.duration_s = given(goal.duration);
   plan.until_s = given(goal.until);
-  plan.rewriting = rewriting_;
+  plan.also = goal.also;
+  plan.settled = options_.also;
+  plan.settled.insert(plan.settled.end(), rules_.also.begin(), rules_.also.end());
+  plan.layers = projectedTopics(deadlineIn(kMasterPatience));
+  plan.rewriting.rules = rules_.types;
   plan.rewriting.frames = parseRenames(goal.remap_frame);
   plan.rewriting.tf_prefix = goal.tf_prefix;
   return plan;
@@ -138,6 +139,7 @@ ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
   request.selector = goal.selector;
   request.only = goal.only;
   request.allow_motion = options_.allow_motion;
+  request.everything = goal.everything;
   request.wait_for_subscribers_s =
       given(goal.wait_for_subscribers).value_or(options_.wait_for_subscribers_s);
   request.needs_subscribers =

@@ -12,9 +12,11 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "nodes/player/player_services.hpp"
 #include "nodes/player/replay_session.hpp"
+#include "nodes/player/replay_words.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -31,6 +33,7 @@ struct PlayerNodeOptions {
   double seek_lead_s = 5.0;             ///< ~seek_lead: the arm's time to get to where it goes on
   std::uint32_t queue = 100;            ///< ~queue, of each topic
   bool realtime = true;                 ///< ~realtime: tries SCHED_FIFO
+  std::vector<std::string> also;        ///< ~also, a list of topics that are published, too
   std::string rules, limits;            ///< ~rules, ~limits: files (replay_words.hpp)
   replay::ModalityLatency latency_s;    ///< ~latency, a list: ["ar=0.05", "speech=0.2"]
   replay::FailurePolicy on_failure;     ///< ~on_failure, a list: ["speech=stop"]
@@ -69,7 +72,7 @@ class PlayerNode {
   void setSession(std::shared_ptr<ReplaySession> session);
 
   const PlayerNodeOptions options_;
-  const replay::RewriteSettings rewriting_;
+  const ReplayRules rules_;
   const replay::MotionLimits limits_;
 
   mutable std::mutex mutex_;

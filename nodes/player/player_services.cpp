@@ -116,6 +116,7 @@ bool PlayerServices::play(PlayBehavior::Request& request, PlayBehavior::Response
   goal.rate = request.rate;
   goal.start = request.start;
   goal.paused = request.paused;
+  goal.also = request.also;
   try {
     player_.check(goal);
     if (goals_.getNumSubscribers() == 0) throw std::runtime_error("the player is not up yet");

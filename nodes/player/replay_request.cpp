@@ -57,6 +57,20 @@ replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& 
   return found.front();
 }
 
+std::string calledText(const replay::Behavior& behavior) {
+  return "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
+}
+
+replay::PlanOptions planOptions(const ReplayRequest& request) {
+  replay::PlanOptions options = request.plan;
+  options.only = replay::parseModalities(request.only);
+  options.emergency_stop = request.body.emergency_stop.topic;
+  options.takes_all = request.everything || !options.prefix.empty();
+  options.leaves_motion = request.everything || !request.allow_motion;
+  if (!request.body.base.topic.empty()) options.settled.push_back(request.body.base.topic);
+  return options;
+}
+
 }  // namespace
 
 std::string topicsText(const std::vector<std::string>& names) {
@@ -67,17 +81,21 @@ std::string topicsText(const std::vector<std::string>& names) {
   return text;
 }
 
+void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request) {
+  if (!plan.playedTopics().empty()) return;
+  const std::string left_out = plan.leftOutText();
+  throw std::runtime_error(calledText(plan.behavior) + ": there is nothing to play" +
+                           (request.only.empty() ? "" : " of " + request.only) +
+                           (left_out.empty() ? "" : "; " + left_out));
+}
+
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request) {
   checkNumbers(request);
   const replay::Behavior behavior = findRequested(store, request);
-  const std::string called = "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
-  replay::PlanOptions options = request.plan;
-  options.only = replay::parseModalities(request.only);
-  options.has_recorded_time = request.clock == ReplayClock::Sim;
-  replay::PlayPlan plan = makePlan(store, behavior, options);
+  const std::string called = calledText(behavior);
+  replay::PlayPlan plan = makePlan(store, behavior, planOptions(request));
   if (plan.playedTopics().empty()) {
-    throw std::runtime_error(called + ": there is nothing to play" +
-                             (request.only.empty() ? "" : " of " + request.only));
+    return plan;
   }
   const std::string first = plan.playedTopics().front();
   Stagehand::fit(store, plan, request.anchors);

@@ -22,6 +22,8 @@ struct ReplayRequest {
   std::string selector;       ///< else, words (replay/query/behavior_selector.hpp)
   std::string only;           ///< "body,ar,speech", any of them; empty: all
   bool allow_motion = false;  ///< without it a replay that would move the body is refused
+  /// All but motion and control inputs, where no robot is live. A prefix has it so anywhere.
+  bool everything = false;
   double wait_for_subscribers_s = 2.0;
   bool needs_subscribers = false;  ///< a topic that nobody hears by then: refused, else told
   double delay_s = 0;              ///< after that, before the first message
@@ -30,16 +32,20 @@ struct ReplayRequest {
   ReplayClock clock = ReplayClock::Live;
   double clock_hz = 100;  ///< of the /clock that is given
   RateControlOptions rate_control;
-  replay::PlanOptions plan;  ///< its `only` is not looked at
+  /// Its `only`, `emergency_stop`, `takes_all` and `leaves_motion` are not looked at.
+  replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
   replay::MotionLimits limits = replay::MotionLimits::fetch();
   BodyOptions body;
 };
 
-/// Throws, with one line: unknown behavior, modality or topic, nothing to play, numbers that are
-/// none, what is not for the body.
+/// Throws, with one line: unknown behavior, modality or topic, numbers that are none, what is not
+/// for the body, light that has no place if there is nothing else.
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request);
+
+/// Throws std::runtime_error, one line, if the plan publishes nothing.
+void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request);
 
 /// The plan, with how often each field will be rewritten: reads all its messages.
 replay::PlayPlan countRewrites(const replay::Store& store, replay::PlayPlan plan,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "nodes/player/end_pose.hpp"
+#include "nodes/player/live_graph.hpp"
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
@@ -21,6 +22,15 @@ std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay
                                         const ReplayRequest& request) {
   const bool is_needed = request.limits.is_strict || !plan.motionTopics().empty();
   return is_needed ? motionPeaks(store, plan, request.limits) : std::vector<replay::MotionPeak>{};
+}
+
+std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
+  std::vector<std::string> names;
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    const bool is_shown = topic.isPlayed() && topic.topic_class == replay::TopicClass::Shown;
+    if (is_shown) names.push_back(topic.channel.topic);
+  }
+  return names;
 }
 
 }  // namespace
@@ -52,19 +62,31 @@ void ReplaySession::checkRate(double rate) const {
 }
 
 void ReplaySession::checkMotionAllowed() const {
+  if (const std::string refusal = plan_.refusal(); !refusal.empty()) {
+    throw std::runtime_error(refusal);
+  }
   const std::vector<std::string> motion = plan_.motionTopics();
   if (!motion.empty() && !request_.allow_motion) {
+    const std::string shown = topicsText(shownTopics(plan_));
     throw std::runtime_error(
         "motion is not allowed here (~allow_motion, --allow-motion), and this "
         "behavior moves the robot by " +
-        topicsText(motion) + "; ar,speech can be played without");
+        topicsText(motion) + (shown.empty() ? "" : "; --only ar,speech shows " + shown));
   }
+}
+
+void ReplaySession::checkPlayable() const {
+  checkMotionAllowed();
+  checkSomethingToPlay(plan_, request_);
 }
 
 // ---------------------------------------------------------------------------------------- playing
 
 replay::PlayReport ReplaySession::run() {
-  checkMotionAllowed();
+  checkPlayable();
+  for (const std::string& warning : plan_.warnings()) ROS_WARN_STREAM(warning);
+  if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
+  refuseLivePublishers(plan_, [this] { return isStopped(); });
   time_ = std::make_unique<ReplayTime>(request_.clock);
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
@@ -94,6 +116,11 @@ replay::PlayReport ReplaySession::run() {
   letMessagesLeave();  // what is still queued is lost with its publisher: the zero velocity, too
   for (const std::string& topic : unheard) {
     report.notes.push_back("nobody listened on " + topic + " at the start");
+  }
+  const std::vector<std::string> warnings = plan_.warnings();
+  report.notes.insert(report.notes.end(), warnings.begin(), warnings.end());
+  if (std::string left_out = plan_.leftOutText(); !left_out.empty()) {
+    report.notes.push_back(std::move(left_out));
   }
   return report;
 }

@@ -23,12 +23,16 @@ class ReplaySession {
   ~ReplaySession();
 
   const replay::PlayPlan& plan() const { return plan_; }
-  /// Throws std::runtime_error, one line, if the replay would move the robot and may not.
+  /// Throws std::runtime_error, one line, if the replay would move the robot and may not, or in a
+  /// way that nothing stops.
   void checkMotionAllowed() const;
+  /// The same, and for a replay that publishes nothing.
+  void checkPlayable() const;
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
-  /// move the robot and may not, if no master answers within 2 s, or if it should give /clock and
-  /// another node does; before anything is sent, for topics that nobody hears, if that is asked
+  /// move the robot and may not or has nothing to play, if no master answers within 2 s, if another
+  /// node publishes the same (live_graph.hpp), or if it should give /clock and another node does;
+  /// before anything is sent, for topics that nobody hears, if that is asked
   /// for, and for what BodyGate refuses. Stops, before or while it plays, when another node sends
   /// velocities on a topic that is played.
   replay::PlayReport run();

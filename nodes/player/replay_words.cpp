@@ -20,6 +20,19 @@ replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
   return joint;
 }
 
+std::vector<std::string> topicNames(const std::string& path, const YAML::Node& list) {
+  std::vector<std::string> names;
+  if (!list.IsSequence()) failAt(path, list, "'also' should be a list of topics");
+  for (const auto& entry : list) {
+    const std::string name = entry.IsScalar() ? entry.Scalar() : "";
+    if (name.size() < 2 || name[0] != '/') {
+      failAt(path, entry, "'" + name + "' should be a topic, /NAME");
+    }
+    names.push_back(name);
+  }
+  return names;
+}
+
 }  // namespace
 
 std::map<std::string, std::string> parseRenames(const std::vector<std::string>& texts) {
@@ -47,13 +60,16 @@ bool parseUnheard(const std::string& text) {
   throw std::runtime_error("'" + text + "' is not what an unheard replay does (start, abort)");
 }
 
-std::map<std::string, std::map<std::string, replay::RewriteRule>> readRules(
-    const std::string& path) {
-  std::map<std::string, std::map<std::string, replay::RewriteRule>> rules;
+ReplayRules readRules(const std::string& path) {
+  ReplayRules rules;
   const YAML::Node types = loadYaml(path);
   if (!types.IsMap()) failAt(path, types, "rules should be a map of message types");
   for (const auto& type : types) {
     const auto name = type.first.as<std::string>();
+    if (name == "also") {
+      rules.also = topicNames(path, type.second);
+      continue;
+    }
     if (name.find('/') == std::string::npos || !type.second.IsMap()) {
       failAt(path, type.first, "'" + name + "' should be a type, package/Type, with its fields");
     }
@@ -65,7 +81,7 @@ std::map<std::string, std::map<std::string, replay::RewriteRule>> readRules(
                "'" + word + "' is no rule" +
                    advice(word, {"shift", "now", "zero", "keep", "fresh_id", "remap_frame"}));
       }
-      rules[name][field.first.as<std::string>()] = *rule;
+      rules.types[name][field.first.as<std::string>()] = *rule;
     }
   }
   return rules;

@@ -22,12 +22,17 @@ ReplayClock parseReplayClock(const std::string& text);
 /// Throws std::runtime_error, one line.
 bool parseUnheard(const std::string& text);
 
-/// A YAML file of rewriting rules by type and field path:
+struct ReplayRules {
+  std::map<std::string, std::map<std::string, replay::RewriteRule>> types;
+  std::vector<std::string> also;  ///< topics
+};
+
+/// A YAML file of rewriting rules by type and field path, and of topics that are published as well:
 ///   my_msgs/Plan: {stamp: shift, "steps[].start": now, id: fresh_id, "steps[].frame": remap_frame}
+///   also: [/plan]
 /// with shift, now, zero, keep, fresh_id, remap_frame. Throws std::runtime_error with file and
 /// line.
-std::map<std::string, std::map<std::string, replay::RewriteRule>> readRules(
-    const std::string& path);
+ReplayRules readRules(const std::string& path);
 
 /// A YAML file of limits, which hold for everything that is played:
 ///   linear_velocity: 0.8         # m/s; what is not named is not limited

@@ -55,7 +55,12 @@ void addWhat(CLI::App& verb, PlayCommand& c) {
       ->required();
   verb.add_option("--only", c.request.only, "body,ar,speech: any of them; default all")
       ->check(understood(replay::parseModalities));
-  verb.add_option("--topics", plan.topics, "Only these topics");
+  verb.add_option("--topics", plan.topics, "Only these topics, whatever they are");
+  verb.add_option("--also", plan.also,
+                  "These topics as well: by itself only the body, and light and speech that "
+                  "somebody asked for, are played");
+  verb.add_flag("--everything", c.request.everything,
+                "All but motion and control inputs, where no robot is live (so does --prefix)");
   verb.add_option("--exclude", plan.exclude, "All but these topics");
   verb.add_option("-e,--regex", plan.regex, "Only topics whose whole name matches");
   verb.add_option("-x,--exclude-regex", plan.exclude_regex, "All but topics whose name matches");
@@ -181,7 +186,11 @@ void readPlayOptions(PlayCommand& c) {
   plan.prefix = c.rename_space + c.prefix;
   plan.remap = parseRenames(c.remap);
   plan.rewriting.frames = parseRenames(c.remap_frame);
-  if (!c.rules_file.empty()) plan.rewriting.rules = readRules(c.rules_file);
+  if (!c.rules_file.empty()) {
+    const ReplayRules rules = readRules(c.rules_file);
+    plan.rewriting.rules = rules.types;
+    plan.settled = rules.also;
+  }
   for (const std::string& anchor : c.anchors) c.request.anchors.add(anchor);
   replay::PlayOptions& play = c.request.options;
   play.latency_s = replay::parseLatency(c.latency);

@@ -12,8 +12,11 @@
 #include <future>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <set>
 #include <stdexcept>
 
+#include "nodes/player/live_graph.hpp"
 #include "nodes/player/replay_page.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
@@ -40,18 +43,29 @@ std::string rewritesOf(const replay::PlannedTopic& topic, const replay::AnchorSe
   return text;
 }
 
+std::string whyOf(const replay::PlannedTopic& topic) {
+  if (topic.isPlayed()) return topic.why_class;
+  const bool is_all = topic.why_not == topic.why_class;
+  return "not played: " + topic.why_not + (is_all ? "" : " (" + topic.why_class + ")");
+}
+
 void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors) {
   using Align = TextTable::Align;
   TextTable table({{"topic", Align::Left},
                    {"messages", Align::Right},
+                   {"class", Align::Left},
                    {"modality", Align::Left},
-                   {"rewritten", Align::Left}});
+                   {"why", Align::Left}});
   for (const replay::PlannedTopic& topic : plan.topics) {
     const bool is_renamed = topic.isPlayed() && topic.output.topic != topic.channel.topic;
     table.add({topic.channel.topic + (is_renamed ? " as " + topic.output.topic : ""),
-               std::to_string(topic.count),
-               topic.isPlayed() ? std::string(name(topic.modality)) : "-",
-               topic.isPlayed() ? rewritesOf(topic, anchors) : "not played: " + topic.why_not});
+               std::to_string(topic.count), std::string(name(topic.topic_class)),
+               topic.isPlayed() ? std::string(name(topic.modality)) : "-", whyOf(topic)});
+    if (topic.isPlayed()) {
+      if (const std::string text = rewritesOf(topic, anchors); !text.empty()) {
+        table.add({"", "", "", "", "rewritten: " + text});
+      }
+    }
   }
   std::cout << "behavior " << plan.behavior.id << " '" << plan.behavior.name << "', "
             << fixedText(replay::PlaybackTime{plan.durationNs()}.seconds(), 3) << " s\n"
@@ -82,7 +96,8 @@ std::string reportFile(const std::string& path, const std::vector<replay::PlayRe
   return ending == ".txt" ? text : reports.size() == 1 ? text + "\n" : "[" + text + "]\n";
 }
 
-void startRos() {
+/// The process is a node by name, and the master can be asked.
+void nameNode() {
   setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
   std::string host;
   std::uint32_t port = 0;
@@ -93,10 +108,32 @@ void startRos() {
   ros::init(argc, nullptr, "afterglow_play",
             ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
                 ros::init_options::NoRosout);
+}
+
+void startRos() {
+  nameNode();
   askMaster(deadlineIn(kMasterPatience));
   catchShutdownRequests();
   ros::start();
   catchStopSignals();
+}
+
+/// Empty if no master answers.
+std::optional<std::set<std::string>> layersNow() {
+  try {
+    nameNode();
+    return projectedTopics(deadlineIn(kMasterPatience));
+  } catch (const std::exception&) {  // a replay needs the master, and says so then
+    return std::nullopt;
+  }
+}
+
+/// What a projector's layer would be played, if one runs.
+bool dependsOnLayers(const replay::PlayPlan& plan) {
+  return std::any_of(plan.topics.begin(), plan.topics.end(), [](const auto& topic) {
+    const auto role = replay::roleOf(topic.output.topic, topic.output.type);
+    return topic.is_nameable && role.topic_class == replay::TopicClass::Shown;
+  });
 }
 
 replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
@@ -139,11 +176,19 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
   return ids;
 }
 
-void showPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors, bool is_json) {
-  if (is_json) {
+void showPlan(const replay::PlayPlan& plan, const PlayCommand& command) {
+  if (command.is_json) {
     std::cout << dumpJson(toJson(plan), 2) << "\n";
   } else {
-    printPlan(plan, Stagehand::anchorsIn(plan, anchors));
+    printPlan(plan, Stagehand::anchorsIn(plan, command.request.anchors));
+  }
+  std::vector<std::string> remarks = plan.warnings();
+  remarks.push_back(plan.refusal().empty() ? plan.leftOutText() : plan.refusal());
+  if (!command.request.plan.layers && dependsOnLayers(plan)) {
+    remarks.push_back("no ROS master answers: what a running projector would show is not known");
+  }
+  for (const std::string& remark : remarks) {
+    if (!remark.empty()) std::cerr << "afterglow play: " << remark << "\n";
   }
 }
 
@@ -164,13 +209,13 @@ std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
 void run(PlayCommand& command) {
   readPlayOptions(command);
   const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
+  command.request.plan.layers = layersNow();
   std::vector<std::unique_ptr<ReplaySession>> sessions;  // all are looked at before one is played
   for (const std::int64_t id : chosen(*store, command)) {
     command.request.behavior_id = id;
     sessions.push_back(std::make_unique<ReplaySession>(*store, command.request));
     if (command.is_dry_run) {
-      showPlan(countRewrites(*store, sessions.back()->plan(), command.request.clock),
-               command.request.anchors, command.is_json);
+      showPlan(countRewrites(*store, sessions.back()->plan(), command.request.clock), command);
     } else {
       sessions.back()->checkMotionAllowed();
     }
@@ -179,6 +224,7 @@ void run(PlayCommand& command) {
     return;
   }
   startRos();
+  for (const auto& session : sessions) session->checkPlayable();
   std::vector<replay::PlayReport> reports;
   const std::string failure = playAll(sessions, command, reports);
   ros::shutdown();

@@ -7,6 +7,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "replay/record/snapshot.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -41,36 +43,17 @@ class NameFilter {
 
   bool takes(const std::string& topic) const {
     const bool is_open = options_.topics.empty() && !take_;
-    const bool is_named =
-        holdsName(options_.topics, topic) || (take_ && std::regex_match(topic, *take_));
-    const bool is_left_out =
-        holdsName(options_.exclude, topic) || (leave_ && std::regex_match(topic, *leave_));
-    return (is_open || is_named) && !is_left_out;
+    return is_open || holdsName(options_.topics, topic) ||
+           (take_ && std::regex_match(topic, *take_));
+  }
+  bool leavesOut(const std::string& topic) const {
+    return holdsName(options_.exclude, topic) || (leave_ && std::regex_match(topic, *leave_));
   }
 
  private:
   const PlanOptions& options_;
   const std::optional<std::regex> take_, leave_;
 };
-
-std::string whyNotPlayed(const PlannedTopic& topic, const std::string& type,
-                         const PlanOptions& options, const NameFilter& names) {
-  if (topic.channel.type != type) {
-    return "the topic began with type " + topic.channel.type;
-  }
-  const std::string_view never = options.has_recorded_time
-                                     ? whyNotInRecordedTime(topic.channel.topic, type)
-                                     : whyNeverReplayed(topic.channel.topic, type);
-  if (!never.empty()) {
-    return std::string(never);
-  }
-  if (!names.takes(topic.channel.topic)) {
-    return "the topic is not asked for";
-  }
-  return !options.only.empty() && options.only.count(topic.modality) == 0
-             ? std::string(name(topic.modality)) + " is not asked for"
-             : std::string();
-}
 
 std::string outputName(const std::string& topic, const PlanOptions& options) {
   const auto renamed = options.remap.find(topic);
@@ -82,14 +65,116 @@ std::string outputName(const std::string& topic, const PlanOptions& options) {
   return name;
 }
 
+/// The class of a topic and whether it is played, for one behavior and one request.
+class TopicChooser {
+ public:
+  TopicChooser(const Behavior& behavior, const PlanOptions& options)
+      : options_(options), names_(options), requested_(requestedTopics(behavior)) {}
+
+  void choose(PlannedTopic& topic, const std::string& type) const {
+    classify(topic);
+    topic.why_not = topic.channel.type == type ? whyNot(topic)
+                                               : "the topic began with type " + topic.channel.type;
+  }
+
+ private:
+  /// By the name it is published by, unless it is motion that has no end under any name.
+  void classify(PlannedTopic& topic) const {
+    const std::string& recorded = topic.channel.topic;
+    TopicRole role = roleOf(recorded, topic.channel.type);
+    if (role.topic_class != TopicClass::Endless) {
+      role = roleOf(topic.output.topic, topic.channel.type);
+    }
+    topic.topic_class = role.topic_class;
+    topic.why_class = role.why;
+    if (role.topic_class != TopicClass::Shown) return;
+    const bool is_layer = options_.layers && options_.layers->count(topic.output.topic) != 0;
+    if (holdsName(requested_, recorded)) {
+      topic.why_class += ", and the recording's request names it";
+    } else if (is_layer) {
+      topic.why_class += ", and a projector shows it";
+    } else if (!options_.takes_all) {
+      topic.topic_class = TopicClass::Other;
+      topic.why_class += ", but nobody asked for it to be shown";
+    }
+  }
+
+  std::string whyNot(PlannedTopic& topic) const {
+    const std::string& recorded = topic.channel.topic;
+    const bool is_added = holdsName(options_.also, recorded);
+    if (names_.leavesOut(recorded) || !(is_added || names_.takes(recorded))) {
+      return "the topic is not asked for";
+    }
+    const bool is_named = is_added || holdsName(options_.topics, recorded) ||
+                          holdsName(options_.settled, recorded);
+    if (const std::string never = whyNever(topic); !never.empty()) {
+      topic.is_refused = is_added || holdsName(options_.topics, recorded) ||
+                         (is_named && wants(Modality::Body)) || isMissedMotion(topic);
+      return never;
+    }
+    if (!is_added && isUnasked(topic)) {
+      return std::string(name(topic.modality)) + " is not asked for";
+    }
+    if (is_named) return {};
+    if (options_.takes_all) return whyNotOfAll(topic);
+    topic.is_nameable =
+        topic.topic_class == TopicClass::Other || topic.topic_class == TopicClass::Control;
+    return topic.is_nameable ? topic.why_class : std::string();
+  }
+
+  std::string whyNever(const PlannedTopic& topic) const {
+    if (topic.output.topic == options_.emergency_stop) {
+      return "it is the emergency stop that this replay obeys";
+    }
+    return topic.topic_class == TopicClass::Endless ? topic.why_class : std::string();
+  }
+
+  /// The rest of the body would be played without it, though the recording was made for it.
+  bool isMissedMotion(const PlannedTopic& topic) const {
+    return topic.topic_class == TopicClass::Endless && !options_.takes_all &&
+           holdsName(requested_, topic.channel.topic) && wants(Modality::Body);
+  }
+
+  std::string whyNotOfAll(PlannedTopic& topic) const {
+    const bool moves = topic.modality == Modality::Body;
+    const bool is_body = topic.topic_class == TopicClass::Body;
+    const bool is_part = is_body || topic.topic_class == TopicClass::Shown || wantsAll();
+    topic.is_nameable =
+        topic.topic_class == TopicClass::Control || (moves && !is_body) || !is_part;
+    if (topic.is_nameable) return topic.why_class;
+    return moves && options_.leaves_motion ? "motion is not part of it" : std::string();
+  }
+
+  bool wants(Modality modality) const {
+    return options_.only.empty() || options_.only.count(modality) != 0;
+  }
+
+  bool wantsAll() const {
+    return std::all_of(std::begin(kModalities), std::end(kModalities),
+                       [this](Modality modality) { return wants(modality); });
+  }
+
+  /// By its modality, as far as it has one: what neither moves nor is shown has none.
+  bool isUnasked(const PlannedTopic& topic) const {
+    const bool has_modality =
+        topic.modality != Modality::Ar || topic.topic_class == TopicClass::Shown;
+    return has_modality && !wants(topic.modality);
+  }
+
+  const PlanOptions& options_;
+  const NameFilter names_;
+  const std::vector<std::string> requested_;
+};
+
 PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
-                       const PlanOptions& options, const NameFilter& names, Rewriter& rewriter) {
+                       const PlanOptions& options, const TopicChooser& chooser,
+                       Rewriter& rewriter) {
   PlannedTopic topic;
   topic.channel = topic.output = channel;
   topic.output.topic = outputName(channel.topic, options);
   topic.count = summary.count;
   topic.modality = modalityOf(summary.topic, summary.type);
-  topic.why_not = whyNotPlayed(topic, summary.type, options, names);
+  chooser.choose(topic, summary.type);
   if (topic.isPlayed()) {
     try {
       topic.rewrites = rewriter.rules(channel);
@@ -103,6 +188,7 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
 /// What is asked of a topic that is not there is a mistake.
 void checkNames(const PlayPlan& plan, const PlanOptions& options) {
   std::vector<std::string> asked = options.topics;
+  asked.insert(asked.end(), options.also.begin(), options.also.end());
   asked.insert(asked.end(), options.exclude.begin(), options.exclude.end());
   for (const auto& [from, to] : options.remap) asked.push_back(from);
   for (const std::string& topic : asked) {
@@ -143,6 +229,18 @@ void choosePart(PlayPlan& plan, const PlanOptions& options) {
   }
 }
 
+/// The first of them, and how many more there are.
+std::string shortList(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return names.size() > kMostNames
+             ? text + " and " + std::to_string(names.size() - kMostNames) + " more"
+             : text;
+}
+
 }  // namespace
 
 std::vector<std::string> PlayPlan::playedTopics() const {
@@ -159,6 +257,45 @@ std::vector<std::string> PlayPlan::motionTopics() const {
     if (topic.isPlayed() && topic.modality == Modality::Body) names.push_back(topic.channel.topic);
   }
   return names;
+}
+
+std::string PlayPlan::refusal() const {
+  std::string text;
+  for (const PlannedTopic& topic : topics) {
+    if (!topic.is_refused) continue;
+    text += (text.empty() ? "" : "; ") + topic.channel.topic + " (" + topic.channel.type +
+            ") is not played: " + topic.why_not;
+  }
+  return text.empty() ? text : text + "; --exclude it to play the rest";
+}
+
+std::vector<std::string> PlayPlan::warnings() const {
+  std::vector<std::string> texts;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed() && topic.topic_class == TopicClass::Control) {
+      texts.push_back(topic.output.topic + " is published as it was recorded: " + topic.why_class);
+    }
+  }
+  return texts;
+}
+
+std::string PlayPlan::leftOutText() const {
+  std::vector<std::string> unnamed, endless;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed()) continue;
+    if (topic.is_nameable) unnamed.push_back(topic.channel.topic);
+    if (topic.topic_class == TopicClass::Endless) endless.push_back(topic.channel.topic);
+  }
+  std::string text;
+  if (!unnamed.empty()) {
+    text = "not played, as nobody named them: " + shortList(unnamed) + "; --also " +
+           unnamed.front() + " plays that one, --dry-run says why each is left out";
+  }
+  if (!endless.empty()) {
+    text += (text.empty() ? "" : "; ") + std::string("never played, as nothing stops them: ") +
+            shortList(endless);
+  }
+  return text;
 }
 
 std::set<Modality> parseModalities(const std::string& text) {
@@ -182,10 +319,10 @@ PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOption
   plan.rewriting = options.rewriting;
   plan.end = behavior.end.value_or(behavior.begin);
   Rewriter rewriter([] { return std::string(); }, options.rewriting);  // only its rules are asked
-  const NameFilter names(options);
+  const TopicChooser chooser(behavior, options);
   for (const TopicSummary& summary : store.topics(behavior)) {
     if (const auto channel = firstChannel(store, behavior, summary.topic)) {
-      plan.topics.push_back(planTopic(summary, *channel, options, names, rewriter));
+      plan.topics.push_back(planTopic(summary, *channel, options, chooser, rewriter));
     }
     if (!behavior.end) {
       plan.end = std::max(plan.end, Stamp{summary.last.ns + 1});  // the last message counts, too

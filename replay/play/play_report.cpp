@@ -29,7 +29,10 @@ Json rewritten(const PlannedTopic& topic) {
 }
 
 Json planned(const PlannedTopic& topic) {
-  Json json = {{"type", topic.channel.type}, {"count", topic.count}};
+  Json json = {{"type", topic.channel.type},
+               {"count", topic.count},
+               {"class", std::string(name(topic.topic_class))},
+               {"why", topic.why_class}};
   if (!topic.isPlayed()) {
     json["not_played"] = topic.why_not;
     return json;

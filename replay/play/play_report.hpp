@@ -136,9 +136,10 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   waited_for_poses_s, lost}}; without worst, not_known, base, distance_m,
 ///   turn_deg where nothing is known;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
-/// - topics {name: {type, count, modality, published_as, rewritten [{field, rule, count}],
-///   published, skipped, refused, problem, replaced (if any were), heard, lateness_ms {p50, p99,
-///   max}, drift_ms}, or {type, count, not_played}}.
+/// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), modality,
+///   published_as, rewritten [{field, rule, count}], published, skipped, refused, problem, replaced
+///   (if any were), heard, lateness_ms {p50, p99, max}, drift_ms}, or {type, count, class, why,
+///   not_played}}.
 nlohmann::ordered_json toJson(const PlayReport& report);
 /// The plan alone, as `afterglow play --dry-run` shows it.
 nlohmann::ordered_json toJson(const PlayPlan& plan);

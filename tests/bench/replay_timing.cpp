@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "replay/record/snapshot.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -177,6 +178,9 @@ std::int64_t record(const std::string& path, double seconds) {
   behavior.recording = recording;
   behavior.name = "timing";
   behavior.topics = {"/bench/cmd", "/bench/ar"};
+  replay::Snapshot snapshot;
+  snapshot.requested = behavior.topics;
+  behavior.snapshot = snapshot.toJson();
   behavior.begin = {begin};
   behavior.end = replay::Stamp{begin + std::llround(seconds * 1e9)};
   return store->addBehavior(behavior);

@@ -86,6 +86,7 @@ struct MediaSinkTest : test::PlayerWorld {
       snapshot.files[uri] = replay::sha256(contents);
       if (!text.empty()) store->addFile(snapshot.files[uri], contents);
     }
+    snapshot.requested = topics;
     behavior.snapshot = snapshot.toJson();
     behavior.id = store->addBehavior(behavior);
     plan = makePlan(*store, behavior, plan_options);

@@ -63,6 +63,7 @@ struct World {
   World() {
     node = std::make_unique<ros::NodeHandle>();
     behavior = recordCounting(store);
+    node->setParam("/player_node/also", Texts{"/say", "/of/another/behavior"});
     player =
         std::make_unique<test::NodeProcess>(Texts{AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store});
     say = node->subscribe<std_msgs::String>("/say", 100, [this](const auto& message) {
@@ -126,7 +127,8 @@ struct PlayerNodeRos : testing::Test {
   static bool trigger(const std::string& name) { return call<std_srvs::Trigger>(name).success; }
   static Texts playing(const Texts& options) {
     Texts words{AFTERGLOW_TEST_COMMAND, "play",    std::to_string(world->behavior),
-                "--keep-light",         "--store", world->store};
+                "--keep-light",         "--store", world->store,
+                "--also",               "/say"};
     words.insert(words.end(), options.begin(), options.end());
     return words;
   }
@@ -353,8 +355,14 @@ TEST(ReplayWords, readRulesAndLimits) {
   const std::string path = folder.path("file.yaml");
   test::writeFile(path, "my_msgs/Plan: {stamp: keep, \"steps[].id\": fresh_id}\n");
   const auto rules = readRules(path);
-  EXPECT_EQ(rules.at("my_msgs/Plan").at("stamp"), replay::RewriteRule::Keep);
-  EXPECT_EQ(rules.at("my_msgs/Plan").at("steps[].id"), replay::RewriteRule::FreshId);
+  EXPECT_EQ(rules.types.at("my_msgs/Plan").at("stamp"), replay::RewriteRule::Keep);
+  EXPECT_EQ(rules.types.at("my_msgs/Plan").at("steps[].id"), replay::RewriteRule::FreshId);
+  EXPECT_EQ(rules.also, Texts());
+  test::writeFile(path, "my_msgs/Plan: {stamp: keep}\nalso: [/plan, /a/b]\n");
+  EXPECT_EQ(readRules(path).also, (Texts{"/plan", "/a/b"}));
+  EXPECT_EQ(readRules(path).types.size(), 1u);
+  test::writeFile(path, "also:\n  - plan\n");
+  EXPECT_EQ(refusal([&] { readRules(path); }), path + ":2: 'plan' should be a topic, /NAME");
   test::writeFile(path, "my_msgs/Plan:\n  stamp: shifted\n");
   EXPECT_EQ(refusal([&] { readRules(path); }),
             path + ":2: 'shifted' is no rule; did you mean 'shift'?");

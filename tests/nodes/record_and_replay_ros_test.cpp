@@ -251,11 +251,18 @@ TEST_F(RecordAndReplay, recordsByActionEverythingFromStartToStopAndReplaysItByte
   EXPECT_EQ(behavior.robot, "fetch7");
   EXPECT_EQ(behavior.tree_path, "kitting/pick");
   EXPECT_EQ(stored(behavior.id, "/sign"), std::vector<Bytes>{welcome});
+  EXPECT_EQ(replay(goalOf(behavior.id)).getText(),
+            "behavior " + std::to_string(behavior.id) +
+                " 'pick': there is nothing to play; not played, as nobody named them: /late, "
+                "/sign, /ticks; --also /late plays that one, --dry-run says why each is left out")
+      << "they are neither body, light nor speech";
 
   for (int time = 1; time <= 2; ++time) {
     const Ear sign("/sign"), ticks("/ticks"), late("/late");
     ReplayResult result;
-    const State state = replay(goalOf(behavior.id, "ar"), &result);
+    ReplayGoal goal = goalOf(behavior.id, "ar");
+    goal.also = {"/sign", "/ticks", "/late"};
+    const State state = replay(goal, &result);
     EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
     EXPECT_TRUE(result.completed);
     ASSERT_TRUE(ticks.heardSoFar(kTicks) && sign.heardSoFar(1) && late.heardSoFar(1));

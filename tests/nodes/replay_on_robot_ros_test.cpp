@@ -352,6 +352,7 @@ TEST_F(ReplayOnRobot, beginsOnAllTopicsTogetherWhenTheLastListenerHasCome) {
   actionlib::SimpleActionClient<ReplayAction> client("/replay", false);
   ASSERT_TRUE(client.waitForServer(kPatience));
   ReplayGoal goal = goalOf(behavior);
+  goal.also = topics;
   goal.wait_for_subscribers = 30;
   client.sendGoal(goal);
   ASSERT_TRUE(eventually([&] { return first.getNumPublishers() == 1; })) << "it is ready";

@@ -13,6 +13,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "replay/record/snapshot.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -85,6 +86,9 @@ struct StagehandTest : testing::Test {
     behavior.begin = {kBegin};
     behavior.end = replay::Stamp{kBegin + 300 * kMs};
     behavior.topics = {"/marker", "/robotsound"};
+    replay::Snapshot snapshot;
+    snapshot.requested = behavior.topics;
+    behavior.snapshot = snapshot.toJson();
     id = store->addBehavior(behavior);
   }
   /// What player_node reports.

@@ -29,9 +29,10 @@ TEST(PlayReport, keepsItsKeys) {
                   "drives", "largest_deviation_m", "drift_m", "drift_deg", "corrections", "delay_s",
                   "waited_for_poses_s"}));
   EXPECT_EQ(keysOf(json["topics"]["/points"]),
-            (Keys{"type", "count", "modality", "rewritten", "published", "skipped", "refused",
-                  "problem", "heard", "lateness_ms", "drift_ms"}));
-  EXPECT_EQ(keysOf(json["topics"]["/joint_states"]), (Keys{"type", "count", "not_played"}));
+            (Keys{"type", "count", "class", "why", "modality", "rewritten", "published", "skipped",
+                  "refused", "problem", "heard", "lateness_ms", "drift_ms"}));
+  EXPECT_EQ(keysOf(json["topics"]["/joint_states"]),
+            (Keys{"type", "count", "class", "why", "not_played"}));
 }
 
 TEST(PlayReport, saysWhatWentWrongAndHowFarOffItEnded) {

@@ -353,7 +353,7 @@ TEST_F(PlayerTransport, staysUntilItIsStoppedWhereItIsKeptAlive) {
 TEST_F(PlayerTransport, leavesStampsWhereRecordedTimeIsPlayed) {
   record(kCloud, 10, cloud(1, {kBegin + 10 * kMs}));
   record(twistChannel("/odom_tf/tf"), 20, twist(1));
-  options.has_recorded_time = plan_options.has_recorded_time = true;
+  options.has_recorded_time = true;
   play(1000);
   EXPECT_EQ(cloudStamp(sink.on("/points")[0].bytes).ns, kBegin + 10 * kMs);
   EXPECT_EQ(sink.on("/odom_tf/tf").size(), 1u + 2) << "and what else belongs to that time";

@@ -2,13 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "replay/play/play_plan.hpp"
+#include "replay/record/snapshot.hpp"
+#include "tests/support/messages.hpp"
+
 namespace afterglow::replay::topic_role_test {
 namespace {
 
 TEST(TopicRole, bodyIsWhatMovesARobot) {
   const auto expectBody = [](const char* topic, const char* type) {
     EXPECT_EQ(modalityOf(topic, type), Modality::Body) << topic << " " << type;
-    EXPECT_TRUE(isReplayable(topic, type)) << topic << " " << type;
   };
   expectBody("/cmd_vel", "geometry_msgs/Twist");
   expectBody("/base/mux/input", "geometry_msgs/TwistStamped");
@@ -21,51 +32,434 @@ TEST(TopicRole, bodyIsWhatMovesARobot) {
   expectBody("/move_base_simple/goal", "geometry_msgs/PoseStamped");
 }
 
-TEST(TopicRole, speechIsSoundPlay) {
+TEST(TopicRole, speechIsSoundPlayAndTts) {
   EXPECT_EQ(modalityOf("/robotsound", "sound_play/SoundRequest"), Modality::Speech);
   EXPECT_EQ(modalityOf("/sound_play/goal", "sound_play/SoundRequestActionGoal"), Modality::Speech);
   EXPECT_EQ(modalityOf("/sound_play/cancel", "actionlib_msgs/GoalID"), Modality::Speech);
-}
-
-TEST(TopicRole, arIsTheRest) {
-  for (const char* type :
-       {"sensor_msgs/PointCloud2", "visualization_msgs/Marker", "visualization_msgs/MarkerArray",
-        "nav_msgs/Path", "sensor_msgs/LaserScan", "std_msgs/String"}) {
-    EXPECT_EQ(modalityOf("/projector/x", type), Modality::Ar) << type;
-    EXPECT_TRUE(isReplayable("/projector/x", type)) << type;
-  }
+  EXPECT_EQ(modalityOf("/tts/goal", "pal_interaction_msgs/TtsActionGoal"), Modality::Speech);
 }
 
 TEST(TopicRole, isNamed) {
   EXPECT_EQ(name(Modality::Body), "body");
   EXPECT_EQ(name(Modality::Ar), "ar");
   EXPECT_EQ(name(Modality::Speech), "speech");
-}
-
-TEST(TopicRole, answersAndContextAreNeverReplayed) {
-  const auto expectKept = [](const char* topic, const char* type) {
-    EXPECT_FALSE(isReplayable(topic, type)) << topic << " " << type;
-  };
-  expectKept("/tf", "tf2_msgs/TFMessage");
-  expectKept("/tf_static", "tf2_msgs/TFMessage");
-  expectKept("/robot1/tf", "tf/tfMessage");
-  expectKept("/clock", "rosgraph_msgs/Clock");
-  expectKept("/rosout", "rosgraph_msgs/Log");
-  expectKept("/rosout_agg", "rosgraph_msgs/Log");
-  expectKept("/diagnostics", "diagnostic_msgs/DiagnosticArray");
-  expectKept("/a/result", "control_msgs/FollowJointTrajectoryActionResult");
-  expectKept("/a/feedback", "control_msgs/FollowJointTrajectoryActionFeedback");
-  expectKept("/a/status", "actionlib_msgs/GoalStatusArray");
-  expectKept("/joint_states", "sensor_msgs/JointState");
-  expectKept("/odom", "nav_msgs/Odometry");
-  EXPECT_EQ(whyNeverReplayed("/a/result", "control_msgs/PointHeadActionResult"),
-            "an answer of the robot; it gives a new one");
+  EXPECT_EQ(name(TopicClass::Control), "control input");
+  EXPECT_EQ(name(TopicClass::Endless), "endless motion");
 }
 
 TEST(TopicRole, takesWholeNamesOnly) {
-  EXPECT_TRUE(isReplayable("/my_tf_markers", "visualization_msgs/Marker"));
-  EXPECT_TRUE(isReplayable("/results", "visualization_msgs/Marker"));
-  EXPECT_EQ(modalityOf("/goals", "visualization_msgs/Marker"), Modality::Ar);
+  for (const char* topic : {"/my_tf_markers", "/results", "/goals", "/joystick_help"}) {
+    EXPECT_EQ(roleOf(topic, "visualization_msgs/Marker").topic_class, TopicClass::Shown) << topic;
+  }
+  EXPECT_EQ(roleOf("/a/result", "control_msgs/PointHeadActionResult").why,
+            "an answer of the robot; it gives a new one");
+}
+
+// ------------------------------------------------------------------------------- of real robots
+
+struct RealTopic {
+  std::string topic, type;
+};
+
+/// Fetch, TIAGo, PR2, TurtleBot 2 and 3, UR, MoveIt, navigation: which packages publish and hear
+/// these is in the sources that topic_role.hpp names.
+using TopicTable = std::map<TopicClass, std::vector<RealTopic>>;
+
+std::vector<RealTopic> bodyTopics() {
+  const std::string follow = "control_msgs/FollowJointTrajectoryActionGoal";
+  const std::string command = "trajectory_msgs/JointTrajectory", twist = "geometry_msgs/Twist";
+  return {{"/arm_controller/follow_joint_trajectory/goal", follow},
+          {"/arm_with_torso_controller/follow_joint_trajectory/goal", follow},
+          {"/torso_controller/follow_joint_trajectory/goal", follow},
+          {"/head_controller/follow_joint_trajectory/goal", follow},
+          {"/gripper_controller/follow_joint_trajectory/goal", follow},
+          {"/parallel_gripper_controller/follow_joint_trajectory/goal", follow},
+          {"/r_arm_controller/follow_joint_trajectory/goal", follow},
+          {"/scaled_pos_joint_traj_controller/follow_joint_trajectory/goal", follow},
+          {"/arm_controller/follow_joint_trajectory/cancel", "actionlib_msgs/GoalID"},
+          {"/r_arm_controller/joint_trajectory_action/goal",
+           "pr2_controllers_msgs/JointTrajectoryActionGoal"},
+          {"/head_controller/point_head/goal", "control_msgs/PointHeadActionGoal"},
+          {"/head_controller/point_head_action/goal", "control_msgs/PointHeadActionGoal"},
+          {"/head_traj_controller/point_head_action/goal",
+           "pr2_controllers_msgs/PointHeadActionGoal"},
+          {"/torso_controller/position_joint_action/goal",
+           "pr2_controllers_msgs/SingleJointPositionActionGoal"},
+          {"/gripper_controller/gripper_action/goal", "control_msgs/GripperCommandActionGoal"},
+          {"/hand/gripper_cmd/goal", "control_msgs/GripperCommandActionGoal"},
+          {"/r_gripper_controller/gripper_action/goal",
+           "pr2_controllers_msgs/Pr2GripperCommandActionGoal"},
+          {"/r_gripper_controller/command", "pr2_controllers_msgs/Pr2GripperCommand"},
+          {"/arm_controller/command", command},
+          {"/l_arm_controller/command", command},
+          {"/cmd_vel", twist},
+          {"/nav_vel", twist},
+          {"/cmd_vel_mux/input/navi", twist},
+          {"/navigation/cmd_vel", twist},
+          {"/turtle1/cmd_vel", twist}};
+}
+
+std::vector<RealTopic> shownTopics() {
+  return {{"/move_base/NavfnROS/plan", "nav_msgs/Path"},
+          {"/move_base/TrajectoryPlannerROS/global_plan", "nav_msgs/Path"},
+          {"/move_base/TrajectoryPlannerROS/local_plan", "nav_msgs/Path"},
+          {"/move_base/current_goal", "geometry_msgs/PoseStamped"},
+          {"/move_base/local_costmap/footprint", "geometry_msgs/PolygonStamped"},
+          {"/visualization_marker", "visualization_msgs/Marker"},
+          {"/visualization_marker_array", "visualization_msgs/MarkerArray"},
+          {"/twist_marker", "visualization_msgs/Marker"},
+          {"/projector/green_points", "sensor_msgs/PointCloud2"},
+          {"/projector/nav/path", "visualization_msgs/MarkerArray"},
+          {"/base_scan_obstacles_only", "sensor_msgs/LaserScan"},
+          {"/robotsound", "sound_play/SoundRequest"},
+          {"/sound_play/goal", "sound_play/SoundRequestActionGoal"},
+          {"/sound_play/cancel", "actionlib_msgs/GoalID"},
+          {"/tts/goal", "pal_interaction_msgs/TtsActionGoal"},
+          {"/sound", "turtlebot3_msgs/Sound"},
+          {"/mobile_base/commands/sound", "kobuki_msgs/Sound"}};
+}
+
+std::vector<RealTopic> controlTopics() {
+  const std::string twist = "geometry_msgs/Twist", flag = "std_msgs/Bool";
+  return {{"/joy", "sensor_msgs/Joy"},
+          {"/joy_orig", "sensor_msgs/Joy"},
+          {"/spacenav/joy", "sensor_msgs/Joy"},
+          {"/joy/set_feedback", "sensor_msgs/JoyFeedbackArray"},
+          {"/initialpose", "geometry_msgs/PoseWithCovarianceStamped"},
+          {"/clock", "rosgraph_msgs/Clock"},
+          {"/teleop/cmd_vel", twist},
+          {"/joy_vel", twist},
+          {"/key_vel", twist},
+          {"/tab_vel", twist},
+          {"/phone_vel", twist},
+          {"/marker_vel", twist},
+          {"/rviz_joy_vel", twist},
+          {"/input_joy/cmd_vel", twist},
+          {"/cmd_vel_mux/input/teleop", twist},
+          {"/cmd_vel_mux/input/switch", twist},
+          {"/cmd_vel_mux/input/safety_controller", twist},
+          {"/joy_priority", flag},
+          {"/pause_navigation", flag},
+          {"/stop_closing_loop", flag},
+          {"/emergency_brake", flag},
+          {"/joy_priority_action/goal", "twist_mux_msgs/JoyPriorityActionGoal"},
+          {"/joy_turbo_increase/goal", "twist_mux_msgs/JoyTurboActionGoal"},
+          {"/enable_software_runstop", flag},
+          {"/software_runstop_enabled", flag},
+          {"/gripper/gripper_breaker_enabled", flag},
+          {"/pr2_ethercat/motors_halted", flag},
+          {"/power/is_emergency", flag},
+          {"/estop", flag},
+          {"/motor_power", flag},
+          {"/mobile_base/commands/motor_power", "kobuki_msgs/MotorPower"},
+          {"/clicked_point", "geometry_msgs/PointStamped"},
+          {"/trajectory_execution_event", "std_msgs/String"},
+          {"/interactive_markers/feedback", "visualization_msgs/InteractiveMarkerFeedback"}};
+}
+
+std::vector<RealTopic> endlessTopics() {
+  const std::string group = "std_msgs/Float64MultiArray";
+  return {{"/joint_group_vel_controller/command", group},
+          {"/joint_group_position_controller/command", group},
+          {"/joint_group_effort_controller/command", group},
+          {"/arm_forward_velocity_controller/command", group},
+          {"/group_controller/velocity", group},
+          {"/head_pan_controller/command", "std_msgs/Float64"},
+          {"/joint_position_controller/set_point", "std_msgs/Float64"},
+          {"/wheel_left/effort", "std_msgs/Float64"},
+          {"/twist_controller/command", "geometry_msgs/Twist"},
+          {"/arm_controller/cartesian_twist/command", "geometry_msgs/TwistStamped"},
+          {"/servo_server/delta_twist_cmds", "geometry_msgs/TwistStamped"},
+          {"/torso_controller/safe_command", "trajectory_msgs/JointTrajectory"},
+          {"/ur_driver/joint_speed", "trajectory_msgs/JointTrajectory"},
+          {"/drone/command/trajectory", "trajectory_msgs/MultiDOFJointTrajectory"},
+          {"/ackermann_cmd", "ackermann_msgs/AckermannDrive"},
+          {"/ackermann_cmd_mux/input/navigation", "ackermann_msgs/AckermannDriveStamped"},
+          {"/move_base_simple/goal", "geometry_msgs/PoseStamped"},
+          {"/laser_tilt_controller/set_traj_cmd", "pr2_msgs/LaserTrajCmd"},
+          {"/laser_tilt_controller/set_periodic_cmd", "pr2_msgs/PeriodicCmd"},
+          {"/ur_hardware_interface/script_command", "std_msgs/String"},
+          {"/ur_driver/URScript", "std_msgs/String"},
+          {"/my_arm/command", "my_msgs/Anything"}};
+}
+
+std::vector<RealTopic> actionsAndBases() {
+  const std::string twist = "geometry_msgs/Twist";
+  return {{"/move_base/goal", "move_base_msgs/MoveBaseActionGoal"},
+          {"/move_base/cancel", "actionlib_msgs/GoalID"},
+          {"/move_group/goal", "moveit_msgs/MoveGroupActionGoal"},
+          {"/pickup/goal", "moveit_msgs/PickupActionGoal"},
+          {"/execute_trajectory/goal", "moveit_msgs/ExecuteTrajectoryActionGoal"},
+          {"/play_motion/goal", "play_motion_msgs/PlayMotionActionGoal"},
+          {"/dock/goal", "fetch_auto_dock_msgs/DockActionGoal"},
+          {"/query_controller_states/goal",
+           "robot_controllers_msgs/QueryControllerStatesActionGoal"},
+          {"/torso_controller/increment/goal", "teleop_tools_msgs/IncrementActionGoal"},
+          {"/mobile_base_controller/cmd_vel", twist},
+          {"/mobile_base/commands/velocity", twist},
+          {"/servoing_cmd_vel", twist},
+          {"/base_controller/command", twist},
+          {"/cmd_vel_mux/active", "std_msgs/String"},
+          {"/cmd_vel_mux/selected", "std_msgs/String"},
+          {"/cmd_vel_out", "geometry_msgs/TwistStamped"},
+          {"/cmd_vel_rc100", twist},
+          {"/mobile_base/commands/external_power", "kobuki_msgs/ExternalPower"},
+          {"/mobile_base/commands/reset_odometry", "std_msgs/Empty"},
+          {"/mobile_base/events/bumper", "kobuki_msgs/BumperEvent"},
+          {"/reset", "std_msgs/Empty"}};
+}
+
+std::vector<RealTopic> states() {
+  const std::string odometry = "nav_msgs/Odometry";
+  return {{"/tf", "tf2_msgs/TFMessage"},
+          {"/tf_static", "tf2_msgs/TFMessage"},
+          {"/robot1/tf", "tf/tfMessage"},
+          {"/rosout", "rosgraph_msgs/Log"},
+          {"/diagnostics", "diagnostic_msgs/DiagnosticArray"},
+          {"/diagnostics_agg", "diagnostic_msgs/DiagnosticArray"},
+          {"/joint_states", "sensor_msgs/JointState"},
+          {"/odom", odometry},
+          {"/base_odometry/odom", odometry},
+          {"/robot_pose_ekf/odom_combined", "geometry_msgs/PoseWithCovarianceStamped"},
+          {"/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped"},
+          {"/particlecloud", "geometry_msgs/PoseArray"},
+          {"/map", "nav_msgs/OccupancyGrid"},
+          {"/map_updates", "map_msgs/OccupancyGridUpdate"},
+          {"/move_base/local_costmap/costmap", "nav_msgs/OccupancyGrid"},
+          {"/base_scan", "sensor_msgs/LaserScan"},
+          {"/base_scan_raw", "sensor_msgs/LaserScan"},
+          {"/scan", "sensor_msgs/LaserScan"},
+          {"/scan_raw", "sensor_msgs/LaserScan"},
+          {"/tilt_scan", "sensor_msgs/LaserScan"},
+          {"/head_camera/depth_registered/points", "sensor_msgs/PointCloud2"},
+          {"/head_camera/rgb/image_raw", "sensor_msgs/Image"},
+          {"/imu", "sensor_msgs/Imu"},
+          {"/robot_state", "fetch_driver_msgs/RobotState"},
+          {"/power_board/state", "pr2_msgs/PowerBoardState"},
+          {"/ur_hardware_interface/robot_program_running", "std_msgs/Bool"},
+          {"/speed_scaling_factor", "std_msgs/Float64"},
+          {"/wrench", "geometry_msgs/WrenchStamped"},
+          {"/head_controller/state", "control_msgs/JointTrajectoryControllerState"},
+          {"/arm_controller/follow_joint_trajectory/result",
+           "control_msgs/FollowJointTrajectoryActionResult"},
+          {"/arm_controller/follow_joint_trajectory/feedback",
+           "control_msgs/FollowJointTrajectoryActionFeedback"},
+          {"/move_group/status", "actionlib_msgs/GoalStatusArray"},
+          {"/planning_scene", "moveit_msgs/PlanningScene"},
+          {"/collision_object", "moveit_msgs/CollisionObject"},
+          {"/move_group/display_planned_path", "moveit_msgs/DisplayTrajectory"},
+          {"/amcl/parameter_updates", "dynamic_reconfigure/Config"},
+          {"/audio/audio", "audio_common_msgs/AudioData"},
+          {"/voice_command", "std_msgs/String"}};
+}
+
+TopicTable realTopics() {
+  TopicTable table{{TopicClass::Body, bodyTopics()},
+                   {TopicClass::Shown, shownTopics()},
+                   {TopicClass::Control, controlTopics()},
+                   {TopicClass::Endless, endlessTopics()},
+                   {TopicClass::Other, actionsAndBases()}};
+  for (RealTopic& topic : states()) table[TopicClass::Other].push_back(std::move(topic));
+  return table;
+}
+
+TEST(TopicRole, isKnownForRealTopics) {
+  std::size_t count = 0;
+  for (const auto& [expected, topics] : realTopics()) {
+    for (const RealTopic& real : topics) {
+      EXPECT_EQ(name(roleOf(real.topic, real.type).topic_class), name(expected))
+          << real.topic << " " << real.type;
+      EXPECT_EQ(name(roleOf("/robot1" + real.topic, real.type).topic_class), name(expected))
+          << real.topic << " " << real.type << ", of one robot of several";
+      EXPECT_NE(roleOf(real.topic, real.type).why, "");
+      ++count;
+    }
+  }
+  EXPECT_GE(count, 150u);
+}
+
+// ------------------------------------------------------------------------------------- in a plan
+
+/// A behavior that holds all of them, and how it came to be.
+struct RealBag : testing::Test {
+  Behavior behaviorOf(const std::vector<std::string>& requested) {
+    Behavior behavior;
+    behavior.recording = recording;
+    behavior.name = "everything";
+    behavior.end = Stamp{1000};
+    for (const auto& [expected, topics] : realTopics()) {
+      for (const RealTopic& real : topics) behavior.topics.push_back(real.topic);
+    }
+    Snapshot snapshot;
+    snapshot.requested = requested;
+    behavior.snapshot = snapshot.toJson();
+    behavior.id = store->addBehavior(behavior);
+    return behavior;
+  }
+  void SetUp() override {
+    std::uint64_t sequence = 0;
+    for (const auto& [expected, topics] : realTopics()) {
+      for (const RealTopic& real : topics) {
+        Message message;
+        message.channel =
+            store->addChannel(recording, test::channelOf(real.topic, real.type, "string data\n"));
+        message.received = {500};
+        message.sequence = sequence++;
+        message.bytes = Bytes(4, 0);
+        store->append({message});
+      }
+    }
+  }
+  static std::vector<std::string> names(const std::vector<RealTopic>& topics) {
+    std::vector<std::string> found;
+    for (const RealTopic& real : topics) found.push_back(real.topic);
+    return found;
+  }
+  static std::vector<std::string> sorted(std::vector<std::string> names) {
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+  static std::vector<std::string> with(std::vector<std::string> some,
+                                       const std::vector<std::string>& others) {
+    some.insert(some.end(), others.begin(), others.end());
+    return sorted(some);
+  }
+  std::vector<std::string> played(const Behavior& behavior, const PlanOptions& options = {}) {
+    return sorted(makePlan(*store, behavior, options).playedTopics());
+  }
+  static const PlannedTopic& topicOf(const PlayPlan& plan, const std::string& topic) {
+    const auto found =
+        std::find_if(plan.topics.begin(), plan.topics.end(),
+                     [&](const PlannedTopic& one) { return one.channel.topic == topic; });
+    if (found == plan.topics.end()) throw std::logic_error("not planned: " + topic);
+    return *found;
+  }
+
+  std::unique_ptr<Store> store = openMemoryStore();
+  std::int64_t recording = store->addRecording({0, "", "test", ""});
+  const std::vector<std::string> body = sorted(names(bodyTopics()));
+  const std::vector<std::string> shown = names(shownTopics());
+};
+
+TEST_F(RealBag, ofARequestPlaysBodyLightAndSpeech) {
+  std::vector<std::string> all;
+  for (const auto& [expected, topics] : realTopics()) {
+    const auto some = names(topics);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  const Behavior behavior = behaviorOf(all);
+  EXPECT_EQ(played(behavior), with(body, shown));
+  PlanOptions options;
+  options.only = parseModalities("ar,speech");
+  EXPECT_EQ(played(behavior, options), sorted(shown));
+  EXPECT_EQ(makePlan(*store, behavior, options).refusal(), "");
+  EXPECT_NE(makePlan(*store, behavior, {}).refusal().find(
+                "/ackermann_cmd (ackermann_msgs/AckermannDrive) is not played: no message stops "
+                "it, and the last one holds"),
+            std::string::npos)
+      << "its body would be played without it";
+}
+
+TEST_F(RealBag, ofAnImportOrAPatternShowsNothing) {
+  const Behavior behavior = behaviorOf({});
+  EXPECT_EQ(played(behavior), body);
+  PlanOptions options;
+  options.regex = "/.*";
+  EXPECT_EQ(played(behavior, options), body) << "a pattern names nothing";
+  options.only = parseModalities("ar,speech");
+  EXPECT_EQ(played(behavior, options), std::vector<std::string>());
+  const PlayPlan plan = makePlan(*store, behavior, options);
+  EXPECT_EQ(plan.refusal(), "");
+  EXPECT_NE(plan.leftOutText().find(" more; --also /"), std::string::npos) << plan.leftOutText();
+  EXPECT_EQ(topicOf(plan, "/robotsound").why_class,
+            "speech, but nobody asked for it to be shown");
+}
+
+TEST_F(RealBag, showsTheLayersOfARunningProjectorButNoLiveSensor) {
+  const Behavior behavior = behaviorOf({});
+  PlanOptions options;
+  options.only = parseModalities("ar");
+  options.layers = {"/projector/green_points", "/base_scan", "/then", "/tf", "/cmd_vel"};
+  EXPECT_EQ(played(behavior, options), std::vector<std::string>{"/projector/green_points"});
+  options.remap = {{"/base_scan", "/then"}};
+  EXPECT_EQ(played(behavior, options),
+            (std::vector<std::string>{"/base_scan", "/projector/green_points"}))
+      << "under a name that nobody but the projector hears";
+}
+
+TEST_F(RealBag, publishesWhatIsNamedExactly) {
+  const Behavior behavior = behaviorOf({});
+  PlanOptions options;
+  options.only = parseModalities("ar,speech");
+  options.also = {"/voice_command", "/joy", "/tf"};
+  PlayPlan plan = makePlan(*store, behavior, options);
+  EXPECT_EQ(sorted(plan.playedTopics()), sorted(options.also));
+  EXPECT_EQ(plan.warnings(),
+            std::vector<std::string>{"/joy is published as it was recorded: a joystick: base and "
+                                     "arm are driven by it"});
+  options.also.clear();
+  options.settled = {"/voice_command", "/move_base/goal", "/not/recorded"};
+  EXPECT_EQ(played(behavior, options), std::vector<std::string>{"/voice_command"})
+      << "a setting does not move what was not asked to be moved";
+  options.settled.clear();
+  options.only.clear();
+  options.topics = {"/move_base/goal", "/joy"};
+  plan = makePlan(*store, behavior, options);
+  EXPECT_EQ(sorted(plan.playedTopics()), sorted(options.topics));
+  EXPECT_EQ(plan.motionTopics(), std::vector<std::string>{"/move_base/goal"});
+  options.topics = {"/not/recorded"};
+  EXPECT_THROW(makePlan(*store, behavior, options), std::invalid_argument);
+}
+
+TEST_F(RealBag, refusesMotionThatNothingStopsWhoeverNamesIt) {
+  const Behavior behavior = behaviorOf({});
+  for (const RealTopic& real : endlessTopics()) {
+    PlanOptions options;
+    options.also = {real.topic};
+    const PlayPlan plan = makePlan(*store, behavior, options);
+    EXPECT_FALSE(topicOf(plan, real.topic).isPlayed()) << real.topic;
+    EXPECT_EQ(plan.refusal().find(real.topic + " (" + real.type + ") is not played: "), 0u)
+        << plan.refusal();
+    options.takes_all = true;
+    EXPECT_NE(makePlan(*store, behavior, options).refusal(), "") << real.topic;
+    options.also.clear();
+    options.remap = {{real.topic, "/harmless"}};
+    EXPECT_FALSE(topicOf(makePlan(*store, behavior, options), real.topic).isPlayed()) << real.topic;
+  }
+}
+
+TEST_F(RealBag, neverPublishesTheEmergencyStopThatIsObeyed) {
+  const Behavior behavior = behaviorOf({});
+  PlanOptions options;
+  options.also = {"/voice_command"};
+  options.remap = {{"/voice_command", "/stop_all"}};
+  options.emergency_stop = "/stop_all";
+  EXPECT_EQ(makePlan(*store, behavior, options).refusal(),
+            "/voice_command (std_msgs/String) is not played: it is the emergency stop that this "
+            "replay obeys; --exclude it to play the rest");
+  options.also = {"/estop"};
+  EXPECT_EQ(makePlan(*store, behavior, options).refusal(), "") << "another one, which was named";
+  EXPECT_EQ(makePlan(*store, behavior, options).warnings().size(), 1u);
+}
+
+TEST_F(RealBag, isPlayedAsByRosbagButForMotionAndControlInputsWhereNoRobotIs) {
+  const Behavior behavior = behaviorOf({});
+  PlanOptions options;
+  options.takes_all = options.leaves_motion = true;
+  const PlayPlan plan = makePlan(*store, behavior, options);
+  for (const char* topic : {"/tf", "/joint_states", "/odom", "/base_scan", "/map", "/rosout",
+                            "/voice_command", "/robotsound", "/projector/green_points"}) {
+    EXPECT_TRUE(topicOf(plan, topic).isPlayed()) << topic;
+  }
+  EXPECT_EQ(plan.motionTopics(), std::vector<std::string>());
+  for (const auto& [expected, topics] : realTopics()) {
+    if (expected != TopicClass::Control && expected != TopicClass::Endless) continue;
+    for (const RealTopic& real : topics) EXPECT_FALSE(topicOf(plan, real.topic).isPlayed());
+  }
+  options.leaves_motion = false;
+  EXPECT_EQ(sorted(makePlan(*store, behavior, options).motionTopics()), body);
+  options.only = parseModalities("ar,speech");
+  EXPECT_EQ(played(behavior, options), sorted(shown));
 }
 
 }  // namespace

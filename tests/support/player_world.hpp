@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "replay/play/player.hpp"
+#include "replay/record/snapshot.hpp"
 #include "tests/support/faulty_store.hpp"
 #include "tests/support/messages.hpp"
 
@@ -125,8 +126,12 @@ struct PlayerWorld : testing::Test {
     behavior.begin = {kBegin};
     behavior.end = Stamp{kBegin + length_ms * kMs};
     behavior.topics = topics;
-    behavior.id = store->addBehavior(behavior);
     plan_options.only = parseModalities(only);
+    plan_options.settled = topics;  // whatever is recorded here is meant to be played
+    Snapshot snapshot;
+    snapshot.requested = topics;
+    behavior.snapshot = snapshot.toJson();
+    behavior.id = store->addBehavior(behavior);
     plan = makePlan(*store, behavior, plan_options);
     once_planned();
     // ROS time is read a little later each time, as on a machine with other things to do.

@@ -1,0 +1,165 @@
+#include "nodes/player/live_graph.hpp"
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <topic_tools/shape_shifter.h>
+
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "nodes/player/guarded_sink.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kNodePatience = 0.5;  // s, of one that may be dead
+/// Markers that are renewed are so once a second or more often.
+constexpr double kListening = 1.1;  // s
+constexpr std::uint32_t kEarQueue = 10;
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() &&
+         text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// The first that lives; empty if none does. Dead nodes stay registered.
+std::string anyLiving(const std::set<std::string>& nodes) {
+  for (const std::string& node : nodes) {
+    if (node != guardName() && isAlive(node, deadlineIn(kNodePatience))) return node;
+  }
+  return "";
+}
+
+bool isState(const std::string& type) {
+  return type == "sensor_msgs/JointState" || type == "nav_msgs/Odometry";
+}
+
+bool isMotion(const std::string& topic, const std::string& type) {
+  const replay::TopicClass topic_class = replay::roleOf(topic, type).topic_class;
+  return topic_class == replay::TopicClass::Body || topic_class == replay::TopicClass::Endless ||
+         type == "geometry_msgs/Twist" || type == "move_base_msgs/MoveBaseActionGoal";
+}
+
+[[noreturn]] void refuse(const std::string& topic, const std::string& node) {
+  throw std::runtime_error(topic + " is published by " + node + " now: --exclude " + topic +
+                           " plays the rest, --remap publishes it under another name");
+}
+
+/// Hears who sends on topics.
+class SenderEar {
+ public:
+  explicit SenderEar(const std::vector<std::string>& topics) {
+    for (const std::string& topic : topics) listen(topic);
+    spinner_.start();
+  }
+  ~SenderEar() {
+    for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
+    spinner_.stop();
+  }
+  SenderEar(const SenderEar&) = delete;
+  SenderEar& operator=(const SenderEar&) = delete;
+
+  /// Node by topic.
+  std::map<std::string, std::string> senders() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return senders_;
+  }
+
+ private:
+  using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
+
+  void listen(const std::string& topic) {
+    ros::SubscribeOptions options;
+    options.initByFullCallbackType<const AnyMessage&>(
+        topic, kEarQueue, [this, topic](const AnyMessage& event) { onMessage(topic, event); });
+    options.callback_queue = &queue_;
+    subscribers_.push_back(node_.subscribe(options));
+  }
+
+  void onMessage(const std::string& topic, const AnyMessage& event) {
+    const std::string sender = event.getPublisherName();
+    const auto latching = event.getConnectionHeader().find("latching");
+    const bool is_latching =
+        latching != event.getConnectionHeader().end() && latching->second == "1";
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const bool is_held = is_latching && held_.insert({topic, sender}).second;
+    if (!is_held && sender != ros::this_node::getName() && sender != guardName()) {
+      senders_.emplace(topic, sender);
+    }
+  }
+
+  ros::NodeHandle node_;
+  mutable std::mutex mutex_;
+  std::set<std::pair<std::string, std::string>> held_;  ///< whose latched message has come
+  std::map<std::string, std::string> senders_;
+  ros::CallbackQueue queue_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::AsyncSpinner spinner_{1, &queue_};
+};
+
+void refuseSenders(const std::vector<std::string>& topics,
+                   const std::function<bool()>& is_stopped) {
+  const SenderEar ear(topics);
+  waitForPublishers(topics, deadlineIn(kMasterPatience));
+  const Deadline end = deadlineIn(kListening);
+  while (!is_stopped() && std::chrono::steady_clock::now() < end) {
+    if (const auto senders = ear.senders(); !senders.empty()) {
+      refuse(senders.begin()->first, senders.begin()->second);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+}  // namespace
+
+std::set<std::string> projectedTopics(Deadline deadline) {
+  const RosGraph graph = askMaster(deadline);
+  const std::string service = "/find_surfaces";  // a projector_node's own
+  std::set<std::string> projectors, topics;
+  for (const auto& [name, nodes] : graph.services) {
+    if (!endsWith(name, service)) continue;
+    const std::string node = name.substr(0, name.size() - service.size());
+    const bool is_there = nodes.count(node) != 0 && isAlive(node, deadlineIn(kNodePatience));
+    if (is_there) projectors.insert(node);
+  }
+  for (const auto& [topic, nodes] : graph.subscribers) {
+    for (const std::string& projector : projectors) {
+      if (nodes.count(projector) != 0) topics.insert(topic);
+    }
+  }
+  return topics;
+}
+
+void refuseLiveRobot(Deadline deadline) {
+  const RosGraph graph = askMaster(deadline);
+  const std::string where = ": a robot is live, and --everything is for where none is";
+  for (const auto& [topic, type] : askTopicTypes(deadline)) {
+    if (isState(type)) {
+      const std::string node = anyLiving(graph.otherPublishers(topic));
+      if (!node.empty()) throw std::runtime_error(node + " sends " + topic + where);
+    } else if (isMotion(topic, type)) {
+      const std::string node = anyLiving(graph.otherSubscribers(topic));
+      if (!node.empty()) throw std::runtime_error(node + " hears " + topic + where);
+    }
+  }
+}
+
+void refuseLivePublishers(const replay::PlayPlan& plan, const std::function<bool()>& is_stopped) {
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  std::vector<std::string> perhaps;
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed() || topic.modality == replay::Modality::Body) continue;
+    const std::string& name = topic.output.topic;
+    const std::string node = anyLiving(graph.otherPublishers(name));
+    if (node.empty()) continue;
+    if (topic.topic_class != replay::TopicClass::Shown) refuse(name, node);
+    perhaps.push_back(name);
+  }
+  if (!perhaps.empty()) refuseSenders(perhaps, is_stopped);
+}
+
+}  // namespace afterglow::nodes
