@@ -165,6 +165,8 @@ class Judge {
   }
 
   std::string whyNotPrinted() const {
+    const std::string other = otherBoardText(unknown_, board_);
+    if (!other.empty()) return other;
     if (unknown_.size() >= 2 || unknown_.size() >= board_ids_.size()) {
       return "the picture has unknown tags (" + listed(unknown_) +
              "): another board than the layout says?";

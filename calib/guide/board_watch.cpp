@@ -47,6 +47,8 @@ WatchedFrame BoardWatch::look(const Picture& picture, std::int64_t stamp_ns) con
       frame.board.push_back(tag);
     } else if (!pattern_detector_ && isProjected(tag)) {
       ++frame.pattern_tags;
+    } else if (!isProjected(tag) && tag.hamming == 0) {  // corrected bits: no tag at all, perhaps
+      frame.unknown.insert(tag.id);
     }
   }
   if (!pattern_detector_) return frame;

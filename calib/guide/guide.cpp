@@ -97,25 +97,27 @@ TakerAnswer Guide::see(const WatchedFrame& frame) {
   if (!answer.discarded.empty()) {
     discard(answer.discarded);
   } else if (answer.show == Shown::Plain && answer.keep == TakerAnswer::Keep::Nothing) {
-    advise(answer);
+    advise(answer, frame);
   }
   return answer;
 }
 
-void Guide::advise(const TakerAnswer& answer) {
-  const std::string text = adviceText(answer);
+void Guide::advise(const TakerAnswer& answer, const WatchedFrame& frame) {
+  const std::string text = adviceText(answer, frame);
   if (text.empty()) return;
   const bool is_in_vain = prompter_.advise(text, now_ns_);
   if (is_in_vain) ++turn_;
 }
 
-std::string Guide::adviceText(const TakerAnswer& answer) const {
+std::string Guide::adviceText(const TakerAnswer& answer, const WatchedFrame& frame) const {
+  const std::string other = otherBoardText(frame.unknown, board_);
   switch (answer.lack) {
     case TakerAnswer::Lack::Nothing:
       return "";
     case TakerAnswer::Lack::Light:
       return "wait: the camera still sees tags of the pattern, although plain grey is projected";
     case TakerAnswer::Lack::Board:
+      if (!other.empty()) return other;
       return "show the board to the camera: it sees none of the printed tags";
     case TakerAnswer::Lack::WholeBoard:
       return "the camera sees too little of the board: bring all of it into the picture, face "

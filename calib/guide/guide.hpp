@@ -75,8 +75,8 @@ class Guide {
  private:
   void collect();
   void discard(const std::string& reason);
-  void advise(const TakerAnswer& answer);
-  std::string adviceText(const TakerAnswer& answer) const;
+  void advise(const TakerAnswer& answer, const WatchedFrame& frame);
+  std::string adviceText(const TakerAnswer& answer, const WatchedFrame& frame) const;
   bool isEnough() const;
 
   Board board_;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ constexpr std::uint8_t kPlainGrey = 160;
 struct WatchedFrame {
   std::int64_t stamp_ns = 0;  ///< when it was taken
   std::vector<Tag> board;     ///< printed tags, corners in px
+  std::set<int> unknown;      ///< ids of tags that are neither the board's nor the pattern's
   int pattern_tags = 0;       ///< how many tags of the pattern are in it, wherever they lie
   double mean_level = 0;      ///< grey levels
 };

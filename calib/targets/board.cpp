@@ -26,7 +26,72 @@ double cellOf(const Eigen::Vector2d& size_m) {
   return std::floor(pitch / (kTagCells + 2) * 1e4 + 1e-6) / 1e4;
 }
 
+/// What fits between the side columns: of paper sizes the longest of the round lengths.
+double rulerFor(double room_m, bool is_paper) {
+  if (!is_paper) return std::floor(0.85 * room_m * 1e3) / 1e3;
+  for (double length : {0.2, 0.1, 0.05, 0.02}) {
+    if (length < 0.9 * room_m) return length;
+  }
+  return 0;
+}
+
+std::string idRange(int first, int last) {
+  return std::to_string(first) + " to " + std::to_string(last);
+}
+
 }  // namespace
+
+// A2, the default, has the ids that boards of all sizes had once: the ones in use stay right.
+const std::array<Paper, 5> kPapers = {{{"A0", {1.189, 0.841}, 80},
+                                       {"A1", {0.841, 0.594}, 60},
+                                       {"A2", {0.594, 0.420}, 0},
+                                       {"A3", {0.420, 0.297}, 40},
+                                       {"A4", {0.297, 0.210}, 20}}};
+
+const Paper* paperOf(const Eigen::Vector2d& size_m) {
+  constexpr double kSame_m = 1e-4;
+  for (const Paper& paper : kPapers) {
+    const bool is_same = (size_m - paper.size_m).norm() < kSame_m ||
+                         (size_m.reverse() - paper.size_m).norm() < kSame_m;
+    if (is_same) return &paper;
+  }
+  return nullptr;
+}
+
+std::string boardName(const Board& board) {
+  if (const Paper* paper = paperOf(board.size_m)) return paper->name;
+  return exactText(std::round(board.size_m.x() * 1e4) / 10) + " x " +
+         exactText(std::round(board.size_m.y() * 1e4) / 10) + " mm";
+}
+
+std::string otherBoardText(const std::set<int>& ids, const Board& board) {
+  constexpr int kFewest = 2;
+  const auto shown =
+      std::max_element(kPapers.begin(), kPapers.end(), [&](const Paper& a, const Paper& b) {
+        const auto count = [&](const Paper& paper) {
+          return std::distance(ids.lower_bound(paper.first_id),
+                               ids.lower_bound(paper.first_id + kPaperTags));
+        };
+        return count(a) < count(b);
+      });
+  const auto count = std::distance(ids.lower_bound(shown->first_id),
+                                   ids.lower_bound(shown->first_id + kPaperTags));
+  if (count < kFewest || board.tags.empty()) return "";
+  return "the tags in the picture (" + idRange(shown->first_id, shown->first_id + kPaperTags - 1) +
+         ") are those of an " + shown->name + " board" +
+         (shown->first_id == 0 ? ", or of one that is older or no paper size" : "") +
+         "; the layout (board.yaml) describes " + boardName(board) + " with tags " +
+         idRange(board.tags.front().id, board.tags.back().id) +
+         ": use the board.yaml that was written with the printed board";
+}
+
+std::string unsureSizeText(const Board& board) {
+  const Paper* const paper = paperOf(board.size_m);
+  if (paper == nullptr || board.tags.empty() || board.tags.front().id == paper->first_id) return "";
+  return "the layout (board.yaml) is of an older version, whose boards of all sizes have the same "
+         "tags: nothing here tells whether the print is " +
+         boardName(board);
+}
 
 Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family) {
   tagCount(family);
@@ -56,7 +121,8 @@ Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family) {
   };
   const Eigen::Vector2d steps(step(size_m.x(), columns), -step(size_m.y(), rows));
   const Eigen::Vector2d first = -0.5 * steps.cwiseProduct(Eigen::Vector2d(columns - 1, rows - 1));
-  int id = 0;
+  const Paper* const paper = paperOf(size_m);
+  int id = paper != nullptr ? paper->first_id : 0;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       const bool is_rim = row == 0 || row == rows - 1 || column == 0 || column == columns - 1;
@@ -65,14 +131,7 @@ Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family) {
       board.tags.push_back(squareTag(id++, middle, cell * kTagCells));
     }
   }
-  // The longest of the round lengths that fits between the side columns.
-  const double room = size_m.x() - 2 * (margin + pitch);
-  for (double length : {0.2, 0.1, 0.05, 0.02}) {
-    if (length < 0.9 * room) {
-      board.ruler_m = length;
-      break;
-    }
-  }
+  board.ruler_m = rulerFor(size_m.x() - 2 * (margin + pitch), paper != nullptr);
   return board;
 }
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,9 +24,32 @@ struct Board {
 /// Ids of a board are below this, those of a pattern from this on.
 constexpr int kFirstPatternId = 100;
 
+/// A sheet whose boards have ids of their own: paper sizes have one shape, and nothing else in a
+/// picture tells a small board near by from a large one far away.
+struct Paper {
+  const char* name;
+  Eigen::Vector2d size_m;  ///< landscape, ISO 216
+  int first_id;            ///< its kPaperTags are from here on
+};
+constexpr int kPaperTags = 20;
+extern const std::array<Paper, 5> kPapers;
+/// The paper of this size, either way up; null if there is none.
+const Paper* paperOf(const Eigen::Vector2d& size_m);
+
+/// "A3", or "600 x 400 mm".
+std::string boardName(const Board& board);
+/// Whose tags these are, which are none of the board's: "the tags in the picture (40 to 59) are
+/// those of an A3 board; the layout describes ...", with an advice. Empty if that cannot be told.
+std::string otherBoardText(const std::set<int>& ids, const Board& board);
+
+/// Empty, or why not even its tags' ids tell what size this board is: the layouts of older
+/// versions.
+std::string unsureSizeText(const Board& board);
+
 /// A board for a sheet: tags as large as five and a quarter of them fit the shorter side. Throws
 /// std::invalid_argument for a sheet below 0.1 m or above 5 m a side, or so narrow that there is
-/// no free middle or there are not enough ids.
+/// no free middle or there are not enough ids. Sheets that are no paper size have ids from 0 on and
+/// a ruler as long as there is room for, which tells one from another of the same shape.
 Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family = "tag36h11");
 
 }  // namespace afterglow::calib

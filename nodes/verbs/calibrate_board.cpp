@@ -1,9 +1,9 @@
 #include "nodes/verbs/calibrate_board.hpp"
 
 #include <CLI/Validators.hpp>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <map>
 #include <memory>
 
 #include "calib/targets/board.hpp"
@@ -12,13 +12,6 @@
 
 namespace afterglow::nodes {
 namespace {
-
-/// Landscape, ISO 216.
-const std::map<std::string, std::pair<double, double>> kPapers = {{"A0", {1.189, 0.841}},
-                                                                  {"A1", {0.841, 0.594}},
-                                                                  {"A2", {0.594, 0.420}},
-                                                                  {"A3", {0.420, 0.297}},
-                                                                  {"A4", {0.297, 0.210}}};
 
 struct CalibrateBoardOptions {
   std::string out;
@@ -30,15 +23,22 @@ struct CalibrateBoardOptions {
 /// Whole tenths, as rulers have them.
 double millimeters(double meters) { return std::round(meters * 1e4) / 10; }
 
+Eigen::Vector2d sizeOf(const CalibrateBoardOptions& options, bool has_size) {
+  if (has_size) return {options.size_m.first, options.size_m.second};
+  const auto paper = std::find_if(calib::kPapers.begin(), calib::kPapers.end(),
+                                  [&](const auto& one) { return one.name == options.paper; });
+  return paper->size_m;
+}
+
 void runBoard(const CalibrateBoardOptions& options, bool has_size) {
-  const auto [width, height] = has_size ? options.size_m : kPapers.at(options.paper);
-  const calib::Board board = calib::makeBoard({width, height}, options.family);
+  const calib::Board board = calib::makeBoard(sizeOf(options, has_size), options.family);
   calib::writeBoard(options.out, board);
   const calib::Tag& tag = board.tags.front();
   std::cout << "board.pdf, board.png and board.yaml in " << options.out << ": " << board.tags.size()
-            << " tags (" << board.family << ", ids 0 to " << board.tags.size() - 1 << ") of "
-            << millimeters((tag.corners[1] - tag.corners[0]).norm()) << " mm on a sheet of "
-            << millimeters(width) << " x " << millimeters(height) << " mm\n"
+            << " tags (" << board.family << ", ids " << tag.id << " to " << board.tags.back().id
+            << ") of " << millimeters((tag.corners[1] - tag.corners[0]).norm())
+            << " mm on a sheet of " << millimeters(board.size_m.x()) << " x "
+            << millimeters(board.size_m.y()) << " mm\n"
             << "Print board.pdf at 100 % (not \"fit to page\") and measure its ruler: "
             << millimeters(board.ruler_m) << " mm. Then glue it onto something flat and stiff.\n";
 }

@@ -38,6 +38,21 @@ TEST(BoardTilt, isTheCameras) {
   EXPECT_GT(boardTilt(pose(0, 0, 1, 0.3, 0)).y(), 0.29);   // downwards
 }
 
+TEST(Advice, namesTheBoardThatIsNotTheLayouts) {
+  Guide guide(smallBoard(), smallPattern(), camera());
+  guide.start();
+  WatchedFrame other;
+  other.stamp_ns = 1'000'000'000'000;
+  for (int id = 40; id < 60; ++id) other.unknown.insert(id);
+  for (int i = 0; i < 10; ++i, other.stamp_ns += kFrame_ns) guide.see(other);
+  std::string said;
+  for (const Utterance& utterance : guide.takeUtterances()) said += utterance.text + "\n";
+  EXPECT_NE(said.find("the tags in the picture (40 to 59) are those of an A3 board; the layout "
+                      "(board.yaml) describes 600 x 400 mm with tags 0 to 5"),
+            std::string::npos)
+      << said;
+}
+
 TEST(Advice, namesWhatLacks) {
   EXPECT_EQ(adviceFor({}, {}, {}).size(), 1u);
   const std::vector<Pose> parallel = {pose(0, 0, 1), pose(0.1, 0, 1)};

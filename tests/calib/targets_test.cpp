@@ -185,6 +185,31 @@ TEST(Pattern, neverSharesAnIdWithABoard) {
   }
 }
 
+TEST(Board, hasIdsOfItsOwnForEveryPaper) {
+  std::set<int> all;
+  for (const Paper& paper : kPapers) {
+    const std::set<int> ids = idsOf(makeBoard(paper.size_m).tags);
+    EXPECT_EQ(ids, idsOf(makeBoard(paper.size_m.reverse()).tags)) << paper.name;
+    EXPECT_EQ(ids.size(), std::size_t(kPaperTags)) << paper.name;
+    EXPECT_EQ(*ids.begin(), paper.first_id) << paper.name;
+    all.insert(ids.begin(), ids.end());
+  }
+  EXPECT_EQ(all.size(), kPapers.size() * kPaperTags);
+  EXPECT_EQ(makeBoard({0.594, 0.42}).tags.front().id, 0) << "A2 boards of before stay right";
+  Board old = makeBoard({0.42, 0.297});
+  EXPECT_EQ(unsureSizeText(old), "");
+  for (Tag& tag : old.tags) tag.id -= 40;
+  EXPECT_NE(unsureSizeText(old).find("nothing here tells whether the print is A3"),
+            std::string::npos);
+}
+
+TEST(Board, ofAnyOtherSheetIsToldBySheetAndRuler) {
+  // Two of one shape have the same tags in the same places, but for the scale.
+  const Board small = makeBoard({0.4, 0.3}), large = makeBoard({0.8, 0.6});
+  EXPECT_EQ(idsOf(small.tags), idsOf(large.tags));
+  EXPECT_GT(large.ruler_m, 1.9 * small.ruler_m);
+}
+
 TEST(Pattern, refusesPicturesThatNoProjectorHas) {
   EXPECT_EQ(refusalOf([] { makePattern(0, 800); }),
             "a pattern of 0 x 800 pixels: expected 320 x 200 to 8192 x 8192");
