@@ -10,6 +10,7 @@
 #include "calib/detection/tag_detector.hpp"
 #include "calib/detection/tag_fit.hpp"
 #include "calib/detection/view_faults.hpp"
+#include "calib/median.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -55,6 +56,27 @@ double largestShift(const Corners& a, const Corners& b) {
   double shift = 0;
   for (std::size_t i = 0; i < 4; ++i) shift = std::max(shift, (a[i] - b[i]).norm());
   return shift;
+}
+
+double middleSide(const std::vector<Corners>& tags) {
+  std::vector<double> sides;
+  for (const Corners& tag : tags) sides.push_back((tag[1] - tag[0]).norm());
+  return median(sides, 0);
+}
+
+/// Whether most of the tags lie together as they should: on one plane seen in perspective.
+bool areLaidOut(const std::vector<Corners>& layout, const std::vector<Corners>& seen,
+                double tolerance) {
+  constexpr double kMost = 0.6;
+  const auto H = robustHomography(layout, seen, tolerance);
+  if (!H) return false;
+  std::size_t fit = 0;
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    Corners expected;
+    for (std::size_t k = 0; k < 4; ++k) expected[k] = apply(*H, layout[i][k]);
+    if (largestShift(expected, seen[i]) < 2 * tolerance) ++fit;
+  }
+  return double(fit) >= kMost * double(layout.size());
 }
 
 /// The tag with its white rim: a cell more on every side.
@@ -126,6 +148,39 @@ struct ViewReader::Impl {
       seen.push_back(ideal(tag.corners));
     }
     return robustHomography(on_board, seen, 3);
+  }
+
+  /// Fewer tags than this tell nothing of the layout. Printed ones may be misread ones; of a
+  /// pattern that is another one there may be no more on the board.
+  static constexpr std::size_t kTellingPrinted = 4, kTellingProjected = 2;
+
+  void judgePrint(View& view) const {
+    std::vector<Corners> on_board, seen;
+    for (const SeenTag& tag : view.board) {
+      on_board.push_back(board_tags.at(tag.id)->corners);
+      seen.push_back(ideal(tag.corners));
+    }
+    if (seen.size() < kTellingPrinted || areLaidOut(on_board, seen, 3)) return;
+    view.faults.push_back("the printed tags do not lie as the layout (board.yaml) of the " +
+                          boardName(board) +
+                          " board says: is it another board's, or is the "
+                          "board bent?");
+  }
+
+  /// The projector's lens, unknown as yet, may bend the pattern by a part of a tag.
+  void judgePattern(View& view) const {
+    constexpr double kOfATag = 0.25;
+    std::vector<Corners> in_pattern, seen;
+    for (const SeenTag& tag : view.projected) {
+      in_pattern.push_back(pattern_tags.at(tag.id)->corners);
+      seen.push_back(ideal(tag.corners));
+    }
+    if (seen.size() < kTellingProjected || areLaidOut(in_pattern, seen, kOfATag * middleSide(seen)))
+      return;
+    view.faults.push_back("the projected tags do not lie as the pattern (pattern.yaml) of " +
+                          std::to_string(pattern.width) + " x " + std::to_string(pattern.height) +
+                          " pixels says: is another one shown, of another resolution, or one made "
+                          "with --single?");
   }
 
   bool isOnSheet(const Corners& camera_px, const Eigen::Matrix3d& board_of_ideal) const {
@@ -221,6 +276,7 @@ View ViewReader::Impl::observe(const Photographs& photographs, bool refits_proje
   view.faults = judged.faults;
   view.notes = judged.notes;
   view.board = readPrinted(is_pair ? read.plain : read.pattern, board_light);
+  judgePrint(view);
   const auto ideal_of_board = boardPlane(view.board);
   if (!ideal_of_board) return view;
   addMissedPrinted(view.board, board_light, *ideal_of_board);
@@ -244,6 +300,7 @@ View ViewReader::Impl::observe(const Photographs& photographs, bool refits_proje
       view.projected.push_back(*fit);
     }
   }
+  judgePattern(view);
   if (beside > 0) {
     view.notes.push_back(std::to_string(beside) + " projected tags beside the board left out");
   }

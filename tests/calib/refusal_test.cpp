@@ -130,6 +130,33 @@ TEST_F(Refused, anotherBoard) {
   EXPECT_SAYS(text, "another board than the layout says?");
 }
 
+TEST_F(Refused, aBoardOfAnotherPaper) {
+  Board a3 = makeBoard({0.42, 0.297});
+  a3.size_m = rig.board.size_m;  // the photographer's sheet
+  EXPECT_SAYS(
+      faultsOf(a3),
+      "the tags in the picture (40 to 59) are those of an A3 board; the layout (board.yaml) "
+      "describes A2 with tags 0 to 19: use the board.yaml that was written with the printed "
+      "board");
+}
+
+TEST_F(Refused, aBoardOfAnotherShape) {
+  const std::string text = faultsOf(makeBoard({0.594, 0.5}));
+  EXPECT_SAYS(text, "the printed tags do not lie as the layout (board.yaml) of the A2 board says");
+}
+
+TEST_F(Refused, aPatternOfAnotherResolutionOrKind) {
+  for (const Pattern& shown : {makePattern(1920, 1200), makePattern(800, 500),
+                               makePattern(640, 400, "tag36h11", PatternUse::Singles)}) {
+    SCOPED_TRACE(shown.width);
+    // Whatever its resolution, it fills the projector's picture.
+    const std::string text = faults(shot(test::patternPicture(shown)), plain);
+    EXPECT_SAYS(text,
+                "the projected tags do not lie as the pattern (pattern.yaml) of 640 x 400 "
+                "pixels says");
+  }
+}
+
 TEST_F(Refused, aBoardOfAnotherFamily) {
   Board other = rig.board;
   other.family = "tag36h10";
