@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kProjectorFile = "projector.yaml";
 constexpr const char* kTransformFile = "T_camera_projector.yaml";
+constexpr const char* kCameraFile = "camera.yaml";
 constexpr const char* kCalibrationFile = "calibration.yaml";
 constexpr const char* kHistoryFolder = "history";
 
@@ -36,13 +37,15 @@ void checkFinite(const Calibration& calibration) {
   }
 }
 
+bool isSameLens(const Lens& a, const Lens& b) {
+  return a.K == b.K && a.D == b.D && a.width == b.width && a.height == b.height &&
+         a.model == b.model;
+}
+
 /// A power cut between two renames, or an editor, can leave files of two calibrations side by side.
 void checkOneCalibration(const std::string& folder, const ProjectorEstimate& files,
                          const ProjectorEstimate& record) {
-  const bool same_lens = files.projector.K == record.projector.K &&
-                         files.projector.D == record.projector.D &&
-                         files.projector.width == record.projector.width &&
-                         files.projector.height == record.projector.height;
+  const bool same_lens = isSameLens(files.projector, record.projector);
   const bool same_pose =
       files.T_camera_projector.matrix().matrix() == record.T_camera_projector.matrix().matrix();
   if (same_lens && same_pose) return;
@@ -73,6 +76,7 @@ void saveCalibration(const std::string& folder, const Calibration& calibration,
                   projectorYaml(calibration.estimate.projector, names.projector_name));
   replacement.add(in(folder, kTransformFile),
                   transformYaml(calibration.estimate.T_camera_projector, names));
+  replacement.add(in(folder, kCameraFile), projectorYaml(calibration.camera, names.camera_name));
   replacement.add(in(in(folder, kHistoryFolder), date + ".yaml"), evidence);
   replacement.add(in(folder, kCalibrationFile), evidence);
   replacement.commit();
@@ -95,6 +99,19 @@ ProjectorEstimate loadCalibration(const std::string& folder) {
     estimate.covariance = record.estimate.covariance;
   }
   return estimate;
+}
+
+Lens cameraOf(const std::string& folder, const std::optional<Lens>& given) {
+  const std::string path = in(folder, kCalibrationFile);
+  std::optional<CalibrationRecord> record;
+  if (fs::exists(path)) record = loadRecord(path);
+  if (!record || !record->camera) {
+    if (given) return *given;
+    throw std::runtime_error(path + ": does not say which camera it was made with: give --camera");
+  }
+  const bool is_of_calibration =
+      !given || (record->camera_info && isSameLens(*given, *record->camera_info));
+  return is_of_calibration ? *record->camera : *given;
 }
 
 std::vector<CalibrationRecord> calibrationHistory(const std::string& folder,

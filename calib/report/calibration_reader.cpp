@@ -100,14 +100,21 @@ class Record {
     const YAML::Node node = at(key);
     const int width = whole(node, "width", 1), height = whole(node, "height", 1);
     const std::vector<double> k = numbers(key + ": K", at(node, "K"), 9);
-    const std::vector<double> D = numbers(key + ": D", at(node, "D"), 8);
+    std::vector<double> D = numbers(key + ": D", at(node, "D"), 8);
+    const bool is_fisheye = node["model"] && node["model"].Scalar() == "equidistant";
+    if (is_fisheye) D.resize(4);
     Eigen::Matrix3d K;
     K << k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8];
     try {
-      return makeLens(width, height, K, D);
+      return makeLens(width, height, K, D,
+                      is_fisheye ? LensModel::Equidistant : LensModel::BrownConrady);
     } catch (const std::invalid_argument& error) {
       refuse(key + ": " + error.what());
     }
+  }
+  std::optional<Lens> lensIfThere(const std::string& key) const {
+    if (!root_[key]) return std::nullopt;
+    return lens(key);
   }
   Rigid<Camera, Projector> rigid(const std::string& key) const;
   double notNegative(const std::string& key) const {
@@ -188,6 +195,8 @@ CalibrationRecord loadRecord(const std::string& path) {
   record.held_out_rms_px = file.notNegative("held_out_rms_px");
   record.held_out_rms_mm = file.notNegative("held_out_rms_mm");
   const double used = file.notNegative("views_used");
+  record.camera = file.lensIfThere("camera");
+  record.camera_info = file.lensIfThere("camera_info");
   record.views_used = static_cast<int>(std::min(used, 1e6));
   return record;
 }

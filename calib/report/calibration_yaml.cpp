@@ -98,6 +98,8 @@ std::string parameterNames() {
   return text + "]";
 }
 
+bool isKnown(const Lens& lens) { return lens.width > 0; }
+
 int viewsUsed(const Calibration& calibration) {
   int used = 0;
   for (const ViewResult& view : calibration.views) used += view.is_used ? 1 : 0;
@@ -138,11 +140,15 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationNam
       "\nchild_frame: " + quoted(names.projector_frame) + "\n" +
       lensBlock("projector", calibration.estimate.projector) + "T_camera_projector:\n" +
       rows(calibration.estimate.T_camera_projector.matrix().matrix()) +
-      lensBlock("camera", calibration.camera) +
+      lensBlock("camera", calibration.camera) + "# As it was given.\n" +
+      lensBlock("camera_info",
+                isKnown(calibration.camera_info) ? calibration.camera_info : calibration.camera) +
+      "camera_fate: " + fateName(calibration.camera_change.fate) + "\n" +
       "# Root mean squares; held out: of each view against the calibration solved without it.\n"
       "held_out_rms_px: " +
       exactText(calibration.held_out_rms_px) +
       "\nheld_out_rms_mm: " + exactText(calibration.held_out_rms_mm) +
+      "\npredicted_mm: " + exactText(calibration.predicted_mm) +
       "\ntraining_rms_px: " + exactText(calibration.training_rms_px) +
       "\nboard_rms_px: " + exactText(calibration.board_rms_px) +
       "\ncoverage: " + exactText(calibration.coverage.share()) +

@@ -67,14 +67,18 @@ std::string fact(const std::string& name, const std::string& value, const std::s
 std::string secondaryFacts(const Calibration& calibration) {
   const std::string views =
       std::to_string(usedViews(calibration)) + " of " + std::to_string(calibration.views.size());
-  return element("dl", "class=\"facts\"",
-                 fact("Training error (RMS)", fixedText(calibration.training_rms_px, 3) + " px",
-                      "projector pixels") +
-                     fact("Printed corners (RMS)", fixedText(calibration.board_rms_px, 3) + " px",
-                          "camera pixels") +
-                     fact("Views used", views, "") +
-                     fact("Projector’s picture covered",
-                          fixedText(100 * calibration.coverage.share(), 0) + " %", "of its cells"));
+  return element(
+      "dl", "class=\"facts\"",
+      fact("Training error (RMS)", fixedText(calibration.training_rms_px, 3) + " px",
+           "projector pixels") +
+          fact("Printed corners (RMS)", fixedText(calibration.board_rms_px, 3) + " px",
+               "camera pixels") +
+          fact("Uncertainty on the boards", twoDigits(calibration.predicted_mm) + " mm",
+               calibration.camera_change.fate == CameraFate::Held ? "95 %, without the camera’s"
+                                                                  : "95 %, with the camera’s") +
+          fact("Views used", views, "") +
+          fact("Projector’s picture covered",
+               fixedText(100 * calibration.coverage.share(), 0) + " %", "of its cells"));
 }
 
 std::string leftOut(const Calibration& calibration) {

@@ -63,6 +63,10 @@ std::string factsSection(const Calibration& calibration, const std::string& date
       factRow("Frames", facts.names.camera_frame + " → " + facts.names.projector_frame) +
       factRow("Camera", lensText(calibration.camera)) +
       factRow("Projector", lensText(calibration.estimate.projector));
+  if (calibration.camera_info.width > 0) {
+    rows += factRow("Its camera_info", lensText(calibration.camera_info) + "; " +
+                                           cameraText(calibration.camera_change));
+  }
   if (facts.board) rows += factRow("Board", boardText(*facts.board));
   if (facts.pattern) rows += factRow("Pattern", patternText(*facts.pattern));
   return element("h2", "How this was made") + element("table", "class=\"narrow\"", rows) + "\n";

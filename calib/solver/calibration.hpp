@@ -13,6 +13,7 @@
 #include "calib/detection/view.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
+#include "calib/solver/camera_change.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
 
@@ -77,12 +78,17 @@ Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern);
 
 struct Calibration {
   ProjectorEstimate estimate;
-  Lens camera;  ///< as given, or refined
+  Lens camera;       ///< as it was used: as given, or refined
+  Lens camera_info;  ///< as given
+  CameraChange camera_change;
   std::vector<ViewResult> views;
   Coverage coverage;
   double held_out_rms_px = 0, held_out_rms_mm = 0;  ///< the headline, over all used views
   double training_rms_px = 0;
   double board_rms_px = 0;  ///< printed corners, camera pixels
+  /// How far light may fall from where it is meant on the boards, 95 % of the time and most
+  /// everywhere, as the covariance has it: the camera's lens included, unless that was held.
+  double predicted_mm = 0;
   std::vector<std::string> warnings;
 };
 

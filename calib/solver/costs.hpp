@@ -6,9 +6,11 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 
+#include "calib/solver/camera_change.hpp"
 #include "calib/solver/evidence.hpp"
 
 namespace afterglow::calib {
@@ -58,44 +60,63 @@ void projectT(const L* lens, const T& x, const T& y, T* u, T* v,
   *v = lens[1] * dy + lens[3];
 }
 
-/// The factor from distorted to undistorted coordinates, by Newton's method in the angle.
-template <typename T>
-T undistortFisheyeT(const T* D, const T& dx, const T& dy) {
-  using std::sqrt;
-  using std::tan;
-  const T s = dx * dx + dy * dy;
-  if (s < 1e-16) return T(1);
-  const T radius = sqrt(s);
-  T angle = radius;
-  for (int i = 0; i < 10; ++i) {
-    const T t = angle * angle;
-    const T error = angle * (1.0 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3])))) - radius;
-    angle -=
-        error / (1.0 + t * (3.0 * D[0] + t * (5.0 * D[1] + t * (7.0 * D[2] + t * 9.0 * D[3]))));
-  }
-  return tan(angle) / radius;
+/// A Jet's value without its derivatives.
+inline double valueOf(double value) { return value; }
+template <int kSize>
+double valueOf(const ceres::Jet<double, kSize>& value) {
+  return value.a;
 }
 
-/// Inverse of projectT, for Brown-Conrady by fixed-point iteration; converges for every lens whose
-/// image does not fold.
+/// The undistorted coordinates of distorted ones, as numbers: by fixed-point iteration, which
+/// converges for every lens whose image does not fold, for fisheyes by Newton's in the angle.
+inline Eigen::Vector2d undistorted(const double* D, const Eigen::Vector2d& distorted,
+                                   LensModel model) {
+  constexpr int kBrownSteps = 25, kFisheyeSteps = 10;
+  if (model == LensModel::Equidistant) {
+    const double radius = distorted.norm();
+    if (radius < 1e-8) return distorted;
+    double angle = radius;
+    for (int i = 0; i < kFisheyeSteps; ++i) {
+      const double t = angle * angle;
+      const double error = angle * (1 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3])))) - radius;
+      angle -= error / (1 + t * (3 * D[0] + t * (5 * D[1] + t * (7 * D[2] + t * 9 * D[3]))));
+    }
+    return distorted * std::tan(angle) / radius;
+  }
+  Eigen::Vector2d point = distorted, image;
+  for (int i = 0; i < kBrownSteps; ++i) {
+    distortT(D, point.x(), point.y(), &image.x(), &image.y());
+    point -= image - distorted;
+  }
+  return point;
+}
+
+/// Inverse of projectT. The numbers first; then one step of Newton's with derivatives, which by the
+/// theorem on implicit functions gives exactly those of the inverse. Iterating with them costs 25
+/// times as much.
 template <typename T>
 void unprojectT(const T* lens, double u, double v, LensModel model, T* x, T* y) {
   const T dy = (v - lens[3]) / lens[1];
   const T dx = (u - lens[2] - lens[4] * dy) / lens[0];
-  *x = dx;
-  *y = dy;
+  double D[8];
+  for (int i = 0; i < 8; ++i) D[i] = valueOf(lens[5 + i]);
+  const Eigen::Vector2d at = undistorted(D, {valueOf(dx), valueOf(dy)}, model);
+  using Slope = ceres::Jet<double, 2>;
+  Slope ex, ey;
+  T fx, fy;
   if (model == LensModel::Equidistant) {
-    const T factor = undistortFisheyeT(lens + 5, dx, dy);
-    *x *= factor;
-    *y *= factor;
-    return;
+    distortFisheyeT(D, Slope(at.x(), 0), Slope(at.y(), 1), &ex, &ey);
+    distortFisheyeT(lens + 5, T(at.x()), T(at.y()), &fx, &fy);
+  } else {
+    distortT(D, Slope(at.x(), 0), Slope(at.y(), 1), &ex, &ey);
+    distortT(lens + 5, T(at.x()), T(at.y()), &fx, &fy);
   }
-  for (int i = 0; i < 25; ++i) {
-    T ex, ey;
-    distortT(lens + 5, *x, *y, &ex, &ey);
-    *x -= ex - dx;
-    *y -= ey - dy;
-  }
+  Eigen::Matrix2d J;
+  J << ex.v.transpose(), ey.v.transpose();
+  const Eigen::Matrix2d inverse = J.inverse();
+  const T rx = fx - dx, ry = fy - dy;
+  *x = at.x() - (inverse(0, 0) * rx + inverse(0, 1) * ry);
+  *y = at.y() - (inverse(1, 0) * rx + inverse(1, 1) * ry);
 }
 
 /// Errors times the inverse root of their covariance.
@@ -147,10 +168,9 @@ struct PrintedKnownCameraCost {
 
 struct StretchedCost {
   PrintedCost cost;
-  LensBlock camera;
   template <typename T>
-  bool operator()(const T* board, const T* stretch, T* residual) const {
-    return cost.evaluate(camera.data(), board, stretch[0], residual);
+  bool operator()(const T* camera, const T* board, const T* stretch, T* residual) const {
+    return cost.evaluate(camera, board, stretch[0], residual);
   }
 };
 
@@ -241,6 +261,25 @@ struct LensPrior {
     constexpr double kDeviations[8] = {0.5, 0.3, 0.003, 0.003, 0.05, 0.3, 0.1, 0.03};
     residual[0] = (lens[0] / lens[1] - 1.0) / aspect;
     for (int i = 0; i < 8; ++i) residual[1 + i] = lens[5 + i] / kDeviations[i];
+    return true;
+  }
+};
+
+/// What is known of a camera: its camera_info, to the deviations that calibrations of cameras have.
+/// Pixels are square far better than focal lengths are known, so the two are apart.
+struct CameraPrior {
+  LensBlock given;
+  CameraDeviations deviations;
+  template <typename T>
+  bool operator()(const T* lens, T* residual) const {
+    const T across = lens[0] / given[0], down = lens[1] / given[1];
+    residual[0] = (0.5 * (across + down) - 1.0) / deviations.focal;
+    residual[1] = (across - down) / deviations.aspect;
+    residual[2] = (lens[2] - given[2]) / deviations.center_px;
+    residual[3] = (lens[3] - given[3]) / deviations.center_px;
+    for (std::size_t i = 0; i < 4; ++i) {
+      residual[4 + i] = (lens[5 + i] - given[5 + i]) / deviations.D[i];
+    }
     return true;
   }
 };

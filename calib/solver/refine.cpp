@@ -43,6 +43,19 @@ Eigen::Isometry3d isometryOf(const PoseBlock& block) {
   return T;
 }
 
+/// What of the camera is not estimated, and what is known of the rest.
+void holdCamera(ceres::Problem& problem, LensBlock& camera, const ProjectorModel& model,
+                const RefineSettings& settings) {
+  if (!settings.free_camera) return problem.SetParameterBlockConstant(camera.data());
+  std::vector<int> held{4, 9, 10, 11, 12};
+  if (!settings.free_camera_distortion) held.insert(held.end(), {5, 6, 7, 8});
+  problem.SetManifold(camera.data(), new ceres::SubsetManifold(kLensSize, held));
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<CameraPrior, kCameraParameters, kLensSize>(
+          new CameraPrior{blockOf(model.camera_info), usualDeviations(model.camera_info)}),
+      nullptr, camera.data());
+}
+
 /// A problem with the memory its parameters live in.
 class Bundle {
  public:
@@ -100,21 +113,29 @@ class Bundle {
 
   /// Of lens (13) and pose (6).
   Eigen::MatrixXd covariance() {
+    return covarianceOf({lens_.data(), pose_.data()}, kLensSize + kPoseSize);
+  }
+  Eigen::MatrixXd cameraCovariance() { return covarianceOf({camera_.data()}, kLensSize); }
+
+ private:
+  Eigen::MatrixXd covarianceOf(const std::vector<const double*>& blocks, int size) {
     ceres::Covariance::Options options;
     options.algorithm_type = ceres::SPARSE_QR;
     options.apply_loss_function = true;
     ceres::Covariance covariance(options);
-    const std::vector<const double*> blocks{lens_.data(), pose_.data()};
-    if (!covariance.Compute(blocks, &problem_)) {
+    // Ceres ends the program when asked for what is in no equation.
+    const bool is_known = std::all_of(blocks.begin(), blocks.end(), [&](const double* block) {
+      return problem_.HasParameterBlock(block);
+    });
+    if (!is_known || !covariance.Compute(blocks, &problem_)) {
       throw CalibrationRefused(
           {"the views leave the projector undetermined: tilt the board more, and differently"});
     }
-    Eigen::Matrix<double, kLensSize + kPoseSize, kLensSize + kPoseSize, Eigen::RowMajor> result;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> result(size, size);
     covariance.GetCovarianceMatrix(blocks, result.data());
     return result;
   }
 
- private:
   void addView(std::size_t index) {
     ViewEvidence& view = views_[index];
     PoseBlock& board = boards_[index];
@@ -184,8 +205,7 @@ class Bundle {
       problem_.SetManifold(lens_.data(), new ceres::SubsetManifold(kLensSize, held));
     }
     if (problem_.HasParameterBlock(camera_.data())) {
-      problem_.SetManifold(camera_.data(),
-                           new ceres::SubsetManifold(kLensSize, {4, 9, 10, 11, 12}));
+      holdCamera(problem_, camera_, model_, settings_);
     }
   }
 
@@ -225,6 +245,20 @@ ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEviden
   return estimate;
 }
 
+CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvidence>& views,
+                              const RefineSettings& settings) {
+  const Eigen::MatrixXd full = Bundle(model, views, settings).cameraCovariance();
+  // Skew, number 4 there, is not estimated.
+  const auto from = [](Eigen::Index i) { return i < 4 ? i : i + 1; };
+  CameraMatrix covariance;
+  for (Eigen::Index row = 0; row < kCameraParameters; ++row) {
+    for (Eigen::Index column = 0; column < kCameraParameters; ++column) {
+      covariance(row, column) = full(from(row), from(column));
+    }
+  }
+  return covariance;
+}
+
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
   PoseBlock board = blockOf(view.T_camera_board.matrix());
   ceres::Problem problem;
@@ -244,8 +278,9 @@ void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
   view.T_camera_board = Rigid<Camera, Surface>(isometryOf(board));
 }
 
-PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views) {
-  const LensBlock camera = blockOf(model.camera);
+PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
+                          bool free_camera) {
+  LensBlock camera = blockOf(model.camera);
   std::vector<PoseBlock> boards;
   boards.reserve(views.size());
   double stretch = 0;
@@ -257,12 +292,16 @@ PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvi
       const PrintedCost cost{&tag,
                              whitening(tag.covariance * model.printed_scale * model.printed_scale),
                              model.camera.model};
-      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<StretchedCost, 8, kPoseSize, 1>(
-                                   new StretchedCost{cost, camera}),
-                               new ceres::CauchyLoss(4 * std::sqrt(8.0)), boards.back().data(),
-                               &stretch);
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<StretchedCost, 8, kLensSize, kPoseSize, 1>(
+              new StretchedCost{cost}),
+          new ceres::CauchyLoss(4 * std::sqrt(8.0)), camera.data(), boards.back().data(), &stretch);
     }
   }
+  if (!problem.HasParameterBlock(&stretch)) return {};
+  RefineSettings settings;
+  settings.free_camera = free_camera;
+  holdCamera(problem, camera, model, settings);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.logging_type = ceres::SILENT;
@@ -276,11 +315,13 @@ PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvi
   return {stretch, std::sqrt(variance)};
 }
 
-PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views) {
+PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
+                      bool free_camera) {
   ProjectorModel free = model;
   std::vector<ViewEvidence> moved = views;
   RefineSettings settings;
   settings.free_skew = true;
+  settings.free_camera = free_camera;
   refine(free, moved, settings);
   const Eigen::MatrixXd covariance = Bundle(free, moved, settings).covariance();
   PixelShape shape;

@@ -6,15 +6,17 @@
 #include <vector>
 
 #include "calib/solver/calibration.hpp"
+#include "calib/solver/camera_change.hpp"
 #include "calib/solver/refusals.hpp"
 #include "calib/solver/tag_errors.hpp"
 
 namespace afterglow::calib {
 
 struct RefineSettings {
-  bool free_skew = false;      ///< and the aspect ratio, otherwise known to be near 1
-  bool free_rational = false;  ///< k4 k5 k6 too
-  bool free_camera = false;
+  bool free_skew = false;              ///< and the aspect ratio, otherwise known to be near 1
+  bool free_rational = false;          ///< k4 k5 k6 too
+  bool free_camera = false;            ///< as far as camera_info's usual deviations let it
+  bool free_camera_distortion = true;  ///< if the camera is free at all
   bool free_boards = true;
   /// Tags beyond this many deviations count less and less (Cauchy).
   double robust_deviations = 4;
@@ -31,13 +33,21 @@ void refine(ProjectorModel& model, std::vector<ViewEvidence>& views,
 ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
                              const RefineSettings& settings);
 
+/// Of the camera of a model that was refined with its camera free, the prior included.
+CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvidence>& views,
+                              const RefineSettings& settings);
+
 /// The board's pose from its printed tags alone.
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view);
 
-/// How much the print is stretched, from all printed tags.
-PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views);
+/// How much the print is stretched, from all printed tags. With a free camera it is told from a
+/// camera_info of wrong proportions as well as the views allow.
+PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
+                          bool free_camera);
 
-/// Aspect and skew, solved free.
-PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views);
+/// Aspect and skew, solved free; with a free camera a camera_info that is a little off is not taken
+/// for them.
+PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
+                      bool free_camera);
 
 }  // namespace afterglow::calib

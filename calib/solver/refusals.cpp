@@ -18,6 +18,8 @@ constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 / kDegrees;
 constexpr double kLargestShift = 1.5;
 constexpr double kLargestFold = 0.05;
 constexpr double kLargestPrintError = 0.002;
+/// Printers do not stretch that much one way only.
+constexpr double kNoPrinter = 0.02;
 /// Half axis of a 95 % ellipse in standard deviations: chi-square with two degrees of freedom.
 const double kEllipse95 = std::sqrt(5.991);
 
@@ -34,37 +36,46 @@ std::optional<Eigen::Vector3d> meetingPoint(const ProjectorEstimate& estimate,
   return Eigen::Vector3d(T.translation() + distance * direction);
 }
 
+double high95(std::vector<double>& values) {
+  const auto high = values.begin() + std::ptrdiff_t((values.size() - 1) * 95 / 100);
+  std::nth_element(values.begin(), high, values.end());
+  return *high;
+}
+
 double scaledLimit_px(double limit_px, const Lens& projector) {
   return limit_px * std::max(1.0, projector.width / kReferenceWidth_px);
 }
 
 }  // namespace
 
-double predictedError_px(const ProjectorEstimate& estimate, const std::vector<PosedView>& views) {
+PredictedError predictedError(const ProjectorEstimate& estimate,
+                              const std::vector<PosedView>& views) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  std::vector<double> errors;
+  const Rigid<Projector, Camera> T_projector_camera = estimate.T_camera_projector.inverse();
+  std::vector<double> px, mm;
   for (const PosedView& view : views) {
     // One corner of each tag tells as much as all four.
     for (std::size_t i = 0; i < view.lit_px.size(); i += 4) {
       const auto p_camera = meetingPoint(estimate, view, view.lit_px[i]);
       const auto predicted = p_camera ? predictPixel(estimate, *p_camera) : std::nullopt;
       if (!predicted || !predicted->covariance.allFinite()) {
-        errors.push_back(kUnknown);
+        px.push_back(kUnknown);
+        mm.push_back(kUnknown);
         continue;
       }
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(predicted->covariance);
-      errors.push_back(kEllipse95 * std::sqrt(std::max(0.0, axes.eigenvalues()[1])));
+      px.push_back(kEllipse95 * std::sqrt(std::max(0.0, axes.eigenvalues()[1])));
+      const double distance = (T_projector_camera * *p_camera).z();
+      mm.push_back(px.back() * 1000 * distance / estimate.projector.K(0, 0));
     }
   }
-  if (errors.empty()) return kUnknown;
-  const auto high = errors.begin() + std::ptrdiff_t((errors.size() - 1) * 95 / 100);
-  std::nth_element(errors.begin(), high, errors.end());
-  return *high;
+  if (px.empty()) return {kUnknown, kUnknown};
+  return {high95(px), high95(mm)};
 }
 
 std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
                                              const std::vector<PosedView>& views) {
-  const double error = predictedError_px(estimate, views);
+  const double error = predictedError(estimate, views).px;
   const double limit = scaledLimit_px(kLargestError_px, estimate.projector);
   if (error <= limit) return {};
   return {
@@ -141,9 +152,12 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   if (seen && std::abs(seen->stretch) > kLargestPrintError &&
       std::abs(seen->stretch) > 4 * seen->sigma) {
     reasons.push_back(
-        formatted("the board is printed %.2f %% too %s for its height: print it without "
-                  "fitting it to the page, or on another printer; measure both sides",
-                  100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow"));
+        formatted("the board is printed %.2f %% too %s for its height: ",
+                  100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow") +
+        (std::abs(seen->stretch) > kNoPrinter
+             ? "is the layout (board.yaml) another board's?"
+             : "print it without fitting it to the page, or on another printer; measure both "
+               "sides"));
   }
   if (!measured_ruler_m) return reasons;
   if (!(board.ruler_m > 0)) {

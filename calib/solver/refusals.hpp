@@ -35,8 +35,13 @@ std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const
 /// has a name for.
 std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
                                              const std::vector<PosedView>& views);
-/// The 95th percentile over the corners of that half axis. Infinity where nothing is predicted.
-double predictedError_px(const ProjectorEstimate& estimate, const std::vector<PosedView>& views);
+/// The 95th percentile over the corners of that half axis, and of what it is in millimeters where
+/// the corner's light falls on its board, held square to it. Infinity where nothing is predicted.
+struct PredictedError {
+  double px = 0, mm = 0;
+};
+PredictedError predictedError(const ProjectorEstimate& estimate,
+                              const std::vector<PosedView>& views);
 
 /// What a solution with K(0, 1) and fx / fy free finds, and how surely.
 ///

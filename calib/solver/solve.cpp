@@ -59,7 +59,8 @@ class Solve {
         options_(options),
         progress_(progress),
         views_(gatherEvidence(views, board, pattern, camera)) {
-    model_.camera = camera;
+    model_.camera = model_.camera_info = camera;
+    is_spoilt_.resize(views_.size(), false);
   }
 
   /// Model and board poses, with spoilt views left out; refuses what cannot be solved.
@@ -73,11 +74,11 @@ class Solve {
     refineRounds(2);
     dropSpoiltViews();
     refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
-    refuseIf(pixelShapeRefusals(pixelShape(model_, views_), model_.projector));
-    refuseIf(printRefusals(board_, printStretch(model_, views_), options_.measured_ruler_m));
-    settings_.free_camera = options_.refine_camera;
-    refineRounds(2);
-    tryRational();
+    const bool free_camera = options_.camera_use != CameraUse::Hold;
+    refuseIf(printRefusals(board_, printStretch(model_, views_, free_camera),
+                           options_.measured_ruler_m));
+    refuseIf(pixelShapeRefusals(pixelShape(model_, views_, free_camera), model_.projector));
+    settleCamera();
   }
 
   /// Without a look at print and pixels' shape: good enough a lens for reading the tags once more.
@@ -104,9 +105,11 @@ class Solve {
     ProjectorModel widened = model_;
     measureScales(widened, views_);
     widenScales(widened, views_);
-    calibration.estimate = estimateOf(widened, views_, settings_);
-    calibration.estimate.covariance *= jackknifeInflation(calibration.estimate, views_, held_out);
+    calibration.estimate = estimateThrough(widened, held_out);
     calibration.camera = model_.camera;
+    calibration.camera_info = model_.camera_info;
+    calibration.camera_change = camera_change_;
+    calibration.predicted_mm = predictedError(calibration.estimate, posedViews(views_)).mm;
     calibration.coverage = coverageOfUsed();
     for (std::size_t i = 0; i < views_.size(); ++i) {
       calibration.views.push_back(viewResult(model_, views_[i], held_out[i]));
@@ -131,28 +134,49 @@ class Solve {
                                       [](const ViewEvidence& view) { return !view.is_used; });
     // When most views are unusable, why is what people need to hear.
     if (2 * std::size_t(unused) > views_.size()) {
-      const std::vector<std::string> why = whyUnused();
-      all.insert(all.end(), why.begin(), why.end());
+      const auto why = whyUnused();
+      const bool is_one_reason =
+          std::size_t(unused) == views_.size() && 2 * why.front().names.size() >= views_.size();
+      if (is_one_reason) {
+        const bool is_every = why.front().names.size() == views_.size();
+        all = {(is_every ? "every view: " : "most views: ") + why.front().reason};
+      } else {
+        for (const Unused& one : why) all.push_back(one.text());
+      }
     }
     throw CalibrationRefused(all, results);
   }
 
-  /// Views with one reason together: "view_00, view_03: none of ...".
-  std::vector<std::string> whyUnused() const {
-    std::vector<std::pair<std::string, std::string>> names_by_reason;
+  /// Views that are not used for one reason.
+  struct Unused {
+    std::string reason;
+    std::vector<std::string> names;
+
+    /// "view_00, view_03: none of ..."
+    std::string text() const {
+      std::string all;
+      for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+      return all + ": " + reason;
+    }
+  };
+
+  /// The most common reason first.
+  std::vector<Unused> whyUnused() const {
+    std::vector<Unused> why;
     for (const ViewEvidence& view : views_) {
       if (view.is_used) continue;
-      const auto same = std::find_if(names_by_reason.begin(), names_by_reason.end(),
-                                     [&](const auto& one) { return one.second == view.reason; });
-      if (same == names_by_reason.end()) {
-        names_by_reason.emplace_back(view.name, view.reason);
+      const auto same = std::find_if(why.begin(), why.end(),
+                                     [&](const Unused& one) { return one.reason == view.reason; });
+      if (same == why.end()) {
+        why.push_back({view.reason, {view.name}});
       } else {
-        same->first += ", " + view.name;
+        same->names.push_back(view.name);
       }
     }
-    std::vector<std::string> lines;
-    for (const auto& [names, reason] : names_by_reason) lines.push_back(names + ": " + reason);
-    return lines;
+    std::stable_sort(why.begin(), why.end(), [](const Unused& one, const Unused& other) {
+      return one.names.size() > other.names.size();
+    });
+    return why;
   }
 
   void startLinearly() {
@@ -188,11 +212,12 @@ class Solve {
       if (view.is_used) middles.push_back(middleError(model_, view));
     }
     const double limit = std::max(kSpoiltRatio * median(middles, kNever), kSpoiltLeast_px);
-    for (ViewEvidence& view : views_) {
-      if (!view.is_used) continue;
-      const double error = middleError(model_, view);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      if (!views_[i].is_used) continue;
+      const double error = middleError(model_, views_[i]);
       if (!(error > limit)) continue;
-      leaveOut(view, error);
+      leaveOut(views_[i], error);
+      is_spoilt_[i] = true;
     }
   }
 
@@ -219,6 +244,73 @@ class Solve {
       any = true;
     }
     return any;
+  }
+
+  /// What the views do not contradict in camera_info stays as it is, all of it or the distortion:
+  /// it may be exact, and estimating what need not be costs certainty.
+  void settleCamera() {
+    const ProjectorModel model = model_;
+    const std::vector<ViewEvidence> views = views_;
+    const RefineSettings settings = settings_;
+    settings_.free_camera = true;
+    refineFully();
+    camera_change_ = cameraChange(model_.camera_info, model_.camera,
+                                  cameraCovariance(model_, views_, settings_));
+    const bool is_contradicted = camera_change_.isContradicted();
+    const bool is_refined =
+        options_.camera_use == CameraUse::Refine ||
+        (options_.camera_use == CameraUse::RefineIfContradicted && is_contradicted);
+    camera_change_.fate = is_refined                               ? CameraFate::Refined
+                          : options_.camera_use == CameraUse::Hold ? CameraFate::Held
+                                                                   : CameraFate::Agrees;
+    refuseIf(cameraRefusals(model_.camera_info, camera_change_));
+    if (is_refined && camera_change_.isDistortionContradicted()) return judgeSpoiltViewsAnew();
+    model_ = model;
+    views_ = views;
+    settings_ = settings;
+    settings_.free_camera = is_refined;
+    settings_.free_camera_distortion = false;
+    refineFully();
+    if (!is_refined) return;
+    judgeSpoiltViewsAnew();
+    camera_change_.describe(model_.camera_info, model_.camera);
+  }
+
+  /// They were left out for not agreeing with others, seen through another camera.
+  void judgeSpoiltViewsAnew() {
+    bool any = false;
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      if (!is_spoilt_[i]) continue;
+      is_spoilt_[i] = false;
+      views_[i].is_used = any = true;
+      views_[i].reason.clear();
+      refineBoardPose(model_, views_[i]);
+    }
+    if (!any) return;
+    dropSpoiltViews();
+    refineRounds(2);
+  }
+
+  void refineFully() {
+    refineRounds(2);
+    tryRational();
+  }
+
+  /// With the covariance that the camera's uncertainty is part of, unless it was held: also that of
+  /// a camera_info which the views just do not contradict. What left-out views show of errors alike
+  /// is compared with the covariance for a known camera, with which they are solved.
+  ProjectorEstimate estimateThrough(const ProjectorModel& widened,
+                                    const std::vector<std::optional<HeldOut>>& held_out) {
+    RefineSettings held = settings_, open = settings_;
+    held.free_camera = false;
+    open.free_camera = camera_change_.fate != CameraFate::Held;
+    open.free_camera_distortion = true;
+    through_known_camera_ = estimateOf(widened, views_, held);
+    const double inflation = jackknifeInflation(through_known_camera_, views_, held_out);
+    through_known_camera_.covariance *= inflation;
+    ProjectorEstimate estimate = estimateOf(widened, views_, open);
+    estimate.covariance *= inflation;
+    return estimate;
   }
 
   /// Rational distortion, if the errors are much smaller with it: three more parameters always fit
@@ -250,13 +342,19 @@ class Solve {
   void judge(Calibration& calibration) const {
     refuseIf(foldRefusals(calibration.estimate.projector));
     refuseIf(misfitRefusals(calibration.held_out_rms_px, calibration.estimate.projector));
-    refuseIf(uncertaintyRefusals(calibration.estimate, posedViews(views_)));
+    // More views are no cure for a camera that is not known well.
+    refuseIf(uncertaintyRefusals(through_known_camera_, posedViews(views_)));
     const Reach reach =
         reachOf(calibration.estimate, calibration.camera, pattern_, posedViews(views_));
     refuseIf(reachRefusals(reach));
     for (const std::string& warning : reachWarnings(reach)) calibration.warnings.push_back(warning);
     for (const ViewResult& view : calibration.views) {
       if (!view.is_used) calibration.warnings.push_back(view.name + " left out: " + view.reason);
+    }
+    const std::string unsure_size = unsureSizeText(board_);
+    if (!unsure_size.empty()) calibration.warnings.push_back(unsure_size);
+    for (const std::string& warning : cameraWarnings(model_.camera_info, camera_change_)) {
+      calibration.warnings.push_back(warning);
     }
     if (settings_.free_rational) {
       calibration.warnings.push_back("the lens needed rational distortion (8 coefficients)");
@@ -269,8 +367,11 @@ class Solve {
   SolveOptions options_;
   CalibrationProgress progress_;
   std::vector<ViewEvidence> views_;
+  std::vector<bool> is_spoilt_;  ///< left out by dropSpoiltViews
   ProjectorModel model_;
   RefineSettings settings_;
+  CameraChange camera_change_;
+  ProjectorEstimate through_known_camera_;
 };
 
 /// Runs `read` on each photograph, a reader a thread, and says how many are done.

@@ -10,8 +10,16 @@
 
 namespace afterglow::calib {
 
+/// What becomes of the camera's focal lengths, center and k1 k2 p1 p2. Of `camera` they are known
+/// to usualDeviations (calib/solver/camera_change.hpp).
+enum class CameraUse {
+  RefineIfContradicted,  ///< estimated anew where the views are surely better with it
+  Refine,
+  Hold
+};
+
 struct SolveOptions {
-  bool refine_camera = false;  ///< estimate the camera's focal lengths, center and k1 k2 p1 p2 too
+  CameraUse camera_use = CameraUse::RefineIfContradicted;
   int threads = 2;
   std::optional<double> measured_ruler_m;  ///< what the board's printed ruler measures
 };

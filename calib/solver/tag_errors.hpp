@@ -15,6 +15,7 @@ struct ProjectorModel {
   Lens projector;  ///< K(0, 1) is the skew
   Rigid<Camera, Projector> T_camera_projector;
   Lens camera;
+  Lens camera_info;  ///< the camera as given: what is known of it before
   /// Errors are this many times what the tags' own covariances say: cells are not painted by a
   /// mathematician. Estimated from the residuals.
   double printed_scale = 1, projected_scale = 1;

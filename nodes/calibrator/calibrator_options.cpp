@@ -56,6 +56,17 @@ render::Mirror readMirror(const ros::NodeHandle& own) {
   return static_cast<render::Mirror>(found - names.begin());
 }
 
+calib::CameraUse readCameraUse(const ros::NodeHandle& own) {
+  bool is_refined = false, is_fixed = false;
+  take(own, "refine_camera", is_refined);
+  take(own, "fix_camera", is_fixed);
+  if (is_refined && is_fixed) {
+    throw std::runtime_error("parameters ~refine_camera and ~fix_camera exclude each other");
+  }
+  if (is_fixed) return calib::CameraUse::Hold;
+  return is_refined ? calib::CameraUse::Refine : calib::CameraUse::RefineIfContradicted;
+}
+
 }  // namespace
 
 CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
@@ -93,7 +104,7 @@ CalibratorOptions CalibratorOptions::read(const ros::NodeHandle& own) {
     take(own, "measured_ruler", *options.measured_ruler_m);
     check("measured_ruler", *options.measured_ruler_m, 0.005, 5.0, "the ruler's length in meters");
   }
-  take(own, "refine_camera", options.refine_camera);
+  options.camera_use = readCameraUse(own);
   take(own, "autostart", options.is_started);
   take(own, "speak", options.is_spoken);
   take(own, "publish_transform", options.publishes_transform);

@@ -9,6 +9,7 @@
 
 #include "calib/guide/guide.hpp"
 #include "calib/report/calibration_files.hpp"
+#include "calib/solver/solve.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/light_output.hpp"
 
@@ -29,9 +30,10 @@ struct CalibratorOptions {
   /// ~patience_seconds (4)
   calib::GuideOptions guide;
   std::optional<double> measured_ruler_m;  ///< ~measured_ruler: of the print, in meters
-  bool refine_camera = false;              ///< ~refine_camera
-  bool is_started = true;                  ///< ~autostart: at once, without the service
-  bool is_spoken = true;                   ///< ~speak: on /robotsound
+  /// ~refine_camera, ~fix_camera: as the options of `afterglow calibrate solve`
+  calib::CameraUse camera_use = calib::CameraUse::RefineIfContradicted;
+  bool is_started = true;            ///< ~autostart: at once, without the service
+  bool is_spoken = true;             ///< ~speak: on /robotsound
   bool publishes_transform = false;  ///< ~publish_transform: camera to projector, on /tf_static
   std::string camera_frame;          ///< ~camera_frame; empty: the images'
   calib::CalibrationNames names;     ///< ~projector_frame, ~projector_name; camera_frame as above

@@ -38,7 +38,7 @@ CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> p
     progress_ = doing + percent;
   };
   calib::SolveOptions solve_options;
-  solve_options.refine_camera = options_.refine_camera;
+  solve_options.camera_use = options_.camera_use;
   solve_options.measured_ruler_m = options_.measured_ruler_m;
   Solution solution;
   try {

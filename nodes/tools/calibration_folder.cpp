@@ -53,7 +53,7 @@ void CalibrationFolder::keep(const calib::Photographs& photographs) const {
 }
 
 void CalibrationFolder::keepCamera(const calib::Lens& camera) const {
-  calib::replaceFile(path_ + "/camera.yaml", calib::projectorYaml(camera, "camera"));
+  calib::replaceFile(path_ + "/camera_info.yaml", calib::projectorYaml(camera, "camera"));
 }
 
 void CalibrationFolder::discard(const std::string& view) const {

@@ -3,8 +3,9 @@
 /// report.
 ///
 /// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
-/// camera.yaml, saveCalibration's files, report.html, check/ (the pictures of the check) and
-/// verification.yaml. Pictures of an earlier run are kept as OUT/views_DATE.
+/// camera_info.yaml (the camera as given), saveCalibration's files, report.html, check/ (the
+/// pictures of the check) and verification.yaml. Pictures of an earlier run are kept as
+/// OUT/views_DATE.
 #pragma once
 
 #include <string>

@@ -25,7 +25,7 @@ struct CalibrateSolveOptions {
   std::string images, board, pattern, camera, out;
   calib::CalibrationNames names;
   std::optional<double> ruler_mm;
-  bool refine_camera = false;
+  bool refines_camera = false, fixes_camera = false;
   bool json = false;
 };
 
@@ -44,6 +44,13 @@ nlohmann::ordered_json solutionJson(const calib::Calibration& calibration) {
   json["held_out_rms_mm"] = calibration.held_out_rms_mm;
   json["training_rms_px"] = calibration.training_rms_px;
   json["board_rms_px"] = calibration.board_rms_px;
+  json["predicted_mm"] = calibration.predicted_mm;
+  const calib::CameraChange& camera = calibration.camera_change;
+  json["camera"] = {{"fate", calib::fateName(camera.fate)},
+                    {"focal_change", camera.focal},
+                    {"center_change_px", {camera.center_px.x(), camera.center_px.y()}},
+                    {"largest_change_px", camera.largest_px},
+                    {"contradicted", camera.isContradicted()}};
   json["coverage"] = calibration.coverage.share();
   for (const calib::ViewResult& view : calibration.views) {
     nlohmann::ordered_json one;
@@ -69,8 +76,11 @@ void printSolution(const calib::Calibration& calibration, const CalibrateSolveOp
             << "fx " << fixedText(lens.K(0, 0), 2) << "  fy " << fixedText(lens.K(1, 1), 2)
             << "  cx " << fixedText(lens.K(0, 2), 2) << "  cy " << fixedText(lens.K(1, 2), 2)
             << " px\n";
+  std::cout << "light is uncertain by " << fixedText(calibration.predicted_mm, 3)
+            << " mm (95 %) on the boards; " << calib::cameraText(calibration.camera_change) << "\n";
   for (const std::string& warning : calibration.warnings) std::cout << "note: " << warning << "\n";
-  std::cout << "projector.yaml, T_camera_projector.yaml, calibration.yaml and report.html in "
+  std::cout << "projector.yaml, T_camera_projector.yaml, camera.yaml, calibration.yaml and "
+               "report.html in "
             << options.out << "\n";
 }
 
@@ -88,17 +98,16 @@ void runSolve(const CalibrateSolveOptions& options) {
   const CalibrationFolder folder(options.out);
   folder.make();
   calib::SolveOptions solve;
-  solve.refine_camera = options.refine_camera;
+  if (options.refines_camera) solve.camera_use = calib::CameraUse::Refine;
+  if (options.fixes_camera) solve.camera_use = calib::CameraUse::Hold;
   solve.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   if (options.ruler_mm) solve.measured_ruler_m = *options.ruler_mm / 1000;
   try {
     const calib::Calibration calibration = calib::solvePhotographs(
         photographs, board, pattern, camera.lens, solve, terminalProgress());
-    folder.save(calibration, photographs, {options.names, board, pattern});
-    if (options.refine_camera) {
-      calib::replaceFile(options.out + "/camera.yaml",
-                         calib::projectorYaml(calibration.camera, camera.name));
-    }
+    calib::CalibrationNames names = options.names;
+    if (!camera.name.empty()) names.camera_name = camera.name;
+    folder.save(calibration, photographs, {names, board, pattern});
     if (options.json) {
       std::cout << dumpJson(solutionJson(calibration), 2) << "\n";
     } else {
@@ -130,9 +139,13 @@ void addCalibrateSolve(CLI::App& calibrate) {
   verb->add_option("--ruler-mm", options->ruler_mm,
                    "What the board's printed ruler measures; a wrong print is refused")
       ->check(CLI::PositiveNumber);
-  verb->add_flag("--refine-camera", options->refine_camera,
-                 "Estimate the camera's lens too (writes camera.yaml): a separate, careful camera "
-                 "calibration is 17 times better");
+  CLI::Option* refine = verb->add_flag(
+      "--refine-camera", options->refines_camera,
+      "Estimate the camera's lens even if the pictures agree with its camera_info; without this "
+      "or --fix-camera it is estimated where they contradict it");
+  verb->add_flag("--fix-camera", options->fixes_camera,
+                 "Take the camera_info as exact, whatever the pictures say")
+      ->excludes(refine);
   verb->add_option("--camera-frame", options->names.camera_frame, "tf frame of the camera")
       ->capture_default_str();
   verb->add_option("--projector-frame", options->names.projector_frame, "tf frame of the projector")

@@ -30,12 +30,18 @@ struct CalibrateVerifyOptions {
   bool json = false;
 };
 
-calib::Lens loadCamera(const std::string& path) {
-  const calib::CameraInfoFile file = calib::loadCameraInfo(path);
-  if (!file.warning.empty()) {
-    std::cerr << "afterglow calibrate verify: " << path << ": " << file.warning << "\n";
+/// The calibration's own, or --camera: calib::cameraOf.
+calib::Lens cameraFor(const CalibrateVerifyOptions& options) {
+  std::optional<calib::Lens> given;
+  if (!options.camera.empty()) {
+    const calib::CameraInfoFile file = calib::loadCameraInfo(options.camera);
+    if (!file.warning.empty()) {
+      std::cerr << "afterglow calibrate verify: " << options.camera << ": " << file.warning << "\n";
+    }
+    given = file.lens;
   }
-  return file.lens;
+  if (options.calibration.empty()) return *given;
+  return calib::cameraOf(options.calibration, given);
 }
 
 void requireGood(const calib::ErrorSummary& summary, const CalibrateVerifyOptions& options) {
@@ -58,7 +64,7 @@ calib::View readView(const ViewFiles& files, const calib::ViewReader& reader) {
 void runViews(const CalibrateVerifyOptions& options) {
   const calib::Board board = calib::loadBoard(options.board);
   const calib::Pattern pattern = calib::loadPattern(options.pattern);
-  const calib::Lens camera = loadCamera(options.camera);
+  const calib::Lens camera = cameraFor(options);
   const calib::ProjectorEstimate estimate = calib::loadCalibration(options.calibration);
   if (estimate.projector.width != pattern.width || estimate.projector.height != pattern.height) {
     throw std::runtime_error(options.pattern + " is of " + std::to_string(pattern.width) + " x " +
@@ -91,7 +97,7 @@ calib::TagLayout loadTargets(const std::string& path) {
 
 void runPlan(const CalibrateVerifyOptions& options) {
   const calib::TagLayout layout = loadTargets(options.targets);
-  const calib::Lens camera = loadCamera(options.camera);
+  const calib::Lens camera = cameraFor(options);
   const calib::ProjectorEstimate estimate = calib::loadCalibration(options.calibration);
   const calib::SurfacePose surface =
       calib::locateSurface(calib::loadPicture(options.photograph), layout, camera);
@@ -104,13 +110,14 @@ void runPlan(const CalibrateVerifyOptions& options) {
             << " printed tags, which fit to " << fixedText(surface.rms_px, 2)
             << " px\nShow it full screen, photograph it, then: afterglow calibrate verify --thrown "
                "PHOTOGRAPH --targets "
-            << options.targets << " --camera " << options.camera << " --photograph "
+            << options.targets << " --calibration " << options.calibration
+            << (options.camera.empty() ? "" : " --camera " + options.camera) << " --photograph "
             << options.photograph << "\n";
 }
 
 void runThrown(const CalibrateVerifyOptions& options) {
   const calib::TagLayout layout = loadTargets(options.targets);
-  const calib::Lens camera = loadCamera(options.camera);
+  const calib::Lens camera = cameraFor(options);
   const calib::Picture thrown = calib::loadPicture(options.thrown);
   std::optional<calib::Picture> plain;
   if (!options.photograph.empty()) plain = calib::loadPicture(options.photograph);
@@ -163,7 +170,7 @@ void runVerify(const CalibrateVerifyOptions& options) {
   refuse(!options.board.empty(), "--board", mode);
   refuse(!options.pattern.empty(), "--pattern", mode);
   if (!options.is_plan) {
-    refuse(!options.calibration.empty(), "--calibration", mode);
+    if (options.camera.empty()) require(options.calibration, "--calibration or --camera", mode);
     return runThrown(options);
   }
   require(options.photograph, "--photograph", mode);
@@ -206,7 +213,10 @@ void addCalibrateVerify(CLI::App& calibrate) {
       "verify", "Check a calibration with photographs it has not seen, in millimeters");
   addViewOptions(*verb, *options);
   addThrowOptions(*verb, *options);
-  verb->add_option("--camera", options->camera, "The camera's camera_info file")->required();
+  verb->add_option(
+      "--camera", options->camera,
+      "The camera's camera_info file; without it, and with the one the calibration was "
+      "made with, the calibration's own camera.yaml");
   verb->add_option("--calibration", options->calibration,
                    "Folder of the calibration (projector.yaml, T_camera_projector.yaml)");
   verb->add_option("--max-p95-mm", options->max_p95_mm,

@@ -133,9 +133,10 @@ class CalibrationFilesTest : public ::testing::Test {
 TEST_F(CalibrationFilesTest, readsBackExactlyWhatWasSaved) {
   save(calibration_);
   expectSame(loadCalibration(folder()), calibration_.estimate);
-  EXPECT_EQ(everything(), (std::vector<std::string>{
-                              "T_camera_projector.yaml", "calibration.yaml", "history",
-                              std::string("history/") + kDate + ".yaml", "projector.yaml"}));
+  EXPECT_EQ(everything(),
+            (std::vector<std::string>{"T_camera_projector.yaml", "calibration.yaml", "camera.yaml",
+                                      "history", std::string("history/") + kDate + ".yaml",
+                                      "projector.yaml"}));
   EXPECT_EQ(read(path("calibration.yaml")), read(path(std::string("history/") + kDate + ".yaml")));
 }
 
@@ -241,6 +242,20 @@ TEST_F(CalibrationFilesTest, savesNoEstimateThatIsNotFinite) {
   EXPECT_NE(refusal([&] { save(broken); }), "accepted");
   EXPECT_NE(refusal([&] { save(calibration_, "../../tomorrow"); }), "accepted");
   EXPECT_TRUE(everything().empty());
+}
+
+TEST_F(CalibrationFilesTest, looksThroughTheRefinedCameraInsteadOfTheOneItWasGiven) {
+  Calibration refined = calibration_;
+  refined.camera_info = refined.camera;
+  refined.camera_info.K(0, 2) += 2;
+  save(refined);
+  EXPECT_EQ(cameraOf(folder(), {}).K, refined.camera.K);
+  EXPECT_EQ(cameraOf(folder(), refined.camera_info).K, refined.camera.K);
+  EXPECT_EQ(loadCameraInfo(path("camera.yaml")).lens.K, refined.camera.K);
+  Lens newer = refined.camera;
+  newer.K(0, 0) += 1;
+  EXPECT_EQ(cameraOf(folder(), newer).K, newer.K) << "calibrated since";
+  EXPECT_EQ(cameraOf(folder() + "/older", newer).K, newer.K);
 }
 
 TEST_F(CalibrationFilesTest, loadsWithoutTheEvidence) {

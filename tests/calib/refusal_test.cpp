@@ -354,7 +354,7 @@ TEST(Refusal, ofAnUncertainResult) {
   ProjectorEstimate estimate = rig.truth();
   estimate.covariance.setZero();
   estimate.covariance(2, 2) = 0.04;  // cx to 0.2 px
-  EXPECT_NEAR(predictedError_px(estimate, {view}), 0.2 * 2.4477, 1e-3);
+  EXPECT_NEAR(predictedError(estimate, {view}).px, 0.2 * 2.4477, 1e-3);
   EXPECT_TRUE(uncertaintyRefusals(estimate, {view}).empty());
   estimate.covariance(2, 2) = 4;
   const auto reasons = uncertaintyRefusals(estimate, {view});

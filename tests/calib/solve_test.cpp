@@ -77,7 +77,7 @@ TEST(Solve, seesThroughAFisheyeCamera) {
   rig.camera.K(0, 0) *= 1.01;
   rig.camera.K(1, 1) *= 1.01;
   SolveOptions options;
-  options.refine_camera = true;
+  options.camera_use = CameraUse::Refine;
   const Calibration refined = solveViews(views, rig.board, rig.pattern, rig.camera, options);
   EXPECT_NEAR(refined.camera.K(0, 0), truth.K(0, 0), 2);
   EXPECT_EQ(refined.camera.model, LensModel::Equidistant);
@@ -90,12 +90,92 @@ TEST(Solve, refinesTheCameraOnRequest) {
   rig.camera.K(0, 0) *= 1.01;  // what the camera_info says
   rig.camera.K(1, 1) *= 1.01;
   SolveOptions options;
-  options.refine_camera = true;
+  options.camera_use = CameraUse::Refine;
   const Calibration result = solveViews(views, rig.board, rig.pattern, rig.camera, options);
   EXPECT_NEAR(result.camera.K(0, 0), truth.K(0, 0), 2);
   EXPECT_NEAR(result.camera.K(1, 2), truth.K(1, 2), 2);
   // Everything after the refinement looks through the refined camera too.
   EXPECT_LT(result.held_out_rms_px, 4 * kSigma_px);
+}
+
+/// As calibrations of cameras are off.
+Lens slightlyOff(Lens camera) {
+  camera.K(0, 0) *= 1.002;
+  camera.K(1, 1) *= 1.002;
+  camera.K(0, 2) += 1;
+  camera.K(1, 2) -= 1;
+  return camera;
+}
+
+TEST(Solve, refinesACameraInfoThatTheViewsContradict) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 4));
+  SyntheticRig given = rig;
+  given.camera = slightlyOff(rig.camera);
+  const Calibration result = solved(given, views);
+  EXPECT_EQ(result.camera_change.fate, CameraFate::Refined);
+  EXPECT_NEAR(result.camera.K(0, 0), rig.camera.K(0, 0), 0.5);
+  EXPECT_NEAR(result.camera.K(0, 2), rig.camera.K(0, 2), 0.5);
+  EXPECT_EQ(result.camera_info.K, given.camera.K);
+  EXPECT_NEAR(result.camera_change.focal, 1 / 1.002 - 1, 5e-4);
+  EXPECT_LT(test::errorP95_mm(rig, result.estimate), 0.3);
+  // What is stated knows of the camera: neither blind nor afraid.
+  EXPECT_GT(result.predicted_mm, 0.7 * test::errorP95_mm(rig, result.estimate));
+  EXPECT_LT(result.predicted_mm, 1.0);
+  EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
+}
+
+TEST(Solve, saysThatACameraHeldFixedIsContradicted) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  SolveOptions options;
+  options.camera_use = CameraUse::Hold;
+  const Lens given = slightlyOff(rig.camera);
+  const Calibration result = solveViews(thinned(test::cornerViews(rig, 16, kSigma_px, 4)),
+                                        rig.board, rig.pattern, given, options);
+  EXPECT_EQ(result.camera.K, given.K);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_EQ(result.warnings[0].rfind("the pictures contradict the camera_info, which was held "
+                                     "fixed (focal length -0.",
+                                     0),
+            0u)
+      << result.warnings[0];
+}
+
+TEST(Solve, keepsACameraInfoThatTheViewsAgreeWith) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 4));
+  SolveOptions options;
+  options.camera_use = CameraUse::Hold;
+  const Calibration held = solveViews(views, rig.board, rig.pattern, rig.camera, options);
+  const Calibration result = solved(rig, views);
+  EXPECT_EQ(result.camera_change.fate, CameraFate::Agrees);
+  EXPECT_EQ(result.camera.K, rig.camera.K);
+  EXPECT_NEAR(test::errorP95_mm(rig, result.estimate), test::errorP95_mm(rig, held.estimate), 1e-9);
+  // Nobody knows that it is exact.
+  EXPECT_GT(result.predicted_mm, 2 * held.predicted_mm);
+}
+
+TEST(Solve, tellsAndRefusesCameraInfosThatAreFarOff) {
+  const SyntheticRig rig = test::makeRig(RigKind::Standard, 4);
+  const std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 4));
+  SyntheticRig given = rig;
+  given.camera.K.topLeftCorner<2, 2>() *= 1.02;
+  const Calibration result = solved(given, views);
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_EQ(result.warnings.back().rfind("the camera_info is further off than a calibrated "
+                                         "camera's is (focal length -1.9",
+                                         0),
+            0u)
+      << result.warnings.back();
+  given.camera.K.topLeftCorner<2, 2>() *= 1.06;
+  try {
+    solved(given, views);
+    FAIL() << "not refused";
+  } catch (const CalibrationRefused& refused) {
+    ASSERT_EQ(refused.reasons().size(), 1u) << refused.what();
+    EXPECT_NE(refused.reasons()[0].find("is the camera_info this camera's"), std::string::npos)
+        << refused.what();
+  }
 }
 
 TEST(Solve, isNotMovedByThreeWrongTagsOfTen) {
@@ -165,6 +245,22 @@ double squaredDeviation(const SyntheticRig& rig, const ProjectorEstimate& estima
   return error.dot(predicted.covariance.inverse() * error);
 }
 
+/// A camera_info off by what the solver takes camera_infos to be off.
+Lens calibratedCamera(const Lens& truth, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  const CameraDeviations usual = usualDeviations(truth);
+  Lens given = truth;
+  const double focal = 1 + usual.focal * normal(random), aspect = usual.aspect * normal(random);
+  given.K(0, 0) *= focal * (1 + aspect / 2);
+  given.K(1, 1) *= focal * (1 - aspect / 2);
+  given.K(0, 2) += usual.center_px * normal(random);
+  given.K(1, 2) += usual.center_px * normal(random);
+  for (std::size_t i = 0; i < 4; ++i) given.D[i] += usual.D[i] * normal(random);
+  given.fold_radius = foldRadius(given);
+  return given;
+}
+
 TEST(Solve, knowsHowSureItIs) {
   // One rig is one trial: its points err together.
   constexpr int kRigs = 40, kPoints = 20;
@@ -174,7 +270,9 @@ TEST(Solve, knowsHowSureItIs) {
   for (int i = 0; i < kRigs; ++i) {
     const auto seed = static_cast<std::uint32_t>(100 + i);
     const SyntheticRig rig = test::makeRig(kKinds[i % 4], seed);
-    const Calibration result = solved(rig, thinned(test::cornerViews(rig, 10, 0.05, seed)));
+    SyntheticRig given = rig;
+    given.camera = calibratedCamera(rig.camera, seed);
+    const Calibration result = solved(given, thinned(test::cornerViews(rig, 10, 0.05, seed)));
     const auto points = test::pointsInBeam(rig, kPoints, seed);
     for (int k = 0; k < kPoints; ++k) {
       const double deviation = squaredDeviation(rig, result.estimate, points[std::size_t(k)]);

@@ -76,6 +76,24 @@ TEST_F(VerifyCommand, measuresFreshViewsOfTheBoard) {
   EXPECT_EQ(json["views"][0]["name"], "view_00");
   EXPECT_GT(json["views"][0]["corners"].get<int>(), 40);
 
+  // The camera_info of before, with which the calibration was made and its camera refined.
+  calib::Calibration refined;
+  refined.estimate = rig_.truth();
+  refined.camera = refined.camera_info = rig_.camera;
+  refined.camera_info.K(0, 2) += 6;
+  calib::saveCalibration(path("refined"), refined, {}, "2026-11-21T04:30:00Z");
+  write("camera_info.yaml", infoText(refined.camera_info));
+  arguments = views("refined");
+  arguments.insert(arguments.end(), {"--max-p95-mm", "0.5"});
+  for (const std::string& camera : {path("camera_info.yaml"), path("refined/camera.yaml")}) {
+    arguments[8] = camera;
+    const ProgramResult result = calibrate(arguments);
+    EXPECT_EQ(result.status, 0) << camera << "\n" << result.output;
+  }
+  arguments.erase(arguments.begin() + 7, arguments.begin() + 9);
+  const ProgramResult its_own = calibrate(arguments);
+  EXPECT_EQ(its_own.status, 0) << its_own.output;
+
   arguments = views("bad");
   arguments.insert(arguments.end(), {"--max-p95-mm", "0.5"});
   const ProgramResult bad = calibrate(arguments);
@@ -137,6 +155,7 @@ TEST_F(VerifyCommand, plansAThrowAndMeasuresIt) {
 
 TEST_F(VerifyCommand, endsWithTwoForWrongUsage) {
   expectWrongUsage({"verify", "--camera", "c"});
+  expectWrongUsage({"verify", "--thrown", "t", "--targets", "t"});
   expectWrongUsage({"verify", "--camera", "c", "--images", "i"});
   expectWrongUsage({"verify", "--camera", "c", "--plan", "--thrown", "t"});
   expectWrongUsage({"verify", "--camera", "c", "--plan", "--targets", "t"});

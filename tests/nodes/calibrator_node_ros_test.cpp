@@ -90,7 +90,7 @@ TEST_F(CalibratorNodeTest, calibratesAProjectorThroughALaggingCamera) {
         "calibration.yaml", "T_camera_projector.yaml", "verification.yaml", "check/view_00.png"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.path("out/") + file)) << file;
   }
-  EXPECT_EQ(calib::loadCameraInfo(folder_.path("out/camera.yaml")).lens.K, rig_.camera.K);
+  EXPECT_EQ(calib::loadCameraInfo(folder_.path("out/camera_info.yaml")).lens.K, rig_.camera.K);
   EXPECT_NE(room.said().find("view taken: 5 of 5 views, coverage "), std::string::npos);
   EXPECT_NE(room.spoken().find("checked: the light is "), std::string::npos) << room.spoken();
   EXPECT_TRUE(eventually([&] {
