@@ -36,7 +36,7 @@ class JointPath {
   std::vector<bool> turns_for_ever_;
 };
 
-/// The short way from one angle to another.
+/// The short way from one angle to another, in [-pi, pi].
 double turnBetween(double from, double to);
 
 }  // namespace afterglow::nodes

@@ -49,11 +49,6 @@ double lengthOf(const FloorPath& path) {
   return length;
 }
 
-double turnBetween(double from_yaw, double to_yaw) {
-  const double turn = std::remainder(to_yaw - from_yaw, 2 * M_PI);
-  return turn <= -M_PI ? M_PI : turn;
-}
-
 FloorPath planDetour(const Eigen::Vector2d& start, const Eigen::Vector2d& goal,
                      const std::vector<Eigen::Vector2d>& obstacle, double clearance) {
   if (!isClear({start, goal}, obstacle, clearance)) {

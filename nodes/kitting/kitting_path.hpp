@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "nodes/fetch/joint_path.hpp"
+
 namespace afterglow::nodes {
 
 /// A robot on the floor.
@@ -17,9 +19,6 @@ struct FloorPose {
 using FloorPath = std::vector<Eigen::Vector2d>;
 
 double lengthOf(const FloorPath& path);
-
-/// Smallest turn from one heading to another, in (-pi, pi].
-double turnBetween(double from_yaw, double to_yaw);
 
 /// A path from start to goal with a point about every 5 cm: straight, or bent to the side that
 /// needs less of a detour so that it stays `clearance` from every obstacle point. It leaves and

@@ -10,6 +10,7 @@
 
 #include "nodes/player/live_pose.hpp"
 #include "replay/play/goal_book.hpp"
+#include "replay/play/goal_remainder.hpp"
 #include "replay/play/rewrite.hpp"
 
 namespace afterglow::nodes {
@@ -21,7 +22,7 @@ constexpr std::chrono::milliseconds kGoalLook(20);  // at a goal that is under w
 constexpr double kLivePatience = 3.0;               // s
 constexpr double kMeanOf = 2.0;                     // s of localization
 /// Beyond what a goal was given to get to the start.
-constexpr double kLongestApproach = 60;  // s
+constexpr double kLongestApproach = 90;  // s
 
 std::string listed(const std::vector<std::string>& parts) {
   std::string text;
@@ -121,6 +122,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (emergency_stop_) emergency_stop_->check();
   const replay::MovedParts parts = movedParts(store_, plan_);
   if (parts.moves_base) base_.emplace(store_, plan_, options_.base, limits_);
+  if (parts.moves_joints) listenToJoints(is_stopped);
   replay::StartPose then;
   if (options_.start != BodyOptions::Start::Anywhere) {
     then = readStartPose(store_, plan_, parts, notes_, options_.base.frames);
@@ -142,7 +144,59 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
     refuse("the robot does not stand as it did: " + listed(deviations) +
            (base.empty() ? "" : "; the base has to be brought there"));
   }
+  watchArm();
+  holdGaze(is_stopped);
   if (base_) base_->prepare(is_stopped);
+}
+
+void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
+  joints_.emplace();
+  const Deadline deadline = deadlineIn(kLivePatience);
+  while (joints_->positions().empty() && !is_stopped() &&
+         std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(kGoalLook);
+  }
+}
+
+/// From now on goals begin where the joints are.
+void BodyGate::watchArm() {
+  if (!joints_) return;
+  using Elsewhere = replay::ArmStartOptions::Elsewhere;
+  replay::ArmStartOptions options;
+  options.elsewhere = options_.start == BodyOptions::Start::MoveThere  ? Elsewhere::Approach
+                      : options_.start == BodyOptions::Start::Anywhere ? Elsewhere::Accept
+                                                                       : Elsewhere::Refuse;
+  options.tolerances = options_.tolerances;
+  options.speed = options_.speed;
+  options.limits = limits_;
+  options.continuous = continuousJoints();
+  arm_.emplace(replay::JointTrack::read(store_, plan_.behavior, plan_.begin, plan_.end),
+               [this](const std::string& joint) { return joints_->find(joint); }, options);
+}
+
+/// The Fetch's: of heads with other controllers no fault is known.
+std::string BodyGate::gazeFrame() const {
+  const bool is_known = joints_ && joints_->find("head_tilt_joint");
+  return is_known ? plan_.rewriting.frame("head_tilt_link") : "";
+}
+
+void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
+  const std::string gaze_frame = gazeFrame();
+  const auto fresh_id = replay::uniqueGoalIds(ros::this_node::getName() + "_gaze");
+  for (const replay::PlannedTopic& topic : plan_.topics) {
+    if (gaze_frame.empty() || !topic.isPlayed() || !replay::isHeadGoal(topic.channel)) continue;
+    const auto first =
+        store_.messages(plan_.behavior, {{topic.channel.topic}, {}, plan_.end})->next();
+    if (!first || is_stopped()) continue;
+    const std::string id = fresh_id();
+    const GoalOutcome outcome =
+        perform(topic.output, replay::presentGaze(topic.channel, first->bytes, gaze_frame, id), id,
+                is_stopped);
+    if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
+      notes_.push_back("the head did not hold its gaze before it was moved: " + topic.output.topic +
+                       (outcome == GoalOutcome::Open ? " took too long" : " failed"));
+    }
+  }
 }
 
 /// After it was driven there, if that is asked for.
@@ -198,19 +252,25 @@ void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartP
     // Asked again for each: two controllers may share a joint.
     const replay::StartPose now = live(parts, then, is_stopped);
     const auto goal = startGoal(goals, then, now, options_.tolerances, options_.speed, id);
-    if (goal && !is_stopped()) moveToStart(goals, *goal, id, is_stopped);
+    if (!goal || is_stopped()) continue;
+    notes_.push_back("the robot was moved to the start by " + goals.output.topic);
+    const GoalOutcome outcome = perform(goals.output, *goal, id, is_stopped);
+    if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
+      refuse("it did not get to the start: " + goals.output.topic +
+             (outcome == GoalOutcome::Open ? " took too long" : " failed"));
+    }
   }
 }
 
-void BodyGate::moveToStart(const replay::JointGoals& goals, const replay::Bytes& goal,
-                           const std::string& id, const std::function<bool()>& is_stopped) {
+/// Sends a goal and waits for its end; a goal that takes too long is canceled: Open.
+GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
+                              const std::string& id, const std::function<bool()>& is_stopped) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     statuses_[id] = 0;
   }
-  notes_.push_back("the robot was moved to the start by " + goals.output.topic);
   sink_.clock().watchThisThread();
-  sink_.publish(goals.output, goal);
+  sink_.publish(output, goal);
   const Deadline deadline = deadlineIn(kLongestApproach);
   GoalOutcome outcome = GoalOutcome::Open;
   while (outcome == GoalOutcome::Open && !is_stopped() &&
@@ -221,12 +281,9 @@ void BodyGate::moveToStart(const replay::JointGoals& goals, const replay::Bytes&
     outcome = replay::outcomeOf(statuses_[id]);
   }
   if (outcome == GoalOutcome::Open) {
-    sink_.publish(cancelChannel(goals.output), replay::cancelMessage(id));
+    sink_.publish(cancelChannel(output), replay::cancelMessage(id));
   }
-  if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
-    refuse("it did not get to the start: " + goals.output.topic +
-           (outcome == GoalOutcome::Open ? " took too long" : " failed"));
-  }
+  return outcome;
 }
 
 void BodyGate::onGoalStatus(const std::string& id, std::uint8_t status) {

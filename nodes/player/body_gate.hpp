@@ -12,6 +12,7 @@
 
 #include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/guarded_sink.hpp"
+#include "nodes/player/live_joints.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/start_pose.hpp"
@@ -55,6 +56,10 @@ class BodyGate {
   replay::Clock& clock() { return sink_.clock(); }
   /// After check(); none: velocities are sent as they were recorded.
   replay::BaseDrive* baseDrive() { return base_ ? base_->drive() : nullptr; }
+  /// The same; none: no joints are moved.
+  replay::ArmStart* armStart() { return arm_ ? &*arm_ : nullptr; }
+  /// PlayOptions::gaze_frame
+  std::string gazeFrame() const;
   /// Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
   /// What could not be checked, where the robot was moved, and how the base was.
@@ -68,8 +73,11 @@ class BodyGate {
                             const std::function<bool()>& is_stopped);
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
-  void moveToStart(const replay::JointGoals& goals, const replay::Bytes& goal,
-                   const std::string& id, const std::function<bool()>& is_stopped);
+  void listenToJoints(const std::function<bool()>& is_stopped);
+  void watchArm();
+  void holdGaze(const std::function<bool()>& is_stopped);
+  replay::GoalOutcome perform(const replay::Channel& output, const replay::Bytes& goal,
+                              const std::string& id, const std::function<bool()>& is_stopped);
 
   const replay::Store& store_;
   const replay::PlayPlan& plan_;
@@ -79,6 +87,8 @@ class BodyGate {
   GuardedSink sink_;
   std::optional<EmergencyStop> emergency_stop_;
   std::optional<ReplayedBase> base_;
+  std::optional<LiveJoints> joints_;  ///< if there are goals
+  std::optional<replay::ArmStart> arm_;
   std::vector<std::string> notes_;
   std::mutex mutex_;
   std::map<std::string, std::uint8_t> statuses_;  ///< of the goals that go to the start

@@ -1,16 +1,16 @@
 #include "nodes/player/live_pose.hpp"
 
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <sensor_msgs/JointState.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <thread>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/player/live_joints.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -20,13 +20,13 @@ namespace {
 class PoseListener {
  public:
   explicit PoseListener(bool asks_base) {
-    node_.setCallbackQueue(&queue_);
-    joints_ = node_.subscribe<sensor_msgs::JointState>(
-        "/joint_states", 100, [this](const auto& message) { onJoints(*message); });
     if (asks_base) transforms_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
   }
 
-  void listen() { queue_.callAvailable(ros::WallDuration(0.02)); }
+  void listen() {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    pose.joints = joints_.positions();
+  }
   bool knows(const PoseQuestion& question) const {
     return (!question.asks_base || pose.base) &&
            std::all_of(question.joints.begin(), question.joints.end(),
@@ -45,15 +45,7 @@ class PoseListener {
   replay::StartPose pose;
 
  private:
-  void onJoints(const sensor_msgs::JointState& message) {
-    for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
-      pose.joints[message.name[i]] = message.position[i];
-    }
-  }
-
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  ros::Subscriber joints_;
+  LiveJoints joints_;
   tf2_ros::Buffer buffer_;
   std::unique_ptr<tf2_ros::TransformListener> transforms_;
 };

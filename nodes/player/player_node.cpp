@@ -180,8 +180,13 @@ void PlayerNode::play(const ReplayRequest& request) {
   const replay::PlayReport report = session->run();
   const ReplayResult result = resultOf(session->plan(), report);
   show(nullptr, report.is_complete ? "completed" : report.reason);
-  ROS_INFO_STREAM("behavior " << result.behavior_id
-                              << " was replayed; scheduling: " << report.scheduling);
+  if (report.is_complete) {
+    ROS_INFO_STREAM("behavior " << result.behavior_id
+                                << " was replayed; scheduling: " << report.scheduling);
+  } else {
+    ROS_WARN_STREAM("the replay of behavior " << result.behavior_id
+                                              << " was stopped: " << report.reason);
+  }
   for (const std::string& note : report.notes) {
     ROS_WARN_STREAM("replay of behavior " << result.behavior_id << ": " << note);
   }

@@ -146,7 +146,11 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   stagehand.prepare([this] { return isStopped(); });
   replay::PlayOptions options = request_.options;
   options.anchor = stagehand.anchor();
-  options.base_drive = gate_ ? gate_->baseDrive() : nullptr;
+  if (gate_) {
+    options.base_drive = gate_->baseDrive();
+    options.arm_start = gate_->armStart();
+    options.gaze_frame = gate_->gazeFrame();
+  }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_ = std::make_unique<replay::Player>(

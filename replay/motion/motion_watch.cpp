@@ -29,7 +29,7 @@ void MotionWatch::watch(const PlannedTopic& topic) {
   const Channel& channel = topic.output;
   const auto output = static_cast<std::uint32_t>(outputs_.size());
   if (isVelocity(channel)) {
-    topics_[channel.topic] = {Kind::Velocity, output};
+    topics_[channel.topic] = {Kind::Twist, output};
     outputs_.push_back({channel, Bytes(schemaOf(channel).minimumSize(0))});
   } else if (isTrajectoryCommand(channel)) {
     topics_[channel.topic] = {Kind::Trajectory, output};
@@ -51,7 +51,7 @@ MotionWatch::Change MotionWatch::sending(const Channel& channel, const Bytes& by
   }
   const auto [kind, output] = found->second;
   change.output = output;
-  if (kind == Kind::Velocity) {
+  if (kind == Kind::Twist) {
     change.is_motion = !isZero(velocityOf(bytes));
     change.has_changed = setMoving(output, change.is_motion);
   } else if (kind == Kind::Goal) {

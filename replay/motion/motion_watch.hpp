@@ -42,7 +42,7 @@ class MotionWatch {
   const Outputs& moving() const { return moving_; }
 
  private:
-  enum class Kind { Velocity, Goal, Cancel, Trajectory };
+  enum class Kind { Twist, Goal, Cancel, Trajectory };
   struct Topic {
     Kind kind;
     std::uint32_t output;

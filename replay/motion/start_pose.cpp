@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <set>
 
-#include "replay/messages/document.hpp"
+#include "replay/messages/document_access.hpp"
+#include "replay/motion/joint_track.hpp"
 #include "replay/motion/track_reader.hpp"
 #include "replay/play/goal_remainder.hpp"
 
 namespace afterglow::replay {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000'000;
-/// Joint states come many times a second; what is older may not be so any more.
-constexpr std::int64_t kBefore = 5 * kSecond, kAfter = kSecond;
 
 const std::string kNotLocalized = "it was recorded without localization (map -> odom)";
 
@@ -28,39 +24,6 @@ std::string formatted(const char* format, Arguments... arguments) {
 
 bool contains(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
-}
-
-Value* find(Value& message, const std::string& path) {
-  auto* object = std::get_if<Object>(&message);
-  const std::size_t dot = path.find('.');
-  if (!object) return nullptr;
-  for (auto& [name, value] : *object) {
-    if (name == path.substr(0, dot)) {
-      return dot == std::string::npos ? &value : find(value, path.substr(dot + 1));
-    }
-  }
-  return nullptr;
-}
-
-Value& field(Value& message, const std::string& path) {
-  if (Value* found = find(message, path)) return *found;
-  throw MessageError("no field " + path);
-}
-
-std::vector<double> numbersOf(const Value& value) {
-  const auto* array = std::get_if<NumberArray>(&value);
-  std::vector<double> numbers;
-  if (array && array->type == FieldType::Float64) {
-    numbers.resize(array->size());
-    if (!numbers.empty()) std::memcpy(numbers.data(), array->bytes.data(), array->bytes.size());
-  }
-  return numbers;
-}
-
-NumberArray numberArray(const std::vector<double>& numbers) {
-  NumberArray array{FieldType::Float64, Bytes(numbers.size() * sizeof(double))};
-  if (!numbers.empty()) std::memcpy(array.bytes.data(), numbers.data(), array.bytes.size());
-  return array;
 }
 
 bool isGripperGoal(const Channel& channel) {
@@ -88,7 +51,7 @@ std::optional<JointGoals> readGoals(const Store& store, const PlayPlan& plan,
                                     const PlannedTopic& topic) {
   std::optional<JointGoals> goals;
   const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
-  const auto cursor = store.messages(plan.behavior, {{topic.channel.topic}, plan.begin, plan.end});
+  const auto cursor = store.messages(plan.behavior, {{topic.channel.topic}, {}, plan.end});
   while (const auto message = cursor->next()) {
     try {
       addGoal(topic, message->bytes, schema, goals);
@@ -99,66 +62,12 @@ std::optional<JointGoals> readGoals(const Store& store, const PlayPlan& plan,
   return goals;
 }
 
-/// The behavior with what its recording has around the moment.
-Behavior widened(const PlayPlan& plan, Stamp at) {
-  Behavior wide = plan.behavior;
-  wide.begin = {at.ns - kBefore};
-  wide.end = Stamp{at.ns + kAfter};
-  return wide;
-}
-
-/// Positions of joints up to a moment, or the first after it.
-class JointReading {
- public:
-  explicit JointReading(Stamp at) : at_(at) {}
-
-  void add(const Schema& schema, const Message& message) {
-    Value document = decode(schema, message.bytes);
-    const auto* names = std::get_if<Array>(&field(document, "name"));
-    const std::vector<double> positions = numbersOf(field(document, "position"));
-    for (std::size_t i = 0; names && i < std::min(names->size(), positions.size()); ++i) {
-      const auto* name = std::get_if<std::string>(&(*names)[i]);
-      const bool is_known = name && joints.count(*name) > 0;
-      if (name && std::isfinite(positions[i]) && !(is_known && message.received > at_)) {
-        joints[*name] = positions[i];
-      }
-    }
-  }
-
-  std::map<std::string, double> joints;
-
- private:
-  Stamp at_;
-};
-
-std::map<std::string, double> readJoints(const Store& store, const PlayPlan& plan, Stamp at) {
-  const Behavior wide = widened(plan, at);
-  std::vector<std::string> topics;
-  for (const auto& known : {store.topics(wide), store.contextTopics(wide)}) {
-    for (const TopicSummary& topic : known) {
-      if (topic.type == "sensor_msgs/JointState") topics.push_back(topic.topic);
-    }
-  }
-  JointReading reading(at);
-  if (topics.empty()) return {};
-  const auto cursor = store.messages(wide, {topics});
-  while (const auto message = cursor->next()) {
-    try {
-      const Channel channel = store.channel(message->channel);
-      reading.add(Schema::parse(channel.type, channel.definition), *message);
-    } catch (const MessageError&) {
-      continue;
-    }
-  }
-  return reading.joints;
-}
-
 /// Of the moved parts.
 std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& plan,
                                           const MovedParts& parts, Stamp at, const char* when,
                                           std::vector<std::string>& remarks) {
   std::map<std::string, double> moved;
-  const std::map<std::string, double> recorded = readJoints(store, plan, at);
+  const std::map<std::string, double> recorded = JointTrack::read(store, plan.behavior, at, at).at(at);
   for (const std::string& joint : parts.joints()) {
     const auto found = recorded.find(joint);
     if (found != recorded.end()) {
@@ -177,19 +86,14 @@ std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
                                    const TrackFrames& frames, std::vector<std::string>& remarks) {
   std::string why;
   const auto track =
-      readPoseTrack(store, widened(plan, plan.begin), frames, LocalizationNoise(), why);
+      readPoseTrack(store, aroundMoments(plan.behavior, plan.begin, plan.begin), frames,
+                    LocalizationNoise(), why);
   if (track && track->isLocalized()) {
     return track->at(plan.begin);
   }
   remarks.push_back("where the base stood at the start is not known: " +
                     (track ? kNotLocalized : why));
   return std::nullopt;
-}
-
-double toleranceOf(const std::string& joint, const StartTolerances& tolerances) {
-  return isGripperJoint(joint)   ? tolerances.gripper
-         : isSlidingJoint(joint) ? tolerances.sliding
-                                 : tolerances.turning;
 }
 
 /// The gap is what both fingers leave open.
@@ -202,15 +106,13 @@ double gap(const StartPose& pose) {
 }
 
 /// To be there, standing, after so long.
-Value endPoint(const Value& like, const std::vector<double>& positions, double seconds) {
+Value restPoint(const Value& like, const std::vector<double>& positions, double seconds) {
   Value point = like;
-  field(point, "positions") = numberArray(positions);
-  field(point, "velocities") = numberArray(std::vector<double>(positions.size()));
-  field(point, "accelerations") = numberArray({});
-  field(point, "effort") = numberArray({});
-  const double whole = std::floor(seconds);
-  field(point, "time_from_start") = RosDuration{static_cast<std::int32_t>(whole),
-                                                static_cast<std::int32_t>((seconds - whole) * 1e9)};
+  valueAt(point, "positions") = numberArray(positions);
+  valueAt(point, "velocities") = numberArray(std::vector<double>(positions.size()));
+  valueAt(point, "accelerations") = numberArray({});
+  valueAt(point, "effort") = numberArray({});
+  valueAt(point, "time_from_start") = toRosDuration(std::llround(seconds * 1e9));
   return point;
 }
 
@@ -221,18 +123,21 @@ bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
   if (!trajectory || trajectory->points->empty()) return false;
   double seconds = 1;
   bool deviates = false;
-  std::vector<double> positions;
+  std::vector<double> positions, here;
   for (const std::string& joint : trajectory->joints) {
     const auto to = then.joints.find(joint), from = now.joints.find(joint);
     if (to == then.joints.end() || from == now.joints.end()) return false;
     const double way = std::abs(jointError(joint, from->second, to->second));
     deviates = deviates || way > toleranceOf(joint, tolerances);
-    seconds = std::max(seconds, way / (isSlidingJoint(joint) ? speed.sliding : speed.turning));
+    // From rest to rest controllers are 1.5 times as fast in the middle as in the mean.
+    seconds = std::max(seconds, 1.5 * way / (isSlidingJoint(joint) ? speed.sliding : speed.turning));
     positions.push_back(to->second);
+    here.push_back(from->second);
   }
   const Value like = trajectory->points->front();
-  *trajectory->points = {endPoint(like, positions, seconds)};
-  field(goal, "goal.trajectory.header.stamp") = RosTime{};
+  // Without the first one Fetch's controllers would jump after a cancel (arm_start.hpp).
+  *trajectory->points = {restPoint(like, here, 0), restPoint(like, positions, seconds)};
+  valueAt(goal, "goal.trajectory.header.stamp") = RosTime{};
   return deviates;
 }
 
@@ -267,9 +172,10 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan) {
     }
     if (isVelocity(topic.channel)) {
       parts.moves_base = parts.moves_base || topic.count > 0;
-    } else if (auto goals = readGoals(store, plan, topic)) {
-      parts.goals.push_back(std::move(*goals));
+      continue;
     }
+    parts.moves_joints = parts.moves_joints || topic.count > 0;
+    if (auto goals = readGoals(store, plan, topic)) parts.goals.push_back(std::move(*goals));
   }
   return parts;
 }
@@ -301,6 +207,18 @@ StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts
 
 // ------------------------------------------------------------------------------------ deviations
 
+double toleranceOf(const std::string& joint, const StartTolerances& tolerances) {
+  return isGripperJoint(joint)   ? tolerances.gripper
+         : isSlidingJoint(joint) ? tolerances.sliding
+                                 : tolerances.turning;
+}
+
+std::string deviationText(const std::string& joint, double off, double then, double now) {
+  const int digits = isSlidingJoint(joint) ? 3 : 2;
+  return joint + formatted(" is %.*f %s off (now %.*f, then %.*f)", digits, off,
+                           isSlidingJoint(joint) ? "m" : "rad", digits, now, digits, then);
+}
+
 double jointError(const std::string& joint, double then, double now) {
   return isSlidingJoint(joint) ? now - then : wrapAngle(now - then);
 }
@@ -316,10 +234,7 @@ std::vector<std::string> jointDeviations(const StartPose& then, const StartPose&
     }
     const double off = std::abs(jointError(joint, position, live->second));
     if (off > toleranceOf(joint, tolerances)) {
-      deviations.push_back(
-          joint + formatted(" is %.*f %s off (now %.*f, then %.*f)", isSlidingJoint(joint) ? 3 : 2,
-                            off, isSlidingJoint(joint) ? "m" : "rad", isSlidingJoint(joint) ? 3 : 2,
-                            live->second, isSlidingJoint(joint) ? 3 : 2, position));
+      deviations.push_back(deviationText(joint, off, position, live->second));
     }
   }
   return deviations;
@@ -354,11 +269,11 @@ std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, c
   }
   const Schema schema = Schema::parse(goals.output.type, goals.output.definition);
   Value goal = decode(schema, goals.first);
-  field(goal, "header.stamp") = RosTime{};
-  field(goal, "goal_id.stamp") = RosTime{};
-  field(goal, "goal_id.id") = id;
+  valueAt(goal, "header.stamp") = RosTime{};
+  valueAt(goal, "goal_id.stamp") = RosTime{};
+  valueAt(goal, "goal_id.id") = id;
   if (isGripperGoal(goals.output)) {
-    field(goal, "goal.command.position") = gap(then);
+    valueAt(goal, "goal.command.position") = gap(then);
     return std::abs(gap(then) - gap(now)) > tolerances.gripper
                ? std::optional<Bytes>(encode(schema, goal))
                : std::nullopt;

@@ -29,13 +29,14 @@ struct JointGoals {
 /// What a replay moves.
 struct MovedParts {
   std::vector<JointGoals> goals;
-  bool moves_base = false;
+  bool moves_base = false, moves_joints = false;
 
   bool movesGripper() const;
   /// By name; those of the gripper are not named.
   std::vector<std::string> joints() const;
 };
-/// Reads the played goals and joint trajectories. Throws StoreError; messages that cannot be
+/// Reads the goals and joint trajectories of the played topics, those before the part that is
+/// played, too: what was under way when that begins goes on in it. Throws StoreError; messages that cannot be
 /// understood are left out.
 MovedParts movedParts(const Store& store, const PlayPlan& plan);
 
@@ -63,19 +64,23 @@ struct StartTolerances {
   double base = 0.05, base_turn = 3 / kDegreesPerRadian;
 };
 
-/// Every deviation of `now` from `then`, a clause each: "elbow_flex_joint is 0.42 rad off (now
-/// 0.10, then 0.52)". What `now` lacks is one.
+double toleranceOf(const std::string& joint, const StartTolerances& tolerances);
+/// "elbow_flex_joint is 0.42 rad off (now 0.10, then 0.52)"
+std::string deviationText(const std::string& joint, double off, double then, double now);
+
+/// Every deviation of `now` from `then`, a clause each. What `now` lacks is one.
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances);
 /// Of the base, with where it was as seen from where it is; empty if there is none.
 std::string baseDeviation(const StartPose& then, const StartPose& now,
                           const StartTolerances& tolerances);
 
-/// How fast joints go to the start.
+/// How fast joints go to the start, at most.
 struct ApproachSpeed {
   double turning = 0.3, sliding = 0.05;  ///< rad/s, m/s
 };
-/// A goal for the topic that brings its joints from `now` to `then`, made of its first one. Empty
+/// A goal for the topic that brings its joints from `now`, its first point, to `then`, made of the
+/// topic's first one. Empty
 /// if it has a joint of which either is not known, or none that deviates. `id`: of the goal.
 /// Throws MessageError for a goal of another shape.
 std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,

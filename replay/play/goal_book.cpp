@@ -18,7 +18,7 @@ bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at)
   if (found == open_.end() || outcome == GoalOutcome::Open) {
     return false;
   }
-  ended_.push_back({found->channel.topic, found->recorded_at, found->milestone, outcome, at});
+  ended_.push_back({std::move(*found), outcome, at});
   open_.erase(found);
   counts_.succeeded += outcome == GoalOutcome::Succeeded;
   counts_.failed += outcome == GoalOutcome::Failed;

@@ -25,11 +25,9 @@ class GoalBook {
     std::string id;     ///< it was sent with
     /// Where its end is in the recording, if that is known and lies ahead.
     std::optional<Milestone> milestone = {};
+    SteadyTime sent_at = {};
   };
-  struct Ended {
-    std::string topic;  ///< of the goal
-    Stamp recorded_at;
-    std::optional<Milestone> milestone;
+  struct Ended : Entry {
     GoalOutcome outcome = GoalOutcome::Open;
     SteadyTime at;
   };

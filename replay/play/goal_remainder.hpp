@@ -33,4 +33,14 @@ Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t el
 /// The trajectory command that halts its joints where they are: no points.
 Bytes haltedTrajectory(const Channel& channel, const Bytes& command);
 
+/// control_msgs/PointHeadActionGoal
+bool isHeadGoal(const Channel& channel);
+/// The least that a head's goal takes; 0 if it does not say.
+std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal);
+/// The head's goal to look where it looks, made of one of its goals: straight ahead in `gaze_frame`,
+/// the frame that looks along its x axis. It ends a fault of Fetch's controller, which after a
+/// cancel would jump to the next goal's target (robot_controllers issue 33). Throws MessageError.
+Bytes presentGaze(const Channel& channel, const Bytes& goal, const std::string& gaze_frame,
+                  const std::string& goal_id);
+
 }  // namespace afterglow::replay

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
-#include "replay/messages/document.hpp"
+#include "replay/messages/document_access.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/play/goal_remainder.hpp"
 #include "replay/play/number_text.hpp"
@@ -66,26 +65,14 @@ class PeakFinder {
   std::map<std::string, MotionPeak> found_;
 };
 
-std::vector<double> numbersOf(const Value& point, const char* field) {
-  std::vector<double> numbers;
-  for (const auto& [key, value] : std::get<Object>(point)) {
-    const NumberArray* array = std::get_if<NumberArray>(&value);
-    if (key == field && array && array->type == FieldType::Float64) {
-      numbers.resize(array->size());
-      if (!numbers.empty()) std::memcpy(numbers.data(), array->bytes.data(), array->bytes.size());
-    }
-  }
-  return numbers;
-}
-
 void addTrajectory(const Trajectory& trajectory, double sent_at_s, PeakFinder& peaks) {
   std::vector<double> before;
   double before_s = 0;
   for (const Value& point : *trajectory.points) {
     const double at_s = static_cast<double>(timeFromStartNs(point)) * 1e-9;
-    const std::vector<double> positions = numbersOf(point, "positions"),
-                              velocities = numbersOf(point, "velocities"),
-                              accelerations = numbersOf(point, "accelerations");
+    const std::vector<double> positions = numbersAt(point, "positions"),
+                              velocities = numbersAt(point, "velocities"),
+                              accelerations = numbersAt(point, "accelerations");
     peaks.setTime(sent_at_s + at_s);
     for (std::size_t i = 0; i < trajectory.joints.size(); ++i) {
       const std::string& joint = trajectory.joints[i];

@@ -6,6 +6,7 @@
 #include <regex>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "replay/record/snapshot.hpp"
 
@@ -280,16 +281,22 @@ std::vector<std::string> PlayPlan::warnings() const {
 }
 
 std::string PlayPlan::leftOutText() const {
-  std::vector<std::string> unnamed, endless;
+  std::vector<std::string> unnamed, others, endless;
   for (const PlannedTopic& topic : topics) {
     if (topic.isPlayed()) continue;
-    if (topic.is_nameable) unnamed.push_back(topic.channel.topic);
-    if (topic.topic_class == TopicClass::Endless) endless.push_back(topic.channel.topic);
+    const auto& [name, type] = std::tie(topic.channel.topic, topic.channel.type);
+    if (topic.is_nameable) {
+      // What can be drawn or heard is what most often was meant.
+      (roleOf(name, type).topic_class == TopicClass::Shown ? unnamed : others).push_back(name);
+    }
+    if (topic.topic_class == TopicClass::Endless) endless.push_back(name);
   }
+  const std::string example = unnamed.empty() ? "TOPIC plays one" : unnamed[0] + " plays that one";
+  unnamed.insert(unnamed.end(), others.begin(), others.end());
   std::string text;
   if (!unnamed.empty()) {
     text = "not played, as nobody named them: " + shortList(unnamed) + "; --also " +
-           unnamed.front() + " plays that one, --dry-run says why each is left out";
+           example + ", --dry-run says why each is left out";
   }
   if (!endless.empty()) {
     text += (text.empty() ? "" : "; ") + std::string("never played, as nothing stops them: ") +

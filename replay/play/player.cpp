@@ -209,11 +209,12 @@ void Player::publish(Topic& topic, const Channel& channel, Stamp received, Bytes
                                    : Recorded{{}, received};
   const PublishMoment moment =
       momentOf(received, late_ns, earlyNs(topic.latency_s, timeline_->rate()));
-  publishAt(topic, channel, std::move(recorded), std::move(bytes), moment, late_ns);
+  publishAt(topic, channel, received, std::move(recorded), std::move(bytes), moment, late_ns);
 }
 
-void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
-                       const PublishMoment& moment, std::int64_t late_ns) {
+/// `at`: the moment of the recording that it is sent for.
+void Player::publishAt(Topic& topic, const Channel& channel, Stamp at, Recorded recorded,
+                       Bytes bytes, const PublishMoment& moment, std::int64_t late_ns) {
   const Modality modality = topic.planned->modality;
   const Stamp recorded_at = recorded.at;
   try {
@@ -224,6 +225,7 @@ void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, 
       throw MessageError("a velocity that is no number");
     }
     topic.scaling->apply(bytes, timeline_->rate());
+    beginWhereJointsAre(topic, channel, at, bytes);
     if (options_.anchor) {
       options_.anchor->anchor(channel, recorded.at, moment, bytes);
     }
@@ -239,6 +241,11 @@ void Player::publishAt(Topic& topic, const Channel& channel, Recorded recorded, 
     } else if (!rewritten.goal) {
       topic.command = std::move(recorded);
     }
+  } catch (const ArmElsewhere& error) {
+    ++topic.report.refused;
+    topic.report.problem = error.what();
+    stop("nothing more is sent on " + topic.planned->output.topic + ": " + error.what());
+    return;
   } catch (const std::exception& error) {
     ++topic.report.refused;
     topic.report.problem = error.what();

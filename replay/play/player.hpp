@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "replay/motion/arm_start.hpp"
 #include "replay/play/anchoring.hpp"
 #include "replay/play/base_drive.hpp"
 #include "replay/play/clock.hpp"
@@ -56,7 +57,8 @@ struct PlayOptions {
   std::set<std::string> pause_topics;  ///< pauses before each message on them
   /// Stamps are left as they were: whoever listens is given recorded time as well.
   bool has_recorded_time = false;
-  /// After seek(), how long the arm has to get to where its trajectory goes on.
+  /// After seek(), how long the arm has at least to get to where its trajectory goes on, if it is
+  /// elsewhere.
   double seek_lead_s = 5.0;
   MessageAnchor* anchor = nullptr;  ///< of the light, if any; outlives the player
   /// What is recorded after a goal's result, or after where the base got to, waits for that.
@@ -66,6 +68,12 @@ struct PlayOptions {
   /// Drives the base instead of the recorded velocities on its topic, which has to be played, and
   /// not in recorded time. Outlives the player.
   BaseDrive* base_drive = nullptr;
+  /// Has joint trajectories begin where the joints are, or stops the replay; outlives the player.
+  /// None: they are sent as they were recorded.
+  ArmStart* arm_start = nullptr;
+  /// The frame that looks along its x axis with a head whose controller jumps after a cancel
+  /// (presentGaze()); empty: no such head.
+  std::string gaze_frame;
 };
 
 struct PlayProgress {
@@ -86,7 +94,9 @@ struct PlayProgress {
 /// Rates scale velocities, trajectories and lifetimes (motion_rate.hpp).
 /// A pause sends zero velocities, halts trajectory commands and cancels the goals under way;
 /// resuming sends what is left of them, and the velocity in force. Another rate does both. seek()
-/// does so, too, and first makes what is in force there so again (scene_at.hpp).
+/// does so, too, and first makes what is in force there so again (scene_at.hpp). An arm that is not
+/// where a goal is to begin stops the replay, or is given time to get there (arm_start.hpp): the
+/// timeline stands until then.
 /// In step: nothing that was recorded after a goal's result (milestones.hpp), less a margin, is
 /// sent before the live one; the timeline stands there and then leaps to the result. Nor does it
 /// pass a base that is driven along its track. While it stands for a goal velocities are zero; they
@@ -180,7 +190,7 @@ class Player {
   PublishMoment momentOf(Stamp received, std::int64_t late_ns, std::int64_t early_ns);
   void publish(Topic& topic, const Channel& channel, Stamp received, Bytes bytes,
                std::int64_t late_ns, const Recorded* origin = nullptr);
-  void publishAt(Topic& topic, const Channel& channel, Recorded recorded, Bytes bytes,
+  void publishAt(Topic& topic, const Channel& channel, Stamp at, Recorded recorded, Bytes bytes,
                  const PublishMoment& moment, std::int64_t late_ns);
   void noteSent(Topic& topic, Stamp recorded, std::int64_t late_ns);
 
@@ -189,6 +199,7 @@ class Player {
   bool isGated() const;
   void driveBase();
   void addGoal(GoalBook::Entry entry);
+  bool repeatHeadGoal(const GoalBook::Ended& ended);
   void followEnd(const GoalBook::Ended& ended);
   bool isWaitedFor(const std::optional<Milestone>& milestone) const;
   bool moveLimit(std::optional<GoalBook::Ended> reached);
@@ -216,8 +227,14 @@ class Player {
   void suspend();
   void proceed();
   void sendRest(Topic& topic, const Channel& channel, const Recorded& whole, std::int64_t lead_ns);
+  Bytes restOf(const Channel& channel, const Recorded& whole, Stamp at, std::int64_t lead_ns) const;
   void sendVelocityInForce(Topic& topic, Stamp at);
-  bool hasTargets(const std::vector<GoalBook::Entry>& goals) const;
+  double leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at);
+  std::optional<double> leadOf(const Channel& channel, const Recorded& whole, Stamp at) const;
+  void giveTime(double seconds, Stamp at);
+  void beginWhereJointsAre(const Topic& topic, const Channel& channel, Stamp at, Bytes& bytes);
+  void lookAtHaltedJoints();
+  void holdGaze(const std::vector<GoalBook::Entry>& goals);
   void followRate(double rate);
   bool step();
 
@@ -267,6 +284,7 @@ class Player {
   std::optional<std::uint64_t> paused_before_;  ///< the sequence of a pause topic's message
   bool needs_lead_ = false;                     ///< targets are to be sent with time to get there
   SteadyTime lead_end_;                         ///< until then they have that time
+  SteadyTime halt_look_ = SteadyTime::forever();  ///< when halted joints have come to rest
   SteadyTime first_deadline_;
   std::int64_t paused_ns_ = 0;  ///< in all
   SteadyTime paused_at_, resumed_at_;
@@ -285,6 +303,7 @@ class Player {
   std::optional<PlayWait> wait_;  ///< may go on
   double wait_end_s_ = 0;
   std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;  ///< of goals, in the report
+  std::map<std::pair<std::string, std::int64_t>, int> head_repeats_;  ///< of goals
   Skew skew_;
   Samples deviation_;  ///< of the base
 

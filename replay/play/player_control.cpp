@@ -14,6 +14,8 @@ namespace {
 constexpr std::int64_t kVelocityInForce = 250'000'000;
 /// The base has stopped by itself, and settled.
 constexpr double kLeastGapOfMotion = 0.5;
+/// A halted arm has come to rest.
+constexpr std::int64_t kHaltNs = 500'000'000;
 
 }  // namespace
 
@@ -145,27 +147,48 @@ void Player::suspend() {
   changeTimeline([&](Timeline& timeline) { timeline.pause(paused_at_); });
   sendZeroVelocities();
   haltCommands();
-  sendCancels(goals_.suspendOpen());
+  const std::vector<GoalBook::Entry> goals = goals_.suspendOpen();
+  sendCancels(goals);
+  holdGaze(goals);
+  halt_look_ = paused_at_.after(kHaltNs);
+}
+
+/// Once, for each time that they were halted.
+void Player::lookAtHaltedJoints() {
+  halt_look_ = SteadyTime::forever();
+  if (options_.arm_start) options_.arm_start->halted();
+}
+
+void Player::holdGaze(const std::vector<GoalBook::Entry>& goals) {
+  for (const GoalBook::Entry& goal : goals) {
+    if (options_.gaze_frame.empty() || !isHeadGoal(goal.channel)) continue;
+    trySend(topicOf(goal.channel)->planned->output,
+            presentGaze(goal.channel, goal.recorded, options_.gaze_frame, goal.id + "-gaze"));
+  }
 }
 
 /// Sends what is in force: the rest of goals and trajectories, velocities.
 void Player::proceed() {
   shift_ns_.reset();
+  if (halt_look_ < SteadyTime::forever()) lookAtHaltedJoints();
   const Stamp at = timeline_->recorded(clock_.now());
   const std::vector<GoalBook::Entry> goals = goals_.takeSuspended();
-  if (std::exchange(needs_lead_, false) && hasTargets(goals)) {
-    lead_end_ = clock_.now().after(static_cast<std::int64_t>(options_.seek_lead_s * 1e9));
-    changeTimeline([&](Timeline& timeline) { timeline.moveTo(at, lead_end_); });
+  try {
+    giveTime(leadToProceed(goals, at), at);
+  } catch (const ArmElsewhere& error) {
+    stop(std::string("it does not go on: ") + error.what());
   }
   const std::int64_t wait_ns = std::max<std::int64_t>(0, lead_end_.ns - clock_.now().ns);
   const auto lead_ns = static_cast<std::int64_t>(static_cast<double>(wait_ns) * timeline_->rate());
   for (const GoalBook::Entry& goal : goals) {
+    if (isStopped()) return;
     sendRest(*topicOf(goal.channel), goal.channel, {goal.recorded, goal.recorded_at}, lead_ns);
   }
   for (auto& [name, topic] : topics_) {
     if (topic.command.bytes.empty()) {
       continue;
     }
+    if (isStopped()) return;
     if (topic.is_velocity) {
       if (!isHeldByGoal()) sendVelocityInForce(topic, at);
     } else {
@@ -174,10 +197,68 @@ void Player::proceed() {
   }
 }
 
-bool Player::hasTargets(const std::vector<GoalBook::Entry>& goals) const {
-  return !goals.empty() || std::any_of(topics_.begin(), topics_.end(), [](const auto& entry) {
-    return !entry.second.command.bytes.empty() && !entry.second.is_velocity;
-  });
+/// The time that the slowest of them needs to get to where it goes on; 0: it goes on at once.
+double Player::leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at) {
+  const bool may_be_elsewhere = std::exchange(needs_lead_, false);
+  double lead_s = 0;
+  const auto add = [&](const Channel& channel, const Recorded& whole) {
+    const std::optional<double> needed = leadOf(channel, whole, at);
+    const bool takes_lead = may_be_elsewhere && needed != 0.0;
+    lead_s = std::max({lead_s, needed.value_or(0), takes_lead ? options_.seek_lead_s : 0});
+  };
+  for (const GoalBook::Entry& goal : goals) {
+    add(goal.channel, {goal.recorded, goal.recorded_at});
+  }
+  for (const auto& [name, topic] : topics_) {
+    const bool is_in_force = !topic.command.bytes.empty() && !topic.is_velocity;
+    if (is_in_force) add(topic.planned->channel, topic.command);
+  }
+  return lead_s;
+}
+
+/// Empty if it is not known where the motion finds its joints.
+std::optional<double> Player::leadOf(const Channel& channel, const Recorded& whole,
+                                     Stamp at) const {
+  if (!options_.arm_start) {
+    return std::nullopt;
+  }
+  try {
+    Bytes rest = restOf(channel, whole, at, 0);
+    topics_.at(channel.topic).scaling->apply(rest, timeline_->rate());
+    return options_.arm_start->leadOf(channel, rest, at);
+  } catch (const MessageError&) {
+    return 0;  // nor can it be sent
+  }
+}
+
+void Player::giveTime(double seconds, Stamp at) {
+  if (seconds <= 0) {
+    return;
+  }
+  lead_end_ = clock_.now().after(static_cast<std::int64_t>(seconds * 1e9));
+  changeTimeline([&](Timeline& timeline) { timeline.moveTo(at, lead_end_); });
+  shift_ns_.reset();
+}
+
+/// What is sent while others are given time gets as much.
+void Player::beginWhereJointsAre(const Topic& topic, const Channel& channel, Stamp at,
+                                 Bytes& bytes) {
+  const bool has_joints = isGoal(channel) || isTrajectoryCommand(channel);
+  if (!options_.arm_start || !has_joints || topic.planned->modality != Modality::Body) {
+    return;
+  }
+  if (lead_end_ <= clock_.now()) {
+    const double needed = options_.arm_start->leadOf(channel, bytes, at).value_or(0);
+    if (needed > 0) sendZeroVelocities();
+    giveTime(needed, at);
+  }
+  const std::int64_t left_ns = std::max<std::int64_t>(0, lead_end_.ns - clock_.now().ns);
+  bytes = options_.arm_start->begin(channel, bytes, at, static_cast<double>(left_ns) * 1e-9);
+}
+
+Bytes Player::restOf(const Channel& channel, const Recorded& whole, Stamp at,
+                     std::int64_t lead_ns) const {
+  return remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
 }
 
 void Player::sendRest(Topic& topic, const Channel& channel, const Recorded& whole,
@@ -185,12 +266,13 @@ void Player::sendRest(Topic& topic, const Channel& channel, const Recorded& whol
   const Stamp at = timeline_->recorded(clock_.now());
   const std::uint64_t published = topic.report.published;
   try {
-    publish(topic, channel, at, remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns),
-            0, &whole);
+    // The lead of an arm that is looked at comes with its start.
+    publish(topic, channel, at, restOf(channel, whole, at, options_.arm_start ? 0 : lead_ns), 0,
+            &whole);
   } catch (const MessageError& error) {
     topic.report.problem = error.what();
   }
-  if (topic.report.published == published) {
+  if (topic.report.published == published && !isStopped()) {
     note("the rest of a motion on " + channel.topic + " was not sent: " + topic.report.problem);
   }
 }
@@ -206,7 +288,10 @@ void Player::followRate(double rate) {
   const bool is_moving = !timeline_->isPaused();
   if (is_moving) forgetSteps();
   needs_lead_ = needs_lead_ || clock_.now() < lead_end_ || isHeldByGoal();
-  if (is_moving) sendCancels(goals_.suspendOpen());
+  if (is_moving) {
+    lookAtHaltedJoints();
+    sendCancels(goals_.suspendOpen());
+  }
   changeTimeline([&](Timeline& timeline) { timeline.setRate(rate, clock_.now()); });
   if (is_moving) proceed();
 }

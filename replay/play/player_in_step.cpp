@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "replay/play/goal_remainder.hpp"
 #include "replay/play/number_text.hpp"
 #include "replay/play/player.hpp"
 #include "replay/play/velocity.hpp"
@@ -14,6 +15,7 @@ constexpr std::int64_t kBaseStep = 20'000'000;
 /// Waits with less between them are one, and shorter ones are not told: a base makes the timeline
 /// stumble, it does not stop it.
 constexpr double kSameWait = 0.5, kShortestWait = 0.01;
+constexpr int kMostHeadRepeats = 3;
 
 }  // namespace
 
@@ -39,12 +41,14 @@ SteadyTime Player::deadlineOf(Stamp recorded, std::int64_t early_ns) const {
 
 /// True if the limit has moved.
 bool Player::keepInStep() {
+  if (halt_look_ <= clock_.now()) lookAtHaltedJoints();
   if (timeline_->isPaused()) {
     return false;
   }
   driveBase();
   std::optional<GoalBook::Ended> reached;
   for (const GoalBook::Ended& ended : goals_.takeEnded()) {
+    if (repeatHeadGoal(ended)) continue;
     followEnd(ended);
     const bool is_later = !reached || reached->milestone->at < ended.milestone->at;
     if (isWaitedFor(ended.milestone) && is_later) reached = ended;
@@ -60,7 +64,7 @@ bool Player::keepInStep() {
 /// When there is something to do though no message is due.
 SteadyTime Player::nextStep() const {
   if (timeline_->isPaused()) {
-    return SteadyTime::forever();
+    return halt_look_;
   }
   SteadyTime next = options_.base_drive ? next_base_step_ : SteadyTime::forever();
   if (is_goal_limit_) {
@@ -113,6 +117,7 @@ void Player::driveBase() {
 void Player::addGoal(GoalBook::Entry entry) {
   const std::string& topic = entry.channel.topic;
   const SteadyTime now = clock_.now();
+  entry.sent_at = now;
   const auto milestone = milestones_.of(topic, entry.recorded_at);
   if (milestone && milestone->at > timeline_->recorded(now)) {
     entry.milestone = milestone;
@@ -128,21 +133,41 @@ void Player::addGoal(GoalBook::Entry entry) {
   goals_.add(std::move(entry));
 }
 
+/// Fetch's head controller may take a goal for reached because the one before it was: what ended
+/// long before its shortest duration was not done, and is sent again.
+bool Player::repeatHeadGoal(const GoalBook::Ended& ended) {
+  if (options_.gaze_frame.empty() || !isHeadGoal(ended.channel) ||
+      ended.outcome != GoalOutcome::Succeeded) {
+    return false;
+  }
+  const double planned = static_cast<double>(shortestDurationNs(ended.channel, ended.recorded)) /
+                         timeline_->rate();
+  const bool was_done = static_cast<double>(ended.at.ns - ended.sent_at.ns) > planned / 2;
+  int& repeats = head_repeats_[{ended.channel.topic, ended.recorded_at.ns}];
+  if (was_done || repeats == kMostHeadRepeats) {
+    return false;
+  }
+  ++repeats;
+  sendRest(*topicOf(ended.channel), ended.channel, {ended.recorded, ended.recorded_at}, 0);
+  return true;
+}
+
 void Player::followEnd(const GoalBook::Ended& ended) {
-  const auto span = spans_.find({ended.topic, ended.recorded_at.ns});
+  const std::string& topic = ended.channel.topic;
+  const auto span = spans_.find({topic, ended.recorded_at.ns});
   if (span != spans_.end() && span->second < report_.goal_spans.size()) {
     report_.goal_spans[span->second].outcome = ended.outcome;
     report_.goal_spans[span->second].played_end_s = playedSeconds(ended.at);
   }
   if (ended.milestone) skew_.reach(ended.milestone->at, ended.at);
-  const auto recorded = milestones_.of(ended.topic, ended.recorded_at);
+  const auto recorded = milestones_.of(topic, ended.recorded_at);
   const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
   // The player's own cancels are not told here: somebody else wanted the body to stop.
   const bool was_canceled = ended.outcome == GoalOutcome::Canceled && isGated() &&
                             ended.milestone && ended.milestone->is_awaited;
   if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {
-    const Modality modality = topics_.at(ended.topic).planned->modality;  // sound_play's is speech
-    fail(modality, "a goal on " + ended.topic +
+    const Modality modality = topics_.at(topic).planned->modality;  // sound_play's is speech
+    fail(modality, "a goal on " + topic +
                        (was_canceled ? " was canceled" : " was aborted, rejected or lost") +
                        (recorded ? ", and was not when it was recorded" : ""));
   }

@@ -60,6 +60,8 @@ void Player::moveTo(Stamp to) {
   haltCommands();
   giveUpGoals();
   lead_end_ = {};
+  halt_look_ = SteadyTime::forever();
+  if (options_.arm_start) options_.arm_start->forgetHalted();
   enter(to);
 }
 
@@ -85,8 +87,8 @@ void Player::showLight(const SceneAt& scene, Stamp at) {
     // Each as if it came now: the moment it came at is too far back for tf.
     const Stamp now = options_.has_recorded_time ? message.received : ros_now_();
     const PublishMoment moment{now, now.ns - message.received.ns};
-    publishAt(*topicOf(channel), channel, {{}, message.received}, std::move(message.bytes), moment,
-              0);
+    publishAt(*topicOf(channel), channel, message.received, {{}, message.received},
+              std::move(message.bytes), moment, 0);
   }
 }
 

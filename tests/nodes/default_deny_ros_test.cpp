@@ -48,8 +48,9 @@ replay::Channel channelOf(const std::string& topic) {
           traits::Definition<Ros>::value(), false, "/recorded"};
 }
 
+/// Not inlined: GCC 12 would take a blank message's empty strings for an overflow.
 template <typename Ros>
-replay::Bytes bytesOf(const Ros& message) {
+[[gnu::noinline]] replay::Bytes bytesOf(const Ros& message) {
   replay::Bytes bytes(ros::serialization::serializationLength(message));
   ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   ros::serialization::serialize(stream, message);
@@ -236,7 +237,7 @@ TEST_F(DefaultDeny, publishesLightAndSpeechAloneOfABagOfEverything) {
   EXPECT_EQ(heard(world->bag.requested, {"--only", "ar,speech"}), kLightAndSpeech);
   const std::string text = said(world->bag.requested, {"--only", "ar,speech"}, 0);
   EXPECT_TRUE(contains(text, "not played, as nobody named them: /")) << text;
-  EXPECT_TRUE(contains(text, "; --also /")) << text;
+  EXPECT_TRUE(contains(text, "; --also TOPIC plays one")) << text;
 }
 
 TEST_F(DefaultDeny, publishesNothingOfAnImportUnlessItIsNamed) {

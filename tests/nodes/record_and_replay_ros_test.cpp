@@ -254,7 +254,7 @@ TEST_F(RecordAndReplay, recordsByActionEverythingFromStartToStopAndReplaysItByte
   EXPECT_EQ(replay(goalOf(behavior.id)).getText(),
             "behavior " + std::to_string(behavior.id) +
                 " 'pick': there is nothing to play; not played, as nobody named them: /late, "
-                "/sign, /ticks; --also /late plays that one, --dry-run says why each is left out")
+                "/sign, /ticks; --also TOPIC plays one, --dry-run says why each is left out")
       << "they are neither body, light nor speech";
 
   for (int time = 1; time <= 2; ++time) {

@@ -109,11 +109,8 @@ class Robot {
     goals_ = node_.subscribe(kArm + "/goal", 10, &Robot::onGoal, this);
     cancels_ = node_.subscribe(kArm + "/cancel", 100, &Robot::onCancel, this);
     statuses_ = node_.advertise<actionlib_msgs::GoalStatusArray>(kArm + "/status", 10, true);
-    joints_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10, true);
-    sensor_msgs::JointState state;
-    state.name = {"elbow"};
-    state.position = {0.1};
-    joints_.publish(state);
+    joints_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
+    timer_ = node_.createWallTimer(ros::WallDuration(0.02), &Robot::onTimer, this);
   }
   void forget() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -139,6 +136,12 @@ class Robot {
   }
 
  private:
+  void onTimer(const ros::WallTimerEvent&) {
+    sensor_msgs::JointState state;
+    state.name = {"elbow"};
+    state.position = {0.1};
+    joints_.publish(state);
+  }
   void onVelocity(const geometry_msgs::Twist& twist) {
     const std::lock_guard<std::mutex> lock(mutex_);
     moves_ = twist.linear.x != 0;
@@ -160,6 +163,7 @@ class Robot {
   ros::NodeHandle node_;
   ros::Subscriber velocities_, goals_, cancels_;
   ros::Publisher statuses_, joints_;
+  ros::WallTimer timer_;
 };
 
 struct World {

@@ -247,6 +247,12 @@ struct ReplayWithoutJolts : testing::Test {
     ASSERT_GT(std::abs(witness().joint(joint) - end), 0.1 * std::abs(end - begin))
         << "the pause came when all was over: this machine is too busy to tell";
   }
+  static void seekInThePause(const std::string& player, double position) {
+    Seek::Request there;
+    there.position = position;
+    ASSERT_TRUE(call<Seek>(player + "/seek", there).success);
+    ASSERT_TRUE(call<std_srvs::Trigger>(player + "/resume").success);
+  }
   static void resume() { ASSERT_TRUE(call<std_srvs::Trigger>("/player_node/resume").success); }
 
   static void expectNoJolt(const std::string& when) {
@@ -347,16 +353,38 @@ TEST_F(ReplayWithoutJolts, goesOnWithALookAfterALongPause) {
   expectNoJolt("a look resumed");
 }
 
-TEST_F(ReplayWithoutJolts, seeksInAPauseAndGoesOn) {
+TEST_F(ReplayWithoutJolts, isStoppedAfterASeekToWhereTheArmIsNot) {
   const std::int64_t behavior = recordedArm(denseGoal(kTucked, kFar, 4));
+  const double shoulder = witness().joint("shoulder_pan_joint");
   pauseHalfWay(behavior, "shoulder_lift_joint", kFar[2]);
-  Seek::Request there;
-  there.position = 1;
-  ASSERT_TRUE(call<Seek>("/player_node/seek", there).success);
-  resume();
-  EXPECT_EQ(replayEnd(), State::SUCCEEDED);
+  const double halted = witness().joint("shoulder_pan_joint");
+  ASSERT_GT(std::abs(halted - shoulder), 0.3);
+  seekInThePause("/player_node", 0.2);
+  expectRefusal("sought and resumed", halted);
+}
+
+TEST_F(ReplayWithoutJolts, seeksInAPauseAndGoesThereSlowlyFirstIfItMay) {
+  const std::int64_t behavior = recordedArm(denseGoal(kTucked, kFar, 4));
+  const auto player = World::start({AFTERGLOW_TEST_PLAYER_NODE, "__name:=player_there",
+                                    "replay:=replay_there", "_store:=" + world->store,
+                                    "_allow_motion:=true", "_to_start:=true", "_longest_stall:=1",
+                                    "_hold:=0"});
+  Player replay("/replay_there", false);
+  ASSERT_TRUE(replay.waitForServer(kPatience));
+  ReplayGoal goal;
+  goal.behavior_id = behavior;
+  const double begin = witness().joint("shoulder_lift_joint");
+  replay.sendGoal(goal);
+  ASSERT_TRUE(eventually([&] {
+    return std::abs(witness().joint("shoulder_lift_joint") - begin) > 0.5;
+  })) << replay.getState().getText();
+  ASSERT_TRUE(call<std_srvs::Trigger>("/player_there/pause").success);
+  kLongPause.sleep();
+  seekInThePause("/player_there", 0.2);
+  EXPECT_TRUE(replay.waitForResult(kPatience));
+  EXPECT_EQ(replay.getState(), State::SUCCEEDED) << replay.getState().getText();
   EXPECT_TRUE(eventually([] { return isAt(kFar, 0.01); }));
-  expectNoJolt("sought and resumed");
+  expectNoJolt("sought and resumed, with --to-start");
 }
 
 // --------------------------------------------------------------------- somebody has moved the arm

@@ -232,7 +232,7 @@ TEST(StartPose, saysWhereTheBaseHasToGo) {
 // -------------------------------------------------------------------------------- the way back
 // there
 
-TEST_F(StartPoseOf, isApproachedByOneSlowPointThroughTheActionsOwnGoal) {
+TEST_F(StartPoseOf, isApproachedSlowlyFromWhereItIsThroughTheActionsOwnGoal) {
   recordJoints(-100, {{"elbow", 0.5}, {"wrist", 0.3}});
   record(arm, 1000, armGoal({"elbow", "wrist"}));
   const StartPose then = read();
@@ -244,8 +244,11 @@ TEST_F(StartPoseOf, isApproachedByOneSlowPointThroughTheActionsOwnGoal) {
   EXPECT_EQ(goalId(*bytes), "fresh");
   EXPECT_EQ(stampOf(goal, "goal_id.stamp").ns, 0);
   EXPECT_EQ(trajectoryStamp(*bytes).ns, 0) << "now";
-  EXPECT_EQ(timesFromStart(*bytes), std::vector<double>{4.0}) << "1.2 rad at 0.3 rad/s";
-  Value point = std::get<Array>(at(goal, "goal.trajectory.points")).front();
+  EXPECT_EQ(timesFromStart(*bytes), (std::vector<double>{0, 6}))
+      << "1.2 rad at 0.3 rad/s where it is fastest";
+  Array& points = std::get<Array>(at(goal, "goal.trajectory.points"));
+  EXPECT_EQ(numbersOf(at(points.front(), "positions")), (std::vector<double>{-0.7, 0.3}));
+  Value point = points.back();
   EXPECT_EQ(numbersOf(at(point, "positions")), (std::vector<double>{0.5, 0.3}));
   EXPECT_EQ(numbersOf(at(point, "velocities")), (std::vector<double>{0, 0}));
   EXPECT_FALSE(startGoal(parts.goals[0], then, then, {}, {}, "fresh")) << "it is there";

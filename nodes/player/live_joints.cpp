@@ -1,0 +1,66 @@
+#include "nodes/player/live_joints.hpp"
+
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::chrono::milliseconds kFresh(500);
+
+}  // namespace
+
+LiveJoints::LiveJoints() : spinner_(1, &queue_) {
+  node_.setCallbackQueue(&queue_);
+  subscriber_ = node_.subscribe<sensor_msgs::JointState>(
+      "/joint_states", 100, [this](const auto& message) { onJoints(*message); });
+  spinner_.start();
+}
+
+LiveJoints::~LiveJoints() {
+  subscriber_.shutdown();
+  spinner_.stop();
+}
+
+std::optional<replay::LiveJoint> LiveJoints::find(const std::string& joint) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto told = joints_.find(joint);
+  const bool is_fresh =
+      told != joints_.end() && std::chrono::steady_clock::now() - told->second.at <= kFresh;
+  return is_fresh ? std::optional(told->second.joint) : std::nullopt;
+}
+
+std::map<std::string, double> LiveJoints::positions() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::map<std::string, double> positions;
+  for (const auto& [name, told] : joints_) positions[name] = told.joint.position;
+  return positions;
+}
+
+void LiveJoints::onJoints(const sensor_msgs::JointState& message) {
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
+    if (!std::isfinite(message.position[i])) continue;
+    const double velocity = i < message.velocity.size() ? message.velocity[i] : 0;
+    joints_[message.name[i]] = {{message.position[i], std::isfinite(velocity) ? velocity : 0}, now};
+  }
+}
+
+std::set<std::string> continuousJoints() {
+  std::set<std::string> joints;
+  std::string description;
+  if (!ros::param::get("/robot_description", description)) {
+    return joints;
+  }
+  if (const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(description)) {
+    for (const auto& [name, joint] : model->joints_) {
+      if (joint->type == urdf::Joint::CONTINUOUS) joints.insert(name);
+    }
+  }
+  return joints;
+}
+
+}  // namespace afterglow::nodes

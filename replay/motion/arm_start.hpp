@@ -1,0 +1,92 @@
+/// \file
+/// Where the joint trajectories of a replay begin: where the robot's joints are, not where they
+/// were, or where a controller takes them to be. Fetch's trajectory controllers go on from the last
+/// sample of a canceled goal, with its old time (robot_controllers issue 33), and jump by as much
+/// as the arm, or time, has moved since; a trajectory whose first point is the measured position,
+/// due at once, is followed from there. Radians, metres, seconds.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "replay/messages/document.hpp"
+#include "replay/messages/message.hpp"
+#include "replay/motion/joint_track.hpp"
+#include "replay/motion/start_pose.hpp"
+#include "replay/play/goal_remainder.hpp"
+#include "replay/play/motion_limits.hpp"
+
+namespace afterglow::replay {
+
+/// A joint is elsewhere, or nobody tells where it is: nothing is to be sent. One line.
+struct ArmElsewhere : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct LiveJoint {
+  double position = 0, velocity = 0;
+};
+
+struct ArmStartOptions {
+  /// What is done about joints that are elsewhere: none is moved, they go there first at `speed`,
+  /// or go on from where they are in the time that was recorded.
+  enum class Elsewhere { Refuse, Approach, Accept } elsewhere = Elsewhere::Refuse;
+  StartTolerances tolerances;
+  ApproachSpeed speed;
+  MotionLimits limits;
+  /// Joints that turn without an end: a whole turn is no way for them.
+  std::set<std::string> continuous;
+};
+
+/// For one replay; one thread.
+class ArmStart {
+ public:
+  /// Empty if nobody has told lately.
+  using Look = std::function<std::optional<LiveJoint>(const std::string& joint)>;
+
+  ArmStart(JointTrack recorded, Look look, const ArmStartOptions& options)
+      : recorded_(std::move(recorded)), look_(std::move(look)), options_(options) {}
+
+  /// `goal` is about to be sent, or what is left of it, with times as they will be sent. Compares
+  /// its joints with where joint states had them at `at`, the moment of the recording that it is
+  /// sent for, give or take a quarter of a second; or with where they stood when they were halted. Where neither is known, its first point counts if it is due at once; to a later
+  /// one the way may not be faster than the goal itself, its limits or the approach.
+  /// Returns how long the joints need to get to where the goal goes on; 0 if they are there; empty
+  /// for a goal without a trajectory. Throws ArmElsewhere; MessageError for a goal that is none.
+  std::optional<double> leadOf(const Channel& channel, const Bytes& goal, Stamp at) const;
+
+  /// The goal with the live state of its joints as first point, due at once. With a lead its points
+  /// come so much later, and where it goes on is a point of its own, at rest. What is off by less
+  /// than the tolerances is made good along the way, at the approach's speed. Goals without a
+  /// trajectory are returned as they are. Throws as leadOf().
+  Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
+
+  /// The joints were halted and stand now: that, too, is where they may be when they go on.
+  void halted();
+  /// The replay was moved elsewhere.
+  void forgetHalted() { halted_.clear(); }
+
+ private:
+  struct Beginning;
+  Beginning beginningOf(const Trajectory& trajectory, Stamp at) const;
+  double wayOf(const std::string& joint, double from, double to) const;
+  double deviationOf(const std::string& joint, const JointTrack::Reach& reach, double now) const;
+  double leadOf(const std::string& joint, double then, double deviation, double now) const;
+  void beginAlong(const std::vector<std::string>& joints, const Beginning& now,
+                  Array& points) const;
+  void checkSpeed(const Trajectory& trajectory, std::size_t joint, double now, double& lead) const;
+  double speedOf(const std::string& joint) const;
+
+  JointTrack recorded_;
+  const Look look_;
+  const ArmStartOptions options_;
+  mutable std::set<std::string> moved_;  ///< joints of goals that were begun
+  std::map<std::string, double> halted_;
+};
+
+}  // namespace afterglow::replay

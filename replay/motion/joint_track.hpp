@@ -1,0 +1,49 @@
+/// \file
+/// What joint states said of a robot's joints, in the recording's time. Radians and metres.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// The behavior with what its recording has around two moments: joint states come many times a
+/// second, transforms too; what is older by 5 s may not be so any more.
+Behavior aroundMoments(const Behavior& behavior, Stamp from, Stamp to);
+
+/// A value; joint states that come faster than every 10 ms are thinned.
+class JointTrack {
+ public:
+  /// The sensor_msgs/JointState of a behavior and of what was recorded beside it, from 5 s before
+  /// `from` to 1 s after `to`. Messages that cannot be understood are left out. Throws StoreError.
+  static JointTrack read(const Store& store, const Behavior& behavior, Stamp from, Stamp to);
+
+  /// `at`: by when the position was heard of. Positions that are no numbers are left out.
+  void add(const std::string& joint, Stamp at, double position);
+
+  /// The last position of every joint until then, or else its first after it.
+  std::map<std::string, double> at(Stamp moment) const;
+
+  struct Reach {
+    double at = 0;              ///< at the moment, between the samples around it
+    double least = 0, most = 0;  ///< around the moment
+  };
+  /// Where a joint was from `margin_ns` before a moment to as much after it. Empty if it was not
+  /// heard of within a second of the moment.
+  std::optional<Reach> around(const std::string& joint, Stamp moment, std::int64_t margin_ns) const;
+
+ private:
+  struct Sample {
+    Stamp at;
+    double position;
+  };
+  std::map<std::string, std::vector<Sample>> joints_;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,238 @@
+#include "replay/motion/arm_start.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "replay/messages/document_access.hpp"
+#include "tests/support/messages.hpp"
+
+namespace afterglow::replay::arm_start_test {
+namespace {
+
+using Numbers = std::vector<double>;
+using Elsewhere = ArmStartOptions::Elsewhere;
+
+constexpr std::int64_t kMs = 1'000'000;
+const Channel kArm = test::trajectoryGoalChannel("/arm/follow_joint_trajectory/goal");
+
+struct Point {
+  double time;
+  Numbers positions, velocities = {};
+};
+
+Bytes goalOf(const std::vector<std::string>& joints, const std::vector<Point>& points) {
+  Numbers times;
+  for (const Point& point : points) times.push_back(point.time);
+  const Schema schema = test::schemaOf(kArm);
+  Value goal = decode(schema, test::goalMessage("recorded", times));
+  test::at(goal, "goal.trajectory.joint_names") = Array(joints.begin(), joints.end());
+  Array& array = std::get<Array>(test::at(goal, "goal.trajectory.points"));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    valueAt(array[i], "positions") = numberArray(points[i].positions);
+    valueAt(array[i], "velocities") = numberArray(points[i].velocities);
+  }
+  return encode(schema, goal);
+}
+
+std::vector<Point> pointsOf(const Bytes& goal) {
+  Value document = decode(test::schemaOf(kArm), goal);
+  std::vector<Point> points;
+  for (const Value& point : *trajectoryIn(document)->points) {
+    points.push_back({static_cast<double>(timeFromStartNs(point)) * 1e-9,
+                      numbersAt(point, "positions"), numbersAt(point, "velocities")});
+  }
+  return points;
+}
+
+/// An arm of two joints that was recorded going from 0 to 1 rad in the first second.
+struct ArmStartOf : testing::Test {
+  ArmStartOf() {
+    for (int ms = -1000; ms <= 2000; ms += 20) {
+      const double position = std::clamp(ms / 1000.0, 0.0, 1.0);
+      track.add("elbow", {ms * kMs}, position);
+      track.add("wrist", {ms * kMs}, -position);
+    }
+  }
+  ArmStart start() {
+    return ArmStart(
+        track,
+        [this](const std::string& joint) {
+          const auto known = live.find(joint);
+          return known == live.end() ? std::nullopt : std::optional(known->second);
+        },
+        options);
+  }
+  std::string whyNot(const Bytes& goal, std::int64_t at_ms) {
+    try {
+      start().leadOf(kArm, goal, {at_ms * kMs});
+    } catch (const ArmElsewhere& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  JointTrack track;
+  std::map<std::string, LiveJoint> live{{"elbow", {0, 0}}, {"wrist", {0, 0}}};
+  ArmStartOptions options;
+  Bytes both = goalOf({"elbow", "wrist"}, {{0, {0, 0}, {0, 0}}, {1, {1, -1}, {0, 0}}});
+};
+
+TEST_F(ArmStartOf, putsTheLiveStateInThePlaceOfAFirstPointThatIsDueAtOnce) {
+  live = {{"elbow", {0.03, 0.1}}, {"wrist", {-0.01, 0}}};
+  const auto points = pointsOf(start().begin(kArm, both, {0}, 0));
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[0].time, 0);
+  EXPECT_EQ(points[0].positions, (Numbers{0.03, -0.01}));
+  EXPECT_EQ(points[0].velocities, (Numbers{0.1, 0}));
+  EXPECT_EQ(points[1].positions, (Numbers{1, -1}));
+}
+
+TEST_F(ArmStartOf, putsTheLiveStateBeforeALaterFirstPoint) {
+  const Bytes goal = goalOf({"elbow", "wrist"}, {{0.5, {0.5, -0.5}}, {1, {1, -1}}});
+  const auto points = pointsOf(start().begin(kArm, goal, {0}, 0));
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[0].positions, (Numbers{0, 0}));
+  EXPECT_TRUE(points[0].velocities.empty()) << "as the other points have it";
+  EXPECT_EQ(points[1].time, 0.5);
+}
+
+TEST_F(ArmStartOf, makesGoodWhatIsOffAlongTheWayAtTheApproachsSpeed) {
+  live["elbow"].position = 0.04;  // takes 1.5 * 0.04 / 0.3 = 0.2 s
+  const Bytes goal =
+      goalOf({"elbow", "wrist"},
+             {{0, {0, 0}}, {0.1, {0.1, -0.1}}, {0.2, {0.2, -0.2}}, {1, {1, -1}}});
+  const auto points = pointsOf(start().begin(kArm, goal, {0}, 0));
+  ASSERT_EQ(points.size(), 4u);
+  EXPECT_NEAR(points[1].positions[0], 0.1 + 0.04 / 2, 1e-9);
+  EXPECT_NEAR(points[1].positions[1], -0.1, 1e-9);
+  EXPECT_NEAR(points[2].positions[0], 0.2, 1e-9);
+}
+
+TEST_F(ArmStartOf, refusesAJointThatIsElsewhereAndSaysWhatHelps) {
+  live["elbow"].position = 0.8;
+  EXPECT_EQ(whyNot(both, 0),
+            "elbow is 0.80 rad off (now 0.80, then 0.00): --to-start (~to_start) takes it there "
+            "first");
+  live["elbow"].position = 0.04;
+  EXPECT_EQ(whyNot(both, 0), "");
+}
+
+TEST_F(ArmStartOf, takesAJointInMotionToBeWhereItWasAroundTheMoment) {
+  live = {{"elbow", {0.3, 1}}, {"wrist", {-0.5, -1}}};
+  const Bytes goal = goalOf({"elbow", "wrist"}, {{0.5, {1, -1}}});
+  EXPECT_EQ(whyNot(goal, 500), "") << "a quarter of a second late";
+  live["elbow"].position = 0.1;
+  EXPECT_NE(whyNot(goal, 500), "");
+}
+
+TEST_F(ArmStartOf, givesAJointThatIsElsewhereTheTimeToGetThereIfItMay) {
+  options.elsewhere = Elsewhere::Approach;
+  live["elbow"].position = 0.6;
+  const ArmStart approach = start();
+  const double lead = approach.leadOf(kArm, both, {0}).value();
+  EXPECT_NEAR(lead, 1.5 * 0.6 / 0.3, 1e-9) << "0.3 rad/s at its fastest";
+  const auto points = pointsOf(approach.begin(kArm, both, {0}, lead));
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[0].positions, (Numbers{0.6, 0}));
+  EXPECT_EQ(points[1].positions, (Numbers{0, 0}));
+  EXPECT_NEAR(points[1].time, lead, 1e-6);
+  EXPECT_NEAR(points[2].time, lead + 1, 1e-6);
+}
+
+TEST_F(ArmStartOf, goesOnFromWhereItWasHaltedThoughThatIsLate) {
+  ArmStart arm = start();
+  arm.begin(kArm, both, {0}, 0);
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  arm.halted();
+  const Bytes rest = goalOf({"elbow", "wrist"}, {{0.2, {1, -1}, {0, 0}}});
+  const double lead = arm.leadOf(kArm, rest, {1500 * kMs}).value();
+  EXPECT_NEAR(lead, 1.5 * 0.5 / 0.3, 1e-9);
+  const auto points = pointsOf(arm.begin(kArm, rest, {1500 * kMs}, lead));
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[1].positions, (Numbers{1, -1})) << "where it was recorded at that moment";
+  live["elbow"].position = 0.7;  // somebody has moved it since
+  EXPECT_THROW(arm.leadOf(kArm, rest, {1500 * kMs}), ArmElsewhere);
+}
+
+TEST_F(ArmStartOf, refusesJointsThatNobodyTellsOfUnlessAnyStartWillDo) {
+  live.erase("wrist");
+  EXPECT_EQ(whyNot(both, 0), "nobody tells where wrist is (/joint_states)");
+  options.elsewhere = Elsewhere::Accept;
+  EXPECT_EQ(start().leadOf(kArm, both, {0}), 0.0);
+  EXPECT_EQ(pointsOf(start().begin(kArm, both, {0}, 0)).size(), 2u) << "as it was recorded";
+}
+
+TEST_F(ArmStartOf, comparesWithAFirstPointThatIsDueAtOnceWhereNoJointStatesWereRecorded) {
+  track = JointTrack();
+  EXPECT_EQ(whyNot(both, 0), "");
+  live["wrist"].position = 0.3;
+  EXPECT_NE(whyNot(both, 0), "");
+}
+
+TEST_F(ArmStartOf, letsAnUnrecordedJointGoToALaterPointNoFasterThanTheGoalItself) {
+  track = JointTrack();
+  const Bytes goal = goalOf({"elbow"}, {{1, {0.5}}, {2, {1.0}}});
+  live["elbow"].position = 0.1;
+  EXPECT_EQ(whyNot(goal, 0), "");
+  live["elbow"].position = -0.1;
+  EXPECT_NE(whyNot(goal, 0), "") << "0.6 rad in a second, and the goal has 0.5 rad/s";
+  options.elsewhere = Elsewhere::Approach;
+  EXPECT_NEAR(start().leadOf(kArm, goal, {0}).value(), 1.5 * 0.6 / 0.3, 1e-9);
+}
+
+TEST_F(ArmStartOf, holdsASinglePointOfAnUnrecordedJointToItsLimit) {
+  track = JointTrack();
+  options.limits.joints["elbow"].velocity = 1.0;
+  const Bytes goal = goalOf({"elbow"}, {{1, {0.9}}});
+  EXPECT_EQ(whyNot(goal, 0), "");
+  live["elbow"].position = -0.2;
+  EXPECT_NE(whyNot(goal, 0), "");
+}
+
+TEST_F(ArmStartOf, givesASinglePointThatIsDueAtOnceTheTimeThatItsWayTakes) {
+  const auto points =
+      pointsOf(start().begin(kArm, goalOf({"elbow", "wrist"}, {{0, {0.06, 0}}}), {0}, 0));
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_NEAR(points[1].time, 0.3, 1e-9);
+}
+
+TEST_F(ArmStartOf, takesAWholeTurnForNoWayOnlyOfAJointThatTurnsWithoutEnd) {
+  live["elbow"].position = 2 * kPi;
+  EXPECT_NE(whyNot(both, 0), "");
+  options.continuous = {"elbow"};
+  EXPECT_EQ(whyNot(both, 0), "");
+  EXPECT_NEAR(pointsOf(start().begin(kArm, both, {0}, 0))[0].positions[0], 0, 1e-9)
+      << "as many turns on as the goal";
+}
+
+TEST_F(ArmStartOf, refusesPointsThatAreNoNumbersOrLackJoints) {
+  EXPECT_THROW(start().leadOf(kArm, goalOf({"elbow"}, {{1, {std::nan("")}}}), {0}), MessageError);
+  EXPECT_THROW(start().leadOf(kArm, goalOf({"elbow", "wrist"}, {{1, {0.1}}}), {0}), MessageError);
+}
+
+TEST_F(ArmStartOf, leavesGoalsWithoutATrajectoryAlone) {
+  const Bytes goal = goalOf({"elbow"}, {});
+  EXPECT_FALSE(start().leadOf(kArm, goal, {0}));
+  EXPECT_EQ(start().begin(kArm, goal, {0}, 1), goal);
+}
+
+TEST_F(ArmStartOf, knowsAJointByTheSamplesAroundAMoment) {
+  const auto reach = track.around("elbow", {505 * kMs}, 100 * kMs);
+  ASSERT_TRUE(reach);
+  EXPECT_NEAR(reach->at, 0.505, 1e-9);
+  EXPECT_NEAR(reach->least, 0.42, 1e-9);
+  EXPECT_NEAR(reach->most, 0.6, 1e-9);
+  EXPECT_FALSE(track.around("elbow", {3500 * kMs}, 100 * kMs)) << "not heard of for 1.5 s";
+  EXPECT_FALSE(track.around("knee", {0}, 100 * kMs));
+}
+
+TEST_F(ArmStartOf, thinsSamplesThatComeFasterThanEveryTenMilliseconds) {
+  JointTrack fast;
+  for (int ms = 0; ms <= 100; ++ms) fast.add("elbow", {ms * kMs}, ms * 0.01);
+  EXPECT_NEAR(fast.around("elbow", {100 * kMs}, 0)->at, 1.0, 1e-9) << "the newest is kept";
+  EXPECT_NEAR(fast.around("elbow", {50 * kMs}, 0)->at, 0.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace afterglow::replay::arm_start_test
