@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 
 namespace afterglow::calib {
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "calib/detection/picture.hpp"
 #include "calib/detection/view.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {

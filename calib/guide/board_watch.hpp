@@ -6,8 +6,8 @@
 #include <memory>
 #include <set>
 
-#include "calib/detection/picture.hpp"
 #include "calib/guide/view_taker.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
 

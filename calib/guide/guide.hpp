@@ -11,10 +11,10 @@
 #include "calib/detection/view.hpp"
 #include "calib/guide/prompter.hpp"
 #include "calib/guide/view_taker.hpp"
+#include "calib/landing.hpp"
 #include "calib/solver/calibration.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
-#include "calib/verify/landing.hpp"
 
 namespace afterglow::calib {
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "calib/camera_info_file.hpp"
+#include "calib/file_replacement.hpp"
 #include "calib/report/calibration_yaml.hpp"
-#include "calib/report/file_replacement.hpp"
 
 namespace afterglow::calib {
 namespace {

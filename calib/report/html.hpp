@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 
 namespace afterglow::calib {
 

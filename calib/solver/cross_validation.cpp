@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/landing.hpp"
 #include "calib/parallel.hpp"
-#include "calib/verify/landing.hpp"
 
 namespace afterglow::calib {
 namespace {

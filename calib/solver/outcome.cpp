@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/verify/landing.hpp"
+#include "calib/landing.hpp"
 
 namespace afterglow::calib {
 namespace {

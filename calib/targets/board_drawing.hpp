@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/board.hpp"
 
 namespace afterglow::calib {

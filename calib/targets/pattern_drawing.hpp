@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/pattern.hpp"
 
 namespace afterglow::calib {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "calib/detection/picture.hpp"
+#include "calib/picture.hpp"
 
 namespace afterglow::calib {
 

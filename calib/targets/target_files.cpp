@@ -4,8 +4,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
-#include "calib/report/file_replacement.hpp"
 #include "calib/targets/board_drawing.hpp"
 #include "calib/targets/pattern_drawing.hpp"
 

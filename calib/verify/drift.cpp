@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "calib/landing.hpp"
 #include "calib/median.hpp"
-#include "calib/verify/landing.hpp"
 #include "calib/verify/tag_layout.hpp"
 
 namespace afterglow::calib {

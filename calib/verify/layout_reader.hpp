@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "calib/detection/picture.hpp"
 #include "calib/detection/view.hpp"
 #include "calib/frames.hpp"
+#include "calib/landing.hpp"
 #include "calib/lens.hpp"
-#include "calib/verify/landing.hpp"
+#include "calib/picture.hpp"
 #include "calib/verify/tag_layout.hpp"
 
 namespace afterglow::calib {

@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "calib/detection/picture.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
+#include "calib/picture.hpp"
 #include "calib/solver/calibration.hpp"
 #include "calib/verify/layout_reader.hpp"
 #include "calib/verify/tag_layout.hpp"

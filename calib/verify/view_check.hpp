@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "calib/detection/view.hpp"
+#include "calib/landing.hpp"
 #include "calib/solver/calibration.hpp"
-#include "calib/verify/landing.hpp"
 
 namespace afterglow::calib {
 

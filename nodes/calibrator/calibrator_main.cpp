@@ -4,8 +4,8 @@
 #include <iostream>
 
 #include "nodes/calibrator/calibrator_window.hpp"
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/tools/master_check.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;

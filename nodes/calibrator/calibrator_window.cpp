@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/projector/projector_window.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace afterglow::nodes {
 namespace {

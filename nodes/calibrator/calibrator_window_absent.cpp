@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "nodes/calibrator/calibrator_window.hpp"
-#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace afterglow::nodes {
 

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/calibrator/camera_messages.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 
 namespace afterglow::nodes {
 namespace {

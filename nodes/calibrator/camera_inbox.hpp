@@ -13,8 +13,8 @@
 #include <optional>
 #include <string>
 
-#include "calib/detection/picture.hpp"
 #include "calib/lens.hpp"
+#include "calib/picture.hpp"
 
 namespace afterglow::nodes {
 

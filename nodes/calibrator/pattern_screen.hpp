@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "calib/detection/picture.hpp"
 #include "calib/guide/view_taker.hpp"
+#include "calib/picture.hpp"
 #include "calib/targets/pattern.hpp"
 
 namespace afterglow::nodes {

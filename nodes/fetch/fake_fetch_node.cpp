@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/conversion/trajectory_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/fetch/trajectory_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {

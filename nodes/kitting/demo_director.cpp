@@ -10,6 +10,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "nodes/kitting/bystander.hpp"
 #include "nodes/kitting/demo_clients.hpp"
 #include "nodes/kitting/demo_progress.hpp"
 #include "nodes/kitting/demo_report.hpp"
 #include "nodes/kitting/demo_story.hpp"
 #include "nodes/kitting/kitting_task.hpp"
-#include "nodes/observer/bystander.hpp"
 
 namespace afterglow::nodes {
 

@@ -11,7 +11,7 @@
 #include <iostream>
 
 #include "nodes/kitting/demo_director.hpp"
-#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace {
 

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "nodes/player/live_pose.hpp"
-#include "replay/play/goal_book.hpp"
-#include "replay/play/goal_remainder.hpp"
-#include "replay/play/rewrite.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/plan/rewrite.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "nodes/player/guard_link.hpp"
-#include "replay/motion/beating_clock.hpp"
+#include "replay/clock/beating_clock.hpp"
 #include "replay/motion/motion_watch.hpp"
 #include "replay/play/player.hpp"
 

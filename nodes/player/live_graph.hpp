@@ -8,7 +8,7 @@
 #include <string>
 
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/play_plan.hpp"
 
 namespace afterglow::nodes {
 

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "nodes/player/player_node.hpp"
-#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;

@@ -6,6 +6,7 @@
 
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/report_files.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

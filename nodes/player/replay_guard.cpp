@@ -5,8 +5,8 @@
 #include <thread>
 #include <utility>
 
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/replay_guard.hpp"
-#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace {
 

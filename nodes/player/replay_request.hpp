@@ -9,8 +9,8 @@
 #include "nodes/player/body_gate.hpp"
 #include "nodes/player/rate_control.hpp"
 #include "nodes/player/replay_time.hpp"
-#include "replay/play/anchoring.hpp"
-#include "replay/play/motion_limits.hpp"
+#include "replay/motion/motion_limits.hpp"
+#include "replay/plan/anchoring.hpp"
 #include "replay/play/player.hpp"
 #include "replay/store/store.hpp"
 

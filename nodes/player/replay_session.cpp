@@ -10,7 +10,7 @@
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
-#include "nodes/player/stop_signal.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "nodes/player/ros_clock.hpp"
+#include "replay/clock/clock.hpp"
+#include "replay/clock/followed_clock.hpp"
 #include "replay/messages/message.hpp"
-#include "replay/play/clock.hpp"
-#include "replay/play/followed_clock.hpp"
 
 namespace afterglow::nodes {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "nodes/player/replay_request.hpp"
-#include "replay/play/motion_limits.hpp"
-#include "replay/play/rewrite_rules.hpp"
+#include "replay/motion/motion_limits.hpp"
+#include "replay/plan/rewrite_rules.hpp"
 
 namespace afterglow::nodes {
 

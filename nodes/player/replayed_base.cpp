@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/play/velocity.hpp"
+#include "replay/motion/velocity.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/guarded_sink.hpp"
-#include "replay/play/base_drive.hpp"
-#include "replay/play/motion_limits.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/motion/base_drive.hpp"
+#include "replay/motion/motion_limits.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/play/play_report.hpp"
 #include "replay/store/store.hpp"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "calib/report/file_replacement.hpp"
+#include "calib/file_replacement.hpp"
 #include "nodes/player/replay_page.hpp"
 #include "nodes/tools/calibration_folder.hpp"
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <thread>
 
+#include "replay/clock/followed_clock.hpp"
 #include "replay/messages/message.hpp"
-#include "replay/play/followed_clock.hpp"
 
 namespace afterglow::nodes {
 

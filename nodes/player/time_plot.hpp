@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "replay/plan/topic_role.hpp"
 #include "replay/play/samples.hpp"
-#include "replay/play/topic_role.hpp"
 
 namespace afterglow::nodes {
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "nodes/player/recorded_frames.hpp"
-#include "replay/play/anchoring.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/anchoring.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {

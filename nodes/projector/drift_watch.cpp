@@ -9,7 +9,7 @@
 
 #include "calib/camera_info_file.hpp"
 #include "calib/number_text.hpp"
-#include "nodes/calibrator/camera_messages.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
 #include "nodes/tools/master_check.hpp"
+#include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
 
 namespace {

@@ -13,9 +13,9 @@
 #include "calib/mount/mount_text.hpp"
 #include "calib/number_text.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/tools/master_check.hpp"
-#include "nodes/verbs/mount_poses.hpp"
+#include "nodes/tools/mount_poses.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <exception>
 #include <iostream>
 
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/recorder/recorder_node.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;

@@ -13,6 +13,7 @@
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
 #include "replay/record/answer_topic.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "replay/record/sha256.hpp"
+#include "replay/store/sha256.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "replay/record/sha256.hpp"
+#include "replay/store/sha256.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -12,7 +12,7 @@
 #include <memory>
 #include <string>
 
-#include "nodes/recorder/raw_message.hpp"
+#include "nodes/conversion/raw_message.hpp"
 #include "nodes/speaker/floor_caption.hpp"
 #include "nodes/speaker/sound_board.hpp"
 #include "nodes/speaker/sound_device.hpp"

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "calib/detection/observe.hpp"
+#include "calib/landing.hpp"
 #include "calib/report/report.hpp"
 #include "calib/solver/calibration.hpp"
-#include "calib/verify/landing.hpp"
 
 namespace afterglow::nodes {
 

@@ -13,9 +13,9 @@
 
 #include "calib/mount/mount_text.hpp"
 #include "calib/report/calibration_files.hpp"
-#include "nodes/tools/transform_question.hpp"
+#include "nodes/tools/mount_poses.hpp"
 #include "nodes/tools/yaml_map.hpp"
-#include "nodes/verbs/mount_poses.hpp"
+#include "nodes/verbs/transform_question.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {

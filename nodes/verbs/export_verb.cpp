@@ -7,6 +7,7 @@
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -21,12 +21,13 @@
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"
-#include "nodes/player/stop_signal.hpp"
 #include "nodes/tools/calibration_folder.hpp"
+#include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/play_options.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

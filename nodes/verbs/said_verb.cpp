@@ -10,6 +10,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {

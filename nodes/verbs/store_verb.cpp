@@ -7,6 +7,7 @@
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
 #include "replay/store/sqlite/store_check.hpp"
 #include "replay/store/sqlite/store_repair.hpp"

@@ -8,6 +8,7 @@
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/sync.hpp"
 
 namespace afterglow::nodes {

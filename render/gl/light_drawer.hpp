@@ -6,7 +6,7 @@
 
 #include "calib/lens.hpp"
 #include "render/gl/renderer.hpp"
-#include "render/scene/light_frame.hpp"
+#include "render/paint/light_frame.hpp"
 
 namespace afterglow::render {
 

@@ -7,7 +7,7 @@
 #include "render/gl/light_drawer.hpp"
 #include "render/gl/renderer.hpp"
 #include "render/paint/frame_painter.hpp"
-#include "render/scene/light_frame.hpp"
+#include "render/paint/light_frame.hpp"
 
 namespace afterglow::render {
 namespace {

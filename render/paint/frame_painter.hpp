@@ -11,10 +11,10 @@
 #include "render/paint/band_bins.hpp"
 #include "render/paint/canvas.hpp"
 #include "render/paint/float_lens.hpp"
+#include "render/paint/light_frame.hpp"
 #include "render/paint/point_brush.hpp"
 #include "render/paint/polygon_brush.hpp"
 #include "render/paint/workers.hpp"
-#include "render/scene/light_frame.hpp"
 
 namespace afterglow::render {
 

@@ -16,10 +16,10 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/message.hpp"
+#include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
+#include "replay/motion/motion_limits.hpp"
 #include "replay/motion/start_pose.hpp"
-#include "replay/play/goal_remainder.hpp"
-#include "replay/play/motion_limits.hpp"
 
 namespace afterglow::replay {
 

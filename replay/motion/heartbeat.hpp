@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "replay/play/clock.hpp"
+#include "replay/clock/clock.hpp"
 
 namespace afterglow::replay {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "replay/messages/field_edit.hpp"
-#include "replay/play/goal_book.hpp"
-#include "replay/play/goal_remainder.hpp"
-#include "replay/play/velocity.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {

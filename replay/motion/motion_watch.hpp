@@ -11,7 +11,7 @@
 
 #include "replay/messages/schema.hpp"
 #include "replay/motion/heartbeat.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 

@@ -6,9 +6,9 @@
 #include <set>
 
 #include "replay/messages/document_access.hpp"
+#include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
 #include "replay/motion/track_reader.hpp"
-#include "replay/play/goal_remainder.hpp"
 
 namespace afterglow::replay {
 namespace {

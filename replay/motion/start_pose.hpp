@@ -12,7 +12,7 @@
 
 #include "replay/motion/planar_pose.hpp"
 #include "replay/motion/track_reader.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 

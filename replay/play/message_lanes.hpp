@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "replay/play/modality_options.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/modality_options.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/play/prefetch.hpp"
 
 namespace afterglow::replay {

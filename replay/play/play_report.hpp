@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "replay/play/base_drive.hpp"
-#include "replay/play/goal_book.hpp"
+#include "replay/motion/base_drive.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/play/lateness.hpp"
-#include "replay/play/play_plan.hpp"
 #include "replay/play/samples.hpp"
 
 namespace afterglow::replay {

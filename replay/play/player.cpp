@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "replay/play/velocity.hpp"
+#include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -13,21 +13,21 @@
 #include <string>
 #include <vector>
 
+#include "replay/clock/clock.hpp"
+#include "replay/clock/timeline.hpp"
 #include "replay/motion/arm_start.hpp"
-#include "replay/play/anchoring.hpp"
-#include "replay/play/base_drive.hpp"
-#include "replay/play/clock.hpp"
-#include "replay/play/goal_book.hpp"
+#include "replay/motion/base_drive.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/motion/milestones.hpp"
+#include "replay/motion/motion_rate.hpp"
+#include "replay/plan/anchoring.hpp"
+#include "replay/plan/modality_options.hpp"
+#include "replay/plan/play_plan.hpp"
+#include "replay/plan/rewrite.hpp"
 #include "replay/play/message_lanes.hpp"
-#include "replay/play/milestones.hpp"
-#include "replay/play/modality_options.hpp"
-#include "replay/play/motion_rate.hpp"
-#include "replay/play/play_plan.hpp"
 #include "replay/play/play_report.hpp"
-#include "replay/play/rewrite.hpp"
 #include "replay/play/scene_at.hpp"
 #include "replay/play/skew.hpp"
-#include "replay/play/timeline.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

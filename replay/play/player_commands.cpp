@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "replay/play/number_text.hpp"
+#include "replay/motion/number_text.hpp"
 #include "replay/play/player.hpp"
 
 namespace afterglow::replay {

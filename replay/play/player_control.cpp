@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-#include "replay/play/goal_remainder.hpp"
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/velocity.hpp"
 #include "replay/play/player.hpp"
-#include "replay/play/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {

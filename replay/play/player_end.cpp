@@ -3,9 +3,9 @@
 #include <exception>
 #include <limits>
 
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/number_text.hpp"
 #include "replay/play/clearing.hpp"
-#include "replay/play/goal_remainder.hpp"
-#include "replay/play/number_text.hpp"
 #include "replay/play/player.hpp"
 
 namespace afterglow::replay {

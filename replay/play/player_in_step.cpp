@@ -3,10 +3,10 @@
 #include <cmath>
 #include <utility>
 
-#include "replay/play/goal_remainder.hpp"
-#include "replay/play/number_text.hpp"
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/number_text.hpp"
+#include "replay/motion/velocity.hpp"
 #include "replay/play/player.hpp"
-#include "replay/play/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "replay/messages/schema.hpp"
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 namespace {

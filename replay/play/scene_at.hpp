@@ -14,7 +14,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/messages/message.hpp"
 #include "replay/messages/schema.hpp"
-#include "replay/play/topic_role.hpp"
+#include "replay/plan/topic_role.hpp"
 
 namespace afterglow::replay {
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "replay/play/clock.hpp"
+#include "replay/clock/clock.hpp"
 #include "replay/play/play_report.hpp"
 
 namespace afterglow::replay {

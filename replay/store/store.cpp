@@ -3,9 +3,6 @@
 #include <cstdlib>
 #include <random>
 
-#include "replay/store/mongo/mongo_open.hpp"
-#include "replay/store/sqlite/sqlite_store.hpp"
-
 namespace afterglow::replay {
 namespace {
 
@@ -21,18 +18,19 @@ std::string defaultUri() {
   return std::string(home) + "/.local/share/afterglow/afterglow.db";
 }
 
-bool isServer(const std::string& uri) {
+}  // namespace
+
+bool isServerUri(const std::string& uri) {
   return uri.rfind("mongodb://", 0) == 0 || uri.rfind("mongodb+srv://", 0) == 0;
 }
 
-/// With user, password and options, if it is a server's.
-std::string fullUri(const std::string& uri) {
+std::string fullStoreUri(const std::string& uri) {
   const std::string named = uri.empty() ? defaultUri() : uri;
   if (named.rfind(kScheme, 0) == 0) {
     if (named == kScheme) throw StoreError("sqlite: names no file");
     return named;
   }
-  if (isServer(named)) return named;
+  if (isServerUri(named)) return named;
   if (const auto scheme_end = named.find("://"); scheme_end != std::string::npos) {
     throw StoreError(named + ": there is no store of the kind \"" + named.substr(0, scheme_end) +
                      "\"; a store is sqlite:PATH or mongodb://...");
@@ -40,11 +38,9 @@ std::string fullUri(const std::string& uri) {
   return kScheme + named;
 }
 
-}  // namespace
-
 std::string storeUri(const std::string& uri) {
-  std::string named = fullUri(uri);
-  if (!isServer(named)) return named;
+  std::string named = fullStoreUri(uri);
+  if (!isServerUri(named)) return named;
   named = named.substr(0, named.find('?'));
   const auto host = named.find("://") + 3;
   const auto at = named.find('@');
@@ -53,15 +49,9 @@ std::string storeUri(const std::string& uri) {
 }
 
 std::string storePath(const std::string& uri) {
-  const std::string named = fullUri(uri);
-  if (isServer(named)) throw StoreError("a MongoDB server's store has no file");
+  const std::string named = fullStoreUri(uri);
+  if (isServerUri(named)) throw StoreError("a MongoDB server's store has no file");
   return named.substr(std::string(kScheme).size());
-}
-
-std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode) {
-  const std::string named = fullUri(uri);
-  if (isServer(named)) return openMongoStore(named, mode);
-  return std::make_unique<SqliteStore>(storePath(named), mode);
 }
 
 void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome) {
@@ -80,10 +70,6 @@ std::string newKey() {
   std::string key;
   for (int i = 0; i < 32; ++i) key += kDigits[random() % 16];
   return key;
-}
-
-std::unique_ptr<Store> openMemoryStore() {
-  return std::make_unique<SqliteStore>(":memory:", OpenMode::ReadWrite);
 }
 
 }  // namespace afterglow::replay

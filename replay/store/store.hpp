@@ -202,19 +202,18 @@ std::string newKey();
 
 /// What a store is opened for. ReadOnly demands an existing one, the others make what is not there.
 /// Record is for a recorder, of which a file has one at a time: behaviors that the last one left
-/// open are marked kIncomplete.
+/// open are marked kIncomplete. (store/open/open_store.hpp opens one.)
 enum class OpenMode { ReadOnly, ReadWrite, Record };
 
-/// "sqlite:PATH", a plain path, or a MongoDB server's mongodb://... (mongo_store.hpp; for
-/// OpenMode::Record with a spool, spooled_store.hpp); empty: $AFTERGLOW_STORE, else
-/// ~/.local/share/afterglow/afterglow.db.
-std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
+/// The URI in full, defaults filled in: "sqlite:PATH" for a plain path too; empty:
+/// $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db. Throws StoreError for a kind of
+/// store that there is not.
+std::string fullStoreUri(const std::string& uri);
 
-/// A store that lives and dies with the object.
-std::unique_ptr<Store> openMemoryStore();
+/// Whether a full URI is a MongoDB server's.
+bool isServerUri(const std::string& uri);
 
-/// The URI in full, defaults filled in, a server's without user, password and options: what
-/// messages call the store. Throws StoreError for a kind of store that there is not.
+/// fullStoreUri(), a server's without user, password and options: what messages call the store.
 std::string storeUri(const std::string& uri);
 
 /// The file of a store's URI; throws StoreError for a server's.

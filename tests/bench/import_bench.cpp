@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 

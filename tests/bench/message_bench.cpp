@@ -3,7 +3,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
-#include "replay/play/rewrite.hpp"
+#include "replay/plan/rewrite.hpp"
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "replay/query/filter.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 

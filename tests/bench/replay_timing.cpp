@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "replay/record/snapshot.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

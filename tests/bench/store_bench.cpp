@@ -3,6 +3,7 @@
 // batch is on disk (fsync) before the next one is begun.
 #include <benchmark/benchmark.h>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

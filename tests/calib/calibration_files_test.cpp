@@ -15,9 +15,9 @@
 #include <sstream>
 
 #include "calib/camera_info_file.hpp"
+#include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
-#include "calib/report/file_replacement.hpp"
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"
 

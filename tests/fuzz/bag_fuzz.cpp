@@ -7,6 +7,7 @@
 #include <string>
 
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/open/open_store.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace afterglow::replay;

@@ -8,7 +8,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
-#include "replay/play/rewrite.hpp"
+#include "replay/plan/rewrite.hpp"
 
 namespace {
 

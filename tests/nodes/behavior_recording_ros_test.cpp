@@ -8,6 +8,7 @@
 #include <chrono>
 
 #include "afterglow/tree_watch.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

@@ -1,4 +1,4 @@
-#include "nodes/calibrator/camera_messages.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/conversion/typed_message.hpp"
-#include "replay/record/sha256.hpp"
 #include "replay/record/snapshot.hpp"
+#include "replay/store/sha256.hpp"
 #include "tests/support/player_world.hpp"
 #include "tests/support/temp_folder.hpp"
 

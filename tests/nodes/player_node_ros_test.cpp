@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "nodes/player/replay_words.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/store_samples.hpp"

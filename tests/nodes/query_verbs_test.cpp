@@ -5,6 +5,7 @@
 
 #include "nodes/tools/program.hpp"
 #include "replay/messages/document.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"

@@ -21,6 +21,7 @@
 #include <nlohmann/json.hpp>
 
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/node_process.hpp"

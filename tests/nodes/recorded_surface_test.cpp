@@ -6,6 +6,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/table_cloud.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -17,8 +17,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "replay/record/sha256.hpp"
 #include "replay/record/snapshot.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "replay/store/sha256.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

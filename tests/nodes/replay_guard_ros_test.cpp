@@ -23,6 +23,7 @@
 #include <optional>
 #include <thread>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

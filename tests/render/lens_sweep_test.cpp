@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "render/paint/frame_painter.hpp"
-#include "render/scene/light_frame.hpp"
+#include "render/paint/light_frame.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render::lens_sweep_test {

@@ -1,5 +1,5 @@
 // What is drawn, before any GL: placement, cutting and splitting, against calib's own projection.
-#include "render/scene/light_frame.hpp"
+#include "render/paint/light_frame.hpp"
 
 #include <gtest/gtest.h>
 

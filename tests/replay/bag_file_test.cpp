@@ -9,6 +9,7 @@
 #include <csignal>
 #include <filesystem>
 
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -10,6 +10,7 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/record/recorder.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
 #include "replay/store/sqlite/store_check.hpp"
 #include "replay/store/sqlite/store_repair.hpp"

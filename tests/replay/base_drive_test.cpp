@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "replay/play/base_drive.hpp"
-#include "replay/play/velocity.hpp"
+#include "replay/motion/base_drive.hpp"
+#include "replay/motion/velocity.hpp"
 #include "tests/support/simulated_replay.hpp"
 
 namespace afterglow::replay::base_drive_test {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay::behavior_selector_test {

@@ -5,9 +5,9 @@
 #include <memory>
 #include <thread>
 
-#include "replay/motion/beating_clock.hpp"
+#include "replay/clock/beating_clock.hpp"
+#include "replay/motion/goal_book.hpp"
 #include "replay/motion/motion_watch.hpp"
-#include "replay/play/goal_book.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay::heartbeat_test {

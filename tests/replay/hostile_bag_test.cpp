@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "replay/bags/bag_file.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/message_definitions.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"

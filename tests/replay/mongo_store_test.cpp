@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/store_samples.hpp"

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "replay/messages/field_edit.hpp"
-#include "replay/play/motion_limits.hpp"
-#include "replay/play/velocity.hpp"
+#include "replay/motion/motion_limits.hpp"
+#include "replay/motion/velocity.hpp"
 #include "tests/support/player_world.hpp"
 
 namespace afterglow::replay::player_rate_test {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "replay/motion/track_reader.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/simulated_drive.hpp"

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "replay/query/filter.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/query_cases.hpp"
 #include "tests/support/temp_folder.hpp"
 

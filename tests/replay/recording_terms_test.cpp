@@ -8,9 +8,10 @@
 #include "replay/record/clock_watch.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
-#include "replay/record/sha256.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/record/topic_choice.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "replay/store/sha256.hpp"
 #include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay::recording_terms_test {

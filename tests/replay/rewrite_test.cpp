@@ -1,4 +1,4 @@
-#include "replay/play/rewrite.hpp"
+#include "replay/plan/rewrite.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "replay/store/mongo/mongo_client.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "replay/messages/definitions.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/message_corpus.hpp"
 #include "tests/support/mongo_server.hpp"

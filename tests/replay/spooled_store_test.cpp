@@ -6,6 +6,7 @@
 #include <chrono>
 #include <thread>
 
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"
 

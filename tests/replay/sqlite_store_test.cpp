@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 #include "tests/support/store_samples.hpp"

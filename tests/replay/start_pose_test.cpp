@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 #include "replay/store/sqlite/sqlite_store.hpp"

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
 #include "replay/store/sqlite/sqlite_store.hpp"
 #include "tests/support/faulty_disk.hpp"

@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
 #include "replay/store/sqlite/store_check.hpp"
 #include "replay/store/store.hpp"

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "replay/query/filter.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/query_cases.hpp"

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/faulty_store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/store_samples.hpp"

@@ -1,4 +1,4 @@
-#include "replay/play/timeline.hpp"
+#include "replay/clock/timeline.hpp"
 
 #include <gtest/gtest.h>
 

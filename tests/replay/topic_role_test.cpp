@@ -1,4 +1,4 @@
-#include "replay/play/topic_role.hpp"
+#include "replay/plan/topic_role.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "replay/play/play_plan.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/record/snapshot.hpp"
+#include "replay/store/open/open_store.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay::topic_role_test {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::test {

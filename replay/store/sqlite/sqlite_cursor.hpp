@@ -6,7 +6,7 @@
 #include <map>
 #include <mutex>
 
-#include "replay/query/channel_answers.hpp"
+#include "replay/store/sqlite/channel_answers.hpp"
 #include "replay/store/sqlite/sqlite_message_reader.hpp"
 #include "replay/store/store.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/query/channel_answers.hpp"
+#include "replay/store/sqlite/channel_answers.hpp"
 #include "replay/store/sqlite/sqlite_message_reader.hpp"
 
 namespace afterglow::replay {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "replay/record/sha256.hpp"
+#include "replay/store/sha256.hpp"
 #include "replay/store/sqlite/damage_ranges.hpp"
 #include "replay/store/sqlite/import_lock.hpp"
 #include "replay/store/sqlite/sqlite_message_reader.hpp"

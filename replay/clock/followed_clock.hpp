@@ -1,0 +1,33 @@
+/// \file
+/// A clock that somebody else drives: a simulation's /clock. It stands while that one does.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+
+#include "replay/clock/clock.hpp"
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+class FollowedClock : public Clock {
+ public:
+  /// What the other clock shows now; any thread. Set back, it counts on from where it was.
+  void tick(Stamp time);
+  bool hasTicked() const;
+  /// What the other clock showed last.
+  Stamp time() const;
+
+  SteadyTime now() const override;
+  bool sleepUntil(SteadyTime deadline) override;
+  void wake() override;
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_ticked_ = false, is_woken_ = false;
+  Stamp time_;
+  SteadyTime now_{1'000'000'000};
+};
+
+}  // namespace afterglow::replay

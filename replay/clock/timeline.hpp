@@ -1,0 +1,61 @@
+/// \file
+/// Which recorded moment is due at which moment of the steady clock. Three kinds of time, three
+/// types: Stamp (ROS time of the recording), PlaybackTime (how far into the behavior), SteadyTime
+/// (now).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "replay/clock/clock.hpp"
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+/// Nanoseconds of recorded time since the behavior's begin.
+struct PlaybackTime {
+  std::int64_t ns = 0;
+  constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
+};
+
+/// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
+/// is ever accumulated, so nothing drifts. With a limit it stands still there, until that is lifted
+/// or moved on; it goes on from the limit then. A value; not thread-safe.
+class Timeline {
+ public:
+  /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
+  Timeline(Stamp begin, double rate, SteadyTime start);
+
+  /// When a recorded moment is due; SteadyTime::forever() while paused, and beyond the limit.
+  SteadyTime deadline(Stamp recorded) const;
+  /// Stands still before the anchor's moment has come.
+  Stamp recorded(SteadyTime now) const;
+  PlaybackTime position(SteadyTime now) const { return {recorded(now).ns - begin_.ns}; }
+
+  bool isPaused() const { return is_paused_; }
+  /// Both do nothing when it is so already.
+  void pause(SteadyTime now);
+  void resume(SteadyTime now);
+  double rate() const { return rate_; }
+  /// From `now` on; the position stays. Throws as the constructor does.
+  void setRate(double rate, SteadyTime now);
+  /// The recorded moment is due at `when`, or when it is resumed. Limits are left as they are.
+  void moveTo(Stamp recorded, SteadyTime when);
+
+  /// The last recorded moment that it comes to; empty: none. One that has passed holds it where it
+  /// is.
+  void setLimit(std::optional<Stamp> limit, SteadyTime now);
+  std::optional<Stamp> limit() const { return limit_; }
+  /// It stands at its limit, and is not paused.
+  bool isHeld(SteadyTime now) const;
+
+ private:
+  Stamp begin_;
+  double rate_;
+  Stamp anchor_recorded_;
+  SteadyTime anchor_steady_;
+  bool is_paused_ = false;
+  std::optional<Stamp> limit_;
+};
+
+}  // namespace afterglow::replay

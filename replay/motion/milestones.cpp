@@ -1,0 +1,143 @@
+#include "replay/motion/milestones.hpp"
+
+#include "replay/messages/document.hpp"
+#include "replay/messages/field_edit.hpp"
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/plan/play_plan.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+struct RecordedGoal {
+  Stamp at;
+  std::string id;
+  std::optional<std::int64_t> duration_ns;  ///< of its trajectory
+  std::optional<Milestone> end;
+};
+
+struct RecordedAction {
+  std::string goal_topic;
+  std::vector<RecordedGoal> goals;
+  bool has_results = false;
+};
+
+std::string resultTopicOf(const std::string& goal_topic) {
+  return goal_topic.substr(0, goal_topic.rfind('/')) + "/result";
+}
+
+std::string textAt(const Schema& schema, const Bytes& bytes, const char* path) {
+  const auto spans = findField(schema, bytes, FieldPath::parse(path));
+  return spans.empty() ? std::string() : readString(bytes, spans.front());
+}
+
+std::optional<std::int64_t> trajectoryDuration(const Schema& schema, const Bytes& bytes) {
+  Value document = decode(schema, bytes);
+  const auto trajectory = trajectoryIn(document);
+  if (!trajectory || trajectory->points->empty()) return std::nullopt;
+  return timeFromStartNs(trajectory->points->back());
+}
+
+void addGoal(const Schema& schema, const Message& message, RecordedAction& action) {
+  action.goals.push_back({message.received, textAt(schema, message.bytes, "goal_id.id"),
+                          trajectoryDuration(schema, message.bytes), std::nullopt});
+}
+
+/// The goal that a result is of; without a goal of that id: the oldest that was sent without one.
+RecordedGoal* goalOf(const std::string& id, RecordedAction& action) {
+  RecordedGoal* nameless = nullptr;
+  for (RecordedGoal& goal : action.goals) {
+    if (goal.end) continue;
+    if (!id.empty() && goal.id == id) return &goal;
+    if (!nameless && (goal.id.empty() || id.empty())) nameless = &goal;
+  }
+  return nameless;
+}
+
+void addResult(const Schema& schema, const Message& message, RecordedAction& action) {
+  action.has_results = true;
+  RecordedGoal* goal = goalOf(textAt(schema, message.bytes, "status.goal_id.id"), action);
+  const auto status = findField(schema, message.bytes, FieldPath::parse("status.status"));
+  if (!goal || status.empty()) return;
+  Milestone end{message.received, outcomeOf(message.bytes[status.front().offset])};
+  const bool was_replaced = end.outcome == GoalOutcome::Failed && goal != &action.goals.back();
+  end.is_awaited = end.outcome != GoalOutcome::Canceled && !was_replaced;
+  goal->end = end;
+}
+
+/// Of an action whose results are there a goal without one was under way at the recording's end.
+void endByTrajectories(RecordedAction& action) {
+  for (RecordedGoal& goal : action.goals) {
+    if (!action.has_results && goal.duration_ns) {
+      goal.end = Milestone{{goal.at.ns + *goal.duration_ns}, GoalOutcome::Succeeded, false, true};
+    }
+  }
+}
+
+}  // namespace
+
+GoalOutcome outcomeOf(std::uint8_t goal_status) {
+  switch (goal_status) {  // actionlib_msgs/GoalStatus
+    case 3:               // SUCCEEDED
+      return GoalOutcome::Succeeded;
+    case 4:  // ABORTED
+    case 5:  // REJECTED
+    case 9:  // LOST
+      return GoalOutcome::Failed;
+    case 2:  // PREEMPTED
+    case 8:  // RECALLED
+      return GoalOutcome::Canceled;
+    default:
+      return GoalOutcome::Open;
+  }
+}
+
+Milestones Milestones::read(const Store& store, const PlayPlan& plan) {
+  Milestones found;
+  std::map<std::string, RecordedAction> actions;  // by the topics of goals and of results
+  MessageRange range;
+  for (const PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed() || topic.modality != Modality::Body || !isGoal(topic.channel)) continue;
+    const std::string result = resultTopicOf(topic.channel.topic);
+    actions[result].goal_topic = topic.channel.topic;
+    range.topics.insert(range.topics.end(), {topic.channel.topic, result});
+  }
+  if (actions.empty()) return found;
+  std::map<std::int64_t, std::pair<std::string, std::optional<Schema>>> channels;
+  const auto cursor = store.messages(plan.behavior, range);
+  while (const auto message = cursor->next()) {
+    auto& [topic, schema] = channels[message->channel];
+    try {
+      if (topic.empty()) {
+        const Channel channel = store.channel(message->channel);
+        topic = channel.topic;
+        schema = Schema::parse(channel.type, channel.definition);
+      }
+      if (!schema) continue;
+      const auto action = actions.find(topic);
+      action != actions.end() ? addResult(*schema, *message, action->second)
+                              : addGoal(*schema, *message, actions.at(resultTopicOf(topic)));
+    } catch (const MessageError&) {  // not sent either, or no result of an action
+    }
+  }
+  for (auto& [result, action] : actions) {
+    endByTrajectories(action);
+    bool is_known = true;
+    for (const RecordedGoal& goal : action.goals) {
+      if (goal.end) found.ends_[{action.goal_topic, goal.at.ns}] = *goal.end;
+      is_known = is_known && (goal.end || action.has_results);
+    }
+    if (!is_known) {
+      found.notes.push_back("no results of the goals on " + action.goal_topic +
+                            " were recorded: nothing waits for them");
+    }
+  }
+  return found;
+}
+
+std::optional<Milestone> Milestones::of(const std::string& topic, Stamp recorded_at) const {
+  const auto found = ends_.find({topic, recorded_at.ns});
+  return found == ends_.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,51 @@
+/// \file
+/// How fast a replay may move the body. Sources: Fetch's base controller (1 m/s, 4.5 rad/s) and
+/// fetch_description (joint velocities).
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/plan/play_plan.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+struct MotionLimits {
+  struct Joint {
+    std::optional<double> velocity, acceleration;  ///< rad or m, per s and s^2; empty: not known
+  };
+  std::optional<double> linear, angular;  ///< of velocity commands: m/s, rad/s
+  std::map<std::string, Joint> joints;
+  Joint other_joints;
+  /// Hold for what was recorded, too. Else what the robot did once it may do again, and a joint of
+  /// unknown speed may go 5 % faster than it did.
+  bool is_strict = false;
+
+  static MotionLimits fetch();
+};
+
+/// The fastest that a recording does on a topic, at rate 1.
+struct MotionPeak {
+  std::string topic;
+  std::string what;  ///< "linear velocity", "velocity of elbow_flex_joint"
+  std::string unit;
+  int power = 1;  ///< grows with rate^power
+  double value = 0;
+  double at_s = 0;  ///< seconds into the behavior
+  double limit = 0;
+};
+
+/// Of the velocities and joint trajectories of the plan that have a limit: what points say of
+/// themselves, and the mean velocity from one to the next. Messages that cannot be understood are
+/// left out: they are not sent either. Throws StoreError, also if one of a body's is damaged in the
+/// store: what is left of a motion without it is not what the body did.
+std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
+                                    const MotionLimits& limits);
+
+/// One line that names topic, value, time and limit; empty if the rate breaks none.
+std::string whyTooFast(const std::vector<MotionPeak>& peaks, double rate);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,124 @@
+#include "replay/motion/motion_rate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+#include "replay/messages/field_edit.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+struct KnownField {
+  std::string_view type, field;
+  int power;
+};
+
+constexpr KnownField kKnownFields[] = {
+    {"geometry_msgs/Twist", "linear", 1},
+    {"geometry_msgs/Twist", "angular", 1},
+    {"trajectory_msgs/JointTrajectoryPoint", "velocities", 1},
+    {"trajectory_msgs/JointTrajectoryPoint", "accelerations", 2},
+    {"trajectory_msgs/JointTrajectoryPoint", "time_from_start", -1},
+    {"trajectory_msgs/MultiDOFJointTrajectoryPoint", "velocities", 1},
+    {"trajectory_msgs/MultiDOFJointTrajectoryPoint", "accelerations", 2},
+    {"trajectory_msgs/MultiDOFJointTrajectoryPoint", "time_from_start", -1},
+    {"control_msgs/PointHeadGoal", "min_duration", -1},
+    {"control_msgs/PointHeadGoal", "max_velocity", 1},
+    {"control_msgs/SingleJointPositionGoal", "min_duration", -1},
+    {"control_msgs/SingleJointPositionGoal", "max_velocity", 1},
+    {"ackermann_msgs/AckermannDrive", "steering_angle_velocity", 1},
+    {"ackermann_msgs/AckermannDrive", "speed", 1},
+    {"ackermann_msgs/AckermannDrive", "acceleration", 2},
+    {"ackermann_msgs/AckermannDrive", "jerk", 3},
+    {"visualization_msgs/Marker", "lifetime", -1},
+};
+
+int knownPower(const MessageType& type, const Field& field) {
+  for (const KnownField& known : kKnownFields) {
+    if (known.type == type.name && known.field == field.name) return known.power;
+  }
+  return 0;
+}
+
+/// A power that is known further out holds for everything within.
+void collectScaled(const Schema& schema, std::size_t type_index, const std::string& prefix,
+                   int outer_power, std::vector<ScaledField>& found) {
+  const MessageType& type = schema.types()[type_index];
+  for (const Field& field : type.fields) {
+    const int power = outer_power != 0 ? outer_power : knownPower(type, field);
+    const std::string path =
+        prefix + field.name + (field.arity == Field::Arity::Single ? "" : "[]");
+    const bool is_scalable = field.type == FieldType::Float64 || field.type == FieldType::Float32 ||
+                             field.type == FieldType::Duration;
+    if (field.type == FieldType::Message) {
+      collectScaled(schema, field.message, path + ".", power, found);
+    } else if (power != 0 && is_scalable) {
+      found.push_back({path, power});
+    }
+  }
+}
+
+template <typename Number>
+void scaleNumber(std::uint8_t* at, double factor) {
+  Number number;
+  std::memcpy(&number, at, sizeof(number));
+  number = static_cast<Number>(static_cast<double>(number) * factor);
+  std::memcpy(at, &number, sizeof(number));
+}
+
+void scaleDuration(std::uint8_t* at, double factor) {
+  std::int32_t parts[2];
+  std::memcpy(parts, at, sizeof(parts));
+  const double ns = (static_cast<double>(parts[0]) * 1e9 + parts[1]) * factor;
+  if (std::abs(ns) > 1e9 * std::numeric_limits<std::int32_t>::max()) {
+    throw MessageError("a duration of " + std::to_string(ns * 1e-9) + " s fits no message");
+  }
+  const std::int64_t whole = std::llround(ns);
+  parts[0] = static_cast<std::int32_t>(whole / 1'000'000'000);
+  parts[1] = static_cast<std::int32_t>(whole % 1'000'000'000);
+  std::memcpy(at, parts, sizeof(parts));
+}
+
+void scaleField(const FieldSpan& span, double factor, Bytes& bytes) {
+  std::uint8_t* at = bytes.data() + span.offset;
+  if (span.type == FieldType::Duration) {
+    scaleDuration(at, factor);
+  } else if (span.type == FieldType::Float64) {
+    scaleNumber<double>(at, factor);
+  } else {
+    scaleNumber<float>(at, factor);
+  }
+}
+
+}  // namespace
+
+std::vector<ScaledField> scaledFields(const Schema& schema) {
+  std::vector<ScaledField> found;
+  collectScaled(schema, 0, "", 0, found);
+  return found;
+}
+
+MotionRate::MotionRate(const Schema& schema) : fields_(scaledFields(schema)) {
+  std::vector<FieldPath> paths;
+  for (const ScaledField& field : fields_) paths.push_back(FieldPath::parse(field.path));
+  if (!paths.empty()) finder_ = std::make_unique<FieldFinder>(schema, paths);
+}
+
+MotionRate::~MotionRate() = default;
+MotionRate::MotionRate(MotionRate&&) noexcept = default;
+
+void MotionRate::apply(Bytes& bytes, double rate) const {
+  if (!finder_ || rate == 1.0) {
+    return;
+  }
+  const auto places = finder_->find(bytes);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double factor = std::pow(rate, fields_[i].power);
+    for (const FieldSpan& span : places[i]) scaleField(span, factor, bytes);
+  }
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,94 @@
+#include "replay/plan/anchoring.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+
+namespace afterglow::replay {
+namespace {
+
+/// What projectors and rviz draw, by type.
+bool isDrawn(const std::string& type) {
+  constexpr const char* kTypes[] = {
+      "sensor_msgs/PointCloud2",         "sensor_msgs/PointCloud",
+      "sensor_msgs/LaserScan",           "visualization_msgs/Marker",
+      "visualization_msgs/MarkerArray",  "nav_msgs/Path",
+      "nav_msgs/OccupancyGrid",          "nav_msgs/GridCells",
+      "geometry_msgs/PoseStamped",       "geometry_msgs/PoseArray",
+      "geometry_msgs/PointStamped",      "geometry_msgs/PolygonStamped",
+      "geometry_msgs/Vector3Stamped",    "geometry_msgs/WrenchStamped",
+      "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped"};
+  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+}
+
+Anchor parseAnchor(const std::string& word) {
+  if (word == "world") return Anchor::World;
+  if (word == "body") return Anchor::Body;
+  throw std::invalid_argument("'" + word + "' is no anchor (world, body, /topic=world, " +
+                              "/topic=body)");
+}
+
+std::string bare(const std::string& frame) {
+  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
+}
+
+void collectHeaders(const Schema& schema, std::size_t type, const std::string& prefix,
+                    std::vector<FieldPath>& paths) {
+  for (const Field& field : schema.types()[type].fields) {
+    if (field.type != FieldType::Message) continue;
+    const std::string path =
+        prefix + field.name + (field.arity == Field::Arity::Single ? "." : "[].");
+    if (schema.types()[field.message].name == "std_msgs/Header") {
+      paths.push_back(FieldPath::parse(path + "stamp"));
+      paths.push_back(FieldPath::parse(path + "frame_id"));
+    } else {
+      collectHeaders(schema, field.message, path, paths);
+    }
+  }
+}
+
+std::vector<FieldPath> headerPaths(const Schema& schema) {
+  std::vector<FieldPath> paths;
+  collectHeaders(schema, 0, "", paths);
+  return paths;
+}
+
+}  // namespace
+
+void AnchorSettings::add(const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos) {
+    anchor = parseAnchor(text);
+  } else if (text[0] == '/') {
+    topics[text.substr(0, equals)] = parseAnchor(text.substr(equals + 1));
+  } else {
+    throw std::invalid_argument("'" + text.substr(0, equals) + "' is no absolute topic name");
+  }
+}
+
+Anchor AnchorSettings::of(const Channel& channel) const {
+  const auto named = topics.find(channel.topic);
+  if (named != topics.end()) return named->second;
+  return isDrawn(channel.type) ? anchor : Anchor::Body;
+}
+
+std::string recordedFrame(const std::string& frame) { return "recorded/" + bare(frame); }
+
+HeaderFields::HeaderFields(const Schema& schema)
+    : paths_(headerPaths(schema)), finder_(schema, paths_) {}
+
+std::vector<HeaderFields::Header> HeaderFields::find(const Bytes& bytes) const {
+  std::vector<Header> headers;
+  if (paths_.empty()) return headers;
+  const std::vector<std::vector<FieldSpan>> spans = finder_.find(bytes);
+  for (std::size_t i = 0; i < spans.size(); i += 2) {
+    for (std::size_t n = 0; n < spans[i].size(); ++n) {
+      const FieldSpan &stamp = spans[i][n], &frame = spans[i + 1].at(n);
+      headers.push_back(
+          {readTime(bytes, stamp).value_or(Stamp{}), bare(readString(bytes, frame)), stamp, frame});
+    }
+  }
+  return headers;
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,363 @@
+#include "replay/plan/play_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <stdexcept>
+#include <tuple>
+
+#include "replay/record/snapshot.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
+
+/// Empty if the store's summary names a topic without messages.
+std::optional<Channel> firstChannel(const Store& store, const Behavior& behavior,
+                                    const std::string& topic) {
+  const std::optional<Message> first = store.messages(behavior, {{topic}, {}, {}})->next();
+  return first ? std::optional<Channel>(store.channel(first->channel)) : std::nullopt;
+}
+
+std::optional<std::regex> patternOf(const std::string& text) {
+  try {
+    return text.empty() ? std::nullopt : std::optional<std::regex>(text);
+  } catch (const std::regex_error& error) {
+    throw std::invalid_argument("'" + text + "' is no regular expression: " + error.what());
+  }
+}
+
+bool holdsName(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Which topics are asked for by name.
+class NameFilter {
+ public:
+  explicit NameFilter(const PlanOptions& options)
+      : options_(options),
+        take_(patternOf(options.regex)),
+        leave_(patternOf(options.exclude_regex)) {}
+
+  bool takes(const std::string& topic) const {
+    const bool is_open = options_.topics.empty() && !take_;
+    return is_open || holdsName(options_.topics, topic) ||
+           (take_ && std::regex_match(topic, *take_));
+  }
+  bool leavesOut(const std::string& topic) const {
+    return holdsName(options_.exclude, topic) || (leave_ && std::regex_match(topic, *leave_));
+  }
+
+ private:
+  const PlanOptions& options_;
+  const std::optional<std::regex> take_, leave_;
+};
+
+std::string outputName(const std::string& topic, const PlanOptions& options) {
+  const auto renamed = options.remap.find(topic);
+  const std::string name =
+      renamed != options.remap.end() ? renamed->second : options.prefix + topic;
+  if (name.size() < 2 || name[0] != '/') {
+    throw std::invalid_argument("'" + name + "' is no absolute topic name (for " + topic + ")");
+  }
+  return name;
+}
+
+/// The class of a topic and whether it is played, for one behavior and one request.
+class TopicChooser {
+ public:
+  TopicChooser(const Behavior& behavior, const PlanOptions& options)
+      : options_(options), names_(options), requested_(requestedTopics(behavior)) {}
+
+  void choose(PlannedTopic& topic, const std::string& type) const {
+    classify(topic);
+    topic.why_not = topic.channel.type == type ? whyNot(topic)
+                                               : "the topic began with type " + topic.channel.type;
+  }
+
+ private:
+  /// By the name it is published by, unless it is motion that has no end under any name.
+  void classify(PlannedTopic& topic) const {
+    const std::string& recorded = topic.channel.topic;
+    TopicRole role = roleOf(recorded, topic.channel.type);
+    if (role.topic_class != TopicClass::Endless) {
+      role = roleOf(topic.output.topic, topic.channel.type);
+    }
+    topic.topic_class = role.topic_class;
+    topic.why_class = role.why;
+    if (role.topic_class != TopicClass::Shown) return;
+    const bool is_layer = options_.layers && options_.layers->count(topic.output.topic) != 0;
+    if (holdsName(requested_, recorded)) {
+      topic.why_class += ", and the recording's request names it";
+    } else if (is_layer) {
+      topic.why_class += ", and a projector shows it";
+    } else if (!options_.takes_all) {
+      topic.topic_class = TopicClass::Other;
+      topic.why_class += ", but nobody asked for it to be shown";
+    }
+  }
+
+  std::string whyNot(PlannedTopic& topic) const {
+    const std::string& recorded = topic.channel.topic;
+    const bool is_added = holdsName(options_.also, recorded);
+    if (names_.leavesOut(recorded) || !(is_added || names_.takes(recorded))) {
+      return "the topic is not asked for";
+    }
+    const bool is_named = is_added || holdsName(options_.topics, recorded) ||
+                          holdsName(options_.settled, recorded);
+    if (const std::string never = whyNever(topic); !never.empty()) {
+      topic.is_refused = is_added || holdsName(options_.topics, recorded) ||
+                         (is_named && wants(Modality::Body)) || isMissedMotion(topic);
+      return never;
+    }
+    if (!is_added && isUnasked(topic)) {
+      return std::string(name(topic.modality)) + " is not asked for";
+    }
+    if (is_named) return {};
+    if (options_.takes_all) return whyNotOfAll(topic);
+    topic.is_nameable =
+        topic.topic_class == TopicClass::Other || topic.topic_class == TopicClass::Control;
+    return topic.is_nameable ? topic.why_class : std::string();
+  }
+
+  std::string whyNever(const PlannedTopic& topic) const {
+    if (topic.output.topic == options_.emergency_stop) {
+      return "it is the emergency stop that this replay obeys";
+    }
+    return topic.topic_class == TopicClass::Endless ? topic.why_class : std::string();
+  }
+
+  /// The rest of the body would be played without it, though the recording was made for it.
+  bool isMissedMotion(const PlannedTopic& topic) const {
+    return topic.topic_class == TopicClass::Endless && !options_.takes_all &&
+           holdsName(requested_, topic.channel.topic) && wants(Modality::Body);
+  }
+
+  std::string whyNotOfAll(PlannedTopic& topic) const {
+    const bool moves = topic.modality == Modality::Body;
+    const bool is_body = topic.topic_class == TopicClass::Body;
+    const bool is_part = is_body || topic.topic_class == TopicClass::Shown || wantsAll();
+    topic.is_nameable =
+        topic.topic_class == TopicClass::Control || (moves && !is_body) || !is_part;
+    if (topic.is_nameable) return topic.why_class;
+    return moves && options_.leaves_motion ? "motion is not part of it" : std::string();
+  }
+
+  bool wants(Modality modality) const {
+    return options_.only.empty() || options_.only.count(modality) != 0;
+  }
+
+  bool wantsAll() const {
+    return std::all_of(std::begin(kModalities), std::end(kModalities),
+                       [this](Modality modality) { return wants(modality); });
+  }
+
+  /// By its modality, as far as it has one: what neither moves nor is shown has none.
+  bool isUnasked(const PlannedTopic& topic) const {
+    const bool has_modality =
+        topic.modality != Modality::Ar || topic.topic_class == TopicClass::Shown;
+    return has_modality && !wants(topic.modality);
+  }
+
+  const PlanOptions& options_;
+  const NameFilter names_;
+  const std::vector<std::string> requested_;
+};
+
+PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
+                       const PlanOptions& options, const TopicChooser& chooser,
+                       Rewriter& rewriter) {
+  PlannedTopic topic;
+  topic.channel = topic.output = channel;
+  topic.output.topic = outputName(channel.topic, options);
+  topic.count = summary.count;
+  topic.modality = modalityOf(summary.topic, summary.type);
+  chooser.choose(topic, summary.type);
+  if (topic.isPlayed()) {
+    try {
+      topic.rewrites = rewriter.rules(channel);
+    } catch (const MessageError& error) {
+      topic.why_not = std::string("its definition is not understood: ") + error.what();
+    }
+  }
+  return topic;
+}
+
+/// What is asked of a topic that is not there is a mistake.
+void checkNames(const PlayPlan& plan, const PlanOptions& options) {
+  std::vector<std::string> asked = options.topics;
+  asked.insert(asked.end(), options.also.begin(), options.also.end());
+  asked.insert(asked.end(), options.exclude.begin(), options.exclude.end());
+  for (const auto& [from, to] : options.remap) asked.push_back(from);
+  for (const std::string& topic : asked) {
+    const bool is_known =
+        std::any_of(plan.topics.begin(), plan.topics.end(),
+                    [&](const PlannedTopic& planned) { return planned.channel.topic == topic; });
+    if (!is_known) {
+      throw std::invalid_argument("the behavior has no topic " + topic);
+    }
+  }
+  std::map<std::string, std::string> sources;
+  for (const PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed()) continue;
+    const auto [other, is_new] = sources.emplace(topic.output.topic, topic.channel.topic);
+    if (!is_new && other->second != topic.channel.topic) {
+      throw std::invalid_argument(other->second + " and " + topic.channel.topic +
+                                  " would both be published on " + topic.output.topic);
+    }
+  }
+}
+
+Stamp secondsInto(const Behavior& behavior, double seconds) {
+  return {behavior.begin.ns + std::llround(seconds * 1e9)};
+}
+
+void choosePart(PlayPlan& plan, const PlanOptions& options) {
+  const Behavior& behavior = plan.behavior;
+  const std::string length = std::to_string(plan.durationNs() / 1'000'000) + " ms";
+  plan.begin = secondsInto(behavior, options.start_s);
+  if (options.until_s) plan.end = std::min(plan.end, secondsInto(behavior, *options.until_s));
+  if (options.duration_s) {
+    plan.end = std::min(plan.end, secondsInto(behavior, options.start_s + *options.duration_s));
+  }
+  const bool is_whole = !options.until_s && !options.duration_s && options.start_s == 0;
+  if (plan.begin < behavior.begin || (!is_whole && plan.end <= plan.begin)) {
+    throw std::invalid_argument("nothing of the behavior lies in that part: it is " + length +
+                                " long");
+  }
+}
+
+/// The first of them, and how many more there are.
+std::string shortList(const std::vector<std::string>& names) {
+  constexpr std::size_t kMostNames = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return names.size() > kMostNames
+             ? text + " and " + std::to_string(names.size() - kMostNames) + " more"
+             : text;
+}
+
+}  // namespace
+
+std::vector<std::string> PlayPlan::playedTopics() const {
+  std::vector<std::string> names;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed()) names.push_back(topic.channel.topic);
+  }
+  return names;
+}
+
+std::vector<std::string> PlayPlan::motionTopics() const {
+  std::vector<std::string> names;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed() && topic.modality == Modality::Body) names.push_back(topic.channel.topic);
+  }
+  return names;
+}
+
+std::string PlayPlan::refusal() const {
+  std::string text;
+  for (const PlannedTopic& topic : topics) {
+    if (!topic.is_refused) continue;
+    text += (text.empty() ? "" : "; ") + topic.channel.topic + " (" + topic.channel.type +
+            ") is not played: " + topic.why_not;
+  }
+  return text.empty() ? text : text + "; --exclude it to play the rest";
+}
+
+std::vector<std::string> PlayPlan::warnings() const {
+  std::vector<std::string> texts;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed() && topic.topic_class == TopicClass::Control) {
+      texts.push_back(topic.output.topic + " is published as it was recorded: " + topic.why_class);
+    }
+  }
+  return texts;
+}
+
+std::string PlayPlan::leftOutText() const {
+  std::vector<std::string> unnamed, others, endless;
+  for (const PlannedTopic& topic : topics) {
+    if (topic.isPlayed()) continue;
+    const auto& [name, type] = std::tie(topic.channel.topic, topic.channel.type);
+    if (topic.is_nameable) {
+      // What can be drawn or heard is what most often was meant.
+      (roleOf(name, type).topic_class == TopicClass::Shown ? unnamed : others).push_back(name);
+    }
+    if (topic.topic_class == TopicClass::Endless) endless.push_back(name);
+  }
+  const std::string example = unnamed.empty() ? "TOPIC plays one" : unnamed[0] + " plays that one";
+  unnamed.insert(unnamed.end(), others.begin(), others.end());
+  std::string text;
+  if (!unnamed.empty()) {
+    text = "not played, as nobody named them: " + shortList(unnamed) + "; --also " +
+           example + ", --dry-run says why each is left out";
+  }
+  if (!endless.empty()) {
+    text += (text.empty() ? "" : "; ") + std::string("never played, as nothing stops them: ") +
+            shortList(endless);
+  }
+  return text;
+}
+
+std::set<Modality> parseModalities(const std::string& text) {
+  std::set<Modality> chosen;
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');) {
+    const auto found = std::find_if(std::begin(kModalities), std::end(kModalities),
+                                    [&](Modality modality) { return name(modality) == word; });
+    if (found == std::end(kModalities)) {
+      throw std::invalid_argument("'" + word + "' is no modality (body, ar, speech)");
+    }
+    chosen.insert(*found);
+  }
+  return chosen.empty() ? std::set<Modality>(std::begin(kModalities), std::end(kModalities))
+                        : chosen;
+}
+
+PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options) {
+  PlayPlan plan;
+  plan.behavior = behavior;
+  plan.rewriting = options.rewriting;
+  plan.end = behavior.end.value_or(behavior.begin);
+  Rewriter rewriter([] { return std::string(); }, options.rewriting);  // only its rules are asked
+  const TopicChooser chooser(behavior, options);
+  for (const TopicSummary& summary : store.topics(behavior)) {
+    if (const auto channel = firstChannel(store, behavior, summary.topic)) {
+      plan.topics.push_back(planTopic(summary, *channel, options, chooser, rewriter));
+    }
+    if (!behavior.end) {
+      plan.end = std::max(plan.end, Stamp{summary.last.ns + 1});  // the last message counts, too
+    }
+  }
+  checkNames(plan, options);
+  choosePart(plan, options);
+  return plan;
+}
+
+bool isVelocity(const Channel& channel) {
+  return channel.type == "geometry_msgs/Twist" || channel.type == "geometry_msgs/TwistStamped";
+}
+
+bool isGoal(const Channel& channel) {
+  const std::string ending = "ActionGoal";
+  return channel.type.size() > ending.size() &&
+         channel.type.compare(channel.type.size() - ending.size(), ending.size(), ending) == 0;
+}
+
+bool isTrajectoryCommand(const Channel& channel) {
+  return channel.type == "trajectory_msgs/JointTrajectory";
+}
+
+bool isReplacing(const std::string& type) {
+  constexpr const char* kTypes[] = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
+                                    "nav_msgs/Path", "sensor_msgs/Image", "nav_msgs/OccupancyGrid"};
+  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+}
+
+}  // namespace afterglow::replay

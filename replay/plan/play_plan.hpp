@@ -1,0 +1,94 @@
+/// \file
+/// What a replay will do, topic by topic, worked out before anything is published.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/plan/rewrite.hpp"
+#include "replay/plan/topic_role.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+struct PlannedTopic {
+  Channel channel;  ///< as the topic's first message came
+  /// The same under the name it is published by. Cancels follow their goal's.
+  Channel output;
+  std::uint64_t count = 0;
+  Modality modality = Modality::Ar;
+  TopicClass topic_class = TopicClass::Other;  ///< Shown only where somebody asked for it
+  std::string why_class;                       ///< one clause, for people
+  bool is_refused = false;  ///< asked for, and must not be: nothing is played until it is left out
+  bool is_nameable = false;  ///< not played, and would be if somebody named it
+  std::string why_not;       ///< empty: it is played
+  std::vector<RewrittenField> rewrites;
+
+  bool isPlayed() const { return why_not.empty(); }
+};
+
+struct PlayPlan {
+  Behavior behavior;
+  Stamp begin, end;  ///< the part that is played, [begin, end)
+  std::vector<PlannedTopic> topics;
+  RewriteSettings rewriting;
+
+  /// Seconds into the behavior are counted from its own begin: this is where the part ends.
+  std::int64_t durationNs() const { return end.ns - behavior.begin.ns; }
+  std::vector<std::string> playedTopics() const;
+  /// Those of the body that are played.
+  std::vector<std::string> motionTopics() const;
+  /// Why nothing may be played until something is left out, one line; empty if it may be.
+  std::string refusal() const;
+  /// What a person must know before it is played: which inputs of others it sends.
+  std::vector<std::string> warnings() const;
+  /// Which topics are not played, why, and how they are named; one line, empty if there is none.
+  std::string leftOutText() const;
+};
+
+struct PlanOptions {
+  std::set<Modality> only;                    ///< empty: all
+  std::vector<std::string> topics, exclude;   ///< no `topics`: all that are played by themselves
+  std::vector<std::string> also;              ///< these as well, of whatever class and modality
+  /// Named once for all behaviors, by a setting: as `also`, where a behavior has them and they are
+  /// asked for.
+  std::vector<std::string> settled;
+  std::string regex, exclude_regex;           ///< have to match a whole name; empty: none
+  std::map<std::string, std::string> remap;   ///< recorded name to published name
+  std::string prefix;                         ///< before every name that is not in `remap`
+  double start_s = 0;                         ///< into the behavior
+  std::optional<double> duration_s, until_s;  ///< from the start; into the behavior
+  /// What a running projector shows, by the names things are published by; empty: not known.
+  std::optional<std::set<std::string>> layers;
+  std::string emergency_stop;  ///< the topic that this replay obeys: never published
+  /// All but motion and control inputs, as rosbag play does: where no robot is.
+  bool takes_all = false;
+  bool leaves_motion = false;  ///< with takes_all: the body's, too
+  RewriteSettings rewriting;
+};
+
+/// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
+std::set<Modality> parseModalities(const std::string& text);
+
+/// Plays of the behavior's own topics the body's, those to be shown (drawable or speech, and named
+/// in the recording's request or a projector's layer) and those that are named by whoever replays;
+/// of these modalities. A pattern names nothing. Throws StoreError, and std::invalid_argument, one
+/// line, for what is asked of topics that the behavior has not, names that are none or meet,
+/// patterns, and a part that is empty.
+PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);
+
+/// Commands a velocity that holds until the next one: geometry_msgs/Twist and TwistStamped.
+bool isVelocity(const Channel& channel);
+/// A goal of an action, by its type's name.
+bool isGoal(const Channel& channel);
+/// A trajectory_msgs/JointTrajectory outside of an action: followed as it comes.
+bool isTrajectoryCommand(const Channel& channel);
+/// A message of this type replaces the one before it: clouds, scans, paths, pictures, maps.
+bool isReplacing(const std::string& type);
+
+}  // namespace afterglow::replay

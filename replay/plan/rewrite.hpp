@@ -1,0 +1,64 @@
+/// \file
+/// Makes a recorded message right to publish now: its stamps, its goal id, the start of its
+/// trajectory, its frames; by the rules of rewrite_rules.hpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+#include "replay/plan/rewrite_rules.hpp"
+
+namespace afterglow::replay {
+
+/// When a message is published.
+struct PublishMoment {
+  Stamp now;                  ///< ROS time
+  std::int64_t shift_ns = 0;  ///< what recorded stamps have to be moved by; 0: left as they were
+};
+
+/// A goal and the id it was given, to follow it on the server's status and result topics.
+struct SentGoal {
+  std::string recorded_id;
+  std::string id;
+};
+
+struct Rewritten {
+  /// False for the cancel of a goal that was not sent this time: the server would keep it in mind.
+  bool publish = true;
+  std::optional<SentGoal> goal;  ///< set if the message is an action goal
+};
+
+/// Rewrites the messages of one replay, in the order they are sent; remembers its goals, so that
+/// recorded cancels find them. Not thread-safe.
+class Rewriter {
+ public:
+  /// Each call gives an id that was never used before.
+  using FreshId = std::function<std::string()>;
+
+  explicit Rewriter(FreshId fresh_id, RewriteSettings settings = {});
+  ~Rewriter();
+
+  /// What will be done to the messages of this channel, and what was done on its topic so far.
+  /// Throws MessageError if its definition cannot be understood, std::invalid_argument if the
+  /// settings do not fit it.
+  std::vector<RewrittenField> rules(const Channel& channel);
+
+  /// Changes `bytes`. Throws MessageError if they do not fit the channel's definition or a stamp
+  /// leaves the range of ROS time; they are not to be published then.
+  [[nodiscard]] Rewritten rewrite(const Channel& channel, const PublishMoment& moment,
+                                  Bytes& bytes);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Ids "<node>-<random, per generator>-<counter>".
+Rewriter::FreshId uniqueGoalIds(const std::string& node);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,272 @@
+#include "replay/plan/topic_role.hpp"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace afterglow::replay {
+namespace {
+
+template <std::size_t n>
+bool isOneOf(std::string_view text, const std::array<std::string_view, n>& known) {
+  return std::find(known.begin(), known.end(), text) != known.end();
+}
+
+bool startsWith(std::string_view text, std::string_view start) {
+  return text.substr(0, start.size()) == start;
+}
+
+bool endsWith(std::string_view text, std::string_view end) {
+  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+}
+
+std::string_view lastName(std::string_view topic) { return topic.substr(topic.rfind('/') + 1); }
+
+/// `*` stands for any characters, slashes too.
+bool matches(std::string_view text, std::string_view pattern) {
+  if (pattern.empty()) return text.empty();
+  if (pattern[0] != '*') {
+    return !text.empty() && text[0] == pattern[0] && matches(text.substr(1), pattern.substr(1));
+  }
+  for (std::size_t skipped = 0; skipped <= text.size(); ++skipped) {
+    if (matches(text.substr(skipped), pattern.substr(1))) return true;
+  }
+  return false;
+}
+
+/// The last names of a topic: "base/cmd_vel" is that of /base/cmd_vel and of /robot/base/cmd_vel.
+bool isCalled(std::string_view topic, std::string_view pattern) {
+  for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
+       slash = topic.find('/', slash + 1)) {
+    if (matches(topic.substr(slash + 1), pattern)) return true;
+  }
+  return false;
+}
+
+struct RoleRule {
+  std::vector<std::string_view> names;  ///< last names, as isCalled(); none: any
+  std::vector<std::string_view> types;  ///< none: any
+  TopicRole role;
+
+  bool holds(std::string_view topic, std::string_view type) const {
+    const auto is_name = [&](std::string_view pattern) { return isCalled(topic, pattern); };
+    const auto is_type = [&](std::string_view pattern) { return matches(type, pattern); };
+    return (names.empty() || std::any_of(names.begin(), names.end(), is_name)) &&
+           (types.empty() || std::any_of(types.begin(), types.end(), is_type));
+  }
+};
+
+constexpr std::string_view kTwist = "geometry_msgs/Twist*";
+
+using Rules = std::vector<RoleRule>;
+
+/// Everybody's inputs: what a person, a safety device or the robot's own switches say.
+const Rules& controlRules() {
+  constexpr auto kControl = TopicClass::Control;
+  static const Rules rules{
+      {{}, {"sensor_msgs/Joy*"}, {kControl, "a joystick: base and arm are driven by it"}},
+      {{"joy", "joy_orig"}, {}, {kControl, "a joystick: base and arm are driven by it"}},
+      {{"*runstop*", "*estop*", "*e_stop*", "*emergency*", "*motors_halted"},
+       {},
+       {kControl, "an emergency stop: it would stop the robot, or let it go"}},
+      {{"joy_priority", "joy_priority_action/*", "joy_turbo_*", "pause_navigation",
+        "stop_closing_loop"},
+       {},
+       {kControl, "a lock of the robot's inputs"}},
+      {{"motor_power", "*breaker*"}, {}, {kControl, "it switches motors on or off"}},
+      {{"initialpose"}, {}, {kControl, "it moves the robot's estimate of where it stands"}},
+      {{"clock"}, {}, {kControl, "time is not replayed: every running node would go by it"}},
+      {{}, {"rosgraph_msgs/Clock"}, {kControl, "time is not replayed"}},
+      {{"clicked_point", "trajectory_execution_event"}, {}, {kControl, "somebody's command"}},
+      {{},
+       {"visualization_msgs/InteractiveMarkerFeedback"},
+       {kControl, "a person's hand on a marker: marker servers drive by it"}},
+      {{"teleop*", "teleop/cmd_vel", "joy_vel", "key_vel", "tab_vel", "phone_vel", "marker_vel",
+        "rviz_joy_vel", "input_joy/cmd_vel", "input/teleop", "input/switch"},
+       {kTwist},
+       {kControl, "a person's velocities, which override others"}},
+      {{"input/safety_controller"}, {}, {kControl, "the safety controller's velocities"}}};
+  return rules;
+}
+
+/// What has a type that moves, speaks or is drawn, and is something else.
+const Rules& exceptionRules() {
+  constexpr auto kOther = TopicClass::Other, kEndless = TopicClass::Endless;
+  static const Rules rules{
+      {{"cmd_vel_mux/active", "cmd_vel_out", "cmd_vel_rc100"},
+       {},
+       {kOther, "an output of the base"}},
+      {{"mobile_base_controller/cmd_vel", "mobile_base/commands/velocity", "servoing_cmd_vel",
+        "base_controller/command"},
+       {kTwist},
+       {kOther, "the base behind its multiplexer: nobody could override it"}},
+      {{"*twist_controller/command", "*cartesian_twist/*", "*delta_twist_cmds"},
+       {},
+       {kEndless, "an arm's velocity: a zero does not leave it where it is"}},
+      {{"*safe_command", "*joint_speed"},
+       {},
+       {kEndless, "what stops it is not known to the player"}},
+      {{"*scan", "*scan_raw", "*scan_filtered"},
+       {"sensor_msgs/LaserScan"},
+       {kOther, "a live sensor's: old ranges hide people; it can be drawn under another name"}},
+      {{"*camera*", "*depth*", "*velodyne*", "*lidar*", "*laser*"},
+       {"sensor_msgs/PointCloud2"},
+       {kOther, "a live sensor's: planners take it; it can be drawn under another name"}},
+      // A client would take a recorded answer for that of its own goal.
+      {{"result", "feedback", "status"},
+       {},
+       {kOther, "an answer of the robot; it gives a new one"}},
+      {{},
+       {"*ActionResult", "*ActionFeedback", "actionlib_msgs/GoalStatusArray"},
+       {kOther, "an answer of the robot; it gives a new one"}}};
+  return rules;
+}
+
+/// What speaks or is drawn.
+const Rules& shownRules() {
+  constexpr auto kShown = TopicClass::Shown;
+  static const Rules rules{
+      {{}, {"sound_play/SoundRequest*", "*/TtsActionGoal"}, {kShown, "speech"}},
+      {{"sound_play/cancel", "tts/cancel"}, {"actionlib_msgs/GoalID"}, {kShown, "speech"}},
+      {{}, {"turtlebot3_msgs/Sound", "kobuki_msgs/Sound"}, {kShown, "a sound"}},
+      {{},
+       {"visualization_msgs/Marker", "visualization_msgs/MarkerArray", "nav_msgs/Path",
+        "sensor_msgs/PointCloud2", "sensor_msgs/LaserScan"},
+       {kShown, "it can be drawn"}},
+      {{"current_goal"}, {"geometry_msgs/PoseStamped"}, {kShown, "it can be drawn"}},
+      {{"footprint"}, {"geometry_msgs/PolygonStamped"}, {kShown, "it can be drawn"}}};
+  return rules;
+}
+
+/// What moves a robot, by how it is stopped.
+const Rules& motionRules() {
+  constexpr auto kBody = TopicClass::Body, kOther = TopicClass::Other;
+  constexpr auto kEndless = TopicClass::Endless;
+  static const Rules rules{
+      {{}, {"geometry_msgs/Twist", "geometry_msgs/TwistStamped"}, {kBody, "a zero stops it"}},
+      {{}, {"trajectory_msgs/JointTrajectory"}, {kBody, "an empty trajectory stops it"}},
+      {{},
+       {"control_msgs/FollowJointTrajectoryActionGoal", "*/JointTrajectoryActionGoal",
+        "*/PointHeadActionGoal", "*/SingleJointPositionActionGoal"},
+       {kBody, "a cancel stops it"}},
+      {{},
+       {"control_msgs/GripperCommandActionGoal", "pr2_controllers_msgs/Pr2GripperCommand*"},
+       {kBody, "a gripper: it stops where it is told to go"}},
+      {{"follow_joint_trajectory/cancel", "joint_trajectory_action/cancel", "point_head/cancel",
+        "point_head_action/cancel", "position_joint_action/cancel", "gripper_action/cancel",
+        "gripper_cmd/cancel"},
+       {"actionlib_msgs/GoalID"},
+       {kBody, "it cancels a goal of the body"}},
+      {{}, {"actionlib_msgs/GoalID"}, {kOther, "it cancels goals that are not replayed"}},
+      {{}, {"*ActionGoal"}, {kOther, "an action that goes its own way today"}},
+      {{},
+       {"ackermann_msgs/*", "trajectory_msgs/*", "brics_actuator/Joint*", "control_msgs/JointJog"},
+       {kEndless, "no message stops it, and the last one holds"}},
+      {{"*command", "*commands", "*cmd", "*point", "*velocity", "*effort", "*position", "*target",
+        "*_controller/*"},
+       {"std_msgs/Float*", "geometry_msgs/Wrench*"},
+       {kEndless, "its controller goes on with the last value, whoever is gone"}},
+      {{"set_traj_cmd", "set_periodic_cmd"},
+       {},
+       {kEndless, "its controller goes on with it, whoever is gone"}},
+      {{"*script_command", "*URScript", "*urscript"}, {}, {kEndless, "it runs any program"}},
+      {{"goal", "*command", "*commands"},
+       {"geometry_msgs/Pose*"},
+       {kEndless, "who is sent there goes on when the player is gone"}},
+      {{"command", "commands", "cmd_vel", "goal"},
+       {},
+       {kEndless, "by its name it moves something, and what stops that is not known"}}};
+  return rules;
+}
+
+/// What somebody believes of the world or of the robot.
+const Rules& stateRules() {
+  constexpr auto kOther = TopicClass::Other;
+  constexpr std::string_view kLog = "a log of nodes, evidence only";
+  static const Rules rules{
+      // Two sources of one transform fight, and old stamps are refused (geometry2 issues 43, 64).
+      {{"tf", "tf_static"},
+       {},
+       {kOther, "transforms come from the robot itself; recorded ones place the recording"}},
+      {{},
+       {"*/TFMessage", "*/tfMessage"},
+       {kOther, "transforms come from the robot itself; recorded ones place the recording"}},
+      {{"rosout", "rosout_agg"}, {}, {kOther, kLog}},
+      {{}, {"rosgraph_msgs/*", "diagnostic_msgs/*"}, {kOther, kLog}},
+      {{"joint_states"}, {}, {kOther, "the robot's state then; it has another now"}},
+      {{}, {"nav_msgs/Odometry"}, {kOther, "the robot's state then; it has another now"}},
+      {{}, {"nav_msgs/OccupancyGrid", "map_msgs/*"}, {kOther, "planners go by it"}},
+      {{}, {"sensor_msgs/*"}, {kOther, "a live sensor's"}}};
+  return rules;
+}
+
+// Types that make a robot move wherever they are sent.
+constexpr std::array<std::string_view, 7> kMotionTypes{"geometry_msgs/Twist",
+                                                       "geometry_msgs/TwistStamped",
+                                                       "trajectory_msgs/JointTrajectory",
+                                                       "trajectory_msgs/MultiDOFJointTrajectory",
+                                                       "ackermann_msgs/AckermannDrive",
+                                                       "ackermann_msgs/AckermannDriveStamped",
+                                                       "actionlib_msgs/GoalID"};
+
+// Last names of topics that make a robot move, whatever they carry (a Float64 for one joint's
+// controller, a PoseStamped for move_base_simple): `--only ar` must not move anything.
+constexpr std::array<std::string_view, 4> kMotionTopics{"command", "commands", "cmd_vel", "goal"};
+
+bool speaks(std::string_view topic, std::string_view type) {
+  // sound_play has an action too; its goal speaks, and its cancel is known by the topic alone.
+  return startsWith(type, "sound_play/") || endsWith(type, "/TtsActionGoal") ||
+         type == "turtlebot3_msgs/Sound" || type == "kobuki_msgs/Sound" ||
+         endsWith(topic, "/sound_play/cancel") || endsWith(topic, "/tts/cancel");
+}
+
+}  // namespace
+
+std::string_view name(Modality modality) {
+  switch (modality) {
+    case Modality::Body:
+      return "body";
+    case Modality::Ar:
+      return "ar";
+    case Modality::Speech:
+      return "speech";
+  }
+  return "";
+}
+
+Modality modalityOf(std::string_view topic, std::string_view type) {
+  if (speaks(topic, type)) return Modality::Speech;
+  const bool moves = endsWith(type, "ActionGoal") || startsWith(type, "control_msgs/") ||
+                     isOneOf(type, kMotionTypes) || isOneOf(lastName(topic), kMotionTopics);
+  return moves ? Modality::Body : Modality::Ar;
+}
+
+std::string_view name(TopicClass topic_class) {
+  switch (topic_class) {
+    case TopicClass::Body:
+      return "body";
+    case TopicClass::Shown:
+      return "shown";
+    case TopicClass::Control:
+      return "control input";
+    case TopicClass::Endless:
+      return "endless motion";
+    case TopicClass::Other:
+      return "other";
+  }
+  return "";
+}
+
+TopicRole roleOf(std::string_view topic, std::string_view type) {
+  // In this order: somebody's input is one whatever its type is, and a name that is known to be
+  // another thing counts before the type.
+  for (const Rules* rules :
+       {&controlRules(), &exceptionRules(), &shownRules(), &stateRules(), &motionRules()}) {
+    for (const RoleRule& rule : *rules) {
+      if (rule.holds(topic, type)) return rule.role;
+    }
+  }
+  return {TopicClass::Other, "what acts on it is not known"};
+}
+
+}  // namespace afterglow::replay

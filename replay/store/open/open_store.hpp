@@ -1,0 +1,20 @@
+/// \file
+/// Opening a store of whatever kind by its URI.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// "sqlite:PATH", a plain path, or a MongoDB server's mongodb://... (mongo_store.hpp; for
+/// OpenMode::Record with a spool, spooled_store.hpp); empty: $AFTERGLOW_STORE, else
+/// ~/.local/share/afterglow/afterglow.db.
+std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
+
+/// A store that lives and dies with the object.
+std::unique_ptr<Store> openMemoryStore();
+
+}  // namespace afterglow::replay
