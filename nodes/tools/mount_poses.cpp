@@ -13,7 +13,7 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kFarthest_m = 100;
+constexpr double kFarthestPose_m = 100;
 
 /// 4 rows of 4 that are a rotation and a translation.
 Eigen::Isometry3d readMatrix(const YamlMap& map, const std::string& key) {
@@ -32,7 +32,7 @@ Eigen::Isometry3d readMatrix(const YamlMap& map, const std::string& key) {
       (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-4 &&
       R.determinant() > 0 && T.matrix().row(3) == Eigen::RowVector4d(0, 0, 0, 1);
   if (!is_rotation) map.fail(rows, what + " is not rigid: a rotation, a translation, 0 0 0 1");
-  if (!(T.translation().norm() < kFarthest_m)) map.fail(rows, what + " should be in meters");
+  if (!(T.translation().norm() < kFarthestPose_m)) map.fail(rows, what + " should be in meters");
   return T;
 }
 
@@ -103,7 +103,7 @@ Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std:
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = q.normalized().toRotationMatrix();
   T.translation() = Eigen::Vector3d(numbers[0], numbers[1], numbers[2]);
-  if (!(T.translation().norm() < kFarthest_m)) {
+  if (!(T.translation().norm() < kFarthestPose_m)) {
     throw std::invalid_argument(what + ": x y z should be in meters");
   }
   return T;

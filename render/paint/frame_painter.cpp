@@ -1,20 +1,12 @@
 #include "render/paint/frame_painter.hpp"
 
 #include <atomic>
-#include <cstring>
 
+#include "render/paint/packed_color.hpp"
 #include "render/paint/point_order.hpp"
 
 namespace afterglow::render {
 namespace {
-
-static_assert(sizeof(Rgba) == sizeof(std::uint32_t));
-
-std::uint32_t bitsOf(const Rgba& color) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &color, sizeof(bits));
-  return bits;
-}
 
 /// The even-odd rule for shares: 0 and 2 are outside, 1 is inside.
 float evenOdd(float sum) {
@@ -63,7 +55,7 @@ void FramePainter::projectPart(const LightFrame& frame, int worker) {
     const float inverse = 1 / vertex.z;
     float u, v;
     lens_.project<kFisheye>(vertex.x * inverse, vertex.y * inverse, u, v);
-    vertices_[i] = {{u + 0.5f, v + 0.5f}, vertex.depth, bitsOf(vertex.color)};
+    vertices_[i] = {{u + 0.5f, v + 0.5f}, vertex.depth, packedColor(vertex.color)};
   }
 }
 

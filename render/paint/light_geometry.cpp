@@ -1,21 +1,15 @@
 // Triangles, lines, outlines and points into a LightFrame.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "render/paint/light_frame.hpp"
+#include "render/paint/packed_color.hpp"
 #include "render/scene/thin_lines.hpp"
 
 namespace afterglow::render {
 namespace {
 
 constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
-
-std::uint32_t bitsOf(const Rgba& color) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &color, sizeof(bits));
-  return bits;
-}
 
 /// Any order of drawing shows the same if all have one opaque colour.
 bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
@@ -121,7 +115,7 @@ void LightComposer::findOutlinePoints(const Placed& placed) {
 void LightComposer::addFlat(const Placed& placed) {
   findOutlinePoints(placed);
   addSpriteRun(sprite_projector_.projectOutline(outline_points_, *tessellation_.outline,
-                                                bitsOf(asBytes(cut_vertices_.front().color)),
+                                                packedColor(asBytes(cut_vertices_.front().color)),
                                                 frame_.sprites));
 }
 
@@ -133,8 +127,8 @@ void LightComposer::addHulls(const Placed& placed) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::size_t end = i + 1 < parts.size() ? parts[i + 1] : outline_points_.size();
     const SpriteRun one = sprite_projector_.projectHull(
-        &outline_points_[parts[i]], end - parts[i], bitsOf(asBytes(cut_vertices_[parts[i]].color)),
-        frame_.sprites);
+        &outline_points_[parts[i]], end - parts[i],
+        packedColor(asBytes(cut_vertices_[parts[i]].color)), frame_.sprites);
     if (i == 0) run = one;
     run.count = static_cast<std::uint32_t>(frame_.sprites.used) - run.first;
     run.is_opaque = run.is_opaque && one.is_opaque;

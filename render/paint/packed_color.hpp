@@ -5,9 +5,18 @@
 #include <cstdint>
 #include <cstring>
 
+#include "render/scene/mesh.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::render {
+
+/// r, g, b, a as they lie in memory.
+inline std::uint32_t packedColor(const Rgba& color) {
+  static_assert(sizeof(Rgba) == sizeof(std::uint32_t));
+  std::uint32_t bits;
+  std::memcpy(&bits, &color, sizeof(bits));
+  return bits;
+}
 
 /// r, g, b, a from the lowest byte on; alpha multiplied, the others times the gain. Clamped, and
 /// written so that NaN is black.
