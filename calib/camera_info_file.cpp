@@ -1,11 +1,11 @@
 #include "calib/camera_info_file.hpp"
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -130,24 +130,18 @@ std::string compareWithP(const Eigen::Matrix3d& K, const std::vector<double>& P)
     double k, p;
   } pairs[] = {
       {"fx", K(0, 0), P[0]}, {"fy", K(1, 1), P[5]}, {"cx", K(0, 2), P[2]}, {"cy", K(1, 2), P[6]}};
-  std::ostringstream differences;
+  std::vector<std::string> differences;
   for (const auto& pair : pairs) {
     if (std::abs(pair.k - pair.p) < 0.5) continue;
-    if (differences.tellp() > 0) differences << ", ";
-    differences << pair.name << " " << pair.k << " against " << pair.p;
+    differences.push_back(fmt::format("{} {:g} against {:g}", pair.name, pair.k, pair.p));
   }
-  if (differences.tellp() == 0) return "";
-  return "K and P disagree (" + differences.str() +
-         " px): K is used, P is for rectified images only";
+  if (differences.empty()) return "";
+  return fmt::format("K and P disagree ({} px): K is used, P is for rectified images only",
+                     fmt::join(differences, ", "));
 }
 
 [[noreturn]] void refuse(const std::string& path, const std::vector<std::string>& violations) {
-  std::string message = path + ": ";
-  for (const std::string& violation : violations) {
-    if (&violation != &violations.front()) message += "; ";
-    message += violation;
-  }
-  throw std::runtime_error(message);
+  throw std::runtime_error(fmt::format("{}: {}", path, fmt::join(violations, "; ")));
 }
 
 YAML::Node loadMap(const std::string& path) {

@@ -1,5 +1,7 @@
 #include "calib/lens.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -121,8 +123,8 @@ std::optional<Eigen::Vector2d> undistort(const Lens& lens, const Eigen::Vector2d
 }
 
 std::string text(double value) {
-  std::string digits = std::to_string(value);
-  return std::isfinite(value) ? digits : (std::isnan(value) ? "NaN" : "infinity");
+  if (!std::isfinite(value)) return std::isnan(value) ? "NaN" : "infinity";
+  return fmt::format("{:f}", value);
 }
 
 bool isRational(const Lens& lens) {
@@ -152,8 +154,8 @@ std::vector<std::string> lensViolations(int width, int height, const Eigen::Matr
                                         const std::vector<double>& D, LensModel model) {
   std::vector<std::string> found;
   if (width <= 0 || height <= 0) {
-    found.push_back("image size " + std::to_string(width) + " x " + std::to_string(height) +
-                    ": expected at least 1 x 1 pixels");
+    found.push_back(
+        fmt::format("image size {} x {}: expected at least 1 x 1 pixels", width, height));
   }
   if (!K.allFinite()) found.push_back("K holds a number that is not finite");
   if (!(K(0, 0) > 0)) found.push_back("K[0] (fx) is " + text(K(0, 0)) + ": expected > 0");

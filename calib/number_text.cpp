@@ -1,21 +1,12 @@
 #include "calib/number_text.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <locale>
 #include <sstream>
 
 namespace afterglow::calib {
-namespace {
-
-std::string withDigits(double value, int digits) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text.precision(digits);
-  text << value;
-  return text.str();
-}
-
-}  // namespace
 
 std::optional<double> numberFromText(const std::string& text) {
   std::istringstream stream(text);
@@ -31,7 +22,7 @@ std::string exactText(double value) {
   if (std::isinf(value)) return value > 0 ? ".inf" : "-.inf";
   std::string text;
   for (int digits = 15; digits <= 17; ++digits) {
-    text = withDigits(value, digits);
+    text = fmt::format("{:.{}g}", value, digits);
     if (numberFromText(text) == value) break;
   }
   const std::size_t exponent = text.find('e');
@@ -43,11 +34,7 @@ std::string exactText(double value) {
 
 std::string fixedText(double value, int decimals) {
   if (!std::isfinite(value)) return "–";
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  stream.precision(decimals);
-  stream << std::fixed << value;
-  std::string text = stream.str();
+  std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find_first_of("123456789") == std::string::npos && text[0] == '-') text.erase(0, 1);
   return text;
 }

@@ -1,5 +1,7 @@
 #include "render/image_file.hpp"
 
+#include <fmt/format.h>
+
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
@@ -10,9 +12,8 @@ void writePng(const std::string& path, const Image& image) {
   if (image.width <= 0 || image.height <= 0 ||
       image.rgb.size() !=
           3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height)) {
-    throw std::logic_error("writePng: an image of " + std::to_string(image.width) + " x " +
-                           std::to_string(image.height) + " pixels with " +
-                           std::to_string(image.rgb.size()) + " bytes");
+    throw std::logic_error(fmt::format("writePng: an image of {} x {} pixels with {} bytes",
+                                       image.width, image.height, image.rgb.size()));
   }
   // OpenCV takes no const data, but cvtColor only reads it.
   const cv::Mat rgb(image.height, image.width, CV_8UC3,

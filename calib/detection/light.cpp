@@ -1,5 +1,7 @@
 #include "calib/detection/light.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -56,9 +58,9 @@ Light linearLight(const Picture& picture) {
 
 Light quotient(const Light& pattern, const Light& plain) {
   if (pattern.width != plain.width || pattern.height != plain.height) {
-    throw std::invalid_argument("the pattern's picture is " + std::to_string(pattern.width) +
-                                " x " + std::to_string(pattern.height) + ", the plain one " +
-                                std::to_string(plain.width) + " x " + std::to_string(plain.height));
+    throw std::invalid_argument(
+        fmt::format("the pattern's picture is {} x {}, the plain one {} x {}", pattern.width,
+                    pattern.height, plain.width, plain.height));
   }
   // Where print and pattern both have an edge, blur does not commute with the quotient: the error
   // is about this many pixels times the print's relative edge.

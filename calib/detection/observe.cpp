@@ -1,5 +1,7 @@
 #include "calib/detection/observe.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <map>
@@ -112,10 +114,9 @@ struct ViewReader::Impl {
 
   void requireSize(const Picture& picture, const std::string& name) const {
     if (picture.width == camera.width && picture.height == camera.height) return;
-    throw std::invalid_argument(name + ": the picture has " + std::to_string(picture.width) +
-                                " x " + std::to_string(picture.height) +
-                                " pixels, the camera_info says " + std::to_string(camera.width) +
-                                " x " + std::to_string(camera.height));
+    throw std::invalid_argument(
+        fmt::format("{}: the picture has {} x {} pixels, the camera_info says {} x {}", name,
+                    picture.width, picture.height, camera.width, camera.height));
   }
 
   Eigen::Vector2d ideal(const Eigen::Vector2d& pixel) const {
@@ -177,10 +178,10 @@ struct ViewReader::Impl {
     }
     if (seen.size() < kTellingProjected || areLaidOut(in_pattern, seen, kOfATag * middleSide(seen)))
       return;
-    view.faults.push_back("the projected tags do not lie as the pattern (pattern.yaml) of " +
-                          std::to_string(pattern.width) + " x " + std::to_string(pattern.height) +
-                          " pixels says: is another one shown, of another resolution, or one made "
-                          "with --single?");
+    view.faults.push_back(
+        fmt::format("the projected tags do not lie as the pattern (pattern.yaml) of {} x {} pixels "
+                    "says: is another one shown, of another resolution, or one made with --single?",
+                    pattern.width, pattern.height));
   }
 
   bool isOnSheet(const Corners& camera_px, const Eigen::Matrix3d& board_of_ideal) const {

@@ -1,6 +1,7 @@
 #include "calib/detection/tag_detector.hpp"
 
 #include <apriltag/apriltag.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,7 @@ DetectedTag convert(const apriltag_detection_t& found) {
 }
 
 void requireUsable(const Picture& picture) {
-  const std::string size = std::to_string(picture.width) + " x " + std::to_string(picture.height);
+  const std::string size = fmt::format("{} x {}", picture.width, picture.height);
   if (picture.width < 16 || picture.height < 16) {
     throw std::invalid_argument("a picture of " + size + " pixels: expected at least 16 x 16");
   }

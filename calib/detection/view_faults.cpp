@@ -1,5 +1,7 @@
 #include "calib/detection/view_faults.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,7 +9,6 @@
 #include <functional>
 #include <set>
 
-#include "calib/formatted.hpp"
 #include "calib/targets/tag_family.hpp"
 
 namespace afterglow::calib {
@@ -252,8 +253,8 @@ class Judge {
     for (std::size_t i = 0; i < dx.size(); ++i) ways.push_back(std::hypot(dx[i], dy[i]));
     const double way = std::max(moved, median(ways));
     if (way <= kBoardMoved_px) return;
-    fault(formatted(
-        "the board moved between the two pictures (%.1f px): rest it on something and keep still",
+    fault(fmt::format(
+        "the board moved between the two pictures ({:.1f} px): rest it on something and keep still",
         way));
   }
 

@@ -1,8 +1,9 @@
 #include "calib/guide/guide.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "calib/guide/advice.hpp"
@@ -15,11 +16,7 @@ constexpr int kMoreViews = 3;                // after a refusal
 // A check this much above what was promised is not chance: one view's error varies by half.
 constexpr double kSuspicious = 3, kSuspicious_mm = 1;
 
-std::string millimeters(double mm) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f mm", mm);
-  return text;
-}
+std::string millimeters(double mm) { return fmt::format("{:.2f} mm", mm); }
 
 }  // namespace
 
@@ -222,11 +219,7 @@ Shown Guide::shown() const {
   return Shown::Black;
 }
 
-std::string Guide::nextName() const {
-  char name[32];
-  std::snprintf(name, sizeof name, "view_%02d", named_);
-  return name;
-}
+std::string Guide::nextName() const { return fmt::format("view_{:02}", named_); }
 
 std::string Guide::progress() const {
   return std::to_string(views_.size()) + " of " + std::to_string(views_wanted_) +

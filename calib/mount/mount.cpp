@@ -1,5 +1,7 @@
 #include "calib/mount/mount.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -76,16 +78,16 @@ std::optional<std::size_t> findOutlier(const std::vector<MountPose>& poses,
 }
 
 std::string contradiction(const Mount& mount, const MountLimits& limits) {
-  std::string text = "the poses contradict each other; from their mean, where " +
-                     fixedText(limits.mm, 1) + " mm and " + fixedText(limits.deg, 2) +
-                     " deg are allowed:";
+  std::vector<std::string> off;
   for (const MountDeviation& pose : mount.poses) {
-    text += (&pose == &mount.poses.front() ? " " : ", ") + pose.name + " " + fixedText(pose.mm, 1) +
-            " mm " + fixedText(pose.deg, 2) + " deg";
+    off.push_back(pose.name + " " + fixedText(pose.mm, 1) + " mm " + fixedText(pose.deg, 2) +
+                  " deg");
   }
-  return text +
-         "; check that each camera transform is of the moment of its calibration, and that "
-         "the link carries the projector";
+  return fmt::format(
+      "the poses contradict each other; from their mean, where {} mm and {} deg are allowed: {}; "
+      "check that each camera transform is of the moment of its calibration, and that the link "
+      "carries the projector",
+      fixedText(limits.mm, 1), fixedText(limits.deg, 2), fmt::join(off, ", "));
 }
 
 void setSpread(Mount& mount) {

@@ -1,6 +1,6 @@
 #include "calib/report/calibration_yaml.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
 
 #include "calib/number_text.hpp"
 
@@ -21,9 +21,7 @@ std::string quoted(const std::string& text) {
       result += '\\';
       result += letter;
     } else if (static_cast<unsigned char>(letter) < 0x20) {
-      char code[8];
-      std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned>(letter));
-      result += code;
+      result += fmt::format("\\x{:02x}", static_cast<unsigned>(letter));
     } else {
       result += letter;
     }
@@ -31,53 +29,43 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-template <typename Numbers>
-std::string list(const Numbers& numbers, std::size_t count) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < count; ++i) {
-    text += (i > 0 ? ", " : "") + exactText(numbers[i]);
-  }
-  return text + "]";
-}
-
+/// In brackets.
+/// In brackets, row-major.
 template <typename Matrix>
-std::string rowOf(const Matrix& matrix, int row) {
-  std::string text = "[";
-  for (int column = 0; column < matrix.cols(); ++column) {
-    text += (column > 0 ? ", " : "") + exactText(matrix(row, column));
+std::string flat(const Eigen::MatrixBase<Matrix>& matrix) {
+  std::vector<std::string> numbers;
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
+      numbers.push_back(exactText(matrix(row, column)));
+    }
   }
-  return text + "]";
+  return fmt::format("[{}]", fmt::join(numbers, ", "));
 }
 
 template <typename Matrix>
 std::string rows(const Matrix& matrix) {
   std::string text;
-  for (int row = 0; row < matrix.rows(); ++row) text += "  - " + rowOf(matrix, row) + "\n";
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    text += "  - " + flat(matrix.row(row)) + "\n";
+  }
   return text;
 }
 
-/// Row-major, in one list.
-template <typename Matrix>
-std::string flat(const Matrix& matrix) {
-  std::string text = "[";
-  for (int row = 0; row < matrix.rows(); ++row) {
-    const std::string numbers = rowOf(matrix, row);
-    text += (row > 0 ? ", " : "") + numbers.substr(1, numbers.size() - 2);
-  }
-  return text + "]";
+/// So many of a lens's terms.
+std::string terms(const Lens& lens, std::size_t count) {
+  return flat(Eigen::Map<const Eigen::RowVectorXd>(lens.D.data(), Eigen::Index(count)));
 }
 
 std::string matrixBlock(const std::string& key, int row_count, int column_count,
                         const std::string& data) {
-  return key + ":\n  rows: " + std::to_string(row_count) +
-         "\n  cols: " + std::to_string(column_count) + "\n  data: " + data + "\n";
+  return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, row_count, column_count,
+                     data);
 }
 
 std::string lensBlock(const std::string& key, const Lens& lens) {
-  return key + ":\n  width: " + std::to_string(lens.width) +
-         "\n  height: " + std::to_string(lens.height) + "\n  K: " + flat(lens.K) +
-         "\n  D: " + list(lens.D, lens.D.size()) +
-         (lens.model == LensModel::Equidistant ? "\n  model: equidistant\n" : "\n");
+  return fmt::format("{}:\n  width: {}\n  height: {}\n  K: {}\n  D: {}\n{}", key, lens.width,
+                     lens.height, flat(lens.K), terms(lens, lens.D.size()),
+                     lens.model == LensModel::Equidistant ? "  model: equidistant\n" : "");
 }
 
 std::string viewLine(const ViewResult& view) {
@@ -91,11 +79,9 @@ std::string viewLine(const ViewResult& view) {
 }
 
 std::string parameterNames() {
-  std::string text = "[";
-  for (const ParameterName& parameter : kParameterNames) {
-    text += (text.size() > 1 ? ", " : "") + std::string(parameter.name);
-  }
-  return text + "]";
+  std::vector<const char*> names;
+  for (const ParameterName& parameter : kParameterNames) names.push_back(parameter.name);
+  return fmt::format("[{}]", fmt::join(names, ", "));
 }
 
 bool isKnown(const Lens& lens) { return lens.width > 0; }
@@ -109,16 +95,16 @@ int viewsUsed(const Calibration& calibration) {
 }  // namespace
 
 std::string projectorYaml(const Lens& projector, const std::string& name) {
-  const auto terms = static_cast<int>(distortionCoefficients(projector).size());
+  const auto count = distortionCoefficients(projector).size();
   Eigen::Matrix<double, 3, 4> P = Eigen::Matrix<double, 3, 4>::Zero();
   P.leftCols<3>() = projector.K;
   return "image_width: " + std::to_string(projector.width) +
          "\nimage_height: " + std::to_string(projector.height) + "\ncamera_name: " + quoted(name) +
          "\n" + matrixBlock("camera_matrix", 3, 3, flat(projector.K)) +
          "distortion_model: " + distortionModel(projector) + "\n" +
-         matrixBlock("distortion_coefficients", 1, terms,
-                     list(projector.D, static_cast<std::size_t>(terms))) +
-         matrixBlock("rectification_matrix", 3, 3, flat(Eigen::Matrix3d::Identity().eval())) +
+         matrixBlock("distortion_coefficients", 1, static_cast<int>(count),
+                     terms(projector, count)) +
+         matrixBlock("rectification_matrix", 3, 3, flat(Eigen::Matrix3d::Identity())) +
          matrixBlock("projection_matrix", 3, 4, flat(P));
 }
 

@@ -1,5 +1,7 @@
 #include "calib/solver/calibration.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,12 +12,6 @@ namespace afterglow::calib {
 namespace {
 
 using Perturbation = Eigen::Matrix<double, kCalibrationParameters, 1>;
-
-std::string joined(const std::vector<std::string>& reasons) {
-  std::string text;
-  for (const std::string& reason : reasons) text += (text.empty() ? "" : "; ") + reason;
-  return text;
-}
 
 Eigen::Matrix3d exponential(const Eigen::Vector3d& w) {
   const double angle = w.norm();
@@ -98,10 +94,12 @@ Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern) {
 }
 
 CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons)
-    : std::runtime_error(joined(reasons)), reasons_(reasons) {}
+    : std::runtime_error(fmt::format("{}", fmt::join(reasons, "; "))), reasons_(reasons) {}
 
 CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons,
                                        std::vector<ViewResult> views)
-    : std::runtime_error(joined(reasons)), reasons_(reasons), views_(std::move(views)) {}
+    : std::runtime_error(fmt::format("{}", fmt::join(reasons, "; "))),
+      reasons_(reasons),
+      views_(std::move(views)) {}
 
 }  // namespace afterglow::calib

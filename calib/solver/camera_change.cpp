@@ -1,10 +1,10 @@
 #include "calib/solver/camera_change.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-
-#include "calib/formatted.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -130,9 +130,9 @@ std::string cameraText(const CameraChange& change) {
 }
 
 std::string changeText(const CameraChange& change) {
-  return formatted("focal length %+.2f %%, center (%+.1f, %+.1f) px, up to %.1f px in the picture",
-                   100 * change.focal, change.center_px.x(), change.center_px.y(),
-                   change.largest_px);
+  return fmt::format(
+      "focal length {:+.2f} %, center ({:+.1f}, {:+.1f}) px, up to {:.1f} px in the picture",
+      100 * change.focal, change.center_px.x(), change.center_px.y(), change.largest_px);
 }
 
 std::vector<std::string> cameraRefusals(const Lens& given, const CameraChange& change) {

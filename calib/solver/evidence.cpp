@@ -1,5 +1,7 @@
 #include "calib/solver/evidence.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -83,9 +85,7 @@ std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const B
       evidence.T_camera_board = pose->T_camera_board;
       keepOnly(pose->ids, evidence.printed);
     }
-    for (const std::string& fault : view.faults) {
-      evidence.reason += (evidence.reason.empty() ? "" : "; ") + fault;
-    }
+    evidence.reason = fmt::format("{}", fmt::join(view.faults, "; "));
     if (evidence.reason.empty() && !pose) {
       evidence.reason =
           "the printed tags do not lie as on the board: another layout, or a bent board";

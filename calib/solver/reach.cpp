@@ -1,8 +1,8 @@
 #include "calib/solver/reach.hpp"
 
-#include <algorithm>
+#include <fmt/format.h>
 
-#include "calib/formatted.hpp"
+#include <algorithm>
 
 namespace afterglow::calib {
 namespace {
@@ -110,9 +110,9 @@ Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera, const Patte
 std::vector<std::string> reachRefusals(const Reach& reach) {
   if (reach.covered >= kSmallestCovered) return {};
   return {
-      formatted("the boards cover %.0f %% of what the camera sees of the projector's picture, "
-                "at least %.0f %% are needed: hold the board all over the light",
-                100 * reach.covered, 100 * kSmallestCovered)};
+      fmt::format("the boards cover {:.0f} % of what the camera sees of the projector's picture, "
+                  "at least {:.0f} % are needed: hold the board all over the light",
+                  100 * reach.covered, 100 * kSmallestCovered)};
 }
 
 std::vector<std::string> reachWarnings(const Reach& reach) {

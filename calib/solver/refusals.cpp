@@ -1,12 +1,13 @@
 #include "calib/solver/refusals.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "calib/degrees.hpp"
-#include "calib/formatted.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -79,9 +80,9 @@ std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
   const double limit = scaledLimit_px(kLargestError_px, estimate.projector);
   if (error <= limit) return {};
   return {
-      formatted("the views leave the projection uncertain by %.3g px (95 %%), at most %.3g is "
-                "useful: take more views, at other distances and tilts",
-                error, limit)};
+      fmt::format("the views leave the projection uncertain by {:.3g} px (95 %), at most {:.3g} is "
+                  "useful: take more views, at other distances and tilts",
+                  error, limit)};
 }
 
 std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens& projector) {
@@ -92,24 +93,23 @@ std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens&
   std::vector<std::string> reasons;
   const double stretch = std::abs(std::log(shape.aspect));
   if (stretch > kLargestAspectError && stretch > 4 * shape.aspect_sigma) {
-    reasons.push_back(formatted("the projector's pixels are not square (%.1f %% %s): ",
-                                100 * (std::exp(stretch) - 1),
-                                shape.aspect > 1 ? "higher than wide" : "wider than high") +
-                      kAdvice);
+    reasons.push_back(
+        fmt::format("the projector's pixels are not square ({:.1f} % {}): {}",
+                    100 * (std::exp(stretch) - 1),
+                    shape.aspect > 1 ? "higher than wide" : "wider than high", kAdvice));
   }
   const double skew = std::abs(shape.skew_rad);
   if (skew > kLargestSkew && skew > 4 * shape.skew_sigma_rad) {
-    reasons.push_back(
-        formatted("the projector's pixel columns lean by %.1f deg: ", skew * kDegrees) + kAdvice);
+    reasons.push_back(fmt::format("the projector's pixel columns lean by {:.1f} deg: {}",
+                                  skew * kDegrees, kAdvice));
   }
   const Eigen::Vector2d shift((projector.K(0, 2) + 0.5) / projector.width - 0.5,
                               (projector.K(1, 2) + 0.5) / projector.height - 0.5);
   if (shift.cwiseAbs().maxCoeff() > kLargestShift) {
     reasons.push_back(
-        formatted("the projector's axis is %.1f pictures off the middle, more than any "
-                  "lens shift: ",
-                  shift.cwiseAbs().maxCoeff()) +
-        kAdvice);
+        fmt::format("the projector's axis is {:.1f} pictures off the middle, more than any lens "
+                    "shift: {}",
+                    shift.cwiseAbs().maxCoeff(), kAdvice));
   }
   return reasons;
 }
@@ -118,10 +118,10 @@ std::vector<std::string> misfitRefusals(double held_out_rms_px, const Lens& proj
   const double limit = scaledLimit_px(kLargestMisfit_px, projector);
   if (held_out_rms_px <= limit) return {};
   return {
-      formatted("views that were left out are %.2f px off, at most %.2f is useful: is the board "
-                "flat and the camera calibrated, is a keystone or corner correction switched on, "
-                "did camera or projector move?",
-                held_out_rms_px, limit)};
+      fmt::format("views that were left out are {:.2f} px off, at most {:.2f} is useful: is the "
+                  "board flat and the camera calibrated, is a keystone or corner correction "
+                  "switched on, did camera or projector move?",
+                  held_out_rms_px, limit)};
 }
 
 double foldedShare(const Lens& lens) {
@@ -141,9 +141,9 @@ std::vector<std::string> foldRefusals(const Lens& projector) {
   const double folded = foldedShare(projector);
   if (folded <= kLargestFold) return {};
   return {
-      formatted("the distortion found folds back inside the picture (%.0f %% of it cannot be "
-                "reached): hold the board into the picture's corners too, where it is decided",
-                100 * folded)};
+      fmt::format("the distortion found folds back inside the picture ({:.0f} % of it cannot be "
+                  "reached): hold the board into the picture's corners too, where it is decided",
+                  100 * folded)};
 }
 
 std::vector<std::string> printRefusals(const Board& board, const std::optional<PrintStretch>& seen,
@@ -152,12 +152,12 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   if (seen && std::abs(seen->stretch) > kLargestPrintError &&
       std::abs(seen->stretch) > 4 * seen->sigma) {
     reasons.push_back(
-        formatted("the board is printed %.2f %% too %s for its height: ",
-                  100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow") +
-        (std::abs(seen->stretch) > kNoPrinter
-             ? "is the layout (board.yaml) another board's?"
-             : "print it without fitting it to the page, or on another printer; measure both "
-               "sides"));
+        fmt::format("the board is printed {:.2f} % too {} for its height: {}",
+                    100 * std::abs(seen->stretch), seen->stretch > 0 ? "wide" : "narrow",
+                    std::abs(seen->stretch) > kNoPrinter
+                        ? "is the layout (board.yaml) another board's?"
+                        : "print it without fitting it to the page, or on another printer; "
+                          "measure both sides"));
   }
   if (!measured_ruler_m) return reasons;
   if (!(board.ruler_m > 0)) {
@@ -168,16 +168,15 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
   if (std::abs(scale - 1) <= kLargestPrintError) return reasons;
   if (!(scale > 0.5 && scale < 2)) {
     reasons.push_back(
-        formatted("the measured ruler is %.6g mm long and the layout's %.6g mm: is its length "
-                  "given in another unit, or the layout another board's?",
-                  1000 * *measured_ruler_m, 1000 * board.ruler_m));
+        fmt::format("the measured ruler is {:.6g} mm long and the layout's {:.6g} mm: is its "
+                    "length given in another unit, or the layout another board's?",
+                    1000 * *measured_ruler_m, 1000 * board.ruler_m));
     return reasons;
   }
   reasons.push_back(
-      formatted("the board is printed at %.2f %% of its size (its ruler measures %.2f "
-                "mm, not %.2f mm): print it at 100 %%, \"actual size\", not fitted to "
-                "the page",
-                100 * scale, 1000 * *measured_ruler_m, 1000 * board.ruler_m));
+      fmt::format("the board is printed at {:.2f} % of its size (its ruler measures {:.2f} mm, "
+                  "not {:.2f} mm): print it at 100 %, \"actual size\", not fitted to the page",
+                  100 * scale, 1000 * *measured_ruler_m, 1000 * board.ruler_m));
   return reasons;
 }
 

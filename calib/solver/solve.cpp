@@ -1,9 +1,10 @@
 #include "calib/solver/solve.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <mutex>
 
@@ -154,9 +155,7 @@ class Solve {
 
     /// "view_00, view_03: none of ..."
     std::string text() const {
-      std::string all;
-      for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-      return all + ": " + reason;
+      return fmt::format("{}: {}", fmt::join(names, ", "), reason);
     }
   };
 
@@ -222,13 +221,11 @@ class Solve {
   }
 
   void leaveOut(ViewEvidence& view, double error_px) const {
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "its projected tags are %.1f px off what the other views say: did the board or "
-                  "the camera move between its pictures, or is the board bent?",
-                  std::min(error_px, 9999.0));
     view.is_used = false;
-    view.reason = text;
+    view.reason = fmt::format(
+        "its projected tags are {:.1f} px off what the other views say: did the board or the "
+        "camera move between its pictures, or is the board bent?",
+        std::min(error_px, 9999.0));
   }
 
   bool dropUnpredictedViews(const std::vector<std::optional<HeldOut>>& held_out) {

@@ -1,10 +1,11 @@
 // Before solving: whether the views together can calibrate a projector.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "calib/degrees.hpp"
-#include "calib/formatted.hpp"
 #include "calib/solver/refusals.hpp"
 
 namespace afterglow::calib {
@@ -50,16 +51,16 @@ std::string missingTilt(const std::vector<PosedView>& views) {
 
 void judgePoses(const std::vector<PosedView>& views, std::vector<std::string>& reasons) {
   if (views.size() < kFewestViews) {
-    reasons.push_back(formatted("%zu usable view%s: at least %zu are needed, 12 to 16 are good",
-                                views.size(), views.size() == 1 ? "" : "s", kFewestViews));
+    reasons.push_back(fmt::format("{} usable view{}: at least {} are needed, 12 to 16 are good",
+                                  views.size(), views.size() == 1 ? "" : "s", kFewestViews));
   }
   if (views.empty()) return;
   const double tilt = largestTilt_deg(views);
   if (views.size() >= kFewestViews && tilt < kSmallestTilt_deg) {
-    reasons.push_back(formatted("the boards are parallel (within %.1f deg), which leaves the "
-                                "projector's distance and focal length open: ",
-                                tilt) +
-                      missingTilt(views));
+    reasons.push_back(
+        fmt::format("the boards are parallel (within {:.1f} deg), which leaves the projector's "
+                    "distance and focal length open: {}",
+                    tilt, missingTilt(views)));
   }
 }
 
@@ -74,9 +75,9 @@ void judgeDistance(const std::vector<PosedView>& views, const Board& board,
   std::nth_element(distances.begin(), middle, distances.end());
   if (*middle >= kNearest_m && *middle <= kFarthest_m) return;
   reasons.push_back(
-      formatted("the board seems to be %.3g m away from the camera: is its layout "
-                "(%.3g x %.3g m) in meters, and is the camera_info this camera's?",
-                *middle, board.size_m.x(), board.size_m.y()));
+      fmt::format("the board seems to be {:.3g} m away from the camera: is its layout "
+                  "({:.3g} x {:.3g} m) in meters, and is the camera_info this camera's?",
+                  *middle, board.size_m.x(), board.size_m.y()));
 }
 
 /// Names of the sides of the projector's picture where (nearly) no corner was seen.
@@ -106,10 +107,9 @@ void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
   }
   if (corners.size() < kFewestCorners) {
     reasons.push_back(
-        formatted("%zu projected corners were seen on the boards: at least %zu are "
-                  "needed; hold the board so that more of the pattern falls into its "
-                  "free middle",
-                  corners.size(), kFewestCorners));
+        fmt::format("{} projected corners were seen on the boards: at least {} are needed; hold "
+                    "the board so that more of the pattern falls into its free middle",
+                    corners.size(), kFewestCorners));
     return;
   }
   Eigen::Vector2d low = corners[0], high = corners[0];
@@ -126,10 +126,11 @@ void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
     where += (where.empty() ? "nothing was seen in the " : ", the ") + side + " third";
   }
   reasons.push_back(
-      formatted("the views cover %.0f %% of the projector's picture (%.0f %% across, "
-                "%.0f %% down): ",
-                100 * share, 100 * span.x(), 100 * span.y()) +
-      (where.empty() ? "hold the board all over the light" : where + ": hold the board there too"));
+      fmt::format("the views cover {:.0f} % of the projector's picture ({:.0f} % across, {:.0f} % "
+                  "down): {}",
+                  100 * share, 100 * span.x(), 100 * span.y(),
+                  where.empty() ? "hold the board all over the light"
+                                : where + ": hold the board there too"));
 }
 
 }  // namespace

@@ -1,4 +1,6 @@
 // Reading boards and patterns; writing is target_files.cpp.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -66,7 +68,7 @@ class TagReader {
     const YAML::Node id = source_.at(node, "id", "a tag");
     tag.id = source_.integer(id, "'id'");
     requireId(id, tag.id);
-    const std::string name = say("tag ", tag.id);
+    const std::string name = fmt::format("tag {}", tag.id);
     const YAML::Node corners = source_.at(node, "corners", name);
     if (!corners.IsSequence() || corners.size() != 4) {
       source_.refuse(corners, "'corners' of " + name + " should be four: top left, top right, " +
@@ -80,25 +82,27 @@ class TagReader {
   void requireId(const YAML::Node& node, int id) const {
     const int count = tagCount(rules_.family);
     if (id < 0 || id >= count) {
-      source_.refuse(node,
-                     say(rules_.family, " has no tag ", id, ": its ids are 0 to ", count - 1));
+      source_.refuse(node, fmt::format("{} has no tag {}: its ids are 0 to {}", rules_.family, id,
+                                       count - 1));
     }
     if (id < rules_.first_id || id >= rules_.end_id) {
-      source_.refuse(node, say("tag ", id, " on ", rules_.where, ": ", rules_.id_advice));
+      source_.refuse(node, fmt::format("tag {} on {}: {}", id, rules_.where, rules_.id_advice));
     }
   }
 
   Eigen::Vector2d readCorner(const YAML::Node& node, const std::string& name) const {
     const std::vector<double> values = source_.numbers(node, "a corner of " + name, rules_.numbers);
     const std::string objection = rules_.objection(values);
-    if (!objection.empty()) source_.refuse(node, say("a corner of ", name, " ", objection));
+    if (!objection.empty()) source_.refuse(node, "a corner of " + name + " " + objection);
     const Eigen::Vector2d corner(values[0], values[1]);
     const double tolerance = 1e-6 * (rules_.high - rules_.low).maxCoeff();
     if (((corner - rules_.low).array() < -tolerance).any() ||
         ((corner - rules_.high).array() > tolerance).any()) {
-      source_.refuse(node, say("a corner of ", name, " lies outside ", rules_.place,
-                               ", which goes ", "from (", rules_.low.x(), ", ", rules_.low.y(),
-                               ") to (", rules_.high.x(), ", ", rules_.high.y(), ")"));
+      source_.refuse(
+          node, fmt::format("a corner of {} lies outside {}, which goes from ({:g}, {:g}) to "
+                            "({:g}, {:g})",
+                            name, rules_.place, rules_.low.x(), rules_.low.y(), rules_.high.x(),
+                            rules_.high.y()));
     }
     return corner;
   }
@@ -112,23 +116,24 @@ class TagReader {
       return (c[3] - c[0] - side).norm() <= tolerance && (c[2] - c[1] - side).norm() <= tolerance;
     };
     if (right.norm() > 0 && fits(-down)) {
-      source_.refuse(node, say("tag ", tag.id, " is mirrored: expected its corners as top left, ",
-                               "top right, bottom right, bottom left"));
+      source_.refuse(node, fmt::format("tag {} is mirrored: expected its corners as top left, top "
+                                       "right, bottom right, bottom left",
+                                       tag.id));
     }
     if (!(right.norm() > 0) || !fits(down)) {
-      source_.refuse(node, say("the corners of tag ", tag.id, " are no square"));
+      source_.refuse(node, fmt::format("the corners of tag {} are no square", tag.id));
     }
   }
 
   /// Tags of one size apart by less than their side overlap; of two sizes, by less than the mean.
   void compare(const YAML::Node& node, const Tag& tag, const Tag& other) const {
-    if (tag.id == other.id) source_.refuse(node, say("tag ", tag.id, " twice"));
+    if (tag.id == other.id) source_.refuse(node, fmt::format("tag {} twice", tag.id));
     const auto side = [](const Tag& t) { return (t.corners[1] - t.corners[0]).norm(); };
     const auto middle = [](const Tag& t) -> Eigen::Vector2d {
       return (t.corners[0] + t.corners[2]) / 2;
     };
     if ((middle(tag) - middle(other)).norm() < 0.99 * (side(tag) + side(other)) / 2) {
-      source_.refuse(node, say("tags ", other.id, " and ", tag.id, " overlap"));
+      source_.refuse(node, fmt::format("tags {} and {} overlap", other.id, tag.id));
     }
   }
 
@@ -141,13 +146,13 @@ Eigen::Vector2d readSheet(const YamlSource& source) {
   const std::vector<double> size = source.numbers(node, "'size_m'", 2);
   const double largest = std::max(size[0], size[1]);
   if (largest > kLargestSheet_m) {
-    source.refuse(node, say("'size_m' is ", size[0], " x ", size[1],
-                            ", which looks like millimeters: in meters that is [", size[0] / 1e3,
-                            ", ", size[1] / 1e3, "]"));
+    source.refuse(node, fmt::format("'size_m' is {:g} x {:g}, which looks like millimeters: in "
+                                    "meters that is [{:g}, {:g}]",
+                                    size[0], size[1], size[0] / 1e3, size[1] / 1e3));
   }
   if (!(std::min(size[0], size[1]) > 0)) {
-    source.refuse(node,
-                  say("'size_m' is ", size[0], " x ", size[1], ": expected two sides above 0"));
+    source.refuse(node, fmt::format("'size_m' is {:g} x {:g}: expected two sides above 0", size[0],
+                                    size[1]));
   }
   return {size[0], size[1]};
 }
@@ -157,22 +162,25 @@ double readRuler(const YamlSource& source, double longest_m) {
   if (!node.IsDefined()) return 0;
   const double ruler = source.number(node, "'ruler_m'");
   if (ruler > kLargestSheet_m) {
-    source.refuse(node, say("'ruler_m' is ", ruler, ", which looks like millimeters: in meters ",
-                            "that is ", ruler / 1e3));
+    source.refuse(node, fmt::format("'ruler_m' is {:g}, which looks like millimeters: in meters "
+                                    "that is {:g}",
+                                    ruler, ruler / 1e3));
   }
   if (!(ruler >= 0 && ruler <= longest_m)) {
-    source.refuse(node, say("'ruler_m' is ", ruler, ": expected 0 (none) to ", longest_m,
-                            ", the sheet's longer side"));
+    source.refuse(node, fmt::format("'ruler_m' is {:g}: expected 0 (none) to {:g}, the sheet's "
+                                    "longer side",
+                                    ruler, longest_m));
   }
   return ruler;
 }
 
 std::string boardCornerObjection(const std::vector<double>& corner) {
   if (std::max(std::abs(corner[0]), std::abs(corner[1])) > kLargestSheet_m) {
-    return say("is (", corner[0], ", ", corner[1],
-               "), which looks like millimeters: corners are in meters");
+    return fmt::format(
+        "is ({:g}, {:g}), which looks like millimeters: corners are in meters", corner[0],
+        corner[1]);
   }
-  return corner[2] == 0 ? "" : say("has z ", corner[2], ": on a board z is 0");
+  return corner[2] == 0 ? "" : fmt::format("has z {:g}: on a board z is 0", corner[2]);
 }
 
 /// The picture's name is for other programs; it must be a name.
@@ -185,7 +193,7 @@ int readSide(const YamlSource& source, const std::string& key) {
   const YAML::Node node = source.at(source.root(), key, "a pattern");
   const int side = source.integer(node, "'" + key + "'");
   if (side < 1 || side > 65535) {
-    source.refuse(node, say("'", key, "' is ", side, ": expected a projector's pixels"));
+    source.refuse(node, fmt::format("'{}' is {}: expected a projector's pixels", key, side));
   }
   return side;
 }
@@ -204,7 +212,7 @@ Board loadBoard(const std::string& yaml_path) {
   rules.where = "a board";
   rules.family = board.family;
   rules.end_id = kFirstPatternId;
-  rules.id_advice = say("ids from ", kFirstPatternId, " on are the projected pattern's");
+  rules.id_advice = fmt::format("ids from {} on are the projected pattern's", kFirstPatternId);
   rules.numbers = 3;
   rules.y_down = -1;
   rules.low = -board.size_m / 2;
@@ -228,7 +236,7 @@ Pattern loadPattern(const std::string& yaml_path) {
   rules.family = pattern.family;
   rules.first_id = kFirstPatternId;
   rules.end_id = tagCount(pattern.family);
-  rules.id_advice = say("ids below ", kFirstPatternId, " are the printed board's");
+  rules.id_advice = fmt::format("ids below {} are the printed board's", kFirstPatternId);
   rules.low = Eigen::Vector2d::Constant(-0.5);
   rules.high = Eigen::Vector2d(pattern.width - 0.5, pattern.height - 0.5);
   rules.place = "the picture";

@@ -1,5 +1,7 @@
 #include "calib/targets/yaml_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -9,15 +11,6 @@
 #include "calib/number_text.hpp"
 
 namespace afterglow::calib {
-namespace {
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-}  // namespace
 
 YamlSource::YamlSource(const std::string& path) : path_(path) {
   std::ifstream stream(path);
@@ -27,7 +20,7 @@ YamlSource::YamlSource(const std::string& path) : path_(path) {
   try {
     root_ = YAML::Load(stream);
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(say(path, ":", error.mark.line + 1, ": ", error.msg));
+    throw std::runtime_error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
   }
 }
 
@@ -39,12 +32,13 @@ void YamlSource::refuse(const YAML::Node& at, const std::string& text) const {
 
 void YamlSource::requireKeys(const YAML::Node& map, const std::string& where,
                              const std::vector<std::string>& known) const {
-  if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + joined(known));
+  const std::string names = fmt::format("{}", fmt::join(known, ", "));
+  if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + names);
   std::set<std::string> seen;
   for (const auto& entry : map) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + joined(known));
+      refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + names);
     }
     if (!seen.insert(key).second) refuse(entry.first, "key '" + key + "' twice in " + where);
   }
@@ -79,7 +73,7 @@ double YamlSource::number(const YAML::Node& node, const std::string& what) const
 std::vector<double> YamlSource::numbers(const YAML::Node& node, const std::string& what,
                                         std::size_t count) const {
   if (!node.IsSequence() || node.size() != count) {
-    refuse(node, say(what, " should be ", count, " numbers in brackets"));
+    refuse(node, fmt::format("{} should be {} numbers in brackets", what, count));
   }
   std::vector<double> values;
   for (const YAML::Node& item : node) values.push_back(number(item, "every number of " + what));

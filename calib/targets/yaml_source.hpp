@@ -4,21 +4,10 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <locale>
-#include <sstream>
 #include <string>
 #include <vector>
 
 namespace afterglow::calib {
-
-/// Texts and numbers in a row, as one text.
-template <typename... Parts>
-std::string say(const Parts&... parts) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  (text << ... << parts);
-  return text.str();
-}
 
 /// A file whose complaints begin with its name and the line: everything throws std::runtime_error
 /// "FILE:LINE: text". `what` and `where` name a value and a map for people ("'size_m'", "a tag").

@@ -1,5 +1,7 @@
 #include "calib/verify/layout_reader.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -18,9 +20,9 @@ constexpr double kWorstFit_px = 2, kMovedCamera_px = 1.5;
 
 void requireSize(const Picture& picture, const Lens& camera) {
   if (picture.width == camera.width && picture.height == camera.height) return;
-  throw std::invalid_argument("the photograph is " + std::to_string(picture.width) + " x " +
-                              std::to_string(picture.height) + " pixels, the camera's file says " +
-                              std::to_string(camera.width) + " x " + std::to_string(camera.height));
+  throw std::invalid_argument(
+      fmt::format("the photograph is {} x {} pixels, the camera's file says {} x {}", picture.width,
+                  picture.height, camera.width, camera.height));
 }
 
 /// The wanted ones of what a detector found; the surest where an id is seen twice.
@@ -83,10 +85,10 @@ SurfacePose poseFrom(std::vector<SeenTag> seen, const TagLayout& layout, const L
         notAsLaidOut("no two of the " + std::to_string(seen.size()) + " seen agree"));
   }
   if (!pose) {
-    throw std::runtime_error(std::to_string(seen.size()) + " of the layout's " +
-                             std::to_string(layout.tags.size()) +
-                             " printed tags are seen in the photograph: at least 2 are needed to "
-                             "know where the surface is; light them, or bring the camera nearer");
+    throw std::runtime_error(
+        fmt::format("{} of the layout's {} printed tags are seen in the photograph: at least 2 are "
+                    "needed to know where the surface is; light them, or bring the camera nearer",
+                    seen.size(), layout.tags.size()));
   }
   SurfacePose surface{pose->T_camera_board, std::move(seen), 0};
   double worst = 0, sum = 0;
@@ -108,9 +110,9 @@ SurfacePose poseFrom(std::vector<SeenTag> seen, const TagLayout& layout, const L
   }
   surface.rms_px = std::sqrt(sum / static_cast<double>(4 * surface.tags.size()));
   if (surface.rms_px > kWorstFit_px) {
-    throw std::runtime_error(notAsLaidOut(fixedText(surface.rms_px, 1) + " px rms off, worst tag " +
-                                          std::to_string(worst_id) + " with " +
-                                          fixedText(worst, 1) + " px"));
+    throw std::runtime_error(
+        notAsLaidOut(fmt::format("{} px rms off, worst tag {} with {} px",
+                                 fixedText(surface.rms_px, 1), worst_id, fixedText(worst, 1))));
   }
   return surface;
 }

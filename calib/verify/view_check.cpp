@@ -1,17 +1,13 @@
 #include "calib/verify/view_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "calib/detection/board_pose.hpp"
 
 namespace afterglow::calib {
 namespace {
-
-std::string faultsOf(const View& view) {
-  std::string text;
-  for (const std::string& fault : view.faults) text += (text.empty() ? "" : "; ") + fault;
-  return text;
-}
 
 void addErrors(const SeenTag& seen, const Tag& sent, const Rigid<Camera, Surface>& T_camera_board,
                const Lens& camera, const ProjectorEstimate& estimate, ViewCheck& check) {
@@ -31,7 +27,7 @@ ViewCheck checkView(const View& view, const Board& board, const Pattern& pattern
                     const Lens& camera, const ProjectorEstimate& estimate) {
   ViewCheck check;
   check.name = view.name;
-  check.fault = faultsOf(view);
+  check.fault = fmt::format("{}", fmt::join(view.faults, "; "));
   if (!check.fault.empty()) return check;
   const auto pose = boardPose({view.board.begin(), view.board.end()}, board.tags, camera);
   if (!pose) {

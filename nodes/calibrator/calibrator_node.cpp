@@ -1,6 +1,7 @@
 #include "nodes/calibrator/calibrator_node.hpp"
 
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <fmt/format.h>
 #include <sensor_msgs/CameraInfo.h>
 
 #include <exception>
@@ -29,10 +30,6 @@ std::optional<calib::Lens> lensOfFile(const std::string& path) {
 calib::Pattern patternOf(const CalibratorOptions& options) {
   if (!options.pattern.empty()) return calib::loadPattern(options.pattern);
   return calib::makePattern(options.width, options.height);
-}
-
-std::string sizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
 }
 
 }  // namespace
@@ -116,10 +113,10 @@ bool CalibratorNode::hasGuide(const CameraFrame& frame) {
   if (!camera) return false;
   picture_problem_.clear();
   if (camera->width != frame.picture.width || camera->height != frame.picture.height) {
-    picture_problem_ = "the camera's pictures are " +
-                       sizeText(frame.picture.width, frame.picture.height) +
-                       " but its camera_info is for " + sizeText(camera->width, camera->height) +
-                       ": calibrate the camera at the resolution in use";
+    picture_problem_ =
+        fmt::format("the camera's pictures are {}x{} but its camera_info is for {}x{}: calibrate "
+                    "the camera at the resolution in use",
+                    frame.picture.width, frame.picture.height, camera->width, camera->height);
     return false;
   }
   camera_frame_ = options_.camera_frame.empty() ? frame.frame_id : options_.camera_frame;

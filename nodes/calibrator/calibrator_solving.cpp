@@ -1,6 +1,6 @@
+#include <fmt/format.h>
 #include <sensor_msgs/CameraInfo.h>
 
-#include <cstdio>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -32,10 +32,8 @@ CalibratorNode::Solution CalibratorNode::solve(std::vector<calib::Photographs> p
                                                const calib::Lens& camera) {
   const auto progress = [this](const std::string& doing, double share) {
     if (is_stopping_) throw std::runtime_error("stopped");
-    char percent[16];
-    std::snprintf(percent, sizeof percent, ", %.0f %%", 100 * share);
     const std::lock_guard<std::mutex> lock(mutex_);
-    progress_ = doing + percent;
+    progress_ = fmt::format("{}, {:.0f} %", doing, 100 * share);
   };
   calib::SolveOptions solve_options;
   solve_options.camera_use = options_.camera_use;

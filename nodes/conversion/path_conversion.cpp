@@ -1,5 +1,7 @@
 #include "nodes/conversion/path_conversion.hpp"
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <set>
 #include <string>
@@ -25,9 +27,7 @@ class PathReader {
     thinOut();
     for (render::PointList& strip : strips_) addLines(std::move(strip));
     if (style_.poses != PathStyle::Poses::None) addGlyphs();
-    std::string remarks;
-    for (const std::string& remark : remarks_) remarks += (remarks.empty() ? "" : "; ") + remark;
-    return {std::move(shapes_), remarks};
+    return {std::move(shapes_), fmt::format("{}", fmt::join(remarks_, "; "))};
   }
 
  private:

@@ -1,5 +1,6 @@
 #include "nodes/kitting/demo_director.hpp"
 
+#include <fmt/format.h>
 #include <std_srvs/Trigger.h>
 #include <sys/utsname.h>
 
@@ -223,10 +224,8 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   if (result.behavior_id != measured.behavior.id) {
     throw TaskError("the name '" + behavior.name + "' found another behavior");
   }
-  char detail[64];
-  std::snprintf(detail, sizeof(detail), "p99 lateness %.2f ms",
-                latenessOf(measured.player_report).p99_ms);
-  progress_.done(detail);
+  progress_.done(
+      fmt::format("p99 lateness {:.2f} ms", latenessOf(measured.player_report).p99_ms));
 }
 
 void DemoDirector::finishFilm() {

@@ -1,13 +1,17 @@
 // The report as a page: demo_report.hpp's reportHtml().
+#include <fmt/format.h>
+
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
+#include "calib/report/html.hpp"
 #include "nodes/kitting/demo_report.hpp"
 #include "replay/motion/start_pose.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+using calib::escaped;
 
 constexpr const char* kStyle = R"css(
 :root { --ink: #1c2230; --soft: #5d6678; --paper: #f6f4ef; --card: #ffffff; --line: #e4e0d6; --glow: #c2410c; }
@@ -45,35 +49,6 @@ footer { color: var(--soft); font-size: 14px; padding: 48px 0 64px; }
 @media (max-width: 700px) { .pair { grid-template-columns: 1fr; } header h1 { font-size: 36px; } }
 )css";
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
-
-std::string fixed(double value, int digits) {
-  char text[64];
-  std::snprintf(text, sizeof(text), "%.*f", digits, value);
-  return text;
-}
-
 void writeFigure(std::ostream& page, const std::string& name, const std::string& label,
                  const std::string& alt) {
   page << "<figure><img src=\"frames/" << escaped(name) << ".png\" alt=\"" << escaped(alt)
@@ -91,7 +66,7 @@ void writeFrames(std::ostream& page, const MeasuredBehavior& measured, const Beh
     writeFigure(page, frame.live, "recorded", "Recorded: " + text);
     writeFigure(page, frame.replay, "replayed",
                 "Replayed, with the objects gone, at the same moment: " + text);
-    page << "</div><p><b>" << fixed(frame.offset_s, 1) << " s, " << escaped(frame.moment)
+    page << "</div><p><b>" << fmt::format("{:.1f} s, ", frame.offset_s) << escaped(frame.moment)
          << ".</b> " << escaped(text) << "</p></div>\n";
   }
   page << "</div>\n";
@@ -130,14 +105,15 @@ void writeMeasurements(std::ostream& page, const DemoReport& report) {
   for (const MeasuredBehavior& each : report.behaviors) {
     const ReplayLateness late = latenessOf(each.player_report);
     const EndError error = endError(each.live_end, each.replay_end);
-    page << "<tr><td>" << escaped(each.behavior.name) << "</td><td class=\"n\">"
-         << fixed(durationOf(each.behavior), 1) << " s</td><td class=\"n\">" << each.messages
-         << "</td><td class=\"n\">" << each.dropped << "</td><td class=\"n\">"
-         << fixed(each.replay_s, 1) << " s</td><td class=\"n\">" << fixed(late.median_ms, 2)
-         << " / " << fixed(late.p99_ms, 2) << " / " << fixed(late.max_ms, 2)
-         << " ms</td><td class=\"n\">" << fixed(error.base_cm, 1) << " cm</td><td class=\"n\">"
-         << fixed(error.heading_deg, 1) << "&deg;</td><td class=\"n\">"
-         << fixed(error.gripper_cm, 1) << " cm</td></tr>\n";
+    page << "<tr><td>" << escaped(each.behavior.name) << "</td>"
+         << fmt::format(
+                "<td class=\"n\">{:.1f} s</td><td class=\"n\">{}</td><td class=\"n\">{}</td>"
+                "<td class=\"n\">{:.1f} s</td><td class=\"n\">{:.2f} / {:.2f} / {:.2f} ms</td>"
+                "<td class=\"n\">{:.1f} cm</td><td class=\"n\">{:.1f}&deg;</td>"
+                "<td class=\"n\">{:.1f} cm</td></tr>\n",
+                durationOf(each.behavior), each.messages, each.dropped, each.replay_s,
+                late.median_ms, late.p99_ms, late.max_ms, error.base_cm, error.heading_deg,
+                error.gripper_cm);
   }
   page << "</table>\n</section>\n";
 }
@@ -147,7 +123,7 @@ std::string reported(const nlohmann::json& report, const char* where, double fac
                      const char* unit) {
   const nlohmann::json::json_pointer pointer(where);
   if (!report.contains(pointer) || !report.at(pointer).is_number()) return "-";
-  return fixed(report.at(pointer).get<double>() * factor, digits) + unit;
+  return fmt::format("{:.{}f}{}", report.at(pointer).get<double>() * factor, digits, unit);
 }
 
 /// "shoulder_pan_joint -0.12&deg;"
@@ -198,7 +174,7 @@ void writeTryIt(std::ostream& page, const DemoReport& report) {
 
 void writeFooter(std::ostream& page, const DemoReport& report) {
   page << "<footer>" << escaped(report.date) << " UTC &middot; the whole demo took "
-       << fixed(report.wall_s, 0) << " s";
+       << fmt::format("{:.0f} s", report.wall_s);
   for (const auto& [what, version] : report.versions) {
     page << " &middot; " << escaped(what) << " " << escaped(version);
   }

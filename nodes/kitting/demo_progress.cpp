@@ -1,5 +1,7 @@
 #include "nodes/kitting/demo_progress.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace afterglow::nodes {
@@ -11,15 +13,9 @@ constexpr int kBarWidth = 24;
 constexpr int kStageWidth = 46;
 constexpr double kFullest = 0.98;  // a stage that takes longer than expected is not yet done
 
-std::string padded(std::string text, std::size_t width) {
-  if (text.size() < width) text.append(width - text.size(), ' ');
-  return text;
-}
-
-std::string seconds(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%5.1f s", value);
-  return text;
+void print(std::FILE* out, const std::string& text) {
+  std::fputs(text.c_str(), out);
+  std::fflush(out);
 }
 
 std::string bar(double share) {
@@ -61,17 +57,15 @@ double DemoProgress::elapsed() const {
 
 // One line, redrawn in place.
 void DemoProgress::draw(const char* mark, const std::string& rest) {
-  std::fprintf(out_, "\r\x1b[2K  %s %s %s  %s", mark, padded(stage_, kStageWidth).c_str(),
-               seconds(elapsed()).c_str(), rest.c_str());
-  std::fflush(out_);
+  print(out_, fmt::format("\r\x1b[2K  {} {:<{}} {:5.1f} s  {}", mark, stage_, kStageWidth,
+                          elapsed(), rest));
 }
 
 void DemoProgress::title(const std::string& text, const std::string& subtitle) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::fprintf(out_,
-               is_terminal_ ? "\n  \x1b[1m%s\x1b[0m  \x1b[38;5;245m%s\x1b[0m\n\n" : "%s: %s\n",
-               text.c_str(), subtitle.c_str());
-  std::fflush(out_);
+  print(out_, is_terminal_
+                  ? fmt::format("\n  \x1b[1m{}\x1b[0m  \x1b[38;5;245m{}\x1b[0m\n\n", text, subtitle)
+                  : text + ": " + subtitle + "\n");
 }
 
 void DemoProgress::begin(const std::string& stage, double expected_s) {
@@ -88,9 +82,8 @@ void DemoProgress::done(const std::string& detail) {
   if (is_terminal_) {
     draw("\x1b[32m\u2713\x1b[0m", "\x1b[38;5;245m" + detail + "\x1b[0m\n");
   } else {
-    std::fprintf(out_, "done   %s %s  %s\n", padded(stage_, kStageWidth).c_str(),
-                 seconds(elapsed()).c_str(), detail.c_str());
-    std::fflush(out_);
+    print(out_,
+          fmt::format("done   {:<{}} {:5.1f} s  {}\n", stage_, kStageWidth, elapsed(), detail));
   }
 }
 
@@ -101,16 +94,13 @@ void DemoProgress::failed() {
   if (is_terminal_) {
     draw("\x1b[31m\u2717\x1b[0m", "\n");
   } else {
-    std::fprintf(out_, "FAILED %s %s\n", padded(stage_, kStageWidth).c_str(),
-                 seconds(elapsed()).c_str());
-    std::fflush(out_);
+    print(out_, fmt::format("FAILED {:<{}} {:5.1f} s\n", stage_, kStageWidth, elapsed()));
   }
 }
 
 void DemoProgress::line(const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::fprintf(out_, "%s%s\n", is_terminal_ ? "  " : "", text.c_str());
-  std::fflush(out_);
+  print(out_, (is_terminal_ ? "  " : "") + text + "\n");
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,6 @@
 // kitting_demo OUT ASSETS: directs the demo among the nodes of nodes/launch/demo.launch and writes
 // its report. nodes/run_demo starts it all.
+#include <fmt/format.h>
 #include <ros/console.h>
 #include <ros/ros.h>
 #include <unistd.h>
@@ -48,19 +49,15 @@ DemoFiles filesOf(const fs::path& out, const fs::path& assets) {
 }
 
 void printSummary(const DemoReport& report, DemoProgress& progress) {
-  char line[256];
   progress.line("");
-  std::snprintf(line, sizeof(line), "%-8s %9s %9s %8s %14s  %s", "behavior", "recorded", "messages",
-                "dropped", "p99 lateness", "replay ended off by");
-  progress.line(line);
+  progress.line(fmt::format("{:<8} {:>9} {:>9} {:>8} {:>14}  {}", "behavior", "recorded",
+                            "messages", "dropped", "p99 lateness", "replay ended off by"));
   for (const MeasuredBehavior& each : report.behaviors) {
     const EndError error = endError(each.live_end, each.replay_end);
-    std::snprintf(line, sizeof(line), "%-8s %7.1f s %9llu %8llu %11.2f ms  %.1f cm, %.1f degrees",
-                  each.behavior.name.c_str(), durationOf(each.behavior),
-                  static_cast<unsigned long long>(each.messages),
-                  static_cast<unsigned long long>(each.dropped),
-                  latenessOf(each.player_report).p99_ms, error.base_cm, error.heading_deg);
-    progress.line(line);
+    progress.line(fmt::format(
+        "{:<8} {:7.1f} s {:9} {:8} {:11.2f} ms  {:.1f} cm, {:.1f} degrees", each.behavior.name,
+        durationOf(each.behavior), each.messages, each.dropped,
+        latenessOf(each.player_report).p99_ms, error.base_cm, error.heading_deg));
   }
   progress.line("");
   progress.line("Video    " + report.folder + "/" + report.video);

@@ -1,5 +1,7 @@
 #include "nodes/kitting/media.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -45,20 +47,17 @@ std::vector<Clip> clipsOf(const std::vector<Utterance>& utterances, const VideoI
 
 /// ffmpeg's filter graph: every clip at its place, mixed, without normalizing by their number.
 std::string mixOf(const std::vector<Clip>& clips, std::size_t first_input) {
-  std::ostringstream graph;
-  graph.imbue(std::locale::classic());
-  graph.precision(9);
+  std::string graph, names;
   for (std::size_t i = 0; i < clips.size(); ++i) {
     const Clip& clip = clips[i];
-    graph << '[' << first_input + i << ":a]aformat=sample_fmts=fltp:sample_rates=" << kSampleRate
-          << ":channel_layouts=mono,atrim=start=" << clip.skipped_s
-          << ":end=" << clip.utterance.duration_s
-          << ",asetpts=PTS-STARTPTS,volume=" << clip.utterance.volume
-          << ",adelay=" << std::llround(clip.begin_s * kSampleRate) << "S:all=1[clip" << i << "];";
+    graph += fmt::format(
+        "[{}:a]aformat=sample_fmts=fltp:sample_rates={}:channel_layouts=mono,atrim=start={:.9g}"
+        ":end={:.9g},asetpts=PTS-STARTPTS,volume={:.9g},adelay={}S:all=1[clip{}];",
+        first_input + i, kSampleRate, clip.skipped_s, clip.utterance.duration_s,
+        clip.utterance.volume, std::llround(clip.begin_s * kSampleRate), i);
+    names += fmt::format("[clip{}]", i);
   }
-  for (std::size_t i = 0; i < clips.size(); ++i) graph << "[clip" << i << ']';
-  graph << "amix=inputs=" << clips.size() << ":normalize=0:duration=longest";
-  return graph.str();
+  return fmt::format("{}{}amix=inputs={}:normalize=0:duration=longest", graph, names, clips.size());
 }
 
 void appendInputs(Arguments& arguments, const std::vector<Clip>& clips) {
@@ -105,12 +104,9 @@ std::string soundTrack(const std::vector<Clip>& clips, double seconds, const std
   const double loudness = loudnessOf(clips, output);
   const double gain_db =
       loudness > kFaintest_lufs ? std::min(kLoudness_lufs - loudness, kMostGain_db) : 0;
-  std::ostringstream graph;
-  graph.imbue(std::locale::classic());
-  graph.precision(9);
-  graph << mixOf(clips, 1) << ",volume=" << gain_db << "dB,alimiter=limit=" << kPeakLimit
-        << ":level=0,apad=whole_dur=" << seconds << ",atrim=end=" << seconds << "[sound]";
-  return graph.str();
+  return fmt::format(
+      "{},volume={:.9g}dB,alimiter=limit={}:level=0,apad=whole_dur={:.9g},atrim=end={:.9g}[sound]",
+      mixOf(clips, 1), gain_db, kPeakLimit, seconds, seconds);
 }
 
 }  // namespace

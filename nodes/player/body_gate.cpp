@@ -1,5 +1,6 @@
 #include "nodes/player/body_gate.hpp"
 
+#include <fmt/format.h>
 #include <ros/ros.h>
 
 #include <algorithm>
@@ -23,12 +24,6 @@ constexpr double kLivePatience = 3.0;               // s
 constexpr double kMeanOf = 2.0;                     // s of localization
 /// Beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 90;  // s
-
-std::string listed(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : "; ") + part;
-  return text;
-}
 
 [[noreturn]] void refuse(const std::string& why) {
   throw std::runtime_error("motion is refused: " + why);
@@ -118,7 +113,7 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
   const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
-  if (!missing.empty()) refuse(listed(missing));
+  if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
   if (emergency_stop_) emergency_stop_->check();
   const replay::MovedParts parts = movedParts(store_, plan_);
   if (parts.moves_base) base_.emplace(store_, plan_, options_.base, limits_);
@@ -141,7 +136,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   }
   if (!base.empty()) deviations.push_back(base);
   if (!deviations.empty()) {
-    refuse("the robot does not stand as it did: " + listed(deviations) +
+    refuse(fmt::format("the robot does not stand as it did: {}", fmt::join(deviations, "; ")) +
            (base.empty() ? "" : "; the base has to be brought there"));
   }
   watchArm();
@@ -235,11 +230,12 @@ replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::
 }
 
 void BodyGate::checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const {
-  std::string unknown;
+  std::vector<std::string> unknown;
   for (const std::string& joint : parts.joints()) {
-    if (now.joints.count(joint) == 0) unknown += (unknown.empty() ? "" : ", ") + joint;
+    if (now.joints.count(joint) == 0) unknown.push_back(joint);
   }
-  if (!unknown.empty()) refuse("this robot has no joint " + unknown + " (/joint_states)");
+  if (unknown.empty()) return;
+  refuse(fmt::format("this robot has no joint {} (/joint_states)", fmt::join(unknown, ", ")));
 }
 
 // ----------------------------------------------------------------------------------- to the start

@@ -2,8 +2,9 @@
 /// Numbers as a replay's page says them.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
-#include <cstdio>
 #include <string>
 
 #include "replay/motion/start_pose.hpp"
@@ -11,17 +12,10 @@
 
 namespace afterglow::nodes {
 
-/// As printf does it with one number.
-inline std::string numberAs(const char* format, double value) {
-  char words[64];
-  std::snprintf(words, sizeof(words), format, value);
-  return words;
-}
-
-inline std::string inSeconds(double seconds) { return numberAs("%.2f s", seconds); }
+inline std::string inSeconds(double seconds) { return fmt::format("{:.2f} s", seconds); }
 
 inline std::string inMilliseconds(std::int64_t ns) {
-  return numberAs("%.3f", static_cast<double>(ns) * 1e-6);
+  return fmt::format("{:.3f}", static_cast<double>(ns) * 1e-6);
 }
 
 /// A quantile of lateness in milliseconds; "-" if nothing was sent by a deadline.
@@ -45,8 +39,8 @@ inline std::string counted(std::uint64_t count, const std::string& thing) {
 inline std::string jointErrorText(const std::string& joint, double error,
                                   const std::string& degree) {
   return replay::isSlidingJoint(joint)
-             ? numberAs("%+.1f mm", error * 1000)
-             : numberAs("%+.2f", error * replay::kDegreesPerRadian) + degree;
+             ? fmt::format("{:+.1f} mm", error * 1000)
+             : fmt::format("{:+.2f}", error * replay::kDegreesPerRadian) + degree;
 }
 
 }  // namespace afterglow::nodes

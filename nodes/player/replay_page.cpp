@@ -1,5 +1,7 @@
 #include "nodes/player/replay_page.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "calib/report/html.hpp"
@@ -56,7 +58,7 @@ std::string skewFacts(const PlayReport& report) {
   std::string facts;
   for (const auto& [modality, skew] : report.in_step.skew) {
     facts += fact("Skew to the body, p95",
-                  numberAs("%.1f ms", static_cast<double>(skew.size.quantile(0.95)) * 1e-6),
+                  fmt::format("{:.1f} ms", static_cast<double>(skew.size.quantile(0.95)) * 1e-6),
                   std::string(name(modality)));
   }
   return facts;
@@ -66,8 +68,8 @@ std::string bodyFacts(const PlayReport& report) {
   std::string facts;
   if (const auto base = baseEnd(report)) {
     facts += fact("Base off its end",
-                  numberAs("%.1f cm", base->distance * 100) +
-                      numberAs(", %.1f", base->turn * replay::kDegreesPerRadian) + "&#176;",
+                  fmt::format("{:.1f} cm, {:.1f}&#176;", base->distance * 100,
+                              base->turn * replay::kDegreesPerRadian),
                   "");
   }
   const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
@@ -120,17 +122,17 @@ std::string baseText(const PlayReport& report) {
   }
   const replay::BaseDriveReport& driven = *report.base->driven;
   const replay::DriveSummary summary = summaryOf(driven);
+  const std::string text = fmt::format(
+      "The base followed its recorded way of {:.2f} m ({}) in {}, at most {:.1f} cm off it, with "
+      "{} at the end. Odometry alone would have been off by {:.1f} cm and {:.1f}&#176;. It took {} "
+      "longer than recorded.",
+      driven.length, escaped(driven.frame), counted(driven.drives.size(), "drive"),
+      summary.largest_distance * 100,
+      counted(static_cast<std::uint64_t>(summary.corrections), "correction"),
+      summary.drift_distance * 100, summary.drift_turn * replay::kDegreesPerRadian,
+      inSeconds(driven.delay));
   return element(
-      "p", "The base followed its recorded way of " + numberAs("%.2f m", driven.length) + " (" +
-               escaped(driven.frame) + ") in " + counted(driven.drives.size(), "drive") +
-               ", at most " + numberAs("%.1f cm", summary.largest_distance * 100) +
-               " off it, with " +
-               counted(static_cast<std::uint64_t>(summary.corrections), "correction") +
-               " at the end. Odometry alone would have been off by " +
-               numberAs("%.1f cm", summary.drift_distance * 100) +
-               numberAs(" and %.1f", summary.drift_turn * replay::kDegreesPerRadian) +
-               "&#176;. It took " + inSeconds(driven.delay) + " longer than recorded." +
-               (driven.lost.empty() ? "" : " It was given up: " + escaped(driven.lost) + "."));
+      "p", text + (driven.lost.empty() ? "" : " It was given up: " + escaped(driven.lost) + "."));
 }
 
 // ------------------------------------------------------------------------------------ the sections
@@ -160,7 +162,7 @@ std::string oneReplay(const PlayReport& report, const std::string& date) {
   const std::string under =
       (report.is_complete ? "Completed" : "Stopped") +
       std::string(date.empty() ? "" : " &#183; " + escaped(date)) +
-      (report.rate == 1 ? "" : numberAs(" &#183; at rate %g", report.rate)) +
+      (report.rate == 1 ? "" : fmt::format(" &#183; at rate {:g}", report.rate)) +
       (report.scheduling.empty() ? "" : " &#183; scheduling " + escaped(report.scheduling));
   const std::string lanes = lanePlot(report);
   return element("h1", title) + element("p", "class=\"under\"", under) + troubles(report) +

@@ -1,5 +1,7 @@
 #include "nodes/player/replay_plots.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -102,11 +104,7 @@ bool isMostlyEarly(const replay::Samples& samples) {
   return sum < 0;
 }
 
-std::string inMs(double ns) {
-  char words[32];
-  std::snprintf(words, sizeof(words), "%.3g ms", ns * 1e-6);
-  return words;
-}
+std::string inMs(double ns) { return fmt::format("{:.3g} ms", ns * 1e-6); }
 
 /// The worst topic of a modality, if any was heard of.
 const std::pair<PlannedTopic, TopicReport>* latest(const PlayReport& report, Modality modality) {

@@ -1,5 +1,7 @@
 #include "nodes/player/replay_request.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
 #include "nodes/player/stagehand.hpp"
@@ -74,11 +76,7 @@ replay::PlanOptions planOptions(const ReplayRequest& request) {
 }  // namespace
 
 std::string topicsText(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += (text.empty() ? "" : ", ") + name;
-  }
-  return text;
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request) {

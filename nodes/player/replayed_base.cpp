@@ -1,5 +1,7 @@
 #include "nodes/player/replayed_base.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -41,9 +43,11 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
       limits_(limits),
       live_frames_(liveFrames(options.frames, plan)),
       poses_(live_frames_) {
+  std::vector<std::string> played;
   for (const replay::PlannedTopic* topic : velocityTopics(plan)) {
-    played_topics_ += (played_topics_.empty() ? "" : ", ") + topic->channel.topic;
+    played.push_back(topic->channel.topic);
   }
+  played_topics_ = fmt::format("{}", fmt::join(played, ", "));
   topic_ = chooseTopic();
   if (!topic_) {
     why_open_loop_ = "velocities are played on " + played_topics_ +

@@ -1,5 +1,7 @@
 #include "nodes/player/time_plot.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -44,9 +46,7 @@ double stepOf(double range, int count) { return calib::roundDown(std::max(range,
 
 std::string numberText(double value, double step) {
   const int digits = std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 6);
-  char words[64];
-  std::snprintf(words, sizeof(words), "%.*f", digits, std::abs(value) < step / 2 ? 0.0 : value);
-  return words;
+  return fmt::format("{:.{}f}", std::abs(value) < step / 2 ? 0.0 : value, digits);
 }
 
 /// Half a pixel is as fine as anybody sees.

@@ -1,5 +1,6 @@
 #include "nodes/projector/drift_watch.hpp"
 
+#include <fmt/format.h>
 #include <sys/resource.h>
 #include <tf2/exceptions.h>
 
@@ -129,9 +130,9 @@ WatchLook DriftWatch::look() {
   if (!look.problem.empty()) return look;
   const calib::Picture picture = toPicture(*image_);
   if (picture.width != camera_->width || picture.height != camera_->height) {
-    look.problem = config_.image_topic + " is of " + std::to_string(picture.width) + " x " +
-                   std::to_string(picture.height) + " pixels, its camera_info of " +
-                   std::to_string(camera_->width) + " x " + std::to_string(camera_->height);
+    look.problem = fmt::format("{} is of {} x {} pixels, its camera_info of {} x {}",
+                               config_.image_topic, picture.width, picture.height, camera_->width,
+                               camera_->height);
     return look;
   }
   const auto T_camera_surface = cameraPose(image_->header);

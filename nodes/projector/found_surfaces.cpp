@@ -1,8 +1,9 @@
 #include "nodes/projector/found_surfaces.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 
 #include "nodes/conversion/cloud_conversion.hpp"
@@ -15,13 +16,6 @@ namespace afterglow::nodes {
 namespace {
 
 using Points = std::vector<Eigen::Vector3d>;
-
-template <typename... Values>
-std::string formatted(const char* format, Values... values) {
-  char text[200];
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
-}
 
 Points thatCount(const Points& points, const SurfaceSearch& search) {
   Points counted;
@@ -44,9 +38,10 @@ std::string search(const SurfaceSearch& search, const Points& points, FoundSurfa
     high = high.cwiseMax(p);
   }
   const double tilt = std::acos(std::min(1.0, plane.T_points_plane.linear()(2, 2))) * 180 / M_PI;
-  return formatted("%.2f x %.2f m at height %.3f m, tilted %.1f deg, %zu points, residual %.1f mm",
-                   high.x() - low.x(), high.y() - low.y(), plane.T_points_plane.translation().z(),
-                   tilt, plane.count, 1e3 * plane.residual);
+  return fmt::format(
+      "{:.2f} x {:.2f} m at height {:.3f} m, tilted {:.1f} deg, {} points, residual {:.1f} mm",
+      high.x() - low.x(), high.y() - low.y(), plane.T_points_plane.translation().z(), tilt,
+      plane.count, 1e3 * plane.residual);
 }
 
 std::string measure(const ReliefConfig& config, const Points& points, FoundSurface& found) {
@@ -56,9 +51,9 @@ std::string measure(const ReliefConfig& config, const Points& points, FoundSurfa
   found.relief = std::make_shared<const render::Relief>(
       render::reliefFromPoints(in_surface, found.polygon, config.options));
   const render::Relief& relief = *found.relief;
-  return formatted("relief of %d x %d cells, %.0f %% of them known, %.3f to %.3f m high",
-                   relief.columns() - 1, relief.rows() - 1, 100 * relief.knownShare(),
-                   double{relief.range().least}, double{relief.range().greatest});
+  return fmt::format("relief of {} x {} cells, {:.0f} % of them known, {:.3f} to {:.3f} m high",
+                     relief.columns() - 1, relief.rows() - 1, 100 * relief.knownShare(),
+                     double{relief.range().least}, double{relief.range().greatest});
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 #include "nodes/projector/projector_messages.hpp"
 
+#include <fmt/format.h>
 #include <sensor_msgs/image_encodings.h>
 
-#include <cstdio>
 #include <utility>
 
 #include "nodes/tools/diagnostics.hpp"
@@ -11,12 +11,6 @@ namespace afterglow::nodes {
 namespace {
 
 using diagnostic_msgs::DiagnosticStatus;
-
-std::string oneDecimal(double number) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.1f", number);
-  return text;
-}
 
 DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState& output) {
   DiagnosticStatus status;
@@ -29,8 +23,8 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
                  : output.problems.empty() ? DiagnosticStatus::OK
                                            : DiagnosticStatus::WARN;
   status.message = output.problems.empty() ? "projecting" : output.problems.front();
-  addValue(status, "drawn_hz", oneDecimal(state.drawn_hz));
-  addValue(status, "wanted_hz", oneDecimal(state.wanted_hz));
+  addValue(status, "drawn_hz", fmt::format("{:.1f}", state.drawn_hz));
+  addValue(status, "wanted_hz", fmt::format("{:.1f}", state.wanted_hz));
   addValue(status, "late", std::to_string(state.late));
   addValue(status, "renderer", output.renderer);
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);

@@ -1,9 +1,9 @@
 #include "nodes/recorder/recorder_status.hpp"
 
 #include <diagnostic_msgs/KeyValue.h>
+#include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 
 namespace afterglow::nodes {
 namespace {
@@ -19,9 +19,7 @@ void addValue(DiagnosticStatus& status, const std::string& key, const std::strin
 }
 
 std::string rate(std::uint64_t now, std::uint64_t before, double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", static_cast<double>(now - before) / seconds);
-  return text;
+  return fmt::format("{:.1f}", static_cast<double>(now - before) / seconds);
 }
 
 void judge(const RecorderState& state, DiagnosticStatus& status) {

@@ -1,6 +1,9 @@
 #include "nodes/recorder/recording_actions.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -59,10 +62,12 @@ mongodb::MongoDBLoggerResult MongoDBLoggerTranslation::result(std::int64_t,
                                                               const RecordingDesk::Ended& ended) {
   mongodb::MongoDBLoggerResult result;
   const std::vector<std::string>& silent = ended.counts.silent_topics;
-  for (const std::string& topic : ended.topics) {
-    if (std::find(silent.begin(), silent.end(), topic) != silent.end()) continue;
-    result.topics_logged.data += (result.topics_logged.data.empty() ? "" : ":") + topic;
-  }
+  std::vector<std::string> logged;
+  std::copy_if(ended.topics.begin(), ended.topics.end(), std::back_inserter(logged),
+               [&silent](const std::string& topic) {
+                 return std::find(silent.begin(), silent.end(), topic) == silent.end();
+               });
+  result.topics_logged.data = fmt::format("{}", fmt::join(logged, ":"));
   return result;
 }
 

@@ -1,5 +1,7 @@
 #include "nodes/recorder/recording_desk.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -70,14 +72,6 @@ replay::Stamp rosNow() { return {static_cast<std::int64_t>(ros::Time::now().toNS
 
 replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
 
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    text += (text.empty() ? "" : ", ") + name;
-  }
-  return text;
-}
-
 RecordingDesk::RecordingDesk(const RecorderNodeOptions& options)
     : options_(options),
       folder_(folderOf(options.store)),
@@ -137,7 +131,7 @@ std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& 
     const std::vector<std::string> missing =
         waitForPublishers(heard, deadlineIn(options_.connect_timeout_s), old);
     if (!missing.empty()) {
-      *warning = "no connection yet from " + joined(missing);
+      *warning = fmt::format("no connection yet from {}", fmt::join(missing, ", "));
       ROS_WARN_STREAM("behavior '" << request.behavior.name << "': " << *warning);
     }
     return begin({request, topics, heard, {}, on_end, 0});
@@ -216,7 +210,8 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
     ROS_WARN_STREAM("behavior " << id << ": " << remark);
   }
   if (ended.kept && !ended.counts.silent_topics.empty()) {
-    ROS_WARN_STREAM("behavior " << id << ": nothing on " << joined(ended.counts.silent_topics));
+    ROS_WARN_STREAM("behavior " << id << ": nothing on "
+                                << fmt::format("{}", fmt::join(ended.counts.silent_topics, ", ")));
   }
   if (running.on_end) {
     running.on_end(id, ended);

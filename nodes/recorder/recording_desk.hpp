@@ -30,9 +30,6 @@ constexpr char kInterrupted[] = "interrupted";
 replay::Stamp rosNow();
 replay::Stamp wallNow();
 
-/// "a, b, c".
-std::string joined(const std::vector<std::string>& names);
-
 /// Any number of behaviors at once. A behavior counts as started when every publisher that was
 /// announced on its topics is known to send here; one that does not in time is named in a warning.
 /// Topics without publishers are listened to all the same. Any thread.

@@ -1,8 +1,9 @@
 #include "nodes/tools/calibration_folder.hpp"
 
+#include <fmt/format.h>
+
 #include <ctime>
 #include <filesystem>
-#include <sstream>
 #include <stdexcept>
 
 #include "calib/report/calibration_yaml.hpp"
@@ -81,12 +82,13 @@ void CalibrationFolder::saveRefusal(const calib::CalibrationRefused& refused,
 void CalibrationFolder::saveCheck(const calib::ErrorSummary& errors,
                                   const calib::Photographs& photographs) const {
   keepIn(fs::path(path_) / "check", photographs);
-  std::ostringstream text;
-  text << "# One view that had no part in the calibration: where the light should be, and is.\n"
-       << "date: " << dateNow() << "\ncorners: " << errors.corners << "\nrms_mm: " << errors.rms_mm
-       << "\nmedian_mm: " << errors.median_mm << "\np95_mm: " << errors.p95_mm
-       << "\nmax_mm: " << errors.max_mm << "\n";
-  calib::replaceFile(path_ + "/verification.yaml", text.str());
+  calib::replaceFile(
+      path_ + "/verification.yaml",
+      fmt::format("# One view that had no part in the calibration: where the light should be, and "
+                  "is.\ndate: {}\ncorners: {}\nrms_mm: {:g}\nmedian_mm: {:g}\np95_mm: {:g}\n"
+                  "max_mm: {:g}\n",
+                  dateNow(), errors.corners, errors.rms_mm, errors.median_mm, errors.p95_mm,
+                  errors.max_mm));
 }
 
 }  // namespace afterglow::nodes

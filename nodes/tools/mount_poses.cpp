@@ -1,5 +1,7 @@
 #include "nodes/tools/mount_poses.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -69,15 +71,15 @@ MountRecord readRecord(const YamlMap& map, const std::string& path, std::size_t 
 }
 
 std::string rowsText(const Eigen::Isometry3d& T) {
-  std::string text = "[";
+  std::vector<std::string> rows;
   for (int row = 0; row < 4; ++row) {
-    text += row == 0 ? "[" : ", [";
+    std::vector<std::string> numbers;
     for (int column = 0; column < 4; ++column) {
-      text += (column == 0 ? "" : ", ") + calib::exactText(T.matrix()(row, column));
+      numbers.push_back(calib::exactText(T.matrix()(row, column)));
     }
-    text += "]";
+    rows.push_back(fmt::format("[{}]", fmt::join(numbers, ", ")));
   }
-  return text + "]";
+  return fmt::format("[{}]", fmt::join(rows, ", "));
 }
 
 std::string quoted(const std::string& text) {

@@ -1,12 +1,13 @@
 #include "nodes/tools/yaml_map.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -36,9 +37,7 @@ std::string advice(const std::string& wrong, const std::vector<std::string>& can
   if (editDistance(wrong, *nearest) <= std::max<std::size_t>(1, nearest->size() / 2)) {
     return "; did you mean '" + *nearest + "'?";
   }
-  std::string all;
-  for (const std::string& candidate : candidates) all += (all.empty() ? "" : ", ") + candidate;
-  return "; known: " + all;
+  return fmt::format("; known: {}", fmt::join(candidates, ", "));
 }
 
 YAML::Node loadYaml(const std::string& path) {
@@ -49,7 +48,7 @@ YAML::Node loadYaml(const std::string& path) {
   try {
     return YAML::Load(stream);
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(path + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg);
+    throw std::runtime_error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
   }
 }
 
@@ -93,10 +92,8 @@ double YamlMap::number(const std::string& key, double least, double greatest) co
   double number = 0;
   const bool read = value.IsScalar() && YAML::convert<double>::decode(value, number);
   if (!read || !(number >= least && number <= greatest)) {
-    std::ostringstream text;
-    text << "'" << key << "' of " << where_ << " should be a number from " << least << " to "
-         << greatest << (value.IsScalar() ? ", not '" + value.Scalar() + "'" : "");
-    fail(value, text.str());
+    fail(value, fmt::format("'{}' of {} should be a number from {:g} to {:g}{}", key, where_, least,
+                            greatest, value.IsScalar() ? ", not '" + value.Scalar() + "'" : ""));
   }
   return number;
 }
@@ -117,7 +114,7 @@ std::vector<double> YamlMap::numbers(const YAML::Node& node, const std::string& 
     numbers.push_back(number);
   }
   if (!node.IsSequence() || numbers.size() != count || node.size() != count) {
-    fail(node, what + " should be " + std::to_string(count) + " numbers in brackets");
+    fail(node, fmt::format("{} should be {} numbers in brackets", what, count));
   }
   return numbers;
 }

@@ -1,5 +1,7 @@
 #include "nodes/verbs/calibrate_mount.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/Error.hpp>
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
@@ -114,14 +116,14 @@ void printMount(const calib::Mount& mount, const CalibrateMountOptions& options)
   using Align = TextTable::Align;
   TextTable table({{"POSE", Align::Left}, {"MM OFF", Align::Right}, {"DEG OFF", Align::Right}});
   for (const calib::MountDeviation& pose : mount.poses) {
-    table.add({pose.name + (pose.is_used ? "" : " (left out)"), fixedText(pose.mm, 2),
-               fixedText(pose.deg, 3)});
+    table.add({pose.name + (pose.is_used ? "" : " (left out)"), fmt::format("{:.2f}", pose.mm),
+               fmt::format("{:.3f}", pose.deg)});
   }
   if (mount.poses.size() > 1) std::cout << table.text();
   std::cout << "static_transform.yaml and projector_tf.launch in " << options.out;
   if (mount.spread_mm) {
-    std::cout << ": the poses agree to " << fixedText(*mount.spread_mm, 2) << " mm and "
-              << fixedText(*mount.spread_deg, 3) << " deg (rms)\n";
+    std::cout << fmt::format(": the poses agree to {:.2f} mm and {:.3f} deg (rms)\n",
+                             *mount.spread_mm, *mount.spread_deg);
   } else {
     std::cout << ": from one pose, with nothing to compare it with\n";
   }
@@ -146,9 +148,9 @@ void runMount(const CalibrateMountOptions& options) {
                      calib::staticTransformLaunch(mount, frames, hasStaticTransformPublisher()));
   for (const calib::MountDeviation& pose : mount.poses) {
     if (pose.is_used) continue;
-    std::cerr << "afterglow calibrate mount: left out " << pose.name << ": "
-              << fixedText(pose.mm, 1) << " mm and " << fixedText(pose.deg, 2)
-              << " deg from the others\n";
+    std::cerr << fmt::format(
+        "afterglow calibrate mount: left out {}: {:.1f} mm and {:.2f} deg from the others\n",
+        pose.name, pose.mm, pose.deg);
   }
   if (options.json) {
     std::cout << dumpJson(mountJson(mount, frames), 2) << "\n";

@@ -1,5 +1,6 @@
 #include "nodes/verbs/calibrate_solve.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/Validators.hpp>
@@ -33,7 +34,7 @@ struct CalibrateSolveOptions {
 calib::CalibrationProgress terminalProgress() {
   if (isatty(STDERR_FILENO) != 1) return {};
   return [](const std::string& doing, double share) {
-    std::cerr << "\r\033[K" << doing << ", " << fixedText(100 * share, 0) << " %" << std::flush;
+    std::cerr << fmt::format("\r\033[K{}, {:.0f} %", doing, 100 * share) << std::flush;
     if (share >= 1) std::cerr << "\r\033[K" << std::flush;
   };
 }
@@ -69,15 +70,14 @@ void printSolution(const calib::Calibration& calibration, const CalibrateSolveOp
   const calib::Lens& lens = calibration.estimate.projector;
   std::size_t used = 0;
   for (const calib::ViewResult& view : calibration.views) used += view.is_used ? 1 : 0;
-  std::cout << "Left-out views are predicted to " << fixedText(calibration.held_out_rms_px, 3)
-            << " px, " << fixedText(calibration.held_out_rms_mm, 3) << " mm on the board (" << used
-            << " of " << calibration.views.size() << " views used, "
-            << fixedText(100 * calibration.coverage.share(), 0) << " % of the picture covered)\n"
-            << "fx " << fixedText(lens.K(0, 0), 2) << "  fy " << fixedText(lens.K(1, 1), 2)
-            << "  cx " << fixedText(lens.K(0, 2), 2) << "  cy " << fixedText(lens.K(1, 2), 2)
-            << " px\n";
-  std::cout << "light is uncertain by " << fixedText(calibration.predicted_mm, 3)
-            << " mm (95 %) on the boards; " << calib::cameraText(calibration.camera_change) << "\n";
+  std::cout << fmt::format(
+      "Left-out views are predicted to {:.3f} px, {:.3f} mm on the board ({} of {} views used, "
+      "{:.0f} % of the picture covered)\nfx {:.2f}  fy {:.2f}  cx {:.2f}  cy {:.2f} px\n",
+      calibration.held_out_rms_px, calibration.held_out_rms_mm, used, calibration.views.size(),
+      100 * calibration.coverage.share(), lens.K(0, 0), lens.K(1, 1), lens.K(0, 2), lens.K(1, 2));
+  std::cout << fmt::format("light is uncertain by {:.3f} mm (95 %) on the boards; {}\n",
+                           calibration.predicted_mm,
+                           calib::cameraText(calibration.camera_change));
   for (const std::string& warning : calibration.warnings) std::cout << "note: " << warning << "\n";
   std::cout << "projector.yaml, T_camera_projector.yaml, camera.yaml, calibration.yaml and "
                "report.html in "

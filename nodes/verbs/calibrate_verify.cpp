@@ -1,5 +1,7 @@
 #include "nodes/verbs/calibrate_verify.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/Error.hpp>
 #include <CLI/Option.hpp>
 #include <CLI/Validators.hpp>
@@ -46,9 +48,10 @@ calib::Lens cameraFor(const CalibrateVerifyOptions& options) {
 
 void requireGood(const calib::ErrorSummary& summary, const CalibrateVerifyOptions& options) {
   if (!options.max_p95_mm || summary.p95_mm <= *options.max_p95_mm) return;
-  throw std::runtime_error("the 95th percentile is " + fixedText(summary.p95_mm, 2) +
-                           " mm, more than the " + fixedText(*options.max_p95_mm, 2) +
-                           " mm allowed by --max-p95-mm");
+  throw std::runtime_error(
+      fmt::format("the 95th percentile is {:.2f} mm, more than the {:.2f} mm allowed by "
+                  "--max-p95-mm",
+                  summary.p95_mm, *options.max_p95_mm));
 }
 
 // ---------------------------------------------------------------------------- views of the board
@@ -107,7 +110,7 @@ void runPlan(const CalibrateVerifyOptions& options) {
   calib::savePicture(options.out, picture);
   std::cout << options.out << ": " << layout.targets.size()
             << " tags to throw; the surface is known from " << surface.tags.size()
-            << " printed tags, which fit to " << fixedText(surface.rms_px, 2)
+            << " printed tags, which fit to " << fmt::format("{:.2f}", surface.rms_px)
             << " px\nShow it full screen, photograph it, then: afterglow calibrate verify --thrown "
                "PHOTOGRAPH --targets "
             << options.targets << " --calibration " << options.calibration

@@ -1,5 +1,7 @@
 #include "nodes/verbs/list_verb.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -41,7 +43,7 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
     std::uint64_t messages = 0;
     for (const auto& topic : topics) messages += topic.count;
     table.add({std::to_string(behavior.id), timeText(behavior.begin),
-               fixedText(durationSeconds(behavior, topics), 1), std::to_string(messages),
+               fmt::format("{:.1f}", durationSeconds(behavior, topics)), std::to_string(messages),
                behavior.outcome.empty() ? "-" : behavior.outcome, behavior.name});
   }
   std::cout << table.text();

@@ -1,5 +1,7 @@
 #include "nodes/verbs/observed_pictures.hpp"
 
+#include <fmt/format.h>
+
 #include <iostream>
 #include <stdexcept>
 #include <utility>
@@ -33,10 +35,10 @@ Look placeIn(const RoomView& room, const ObserverOptions& options) {
   if (options.place.empty()) return room.look;
   const auto found = room.others.find(options.place);
   if (found != room.others.end()) return found->second;
-  std::string names;
-  for (const auto& [name, look] : room.others) names += (names.empty() ? "" : ", ") + name;
-  throw std::runtime_error(options.room + ": has no place '" + options.place +
-                           "' to look from; it has: " + names);
+  std::vector<std::string> names;
+  for (const auto& [name, look] : room.others) names.push_back(name);
+  throw std::runtime_error(fmt::format("{}: has no place '{}' to look from; it has: {}",
+                                       options.room, options.place, fmt::join(names, ", ")));
 }
 
 RoomView roomViewOf(const ProjectorConfig& config, const ObserverOptions& options) {

@@ -1,5 +1,6 @@
 #include "nodes/verbs/play_keys.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -105,9 +106,8 @@ std::string statusText(const ReplaySession& session) {
                       : progress.is_held                                      ? "DELAYED"
                                                                               : "PLAYING";
   const double end = replay::PlaybackTime{session.plan().durationNs()}.seconds();
-  return std::string(" [") + state + "]  " + fixedText(progress.position.seconds(), 2) + " / " +
-         fixedText(end, 2) + " s  rate " + fixedText(progress.rate, 2) + "  " +
-         std::to_string(progress.published) + " messages";
+  return fmt::format(" [{}]  {:.2f} / {:.2f} s  rate {:.2f}  {} messages", state,
+                     progress.position.seconds(), end, progress.rate, progress.published);
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,6 @@
 #include "nodes/verbs/play_verb.hpp"
 
+#include <fmt/format.h>
 #include <ros/network.h>
 #include <ros/ros.h>
 
@@ -33,15 +34,14 @@ namespace afterglow::nodes {
 namespace {
 
 std::string rewritesOf(const replay::PlannedTopic& topic, const replay::AnchorSettings& anchors) {
-  std::string text;
+  std::vector<std::string> texts;
   if (anchors.of(topic.channel) == replay::Anchor::World) {
-    text = "frames but " + anchors.frame + ": where they were";
+    texts.push_back("frames but " + anchors.frame + ": where they were");
   }
   for (const replay::RewrittenField& field : topic.rewrites) {
-    text += (text.empty() ? "" : "; ") + field.path + " " + std::string(describe(field.rule)) +
-            " (" + std::to_string(field.count) + ")";
+    texts.push_back(fmt::format("{} {} ({})", field.path, describe(field.rule), field.count));
   }
-  return text;
+  return fmt::format("{}", fmt::join(texts, "; "));
 }
 
 std::string whyOf(const replay::PlannedTopic& topic) {
@@ -69,7 +69,7 @@ void printPlan(const replay::PlayPlan& plan, const replay::AnchorSettings& ancho
     }
   }
   std::cout << "behavior " << plan.behavior.id << " '" << plan.behavior.name << "', "
-            << fixedText(replay::PlaybackTime{plan.durationNs()}.seconds(), 3) << " s\n"
+            << fmt::format("{:.3f} s\n", replay::PlaybackTime{plan.durationNs()}.seconds())
             << table.text("  ");
 }
 

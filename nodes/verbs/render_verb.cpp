@@ -1,5 +1,7 @@
 #include "nodes/verbs/render_verb.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -49,35 +51,33 @@ bool isLit(const render::Image& image) {
 
 /// Why it stays dark, from what the frame lacked and what the layers dropped.
 std::string darkReason(const SceneFrame& frame, const std::vector<LayerStatus>& layers) {
-  std::string text;
-  const auto add = [&text](const std::string& reason) {
-    text += (text.empty() ? "" : "; ") + reason;
-  };
-  for (const std::string& problem : frame.problems) add(problem);
+  std::vector<std::string> reasons(frame.problems.begin(), frame.problems.end());
   bool has_received = false;
   for (const LayerStatus& layer : layers) {
     has_received = has_received || layer.received > 0;
     for (const auto& [reason, count] : layer.dropped) {
-      add(layer.topic + ": " + std::to_string(count) + " dropped (" + reason + ")");
+      reasons.push_back(fmt::format("{}: {} dropped ({})", layer.topic, count, reason));
     }
   }
-  if (!has_received) add("no message on any configured topic");
-  return text.empty() ? "nothing within the projector's picture" : text;
+  if (!has_received) reasons.push_back("no message on any configured topic");
+  if (reasons.empty()) return "nothing within the projector's picture";
+  return fmt::format("{}", fmt::join(reasons, "; "));
 }
 
 /// The configuration with one projector alone: the one of that name, or the only one.
 ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
-  std::string names;
+  std::vector<std::string> names;
   for (const OutputConfig& projector : config.projectors) {
     if (projector.name == name || (name.empty() && config.projectors.size() == 1)) {
       config.projectors = {OutputConfig(projector)};
       return config;
     }
-    names += (names.empty() ? "" : ", ") + projector.name;
+    if (!projector.name.empty()) names.push_back(projector.name);
   }
-  if (name.empty()) throw std::runtime_error("--projector is needed, one of: " + names);
+  const std::string known = fmt::format("{}", fmt::join(names, ", "));
+  if (name.empty()) throw std::runtime_error("--projector is needed, one of: " + known);
   throw std::runtime_error("no projector '" + name + "' in the configuration" +
-                           (names.empty() ? ", its only one has no name" : "; known: " + names));
+                           (known.empty() ? ", its only one has no name" : "; known: " + known));
 }
 
 /// Draws one behavior at its moments.
@@ -101,8 +101,8 @@ class BehaviorPictures {
   render::Image at(double seconds) {
     const double duration_s = static_cast<double>(end_.ns - begin_.ns) * 1e-9;
     if (!(seconds >= 0 && seconds <= duration_s)) {
-      throw std::runtime_error("--at " + fixedText(seconds, 3) + " is not within the " +
-                               fixedText(duration_s, 3) + " s of " + source_.name);
+      throw std::runtime_error(fmt::format("--at {:.3f} is not within the {:.3f} s of {}", seconds,
+                                           duration_s, source_.name));
     }
     RecordedScene scene = start();
     const Stamp moment{begin_.ns + std::llround(seconds * 1e9)};

@@ -1,5 +1,7 @@
 #include "nodes/verbs/replay_text.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -13,13 +15,13 @@ using replay::PlannedTopic;
 using replay::PlayReport;
 using replay::TopicReport;
 
-std::string ms(std::int64_t ns) { return fixedText(static_cast<double>(ns) * 1e-6, 1); }
+std::string ms(std::int64_t ns) { return fmt::format("{:.1f}", static_cast<double>(ns) * 1e-6); }
 
 std::string degrees(double radians) {
-  return fixedText(radians * replay::kDegreesPerRadian, 1) + " deg";
+  return fmt::format("{:.1f} deg", radians * replay::kDegreesPerRadian);
 }
 
-std::string centimeters(double meters) { return fixedText(meters * 100, 1) + " cm"; }
+std::string centimeters(double meters) { return fmt::format("{:.1f} cm", meters * 100); }
 
 /// Within a line's words.
 const std::string kNextLine = "\n" + std::string(11, ' ');
@@ -28,12 +30,6 @@ const std::string kNextLine = "\n" + std::string(11, ' ');
 std::string line(std::string subject, const std::string& words) {
   subject.resize(11, ' ');
   return words.empty() ? "" : subject + words + "\n";
-}
-
-std::string joinedParts(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
-  return text;
 }
 
 std::string headline(const PlayReport& report) {
@@ -86,7 +82,7 @@ std::string goals(const replay::GoalBook::Counts& counts) {
                                     {counts.canceled, " canceled"}}) {
     if (count > 0) parts.push_back(std::to_string(count) + word);
   }
-  return joinedParts(parts);
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 std::string waits(const replay::InStep& in_step) {
@@ -120,7 +116,7 @@ std::string base(const PlayReport& report) {
   const replay::BaseDriveReport& driven = *report.base->driven;
   const replay::DriveSummary summary = summaryOf(driven);
   return text + "at most " + centimeters(summary.largest_distance) + " off its way of " +
-         fixedText(driven.length, 2) + " m; odometry drifted " +
+         fmt::format("{:.2f} m", driven.length) + "; odometry drifted " +
          centimeters(summary.drift_distance) + ", " + degrees(summary.drift_turn) +
          (driven.lost.empty() ? "" : kNextLine + "given up: " + driven.lost);
 }

@@ -1,5 +1,7 @@
 #include "nodes/verbs/show_verb.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <deque>
 #include <iostream>
@@ -74,11 +76,12 @@ void printTopics(const std::string& title, const Behavior& behavior,
                    {"FIRST", Align::Right},
                    {"LAST", Align::Right}});
   const auto offset = [&](replay::Stamp stamp) {
-    return fixedText(static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9, 3) + " s";
+    return fmt::format("{:.3f} s", static_cast<double>(stamp.ns - behavior.begin.ns) * 1e-9);
   };
   for (const TopicSummary& topic : topics) {
     const auto hz = rate_hz(topic);
-    table.add({topic.topic, topic.type, std::to_string(topic.count), hz ? fixedText(*hz, 2) : "-",
+    table.add({topic.topic, topic.type, std::to_string(topic.count),
+               hz ? fmt::format("{:.2f}", *hz) : "-",
                offset(topic.first), offset(topic.last)});
   }
   std::cout << "\n" << table.text("  ");
@@ -95,12 +98,6 @@ std::vector<std::string> unheardTopics(const Behavior& behavior,
   return unheard;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 void printField(const std::string& name, const std::string& value) {
   if (value.empty() || value == "{}") return;
   std::cout << "  " << name << std::string(12 - name.size(), ' ') << value << "\n";
@@ -115,12 +112,12 @@ void printText(const replay::Store& store, const Behavior& behavior) {
   printField("outcome", behavior.outcome);
   printField("begin", timeText(behavior.begin));
   printField("end", behavior.end ? timeText(*behavior.end) : "none: running, or cut off");
-  printField("duration", fixedText(durationSeconds(behavior, topics), 3) + " s");
+  printField("duration", fmt::format("{:.3f} s", durationSeconds(behavior, topics)));
   printField("robot", behavior.robot);
   printField("parameters", behavior.parameters);
-  printField("tags", joined(behavior.tags));
+  printField("tags", fmt::format("{}", fmt::join(behavior.tags, ", ")));
   printField("calibration", behavior.calibration);
-  printField("not heard", joined(unheardTopics(behavior, topics)));
+  printField("not heard", fmt::format("{}", fmt::join(unheardTopics(behavior, topics), ", ")));
   if (!topics.empty()) printTopics("TOPIC", behavior, topics);
   const auto context = store.contextTopics(behavior);
   if (!context.empty()) printTopics("CONTEXT", behavior, context);

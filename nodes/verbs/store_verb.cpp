@@ -1,10 +1,13 @@
 #include "nodes/verbs/store_verb.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/Error.hpp>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 
+#include "nodes/player/page_numbers.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -45,11 +48,7 @@ std::unique_ptr<replay::Store> openExisting(const std::string& path) {
 std::string sizeText(std::uint64_t bytes) {
   if (bytes < 10'000) return std::to_string(bytes) + " B";
   const double megabytes = static_cast<double>(bytes) * 1e-6;
-  return fixedText(megabytes, megabytes < 10 ? 2 : 0) + " MB";
-}
-
-std::string counted(std::uint64_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  return fmt::format("{:.{}f} MB", megabytes, megabytes < 10 ? 2 : 0);
 }
 
 // ------------------------------------------------------------------------------- check and repair

@@ -1,15 +1,14 @@
 #include "nodes/verbs/verb_tools.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/Config.hpp>  // this and Formatter.hpp: what CLI::App's destructor needs to be linked
 #include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <iomanip>
 #include <iostream>
 #include <map>
-#include <sstream>
 
 #include "replay/query/behavior_selector.hpp"
 #include "replay/query/time_text.hpp"
@@ -24,10 +23,8 @@ void addStoreOption(CLI::App& verb, std::string& uri) {
 
 replay::Behavior findBehavior(const replay::Store& store, const std::string& uri,
                               const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
   try {
-    return replay::selectBehavior(store, text);
+    return replay::selectBehavior(store, fmt::format("{}", fmt::join(words, " ")));
   } catch (const replay::StoreError& error) {
     const std::string what = error.what();
     const std::string name = replay::storeUri(uri);
@@ -91,12 +88,6 @@ double durationSeconds(const replay::Behavior& behavior,
     for (const replay::TopicSummary& topic : topics) end = std::max(end, topic.last);
   }
   return static_cast<double>(end.ns - behavior.begin.ns) * 1e-9;
-}
-
-std::string fixedText(double value, int decimals) {
-  std::ostringstream stream;
-  stream << std::fixed << std::setprecision(decimals) << value;
-  return stream.str();
 }
 
 // ------------------------------------------------------------------------------------------ tables

@@ -50,8 +50,6 @@ std::string dumpJson(const nlohmann::ordered_json& json, int indent = -1);
 double durationSeconds(const replay::Behavior& behavior,
                        const std::vector<replay::TopicSummary>& topics);
 
-std::string fixedText(double value, int decimals);
-
 /// Columns as wide as their widest cell, the numbers in them to the right.
 class TextTable {
  public:

@@ -1,5 +1,7 @@
 #include "nodes/verbs/verify_report.hpp"
 
+#include <fmt/format.h>
+
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {
@@ -17,10 +19,11 @@ void addSummary(nlohmann::ordered_json& json, const calib::ErrorSummary& summary
   json["max_mm"] = value(summary.max_mm);
 }
 
+std::string inMm(double mm) { return fmt::format("{:.2f}", mm); }
+
 std::string headline(const calib::ErrorSummary& summary) {
-  return "median " + fixedText(summary.median_mm, 2) + " mm, p95 " + fixedText(summary.p95_mm, 2) +
-         " mm, max " + fixedText(summary.max_mm, 2) + " mm over " +
-         std::to_string(summary.corners) + " corners\n";
+  return fmt::format("median {:.2f} mm, p95 {:.2f} mm, max {:.2f} mm over {} corners\n",
+                     summary.median_mm, summary.p95_mm, summary.max_mm, summary.corners);
 }
 
 }  // namespace
@@ -58,8 +61,8 @@ std::string verifyText(const std::vector<calib::ViewCheck>& views) {
       continue;
     }
     const calib::ErrorSummary summary = calib::summarize(view.errors);
-    table.add({view.name, std::to_string(summary.corners), fixedText(summary.median_mm, 2),
-               fixedText(summary.p95_mm, 2), fixedText(summary.max_mm, 2)});
+    table.add({view.name, std::to_string(summary.corners), inMm(summary.median_mm),
+               inMm(summary.p95_mm), inMm(summary.max_mm)});
   }
   const calib::ErrorSummary all = summaryOf(views);
   if (all.corners == 0) return faults;
@@ -99,14 +102,12 @@ std::string verifyText(const calib::ThrowCheck& check) {
       table.add({id, "not seen", "", "", ""});
       continue;
     }
-    table.add({id, fixedText(target.offset_mm.x(), 2), fixedText(target.offset_mm.y(), 2),
-               fixedText(target.offset_mm.norm(), 2),
-               fixedText(calib::summarize(target.errors).max_mm, 2)});
+    table.add({id, inMm(target.offset_mm.x()), inMm(target.offset_mm.y()),
+               inMm(target.offset_mm.norm()), inMm(calib::summarize(target.errors).max_mm)});
   }
   const calib::ErrorSummary all = calib::summarize(check.errors());
-  const std::string surface = std::to_string(check.surface.tags.size()) +
-                              " printed tags, fitting to " + fixedText(check.surface.rms_px, 2) +
-                              " px\n";
+  const std::string surface = fmt::format("{} printed tags, fitting to {:.2f} px\n",
+                                          check.surface.tags.size(), check.surface.rms_px);
   return table.text() + surface + (all.corners == 0 ? "" : headline(all));
 }
 

@@ -1,21 +1,18 @@
 #include "render/gl/monitor_choice.hpp"
 
+#include <fmt/format.h>
+
 namespace afterglow::render {
 namespace {
 
-std::string sizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
-
 std::string listText(const std::vector<Monitor>& monitors) {
-  std::string text;
-  for (std::size_t i = 0; i < monitors.size(); ++i) {
-    const Monitor& monitor = monitors[i];
-    text += (i == 0 ? "" : ", ") + std::to_string(i) + " '" + monitor.name + "' " +
-            (monitor.model.empty() ? "" : "'" + monitor.model + "' ") +
-            sizeText(monitor.width, monitor.height);
+  std::vector<std::string> texts;
+  for (const Monitor& monitor : monitors) {
+    const std::string model = monitor.model.empty() ? "" : "'" + monitor.model + "' ";
+    texts.push_back(fmt::format("{} '{}' {}{}x{}", texts.size(), monitor.name, model, monitor.width,
+                                monitor.height));
   }
-  return text.empty() ? "none" : text;
+  return texts.empty() ? "none" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
 MonitorChoice findMonitor(const std::vector<Monitor>& monitors, const std::string& wanted) {
@@ -43,10 +40,10 @@ MonitorChoice chooseMonitor(const std::vector<Monitor>& monitors, const std::str
   if (!choice.monitor) return choice;
   const Monitor& chosen = monitors[*choice.monitor];
   if (chosen.width != width || chosen.height != height) {
-    return {std::nullopt, "monitor '" + chosen.name + "' is set to " +
-                              sizeText(chosen.width, chosen.height) +
-                              " but the projector's lens is for " + sizeText(width, height) +
-                              ": set the output to that resolution"};
+    return {std::nullopt,
+            fmt::format("monitor '{}' is set to {}x{} but the projector's lens is for {}x{}: set "
+                        "the output to that resolution",
+                        chosen.name, chosen.width, chosen.height, width, height)};
   }
   for (const Monitor& other : monitors) {
     if (&other != &chosen && overlap(other, chosen)) {

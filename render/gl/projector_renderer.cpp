@@ -1,6 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 
@@ -71,10 +72,8 @@ struct ProjectorRenderer::Impl {
     const double cpu_ms = frameTime(scene);
     composer.composeForPainter(nullptr);
     const double gl_ms = frameTime(scene);
-    char text[100];
-    std::snprintf(text, sizeof(text), "drawn by %s (%.1f ms by the CPU, %.1f ms by OpenGL)",
-                  cpu_ms < gl_ms ? "the CPU" : "OpenGL", cpu_ms, gl_ms);
-    description = text;
+    description = fmt::format("drawn by {} ({:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
+                              cpu_ms < gl_ms ? "the CPU" : "OpenGL", cpu_ms, gl_ms);
     if (cpu_ms < gl_ms) {
       dropDrawer();
     } else {

@@ -1,5 +1,7 @@
 #include "render/gl/render_target.hpp"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 #include <string>
 
@@ -37,9 +39,8 @@ void RenderTarget::read(Image& image) {
 void requireComplete(const Framebuffer& framebuffer, int width, int height) {
   const GLenum status = glCheckNamedFramebufferStatus(framebuffer.id(), GL_FRAMEBUFFER);
   if (status == GL_FRAMEBUFFER_COMPLETE) return;
-  throw std::runtime_error("GL cannot draw into an image of " + std::to_string(width) + " x " +
-                           std::to_string(height) + " (framebuffer status " +
-                           std::to_string(status) + ")");
+  throw std::runtime_error(fmt::format(
+      "GL cannot draw into an image of {} x {} (framebuffer status {})", width, height, status));
 }
 
 void clearAll(int width, int height, const float* background_rgb) {

@@ -4,6 +4,7 @@
 // After epoxy, which brings OpenGL's declarations.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <fmt/format.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -46,10 +47,6 @@ class Glfw {
   static int users;  // GLFW's state is the process's own; main thread only
 };
 int Glfw::users = 0;
-
-std::string sizeText(int width, int height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 /// GLFW lists the primary monitor first.
 std::vector<Monitor> listMonitors() {
@@ -196,8 +193,8 @@ std::vector<Monitor> Window::monitors() {
 
 void Window::show(const Image& image) {
   if (image.width != impl_->width || image.height != impl_->height) {
-    throw std::invalid_argument("a picture of " + sizeText(image.width, image.height) +
-                                " in a window of " + sizeText(impl_->width, impl_->height));
+    throw std::invalid_argument(fmt::format("a picture of {}x{} in a window of {}x{}", image.width,
+                                            image.height, impl_->width, impl_->height));
   }
   glfwMakeContextCurrent(impl_->window.get());
   glTextureSubImage2D(impl_->texture.id(), 0, 0, 0, image.width, image.height, GL_RGB,

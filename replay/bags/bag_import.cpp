@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -18,12 +20,11 @@ namespace fs = std::filesystem;
 class Importer {
  public:
   Importer(const std::vector<std::string>& paths, Store& store, const BagImport& import)
-      : store_(store), import_(import) {
+      : store_(store), import_(import), source_(fmt::format("{}", fmt::join(paths, ", "))) {
     for (const std::string& path : paths) {
       bags_.push_back(std::make_unique<BagReader>(path));
       if (bags_.back()->entries().empty()) throw BagError(path + ": the bag holds no messages");
       total_ += bags_.back()->entries().size();
-      source_ += (source_.empty() ? "" : ", ") + path;
     }
     // Parts of one recording, in whatever order a shell has listed them.
     std::stable_sort(bags_.begin(), bags_.end(),

@@ -1,7 +1,8 @@
 #include "replay/motion/base_tracker.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 #include <utility>
 
@@ -26,13 +27,6 @@ Stamp later(Stamp stamp, double seconds) {
 
 double ramp(double value, double begin, double end) {
   return std::clamp((end - value) / (end - begin), 0., 1.);
-}
-
-template <typename... Values>
-std::string text(const char* format, Values... values) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof(buffer), format, values...);
-  return buffer;
 }
 
 }  // namespace
@@ -90,11 +84,13 @@ bool BaseTracker::isOnTime() const {
 std::string BaseTracker::whyWaiting(const BaseInput& input) const {
   if (!input.T_odom_base) return "no odometry";
   const double silence = secondsBetween(input.T_odom_base->stamp, input.now);
-  if (silence > options_.longest_silence) return text("no odometry for %.1f s", silence);
+  if (silence > options_.longest_silence) return fmt::format("no odometry for {:.1f} s", silence);
   if (!isLocalized()) return "";
   if (!input.T_map_odom) return "no localization";
   const double blindness = secondsBetween(input.T_map_odom->stamp, input.now);
-  if (blindness > options_.longest_blindness) return text("no localization for %.1f s", blindness);
+  if (blindness > options_.longest_blindness) {
+    return fmt::format("no localization for {:.1f} s", blindness);
+  }
   return "";
 }
 
@@ -140,8 +136,9 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   const PlanarVelocity recorded = track_.velocityAt(reference);
   pace_ = paceFor(error, recorded);
   if (pace_ < 0.05 * options_.rate) {
-    idle(seconds, text("the base does not follow: %.2f m and %.0f deg behind",
-                       std::hypot(error.x, error.y), std::abs(error.yaw) * kDegreesPerRadian));
+    idle(seconds,
+         fmt::format("the base does not follow: {:.2f} m and {:.0f} deg behind",
+                     std::hypot(error.x, error.y), std::abs(error.yaw) * kDegreesPerRadian));
   } else {
     idle_ = 0;
   }
@@ -205,7 +202,8 @@ bool BaseTracker::isOff(const PlanarPose& error) {
   }
   if (off <= options_.lost_distance && turned <= options_.lost_turn) return false;
   state_ = BaseState::Lost;
-  reason_ = text("the base is %.2f m and %.0f deg off its track", off, turned * kDegreesPerRadian);
+  reason_ = fmt::format("the base is {:.2f} m and {:.0f} deg off its track", off,
+                        turned * kDegreesPerRadian);
   return true;
 }
 

@@ -1,5 +1,7 @@
 #include "replay/motion/motion_limits.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +9,6 @@
 #include "replay/messages/document_access.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/number_text.hpp"
 #include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
@@ -91,11 +92,11 @@ void refuseDamage(const PlayPlan& plan, const PlannedTopic& topic,
                   const std::vector<DamagedMessage>& damaged) {
   if (damaged.empty()) return;
   const PlaybackTime at{damaged.front().received.ns - plan.behavior.begin.ns};
-  throw StoreError(topic.channel.topic + ": " + std::to_string(damaged.size()) +
-                   " of its messages are damaged in the store, the first " +
-                   numberText(at.seconds()) +
-                   " s into the behavior: the body is not moved by what is left (store check names "
-                   "what is damaged; ar,speech can be played without)");
+  throw StoreError(fmt::format(
+      "{}: {} of its messages are damaged in the store, the first {:.4g} s into the behavior: the "
+      "body is not moved by what is left (store check names what is damaged; ar,speech can be "
+      "played without)",
+      topic.channel.topic, damaged.size(), at.seconds()));
 }
 
 void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic& topic,
@@ -150,9 +151,10 @@ std::string whyTooFast(const std::vector<MotionPeak>& peaks, double rate) {
   for (const MotionPeak& peak : peaks) {
     const double value = peak.value * std::pow(rate, peak.power);
     if (value > peak.limit * (1 + kRounding)) {
-      return peak.topic + ": " + peak.what + " of " + numberText(value) + " " + peak.unit +
-             " at rate " + numberText(rate) + ", " + numberText(peak.at_s) +
-             " s into the behavior, is above the limit of " + numberText(peak.limit);
+      return fmt::format(
+          "{}: {} of {:.4g} {} at rate {:.4g}, {:.4g} s into the behavior, is above the limit of "
+          "{:.4g}",
+          peak.topic, peak.what, value, peak.unit, rate, peak.at_s, peak.limit);
     }
   }
   return {};

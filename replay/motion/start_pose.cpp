@@ -1,8 +1,9 @@
 #include "replay/motion/start_pose.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "replay/messages/document_access.hpp"
@@ -14,13 +15,6 @@ namespace afterglow::replay {
 namespace {
 
 const std::string kNotLocalized = "it was recorded without localization (map -> odom)";
-
-template <typename... Arguments>
-std::string formatted(const char* format, Arguments... arguments) {
-  char text[160];
-  std::snprintf(text, sizeof(text), format, arguments...);
-  return text;
-}
 
 bool contains(const std::string& text, const char* part) {
   return text.find(part) != std::string::npos;
@@ -215,8 +209,8 @@ double toleranceOf(const std::string& joint, const StartTolerances& tolerances) 
 
 std::string deviationText(const std::string& joint, double off, double then, double now) {
   const int digits = isSlidingJoint(joint) ? 3 : 2;
-  return joint + formatted(" is %.*f %s off (now %.*f, then %.*f)", digits, off,
-                           isSlidingJoint(joint) ? "m" : "rad", digits, now, digits, then);
+  return fmt::format("{} is {:.{}f} {} off (now {:.{}f}, then {:.{}f})", joint, off, digits,
+                     isSlidingJoint(joint) ? "m" : "rad", now, digits, then, digits);
 }
 
 double jointError(const std::string& joint, double then, double now) {
@@ -253,9 +247,9 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
   if (off <= tolerances.base && turn <= tolerances.base_turn) {
     return "";
   }
-  return formatted(
-      "the base is %.2f m and %.1f deg off (then it stood %.2f m %s and %.2f m to the "
-      "%s, turned %.1f deg to the %s)",
+  return fmt::format(
+      "the base is {:.2f} m and {:.1f} deg off (then it stood {:.2f} m {} and {:.2f} m to the "
+      "{}, turned {:.1f} deg to the {})",
       off, turn * kDegreesPerRadian, std::abs(way.x), way.x < 0 ? "behind" : "ahead",
       std::abs(way.y), way.y < 0 ? "right" : "left", turn * kDegreesPerRadian,
       way.yaw < 0 ? "right" : "left");

@@ -1,7 +1,8 @@
 #include "replay/motion/track_builder.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 
 namespace afterglow::replay {
@@ -36,13 +37,6 @@ void addSpaced(std::vector<Sample>& samples, std::int64_t& spacing, const Sample
   if (samples.size() < kMostSamples) return;
   halve(samples);
   spacing *= 2;
-}
-
-template <typename... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[200];
-  std::snprintf(text, sizeof(text), format, values...);
-  return text;
 }
 
 }  // namespace
@@ -91,14 +85,14 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
                             ", from wherever it starts");
   }
   for (const TrackGap& gap : gaps_) {
-    track.remarks.push_back(sentence("no base pose for %.1f s, %.1f s after the track's begin",
-                                     secondsBetween(gap.from, gap.to),
-                                     secondsBetween(track.begin(), gap.from)));
+    track.remarks.push_back(
+        fmt::format("no base pose for {:.1f} s, {:.1f} s after the track's begin",
+                    secondsBetween(gap.from, gap.to), secondsBetween(track.begin(), gap.from)));
   }
   for (const TrackJump& jump : jumps) {
-    track.remarks.push_back(sentence(
-        "localization jumped by %.2f m and %.1f deg, %.1f s after the track's begin; what came "
-        "before was moved along",
+    track.remarks.push_back(fmt::format(
+        "localization jumped by {:.2f} m and {:.1f} deg, {:.1f} s after the track's begin; what "
+        "came before was moved along",
         jump.distance, jump.turn * kDegreesPerRadian, secondsBetween(track.begin(), jump.at)));
   }
   if (out_of_order_ > 0) {

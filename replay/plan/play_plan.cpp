@@ -1,5 +1,7 @@
 #include "replay/plan/play_plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -233,13 +235,9 @@ void choosePart(PlayPlan& plan, const PlanOptions& options) {
 /// The first of them, and how many more there are.
 std::string shortList(const std::vector<std::string>& names) {
   constexpr std::size_t kMostNames = 12;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i) {
-    text += (i == 0 ? "" : ", ") + names[i];
-  }
-  return names.size() > kMostNames
-             ? text + " and " + std::to_string(names.size() - kMostNames) + " more"
-             : text;
+  if (names.size() <= kMostNames) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kMostNames, ", "),
+                     names.size() - kMostNames);
 }
 
 }  // namespace
@@ -261,13 +259,14 @@ std::vector<std::string> PlayPlan::motionTopics() const {
 }
 
 std::string PlayPlan::refusal() const {
-  std::string text;
+  std::vector<std::string> refused;
   for (const PlannedTopic& topic : topics) {
     if (!topic.is_refused) continue;
-    text += (text.empty() ? "" : "; ") + topic.channel.topic + " (" + topic.channel.type +
-            ") is not played: " + topic.why_not;
+    refused.push_back(topic.channel.topic + " (" + topic.channel.type +
+                      ") is not played: " + topic.why_not);
   }
-  return text.empty() ? text : text + "; --exclude it to play the rest";
+  if (refused.empty()) return "";
+  return fmt::format("{}; --exclude it to play the rest", fmt::join(refused, "; "));
 }
 
 std::vector<std::string> PlayPlan::warnings() const {
@@ -293,16 +292,15 @@ std::string PlayPlan::leftOutText() const {
   }
   const std::string example = unnamed.empty() ? "TOPIC plays one" : unnamed[0] + " plays that one";
   unnamed.insert(unnamed.end(), others.begin(), others.end());
-  std::string text;
+  std::vector<std::string> texts;
   if (!unnamed.empty()) {
-    text = "not played, as nobody named them: " + shortList(unnamed) + "; --also " +
-           example + ", --dry-run says why each is left out";
+    texts.push_back("not played, as nobody named them: " + shortList(unnamed) + "; --also " +
+                    example + ", --dry-run says why each is left out");
   }
   if (!endless.empty()) {
-    text += (text.empty() ? "" : "; ") + std::string("never played, as nothing stops them: ") +
-            shortList(endless);
+    texts.push_back("never played, as nothing stops them: " + shortList(endless));
   }
-  return text;
+  return fmt::format("{}", fmt::join(texts, "; "));
 }
 
 std::set<Modality> parseModalities(const std::string& text) {

@@ -1,9 +1,10 @@
 // What other threads want of the player, and see of it.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "replay/motion/number_text.hpp"
 #include "replay/play/player.hpp"
 
 namespace afterglow::replay {
@@ -49,8 +50,8 @@ void Player::setRate(double rate) {
 void Player::seek(PlaybackTime position) {
   const Stamp to{plan_.behavior.begin.ns + position.ns};
   if (to < plan_.begin || to > plan_.end) {
-    throw std::runtime_error(numberText(position.seconds()) +
-                             " s is not within the part that is played");
+    throw std::runtime_error(
+        fmt::format("{:.4g} s is not within the part that is played", position.seconds()));
   }
   const std::lock_guard<std::mutex> lock(mutex_);
   requests_.seek = to;

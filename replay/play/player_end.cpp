@@ -1,10 +1,11 @@
 // How a replay ends, and what brings the robot to rest.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <limits>
 
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/number_text.hpp"
 #include "replay/play/clearing.hpp"
 #include "replay/play/player.hpp"
 
@@ -59,8 +60,9 @@ Player::Wake Player::waitForGoals() {
   const auto all_done = [this] { return !timeline_->isPaused() && !goals_.hasOpen(); };
   const Wake wake = waitFor(options_.goal_wait_s, all_done);
   if (wake == Wake::Due && !all_done()) {
-    note("goals were still under way " + numberText(options_.goal_wait_s) +
-         " s after the behavior's end, and were canceled");
+    note(fmt::format(
+        "goals were still under way {:.4g} s after the behavior's end, and were canceled",
+        options_.goal_wait_s));
   }
   return wake;
 }

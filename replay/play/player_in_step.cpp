@@ -1,10 +1,11 @@
 // What the body has done of what it did when it was recorded, and what waits for it.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/number_text.hpp"
 #include "replay/motion/velocity.hpp"
 #include "replay/play/player.hpp"
 
@@ -250,8 +251,9 @@ void Player::standWhileHeld() {
     }
   }
   if (held_ns >= longestWait()) {
-    fail(Modality::Body, "a goal on " + awaited_ + " took " + numberText(options_.goal_wait_s) +
-                             " s longer than it did when it was recorded");
+    fail(Modality::Body,
+         fmt::format("a goal on {} took {:.4g} s longer than it did when it was recorded", awaited_,
+                     options_.goal_wait_s));
     goals_.giveUpWaiting({timeline_->limit()->ns + kMilestoneMarginNs});
   }
 }

@@ -1,5 +1,7 @@
 #include "replay/query/behavior_selector.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -32,12 +34,6 @@ Words wordsOf(const std::string& text) {
   Words words;
   for (std::string word; stream >> word;) words.push_back(word);
   return words;
-}
-
-std::string joined(const Words& words, const std::string& between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
 }
 
 bool isOneOf(const std::string& word, const Words& words) {
@@ -96,15 +92,16 @@ Selection selectionOf(Words words, const std::set<std::string>& outcomes) {
   const bool ends_empty =
       !words.empty() && isOneOf(lowered(words.back()), {"one", "behavior", "behaviour"});
   if (ends_empty) words.pop_back();
-  selection.name = joined(words, " ");
+  selection.name = fmt::format("{}", fmt::join(words, " "));
   return selection;
 }
 
 std::string listed(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 8;
-  const Words first(names.begin(),
-                    names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), kMost)));
-  return joined(first, ", ") + (names.size() > kMost ? ", ..." : "");
+  constexpr std::ptrdiff_t kMost = 8;
+  const auto count = static_cast<std::ptrdiff_t>(names.size());
+  return fmt::format("{}{}",
+                     fmt::join(names.begin(), names.begin() + std::min(count, kMost), ", "),
+                     count > kMost ? ", ..." : "");
 }
 
 /// The name in the store that is meant; throws if none or several are.
@@ -157,7 +154,7 @@ std::string counted(std::size_t count, const Selection& selection) {
 }  // namespace
 
 Behavior selectBehavior(const Store& store, const std::string& text) {
-  const std::string words = joined(wordsOf(text), " ");
+  const std::string words = fmt::format("{}", fmt::join(wordsOf(text), " "));
   if (words.empty()) throw StoreError("no behavior is named: give its id or its name");
   if (auto behavior = byIdentity(store, words)) return *behavior;
   std::vector<Behavior> behaviors = store.behaviors({});

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -114,8 +116,7 @@ class Parser {
   };
 
   [[noreturn]] void fail(const std::string& what) const {
-    std::string where;
-    for (const std::string& place : places_) where += (where.empty() ? "" : " > ") + place;
+    const std::string where = fmt::format("{}", fmt::join(places_, " > "));
     throw FilterError("filter" + (where.empty() ? "" : ", at " + where) + ": " + what);
   }
 

@@ -1,8 +1,9 @@
 #include "replay/query/time_text.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <chrono>
-#include <cstdio>
 #include <ctime>
 #include <regex>
 
@@ -80,10 +81,7 @@ std::string timeText(Stamp stamp) {
   gmtime_r(&seconds, &time);
   std::array<char, 40> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &time);
-  std::array<char, 8> milliseconds{};
-  std::snprintf(milliseconds.data(), milliseconds.size(), ".%03dZ",
-                static_cast<int>(rest_ns / 1'000'000));
-  return std::string(date.data()) + milliseconds.data();
+  return fmt::format("{}.{:03}Z", date.data(), rest_ns / 1'000'000);
 }
 
 }  // namespace afterglow::replay

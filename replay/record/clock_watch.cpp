@@ -1,6 +1,7 @@
 #include "replay/record/clock_watch.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace afterglow::replay {
@@ -13,9 +14,7 @@ constexpr std::int64_t kFastestSimulation = 10;  // times real time
 }  // namespace
 
 std::string secondsText(std::int64_t ns) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.3f s", static_cast<double>(ns) * 1e-9);
-  return text;
+  return fmt::format("{:.3f} s", static_cast<double>(ns) * 1e-9);
 }
 
 std::optional<std::string> ClockWatch::look(const ClockReading& now) {

@@ -1,9 +1,12 @@
 #include "replay/record/topic_limit.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+#include <vector>
 
 namespace afterglow::replay {
 namespace {
@@ -47,10 +50,10 @@ TopicLimit TopicLimit::parse(const std::string& text) {
 }
 
 std::string TopicLimit::str() const {
-  std::ostringstream text;
-  if (every > 1) text << "every=" << every;
-  if (max_hz > 0) text << (every > 1 ? " " : "") << "max_hz=" << max_hz;
-  return text.str();
+  std::vector<std::string> limits;
+  if (every > 1) limits.push_back(fmt::format("every={}", every));
+  if (max_hz > 0) limits.push_back(fmt::format("max_hz={:g}", max_hz));
+  return fmt::format("{}", fmt::join(limits, " "));
 }
 
 bool TopicThinner::keeps(Stamp received) {

@@ -1,5 +1,7 @@
 #include "replay/store/mongo/spooled_store.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -25,9 +27,7 @@ std::string defaultPath(const std::string& uri) {
   }
   const std::string name = storeUri(uri);  // without password and options, which may change
   const auto hash = checksumOf(reinterpret_cast<const std::uint8_t*>(name.data()), name.size());
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return folder + "/spool-" + text + ".db";
+  return fmt::format("{}/spool-{:016x}.db", folder, static_cast<std::uint64_t>(hash));
 }
 
 [[noreturn]] void refuseImport() {
