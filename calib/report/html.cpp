@@ -1,5 +1,7 @@
 #include "calib/report/html.hpp"
 
+#include <utf8.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,20 +17,21 @@ namespace {
 
 constexpr const char* kReplacement = "\xEF\xBF\xBD";  // U+FFFD
 
-/// How many bytes the UTF-8 character at `at` has; 0 if it is none.
-std::size_t characterLength(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(at);
-  const std::size_t length = first < 0x80                    ? 1
-                             : first >= 0xC2 && first < 0xE0 ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  if (length == 0 || at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(at + i) & 0xC0) != 0x80) return 0;
+/// As it may stand in a page; of a longer character, each byte stands as it is.
+std::string inPage(char letter) {
+  switch (letter) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    default:
+      const bool is_control = static_cast<unsigned char>(letter) < 0x20 && letter != '\n';
+      return is_control ? kReplacement : std::string(1, letter);
   }
-  return length;
 }
 
 std::string base64(const std::vector<unsigned char>& bytes) {
@@ -53,24 +56,12 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = characterLength(text, i);
-    const char letter = text[i];
-    const bool is_control = static_cast<unsigned char>(letter) < 0x20 && letter != '\n';
-    if (length == 0 || is_control) {
-      result += kReplacement;
-    } else if (letter == '&') {
-      result += "&amp;";
-    } else if (letter == '<') {
-      result += "&lt;";
-    } else if (letter == '>') {
-      result += "&gt;";
-    } else if (letter == '"') {
-      result += "&quot;";
-    } else {
-      result.append(text, i, length);
-    }
-    i += std::max<std::size_t>(length, 1);
+  for (auto at = text.begin(); at != text.end();) {
+    const auto bad = utf8::find_invalid(at, text.end());
+    for (; at != bad; ++at) result += inPage(*at);
+    if (bad == text.end()) break;
+    result += kReplacement;
+    ++at;
   }
   return result;
 }

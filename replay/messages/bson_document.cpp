@@ -1,6 +1,7 @@
 #include "replay/messages/bson_document.hpp"
 
-#include "replay/messages/utf8.hpp"
+#include <utf8.h>
+
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
@@ -34,7 +35,7 @@ class Appender {
 
   void operator()(const std::string& value) const {
     const auto* data = reinterpret_cast<const std::uint8_t*>(value.data());
-    if (!isUtf8(value)) return binary(data, value.size());
+    if (!utf8::is_valid(value.begin(), value.end())) return binary(data, value.size());
     require(value.size() <= kLargest &&
             bson_append_utf8(&to_, key_, length_, value.data(), static_cast<int>(value.size())));
   }

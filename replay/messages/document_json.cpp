@@ -1,9 +1,10 @@
+#include <utf8.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "replay/messages/document.hpp"
-#include "replay/messages/utf8.hpp"
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
@@ -14,14 +15,12 @@ using nlohmann::json;
 std::string repairUtf8(std::string_view text) {
   std::string repaired;
   repaired.reserve(text.size());
-  while (!text.empty()) {
-    const std::size_t length = utf8Length(text);
-    if (length == 0) {
-      repaired += "\xEF\xBF\xBD";
-    } else {
-      repaired += text.substr(0, length);
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
+  for (auto at = text.begin(); at != text.end();) {
+    const auto bad = utf8::find_invalid(at, text.end());
+    repaired.append(at, bad);
+    if (bad == text.end()) break;
+    repaired += "\xEF\xBF\xBD";
+    at = bad + 1;
   }
   return repaired;
 }

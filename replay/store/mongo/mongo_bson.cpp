@@ -1,8 +1,9 @@
 #include "replay/store/mongo/mongo_bson.hpp"
 
+#include <utf8.h>
+
 #include <cmath>
 
-#include "replay/messages/utf8.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -88,7 +89,7 @@ Bson& Bson::add(std::string_view key, bool value) {
 }
 
 Bson& Bson::add(std::string_view key, std::string_view text) {
-  if (!isUtf8(text)) {
+  if (!utf8::is_valid(text.begin(), text.end())) {
     return addBinary(key, reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   }
   const char* data = text.empty() ? "" : text.data();
