@@ -176,4 +176,10 @@ void FileReplacement::takeBack() noexcept {
   folders_made_.clear();
 }
 
+void replaceFile(const std::string& path, const std::string& content) {
+  FileReplacement replacement;
+  replacement.add(path, content);
+  replacement.commit();
+}
+
 }  // namespace afterglow::calib

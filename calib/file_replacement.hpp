@@ -1,5 +1,5 @@
 /// \file
-/// Several files replaced together: all of them or none.
+/// Files replaced as a whole, several of them together: all or none.
 #pragma once
 
 #include <string>
@@ -38,5 +38,8 @@ class FileReplacement {
   std::vector<File> files_;
   std::vector<std::string> folders_made_;
 };
+
+/// One file alone: whole or as it was, whoever reads along. Throws as FileReplacement does.
+void replaceFile(const std::string& path, const std::string& content);
 
 }  // namespace afterglow::calib

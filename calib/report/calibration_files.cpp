@@ -57,12 +57,6 @@ void checkOneCalibration(const std::string& folder, const ProjectorEstimate& fil
 
 }  // namespace
 
-void replaceFile(const std::string& path, const std::string& content) {
-  FileReplacement replacement;
-  replacement.add(path, content);
-  replacement.commit();
-}
-
 void saveCalibration(const std::string& folder, const Calibration& calibration,
                      const CalibrationNames& names, const std::string& date) {
   if (!isDate(date)) {

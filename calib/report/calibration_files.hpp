@@ -54,7 +54,4 @@ Rigid<Camera, Projector> loadTCameraProjector(const std::string& path);
 std::vector<CalibrationRecord> calibrationHistory(const std::string& folder,
                                                   std::vector<std::string>& problems);
 
-/// Temporary file beside it, fsync, rename. Throws std::runtime_error naming the path and why.
-void replaceFile(const std::string& path, const std::string& content);
-
 }  // namespace afterglow::calib

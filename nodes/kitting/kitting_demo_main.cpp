@@ -8,27 +8,19 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
+#include "calib/file_replacement.hpp"
 #include "nodes/kitting/demo_director.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 namespace {
 
 using namespace afterglow::nodes;
+namespace calib = afterglow::calib;
 namespace fs = std::filesystem;
 
 constexpr int kFailed = 1, kUsage = 2;
-
-void writeWhole(const fs::path& path, const std::string& text) {
-  const fs::path part = path.string() + ".part";
-  std::ofstream stream(part);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(part.string() + ": cannot be written");
-  fs::rename(part, path);
-}
 
 // As people type it into a shell: relative where that is shorter, quoted where it must be.
 std::string typed(const fs::path& path) {
@@ -73,8 +65,8 @@ void direct(const DemoFiles& files, DemoProgress& progress) {
   progress.title(director.story().title, director.story().subtitle);
   const DemoReport report = director.run();
   const fs::path out(files.out);
-  writeWhole(out / "summary.json", summaryJson(report).dump(2) + "\n");
-  writeWhole(out / "report.html", reportHtml(report, director.story()));
+  calib::replaceFile((out / "summary.json").string(), summaryJson(report).dump(2) + "\n");
+  calib::replaceFile((out / "report.html").string(), reportHtml(report, director.story()));
   printSummary(report, progress);
 }
 

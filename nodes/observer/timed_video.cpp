@@ -1,10 +1,11 @@
 #include "nodes/observer/timed_video.hpp"
 
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
+
+#include "calib/file_replacement.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -67,13 +68,7 @@ void TimedVideo::close(std::int64_t ros_ns) {
   const nlohmann::ordered_json json = {
       {"first_frame_ns", info_.first_frame_ns}, {"fps", info_.fps}, {"frames", info_.frames}};
   // Others wait for this file: it appears whole.
-  const std::string info = path_ + ".json", part = info + ".part";
-  std::ofstream file(part);
-  file << json.dump(2) << '\n';
-  file.close();
-  if (!file || std::rename(part.c_str(), info.c_str()) != 0) {
-    throw std::runtime_error(info + ": cannot write");
-  }
+  calib::replaceFile(path_ + ".json", json.dump(2) + "\n");
 }
 
 }  // namespace afterglow::nodes

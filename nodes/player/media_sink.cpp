@@ -1,17 +1,15 @@
 #include "nodes/player/media_sink.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
+#include "calib/file_replacement.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/recorder/referred_files.hpp"
@@ -46,21 +44,6 @@ std::string extensionOf(const std::string& uri) {
         return std::isalnum(c) != 0 || c == '.';
       });
   return is_plain ? extension : "";
-}
-
-/// Whole or not at all: others may read along.
-void writeFile(const fs::path& path, const replay::Bytes& contents) {
-  std::error_code error;
-  fs::create_directories(path.parent_path(), error);
-  const fs::path part = path.string() + ".part" + std::to_string(::getpid());
-  {
-    std::ofstream file(part, std::ios::binary | std::ios::trunc);
-    file.write(reinterpret_cast<const char*>(contents.data()),
-               static_cast<std::streamsize>(contents.size()));
-    file.close();
-    if (!file) throw std::runtime_error("cannot write " + part.string());
-  }
-  fs::rename(part, path);
 }
 
 replay::Bytes bytesOf(const SoundRequest& request) {
@@ -145,7 +128,9 @@ std::string MediaSink::fetch(const replay::Store& store, const std::string& uri,
   if (replay::sha256(*contents) != sha256) throw std::runtime_error("damaged in the store");
   const fs::path path = fs::path(cache_folder_) / (sha256 + extensionOf(uri));
   std::error_code error;
-  if (fs::file_size(path, error) != contents->size() || error) writeFile(path, *contents);
+  if (fs::file_size(path, error) != contents->size() || error) {
+    calib::replaceFile(path.string(), {contents->begin(), contents->end()});
+  }
   return "file://" + path.string();
 }
 

@@ -1,11 +1,12 @@
 #include "nodes/speaker/speech_log.hpp"
 
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
+
+#include "calib/file_replacement.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -87,18 +88,9 @@ void SpeechLog::setDuration(std::size_t index, double duration_s) {
 void SpeechLog::save() const {
   Json all = Json::array();
   for (const Utterance& utterance : utterances_) all.push_back(toJson(utterance));
-  const std::string path = (fs::path(folder_) / kLogName).string();
-  const std::string part = path + ".part";
-  {
-    std::ofstream file(part, std::ios::trunc);
-    // A text that is no UTF-8 must not stop the log.
-    file << all.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
-    file.close();
-    if (!file) throw std::runtime_error(path + ": cannot write");
-  }
-  if (std::rename(part.c_str(), path.c_str()) != 0) {
-    throw std::runtime_error(path + ": cannot put the log in place");
-  }
+  // A text that is no UTF-8 must not stop the log.
+  calib::replaceFile((fs::path(folder_) / kLogName).string(),
+                     all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace afterglow::nodes

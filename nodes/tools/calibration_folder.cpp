@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "calib/file_replacement.hpp"
 #include "calib/report/calibration_yaml.hpp"
 
 namespace afterglow::nodes {

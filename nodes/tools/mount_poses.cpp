@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/yaml_map.hpp"

@@ -13,6 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "calib/file_replacement.hpp"
 #include "calib/mount/mount_text.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/mount_poses.hpp"
