@@ -57,7 +57,7 @@ double DemoProgress::elapsed() const {
 
 // One line, redrawn in place.
 void DemoProgress::draw(const char* mark, const std::string& rest) {
-  print(out_, fmt::format("\r\x1b[2K  {} {:<{}} {:5.1f} s  {}", mark, stage_, kStageWidth,
+  print(out_, fmt::format("\r\x1b[2K  {} {:<{}} {:>5.1f} s  {}", mark, stage_, kStageWidth,
                           elapsed(), rest));
 }
 
@@ -83,7 +83,7 @@ void DemoProgress::done(const std::string& detail) {
     draw("\x1b[32m\u2713\x1b[0m", "\x1b[38;5;245m" + detail + "\x1b[0m\n");
   } else {
     print(out_,
-          fmt::format("done   {:<{}} {:5.1f} s  {}\n", stage_, kStageWidth, elapsed(), detail));
+          fmt::format("done   {:<{}} {:>5.1f} s  {}\n", stage_, kStageWidth, elapsed(), detail));
   }
 }
 
@@ -94,7 +94,7 @@ void DemoProgress::failed() {
   if (is_terminal_) {
     draw("\x1b[31m\u2717\x1b[0m", "\n");
   } else {
-    print(out_, fmt::format("FAILED {:<{}} {:5.1f} s\n", stage_, kStageWidth, elapsed()));
+    print(out_, fmt::format("FAILED {:<{}} {:>5.1f} s\n", stage_, kStageWidth, elapsed()));
   }
 }
 

@@ -47,7 +47,7 @@ void printSummary(const DemoReport& report, DemoProgress& progress) {
   for (const MeasuredBehavior& each : report.behaviors) {
     const EndError error = endError(each.live_end, each.replay_end);
     progress.line(fmt::format(
-        "{:<8} {:7.1f} s {:9} {:8} {:11.2f} ms  {:.1f} cm, {:.1f} degrees", each.behavior.name,
+        "{:<8} {:>7.1f} s {:>9} {:>8} {:>11.2f} ms  {:.1f} cm, {:.1f} degrees", each.behavior.name,
         durationOf(each.behavior), each.messages, each.dropped,
         latenessOf(each.player_report).p99_ms, error.base_cm, error.heading_deg));
   }

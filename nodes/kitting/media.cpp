@@ -14,6 +14,7 @@
 #include "nodes/observer/timed_video.hpp"
 #include "nodes/speaker/speech_log.hpp"
 #include "nodes/tools/program.hpp"
+#include "nodes/tools/video_writer.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -118,10 +119,7 @@ void addSpeech(const std::string& video, const std::string& speech_log, const st
   }
   const VideoInfo info = readVideoInfo(video + ".json");
   const std::vector<Clip> clips = clipsOf(readSpeechLog(speech_log), info);
-  const fs::path whole(output);
-  const std::string part =
-      (whole.parent_path() / (whole.stem().string() + ".part" + whole.extension().string()))
-          .string();
+  const std::string part = partPath(output);
   Arguments arguments = ffmpeg("error");
   arguments.insert(arguments.end(), {"-i", "file:" + video});
   appendInputs(arguments, clips);

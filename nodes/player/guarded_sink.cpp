@@ -2,7 +2,6 @@
 
 #include <ros/ros.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,9 +10,11 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "nodes/tools/program.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -27,28 +28,6 @@ constexpr double kStartPatience = 15;  // s, on a machine that is busy
 constexpr double kEndPatience = 2;     // s
 /// Beats without an answer: the watchdog hangs.
 constexpr int kMostUnanswered = 25;
-
-pid_t spawn(const std::vector<std::string>& arguments, int input) {
-  std::vector<char*> argv;
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  // A session of its own: Ctrl-C and the end of a terminal are the player's.
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
-  pid_t pid = -1;
-  const int error = posix_spawn(&pid, argv.front(), &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    throw std::runtime_error("motion is refused: the watchdog " + arguments.front() +
-                             " cannot be started: " + std::strerror(error));
-  }
-  return pid;
-}
 
 }  // namespace
 
@@ -69,9 +48,19 @@ void GuardedSink::start(double longest_stall_s) {
   const auto [mine, its] = GuardLink::makePair();
   link_ = std::make_unique<GuardLink>(mine);
   const GuardLink other(its);
-  pid_ = spawn({own.parent_path() / kProgram, guardName(),
-                std::to_string(std::llround(longest_stall_s * 1000))},
-               its);
+  ProgramStart start;
+  start.input = its;
+  start.output = start.error = ProgramStart::kOurs;
+  // Ctrl-C and the end of a terminal are the player's.
+  start.leader = ProgramStart::Leader::OfSession;
+  const std::string program = own.parent_path() / kProgram;
+  try {
+    pid_ = startProgram(
+        {program, guardName(), std::to_string(std::llround(longest_stall_s * 1000))}, start);
+  } catch (const std::system_error& error) {
+    throw std::runtime_error("motion is refused: the watchdog " + program +
+                             " cannot be started: " + error.code().message());
+  }
 }
 
 GuardedSink::~GuardedSink() {

@@ -35,7 +35,7 @@ SoundDevice::SoundDevice(const std::string& program) : program_(program) {
 SoundDevice::~SoundDevice() {
   for (const auto& [id, player] : players_) {
     ::kill(player, SIGTERM);
-    ::waitpid(player, nullptr, 0);
+    waitForProgram(player);
   }
   if (messages_fd_ >= 0) ::close(messages_fd_);
   std::error_code ignored;
@@ -58,7 +58,7 @@ void SoundDevice::stop(const PlayingSound& playing) {
   int status = 0;
   if (::waitpid(found->second, &status, WNOHANG) == 0) {
     ::kill(found->second, SIGTERM);
-    ::waitpid(found->second, nullptr, 0);
+    waitForProgram(found->second);
     status = 0;  // it was playing
   }
   note(status);

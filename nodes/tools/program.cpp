@@ -10,10 +10,48 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <system_error>
 
 namespace afterglow::nodes {
+namespace {
+
+void addStream(posix_spawn_file_actions_t& actions, int from, int stream, int mode) {
+  if (from == ProgramStart::kOurs) return;
+  if (from == ProgramStart::kNothing) {
+    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", mode, 0);
+  } else {
+    posix_spawn_file_actions_adddup2(&actions, from, stream);
+  }
+}
+
+void closeOthers(posix_spawn_file_actions_t& actions) {
+#if __GLIBC_PREREQ(2, 34)
+  posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+#else  // Debian 11: what another thread opens meanwhile is missed
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    const int number = std::stoi(entry.path().filename().string());
+    if (number > STDERR_FILENO) posix_spawn_file_actions_addclose(&actions, number);
+  }
+#endif
+}
+
+short flagOf(ProgramStart::Leader leader) {
+  switch (leader) {
+    case ProgramStart::Leader::None:
+      break;
+    case ProgramStart::Leader::OfGroup:
+      return POSIX_SPAWN_SETPGROUP;
+    case ProgramStart::Leader::OfSession:
+      return POSIX_SPAWN_SETSID;
+  }
+  return 0;
+}
+
+}  // namespace
 
 bool hasProgram(const std::string& name) {
   const char* path = std::getenv("PATH");
@@ -24,23 +62,41 @@ bool hasProgram(const std::string& name) {
   return false;
 }
 
-pid_t startProgram(const std::vector<std::string>& arguments, int output_fd) {
+pid_t startProgram(const std::vector<std::string>& arguments, const ProgramStart& start) {
   std::vector<char*> argv;
   argv.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, output_fd, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, output_fd, STDERR_FILENO);
+  addStream(actions, start.input, STDIN_FILENO, O_RDONLY);
+  addStream(actions, start.output, STDOUT_FILENO, O_WRONLY);
+  addStream(actions, start.error, STDERR_FILENO, O_WRONLY);
+  closeOthers(actions);
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, flagOf(start.leader));
   pid_t pid = -1;
-  const int error = posix_spawnp(&pid, argv.front(), &actions, nullptr, argv.data(), environ);
+  const int error = posix_spawnp(&pid, argv.front(), &actions, &attributes, argv.data(), environ);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0) {
-    throw std::runtime_error("cannot start " + arguments.front() + ": " + std::strerror(error));
+    throw std::system_error(error, std::generic_category(), "cannot start " + arguments.front());
   }
   return pid;
+}
+
+pid_t startProgram(const std::vector<std::string>& arguments, int output_fd) {
+  ProgramStart start;
+  start.output = start.error = output_fd;
+  return startProgram(arguments, start);
+}
+
+int waitForProgram(pid_t pid) {
+  int status = 0;
+  while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
 }
 
 ProgramResult runProgram(const std::vector<std::string>& arguments) {
@@ -48,10 +104,7 @@ ProgramResult runProgram(const std::vector<std::string>& arguments) {
   if (fd < 0) throw std::runtime_error(std::string("cannot catch output: ") + std::strerror(errno));
   ProgramResult result;
   try {
-    const pid_t pid = startProgram(arguments, fd);
-    int status = 0;
-    while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
-    }
+    const int status = waitForProgram(startProgram(arguments, fd));
     result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   } catch (...) {
     ::close(fd);

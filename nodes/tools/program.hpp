@@ -1,5 +1,5 @@
 /// \file
-/// Other programs of this machine (ffmpeg, aplay), started without a shell.
+/// Other programs of this machine (ffmpeg, aplay, the watchdog), started without a shell.
 #pragma once
 
 #include <sys/types.h>
@@ -12,10 +12,24 @@ namespace afterglow::nodes {
 /// Whether a command of that name can be found on PATH.
 bool hasProgram(const std::string& name);
 
-/// Starts a program, found on PATH, with nothing to read; what it prints (standard output and
-/// error) goes to `output_fd`. The caller waits for the process. Throws std::runtime_error naming
+/// How a program is started: descriptors for its standard streams, and whose signals it gets.
+struct ProgramStart {
+  static constexpr int kNothing = -1;  ///< /dev/null
+  static constexpr int kOurs = -2;     ///< the stream that we have
+  int input = kNothing, output = kNothing, error = kNothing;
+  /// Ctrl-C in a terminal reaches a group, the terminal's end a session.
+  enum class Leader { None, OfGroup, OfSession } leader = Leader::None;
+};
+
+/// Starts a program, a path or a name on PATH. It has none of our descriptors but these: roscpp's
+/// sockets would stay open in it. The caller waits for the process. Throws std::system_error naming
 /// the program that cannot be started.
+pid_t startProgram(const std::vector<std::string>& arguments, const ProgramStart& start);
+/// With nothing to read, and all that it prints in `output_fd`.
 pid_t startProgram(const std::vector<std::string>& arguments, int output_fd);
+
+/// Until it has ended; waitpid's status.
+int waitForProgram(pid_t pid);
 
 struct ProgramResult {
   int status = 0;      ///< exit status; 128 + the signal's number if one ended it

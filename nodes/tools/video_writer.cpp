@@ -1,11 +1,9 @@
 #include "nodes/tools/video_writer.hpp"
 
-#include <fcntl.h>
+#include <fmt/format.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,11 +11,21 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "nodes/tools/program.hpp"
+
 namespace afterglow::nodes {
 namespace {
+
+void closeFd(int& fd) {
+  if (fd >= 0) ::close(fd);
+  fd = -1;
+}
+
+}  // namespace
 
 std::string partPath(const std::string& path) {
   const std::filesystem::path whole(path);
@@ -25,40 +33,11 @@ std::string partPath(const std::string& path) {
       .string();
 }
 
-void closeFd(int& fd) {
-  if (fd >= 0) ::close(fd);
-  fd = -1;
-}
-
-/// Starts ffmpeg with its standard input and error where they should be; the error number, or 0.
-int spawn(const std::vector<std::string>& arguments, int input, int error, pid_t& pid) {
-  std::vector<char*> argv;
-  argv.reserve(arguments.size() + 1);
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, error, STDERR_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  // Its own process group: Ctrl-C in a terminal must not end the encoder before the last frame.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  const int result = posix_spawnp(&pid, argv.front(), &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  return result;
-}
-
-}  // namespace
-
 VideoWriter::VideoWriter(std::string path, int width, int height, int fps)
     : path_(std::move(path)), part_path_(partPath(path_)), width_(width), height_(height) {
   if (width <= 0 || height <= 0 || fps <= 0) {
-    throw std::invalid_argument("a video needs a positive size and frame rate, not " +
-                                std::to_string(width) + "x" + std::to_string(height) + " at " +
-                                std::to_string(fps));
+    throw std::invalid_argument(fmt::format(
+        "a video needs a positive size and frame rate, not {}x{} at {}", width, height, fps));
   }
   start(fps);
 }
@@ -80,55 +59,63 @@ void VideoWriter::start(int fps) {
     closeFd(messages_fd_);
     throw std::runtime_error(path_ + ": cannot start ffmpeg: " + std::strerror(errno));
   }
-  const int error = spawn({"ffmpeg",
-                           "-hide_banner",
-                           "-loglevel",
-                           "error",
-                           "-nostdin",
-                           "-y",
-                           "-f",
-                           "rawvideo",
-                           "-pixel_format",
-                           "rgb24",
-                           "-video_size",
-                           std::to_string(width_) + "x" + std::to_string(height_),
-                           "-framerate",
-                           std::to_string(fps),
-                           "-i",
-                           "pipe:0",
-                           "-vf",
-                           "scale=out_color_matrix=bt709,pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                           "-colorspace",
-                           "bt709",
-                           "-c:v",
-                           "libx264",
-                           "-crf",
-                           "18",
-                           "-pix_fmt",
-                           "yuv420p",
-                           "-movflags",
-                           "+faststart",
-                           "-f",
-                           "mp4",
-                           "file:" + part_path_},
-                          sockets[0], messages_fd_, encoder_);
-  ::close(sockets[0]);
+  ProgramStart start;
+  start.input = sockets[0];
+  start.error = messages_fd_;
+  // Ctrl-C in a terminal must not end the encoder before the last frame.
+  start.leader = ProgramStart::Leader::OfGroup;
   frames_fd_ = sockets[1];
-  if (error != 0) {
-    encoder_ = -1;
+  try {
+    encoder_ = startProgram(encoderCommand(fps), start);
+  } catch (const std::system_error& error) {
+    ::close(sockets[0]);
     closeFd(frames_fd_);
     closeFd(messages_fd_);
-    throw std::runtime_error(path_ +
-                             ": cannot start ffmpeg (package ffmpeg): " + std::strerror(error));
+    throw std::runtime_error(path_ + ": cannot start ffmpeg (package ffmpeg): " +
+                             error.code().message());
   }
+  ::close(sockets[0]);
+}
+
+std::vector<std::string> VideoWriter::encoderCommand(int fps) const {
+  return {"ffmpeg",
+          "-hide_banner",
+          "-loglevel",
+          "error",
+          "-nostdin",
+          "-y",
+          "-f",
+          "rawvideo",
+          "-pixel_format",
+          "rgb24",
+          "-video_size",
+          fmt::format("{}x{}", width_, height_),
+          "-framerate",
+          std::to_string(fps),
+          "-i",
+          "pipe:0",
+          "-vf",
+          "scale=out_color_matrix=bt709,pad=ceil(iw/2)*2:ceil(ih/2)*2",
+          "-colorspace",
+          "bt709",
+          "-c:v",
+          "libx264",
+          "-crf",
+          "18",
+          "-pix_fmt",
+          "yuv420p",
+          "-movflags",
+          "+faststart",
+          "-f",
+          "mp4",
+          "file:" + part_path_};
 }
 
 void VideoWriter::write(const render::Image& image) {
   const std::size_t size = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) * 3;
   if (image.width != width_ || image.height != height_ || image.rgb.size() != size) {
-    throw std::invalid_argument(path_ + ": a frame of " + std::to_string(image.width) + "x" +
-                                std::to_string(image.height) + " in a video of " +
-                                std::to_string(width_) + "x" + std::to_string(height_));
+    throw std::invalid_argument(fmt::format("{}: a frame of {}x{} in a video of {}x{}", path_,
+                                            image.width, image.height, width_, height_));
   }
   for (std::size_t sent = 0; sent < size;) {
     const ssize_t count = ::send(frames_fd_, image.rgb.data() + sent, size - sent, MSG_NOSIGNAL);
@@ -150,9 +137,7 @@ void VideoWriter::close() {
 }
 
 int VideoWriter::waitForEncoder() {
-  int status = 0;
-  while (encoder_ > 0 && ::waitpid(encoder_, &status, 0) < 0 && errno == EINTR) {
-  }
+  const int status = encoder_ > 0 ? waitForProgram(encoder_) : 0;
   encoder_ = -1;
   return status;
 }

@@ -7,12 +7,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "render/gl/renderer.hpp"
 
 namespace afterglow::nodes {
 
-/// Frames go to `path` with ".part" before its ending; close() gives the finished file its name, so
+/// Beside the path, with its ending, which tells ffmpeg the format: where a video grows.
+std::string partPath(const std::string& path);
+
+/// Frames go to partPath(); close() gives the finished file its name, so
 /// `path` is either whole or untouched. Destroyed without close(), nothing is left behind.
 /// One thread at a time. Everything throws std::runtime_error with the path and ffmpeg's own words.
 class VideoWriter {
@@ -33,6 +37,7 @@ class VideoWriter {
 
  private:
   void start(int fps);
+  std::vector<std::string> encoderCommand(int fps) const;
   [[noreturn]] void fail(const std::string& what);
   std::string encoderMessage() const;
   int waitForEncoder();
