@@ -1,7 +1,6 @@
 #include "calib/camera_info_file.hpp"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "calib/number_text.hpp"
+#include "calib/yaml_source.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -87,9 +87,7 @@ class Reader {
   }
 
   void complain(const std::string& key, const YAML::Node& node, const std::string& expected) {
-    const std::string value = node.IsScalar() ? "\"" + node.Scalar() + "\"" : "no scalar";
-    violations_.push_back(key + ": line " + std::to_string(node.Mark().line + 1) + " has " + value +
-                          ", " + expected);
+    violations_.push_back(yamlMisfit(key, node, expected, "no scalar"));
   }
 
   YAML::Node root_;
@@ -145,14 +143,7 @@ std::string compareWithP(const Eigen::Matrix3d& K, const std::vector<double>& P)
 }
 
 YAML::Node loadMap(const std::string& path) {
-  YAML::Node root;
-  try {
-    root = YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    refuse(path, {"cannot be read"});
-  } catch (const YAML::Exception& error) {
-    refuse(path, {std::string("is not YAML: ") + error.what()});
-  }
+  YAML::Node root = loadYamlValues(path);
   if (!root.IsMap()) refuse(path, {"is not a camera_info file: expected camera_matrix or K"});
   return root;
 }

@@ -1,4 +1,3 @@
-#include <yaml-cpp/yaml.h>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -8,6 +7,7 @@
 
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
+#include "calib/yaml_source.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -15,14 +15,7 @@ namespace {
 /// A file's map, whose getters refuse with file, line, key and value.
 class Record {
  public:
-  explicit Record(const std::string& path) : path_(path) {
-    try {
-      root_ = YAML::LoadFile(path);
-    } catch (const YAML::BadFile&) {
-      refuse("cannot be read");
-    } catch (const YAML::Exception& error) {
-      refuse(std::string("is not YAML: ") + error.what());
-    }
+  explicit Record(const std::string& path) : path_(path), root_(loadYamlValues(path)) {
     if (!root_.IsMap()) refuse("holds no keys; expected what `afterglow calibrate` writes");
   }
 
@@ -31,9 +24,7 @@ class Record {
   }
   [[noreturn]] void refuse(const std::string& key, const YAML::Node& node,
                            const std::string& expected) const {
-    const std::string value = node.IsScalar() ? "\"" + node.Scalar() + "\"" : "a list or a map";
-    refuse(key + ": line " + std::to_string(node.Mark().line + 1) + " has " + value +
-           ", expected " + expected);
+    refuse(yamlMisfit(key, node, "expected " + expected, "a list or a map"));
   }
 
   YAML::Node at(const YAML::Node& map, const std::string& key) const {

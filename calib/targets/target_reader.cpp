@@ -8,7 +8,7 @@
 
 #include "calib/targets/tag_family.hpp"
 #include "calib/targets/target_files.hpp"
-#include "calib/targets/yaml_source.hpp"
+#include "calib/yaml_source.hpp"
 
 namespace afterglow::calib {
 namespace {

@@ -9,10 +9,6 @@ namespace {
 
 constexpr double kFastestLimit = 1000;
 
-[[noreturn]] void failAt(const std::string& path, const YAML::Node& at, const std::string& text) {
-  throw std::runtime_error(path + ":" + std::to_string(at.Mark().line + 1) + ": " + text);
-}
-
 replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
   replay::MotionLimits::Joint joint;
   if (map.has("velocity")) joint.velocity = map.number("velocity", 0, kFastestLimit);
@@ -20,13 +16,14 @@ replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
   return joint;
 }
 
-std::vector<std::string> topicNames(const std::string& path, const YAML::Node& list) {
+std::vector<std::string> topicNames(const calib::YamlSource& source,
+                                    const YAML::Node& list) {
   std::vector<std::string> names;
-  if (!list.IsSequence()) failAt(path, list, "'also' should be a list of topics");
+  if (!list.IsSequence()) source.refuse(list, "'also' should be a list of topics");
   for (const auto& entry : list) {
     const std::string name = entry.IsScalar() ? entry.Scalar() : "";
     if (name.size() < 2 || name[0] != '/') {
-      failAt(path, entry, "'" + name + "' should be a topic, /NAME");
+      source.refuse(entry, "'" + name + "' should be a topic, /NAME");
     }
     names.push_back(name);
   }
@@ -62,24 +59,26 @@ bool parseUnheard(const std::string& text) {
 
 ReplayRules readRules(const std::string& path) {
   ReplayRules rules;
-  const YAML::Node types = loadYaml(path);
-  if (!types.IsMap()) failAt(path, types, "rules should be a map of message types");
+  const calib::YamlSource source(path);
+  const YAML::Node& types = source.root();
+  if (!types.IsMap()) source.refuse(types, "rules should be a map of message types");
   for (const auto& type : types) {
     const auto name = type.first.as<std::string>();
     if (name == "also") {
-      rules.also = topicNames(path, type.second);
+      rules.also = topicNames(source, type.second);
       continue;
     }
     if (name.find('/') == std::string::npos || !type.second.IsMap()) {
-      failAt(path, type.first, "'" + name + "' should be a type, package/Type, with its fields");
+      source.refuse(type.first, "'" + name + "' should be a type, package/Type, with its fields");
     }
     for (const auto& field : type.second) {
       const std::string word = field.second.IsScalar() ? field.second.Scalar() : "";
       const auto rule = replay::parseRule(word);
       if (!rule) {
-        failAt(path, field.second,
-               "'" + word + "' is no rule" +
-                   advice(word, {"shift", "now", "zero", "keep", "fresh_id", "remap_frame"}));
+        source.refuse(
+            field.second,
+            "'" + word + "' is no rule" +
+                advice(word, {"shift", "now", "zero", "keep", "fresh_id", "remap_frame"}));
       }
       rules.types[name][field.first.as<std::string>()] = *rule;
     }

@@ -4,31 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <numeric>
-#include <set>
-#include <stdexcept>
 #include <utility>
+
+#include "replay/query/nearest.hpp"
 
 namespace afterglow::nodes {
 
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j + 1] + 1, row[j] + 1, replaced});
-    }
-  }
-  return row.back();
-}
-
 std::string advice(const std::string& wrong, const std::vector<std::string>& candidates) {
+  using replay::editDistance;
   const auto nearest = std::min_element(candidates.begin(), candidates.end(),
                                         [&wrong](const auto& a, const auto& b) {
                                           return editDistance(wrong, a) < editDistance(wrong, b);
@@ -37,54 +20,21 @@ std::string advice(const std::string& wrong, const std::vector<std::string>& can
   if (editDistance(wrong, *nearest) <= std::max<std::size_t>(1, nearest->size() / 2)) {
     return "; did you mean '" + *nearest + "'?";
   }
-  return fmt::format("; known: {}", fmt::join(candidates, ", "));
-}
-
-YAML::Node loadYaml(const std::string& path) {
-  std::ifstream stream(path);
-  if (!stream || std::filesystem::is_directory(path)) {
-    throw std::runtime_error(path + ": cannot be read");
-  }
-  try {
-    return YAML::Load(stream);
-  } catch (const YAML::Exception& error) {
-    throw std::runtime_error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
-  }
+  return calib::knownKeys(wrong, candidates);
 }
 
 YamlMap::YamlMap(std::string file, const YAML::Node& node, std::string where,
                  const std::vector<std::string>& keys)
-    : file_(std::move(file)), node_(node), where_(std::move(where)) {
-  if (!node_.IsMap()) fail(node_, where_ + " should be a map of keys and values");
-  std::set<std::string> seen;
-  for (const auto& entry : node_) {
+    : source_(std::move(file), node), where_(std::move(where)) {
+  if (!node.IsMap()) fail(node, where_ + " should be a map of keys and values");
+  for (const auto& entry : node) {
     if (!entry.first.IsScalar()) fail(entry.first, "a key in " + where_ + " is no text");
-    const std::string& key = entry.first.Scalar();
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
-      fail(entry.first, "unknown key '" + key + "' in " + where_ + advice(key, keys));
-    }
-    if (!seen.insert(key).second) fail(entry.first, "key '" + key + "' twice in " + where_);
   }
-}
-
-void YamlMap::fail(const YAML::Node& at, const std::string& text) const {
-  const YAML::Mark mark = at.Mark();
-  const std::string line = mark.is_null() ? "" : ":" + std::to_string(mark.line + 1);
-  throw std::runtime_error(file_ + line + ": " + text);
-}
-
-YAML::Node YamlMap::at(const std::string& key) const {
-  const YAML::Node value = node_[key];
-  if (!value.IsDefined()) fail(node_, "no '" + key + "' in " + where_);
-  return value;
+  source_.requireKeys(node, where_, keys, advice);
 }
 
 std::string YamlMap::text(const std::string& key) const {
-  const YAML::Node value = at(key);
-  if (!value.IsScalar() || value.Scalar().empty()) {
-    fail(value, "'" + key + "' of " + where_ + " should be a text");
-  }
-  return value.Scalar();
+  return source_.text(at(key), "'" + key + "' of " + where_);
 }
 
 double YamlMap::number(const std::string& key, double least, double greatest) const {

@@ -2,23 +2,18 @@
 /// Strict reading of YAML maps: what is not understood is refused with file and line.
 #pragma once
 
-#include <yaml-cpp/yaml.h>
-
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "calib/yaml_source.hpp"
+
 namespace afterglow::nodes {
 
-/// Fewest insertions, deletions and replacements of a character that turn one text into the other.
-std::size_t editDistance(const std::string& a, const std::string& b);
+using calib::loadYaml;
 
 /// " (did you mean 'color'?)"-like advice: the nearest candidate, or all of them if none is near.
 std::string advice(const std::string& wrong, const std::vector<std::string>& candidates);
-
-/// A whole file. Throws std::runtime_error "FILE: cannot be read" or "FILE:LINE: why it is no
-/// YAML".
-YAML::Node loadYaml(const std::string& path);
 
 /// One map of a configuration file. `where` names it for people ("layer 2"); everything throws
 /// std::runtime_error "FILE:LINE: text".
@@ -28,9 +23,9 @@ class YamlMap {
   YamlMap(std::string file, const YAML::Node& node, std::string where,
           const std::vector<std::string>& keys);
 
-  bool has(const std::string& key) const { return node_[key].IsDefined(); }
+  bool has(const std::string& key) const { return node()[key].IsDefined(); }
   /// The value; refused if missing.
-  YAML::Node at(const std::string& key) const;
+  YAML::Node at(const std::string& key) const { return source_.at(node(), key, where_); }
   std::string text(const std::string& key) const;  ///< not empty
   double number(const std::string& key, double least, double greatest) const;
   double number(const std::string& key, double least, double greatest, double otherwise) const;
@@ -43,16 +38,17 @@ class YamlMap {
   /// A map within this one's file.
   YamlMap map(const YAML::Node& node, std::string where,
               const std::vector<std::string>& keys) const {
-    return {file_, node, std::move(where), keys};
+    return {source_.path(), node, std::move(where), keys};
   }
 
   const std::string& where() const { return where_; }
-  const YAML::Node& node() const { return node_; }
-  [[noreturn]] void fail(const YAML::Node& at, const std::string& text) const;
+  const YAML::Node& node() const { return source_.root(); }
+  [[noreturn]] void fail(const YAML::Node& at, const std::string& text) const {
+    source_.refuse(at, text);
+  }
 
  private:
-  std::string file_;
-  YAML::Node node_;
+  calib::YamlSource source_;  ///< the file, and the map as its root
   std::string where_;
 };
 

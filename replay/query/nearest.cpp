@@ -11,6 +11,8 @@ bool isSame(char a, char b) {
   return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
 }
 
+}  // namespace
+
 std::size_t editDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -25,8 +27,6 @@ std::size_t editDistance(const std::string& a, const std::string& b) {
   }
   return row.back();
 }
-
-}  // namespace
 
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known) {
   std::string nearest;

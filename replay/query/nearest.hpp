@@ -2,13 +2,17 @@
 /// What somebody may have meant: the known word nearest to an unknown one.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
 namespace afterglow::replay {
 
-/// The word of `known` with the fewest letters inserted, dropped or changed (Levenshtein, Soviet
-/// Physics Doklady 1966), capitals aside; empty if none is near.
+/// How many letters have to be inserted, dropped or changed to make one word of the other
+/// (Levenshtein, Soviet Physics Doklady 1966), capitals aside.
+std::size_t editDistance(const std::string& a, const std::string& b);
+
+/// The word of `known` at the least distance; empty if none is near.
 std::string nearestWord(const std::string& word, const std::vector<std::string>& known);
 
 /// "; did you mean WORD?", or nothing.

@@ -230,12 +230,5 @@ TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {
   EXPECT_EQ(fault(""), ": the configuration should be a map of keys and values");
 }
 
-TEST(EditDistance, countsChangedCharacters) {
-  EXPECT_EQ(editDistance("colour", "color"), 1u);
-  EXPECT_EQ(editDistance("", "abc"), 3u);
-  EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
-  EXPECT_EQ(editDistance("same", "same"), 0u);
-}
-
 }  // namespace
 }  // namespace afterglow::nodes::projector_config_test

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/query/nearest.hpp"
 #include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay::filter_test {
@@ -123,6 +124,14 @@ const Case kCases[] = {
     {R"({"a": {"$not": {"$regex": "^a"}}})", R"({"a": "b"})", true},
     {R"({"a": {"$regex": "^gr.n$"}})", R"({"a": "grün"})", true},
 };
+
+TEST(EditDistance, countsChangedCharacters) {
+  EXPECT_EQ(editDistance("colour", "color"), 1u);
+  EXPECT_EQ(editDistance("", "abc"), 3u);
+  EXPECT_EQ(editDistance("kitten", "sitting"), 3u);
+  EXPECT_EQ(editDistance("same", "same"), 0u);
+  EXPECT_EQ(editDistance("Pick", "pick"), 0u) << "capitals aside";
+}
 
 TEST(Filter, answersAsMongoDbDoes) {
   for (const Case& c : kCases) {

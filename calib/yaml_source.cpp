@@ -1,4 +1,4 @@
-#include "calib/targets/yaml_source.hpp"
+#include "calib/yaml_source.hpp"
 
 #include <fmt/format.h>
 
@@ -12,16 +12,36 @@
 
 namespace afterglow::calib {
 
-YamlSource::YamlSource(const std::string& path) : path_(path) {
+YAML::Node loadYaml(const std::string& path) {
   std::ifstream stream(path);
   if (!stream || std::filesystem::is_directory(path)) {
     throw std::runtime_error(path + ": cannot be read");
   }
   try {
-    root_ = YAML::Load(stream);
+    return YAML::Load(stream);
   } catch (const YAML::Exception& error) {
     throw std::runtime_error(fmt::format("{}:{}: {}", path, error.mark.line + 1, error.msg));
   }
+}
+
+YAML::Node loadYamlValues(const std::string& path) {
+  try {
+    return YAML::LoadFile(path);
+  } catch (const YAML::BadFile&) {
+    throw std::runtime_error(path + ": cannot be read");
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(path + ": is not YAML: " + error.what());
+  }
+}
+
+std::string yamlMisfit(const std::string& key, const YAML::Node& value, const std::string& wanted,
+                       const std::string& other) {
+  return fmt::format("{}: line {} has {}, {}", key, value.Mark().line + 1,
+                     value.IsScalar() ? "\"" + value.Scalar() + "\"" : other, wanted);
+}
+
+std::string knownKeys(const std::string&, const std::vector<std::string>& known) {
+  return fmt::format("; known: {}", fmt::join(known, ", "));
 }
 
 void YamlSource::refuse(const YAML::Node& at, const std::string& text) const {
@@ -31,14 +51,15 @@ void YamlSource::refuse(const YAML::Node& at, const std::string& text) const {
 }
 
 void YamlSource::requireKeys(const YAML::Node& map, const std::string& where,
-                             const std::vector<std::string>& known) const {
-  const std::string names = fmt::format("{}", fmt::join(known, ", "));
-  if (!map.IsMap()) refuse(map, where + " should be a map with the keys " + names);
+                             const std::vector<std::string>& known, KeyAdvice advice) const {
+  if (!map.IsMap()) {
+    refuse(map, fmt::format("{} should be a map with the keys {}", where, fmt::join(known, ", ")));
+  }
   std::set<std::string> seen;
   for (const auto& entry : map) {
     const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
     if (std::find(known.begin(), known.end(), key) == known.end()) {
-      refuse(entry.first, "unknown key '" + key + "' in " + where + "; known: " + names);
+      refuse(entry.first, "unknown key '" + key + "' in " + where + advice(key, known));
     }
     if (!seen.insert(key).second) refuse(entry.first, "key '" + key + "' twice in " + where);
   }
