@@ -49,6 +49,16 @@ Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform) {
   return T_parent_child;
 }
 
+Eigen::Isometry3d toIsometry(const replay::PlanarPose& pose) {
+  return Eigen::Translation3d(pose.x, pose.y, 0) *
+         Eigen::AngleAxisd(pose.yaw, Eigen::Vector3d::UnitZ());
+}
+
+replay::PlanarPose toPlanarPose(const Eigen::Isometry3d& T_parent_child) {
+  const Eigen::Vector3d p = T_parent_child.translation(), ahead = T_parent_child.linear().col(0);
+  return {p.x(), p.y(), std::atan2(ahead.y(), ahead.x())};
+}
+
 geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T_parent_child) {
   const Eigen::Quaterniond q(T_parent_child.rotation());
   geometry_msgs::Transform transform;

@@ -18,6 +18,7 @@
 
 #include "nodes/conversion/converted.hpp"
 #include "render/scene/scene.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 
@@ -36,6 +37,11 @@ Converted<Eigen::Isometry3d> toPose(const geometry_msgs::Pose& pose);
 
 Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform);
 geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T_parent_child);
+
+/// On the floor of the parent, z = 0.
+Eigen::Isometry3d toIsometry(const replay::PlanarPose& pose);
+/// Seen from above: where its x points.
+replay::PlanarPose toPlanarPose(const Eigen::Isometry3d& T_parent_child);
 
 /// Why content with this header has no place at all, or empty: a frame without a name, a stamp that
 /// is no time.

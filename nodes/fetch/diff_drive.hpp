@@ -4,22 +4,16 @@
 /// DiffDriveBaseController. Metres, radians, nanoseconds of robot time.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <deque>
 #include <random>
 
 #include "nodes/fetch/robot_time.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 
-struct Pose2 {
-  double x = 0, y = 0, yaw = 0;
-};
-Eigen::Isometry3d toIsometry(const Pose2& pose);
-/// b, given in a, in a's parent.
-Pose2 compose(const Pose2& a, const Pose2& b);
-Pose2 inverse(const Pose2& pose);
+using replay::PlanarPose;
 
 /// Of mean 0 and deviation 1: twelve uniform numbers make a good bell, and
 /// std::normal_distribution differs between libraries.
@@ -36,7 +30,7 @@ struct DriveErrors {
 
 class DiffDrive {
  public:
-  DiffDrive(const Pose2& start, const DriveErrors& errors);
+  DiffDrive(const PlanarPose& start, const DriveErrors& errors);
 
   /// Sets the wanted speed (m/s ahead, rad/s to the left), clamped to the base's limits. Returns
   /// false, and keeps the last one, if a value is not finite.
@@ -46,11 +40,11 @@ class DiffDrive {
   /// Stands still at once.
   void halt();
   /// As if somebody had driven it there: the odometry moves along and its drift stays as it was.
-  void place(const Pose2& true_pose);
+  void place(const PlanarPose& true_pose);
 
-  const Pose2& truePose() const { return true_pose_; }  ///< in map
-  const Pose2& odometry() const { return odometry_; }   ///< in odom
-  Pose2 mapToOdom() const;                              ///< the drift: odom in map
+  const PlanarPose& truePose() const { return true_pose_; }  ///< in map
+  const PlanarPose& odometry() const { return odometry_; }   ///< in odom
+  PlanarPose mapToOdom() const;                              ///< the drift: odom in map
   double linear() const { return linear_; }             ///< m/s, as the wheels turn
   double angular() const { return angular_; }           ///< rad/s
   double leftWheel() const { return left_wheel_; }      ///< rad
@@ -68,7 +62,7 @@ class DiffDrive {
   DriveErrors errors_;
   std::mt19937 random_;
   std::deque<Command> commands_;  ///< not yet in effect
-  Pose2 true_pose_, odometry_;
+  PlanarPose true_pose_, odometry_;
   double wanted_linear_ = 0, wanted_angular_ = 0;
   double linear_ = 0, angular_ = 0;
   double left_wheel_ = 0, right_wheel_ = 0;

@@ -15,7 +15,7 @@
 namespace afterglow::nodes {
 
 struct FakeFetchConfig {
-  Pose2 start;  ///< of base_link in map
+  PlanarPose start;  ///< of base_link in map
   DriveErrors errors;
   LocalizationErrors localization{};
   double slowness = 1;  ///< joint trajectories take so many times as long as their goals say
@@ -82,7 +82,7 @@ class FakeFetch {
 
   const RobotModel& model() const { return model_; }
   const DiffDrive& base() const { return base_; }
-  const Pose2& mapToOdom() const { return localization_.mapToOdom(); }  ///< as it is believed
+  const PlanarPose& mapToOdom() const { return localization_.mapToOdom(); }  ///< as it is believed
   const JointStates& joints() const { return joints_; }
   JointPositions jointPositions() const;
   Nanoseconds now() const { return now_; }

@@ -8,7 +8,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Nanoseconds kMeasuringPeriod = 200ms, kMeasuringDelay = 100ms;
-constexpr double kTurn = 6.28318530717958647692;
 /// Of an error, in the next one: exp(-0.2 s / 0.2 s), what follows itself within 0.2 s.
 constexpr double kShared = 0.36788;
 
@@ -28,9 +27,9 @@ void FakeLocalization::relocate(const DiffDrive& base) {
 
 bool FakeLocalization::isDue(Nanoseconds now, const DiffDrive& base) const {
   if (errors_.distance == 0 && errors_.turn == 0) return now >= next_;
-  const Pose2 moved = compose(inverse(measured_at_), base.odometry());
+  const PlanarPose moved = compose(inverse(measured_at_), base.odometry());
   return std::hypot(moved.x, moved.y) >= errors_.distance ||
-         std::abs(std::remainder(moved.yaw, kTurn)) >= errors_.turn;
+         std::abs(moved.yaw) >= errors_.turn;
 }
 
 void FakeLocalization::step(Nanoseconds now, const DiffDrive& base) {
@@ -47,7 +46,7 @@ void FakeLocalization::step(Nanoseconds now, const DiffDrive& base) {
     known_ = measured_.front().map_to_odom;
 }
 
-Pose2 FakeLocalization::measure(const DiffDrive& base) {
+PlanarPose FakeLocalization::measure(const DiffDrive& base) {
   const double fresh = std::sqrt(1 - kShared * kShared);
   const auto pass = [&](double& error, double deviation) {
     error = kShared * error + fresh * deviation * bell(random_);
@@ -56,8 +55,8 @@ Pose2 FakeLocalization::measure(const DiffDrive& base) {
   pass(error_.y, errors_.position);
   pass(error_.yaw, errors_.yaw);
   measured_at_ = base.odometry();
-  const Pose2& truth = base.truePose();
-  const Pose2 seen{truth.x + error_.x, truth.y + error_.y, truth.yaw + error_.yaw};
+  const PlanarPose& truth = base.truePose();
+  const PlanarPose seen{truth.x + error_.x, truth.y + error_.y, truth.yaw + error_.yaw};
   return compose(seen, inverse(base.odometry()));
 }
 

@@ -30,23 +30,23 @@ class FakeLocalization {
   void step(Nanoseconds now, const DiffDrive& base);
   /// Somebody tells it where it stands.
   void relocate(const DiffDrive& base);
-  const Pose2& mapToOdom() const { return known_; }
+  const PlanarPose& mapToOdom() const { return known_; }
 
  private:
   bool isDue(Nanoseconds now, const DiffDrive& base) const;
-  Pose2 measure(const DiffDrive& base);
+  PlanarPose measure(const DiffDrive& base);
 
   struct Measured {
     Nanoseconds known;  ///< from then on
-    Pose2 map_to_odom;
+    PlanarPose map_to_odom;
   };
   LocalizationErrors errors_;
   std::mt19937 random_;
-  Pose2 error_;  ///< of the latest measurement
+  PlanarPose error_;  ///< of the latest measurement
   Nanoseconds next_{0};
-  Pose2 measured_at_;  ///< odometry of the latest measurement
+  PlanarPose measured_at_;  ///< odometry of the latest measurement
   std::deque<Measured> measured_;
-  Pose2 known_;
+  PlanarPose known_;
 };
 
 }  // namespace afterglow::nodes

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "replay/motion/planar_pose.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -54,7 +56,7 @@ Boundary boundary(const JointKnot& knot, std::size_t joint) {
 }  // namespace
 
 double turnBetween(double from, double to) {
-  return std::remainder(to - from, 6.28318530717958647692);
+  return replay::wrapAngle(to - from);
 }
 
 JointPath::JointPath(std::vector<JointKnot> knots, const std::vector<Joint>& joints)

@@ -7,13 +7,14 @@
 #include <random>
 
 #include "nodes/fetch/robot_model.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr int kStarts = 60;
 constexpr int kEnough = 5;  ///< solutions to choose the nearest from
-constexpr double kPi = 3.14159265358979323846;
+using replay::kPi, replay::wrapAngle;
 
 KDL::Vector toKdl(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -71,8 +72,8 @@ bool settle(const KdlChain& chain, const KDL::JntArray& seed, KDL::JntArray& q) 
     const Joint& joint = *chain.joints[i];
     const auto k = static_cast<unsigned>(i);
     if (joint.kind == Joint::Kind::Continuous)
-      q(k) = seed(k) + std::remainder(q(k) - seed(k), 2 * kPi);
-    if (joint.kind == Joint::Kind::Revolute) q(k) = std::remainder(q(k), 2 * kPi);
+      q(k) = seed(k) + wrapAngle(q(k) - seed(k));
+    if (joint.kind == Joint::Kind::Revolute) q(k) = wrapAngle(q(k));
     if (q(k) < joint.lower || q(k) > joint.upper) return false;
   }
   return true;

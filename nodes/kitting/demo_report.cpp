@@ -12,8 +12,8 @@ using nlohmann::json;
 double rounded(double value, double step) { return std::round(value / step) * step; }
 
 json poseJson(const EndPose& pose) {
-  return {{"x_m", rounded(pose.base.position.x(), 1e-4)},
-          {"y_m", rounded(pose.base.position.y(), 1e-4)},
+  return {{"x_m", rounded(pose.base.x, 1e-4)},
+          {"y_m", rounded(pose.base.y, 1e-4)},
           {"yaw_deg", rounded(pose.base.yaw * 180 / M_PI, 1e-2)},
           {"gripper_m",
            {rounded(pose.p_gripper.x(), 1e-4), rounded(pose.p_gripper.y(), 1e-4),
@@ -74,7 +74,7 @@ json behaviorJson(const MeasuredBehavior& measured) {
 
 EndError endError(const EndPose& recorded, const EndPose& replayed) {
   EndError error;
-  error.base_cm = (recorded.base.position - replayed.base.position).norm() * 100;
+  error.base_cm = distance(recorded.base, replayed.base) * 100;
   error.heading_deg = std::abs(turnBetween(recorded.base.yaw, replayed.base.yaw)) * 180 / M_PI;
   error.gripper_cm = (recorded.p_gripper - replayed.p_gripper).norm() * 100;
   return error;

@@ -24,7 +24,7 @@ struct KeyFrame {
 
 /// Where a behavior left the robot.
 struct EndPose {
-  FloorPose base;                                       ///< map
+  PlanarPose base;                                      ///< map
   Eigen::Vector3d p_gripper = Eigen::Vector3d::Zero();  ///< map
 };
 

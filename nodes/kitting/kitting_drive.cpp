@@ -23,10 +23,10 @@ void KittingDrive::run() {
   robot_.startHead(0, plan_.head_tilt, kHeadSeconds);
   perceiveAndPlan();
   begin_ = ros::Time::now();
-  WheelCommand command;
+  PlanarVelocity command;
   ros::Time tick = begin_;
   while (follower_->phase() != PathFollower::Phase::Done) {
-    const FloorPose pose = robot_.floorPose();
+    const PlanarPose pose = robot_.floorPose();
     const PathFollower::Phase before = follower_->phase();
     if (elapsed() >= plan_.perceive) command = follower_->step(pose, 1 / plan_.command_hz);
     robot_.drive(command);
@@ -51,7 +51,8 @@ void KittingDrive::perceiveAndPlan() {
   if (obstacle.empty()) throw TaskError("the laser sees nothing to drive round");
   p_obstacle_ /= static_cast<double>(obstacle.size());
   try {
-    path_ = planDetour(robot_.floorPose().position, plan_.goal.position, obstacle, plan_.clearance);
+    path_ = planDetour(positionOf(robot_.floorPose()), positionOf(plan_.goal), obstacle,
+                       plan_.clearance);
   } catch (const std::invalid_argument& error) {
     throw TaskError(error.what());
   }
@@ -66,12 +67,13 @@ void KittingDrive::tellOfPhase(PathFollower::Phase before) {
   next_aim_ = ros::Time::now();
 }
 
-void KittingDrive::tellWhatIsDue(const FloorPose& pose) {
+void KittingDrive::tellWhatIsDue(const PlanarPose& pose) {
   if (!has_spoken_ && elapsed() >= plan_.says_after) {
     has_spoken_ = true;
     callbacks_.say();
   }
-  if (!has_passed_ && nearestAlong(path_, pose.position) > nearestAlong(path_, path_.back()) / 2) {
+  if (!has_passed_ &&
+      nearestAlong(path_, positionOf(pose)) > nearestAlong(path_, path_.back()) / 2) {
     has_passed_ = true;
     callbacks_.on_moment("detour");
   }
@@ -91,13 +93,14 @@ void KittingDrive::showWhatIsDue() {
 }
 
 // Points where the robot will want to light when the turret gets there.
-void KittingDrive::aimAhead(const WheelCommand& command) {
+void KittingDrive::aimAhead(const PlanarVelocity& command) {
   if (ros::Time::now() < next_aim_) return;
   next_aim_ = ros::Time::now() + ros::Duration(plan_.aim_seconds);
-  const FloorPose pose = robot_.floorPose();
+  const PlanarPose pose = robot_.floorPose();
   const double yaw = pose.yaw + command.turn * plan_.aim_seconds;
   const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
-  const Eigen::Vector2d position = pose.position + forward * command.forward * plan_.aim_seconds;
+  const Eigen::Vector2d position =
+      positionOf(pose) + forward * command.forward * plan_.aim_seconds;
   const Eigen::Vector2d way = pointToLight(position) - position;
   const double distance = std::max(kNearestLight, way.norm());
   const double bearing = way.norm() < 0.1 ? 0 : turnBetween(yaw, std::atan2(way.y(), way.x()));

@@ -33,9 +33,9 @@ class KittingDrive {
  private:
   void perceiveAndPlan();
   void showWhatIsDue();
-  void aimAhead(const WheelCommand& command);
+  void aimAhead(const PlanarVelocity& command);
   Eigen::Vector2d pointToLight(const Eigen::Vector2d& position) const;
-  void tellWhatIsDue(const FloorPose& pose);
+  void tellWhatIsDue(const PlanarPose& pose);
   void tellOfPhase(PathFollower::Phase before);
   double elapsed() const { return (ros::Time::now() - begin_).toSec(); }
 

@@ -166,7 +166,7 @@ Marker removedSectionMarker(const std::string& frame) {
   return marker;
 }
 
-geometry_msgs::Twist twist(const WheelCommand& command) {
+geometry_msgs::Twist twist(const PlanarVelocity& command) {
   geometry_msgs::Twist message;
   message.linear.x = command.forward;
   message.angular.z = command.turn;

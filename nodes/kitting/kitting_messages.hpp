@@ -43,7 +43,7 @@ visualization_msgs::Marker sectionMarker(const std::string& frame, const Eigen::
 /// Takes it away.
 visualization_msgs::Marker removedSectionMarker(const std::string& frame);
 
-geometry_msgs::Twist twist(const WheelCommand& command);
+geometry_msgs::Twist twist(const PlanarVelocity& command);
 
 /// Says `text` once at full volume.
 sound_play::SoundRequest sayRequest(const std::string& text, const std::string& voice);

@@ -92,7 +92,7 @@ PathFollower::PathFollower(FloorPath path, double final_yaw, const DriveLimits& 
   if (path_.size() < 2) throw std::invalid_argument("a path needs two points");
 }
 
-WheelCommand PathFollower::step(const FloorPose& pose, double period) {
+PlanarVelocity PathFollower::step(const PlanarPose& pose, double period) {
   switch (phase_) {
     case Phase::TurnToPath: {
       const Eigen::Vector2d heading = pointAlong(path_, limits_.look_ahead) - path_.front();
@@ -112,7 +112,7 @@ WheelCommand PathFollower::step(const FloorPose& pose, double period) {
   return last_;
 }
 
-WheelCommand PathFollower::turnTo(double yaw, const FloorPose& pose, double period, Phase next) {
+PlanarVelocity PathFollower::turnTo(double yaw, const PlanarPose& pose, double period, Phase next) {
   const double left = turnBetween(pose.yaw, yaw);
   if (std::abs(left) < kTurnedEnough) {
     phase_ = next;
@@ -125,14 +125,15 @@ WheelCommand PathFollower::turnTo(double yaw, const FloorPose& pose, double peri
   return {0, approach(last_.turn, wanted, limits_.turn_acceleration * period)};
 }
 
-WheelCommand PathFollower::follow(const FloorPose& pose, double period) {
-  const double along = nearestAlong(path_, pose.position);
+PlanarVelocity PathFollower::follow(const PlanarPose& pose, double period) {
+  const double along = nearestAlong(path_, positionOf(pose));
   const double remaining = length_ - along;
   if (remaining < kNearEnough) {
     phase_ = Phase::TurnToGoal;
     return {};
   }
-  const Eigen::Vector2d to_target = pointAlong(path_, along + limits_.look_ahead) - pose.position;
+  const Eigen::Vector2d to_target =
+      pointAlong(path_, along + limits_.look_ahead) - positionOf(pose);
   const double bearing = turnBetween(pose.yaw, std::atan2(to_target.y(), to_target.x()));
   const double wanted = std::min(limits_.speed, std::sqrt(limits_.acceleration * remaining));
   const double forward = approach(last_.forward, wanted, limits_.acceleration * period);

@@ -7,14 +7,13 @@
 #include <vector>
 
 #include "nodes/fetch/joint_path.hpp"
+#include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 
-/// A robot on the floor.
-struct FloorPose {
-  Eigen::Vector2d position = Eigen::Vector2d::Zero();
-  double yaw = 0;
-};
+using replay::PlanarPose, replay::PlanarVelocity;
+
+inline Eigen::Vector2d positionOf(const PlanarPose& pose) { return {pose.x, pose.y}; }
 
 using FloorPath = std::vector<Eigen::Vector2d>;
 
@@ -38,11 +37,6 @@ struct PathMarkerStyle {
   double shaft = 0.06, head = 0.08, goal = 0.12;  ///< diameters; `goal` of the sphere at the end
 };
 
-/// What the wheels are told: m/s forward, rad/s counter-clockwise.
-struct WheelCommand {
-  double forward = 0, turn = 0;
-};
-
 struct DriveLimits {
   double speed = 0.6, acceleration = 0.6;          ///< m/s, m/s^2
   double turn_speed = 1.3, turn_acceleration = 2;  ///< rad/s, rad/s^2
@@ -59,19 +53,19 @@ class PathFollower {
   PathFollower(FloorPath path, double final_yaw, const DriveLimits& limits);
 
   /// The command for the next `period` seconds; zero once done.
-  WheelCommand step(const FloorPose& pose, double period);
+  PlanarVelocity step(const PlanarPose& pose, double period);
   Phase phase() const { return phase_; }
 
  private:
-  WheelCommand turnTo(double yaw, const FloorPose& pose, double period, Phase next);
-  WheelCommand follow(const FloorPose& pose, double period);
+  PlanarVelocity turnTo(double yaw, const PlanarPose& pose, double period, Phase next);
+  PlanarVelocity follow(const PlanarPose& pose, double period);
 
   FloorPath path_;
   double length_;
   double final_yaw_;
   DriveLimits limits_;
   Phase phase_ = Phase::TurnToPath;
-  WheelCommand last_;
+  PlanarVelocity last_;
 };
 
 }  // namespace afterglow::nodes

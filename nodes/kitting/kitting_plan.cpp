@@ -193,7 +193,8 @@ DrivePlan Reader::drive(const YAML::Node& node) const {
        "look_ahead", "command_hz", "scan_hz", "path_seconds", "aim_seconds", "aim_ahead",
        "aim_widest", "head_tilt", "perceive", "says", "says_after", "arrows"});
   DrivePlan plan;
-  plan.goal = {vector2(values, "goal"), angle(values, "goal_yaw")};
+  const Eigen::Vector2d goal = vector2(values, "goal");
+  plan.goal = {goal.x(), goal.y(), angle(values, "goal_yaw")};
   plan.clearance = length(values, "clearance");
   plan.limits.speed = positive(values, "speed");
   plan.limits.acceleration = positive(values, "acceleration");

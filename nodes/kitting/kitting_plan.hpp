@@ -29,7 +29,7 @@ struct PickPlan {
 };
 
 struct DrivePlan {
-  FloorPose goal;
+  PlanarPose goal;
   double clearance = 0;
   DriveLimits limits;
   double command_hz = 0, scan_hz = 0;

@@ -118,11 +118,7 @@ Eigen::Isometry3d KittingRobot::T_map_link(const std::string& link) const {
   }
 }
 
-FloorPose KittingRobot::floorPose() const {
-  const Eigen::Isometry3d T = T_map_base();
-  const Eigen::Vector3d forward = T.linear().col(0);
-  return {T.translation().head<2>(), std::atan2(forward.y(), forward.x())};
-}
+PlanarPose KittingRobot::floorPose() const { return toPlanarPose(T_map_base()); }
 
 Eigen::Isometry3d KittingRobot::gripperDown(const Eigen::Vector3d& p_map, double yaw) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -224,7 +220,7 @@ void KittingRobot::waitForHeadAndProjector(double seconds) {
   expectSuccess(point_head_, "the head", seconds + kLate);
 }
 
-void KittingRobot::drive(const WheelCommand& command) { wheels_.publish(twist(command)); }
+void KittingRobot::drive(const PlanarVelocity& command) { wheels_.publish(twist(command)); }
 
 void KittingRobot::projectClusters(const sensor_msgs::PointCloud2& white,
                                    const sensor_msgs::PointCloud2& green) {

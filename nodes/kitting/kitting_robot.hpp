@@ -44,7 +44,7 @@ class KittingRobot {
   JointPositions joints() const;
   Eigen::Isometry3d T_map_base() const { return T_map_link("base_link"); }
   Eigen::Isometry3d T_map_link(const std::string& link) const;
-  FloorPose floorPose() const;
+  PlanarPose floorPose() const;
 
   // ------------------------------------------------------------------------------- its motions
   /// Gripper pointing down, its fingers' closing direction at `yaw` about the vertical of `map`.
@@ -67,7 +67,7 @@ class KittingRobot {
   /// than `widest`; returns at once.
   void aimProjector(const Eigen::Vector3d& p_base, double seconds, double widest = M_PI);
   void waitForHeadAndProjector(double seconds);
-  void drive(const WheelCommand& command);
+  void drive(const PlanarVelocity& command);
   void stop() { drive({}); }
 
   // ------------------------------------------------------------------ what it shows and says

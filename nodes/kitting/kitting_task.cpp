@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
 #include "nodes/kitting/kitting_drive.hpp"
 
@@ -10,11 +11,6 @@ namespace {
 
 constexpr int kStraightSteps = 4;       // poses of a straight way
 constexpr double kUnfoldSeconds = 3.5;  // from tucked to ready
-
-double yawOf(const Eigen::Isometry3d& T) {
-  const Eigen::Vector3d x = T.linear().col(0);
-  return std::atan2(x.y(), x.x());
-}
 
 Eigen::Isometry3d above(Eigen::Isometry3d T, double height) {
   T.translation().z() += height;
@@ -109,7 +105,7 @@ void KittingTask::pick() {
 
   const Eigen::Vector3d p_grasp =
       object.T_map_thing.translation() + Eigen::Vector3d(0, 0, plan.grasp_height);
-  grasp(KittingRobot::gripperDown(p_grasp, yawOf(object.T_map_thing) + plan.grasp_yaw));
+  grasp(KittingRobot::gripperDown(p_grasp, toPlanarPose(object.T_map_thing).yaw + plan.grasp_yaw));
   moveArm(carryPose(), plan_.carry_torso, plan.seconds.at("retreat"));
   waitUntilSaid();
   const ros::Time now = ros::Time::now();
@@ -171,7 +167,7 @@ void KittingTask::place() {
 
 void KittingTask::release(const Eigen::Isometry3d& T_map_section) {
   const PlacePlan& plan = plan_.place;
-  const double yaw = yawOf(T_map_section) + plan.grasp_yaw;
+  const double yaw = toPlanarPose(T_map_section).yaw + plan.grasp_yaw;
   const Eigen::Vector3d p = T_map_section.translation();
   const Eigen::Isometry3d T_map_release =
       KittingRobot::gripperDown(p + Eigen::Vector3d(0, 0, plan.release), yaw);

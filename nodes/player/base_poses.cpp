@@ -16,9 +16,8 @@ constexpr std::int64_t kTimeWentBack = 1'000'000'000;
 /// Seen from above; empty if it is none.
 std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& transform) {
   const auto& q = transform.rotation;
-  const replay::PlanarPose pose{
-      transform.translation.x, transform.translation.y,
-      std::atan2(2 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)};
+  const replay::PlanarPose pose{transform.translation.x, transform.translation.y,
+                                replay::headingOf(q.x, q.y, q.z, q.w)};
   const bool is_finite = std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
   return is_finite ? std::optional(pose) : std::nullopt;
 }

@@ -35,11 +35,8 @@ class PoseListener {
   void lookForBase(const PoseQuestion& question) {
     const std::string map = frameName(question.map), base = frameName(question.base);
     if (!transforms_ || !buffer_.canTransform(map, base, ros::Time(0))) return;
-    const Eigen::Isometry3d T_map_base =
-        toIsometry(buffer_.lookupTransform(map, base, ros::Time(0)).transform);
-    const auto& R = T_map_base.linear();
-    pose.base = replay::PlanarPose{T_map_base.translation().x(), T_map_base.translation().y(),
-                                   std::atan2(R(1, 0), R(0, 0))};
+    pose.base =
+        toPlanarPose(toIsometry(buffer_.lookupTransform(map, base, ros::Time(0)).transform));
   }
 
   replay::StartPose pose;

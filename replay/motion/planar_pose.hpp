@@ -42,13 +42,23 @@ inline double distance(const PlanarPose& a, const PlanarPose& b) {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-/// Where a base is after `seconds` of a steady velocity: on an arc.
-inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity, double seconds) {
-  const double half = velocity.turn * seconds / 2;
-  const double arc = velocity.forward * seconds;
+/// Where a base is after an arc of that length, m, on which it turns by so much.
+inline PlanarPose alongArc(const PlanarPose& pose, double arc, double turn) {
+  // The chord of an arc: exact, and well behaved for a straight line.
+  const double half = turn / 2;
   const double chord = std::abs(half) < 1e-9 ? arc : arc * std::sin(half) / half;
   return {pose.x + chord * std::cos(pose.yaw + half), pose.y + chord * std::sin(pose.yaw + half),
-          wrapAngle(pose.yaw + 2 * half)};
+          wrapAngle(pose.yaw + turn)};
+}
+
+/// Where a base is after `seconds` of a steady velocity.
+inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity, double seconds) {
+  return alongArc(pose, velocity.forward * seconds, velocity.turn * seconds);
+}
+
+/// Where a frame's x points, seen from above, of an orientation of any length.
+inline double headingOf(double qx, double qy, double qz, double qw) {
+  return std::atan2(2 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz);
 }
 
 }  // namespace afterglow::replay

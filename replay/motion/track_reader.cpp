@@ -49,8 +49,7 @@ class Transforms {
   std::optional<PlanarPose> pose(std::size_t i) const {
     const double x = number(5, i), y = number(6, i), z = number(7, i), w = number(8, i);
     const double length = x * x + y * y + z * z + w * w;
-    const PlanarPose pose{number(3, i), number(4, i),
-                          std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)};
+    const PlanarPose pose{number(3, i), number(4, i), headingOf(x, y, z, w)};
     // NaN compares false.
     if (!(length > 0.9 && length < 1.1 && std::isfinite(pose.x) && std::isfinite(pose.y)))
       return {};

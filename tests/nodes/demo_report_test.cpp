@@ -34,8 +34,8 @@ DemoReport report() {
   measured.messages = 42;
   measured.says = "<Ok> & \"done\"";
   measured.key_frames = {{"perceive", 1.25, "pick_live", "pick_replay"}};
-  measured.live_end.base = {{1, 2}, 3.1};
-  measured.replay_end.base = {{1.03, 2.04}, -3.1};
+  measured.live_end.base = {1, 2, 3.1};
+  measured.replay_end.base = {1.03, 2.04, -3.1};
   measured.replay_end.p_gripper = {0.02, 0, 0};
   measured.player_report = playerReport();
   DemoReport result;

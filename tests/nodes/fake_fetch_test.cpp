@@ -18,7 +18,7 @@ using Phase = TrajectoryStatus::Phase;
 constexpr Nanoseconds kNow = 1000s;
 constexpr DriveErrors kNoErrors = {1, 1, 0, 1};
 
-FakeFetch makeFetch(const DriveErrors& errors = kNoErrors, const Pose2& start = {}) {
+FakeFetch makeFetch(const DriveErrors& errors = kNoErrors, const PlanarPose& start = {}) {
   static const RobotModel model = RobotModel::fromFile("assets/fetch.urdf");
   return FakeFetch(model, {start, errors}, kNow);
 }
@@ -78,7 +78,7 @@ TEST(DiffDrive, drivesArcs) {
   // Both ramps take 0.8 s, so the radius is 0.25 m throughout.
   drive(fetch, 0.6, 2.4, 2s);
   run(fetch, 5s);
-  const Pose2& pose = fetch.base().truePose();
+  const PlanarPose& pose = fetch.base().truePose();
   EXPECT_NEAR(std::hypot(pose.x, pose.y - 0.25), 0.25, 1e-6);
   EXPECT_NEAR(pose.y, 0.25 * (1 - std::cos(pose.yaw)), 1e-6);
   EXPECT_GT(std::hypot(pose.x, pose.y), 0.1);
@@ -88,12 +88,12 @@ TEST(DiffDrive, driftsAFewCentimetersAndKnowsHowMuch) {
   FakeFetch fetch = makeFetch(DriveErrors{}, {1, 2, 0.5});
   drive(fetch, 0.5, 0, 6s);
   run(fetch, 2s);
-  const Pose2 truth = fetch.base().truePose();
-  const Pose2 believed = compose({1, 2, 0.5}, fetch.base().odometry());
+  const PlanarPose truth = fetch.base().truePose();
+  const PlanarPose believed = compose({1, 2, 0.5}, fetch.base().odometry());
   const double drift = std::hypot(truth.x - believed.x, truth.y - believed.y);
   EXPECT_GT(drift, 0.005);
   EXPECT_LT(drift, 0.08);
-  const Pose2 localized = compose(fetch.base().mapToOdom(), fetch.base().odometry());
+  const PlanarPose localized = compose(fetch.base().mapToOdom(), fetch.base().odometry());
   EXPECT_NEAR(localized.x, truth.x, 1e-9);
   EXPECT_NEAR(localized.y, truth.y, 1e-9);
   EXPECT_NEAR(std::remainder(localized.yaw - truth.yaw, 2 * M_PI), 0, 1e-9);
@@ -134,7 +134,7 @@ TEST(FakeLocalization, isAsFarOffAsItIsToldAndNeighboringErrorsAreAlike) {
   std::vector<double> x, yaw;
   for (Nanoseconds now = kNow; now < kNow + 1000s; now += 10ms) {
     localization.step(now, base);
-    const Pose2 seen = compose(localization.mapToOdom(), base.odometry());
+    const PlanarPose seen = compose(localization.mapToOdom(), base.odometry());
     if ((now - kNow) % 200ms != 190ms) continue;
     x.push_back(seen.x - 1);
     yaw.push_back(seen.yaw - 0.5);
@@ -377,12 +377,12 @@ TEST(FakeFetch, stepsAsFarAsItsArmWasMovedBetweenTwoGoals) {
 }
 
 TEST(FakeFetch, isBackAtItsStartAfterAReset) {
-  const Pose2 start = {1, -1, 0.3};
+  const PlanarPose start = {1, -1, 0.3};
   FakeFetch fetch = makeFetch(DriveErrors{}, start);
   fetch.follow(kArmWithTorsoController, goalTo(armOverTable(), 4s));
   fetch.moveGripper(0.1);
   drive(fetch, 0.5, 0.5, 2s);
-  const Pose2 drift = fetch.base().mapToOdom();
+  const PlanarPose drift = fetch.base().mapToOdom();
   fetch.reset();
   run(fetch, 1s);
   EXPECT_NEAR(fetch.base().truePose().x, start.x, 1e-9);

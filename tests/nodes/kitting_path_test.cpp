@@ -47,9 +47,10 @@ TEST(KittingPath, turnsTheShortWay) {
 }
 
 // A base that obeys at once.
-FloorPose moved(FloorPose pose, const WheelCommand& command, double period) {
+PlanarPose moved(PlanarPose pose, const PlanarVelocity& command, double period) {
   pose.yaw += command.turn * period / 2;
-  pose.position += command.forward * period * Vector2d(std::cos(pose.yaw), std::sin(pose.yaw));
+  pose.x += command.forward * period * std::cos(pose.yaw);
+  pose.y += command.forward * period * std::sin(pose.yaw);
   pose.yaw += command.turn * period / 2;
   return pose;
 }
@@ -57,22 +58,22 @@ FloorPose moved(FloorPose pose, const WheelCommand& command, double period) {
 TEST(PathFollower, arrivesWhereAndAsWanted) {
   const DriveLimits limits;
   PathFollower follower(planDetour({0, 0}, {0, 2.8}, {{0.1, 1.4}}, 0.5), 0, limits);
-  FloorPose pose;
-  WheelCommand before;
+  PlanarPose pose;
+  PlanarVelocity before;
   const double period = 0.04;
   int steps = 0;
   while (follower.phase() != PathFollower::Phase::Done && steps < 1000) {
-    const WheelCommand command = follower.step(pose, period);
+    const PlanarVelocity command = follower.step(pose, period);
     EXPECT_LE(command.forward, limits.speed + 1e-9);
     EXPECT_LE(command.forward - before.forward, limits.acceleration * period + 1e-9);
     EXPECT_LE(std::abs(command.turn), limits.turn_speed + 1e-9);
-    EXPECT_GE((pose.position - Vector2d(0.1, 1.4)).norm(), 0.42);
+    EXPECT_GE((positionOf(pose) - Vector2d(0.1, 1.4)).norm(), 0.42);
     pose = moved(pose, command, period);
     before = command;
     ++steps;
   }
   EXPECT_LT(steps * period, 14);
-  EXPECT_LT((pose.position - Vector2d(0, 2.8)).norm(), 0.03);
+  EXPECT_LT((positionOf(pose) - Vector2d(0, 2.8)).norm(), 0.03);
   EXPECT_NEAR(pose.yaw, 0, 0.02);
   EXPECT_EQ(follower.step(pose, period).forward, 0);
 }
