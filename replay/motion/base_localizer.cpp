@@ -27,16 +27,15 @@ BaseLocalizer::BaseLocalizer(const LocalizationNoise& noise, const PlanarPose& T
       odometry_(odometry),
       last_correction_(T_map_odom),
       corrected_at_(at) {
-  covariance_[3][3] = covariance_[4][4] = square(noise.scale);
+  covariance_(3, 3) = covariance_(4, 4) = square(noise.scale);
   forgetPose();
 }
 
 void BaseLocalizer::forgetPose() {
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < kSize; ++j) covariance_[i][j] = covariance_[j][i] = 0;
-  }
-  covariance_[0][0] = covariance_[1][1] = square(noise_.position);
-  covariance_[2][2] = square(noise_.yaw);
+  covariance_.topRows<3>().setZero();
+  covariance_.leftCols<3>().setZero();
+  covariance_.diagonal().head<3>() << square(noise_.position), square(noise_.position),
+      square(noise_.yaw);
 }
 
 void BaseLocalizer::move(const PlanarPose& odometry) {
@@ -52,28 +51,15 @@ void BaseLocalizer::move(const PlanarPose& odometry) {
   pose_ = compose(pose_, step);
 
   // P <- F P F' + Q, with F the step's derivative by the state: the identity and these.
-  std::array<State, kSize> F{};
-  for (std::size_t i = 0; i < kSize; ++i) F[i][i] = 1;
-  F[0][2] = -dy, F[1][2] = dx;
-  F[0][3] = dx, F[1][3] = dy;
-  F[2][4] = turn;
-  std::array<State, kSize> FP{}, FPF{};
-  for (std::size_t i = 0; i < kSize; ++i) {
-    for (std::size_t k = 0; k < kSize; ++k) {
-      if (F[i][k] == 0) continue;
-      for (std::size_t j = 0; j < kSize; ++j) FP[i][j] += F[i][k] * covariance_[k][j];
-    }
-  }
-  for (std::size_t i = 0; i < kSize; ++i) {
-    for (std::size_t j = 0; j < kSize; ++j) {
-      for (std::size_t k = 0; k < kSize; ++k) FPF[i][j] += FP[i][k] * F[j][k];
-    }
-  }
-  covariance_ = FPF;
-  covariance_[0][0] += square(noise_.slip) * length;
-  covariance_[1][1] += square(noise_.slip) * length;
-  covariance_[2][2] +=
+  Covariance F = Covariance::Identity();
+  F(0, 2) = -dy, F(1, 2) = dx;
+  F(0, 3) = dx, F(1, 3) = dy;
+  F(2, 4) = turn;
+  covariance_ = F * covariance_ * F.transpose();
+  const double slip = square(noise_.slip) * length;
+  const double turn_slip =
       square(noise_.slip_turn) * length + square(noise_.turn_slip) * std::abs(turn);
+  covariance_.diagonal().head<3>() += Eigen::Vector3d(slip, slip, turn_slip);
 }
 
 void BaseLocalizer::correct(const PlanarPose& T_map_odom, Stamp at) {
@@ -99,25 +85,22 @@ void BaseLocalizer::correct(const PlanarPose& T_map_odom, Stamp at) {
   observe(2, wrapAngle(measured.yaw - pose_.yaw), square(noise_.yaw) / worth);
 }
 
-void BaseLocalizer::observe(std::size_t axis, double innovation, double variance) {
-  const double total = covariance_[axis][axis] + variance;
-  State gain;
-  for (std::size_t i = 0; i < kSize; ++i) gain[i] = covariance_[i][axis] / total;
+void BaseLocalizer::observe(Eigen::Index axis, double innovation, double variance) {
+  using State = Eigen::Matrix<double, 5, 1>;
+  const State column = covariance_.col(axis);
+  const State gain = column / (column[axis] + variance);
   pose_.x += gain[0] * innovation;
   pose_.y += gain[1] * innovation;
   pose_.yaw = wrapAngle(pose_.yaw + gain[2] * innovation);
   distance_scale_ += gain[3] * innovation;
   turn_scale_ += gain[4] * innovation;
-  const State row = covariance_[axis];
-  for (std::size_t i = 0; i < kSize; ++i) {
-    for (std::size_t j = 0; j < kSize; ++j) covariance_[i][j] -= gain[i] * row[j];
-  }
+  covariance_ -= gain * column.transpose();
 }
 
 double BaseLocalizer::positionError() const {
-  return std::sqrt(std::max({covariance_[0][0], covariance_[1][1], 0.}));
+  return std::sqrt(std::max({covariance_(0, 0), covariance_(1, 1), 0.}));
 }
 
-double BaseLocalizer::yawError() const { return std::sqrt(std::max(covariance_[2][2], 0.)); }
+double BaseLocalizer::yawError() const { return std::sqrt(std::max(covariance_(2, 2), 0.)); }
 
 }  // namespace afterglow::replay

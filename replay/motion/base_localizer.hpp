@@ -7,8 +7,7 @@
 /// own delay does not matter.
 #pragma once
 
-#include <array>
-#include <cstddef>
+#include <Eigen/Core>
 
 #include "replay/messages/message.hpp"
 #include "replay/motion/planar_pose.hpp"
@@ -49,16 +48,16 @@ class BaseLocalizer {
   double yawError() const;  ///< radians
 
  private:
-  static constexpr std::size_t kSize = 5;  ///< x, y, yaw, scale of distances, scale of turns
-  using State = std::array<double, kSize>;
+  /// Of x, y, yaw, scale of distances, scale of turns.
+  using Covariance = Eigen::Matrix<double, 5, 5>;
 
   void forgetPose();
-  void observe(std::size_t axis, double innovation, double variance);
+  void observe(Eigen::Index axis, double innovation, double variance);
 
   LocalizationNoise noise_;
   PlanarPose pose_, odometry_;
   double distance_scale_ = 0, turn_scale_ = 0;
-  std::array<State, kSize> covariance_{};
+  Covariance covariance_ = Covariance::Zero();
   PlanarPose last_correction_;
   Stamp corrected_at_;
   int outliers_ = 0;
