@@ -9,8 +9,7 @@
 namespace afterglow::nodes {
 
 void addCalibrateVerb(CLI::App& app) {
-  CLI::App* calibrate =
-      app.add_subcommand("calibrate", "Calibrate a projector with printed and projected tags");
+  CLI::App* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
   calibrate->require_subcommand(1);
   addCalibrateBoard(*calibrate);
   addCalibratePattern(*calibrate);

@@ -6,6 +6,9 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kCalibrateHelp =
+    "Calibrate a projector with printed and projected tags";
+
 /// Registers the verb and its sub-verbs; parsing one does the job. Failures are exceptions.
 void addCalibrateVerb(CLI::App& app);
 

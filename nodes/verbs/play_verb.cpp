@@ -244,7 +244,7 @@ void run(PlayCommand& command) {
 
 void addPlayVerb(CLI::App& app) {
   const auto command = std::make_shared<PlayCommand>();
-  CLI::App* verb = app.add_subcommand("play", "Replay a behavior into the running robot");
+  CLI::App* verb = app.add_subcommand("play", kPlayHelp);
   addPlayOptions(*verb, *command);
   verb->callback([command] { run(*command); });
 }

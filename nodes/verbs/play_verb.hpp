@@ -6,6 +6,8 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kPlayHelp = "Replay a behavior into the running robot";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addPlayVerb(CLI::App& app);
 

@@ -245,8 +245,7 @@ void runRender(const RenderOptions& options) {
 
 void addRenderVerb(CLI::App& app) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* verb = app.add_subcommand(
-      "render", "Draw what a projector showed during a behavior, without a ROS master");
+  CLI::App* verb = app.add_subcommand("render", kRenderHelp);
   verb->add_option("what", options->what, std::string(kBehaviorHelp) + "; or FILE.bag")->required();
   verb->add_option("--config", options->config, "What is projected where (assets/projector.yaml)")
       ->required();

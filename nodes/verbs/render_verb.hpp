@@ -7,6 +7,9 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kRenderHelp =
+    "Draw what a projector showed during a behavior, without a ROS master";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addRenderVerb(CLI::App& app);
 

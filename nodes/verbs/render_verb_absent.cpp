@@ -6,7 +6,7 @@
 namespace afterglow::nodes {
 
 void addRenderVerb(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("render", "Not in this build: it has no renderer");
+  CLI::App* verb = app.add_subcommand("render", kRenderHelp);
   verb->allow_extras();
   verb->callback([] {
     throw std::runtime_error("this build has no renderer (configure with AFTERGLOW_WITH_GL)");

@@ -1,0 +1,7 @@
+// `afterglow play`.
+#include "nodes/verbs/play_verb.hpp"
+#include "nodes/verbs/command.hpp"
+
+int main(int argc, char** argv) {
+  return afterglow::nodes::runCommand(argc, argv, {afterglow::nodes::addPlayVerb});
+}

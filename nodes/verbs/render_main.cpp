@@ -1,0 +1,7 @@
+// `afterglow render`.
+#include "nodes/verbs/render_verb.hpp"
+#include "nodes/verbs/command.hpp"
+
+int main(int argc, char** argv) {
+  return afterglow::nodes::runCommand(argc, argv, {afterglow::nodes::addRenderVerb});
+}
