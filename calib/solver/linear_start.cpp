@@ -1,7 +1,8 @@
 #include "calib/solver/linear_start.hpp"
 #include "calib/median.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <random>
 
@@ -41,7 +42,7 @@ std::optional<Projection> directLinearTransform(const std::vector<Point>& points
     rows.block<1, 4>(1, 8) = -x.y() * X;
     normal += rows.transpose() * rows;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>> eigen(normal);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
   const Eigen::Matrix<double, 12, 1> p = eigen.eigenvectors().col(0);
   Projection P;
   P << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(), p.segment<4>(8).transpose();
@@ -56,20 +57,14 @@ std::optional<LinearStart> decompose(const Projection& P, const std::vector<Poin
   Eigen::Matrix3d M = P.leftCols<3>();
   const double sign = M.determinant() < 0 ? -1 : 1;
   M *= sign;
-  // RQ decomposition through QR of the matrix with rows reversed.
-  const Eigen::Matrix3d flip =
-      Eigen::Vector3d(1, 1, 1).asDiagonal().toDenseMatrix().rowwise().reverse();
-  const Eigen::HouseholderQR<Eigen::Matrix3d> qr((flip * M).transpose());
-  Eigen::Matrix3d Q = qr.householderQ();
-  Eigen::Matrix3d upper =
-      flip * Eigen::Matrix3d(qr.matrixQR().triangularView<Eigen::Upper>()).transpose() * flip;
-  Eigen::Matrix3d R = flip * Q.transpose();
-  for (int i = 0; i < 3; ++i) {
-    if (upper(i, i) >= 0) continue;
-    upper.col(i) *= -1;
-    R.row(i) *= -1;
-  }
-  if (!(upper(2, 2) > 0) || R.determinant() < 0) return std::nullopt;
+  // RQ decomposition: Gram and Schmidt's from the last row up. With two positive numbers on the
+  // diagonal and two positive determinants the third is positive, too.
+  Eigen::Matrix3d R;
+  R.row(2) = M.row(2).normalized();
+  R.row(1) = (M.row(1) - M.row(1).dot(R.row(2)) * R.row(2)).normalized();
+  R.row(0) = R.row(1).cross(R.row(2));
+  const Eigen::Matrix3d upper = (M * R.transpose()).triangularView<Eigen::Upper>();
+  if (!upper.allFinite() || !(upper.diagonal().minCoeff() > 0)) return std::nullopt;
   const Eigen::Vector3d t = upper.inverse() * (sign * P.col(3));
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();  // T_projector_camera
   T.linear() = R;
