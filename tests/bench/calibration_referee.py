@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""How far off calibrations are, judged by the independent simulator ../shared/tools/procam_sim.py.
+"""How far off calibrations are, judged by the independent simulator tests/referee/procam_sim.py.
 
   calibration_referee.py [--command build/bin/afterglow] [--seeds 3] [--first-seed 1] [--kinds ...] [--work DIR]
 
@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 BARS_MM = {"standard": 0.25, "lens_shift": 0.25, "wide": 0.35, "short_throw": 0.50}
-REFEREE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../shared/tools/procam_sim.py")
+REFEREE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../referee/procam_sim.py")
 
 
 def run(*arguments):
@@ -55,8 +55,6 @@ def main():
     parser.add_argument("--kinds", nargs="+", default=list(BARS_MM), choices=list(BARS_MM))
     parser.add_argument("--work", default="out/calibration_referee")
     options = parser.parse_args()
-    if not os.path.exists(REFEREE):
-        sys.exit(f"{REFEREE} is not there: it comes beside the project, not with it")
     run(options.command, "calibrate", "board", "--out", f"{options.work}/board")
     run(options.command, "calibrate", "pattern", "--width", "1280", "--height", "800", "--out", f"{options.work}/pattern")
     seeds = range(options.first_seed, options.first_seed + options.seeds)

@@ -18,6 +18,7 @@
 #include "calib/file_replacement.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
+#include "tests/support/referee_program.hpp"
 #include "tests/support/sample_calibration.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -340,11 +341,8 @@ TEST_F(CalibrationFilesTest, refusesATruncatedFileAtAnyLength) {
 }
 
 TEST_F(CalibrationFilesTest, isReadByTheReferee) {
-  const std::string referee = "../shared/tools/procam_sim.py";
-  if (!fs::exists(referee)) GTEST_SKIP() << referee << " is not here";
-  if (std::system((referee + " --help > /dev/null 2>&1").c_str()) != 0) {
-    GTEST_SKIP() << referee << " does not run: python3-numpy, -opencv or -yaml is missing";
-  }
+  const std::string absence = test::refereeAbsence();
+  if (!absence.empty()) GTEST_SKIP() << absence;
   Calibration tiny_terms = calibration_;
   tiny_terms.estimate.projector.D[2] = 3e-7;  // a number with an exponent
   save(tiny_terms);
@@ -369,11 +367,13 @@ TEST_F(CalibrationFilesTest, isReadByTheReferee) {
       << "projector: " << lens(truth.projector) << "camera: " << lens(tiny_terms.camera)
       << "T_world_camera: " << rigid(Eigen::Matrix4d::Identity())
       << "T_world_projector: " << rigid(truth.T_camera_projector.matrix().matrix());
-  const std::string command =
-      referee + " compare --max-p95-mm 0.000001 --truth " + folder_.path("truth.yaml") +
-      " --projector " + path("projector.yaml") + " --pose " + path("T_camera_projector.yaml") +
-      " > " + folder_.path("said") + " 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0) << read(folder_.path("said"));
+  const std::string said = folder_.path("said");
+  const int status = test::runReferee("compare --max-p95-mm 0.000001 --truth " +
+                                          folder_.path("truth.yaml") + " --projector " +
+                                          path("projector.yaml") + " --pose " +
+                                          path("T_camera_projector.yaml") + " >> " + said,
+                                      said);
+  EXPECT_EQ(status, 0) << read(said);
 }
 
 TEST_F(CalibrationFilesTest, keepsAHistoryInOrderAndNamesWhatItCannotRead) {

@@ -3,18 +3,16 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 
 #include "calib/targets/tag_family.hpp"
 #include "calib/verify/throw_picture.hpp"
+#include "tests/support/referee_program.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::calib::verify_referee_test {
 namespace {
 
-const std::string kReferee = "../shared/tools/procam_sim.py";
 constexpr double kSide = 1.0;  ///< m, of the printed mat on the floor
 constexpr int kMatPixels = 2000;
 
@@ -67,10 +65,8 @@ Picture matPicture(const TagLayout& layout) {
 class VerifyReferee : public testing::Test {
  protected:
   void SetUp() override {
-    if (!std::filesystem::exists(kReferee)) GTEST_SKIP() << kReferee << " is not here";
-    if (run("--help > " + path("help")) != 0) {
-      GTEST_SKIP() << kReferee << " does not run: python3-numpy, -opencv or -yaml is missing";
-    }
+    const std::string absence = test::refereeAbsence();
+    if (!absence.empty()) GTEST_SKIP() << absence;
     ASSERT_EQ(run("rig --kind standard --seed 3 > " + path("rig.yaml")), 0);
     rig_ = YAML::LoadFile(path("rig.yaml"));
     camera_ = readLens(rig_["camera"]);
@@ -92,7 +88,7 @@ class VerifyReferee : public testing::Test {
 
   std::string path(const std::string& name) const { return folder_.path(name); }
   int run(const std::string& arguments) const {
-    return std::system((kReferee + " " + arguments + " 2>> " + path("log")).c_str());
+    return test::runReferee(arguments, path("log"));
   }
 
   /// What the camera sees while the projector shows a picture.

@@ -5,16 +5,15 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/calibrate_command.hpp"
+#include "tests/support/referee_program.hpp"
 
 namespace afterglow::nodes::calibrate_solve_test {
 namespace {
 
-const std::string kReferee = "../shared/tools/procam_sim.py";
-
 class SolveCommand : public test::CalibrateCommand {
  protected:
   ProgramResult referee(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), {AFTERGLOW_TEST_PYTHON, kReferee});
+    arguments.insert(arguments.begin(), {AFTERGLOW_TEST_PYTHON, test::kReferee});
     return runProgram(arguments);
   }
   ProgramResult solve(const std::string& images, const std::string& out) const {
@@ -25,7 +24,8 @@ class SolveCommand : public test::CalibrateCommand {
 };
 
 TEST_F(SolveCommand, calibratesWhatTheRefereePhotographed) {
-  if (!std::filesystem::exists(kReferee)) GTEST_SKIP() << kReferee << " is not there";
+  const std::string absence = test::refereeAbsence();
+  if (!absence.empty()) GTEST_SKIP() << absence;
   ASSERT_EQ(calibrate({"board", "--out", path("board")}).status, 0);
   ASSERT_EQ(
       calibrate({"pattern", "--width", "1280", "--height", "800", "--out", path("pattern")}).status,

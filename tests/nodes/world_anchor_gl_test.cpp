@@ -234,7 +234,7 @@ struct WorldAnchorLightTest : WorldAnchorTest {
       if (std::getenv("AFTERGLOW_REQUIRE_GL")) FAIL() << error.what();
       GTEST_SKIP() << error.what();
     }
-    const std::string absence = test::Referee::absence();
+    const std::string absence = test::refereeAbsence();
     if (!absence.empty()) GTEST_SKIP() << absence;
   }
   std::unique_ptr<render::GlContext> context;

@@ -85,7 +85,7 @@ class RefereeTest : public test::GlTest {
   void SetUp() override {
     test::GlTest::SetUp();
     if (IsSkipped() || HasFatalFailure()) return;
-    const std::string absence = test::Referee::absence();
+    const std::string absence = test::refereeAbsence();
     if (!absence.empty()) GTEST_SKIP() << absence;
   }
 

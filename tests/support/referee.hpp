@@ -1,12 +1,10 @@
 /// \file
-/// The independent referee of where light lands: ../shared/tools/procam_sim.py.
+/// A projector and a room that the referee judges.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
 
 #include <Eigen/Geometry>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
@@ -16,6 +14,7 @@
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
 #include "render/image_file.hpp"
+#include "tests/support/referee_program.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::test {
@@ -31,16 +30,6 @@ struct RefereeSurface {
 class Referee {
  public:
   static constexpr double kStep = 0.0005;  // m, a pixel of its pictures
-
-  /// Why it cannot judge here, or empty.
-  static std::string absence() {
-    if (!std::filesystem::exists(kProgram)) return std::string(kProgram) + " is not here";
-    const bool runs =
-        std::system((std::string(kProgram) + " --help > /dev/null 2>&1").c_str()) == 0;
-    return runs ? ""
-                : std::string(kProgram) +
-                      " does not run: python3-numpy, -opencv or -yaml is missing";
-  }
 
   Referee(const std::string& kind, int seed) {
     run("rig --kind " + kind + " --seed " + std::to_string(seed) + " > " +
@@ -79,12 +68,8 @@ class Referee {
   Rigid<World, Projector> T_world_projector;
 
  private:
-  static constexpr char kProgram[] = "../shared/tools/procam_sim.py";
-
   void run(const std::string& arguments) const {
-    const std::string command =
-        std::string(kProgram) + " " + arguments + " 2>> " + folder_.path("log");
-    if (std::system(command.c_str()) == 0) return;
+    if (runReferee(arguments, folder_.path("log")) == 0) return;
     std::ifstream log(folder_.path("log"));
     throw std::runtime_error(std::string(std::istreambuf_iterator<char>(log), {}));
   }

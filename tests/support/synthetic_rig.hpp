@@ -1,6 +1,6 @@
 /// \file
 /// A camera, a projector, a board and a floor of known truth, and a photographer of them: ray-cast,
-/// in linear light. Ranges and light as in the referee, shared/tools/procam_sim.py.
+/// in linear light. Ranges and light as in the referee, tests/referee/procam_sim.py.
 /// World: the projector's stand, z up, the floor z = 0. Everything is repeatable from its seeds.
 #pragma once
 
