@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 
+#include "tests/support/projector_info.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::calib::camera_info_file_test {
@@ -78,15 +78,20 @@ P: [1000.0, 0.0, 400, 0.0, 0.0, 1000.0, 300.0, 0.0, 0.0, 0.0, 1.0, 0.0]
   EXPECT_EQ(file.lens.D[7], 0.6);
 }
 
-TEST_F(CameraInfoFileTest, takesKWhereTheAuthorsPDisagrees) {
-  const std::string path = "../shared/data/viewsonic_pa503w_camera_info.yaml";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
-  const CameraInfoFile file = loadCameraInfo(path);
-  EXPECT_EQ(file.name, "proj_view");
+class ProjectorInfo : public CameraInfoFileTest,
+                      public testing::WithParamInterface<test::Source> {};
+
+TEST_P(ProjectorInfo, takesKWherePDisagrees) {
+  const bool is_real = GetParam() == test::Source::Real;
+  const CameraInfoFile file = load(test::projectorInfo(GetParam()));
+  EXPECT_EQ(file.name, is_real ? "proj_view" : "beamer");
   EXPECT_EQ(file.lens.K(1, 2), 817);
-  EXPECT_EQ(file.warning,
-            "K and P disagree (cy 817 against 750 px): K is used, P is for rectified images only");
+  EXPECT_EQ(file.warning, "K and P disagree (cy 817 against " +
+                              std::string(is_real ? "750" : "770.5") +
+                              " px): K is used, P is for rectified images only");
 }
+
+INSTANTIATE_TEST_SUITE_P(On, ProjectorInfo, test::sources(), test::sourceName);
 
 TEST_F(CameraInfoFileTest, takesFourNumbersAndNoneAtAll) {
   EXPECT_EQ(load(with("[-0.1, 0.02, 0.001, -0.002, 0.003]", "[1, 2, 3, 4]")).lens.D[3], 4);

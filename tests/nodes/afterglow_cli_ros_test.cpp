@@ -2,11 +2,15 @@
 // reader (tests/support/bag_judge.py).
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "nodes/tools/program.hpp"
 #include "tests/support/own_server.hpp"
+#include "tests/support/real_data.hpp"
+#include "tests/support/session_bag.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -16,7 +20,61 @@ namespace {
 namespace fs = std::filesystem;
 using namespace afterglow::test;
 
-constexpr const char* kTurtles = "../shared/data/turtlesim.bag";
+/// A bag of two robots' session on nine topics, and what is in it.
+struct Session {
+  std::string bag, name;
+  int messages, still_messages;    ///< of all topics; of /rosout and /tf_static
+  std::int64_t begin_ns, last_ns;  ///< stamps
+  std::string pose_topic, pose_type;
+  int poses;
+  std::string shown_line;  ///< type, count and rate of a topic as `show` has them
+  std::string command_topic;
+  double command_hz;
+  std::string excess;  ///< the refusal of its greatest velocity where 0.5 m/s are allowed
+};
+
+Session realSession() {
+  return {realData("turtlesim.bag"),
+          "turtlesim",
+          8647,
+          11,
+          1396293887844783943,
+          1396293909544870199,
+          "/turtle1/pose",
+          "turtlesim/Pose",
+          1344,
+          "turtlesim/Color          1351   62.50",
+          "/turtle1/cmd_vel",
+          21.4,
+          "/turtle1/cmd_vel: linear velocity of 2 m/s at rate 1, 17.54 s into the behavior, "
+          "is above the limit of 0.5"};
+}
+
+Session generatedSession(const std::string& bag) {
+  SessionBag::write(bag);
+  return {bag,
+          fs::path(bag).stem(),
+          3859,
+          8,
+          SessionBag::kBegin,
+          SessionBag::kLast,
+          "/wader1/pose",
+          "pond/Pose",
+          600,
+          "pond/Ripple               601   49.62",
+          "/wader1/cmd_vel",
+          20.0,
+          "/wader1/cmd_vel: linear velocity of 1.5 m/s at rate 1, 6.5 s into the behavior, "
+          "is above the limit of 0.5"};
+}
+
+/// "2014-03-31T19:25:09Z"
+std::string dateText(double seconds) {
+  const auto time = static_cast<std::time_t>(seconds);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&time));
+  return text;
+}
 
 /// A folder of its own, with the store of all commands in it.
 class AfterglowCommand : public testing::Test {
@@ -42,118 +100,132 @@ class AfterglowCommand : public testing::Test {
   std::string store_ = folder_.path("data/store.db");
 };
 
-/// The same with the turtles imported.
-class ImportedTurtles : public AfterglowCommand {
+/// The same with a session imported.
+class ImportedSession : public AfterglowCommand, public testing::WithParamInterface<Source> {
  protected:
   void SetUp() override {
     AfterglowCommand::SetUp();
-    if (!fs::exists(kTurtles)) GTEST_SKIP() << kTurtles << " is not there";
-    imported_ = afterglow({"import", kTurtles, "--tag", "real", "--tag", "old"});
+    session_ = GetParam() == Source::Real ? realSession()
+                                          : generatedSession(folder_.path("two waders.bag"));
+    imported_ = afterglow({"import", session_.bag, "--tag", "real", "--tag", "old"});
     ASSERT_EQ(imported_.status, 0) << imported_.output;
   }
+  /// `times` all its messages, as a number.
+  std::string messages(int times = 1) const { return std::to_string(times * session_.messages); }
+  /// What export says first.
+  std::string exported() const {
+    return messages() + " messages of behavior 1 \"" + session_.name + "\" in ";
+  }
+  void expectSame(const std::string& bag) const {
+    const ProgramResult same = judge("\"$1\" tests/support/bag_judge.py same \"" + session_.bag +
+                                     "\" \"" + bag + "\"");
+    EXPECT_EQ(same.output, messages() + " messages are the same\n");
+  }
+
+  Session session_;
   ProgramResult imported_;
 };
 
-TEST_F(ImportedTurtles, areCounted) {
-  EXPECT_EQ(imported_.output,
-            "8647 messages on 9 topics as behavior 1 \"turtlesim\" in sqlite:" + store_ + "\n");
+TEST_P(ImportedSession, isCounted) {
+  EXPECT_EQ(imported_.output, messages() + " messages on 9 topics as behavior 1 \"" +
+                                  session_.name + "\" in sqlite:" + store_ + "\n");
   const auto list = nlohmann::json::parse(afterglow({"list", "--json"}).output);
   ASSERT_EQ(list.size(), 1u);
   EXPECT_EQ(list[0]["id"], 1);
-  EXPECT_EQ(list[0]["name"], "turtlesim");
+  EXPECT_EQ(list[0]["name"], session_.name);
   EXPECT_EQ(list[0]["tree_path"], "");
   EXPECT_EQ(list[0]["outcome"], "imported");
-  EXPECT_EQ(list[0]["begin_ns"], 1396293887844783943);
-  EXPECT_EQ(list[0]["end_ns"], 1396293909544870200) << "last stamp plus one";
+  EXPECT_EQ(list[0]["begin_ns"], session_.begin_ns);
+  EXPECT_EQ(list[0]["end_ns"], session_.last_ns + 1);
   EXPECT_EQ(list[0]["tags"], (std::vector<std::string>{"real", "old"}));
   EXPECT_EQ(list[0]["topics"].size(), 9u);
-  EXPECT_EQ(list[0]["topics"]["/turtle1/pose"],
-            (nlohmann::json{{"type", "turtlesim/Pose"}, {"count", 1344}}));
+  EXPECT_EQ(list[0]["topics"][session_.pose_topic],
+            (nlohmann::json{{"type", session_.pose_type}, {"count", session_.poses}}));
 }
 
-TEST_F(ImportedTurtles, haveTheValuesThatRosbagReads) {
+TEST_P(ImportedSession, hasTheValuesThatRosbagReads) {
   const ProgramResult result =
-      judge(R"("$2" show 1 --messages | "$1" tests/support/bag_judge.py values )" +
-            std::string(kTurtles));
-  EXPECT_EQ(result.output, "8647 messages have the same values\n");
+      judge(R"("$2" show 1 --messages | "$1" tests/support/bag_judge.py values ")" +
+            session_.bag + "\"");
+  EXPECT_EQ(result.output, messages() + " messages have the same values\n");
   EXPECT_EQ(result.status, 0);
 }
 
-TEST_F(ImportedTurtles, areExportedByteForByte) {
+TEST_P(ImportedSession, isExportedByteForByte) {
   const std::string bag = folder_.path("out.bag");
-  EXPECT_EQ(afterglow({"export", "1", "--out", bag}).output,
-            "8647 messages of behavior 1 \"turtlesim\" in " + bag + "\n");
-  const ProgramResult same =
-      judge("\"$1\" tests/support/bag_judge.py same " + std::string(kTurtles) + " " + bag);
-  EXPECT_EQ(same.output, "8647 messages are the same\n");
+  EXPECT_EQ(afterglow({"export", "1", "--out", bag}).output, exported() + bag + "\n");
+  expectSame(bag);
   const ProgramResult info = runProgram({"rosbag", "info", bag});
   EXPECT_EQ(info.status, 0) << info.output;
-  EXPECT_NE(info.output.find("messages:    8647"), std::string::npos) << info.output;
+  EXPECT_NE(info.output.find("messages:    " + messages()), std::string::npos) << info.output;
 }
 
-TEST_F(ImportedTurtles, areExportedByTopic) {
+TEST_P(ImportedSession, isExportedByTopic) {
   const std::string bag = folder_.path("out.bag");
   EXPECT_EQ(afterglow({"export", "1", "--out", bag, "--topics", "/tf_static,/rosout"}).output,
-            "11 messages of behavior 1 \"turtlesim\" in " + bag + "\n");
+            std::to_string(session_.still_messages) + " messages of behavior 1 \"" +
+                session_.name + "\" in " + bag + "\n");
   fs::remove(bag);
   expectRefused({"export", "1", "--out", bag, "--topics", "/none"},
                 "behavior 1 holds no messages on its topics: /none");
   EXPECT_FALSE(fs::exists(bag));
 }
 
-TEST_F(ImportedTurtles, areExportedTogetherAndCompressed) {
-  EXPECT_EQ(afterglow({"import", "--as-one", "--name", "twice", kTurtles, kTurtles}).output,
-            "17294 messages on 9 topics as behavior 2 \"twice\" in sqlite:" + store_ + "\n");
+TEST_P(ImportedSession, isExportedTogetherAndCompressed) {
+  EXPECT_EQ(
+      afterglow({"import", "--as-one", "--name", "twice", session_.bag, session_.bag}).output,
+      messages(2) + " messages on 9 topics as behavior 2 \"twice\" in sqlite:" + store_ + "\n");
   const std::string bag = folder_.path("out.bag");
   EXPECT_EQ(afterglow({"export", "1", "2", "--out", bag, "--compression", "bz2"}).output,
-            "25941 messages of behaviors 1 \"turtlesim\", 2 \"twice\" in " + bag + "\n");
+            messages(3) + " messages of behaviors 1 \"" + session_.name + "\", 2 \"twice\" in " +
+                bag + "\n");
   EXPECT_EQ(
       afterglow({"export", "1", "--out", bag, "--compression", "lz4", "--split-size", "1"}).output,
-      "8647 messages of behavior 1 \"turtlesim\" in " + folder_.path("out_0.bag") + "\n");
-  const ProgramResult same = judge("\"$1\" tests/support/bag_judge.py same " +
-                                   std::string(kTurtles) + " " + folder_.path("out_0.bag"));
-  EXPECT_EQ(same.output, "8647 messages are the same\n");
+      exported() + folder_.path("out_0.bag") + "\n");
+  expectSame(folder_.path("out_0.bag"));
   expectRefused({"export", "1", "--out", "x.mcap"},
                 "x.mcap: only bags of ROS 1 are written, FILE.bag; this system packages no MCAP");
 }
 
-TEST_F(ImportedTurtles, areFoundByNameTopicAndTime) {
-  ASSERT_EQ(afterglow({"import", kTurtles, "--name", "turtles, again"}).status, 0);
+TEST_P(ImportedSession, isFoundByNameTopicAndTime) {
+  ASSERT_EQ(afterglow({"import", session_.bag, "--name", "they, again"}).status, 0);
   const auto found = [&](std::vector<std::string> filter) {
     filter.insert(filter.begin(), {"list", "--json"});
     return nlohmann::json::parse(afterglow(filter).output).size();
   };
   EXPECT_EQ(found({}), 2u);
-  EXPECT_EQ(found({"--name", "turtles, again"}), 1u);
+  EXPECT_EQ(found({"--name", "they, again"}), 1u);
   EXPECT_EQ(found({"--name", "nobody"}), 0u);
   EXPECT_EQ(found({"--outcome", "imported"}), 2u);
   EXPECT_EQ(found({"--topic", "/tf"}), 2u);
   EXPECT_EQ(found({"--topic", "/tfx"}), 0u);
-  EXPECT_EQ(found({"--since", "2014-03-31T19:25:09Z", "--until", "1396293888"}), 2u);
-  EXPECT_EQ(found({"--since", "2014-03-31T19:25:10Z"}), 0u);
-  EXPECT_EQ(found({"--until", "2014-03-31T19:24:47Z"}), 0u);
+  const double begin = static_cast<double>(session_.begin_ns) * 1e-9;
+  const double last = static_cast<double>(session_.last_ns) * 1e-9;
+  EXPECT_EQ(found({"--since", dateText(std::floor(last)), "--until",
+                   std::to_string(static_cast<std::int64_t>(std::ceil(begin)))}),
+            2u);
+  EXPECT_EQ(found({"--since", dateText(std::ceil(last))}), 0u);
+  EXPECT_EQ(found({"--until", dateText(std::floor(begin))}), 0u);
 }
 
-TEST_F(ImportedTurtles, areShownWithTheirTopics) {
+TEST_P(ImportedSession, isShownWithItsTopics) {
   const std::string text = afterglow({"show", "1"}).output;
-  EXPECT_NE(text.find("behavior 1 \"turtlesim\""), std::string::npos) << text;
-  EXPECT_NE(text.find("turtlesim/Color          1351   62.50"), std::string::npos) << text;
+  EXPECT_NE(text.find("behavior 1 \"" + session_.name + "\""), std::string::npos) << text;
+  EXPECT_NE(text.find(session_.shown_line), std::string::npos) << text;
   const auto json = nlohmann::json::parse(afterglow({"show", "1", "--json"}).output);
   EXPECT_EQ(json["topic_details"].size(), 9u);
-  EXPECT_EQ(json["topic_details"][3]["topic"], "/turtle1/cmd_vel");
-  EXPECT_NEAR(json["topic_details"][3]["hz"].get<double>(), 21.4, 0.1);
+  EXPECT_EQ(json["topic_details"][3]["topic"], session_.command_topic);
+  EXPECT_NEAR(json["topic_details"][3]["hz"].get<double>(), session_.command_hz, 0.1);
 }
 
-TEST_F(ImportedTurtles, areNotMovedFasterThanGivenLimits) {
+TEST_P(ImportedSession, isNotMovedFasterThanGivenLimits) {
   const std::string limits = folder_.path("limits.yaml");
   writeFile(limits, "linear_velocity: 0.5\n");
-  expectRefused({"play", "1", "--limits", limits, "--dry-run"},
-                "/turtle1/cmd_vel: linear velocity of 2 m/s at rate 1, 17.54 s into the behavior, "
-                "is above the limit of 0.5");
+  expectRefused({"play", "1", "--limits", limits, "--dry-run"}, session_.excess);
   EXPECT_EQ(afterglow({"play", "1", "--limits", limits, "--dry-run", "--only", "ar"}).status, 0);
 }
 
-TEST_F(ImportedTurtles, areShownMessageByMessage) {
+TEST_P(ImportedSession, isShownMessageByMessage) {
   const ProgramResult result =
       afterglow({"show", "1", "--messages", "--topic", "/tf_static", "--limit", "5"});
   const auto line = nlohmann::json::parse(result.output);
@@ -163,7 +235,7 @@ TEST_F(ImportedTurtles, areShownMessageByMessage) {
 
 // ------------------------------------------------------------------------------------- rosbag play
 
-TEST_F(ImportedTurtles, arePlayedByRosbag) {
+TEST_P(ImportedSession, isPlayedByRosbag) {
   const std::string bag = folder_.path("out.bag");
   ASSERT_EQ(afterglow({"export", "1", "--out", bag}).status, 0);
   const int port = freePort();
@@ -176,9 +248,9 @@ TEST_F(ImportedTurtles, arePlayedByRosbag) {
 // ---------------------------------------------------------------------------------------- bad
 // input
 
-TEST_F(ImportedTurtles, stayAsTheyAreWhenAnImportFails) {
+TEST_P(ImportedSession, staysAsItIsWhenAnImportFails) {
   const std::string before = afterglow({"list", "--json"}).output;
-  const std::string whole = fileBytes(kTurtles);
+  const std::string whole = fileBytes(session_.bag);
   const std::string cut = folder_.path("cut.bag");
   for (const std::size_t size :
        {0ul, 5ul, 13ul, 100ul, 4117ul, whole.size() / 2, whole.size() - 2000, whole.size() - 1}) {
@@ -211,7 +283,7 @@ TEST_F(AfterglowCommand, saysInOneLineWhatIsWrong) {
                 folder_.path("none.bag") + ": cannot open: No such file or directory");
 }
 
-TEST_F(ImportedTurtles, areNotConfusedWithOthers) {
+TEST_P(ImportedSession, isNotConfusedWithOthers) {
   expectRefused({"show", "2"}, "sqlite:" + store_ + ": there is no behavior 2");
   expectRefused({"export", "2", "--out", folder_.path("x.bag")},
                 "sqlite:" + store_ + ": there is no behavior 2");
@@ -219,6 +291,8 @@ TEST_F(ImportedTurtles, areNotConfusedWithOthers) {
   expectRefused({"export", "1", "--out", out},
                 out + ": cannot write the bag: No such file or directory");
 }
+
+INSTANTIATE_TEST_SUITE_P(On, ImportedSession, sources(), sourceName);
 
 TEST_F(AfterglowCommand, endsWithTwoForWrongUsage) {
   for (const auto& arguments :

@@ -30,7 +30,7 @@ const std::string kProgram = AFTERGLOW_TEST_PROJECTOR_NODE;
 
 std::string configText(const std::string& projector_frame) {
   return "fixed_frame: map\n"
-         "projector: {camera_info: viewsonic_pa503w_camera_info.yaml, frame: " +
+         "projector: {camera_info: projector.yaml, frame: " +
          projector_frame +
          "}\n"
          "layers:\n"
@@ -41,9 +41,9 @@ std::string configText(const std::string& projector_frame) {
 /// A running projector_node; ended, if it still runs, with the test.
 class Node : public test::NodeProcess {
  public:
-  Node(const std::string& name, const std::string& config)
+  Node(const std::string& name, const std::string& config, const test::ProjectedCloud& cloud)
       : NodeProcess({kProgram, "__name:=" + name, "_config:=" + config,
-                     "_calibration:=" + std::string(test::kSharedData), "_window:=false"}) {}
+                     "_calibration:=" + cloud.calibration(), "_window:=false"}) {}
 };
 
 /// Listens to one node.
@@ -109,13 +109,9 @@ class Audience {
   ros::Subscriber image_, info_, diagnostics_;
 };
 
-class ProjectorNodeTest : public test::RosGraph<test::GlTest> {
+class ProjectorNodeTest : public test::RosGraph<test::GlTest>,
+                          public testing::WithParamInterface<test::Source> {
  protected:
-  void SetUp() override {
-    test::GlTest::SetUp();
-    if (!test::hasSharedData()) GTEST_SKIP() << "no " << test::kSharedData;
-  }
-
   std::string writeConfig(const std::string& text) {
     const std::string path = folder_.path("config.yaml");
     std::ofstream(path) << text;
@@ -133,13 +129,13 @@ class ProjectorNodeTest : public test::RosGraph<test::GlTest> {
   test::TempFolder folder_;
 };
 
-TEST_F(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
-  const test::ProjectedCloud cloud;
+TEST_P(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
+  const test::ProjectedCloud cloud(GetParam());
   const ros::Publisher transforms = publishTransforms(cloud);
   auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
   clouds.publish(test::cloudMessage("base_link", cloud.points, 32));
   Audience audience("lit");
-  Node node("lit", writeConfig(configText("projector_optical_frame")));
+  Node node("lit", writeConfig(configText("projector_optical_frame")), cloud);
   ASSERT_TRUE(eventually([&] { return test::litPixels(audience.image()) > 0; }))
       << audience.status("lit: projector");
   cloud.expectLit(audience.image());
@@ -149,7 +145,7 @@ TEST_F(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
   EXPECT_EQ(message->header.frame_id, "projector_optical_frame");
   EXPECT_LT(std::abs((ros::Time::now() - message->header.stamp).toSec()), 5);
   ASSERT_TRUE(eventually([&] { return audience.cameraInfo() != nullptr; }));
-  EXPECT_EQ(audience.cameraInfo()->K[5], 817);  // K, which is meant, and not P's 750
+  EXPECT_EQ(audience.cameraInfo()->K[5], 817);  // K's, which is meant, and not P's
   EXPECT_TRUE(audience.isSaid("lit: projector", "0 projecting"));
 
   clouds.publish(sensor_msgs::PointCloud2());  // empty: clears
@@ -163,8 +159,8 @@ TEST_F(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
       << "the last picture is not black";
 }
 
-TEST_F(ProjectorNodeTest, saysWhichFramesAndMessagesItLacks) {
-  const test::ProjectedCloud cloud;
+TEST_P(ProjectorNodeTest, saysWhichFramesAndMessagesItLacks) {
+  const test::ProjectedCloud cloud(GetParam());
   const ros::Publisher transforms = publishTransforms(cloud);
   auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
   auto message = test::cloudMessage("base_link", cloud.points);
@@ -176,7 +172,7 @@ TEST_F(ProjectorNodeTest, saysWhichFramesAndMessagesItLacks) {
   marker.scale.x = marker.scale.y = marker.scale.z = marker.color.a = 1;
   markers.publish(marker);
   Audience audience("lacking");
-  Node node("lacking", writeConfig(configText("projector_optical_frame")));
+  Node node("lacking", writeConfig(configText("projector_optical_frame")), cloud);
   EXPECT_TRUE(audience.isSaid("lacking: /marker", "waiting for frame no_such_frame"));
   EXPECT_TRUE(audience.isSaid("lacking: /cloud", "dropped: data is shorter than declared=1"));
   EXPECT_TRUE(audience.isSaid("lacking: projector",
@@ -184,13 +180,13 @@ TEST_F(ProjectorNodeTest, saysWhichFramesAndMessagesItLacks) {
   EXPECT_EQ(test::litPixels(audience.image()), 0);
 }
 
-TEST_F(ProjectorNodeTest, staysDarkWhileItsOwnPlaceIsUnknown) {
-  const test::ProjectedCloud cloud;
+TEST_P(ProjectorNodeTest, staysDarkWhileItsOwnPlaceIsUnknown) {
+  const test::ProjectedCloud cloud(GetParam());
   const ros::Publisher transforms = publishTransforms(cloud);
   auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
   clouds.publish(test::cloudMessage("base_link", cloud.points));
   Audience audience("lost");
-  Node node("lost", writeConfig(configText("no_such_frame")));
+  Node node("lost", writeConfig(configText("no_such_frame")), cloud);
   EXPECT_TRUE(audience.isSaid("lost: /cloud", "1 shown"));
   EXPECT_TRUE(audience.isSaid("lost: projector",
                               "2 projector: no transform from 'no_such_frame' to 'map'"));
@@ -199,12 +195,12 @@ TEST_F(ProjectorNodeTest, staysDarkWhileItsOwnPlaceIsUnknown) {
   EXPECT_EQ(test::litPixels(audience.image()), 0);
 }
 
-TEST_F(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
-  const test::ProjectedCloud cloud;
+TEST_P(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
+  const test::ProjectedCloud cloud(GetParam());
   const ros::Publisher transforms = publishTransforms(cloud);
   auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/cloud", 1, true);
   clouds.publish(test::cloudMessage("base_link", cloud.points));
-  const std::string lens = "{camera_info: viewsonic_pa503w_camera_info.yaml, frame: ";
+  const std::string lens = "{camera_info: projector.yaml, frame: ";
   Audience left("pair/left"), right("pair/right"), whole("pair");
   Node node("pair", writeConfig("fixed_frame: map\n"
                                 "projectors:\n"
@@ -220,7 +216,8 @@ TEST_F(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
                                 "no_such_frame}\n"
                                 "layers:\n"
                                 "  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points,"
-                                " size: 3}\n"));
+                                " size: 3}\n"),
+            cloud);
   ASSERT_TRUE(eventually(
       [&] { return test::litPixels(left.image()) > 0 && test::litPixels(right.image()) > 0; }));
   cloud.expectLit(left.image());
@@ -241,7 +238,7 @@ TEST_F(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
   EXPECT_EQ(whole.images(), 0u);
 }
 
-TEST_F(ProjectorNodeTest, refusesInOneLine) {
+TEST_P(ProjectorNodeTest, refusesInOneLine) {
   const auto run = [](const std::vector<std::string>& arguments) {
     std::vector<std::string> all = {kProgram, "__name:=refusing"};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -259,10 +256,11 @@ TEST_F(ProjectorNodeTest, refusesInOneLine) {
   const std::string good = writeConfig(configText("projector_optical_frame"));
   result = run({"_config:=" + good, "_calibration:=" + folder_.path("nowhere")});
   EXPECT_EQ(result.status, 1);
-  EXPECT_NE(result.output.find("nowhere/viewsonic_pa503w_camera_info.yaml"), std::string::npos)
+  EXPECT_NE(result.output.find("nowhere/projector.yaml"), std::string::npos)
       << result.output;
-  result = run({"_config:=" + good, "_calibration:=" + std::string(test::kSharedData),
-                "_window:=true", "__name:=windowless"});
+  const test::ProjectedCloud cloud(GetParam());
+  result = run({"_config:=" + good, "_calibration:=" + cloud.calibration(), "_window:=true",
+                "__name:=windowless"});
   if (std::getenv("DISPLAY") == nullptr) {
     EXPECT_EQ(result.status, 1);
     EXPECT_NE(result.output.find("no display: DISPLAY is not set"), std::string::npos)
@@ -277,6 +275,8 @@ TEST_F(ProjectorNodeTest, refusesInOneLine) {
             std::string::npos)
       << result.output;
 }
+
+INSTANTIATE_TEST_SUITE_P(On, ProjectorNodeTest, test::sources(), test::sourceName);
 
 }  // namespace
 }  // namespace afterglow::nodes::projector_node_ros_test

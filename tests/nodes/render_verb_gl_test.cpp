@@ -26,8 +26,7 @@ namespace {
 
 const std::string kConfig =
     "fixed_frame: map\n"
-    "projector: {camera_info: viewsonic_pa503w_camera_info.yaml,"
-    " frame: projector_optical_frame}\n"
+    "projector: {camera_info: projector.yaml, frame: projector_optical_frame}\n"
     "layers:\n"
     "  - {topic: /cloud, type: sensor_msgs/PointCloud2, style: points, size: 3}\n";
 
@@ -39,11 +38,10 @@ render::Image readPng(const std::string& path) {
   return {rgb.cols, rgb.rows, std::vector<std::uint8_t>(rgb.data, rgb.data + rgb.total() * 3)};
 }
 
-class RenderVerb : public test::GlTest {
+class RenderVerb : public test::GlTest, public testing::WithParamInterface<test::Source> {
  protected:
   void SetUp() override {
     test::GlTest::SetUp();
-    if (!test::hasSharedData()) GTEST_SKIP() << "no " << test::kSharedData;
     setenv("ROS_MASTER_URI", "http://localhost:1", 1);  // nobody is there
     std::ofstream(config_) << kConfig;
     writeBag();
@@ -64,25 +62,25 @@ class RenderVerb : public test::GlTest {
   ProgramResult render(const std::string& what, const std::string& out,
                        const std::vector<std::string>& more = {}) {
     std::vector<std::string> all = {
-        AFTERGLOW_TEST_COMMAND, "render",          what,    "--config", config_,
-        "--calibration",        test::kSharedData, "--out", out};
+        AFTERGLOW_TEST_COMMAND, "render",             what,    "--config", config_,
+        "--calibration",        cloud_.calibration(), "--out", out};
     all.insert(all.end(), more.begin(), more.end());
     return runProgram(all);
   }
 
-  test::ProjectedCloud cloud_;
+  const test::ProjectedCloud cloud_{GetParam()};
   test::TempFolder folder_;
   std::string config_ = folder_.path("config.yaml"), bag_ = folder_.path("small.bag"),
               png_ = folder_.path("out.png");
 };
 
-TEST_F(RenderVerb, drawsTheLastLitMomentOfABagWithoutAMaster) {
+TEST_P(RenderVerb, drawsTheLastLitMomentOfABagWithoutAMaster) {
   const ProgramResult result = render(bag_, png_);
   ASSERT_EQ(result.status, 0) << result.output;
   cloud_.expectLit(readPng(png_));
 }
 
-TEST_F(RenderVerb, drawsABehaviorOfAStoreAtAMoment) {
+TEST_P(RenderVerb, drawsABehaviorOfAStoreAtAMoment) {
   const std::string store = folder_.path("store.db");
   ASSERT_EQ(runProgram({AFTERGLOW_TEST_COMMAND, "import", bag_, "--store", store}).status, 0);
   ProgramResult result = render("1", png_, {"--store", store, "--at", "2.5"});
@@ -96,11 +94,10 @@ TEST_F(RenderVerb, drawsABehaviorOfAStoreAtAMoment) {
   }
 }
 
-TEST_F(RenderVerb, drawsOneOfSeveralProjectorsAsItIsSent) {
+TEST_P(RenderVerb, drawsOneOfSeveralProjectorsAsItIsSent) {
   std::string text = kConfig;
-  const std::string one = "projector: {", values =
-                                              "camera_info: viewsonic_pa503w_camera_info.yaml, "
-                                              "frame: projector_optical_frame";
+  const std::string one = "projector: {",
+                    values = "camera_info: projector.yaml, frame: projector_optical_frame";
   text.replace(text.find(one), text.find("}\n") + 2 - text.find(one),
                "projectors:\n  left: {" + values + "}\n  right: {" + values + ", mirror: both}\n");
   std::ofstream(config_) << text;
@@ -122,7 +119,7 @@ TEST_F(RenderVerb, drawsOneOfSeveralProjectorsAsItIsSent) {
       << result.output;
 }
 
-TEST_F(RenderVerb, makesAVideoOfTheWholeBehavior) {
+TEST_P(RenderVerb, makesAVideoOfTheWholeBehavior) {
   if (!hasProgram("ffmpeg") || !hasProgram("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
   const std::string video = folder_.path("film.mp4");
   const ProgramResult result = render(bag_, video, {"--fps", "5"});
@@ -136,7 +133,7 @@ TEST_F(RenderVerb, makesAVideoOfTheWholeBehavior) {
   EXPECT_GT(test::litPixels(readPng(frame)), 500);
 }
 
-TEST_F(RenderVerb, refusesInOneLine) {
+TEST_P(RenderVerb, refusesInOneLine) {
   const auto expectRefusal = [this](const ProgramResult& result, const std::string& text) {
     EXPECT_EQ(result.status, 1) << result.output;
     EXPECT_NE(result.output.find(text), std::string::npos) << result.output;
@@ -164,6 +161,8 @@ TEST_F(RenderVerb, refusesInOneLine) {
   EXPECT_EQ(render(bag_, folder_.path("out.jpg")).status, 2);
   EXPECT_EQ(render(bag_, png_, {"--fps", "0"}).status, 2);
 }
+
+INSTANTIATE_TEST_SUITE_P(On, RenderVerb, test::sources(), test::sourceName);
 
 /// A projector with a fisheye 2 m over the floor, and a green square on the floor before it.
 class ObservedBehavior : public test::GlTest {

@@ -7,7 +7,9 @@
 #include <stdexcept>
 
 #include "render/scene/outline.hpp"
+#include "tests/support/depth_image.hpp"
 #include "tests/support/labeled_cloud.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace afterglow::render::plane_finder_test {
 namespace {
@@ -132,13 +134,17 @@ TEST(PlaneFinder, refusesInOneClearLine) {
   EXPECT_EQ(refusal(noise.points, {}).find("no plane"), 0u) << refusal(noise.points, {});
 }
 
-TEST(PlaneFinder, findsTheTableOfARealDepthImage) {
-  const auto cloud = test::readLabeledCloud("../shared/data/table_scene.pcd");
-  if (cloud.points.empty()) GTEST_SKIP() << "../shared/data/table_scene.pcd is not here";
+class TableOfADepthImage : public testing::TestWithParam<test::Source> {};
+
+TEST_P(TableOfADepthImage, isFoundWithAllThatIsOnIt) {
+  const bool is_real = GetParam() == test::Source::Real;
+  const auto cloud = is_real ? test::readLabeledCloud(test::realData("table_scene.pcd"))
+                             : test::DepthImage().cloud();
+  ASSERT_FALSE(cloud.points.empty());
   PlaneSearch search;
   search.up = Eigen::Vector3d(0, -0.7, -0.7);  // the camera looks down at it
   const FoundPlane table = findPlane(cloud.points, search);
-  constexpr std::uint32_t kTable = 1;  // as its makers labeled it
+  constexpr std::uint32_t kTable = test::DepthImage::kTable;  // as the real one's makers labeled it
   std::size_t on_table = 0, found = 0, wrong = 0;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (!cloud.points[i].allFinite()) continue;
@@ -157,7 +163,13 @@ TEST(PlaneFinder, findsTheTableOfARealDepthImage) {
   EXPECT_GT(found, on_table * 95 / 100);
   EXPECT_LT(wrong, on_table * 3 / 100);
   EXPECT_LT(table.residual, 0.005);
+  if (is_real) return;
+  const Eigen::Isometry3d truth = test::DepthImage().T_camera_table;
+  EXPECT_LT(angle(table.T_points_plane.linear().col(2), truth.linear().col(2)), 0.005);
+  EXPECT_LT(std::abs((truth.inverse() * table.T_points_plane.translation()).z()), 0.002);
 }
+
+INSTANTIATE_TEST_SUITE_P(On, TableOfADepthImage, test::sources(), test::sourceName);
 
 }  // namespace
 }  // namespace afterglow::render::plane_finder_test

@@ -1,5 +1,5 @@
-// Points of a real cloud, through the paper's projector, on random poses: they light the pixels
-// that cv::projectPoints names.
+// Points of a perceived cloud, through the paper's projector, on random poses: they light the
+// pixels that cv::projectPoints names.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
-#include "tests/support/pcd_points.hpp"
+#include "tests/support/perceived_points.hpp"
 
 namespace afterglow::render::projector_points_gl_test {
 namespace {
@@ -31,7 +31,8 @@ Rigid<Projector, World> randomPose(const calib::Lens& lens, const Eigen::Vector3
   return Rigid<Projector, World>(T);
 }
 
-class ProjectorPoints : public test::GlTest {
+class ProjectorPoints : public test::GlTest,
+                        public testing::WithParamInterface<test::Source> {
  protected:
   struct Result {
     double sum = 0, max = 0;
@@ -58,7 +59,8 @@ class ProjectorPoints : public test::GlTest {
   }
 
   Result measure(const calib::Lens& lens, float size_px, int poses) {
-    const auto points = test::readPcd("../shared/data/fetch_clusters.pcd");
+    const auto points = test::perceivedPoints(GetParam());
+    EXPECT_EQ(points.size(), 852u);
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const auto& p : points) center += p.cast<double>() / static_cast<double>(points.size());
     std::mt19937 random(7);
@@ -89,9 +91,6 @@ class ProjectorPoints : public test::GlTest {
   }
 
   void expectExact(const calib::Lens& lens, float size_px, int poses) {
-    if (test::readPcd("../shared/data/fetch_clusters.pcd").size() != 852) {
-      GTEST_SKIP() << "../shared/data/fetch_clusters.pcd is not here";
-    }
     const Result result = measure(lens, size_px, poses);
     std::printf("%d centroids on %d poses, size %g px: mean error %.4f px, max %.4f px\n",
                 result.count, poses, static_cast<double>(size_px), result.sum / result.count,
@@ -104,27 +103,29 @@ class ProjectorPoints : public test::GlTest {
   }
 };
 
-TEST_F(ProjectorPoints, landWhereOpenCvSaysWithoutDistortion) {
+TEST_P(ProjectorPoints, landWhereOpenCvSaysWithoutDistortion) {
   expectExact(test::viewsonic(), 3, kAllPoses);
 }
 
-TEST_F(ProjectorPoints, landWhereOpenCvSaysWithStrongDistortion) {
+TEST_P(ProjectorPoints, landWhereOpenCvSaysWithStrongDistortion) {
   expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 3, kAllPoses);
 }
 
-TEST_F(ProjectorPoints, landWhereOpenCvSaysThroughARationalLens) {
+TEST_P(ProjectorPoints, landWhereOpenCvSaysThroughARationalLens) {
   expectExact(
       test::lens(1280, 800, 900, 640, 817, {-0.3, 0.1, 1e-3, -2e-3, 0.01, 0.02, 0.03, 0.01}), 2,
       kFewPoses);
 }
 
-TEST_F(ProjectorPoints, landWhereOpenCvSaysThroughAFisheye) {
+TEST_P(ProjectorPoints, landWhereOpenCvSaysThroughAFisheye) {
   expectExact(test::fisheye(1280, 800, 500, 600, 420, {-0.03, 0.01, -0.004, 0.0005}), 2, kFewPoses);
 }
 
-TEST_F(ProjectorPoints, ofOnePixelAreExactToo) {
+TEST_P(ProjectorPoints, ofOnePixelAreExactToo) {
   expectExact(test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03}), 1, kFewPoses);
 }
+
+INSTANTIATE_TEST_SUITE_P(On, ProjectorPoints, test::sources(), test::sourceName);
 
 }  // namespace
 }  // namespace afterglow::render::projector_points_gl_test

@@ -1,5 +1,5 @@
 /// \file
-/// A real cloud before the paper's projector: where it stands, and the pixels its points must
+/// A perceived cloud before the paper's projector: where it stands, and the pixels its points must
 /// light.
 #pragma once
 
@@ -7,30 +7,27 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
-#include "tests/support/pcd_points.hpp"
+#include "tests/support/perceived_points.hpp"
+#include "tests/support/projector_info.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace afterglow::test {
 
-inline const char* const kSharedData = "../shared/data";
-inline bool hasSharedData() {
-  return std::filesystem::exists(std::string(kSharedData) + "/fetch_clusters.pcd") &&
-         std::filesystem::exists(std::string(kSharedData) + "/viewsonic_pa503w_camera_info.yaml");
-}
-
-/// fetch_clusters.pcd in base_link, which stands somewhere in map; the projector looks down on it.
+/// In base_link, which stands somewhere in map; the projector looks down on it.
 struct ProjectedCloud {
-  std::vector<Eigen::Vector3f> points = readPcd(std::string(kSharedData) + "/fetch_clusters.pcd");
+  std::vector<Eigen::Vector3f> points;
   Eigen::Isometry3d T_map_base = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_base_projector = Eigen::Isometry3d::Identity();
 
-  ProjectedCloud() {
+  explicit ProjectedCloud(Source source) : points(perceivedPoints(source)) {
+    std::ofstream(calibration_.path("projector.yaml")) << projectorInfo(source);
     T_map_base.translate(Eigen::Vector3d(1, -2, 0.1));
     T_map_base.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()));
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
@@ -41,6 +38,9 @@ struct ProjectedCloud {
     T_base_projector.rotate(
         Eigen::AngleAxisd(-std::atan((817.0 - 400) / 1900), Eigen::Vector3d::UnitX()));
   }
+
+  /// A folder with the projector's camera_info, projector.yaml.
+  std::string calibration() const { return calibration_.path(""); }
 
   /// Both as static transforms.
   std::vector<geometry_msgs::TransformStamped> transforms() const {
@@ -82,6 +82,9 @@ struct ProjectedCloud {
     }
     EXPECT_GE(checked, 20);
   }
+
+ private:
+  TempFolder calibration_;
 };
 
 }  // namespace afterglow::test
