@@ -2,8 +2,8 @@
 /// What a store is on a MongoDB server, version 1. This page is the format; a change to it is a new
 /// version. All stamps are int64 nanoseconds since the epoch, of ROS time; intervals are half open.
 ///
-/// Database D (the URI's; "roslog" by default) holds messages alone, as mongodb_log lays them out
-/// (shared/predecessors.md 1.1, 1.2): mongodb_play plays every collection of its database.
+/// Database D (the URI's; "roslog" by default) holds messages alone, as mongodb_log lays them out:
+/// mongodb_play plays every collection of its database.
 ///   a collection a topic, named as mongodb_log names it: "/" becomes "_", the first character is
 ///   dropped. Topics that come to share a name (/a/b, /a_b) share a collection; _meta.topic tells.
 ///     _id      {robot, recording (key), sequence}: a message that is sent twice is there once
