@@ -3,7 +3,7 @@
 
 compare.py OUT [--bin build/bin] [--only NAME]    OUT/sheet.png: pairs, RViz left, ours right; OUT/NAME.png: one pair
 
-Prints how far what is lit overlaps, intersection over union. What differs, and why, is in README.md.
+Prints how far what is lit overlaps, intersection over union. What differs, and why, is in render/README.md.
 Needs RViz, Xvfb and ImageMagick beside what the tests need; says so where they are missing.
 """
 import argparse
