@@ -41,13 +41,13 @@ std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
                      1000 * longestHalfAxis(*J * predicted->covariance * J->transpose())};
 }
 
-std::optional<Drift> driftBetween(const ProjectorEstimate& before, const ProjectorEstimate& after,
-                                  double distance_m) {
+std::optional<LightShift> shiftBetween(const ProjectorEstimate& before,
+                                       const ProjectorEstimate& after, double distance_m) {
   constexpr int kSteps = 8;
   const Lens& lens = before.projector;
   if (lens.width != after.projector.width || lens.height != after.projector.height) return {};
   const Rigid<Projector, Camera> T_after_camera = after.T_camera_projector.inverse();
-  Drift drift;
+  LightShift shift;
   int count = 0;
   for (int i = 0; i <= kSteps * kSteps + 2 * kSteps; ++i) {
     const Eigen::Vector2d share(i % (kSteps + 1), i / (kSteps + 1));
@@ -60,15 +60,15 @@ std::optional<Drift> driftBetween(const ProjectorEstimate& before, const Project
                              T_after_camera * (before.T_camera_projector * (*ray * distance_m)));
     if (!now) continue;
     const double mm = 1000 * (*J * (*now - pixel)).norm();
-    drift.rms_px += (*now - pixel).squaredNorm();
-    drift.rms_mm += mm * mm;
-    drift.largest_mm = std::max(drift.largest_mm, mm);
+    shift.rms_px += (*now - pixel).squaredNorm();
+    shift.rms_mm += mm * mm;
+    shift.largest_mm = std::max(shift.largest_mm, mm);
     ++count;
   }
   if (count == 0) return std::nullopt;
-  drift.rms_px = std::sqrt(drift.rms_px / count);
-  drift.rms_mm = std::sqrt(drift.rms_mm / count);
-  return drift;
+  shift.rms_px = std::sqrt(shift.rms_px / count);
+  shift.rms_mm = std::sqrt(shift.rms_mm / count);
+  return shift;
 }
 
 }  // namespace afterglow::calib

@@ -22,14 +22,14 @@ std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
 
 /// How far the light for fixed points in the camera's frame moves from one calibration to another,
 /// root mean square over the projector's picture.
-struct Drift {
+struct LightShift {
   double rms_px = 0, rms_mm = 0;
   double largest_mm = 0;
 };
 
 /// Points lie at a distance (m) along the former's axis. Empty if the pictures' sizes differ or no
 /// point is lit by both.
-std::optional<Drift> driftBetween(const ProjectorEstimate& before, const ProjectorEstimate& after,
-                                  double distance_m);
+std::optional<LightShift> shiftBetween(const ProjectorEstimate& before,
+                                       const ProjectorEstimate& after, double distance_m);
 
 }  // namespace afterglow::calib

@@ -44,7 +44,7 @@ std::vector<CalibrationRecord> withThis(const Calibration& calibration,
 std::string historyRow(const CalibrationRecord& record, const CalibrationRecord* before) {
   std::string drift = numberCell("–") + numberCell("–") + numberCell("–");
   if (before != nullptr) {
-    const auto moved = driftBetween(before->estimate, record.estimate, kDriftDistance_m);
+    const auto moved = shiftBetween(before->estimate, record.estimate, kDriftDistance_m);
     drift = moved ? numberCell(fixedText(moved->rms_px, 2)) +
                         numberCell(fixedText(moved->rms_mm, 2)) +
                         numberCell(fixedText(moved->largest_mm, 2))

@@ -40,15 +40,15 @@ class ReplayPosition {
 
 }  // namespace
 
-RecorderClient::RecorderClient()
+DemoRecorder::DemoRecorder()
     : client_("record_behavior", false),
       stop_(node_.serviceClient<StopRecording>("/recorder_node/stop_recording")) {}
 
-void RecorderClient::waitUntilReady(double seconds) {
+void DemoRecorder::waitUntilReady(double seconds) {
   waitForServer(client_, "recorder_node", seconds);
 }
 
-RecordBehaviorResult RecorderClient::record(const RecordingRequest& request,
+RecordBehaviorResult DemoRecorder::record(const DemoRecording& request,
                                             const std::function<void()>& behavior) {
   RecordBehaviorGoal goal;
   goal.name = request.name;
@@ -85,7 +85,7 @@ RecordBehaviorResult RecorderClient::record(const RecordingRequest& request,
   return *client_.getResult();
 }
 
-void RecorderClient::stop(std::int64_t id, const std::string& outcome) {
+void DemoRecorder::stop(std::int64_t id, const std::string& outcome) {
   StopRecording call;
   call.request.behavior_id = id;
   call.request.outcome = outcome;

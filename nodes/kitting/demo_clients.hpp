@@ -15,18 +15,18 @@
 namespace afterglow::nodes {
 
 /// What to record of a behavior.
-struct RecordingRequest {
+struct DemoRecording {
   std::string name, tree_path;
   std::vector<std::string> topics;
 };
 
-class RecorderClient {
+class DemoRecorder {
  public:
-  RecorderClient();
+  DemoRecorder();
   void waitUntilReady(double seconds);
   /// Runs `behavior` between the recorder's "everything is subscribed" and its end, with outcome
   /// "success"; with "failure" if it throws, which is thrown on.
-  RecordBehaviorResult record(const RecordingRequest& request,
+  RecordBehaviorResult record(const DemoRecording& request,
                               const std::function<void()>& behavior);
 
  private:

@@ -138,7 +138,7 @@ void DemoDirector::record(const BehaviorStory& behavior) {
   report_.behaviors.emplace_back();
   recording_ = &report_.behaviors.back();
   recording_->says = sayingOf(behavior.name);
-  const RecordingRequest request{behavior.name, "kitting/" + behavior.name, kittingTopics()};
+  const DemoRecording request{behavior.name, "kitting/" + behavior.name, kittingTopics()};
   const RecordBehaviorResult result = recorder_.record(request, [&] {
     recording_began_ = ros::WallTime::now();
     doBehavior(behavior.name);

@@ -54,7 +54,7 @@ class DemoDirector {
   KittingRobot robot_;
   KittingRoom room_;
   KittingTask task_;
-  RecorderClient recorder_;
+  DemoRecorder recorder_;
   PlayerClient player_;
   Bystander bystander_;
   DemoReport report_;

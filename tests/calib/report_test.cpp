@@ -194,11 +194,11 @@ TEST_F(ReportTest, hatchesWhatWasNotMeasured) {
 }
 
 TEST_F(ReportTest, tellsHowFarLightMovedSinceTheLast) {
-  const auto drift = driftBetween(history()[0].estimate, history()[1].estimate, 2);
+  const auto drift = shiftBetween(history()[0].estimate, history()[1].estimate, 2);
   ASSERT_TRUE(drift);
   EXPECT_NEAR(drift->rms_px, 2, 1e-6);
   EXPECT_NEAR(drift->rms_mm, 2 * 2000 / 1903.27, 0.05);
-  const auto none = driftBetween(history()[1].estimate, calibration_->estimate, 2);
+  const auto none = shiftBetween(history()[1].estimate, calibration_->estimate, 2);
   ASSERT_TRUE(none);
   EXPECT_NEAR(none->rms_px, 0, 1e-6);
   expectIn(*page_,
