@@ -1,5 +1,6 @@
 // The command `afterglow`: the verbs that need a store alone are in here, others are programs
 // beside it (nodes/verbs/command.hpp).
+#include <algorithm>
 #include <string>
 
 #include "nodes/verbs/calibrate_verb.hpp"
@@ -29,8 +30,9 @@ const char* programOf(const std::string& verb) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const char* program = argc > 1 ? programOf(argv[1]) : nullptr;
-  if (program) return becomeProgram(program, argv);
+  char** verb = std::find_if(argv + 1, argv + argc, [](const char* word) { return *word != '-'; });
+  const char* program = verb != argv + argc ? programOf(*verb) : nullptr;
+  if (program) return becomeProgram(program, *verb, argv);
   // As --help lists them.
   return runCommand(argc, argv,
                     {addImportVerb, addListVerb, addShowVerb, addSaidVerb,

@@ -29,7 +29,6 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-/// In brackets.
 /// In brackets, row-major.
 template <typename Matrix>
 std::string flat(const Eigen::MatrixBase<Matrix>& matrix) {

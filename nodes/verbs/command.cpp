@@ -48,13 +48,13 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   return 1;
 }
 
-int becomeProgram(const char* name, char** argv) {
+int becomeProgram(const char* name, const char* verb, char** argv) {
   std::error_code ignored;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", ignored);
   const std::string path = own.parent_path() / name;
   ::execv(path.c_str(), argv);
-  std::cerr << "afterglow " << argv[1] << ": cannot start " << path << ": " << std::strerror(errno)
-            << std::endl;
+  std::cerr << "afterglow " << verb << ": cannot start " << path << ": " << std::strerror(errno)
+            << " (nodes/setup builds it)" << std::endl;
   return 1;
 }
 

@@ -14,8 +14,8 @@ using AddVerb = void (*)(CLI::App&);
 /// or failed, with one line on stderr; 2 wrong usage.
 int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs);
 
-/// Goes on as another program, which lies beside this one, with the same arguments. Returns (1,
-/// with one line on stderr) only if that cannot be started.
-int becomeProgram(const char* name, char** argv);
+/// Goes on as another program, which lies beside this one, for a verb, with the same arguments.
+/// Returns (1, with one line on stderr) only if that cannot be started.
+int becomeProgram(const char* name, const char* verb, char** argv);
 
 }  // namespace afterglow::nodes
