@@ -1,5 +1,5 @@
-// The command `afterglow`: the verbs that need a store alone are in here, others are programs
-// beside it (nodes/verbs/command.hpp).
+// The command `afterglow`: knows its verbs by name and becomes the program of the one that is asked
+// for, which lies beside it (nodes/verbs/command.hpp).
 #include <algorithm>
 #include <string>
 
@@ -19,25 +19,38 @@ namespace {
 
 using namespace afterglow::nodes;
 
-/// The program of a verb that is not in here; nullptr for the others.
-const char* programOf(const std::string& verb) {
-  if (verb == "play") return "afterglow_play";
-  if (verb == "render") return "afterglow_render";
-  if (verb == "calibrate") return "afterglow_calibrate";
-  return nullptr;
+struct Verb {
+  const char* name;
+  const char* help;
+  const char* program;
+};
+
+// As --help lists them.
+constexpr Verb kVerbs[] = {
+    {"import", kImportHelp, "afterglow_store"},
+    {"list", kListHelp, "afterglow_store"},
+    {"show", kShowHelp, "afterglow_store"},
+    {"said", kSaidHelp, "afterglow_store"},
+    {"play", kPlayHelp, "afterglow_play"},
+    {"export", kExportHelp, "afterglow_store"},
+    {"render", kRenderHelp, "afterglow_render"},
+    {"store", kStoreHelp, "afterglow_store"},
+    {"sync", kSyncHelp, "afterglow_store"},
+    {"calibrate", kCalibrateHelp, "afterglow_calibrate"},
+};
+
+void addNames(CLI::App& app) {
+  for (const Verb& verb : kVerbs) app.add_subcommand(verb.name, verb.help);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  char** verb = std::find_if(argv + 1, argv + argc, [](const char* word) { return *word != '-'; });
-  const char* program = verb != argv + argc ? programOf(*verb) : nullptr;
-  if (program) return becomeProgram(program, *verb, argv);
-  // As --help lists them.
-  return runCommand(argc, argv,
-                    {addImportVerb, addListVerb, addShowVerb, addSaidVerb,
-                     [](CLI::App& app) { app.add_subcommand("play", kPlayHelp); }, addExportVerb,
-                     [](CLI::App& app) { app.add_subcommand("render", kRenderHelp); },
-                     addStoreVerb, addSyncVerb,
-                     [](CLI::App& app) { app.add_subcommand("calibrate", kCalibrateHelp); }});
+  char** word = std::find_if(argv + 1, argv + argc, [](const char* text) { return *text != '-'; });
+  for (const Verb& verb : kVerbs) {
+    if (word != argv + argc && std::string(*word) == verb.name) {
+      return becomeProgram(verb.program, verb.name, argv);
+    }
+  }
+  return runCommand(argc, argv, {addNames});
 }

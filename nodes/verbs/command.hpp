@@ -1,6 +1,8 @@
 /// \file
-/// The command `afterglow`, which is several programs: what only some verbs need (ROS, OpenCV, the
-/// renderer) takes ten times as long to load as the rest takes to list a store.
+/// The command `afterglow`, which is several programs, since loading what some verbs need (ROS,
+/// OpenCV, the renderer) takes ten times as long as others take to list a store. The one that is
+/// called loads none of the libraries: libmongoc's counters in shared memory, which bear a process's
+/// number, would be left behind.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -102,7 +102,7 @@ void runExport(const ExportOptions& options) {
 
 void addExportVerb(CLI::App& app) {
   auto options = std::make_shared<ExportOptions>();
-  CLI::App* verb = app.add_subcommand("export", "Export behaviors as a bag");
+  CLI::App* verb = app.add_subcommand("export", kExportHelp);
   verb->add_option("behavior", options->behaviors,
                    std::string(kBehaviorHelp) + "; several ids, or several such in quotes")
       ->required()

@@ -6,6 +6,8 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kExportHelp = "Export behaviors as a bag";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addExportVerb(CLI::App& app);
 

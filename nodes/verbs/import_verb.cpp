@@ -167,8 +167,7 @@ void runImport(const ImportOptions& options) {
 
 void addImportVerb(CLI::App& app) {
   auto options = std::make_shared<ImportOptions>();
-  CLI::App* verb =
-      app.add_subcommand("import", "Import bags, one behavior each, or a database of mongodb_log");
+  CLI::App* verb = app.add_subcommand("import", kImportHelp);
   verb->add_option("source", options->sources,
                    "FILE.bag ..., or mongodb://HOST[:PORT]/DATABASE as mongodb_log or the paper's "
                    "action server wrote it")

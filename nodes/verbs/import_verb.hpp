@@ -6,6 +6,8 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kImportHelp = "Import bags, one behavior each, or a database of mongodb_log";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addImportVerb(CLI::App& app);
 

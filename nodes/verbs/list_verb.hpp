@@ -6,6 +6,8 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kListHelp = "List behaviors, newest first";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addListVerb(CLI::App& app);
 

@@ -150,8 +150,7 @@ void runSaid(const SaidOptions& options) {
 
 void addSaidVerb(CLI::App& app) {
   auto options = std::make_shared<SaidOptions>();
-  CLI::App* verb =
-      app.add_subcommand("said", "What the robot said and which sounds it played, newest first");
+  CLI::App* verb = app.add_subcommand("said", kSaidHelp);
   verb->add_option("--before", options->before,
                    "Only before a behavior began (\"3\", \"last failed pick\") or before a time");
   verb->add_option("--since", options->since, "Only from this time on");

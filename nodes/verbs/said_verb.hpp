@@ -6,6 +6,9 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kSaidHelp = "What the robot said and which sounds it played, newest first";
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
 void addSaidVerb(CLI::App& app);
 
 }  // namespace afterglow::nodes

@@ -6,6 +6,8 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kShowHelp = "Show a behavior, its topics, its messages";
+
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addShowVerb(CLI::App& app);
 

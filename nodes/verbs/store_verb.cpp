@@ -228,7 +228,7 @@ CLI::App* addAction(CLI::App& verb, const std::string& name, const std::string& 
 
 void addStoreVerb(CLI::App& app) {
   auto options = std::make_shared<StoreOptions>();
-  CLI::App* verb = app.add_subcommand("store", "Look after a store in a SQLite file");
+  CLI::App* verb = app.add_subcommand("store", kStoreHelp);
   verb->require_subcommand(1);
   addAction(*verb, "check",
             "Read everything and compare its checksums; a line for each problem, and exit status 1 "

@@ -6,6 +6,9 @@
 
 namespace afterglow::nodes {
 
+constexpr const char* kStoreHelp = "Look after a store in a SQLite file";
+
+/// Registers the verb; parsing it does the job. Failures are exceptions.
 void addStoreVerb(CLI::App& app);
 
 }  // namespace afterglow::nodes

@@ -61,8 +61,7 @@ void runSync(const SyncOptions& options) {
 
 void addSyncVerb(CLI::App& app) {
   auto options = std::make_shared<SyncOptions>();
-  CLI::App* verb = app.add_subcommand(
-      "sync", "Copy behaviors from one store to another; repeat it to go on where it broke off");
+  CLI::App* verb = app.add_subcommand("sync", kSyncHelp);
   verb->add_option("--from", options->from, "The store to copy from (PATH or mongodb://...)")
       ->required();
   verb->add_option("--to", options->to, "The store to copy to")->required();
