@@ -132,6 +132,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (moves_there && !deviations.empty() && !is_stopped()) {
     moveToStart(parts, then, is_stopped);
     now = live(parts, then, is_stopped);
+    if (is_stopped()) return;
     deviations = jointDeviations(then, now, options_.tolerances);
   }
   if (!base.empty()) deviations.push_back(base);
