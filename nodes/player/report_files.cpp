@@ -6,7 +6,7 @@
 
 #include "calib/file_replacement.hpp"
 #include "nodes/player/replay_page.hpp"
-#include "nodes/tools/calibration_folder.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 
@@ -21,7 +21,7 @@ std::string reportJson(const replay::PlayReport& report, int indent) {
 }
 
 void saveReport(const std::string& folder, const replay::PlayReport& report) {
-  const std::string now = dateNow();
+  const std::string now = replay::dateNow();
   std::string compact = now;
   compact.erase(std::remove_if(compact.begin(), compact.end(),
                                [](char letter) { return letter == '-' || letter == ':'; }),

@@ -2,17 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <ctime>
 #include <filesystem>
 #include <stdexcept>
 
 #include "calib/file_replacement.hpp"
 #include "calib/report/calibration_yaml.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 namespace fs = std::filesystem;
+using replay::dateNow;
 
 void makeFolder(const fs::path& folder) {
   std::error_code error;
@@ -28,15 +29,6 @@ void keepIn(const fs::path& folder, const calib::Photographs& photographs) {
 }
 
 }  // namespace
-
-std::string dateNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
 
 void CalibrationFolder::make() const { makeFolder(path_); }
 

@@ -42,7 +42,4 @@ class CalibrationFolder {
   std::string path_;
 };
 
-/// UTC now, 2026-11-21T04:30:00Z.
-std::string dateNow();
-
 }  // namespace afterglow::nodes

@@ -22,12 +22,12 @@
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"
-#include "nodes/tools/calibration_folder.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/play_options.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -83,7 +83,7 @@ void printReport(const replay::PlayReport& report) {
 /// By the file's ending. JSON: of one replay, or an array of several.
 std::string reportFile(const std::string& path, const std::vector<replay::PlayReport>& reports) {
   const std::string ending = std::filesystem::path(path).extension();
-  if (ending == ".html") return replayPage(reports, dateNow());
+  if (ending == ".html") return replayPage(reports, replay::dateNow());
   std::string text;
   for (const replay::PlayReport& report : reports) {
     if (ending == ".txt") {

@@ -44,6 +44,15 @@ std::optional<std::time_t> secondsOf(std::tm time, const std::string& zone) {
   return seconds + (zone[0] == '-' ? 60 : -60) * minutes;
 }
 
+/// UTC.
+std::string secondText(std::time_t seconds) {
+  std::tm time{};
+  gmtime_r(&seconds, &time);
+  std::array<char, 40> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &time);
+  return date.data();
+}
+
 }  // namespace
 
 Stamp wallNow() {
@@ -77,11 +86,9 @@ std::string timeText(Stamp stamp) {
     seconds -= 1;
     rest_ns += kSecond_ns;
   }
-  std::tm time{};
-  gmtime_r(&seconds, &time);
-  std::array<char, 40> date{};
-  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &time);
-  return fmt::format("{}.{:03}Z", date.data(), rest_ns / 1'000'000);
+  return fmt::format("{}.{:03}Z", secondText(seconds), rest_ns / 1'000'000);
 }
+
+std::string dateNow() { return secondText(std::time(nullptr)) + "Z"; }
 
 }  // namespace afterglow::replay

@@ -27,4 +27,7 @@ std::optional<Stamp> parseTime(const std::string& text, Stamp now = wallNow());
 /// UTC, ISO 8601, to the millisecond: "2014-03-31T19:24:47.842Z".
 std::string timeText(Stamp stamp);
 
+/// Now, to the second: "2026-11-21T04:30:00Z".
+std::string dateNow();
+
 }  // namespace afterglow::replay
