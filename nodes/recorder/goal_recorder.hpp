@@ -15,18 +15,18 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/recorder/recording_desk.hpp"
+#include "nodes/recorder/recording_manager.hpp"
 
 namespace afterglow::nodes {
 
 /// Any number of goals at once. The first feedback says that every subscription stands. Translation
-/// has three static functions: request(goal), which throws for what cannot be recorded,
-/// feedback(id, counts) and result(id, ended). The desk must outlive this.
+/// has three static functions: request(goal), which throws if it cannot be recorded,
+/// feedback(id, counts) and result(id, ended). The manager must outlive this.
 template <class Action, class Translation>
 class GoalRecorder {
  public:
-  GoalRecorder(ros::NodeHandle node, const std::string& name, RecordingDesk& desk)
-      : desk_(desk),
+  GoalRecorder(ros::NodeHandle node, const std::string& name, RecordingManager& manager)
+      : manager_(manager),
         server_(
             node, name, [this](Goal goal) { onGoal(goal); }, [this](Goal goal) { onCancel(goal); },
             false) {
@@ -44,11 +44,11 @@ class GoalRecorder {
       running = running_;
     }
     for (auto& [id, goal] : running) {
-      goal.publishFeedback(Translation::feedback(id, desk_.counts(id)));
+      goal.publishFeedback(Translation::feedback(id, manager_.counts(id)));
     }
   }
 
-  /// Takes nothing on any more, and waits for what is on its way.
+  /// Accepts no goals any more, and waits for starts and stops under way.
   void finishJobs() {
     std::vector<std::future<void>> jobs;
     {
@@ -78,11 +78,11 @@ class GoalRecorder {
   void start(Goal goal, const RecordingRequest& request) {
     try {
       std::string warning;
-      const auto on_end = [this, goal](std::int64_t id, const RecordingDesk::Ended& ended) {
+      const auto on_end = [this, goal](std::int64_t id, const RecordingManager::Ended& ended) {
         finish(goal, id, ended);
       };
-      const std::int64_t id = desk_.start(request, on_end, &warning);
-      goal.publishFeedback(Translation::feedback(id, desk_.counts(id)));
+      const std::int64_t id = manager_.start(request, on_end, &warning);
+      goal.publishFeedback(Translation::feedback(id, manager_.counts(id)));
       bool is_canceled = false;
       {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -90,7 +90,7 @@ class GoalRecorder {
         if (ended_.erase(id) == 0) running_.emplace(id, goal);
       }
       if (is_canceled) {
-        desk_.stop(id, "stopped");
+        manager_.stop(id, "stopped");
       }
     } catch (const std::exception& error) {
       goal.setAborted({}, error.what());
@@ -104,11 +104,11 @@ class GoalRecorder {
     if (found == running_.end()) {
       canceled_.insert(goal.getGoalID().id);
     } else {
-      laterLocked([this, id = found->first] { desk_.stop(id, "stopped"); });
+      laterLocked([this, id = found->first] { manager_.stop(id, "stopped"); });
     }
   }
 
-  void finish(Goal goal, std::int64_t id, const RecordingDesk::Ended& ended) {
+  void finish(Goal goal, std::int64_t id, const RecordingManager::Ended& ended) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (running_.erase(id) == 0) ended_.insert(id);
@@ -139,7 +139,7 @@ class GoalRecorder {
     jobs_.push_back(std::async(std::launch::async, std::move(job)));
   }
 
-  RecordingDesk& desk_;
+  RecordingManager& manager_;
   std::mutex mutex_;  ///< never held while calling actionlib, which locks around callbacks
   std::map<std::int64_t, Goal> running_;
   std::set<std::int64_t> ended_;    ///< before they were in running_

@@ -6,58 +6,64 @@
 #include <vector>
 
 #include "nodes/recorder/recorder_status.hpp"
+#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 
 RecorderNode::RecorderNode(const RecorderNodeOptions& options)
-    : options_(options), desk_(options), behaviors_(node_, "record_behavior", desk_) {
+    : options_(options),
+      store_(replay::openStore(options_.store, replay::OpenMode::Record)),
+      space_(options_, *store_),
+      manager_(options_, *store_, space_),
+      behaviors_(node_, "record_behavior", manager_) {
   if (options_.mongodb_logger) {
     logger_ =
         std::make_unique<GoalRecorder<mongodb::MongoDBLoggerAction, MongoDBLoggerTranslation>>(
-            node_, "mongodb_logger", desk_);
+            node_, "mongodb_logger", manager_);
   }
   diagnostics_ = node_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   start_service_ = private_node_.advertiseService("start_recording", &RecorderNode::onStart, this);
   stop_service_ = private_node_.advertiseService("stop_recording", &RecorderNode::onStop, this);
-  second_timer_ =
-      node_.createWallTimer(ros::WallDuration(1.0), [this](const auto&) { everySecond(); });
-  clock_timer_ =
-      node_.createWallTimer(ros::WallDuration(0.1), [this](const auto&) { desk_.lookAtClocks(); });
-  topic_timer_ = node_.createWallTimer(ros::WallDuration(options_.rescan_s), [this](const auto&) {
+  every(1.0, [this] { everySecond(); });
+  every(0.1, [this] { manager_.lookAtClocks(); });
+  every(options_.rescan_s, [this] {
     try {
-      desk_.lookForTopics();
+      manager_.lookForTopics();
     } catch (const std::runtime_error& error) {
       ROS_WARN_STREAM_THROTTLE(10, "looking for new topics: " << error.what());
     }
   });
-  prune_timer_ = node_.createWallTimer(ros::WallDuration(60), [this](const auto&) {
+  every(60, [this] {
     try {
-      desk_.prune();
+      space_.makeRoom();
     } catch (const std::runtime_error& error) {
       ROS_WARN_STREAM("making room: " << error.what());
     }
   });
 }
 
+void RecorderNode::every(double period_s, const std::function<void()>& work) {
+  timers_.push_back(
+      node_.createWallTimer(ros::WallDuration(period_s), [work](const auto&) { work(); }));
+}
+
 RecorderNode::~RecorderNode() { close(); }
 
 void RecorderNode::close() {
-  desk_.hurry();
+  manager_.hurry();
   start_service_.shutdown();
   stop_service_.shutdown();
-  for (ros::WallTimer* timer : {&second_timer_, &clock_timer_, &topic_timer_, &prune_timer_}) {
-    timer->stop();
-  }
+  for (ros::WallTimer& timer : timers_) timer.stop();
   behaviors_.finishJobs();
   if (logger_) {
     logger_->finishJobs();
   }
-  desk_.interruptAll("the recorder was stopped");
+  manager_.interruptAll("the recorder was stopped");
 }
 
 bool RecorderNode::onStart(StartRecording::Request& request, StartRecording::Response& response) {
   try {
-    response.behavior_id = desk_.start(toRequest(request), {}, &response.message);
+    response.behavior_id = manager_.start(toRequest(request), {}, &response.message);
     response.success = true;
   } catch (const std::exception& error) {
     response.success = false;
@@ -67,11 +73,11 @@ bool RecorderNode::onStart(StartRecording::Request& request, StartRecording::Res
 }
 
 bool RecorderNode::onStop(StopRecording::Request& request, StopRecording::Response& response) {
-  const std::vector<std::int64_t> ids = desk_.runningIds();
+  const std::vector<std::int64_t> ids = manager_.runningIds();
   const std::int64_t id =
       request.behavior_id != 0 || ids.empty() ? request.behavior_id : ids.back();
-  const std::optional<RecordingDesk::Ended> ended =
-      desk_.stop(id, request.outcome.empty() ? "stopped" : request.outcome);
+  const std::optional<RecordingManager::Ended> ended =
+      manager_.stop(id, request.outcome.empty() ? "stopped" : request.outcome);
   response.behavior_id = id;
   if (!ended) {
     response.success = false;
@@ -89,7 +95,7 @@ bool RecorderNode::onStop(StopRecording::Request& request, StopRecording::Respon
 }
 
 void RecorderNode::everySecond() {
-  desk_.watch();
+  manager_.watch();
   behaviors_.tell();
   if (logger_) {
     logger_->tell();
@@ -102,14 +108,14 @@ void RecorderNode::publishDiagnostics() {
   RecorderState state;
   state.node = ros::this_node::getName().substr(1);
   state.store = replay::storeUri(options_.store);
-  state.spool = desk_.spool();
-  state.running = desk_.runningIds().size();
-  state.load = desk_.load();
+  state.spool = store_->spoolStatus();
+  state.running = manager_.runningIds().size();
+  state.load = manager_.load();
   state.load_before = load_before_;
   state.seconds = std::max(1e-3, (now - told_at_).toSec());
   state.queue_bytes = static_cast<std::size_t>(options_.queue_megabytes) << 20;
-  state.disk = desk_.disk();
-  state.failure = desk_.failure();
+  state.disk = space_.disk();
+  state.failure = manager_.failure();
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = ros::Time::now();
   array.status.push_back(toDiagnostics(state));

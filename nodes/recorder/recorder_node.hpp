@@ -7,13 +7,15 @@
 #include <afterglow/StopRecording.h>
 #include <ros/ros.h>
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "nodes/recorder/goal_recorder.hpp"
 #include "nodes/recorder/recorder_options.hpp"
 #include "nodes/recorder/recording_actions.hpp"
-#include "nodes/recorder/recording_desk.hpp"
+#include "nodes/recorder/recording_manager.hpp"
 
 namespace afterglow::nodes {
 
@@ -23,18 +25,21 @@ class RecorderNode {
   explicit RecorderNode(const RecorderNodeOptions& options);
   ~RecorderNode();
 
-  /// Takes nothing on any more and ends what still runs, as interrupted.
+  /// Accepts no requests any more and ends running recordings as interrupted.
   void close();
 
  private:
   bool onStart(StartRecording::Request& request, StartRecording::Response& response);
   bool onStop(StopRecording::Request& request, StopRecording::Response& response);
+  void every(double period_s, const std::function<void()>& work);
   void everySecond();
   void publishDiagnostics();
 
   const RecorderNodeOptions options_;
   ros::NodeHandle node_, private_node_{"~"};
-  RecordingDesk desk_;
+  std::unique_ptr<replay::Store> store_;
+  StoreSpace space_;
+  RecordingManager manager_;
   GoalRecorder<RecordBehaviorAction, RecordBehaviorTranslation> behaviors_;
   /// Null if it is not to be served.
   std::unique_ptr<GoalRecorder<mongodb::MongoDBLoggerAction, MongoDBLoggerTranslation>> logger_;
@@ -42,7 +47,7 @@ class RecorderNode {
   ros::SteadyTime told_at_ = ros::SteadyTime::now();
   ros::Publisher diagnostics_;
   ros::ServiceServer start_service_, stop_service_;
-  ros::WallTimer second_timer_, clock_timer_, topic_timer_, prune_timer_;
+  std::vector<ros::WallTimer> timers_;
 };
 
 }  // namespace afterglow::nodes

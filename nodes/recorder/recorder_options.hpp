@@ -17,9 +17,9 @@ struct RecorderNodeOptions {
   std::vector<std::string> context_topics = {"/tf", "/tf_static", "/joint_states", "/odom"};
   double connect_timeout_s = 2.0;  ///< ~connect_timeout: waits no longer for publishers
   double rescan_s = 0.25;          ///< ~rescan: looks for new topics so often
-  int queue_megabytes = 256;       ///< ~queue_megabytes: what may wait for the store
+  int queue_megabytes = 256;       ///< ~queue_megabytes: of messages that wait for the store
   double pre_roll_s = 10;          ///< ~pre_roll: how far a behavior can reach back
-  int pre_roll_megabytes = 64;     ///< ~pre_roll_megabytes: what is remembered for that, at most
+  int pre_roll_megabytes = 64;     ///< ~pre_roll_megabytes: of messages remembered for that
   /// ~pre_roll_topics: listened to always, so that a behavior can reach back on them.
   std::vector<std::string> pre_roll_topics;
   int min_space_megabytes = 1024;  ///< ~min_space, MiB: ends recordings below it; 0: never

@@ -10,7 +10,7 @@
 
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
-#include "replay/store/mongo/spool_status.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 

@@ -20,7 +20,7 @@ RecordBehaviorFeedback RecordBehaviorTranslation::feedback(std::int64_t id,
 }
 
 RecordBehaviorResult RecordBehaviorTranslation::result(std::int64_t id,
-                                                       const RecordingDesk::Ended& ended) {
+                                                       const RecordingManager::Ended& ended) {
   RecordBehaviorResult result;
   result.behavior_id = id;
   result.outcome = ended.outcome;
@@ -58,8 +58,8 @@ mongodb::MongoDBLoggerFeedback MongoDBLoggerTranslation::feedback(
   return feedback;
 }
 
-mongodb::MongoDBLoggerResult MongoDBLoggerTranslation::result(std::int64_t,
-                                                              const RecordingDesk::Ended& ended) {
+mongodb::MongoDBLoggerResult MongoDBLoggerTranslation::result(
+    std::int64_t, const RecordingManager::Ended& ended) {
   mongodb::MongoDBLoggerResult result;
   const std::vector<std::string>& silent = ended.counts.silent_topics;
   std::vector<std::string> logged;

@@ -1,5 +1,5 @@
 /// \file
-/// What a caller asks the recorder for, checked before anything is touched.
+/// A caller's request to record, checked before anything is done.
 #pragma once
 
 #include <algorithm>

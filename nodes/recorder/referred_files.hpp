@@ -11,7 +11,7 @@
 
 namespace afterglow::nodes {
 
-/// SHA-256 by URI of those that the store now has. What cannot be kept is remarked upon: missing,
+/// SHA-256 by URI of those that the store now has. Others are remarked upon: missing,
 /// over 20 MiB, neither package:// nor file://, or by its name no sound and no mesh (a message may
 /// name any file of this machine). Throws StoreError.
 std::map<std::string, std::string> keepFiles(replay::Store& store,

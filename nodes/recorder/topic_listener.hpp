@@ -35,7 +35,7 @@ class TopicListener {
   /// their last publisher, or whose latest one has another type (`types`: by topic, as the master
   /// says; once for each type). To be called often.
   void renew(const std::map<std::string, std::string>& types);
-  /// What is listened to now.
+  /// The topics that are listened to now.
   std::vector<std::string> topics() const;
 
  private:

@@ -4,7 +4,7 @@
 
 namespace afterglow::nodes {
 
-/// True if a socket of this process holds bytes that nobody has read yet. roscpp does not say.
+/// True if a socket of this process holds bytes that were not read yet. roscpp does not say.
 bool hasUnreadInput();
 
 }  // namespace afterglow::nodes

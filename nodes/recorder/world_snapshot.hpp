@@ -1,5 +1,5 @@
 /// \file
-/// What a behavior is to remember of the world around it: poses between the anchors, the robot's
+/// The world around a behavior, as its snapshot keeps it: poses between the anchors, the robot's
 /// description, the projector's calibration.
 #pragma once
 

@@ -28,15 +28,11 @@ struct ImportOptions {
   std::optional<double> split_gap_s;
 };
 
-bool isDatabase(const std::string& source) {
-  return source.rfind("mongodb://", 0) == 0 || source.rfind("mongodb+srv://", 0) == 0;
-}
-
 /// Takes away the files and folders of a store that was made for an import that then failed.
 class NewStoreGuard {
  public:
   explicit NewStoreGuard(const std::string& store) {
-    if (isDatabase(replay::storeUri(store))) return;
+    if (replay::isServerUri(replay::storeUri(store))) return;
     path_ = replay::storePath(store);
     std::error_code ignored;
     if (fs::exists(path_, ignored)) return;
@@ -150,7 +146,7 @@ void runImport(const ImportOptions& options) {
   checkSources(options);
   NewStoreGuard guard(options.store);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadWrite);
-  if (isDatabase(options.sources.front())) {
+  if (replay::isServerUri(options.sources.front())) {
     importDatabase(options, *store);
   } else if (options.as_one) {
     importBags(options, options.sources, *store);

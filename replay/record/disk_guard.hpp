@@ -1,5 +1,5 @@
 /// \file
-/// Whether the disk has room for what is still to be recorded.
+/// Whether the disk has room for more recordings.
 #pragma once
 
 #include <cstdint>

@@ -1,46 +1,66 @@
 #include "replay/record/pre_roll.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace afterglow::replay {
+namespace {
 
-void PreRoll::push(Entry entry, const std::deque<Channel>& channels) {
-  const Stamp newest = entry.received;
+/// Static transforms of one node that are told apart by their bytes; bounds the memory.
+constexpr std::size_t kMostStaticTransformMessages = 256;
+
+}  // namespace
+
+void LatchedState::remember(const Channel& channel, Bytes bytes) {
+  std::vector<Entry>& entries = by_topic_[channel.topic];
+  const bool keeps_all = channel.topic == "/tf_static";
+  const auto replaced = [&](const Entry& entry) {
+    return entry.channel->caller_id == channel.caller_id && (!keeps_all || entry.bytes == bytes);
+  };
+  entries.erase(std::remove_if(entries.begin(), entries.end(), replaced), entries.end());
+  if (entries.size() >= kMostStaticTransformMessages) {
+    entries.erase(entries.begin());
+  }
+  entries.push_back({&channel, std::move(bytes)});
+}
+
+const std::vector<LatchedState::Entry>& LatchedState::find(const std::string& topic) const {
+  static const std::vector<Entry> kNone;
+  const auto found = by_topic_.find(topic);
+  return found == by_topic_.end() ? kNone : found->second;
+}
+
+void PreRoll::push(Entry entry) {
+  entry.is_latched = entry.channel->latching;
   if (longest_ns_ == 0) {
-    if (entry.is_latched) {
-      latched_.remember(entry.channel_index, channels[entry.channel_index], std::move(entry.bytes));
-    }
+    if (entry.is_latched) latched_.remember(*entry.channel, std::move(entry.bytes));
     return;
   }
+  const Stamp newest = entry.received;
   bytes_ += entry.bytes.size() + sizeof(Entry);
   entries_.push_back(std::move(entry));
   while (!entries_.empty() &&
          (bytes_ > most_bytes_ || entries_.front().received.ns < newest.ns - longest_ns_)) {
     complete_since_ = std::max(complete_since_, Stamp{entries_.front().received.ns + 1});
-    dropFront(channels);
+    dropFront();
   }
 }
 
-void PreRoll::dropFront(const std::deque<Channel>& channels) {
+void PreRoll::dropFront() {
   Entry& oldest = entries_.front();
   bytes_ -= oldest.bytes.size() + sizeof(Entry);
-  if (oldest.is_latched) {
-    latched_.remember(oldest.channel_index, channels[oldest.channel_index],
-                      std::move(oldest.bytes));
-  }
+  if (oldest.is_latched) latched_.remember(*oldest.channel, std::move(oldest.bytes));
   entries_.pop_front();
 }
 
-void PreRoll::startAgain(Stamp from, const std::deque<Channel>& channels) {
-  while (!entries_.empty()) dropFront(channels);
+void PreRoll::startAgain(Stamp from) {
+  while (!entries_.empty()) dropFront();
   complete_since_ = from;
 }
 
-void PreRoll::forget(const std::string& topic, const std::deque<Channel>& channels) {
+void PreRoll::forget(const std::string& topic) {
   latched_.forget(topic);
   for (Entry& entry : entries_) {
-    if (channels[entry.channel_index].topic == topic) entry.is_latched = false;
+    if (entry.channel->topic == topic) entry.is_latched = false;
   }
 }
 
@@ -49,11 +69,11 @@ Stamp PreRoll::reach(Stamp begin, std::int64_t pre_roll_ns) const {
   return std::min(begin, std::max(Stamp{begin.ns - back}, complete_since_));
 }
 
-std::vector<PreRoll::Entry> PreRoll::take(
-    Stamp from, const std::function<bool(std::size_t channel)>& is_wanted) {
+std::vector<PreRoll::Entry> PreRoll::take(Stamp from, const std::set<std::string>& topics) {
   std::vector<Entry> taken;
   for (Entry& entry : entries_) {
-    if (entry.received < from || entry.is_stored || !is_wanted(entry.channel_index)) continue;
+    const bool is_asked = entry.received >= from && topics.count(entry.channel->topic) != 0;
+    if (!is_asked || entry.is_stored) continue;
     taken.push_back(entry.is_latched ? entry : std::move(entry));
     entry.is_stored = true;
     if (!entry.is_latched) {
@@ -65,30 +85,21 @@ std::vector<PreRoll::Entry> PreRoll::take(
 }
 
 std::vector<LatchedState::Entry> PreRoll::latchedAt(Stamp moment,
-                                                    const std::vector<std::string>& topics,
-                                                    const std::deque<Channel>& channels) const {
+                                                    const std::set<std::string>& topics) const {
   LatchedState state;
-  const auto is_asked = [&](const std::string& topic) {
-    return std::find(topics.begin(), topics.end(), topic) != topics.end();
-  };
   for (const std::string& topic : topics) {
-    if (const auto* entries = latched_.find(topic)) {
-      for (const LatchedState::Entry& entry : *entries) {
-        state.remember(entry.channel_index, channels[entry.channel_index], entry.bytes);
-      }
+    for (const LatchedState::Entry& entry : latched_.find(topic)) {
+      state.remember(*entry.channel, entry.bytes);
     }
   }
   for (const Entry& entry : entries_) {
-    const Channel& channel = channels[entry.channel_index];
-    if (entry.is_latched && entry.received < moment && is_asked(channel.topic)) {
-      state.remember(entry.channel_index, channel, entry.bytes);
-    }
+    const bool is_asked = entry.received < moment && topics.count(entry.channel->topic) != 0;
+    if (is_asked && entry.is_latched) state.remember(*entry.channel, entry.bytes);
   }
   std::vector<LatchedState::Entry> in_force;
   for (const std::string& topic : topics) {
-    if (const auto* entries = state.find(topic)) {
-      in_force.insert(in_force.end(), entries->begin(), entries->end());
-    }
+    const auto& entries = state.find(topic);
+    in_force.insert(in_force.end(), entries.begin(), entries.end());
   }
   return in_force;
 }

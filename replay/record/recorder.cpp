@@ -5,8 +5,6 @@
 namespace afterglow::replay {
 namespace {
 
-/// Less is evened out: threads that take stamps at once and are held up, a disciplined clock.
-constexpr std::int64_t kSetBack = 500'000'000;
 constexpr std::size_t kMostNotices = 100;
 
 }  // namespace
@@ -14,20 +12,15 @@ constexpr std::size_t kMostNotices = 100;
 Recorder::Recorder(Store& store, RecorderOptions options)
     : store_(store),
       options_(std::move(options)),
-      context_(options_.context_topics.begin(), options_.context_topics.end()),
       recording_(store_.addRecording({0, "", options_.source, options_.robot})),
       past_(options_.pre_roll.count(), options_.pre_roll_bytes),
-      writer_([this] { writeLoop(); }) {}
-
-Recorder::~Recorder() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_closing_ = is_hurried_ = true;
-  }
-  to_writer_.notify_all();
-  from_writer_.notify_all();
-  writer_.join();
-}
+      running_(options_.context_topics),
+      retry_([this](const std::string& why) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        notice(why + "; what arrives waits in the queue");
+      }),
+      writer_(store_, retry_, options_.queue_bytes, options_.batch_period,
+              [this](const auto& batch, const auto& failure) { onWritten(batch, failure); }) {}
 
 // ------------------------------------------------------------------------------------ coming in
 
@@ -42,103 +35,48 @@ std::size_t Recorder::channelIndex(const Channel& channel) {
 }
 
 void Recorder::offer(std::size_t channel_index, Stamp received, Bytes bytes) {
+  using Want = RunningBehaviors::Want;
   const std::lock_guard<std::mutex> lock(mutex_);
   const Channel& channel = channels_.at(channel_index);
   Message message;
-  message.received = orderly(received);
+  message.received = stampOf(received);
   message.sequence = next_sequence_++;
-  const Want want = wants(channel.topic, message.received);
+  const Want want = running_.wants(channel.topic, message.received);
   if (channel.latching || want == Want::No) {
-    PreRoll::Entry entry{channel_index,    message.received, message.sequence,
-                         channel.latching, want != Want::No, {}};
+    PreRoll::Entry entry{&channel, message.received, message.sequence, want != Want::No, {}};
     entry.bytes = want == Want::Yes ? bytes : std::move(bytes);
-    past_.push(std::move(entry), channels_);
+    past_.push(std::move(entry));
   }
   if (want == Want::Yes) {
     message.bytes = std::move(bytes);
-    enqueue(channel_index, std::move(message));
+    enqueue(channel, std::move(message));
   }
 }
 
 void Recorder::forgetLatched(const std::string& topic) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  past_.forget(topic, channels_);
+  past_.forget(topic);
 }
-
-Recorder::Want Recorder::wants(const std::string& topic, Stamp received) {
-  Want want = Want::No;
-  for (auto& [id, running] : running_) {
-    if (covers(running, topic, received)) {
-      want = running.keeps(topic, received) || want == Want::Yes ? Want::Yes : Want::LeftOut;
-    }
-  }
-  return want;
-}
-
-void Recorder::enqueue(std::size_t channel_index, Message message) {
-  Queued queued{recording_, channel_index, message.bytes.size() + sizeof(Queued),
-                std::move(message)};
-  if (failure_ || queued_bytes_ + queued.size > options_.queue_bytes) {
-    drop(queued);
-    return;
-  }
-  const bool was_half_full = queued_bytes_ > options_.queue_bytes / 2;
-  queued_bytes_ += queued.size;
-  ++enqueued_;
-  queue_.push_back(std::move(queued));
-  const bool is_half_full = queued_bytes_ > options_.queue_bytes / 2;
-  if (queue_.size() == 1 || is_half_full != was_half_full) {
-    to_writer_.notify_one();
-  }
-}
-
-void Recorder::drop(const Queued& queued) {
-  ++load_.dropped;
-  const std::string& topic = channels_[queued.channel_index].topic;
-  for (auto& [id, running] : running_) {
-    if (covers(running, topic, queued.message.received)) {
-      running.countDropped(topic);
-      if (is_busy_) running.setReason("the store was busy for longer than there was room to wait");
-      if (failure_) running.setReason(*failure_);
-    }
-  }
-}
-
-// --------------------------------------------------------------------------------------- clocks
 
 void Recorder::look(const ClockReading& now) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  orderly(now.ros);
-  if (const std::optional<std::string> text = clock_watch_.look(now)) {
+  stampOf(now.ros);
+  if (const std::optional<std::string> text = clock_.look(now)) {
     notice(*text);
   }
 }
 
-Stamp Recorder::orderly(Stamp clock) {
-  const Stamp shifted{clock.ns + ahead_ns_};
-  const std::int64_t back = last_.ns - shifted.ns;
-  if (back <= kSetBack) {
-    last_ = std::max(last_, shifted);
-    return last_;
+Stamp Recorder::stampOf(Stamp ros) {
+  const RecordingClock::Given given = clock_.stamp(ros, !running_.empty());
+  if (given.jump) {
+    past_.startAgain(given.stamp);
+    notice(*given.jump);
   }
-  went_back_ = true;
-  std::string text = "ROS time went back by " + secondsText(back) + " to " + secondsText(clock.ns);
-  if (running_.empty()) {
-    last_ = clock;
-  } else {
-    ahead_ns_ += back;
-    text +=
-        "; from then on stamps of this recording are " + secondsText(ahead_ns_) + " ahead of it";
-  }
-  past_.startAgain(last_, channels_);
-  notice(text);
-  return last_;
+  return given.stamp;
 }
 
 void Recorder::notice(const std::string& text) {
-  for (auto& [id, running] : running_) {
-    running.remark(text);
-  }
+  running_.remark(text);
   if (notices_.size() < kMostNotices) {
     notices_.push_back(text);
   }
@@ -147,6 +85,189 @@ void Recorder::notice(const std::string& text) {
 std::vector<std::string> Recorder::takeNotices() {
   const std::lock_guard<std::mutex> lock(mutex_);
   return std::exchange(notices_, {});
+}
+
+void Recorder::enqueue(const Channel& channel, Message message) {
+  const Stamp received = message.received;
+  QueuedMessage queued;
+  queued.recording = recording_;
+  queued.channel = &channel;
+  queued.message = std::move(message);
+  if (writer_.push(std::move(queued))) return;
+  const std::string busy = "the store was busy for longer than there was room to wait";
+  drop(channel.topic, received, writer_.failure().value_or(retry_.isBusy() ? busy : ""));
+}
+
+// --------------------------------------------------------------------------------------- counts
+
+void Recorder::drop(const std::string& topic, Stamp received, const std::string& why) {
+  ++load_.dropped;
+  running_.forCovering(topic, received,
+                       [&](RunningBehavior& running) { running.countDropped(topic, why); });
+}
+
+void Recorder::onWritten(const std::deque<QueuedMessage>& batch,
+                         const std::optional<std::string>& failure) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const QueuedMessage& queued : batch) {
+    if (failure) {
+      drop(queued.channel->topic, queued.message.received, *failure);
+    } else {
+      count(queued);
+    }
+  }
+}
+
+void Recorder::count(const QueuedMessage& written) {
+  const std::string& topic = written.channel->topic;
+  if (written.refusal) {
+    ++load_.dropped;
+  } else {
+    ++load_.messages;
+    load_.bytes += written.size - sizeof(QueuedMessage);
+  }
+  running_.forCovering(topic, written.message.received, [&](RunningBehavior& running) {
+    if (written.refusal) {
+      running.countRefused(topic, *written.refusal);
+    } else {
+      running.countStored(topic);
+    }
+    if (written.is_unfit) running.countUnfit(topic);
+    for (const std::string& uri : written.files) running.refer(uri);
+  });
+}
+
+RecordedCounts Recorder::counts(std::int64_t behavior_id) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const RunningBehavior* running = running_.find(behavior_id);
+  return running ? running->counts() : RecordedCounts{};
+}
+
+RecorderLoad Recorder::load() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  RecorderLoad load = load_;
+  load.queued_bytes = writer_.queuedBytes();
+  return load;
+}
+
+std::optional<std::string> Recorder::failure() const { return writer_.failure(); }
+
+void Recorder::hurry() { retry_.hurry(); }
+
+// ------------------------------------------------------------------------------------ behaviors
+
+Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
+  const std::lock_guard<std::mutex> row(rows_mutex_);  // a discard would not spare it before
+  const std::optional<std::string> failed_before = failure();
+  // Its messages are kept from here on; the store is asked without holding up those who offer.
+  const std::int64_t provisional = admit(behavior, terms);
+  try {
+    behavior.id = store_.addBehavior(behavior);
+  } catch (...) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    retire(provisional);
+    if (failed_before) writer_.fail(*failed_before);
+    throw;
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  running_.rename(provisional, behavior.id);
+  return behavior;
+}
+
+std::int64_t Recorder::admit(Behavior& behavior, const RecordingTerms& terms) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (const auto failed = failure(); failed && !running_.empty()) {
+    throw StoreError(*failed);
+  }
+  writer_.resume();  // the disk may have room again
+  const Stamp now = stampOf(behavior.begin);
+  if (clock_.wentBack() && running_.empty()) {
+    recording_ = store_.addRecording({0, "", options_.source, options_.robot});
+    clock_.beginRecording();
+  }
+  behavior.recording = recording_;
+  behavior.end.reset();
+  behavior.begin = past_.reach(now, terms.pre_roll_ns);
+  behavior.wall_begin.ns -= now.ns - behavior.begin.ns;
+  if (behavior.robot.empty()) {
+    behavior.robot = options_.robot;
+  }
+  const std::int64_t provisional = running_.add(behavior, terms.limits);
+  enqueuePast(running_.at(provisional));
+  return provisional;
+}
+
+void Recorder::enqueuePast(const RunningBehavior& running) {
+  const Stamp begin = running.behavior().begin;
+  const std::set<std::string> topics = running_.topicsOf(running);
+  for (LatchedState::Entry& entry : past_.latchedAt(begin, topics)) {
+    enqueue(*entry.channel, {0, begin, next_sequence_++, {}, std::move(entry.bytes)});
+  }
+  for (PreRoll::Entry& entry : past_.take(begin, topics)) {
+    const bool is_wanted = running_.wants(entry.channel->topic, entry.received) ==
+                           RunningBehaviors::Want::Yes;
+    if (!is_wanted) continue;
+    enqueue(*entry.channel, {0, entry.received, entry.sequence, {}, std::move(entry.bytes)});
+  }
+}
+
+void Recorder::addTopics(std::int64_t behavior_id, const std::vector<std::string>& topics) {
+  const std::lock_guard<std::mutex> row(rows_mutex_);
+  std::unique_lock<std::mutex> lock(mutex_);
+  RunningBehavior& running = running_.at(behavior_id);
+  for (const std::string& topic : topics) {
+    running.addTopic(topic);
+  }
+  const Behavior changed = running.behavior();
+  lock.unlock();
+  try {
+    store_.updateBehavior(changed);
+  } catch (const StoreBusy&) {
+    // Its end writes them; until then they are only missing should the recorder die.
+  }
+}
+
+RecordedCounts Recorder::end(std::int64_t behavior_id, Stamp end, const Completion& complete) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  RunningBehavior& running = running_.at(behavior_id);
+  // Behind the last stamp given, even if the clock stands still.
+  const Stamp behind_last{clock_.last().ns + 1};
+  running.setEnd(std::max(stampOf(end), behind_last));
+  lock.unlock();
+  writer_.flush();
+  lock.lock();
+  const RunningBehavior ended = running_.at(behavior_id);
+  retire(behavior_id);
+  lock.unlock();
+  Behavior behavior = ended.written();
+  bool is_complete = false;
+  retry_.insist([&] {
+    if (!is_complete) {
+      Behavior completed = behavior;  // anew each time
+      complete(completed, ended.references());
+      behavior = std::move(completed);
+      is_complete = true;
+    }
+    const std::lock_guard<std::mutex> row(rows_mutex_);
+    store_.updateBehavior(behavior);
+  });
+  return ended.counts();
+}
+
+void Recorder::discard(std::int64_t behavior_id) {
+  retry_.insist([&] {
+    const std::lock_guard<std::mutex> row(rows_mutex_);
+    store_.removeBehavior(behavior_id);
+  });
+  const std::lock_guard<std::mutex> lock(mutex_);
+  past_.limitReach(clock_.last());
+}
+
+void Recorder::retire(std::int64_t behavior_id) {
+  running_.remove(behavior_id);
+  if (running_.empty() && clock_.endRecording()) {
+    past_.startAgain(clock_.last());
+  }
 }
 
 }  // namespace afterglow::replay

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
 #include "replay/record/answer_topic.hpp"
@@ -17,6 +18,12 @@ constexpr std::size_t kMostReferences = 1000;
 std::string counted(std::uint64_t count, const std::string& topic) {
   return std::to_string(count) + (count == 1 ? " message on " : " messages on ") + topic +
          (count == 1 ? " was" : " were");
+}
+
+/// "kitting" contains "kitting/pick", not "kitting2".
+bool contains(const std::string& outer, const std::string& inner) {
+  return !outer.empty() && inner.size() > outer.size() &&
+         inner.compare(0, outer.size(), outer) == 0 && inner[outer.size()] == '/';
 }
 
 }  // namespace
@@ -58,8 +65,9 @@ void RunningBehavior::countStored(const std::string& topic) {
   }
 }
 
-void RunningBehavior::countDropped(const std::string& topic) {
+void RunningBehavior::countDropped(const std::string& topic, const std::string& why) {
   ++dropped_[topic];
+  if (!why.empty()) why_dropped_ = why;
   heard_.insert(topic);
 }
 
@@ -120,6 +128,84 @@ RecordedCounts RunningBehavior::counts() const {
                       std::back_inserter(counts.silent_topics));
   counts.remarks = remarks();
   return counts;
+}
+
+// ------------------------------------------------------------------------------ RunningBehaviors
+
+std::int64_t RunningBehaviors::add(Behavior& behavior, const std::vector<TopicLimit>& limits) {
+  if (behavior.parent == 0) behavior.parent = enclosing(behavior.tree_path);
+  if (behavior.attempt == 0) behavior.attempt = nextAttempt(behavior);
+  const std::int64_t provisional = -++added_;
+  by_id_.emplace(provisional, RunningBehavior(behavior, limits));
+  return provisional;
+}
+
+std::int64_t RunningBehaviors::enclosing(const std::string& tree_path) const {
+  const Behavior* deepest = nullptr;
+  for (const auto& [id, running] : by_id_) {
+    const Behavior& candidate = running.behavior();
+    if (id > 0 && contains(candidate.tree_path, tree_path) &&
+        (!deepest || candidate.tree_path.size() >= deepest->tree_path.size())) {
+      deepest = &candidate;
+    }
+  }
+  return deepest ? deepest->id : 0;
+}
+
+int RunningBehaviors::nextAttempt(const Behavior& behavior) {
+  if (behavior.parent == 0 && behavior.tree_path.empty()) return 1;
+  return ++attempts_[{behavior.parent, behavior.tree_path, behavior.name}];
+}
+
+void RunningBehaviors::rename(std::int64_t provisional, std::int64_t id) {
+  auto node = by_id_.extract(provisional);
+  node.key() = id;
+  node.mapped().setId(id);
+  by_id_.insert(std::move(node));
+}
+
+void RunningBehaviors::remove(std::int64_t id) {
+  by_id_.erase(id);
+  const auto first = attempts_.lower_bound({id, "", ""});
+  attempts_.erase(first, attempts_.lower_bound({id + 1, "", ""}));
+}
+
+RunningBehavior& RunningBehaviors::at(std::int64_t id) {
+  const auto found = by_id_.find(id);
+  if (found == by_id_.end()) {
+    throw std::logic_error("behavior " + std::to_string(id) + " is not being recorded");
+  }
+  return found->second;
+}
+
+const RunningBehavior* RunningBehaviors::find(std::int64_t id) const {
+  const auto found = by_id_.find(id);
+  return found == by_id_.end() ? nullptr : &found->second;
+}
+
+RunningBehaviors::Want RunningBehaviors::wants(const std::string& topic, Stamp received) {
+  Want want = Want::No;
+  forCovering(topic, received, [&](RunningBehavior& running) {
+    want = running.keeps(topic, received) || want == Want::Yes ? Want::Yes : Want::LeftOut;
+  });
+  return want;
+}
+
+void RunningBehaviors::remark(const std::string& text) {
+  for (auto& [id, running] : by_id_) running.remark(text);
+}
+
+std::set<std::string> RunningBehaviors::topicsOf(const RunningBehavior& running) const {
+  std::set<std::string> topics = context_;
+  topics.insert(running.behavior().topics.begin(), running.behavior().topics.end());
+  topics.insert(running.answers().begin(), running.answers().end());
+  return topics;
+}
+
+bool RunningBehaviors::covers(const RunningBehavior& running, const std::string& topic,
+                              Stamp received) const {
+  return running.isWithin(received) && (running.isOwn(topic) || context_.count(topic) != 0 ||
+                                        running.answers().count(topic) != 0);
 }
 
 }  // namespace afterglow::replay

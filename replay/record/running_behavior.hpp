@@ -1,11 +1,12 @@
 /// \file
-/// A behavior while it is recorded: what it takes, and what became of it.
+/// Behaviors while they are recorded: which messages belong to them, and how many were stored.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <set>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "replay/record/topic_limit.hpp"
@@ -13,7 +14,7 @@
 
 namespace afterglow::replay {
 
-/// What became of a behavior's messages so far.
+/// How many of a behavior's messages were stored so far.
 struct RecordedCounts {
   std::uint64_t stored = 0;                ///< committed to the store; without context topics
   std::uint64_t dropped = 0;               ///< arrived, but could not be kept; context topics, too
@@ -27,7 +28,7 @@ class RunningBehavior {
   RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits);
 
   const Behavior& behavior() const { return behavior_; }
-  /// The behavior with the remarks so far: what is to be stored.
+  /// The behavior with the remarks so far, for the store.
   Behavior written() const;
   void setId(std::int64_t id) { behavior_.id = id; }
   void setEnd(Stamp end) { behavior_.end = end; }
@@ -44,8 +45,9 @@ class RunningBehavior {
   bool keeps(const std::string& topic, Stamp received);
 
   void countStored(const std::string& topic);
-  void countDropped(const std::string& topic);
-  /// A message whose bytes are none of its type; it is kept as it is.
+  /// Why messages were dropped; empty: they came too fast.
+  void countDropped(const std::string& topic, const std::string& why);
+  /// A message whose bytes do not fit its type; it is stored as it is.
   void countUnfit(const std::string& topic) { ++unfit_[topic]; }
   /// A message that no store takes.
   void countRefused(const std::string& topic, const std::string& why);
@@ -54,8 +56,6 @@ class RunningBehavior {
   void refer(const std::string& uri);
   const std::set<std::string>& references() const { return references_; }
   RecordedCounts counts() const;
-  /// Why messages were dropped, if not for want of speed.
-  void setReason(const std::string& why_dropped) { why_dropped_ = why_dropped; }
 
  private:
   std::vector<std::string> remarks() const;
@@ -68,7 +68,52 @@ class RunningBehavior {
   std::uint64_t unkept_references_ = 0;
   std::uint64_t stored_ = 0;
   std::vector<std::string> remarks_;
-  std::string why_dropped_ = "they came faster than the store could write";
+  std::string why_dropped_ = "they came faster than the store could write";  ///< the last reason
+};
+
+/// The behaviors that run, overlapping or nested. Not thread-safe.
+class RunningBehaviors {
+ public:
+  enum class Want { No, LeftOut, Yes };
+
+  /// Context topics belong to every behavior's messages without being its own.
+  explicit RunningBehaviors(const std::vector<std::string>& context_topics)
+      : context_(context_topics.begin(), context_topics.end()) {}
+
+  bool empty() const { return by_id_.empty(); }
+  /// Fills in parent (the deepest running one whose tree path contains its own) and attempt where
+  /// they are 0. The id is a provisional one, below 0, until rename().
+  std::int64_t add(Behavior& behavior, const std::vector<TopicLimit>& limits);
+  void rename(std::int64_t provisional, std::int64_t id);
+  void remove(std::int64_t id);
+  /// Throws std::logic_error if it does not run.
+  RunningBehavior& at(std::int64_t id);
+  const RunningBehavior* find(std::int64_t id) const;  ///< null if it does not run
+
+  /// Whether a message is to be stored. LeftOut: behaviors cover it, and their limits leave it out.
+  /// To be asked once for each message: limits count.
+  Want wants(const std::string& topic, Stamp received);
+  /// Calls work(RunningBehavior&) for every behavior that covers this message.
+  template <typename Work>
+  void forCovering(const std::string& topic, Stamp received, const Work& work) {
+    for (auto& [id, running] : by_id_) {
+      if (covers(running, topic, received)) work(running);
+    }
+  }
+  void remark(const std::string& text);
+  /// The topics of all messages that a behavior covers: its own, its goals' results, the context.
+  std::set<std::string> topicsOf(const RunningBehavior& running) const;
+
+ private:
+  bool covers(const RunningBehavior& running, const std::string& topic, Stamp received) const;
+  std::int64_t enclosing(const std::string& tree_path) const;
+  int nextAttempt(const Behavior& behavior);
+
+  const std::set<std::string> context_;
+  std::map<std::int64_t, RunningBehavior> by_id_;
+  std::int64_t added_ = 0;
+  /// By parent, tree path and name: the attempts so far.
+  std::map<std::tuple<std::int64_t, std::string, std::string>, int> attempts_;
 };
 
 }  // namespace afterglow::replay

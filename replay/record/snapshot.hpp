@@ -1,5 +1,5 @@
 /// \file
-/// What a behavior remembers of the world it was recorded in: Behavior::snapshot.
+/// The world that a behavior was recorded in: Behavior::snapshot.
 ///
 /// A JSON object; members that are not known are absent.
 ///   "frames": {"begin": {"map->odom": [x, y, z, qx, qy, qz, qw], ...}, "end": {...}}

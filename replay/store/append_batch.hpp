@@ -14,9 +14,10 @@ namespace afterglow::replay {
 
 class AppendBatch {
  public:
-  /// `appended` hears how many there are in the store after each append. The store must outlive it.
-  AppendBatch(Store& store, std::function<void(std::uint64_t)> appended)
-      : store_(store), appended_(std::move(appended)) {}
+  /// `appended` hears how many were appended so far, after each append. The store must outlive it.
+  AppendBatch(Store& store, std::function<void(std::uint64_t)> appended,
+              Duplicates duplicates = Duplicates::Refuse)
+      : store_(store), appended_(std::move(appended)), duplicates_(duplicates) {}
 
   void add(Message&& message) {
     bytes_ += message.bytes.size();
@@ -26,7 +27,7 @@ class AppendBatch {
 
   /// To be called when all are added.
   void flush() {
-    store_.append(messages_);
+    store_.append(messages_, duplicates_);
     turns_.next();
     done_ += messages_.size();
     messages_.clear();
@@ -45,6 +46,7 @@ class AppendBatch {
   Store& store_;
   WritingTurns turns_;
   std::function<void(std::uint64_t)> appended_;
+  const Duplicates duplicates_;
   std::vector<Message> messages_;
   std::size_t bytes_ = 0;
   std::uint64_t done_ = 0;

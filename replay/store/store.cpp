@@ -1,12 +1,20 @@
 #include "replay/store/store.hpp"
 
+#include <algorithm>
 #include <cstdlib>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <utility>
 
 namespace afterglow::replay {
 namespace {
 
 constexpr const char* kScheme = "sqlite:";
+
+/// How the URI of a server's store begins. A new kind of store is named here and opened by
+/// openStore().
+constexpr const char* kServerSchemes[] = {"mongodb://", "mongodb+srv://"};
 
 std::string defaultUri() {
   if (const char* uri = std::getenv("AFTERGLOW_STORE"); uri && *uri) return uri;
@@ -21,7 +29,8 @@ std::string defaultUri() {
 }  // namespace
 
 bool isServerUri(const std::string& uri) {
-  return uri.rfind("mongodb://", 0) == 0 || uri.rfind("mongodb+srv://", 0) == 0;
+  return std::any_of(std::begin(kServerSchemes), std::end(kServerSchemes),
+                     [&](const std::string& scheme) { return uri.rfind(scheme, 0) == 0; });
 }
 
 std::string fullStoreUri(const std::string& uri) {
@@ -52,6 +61,24 @@ std::string storePath(const std::string& uri) {
   const std::string named = fullStoreUri(uri);
   if (isServerUri(named)) throw StoreError("a MongoDB server's store has no file");
   return named.substr(std::string(kScheme).size());
+}
+
+void checkObjects(const Behavior& behavior, const std::string& store) {
+  for (const auto& [what, text] : {std::pair("parameters", &behavior.parameters),
+                                   std::pair("calibration", &behavior.calibration),
+                                   std::pair("snapshot", &behavior.snapshot)}) {
+    if (!nlohmann::json::parse(*text, nullptr, false).is_object()) {
+      throw StoreError(store + ": " + what + " of behavior \"" + behavior.name +
+                       "\": no JSON object");
+    }
+  }
+}
+
+void endIncomplete(Behavior& behavior, std::optional<Stamp> last_message) {
+  const Stamp end = last_message ? Stamp{last_message->ns + 1} : behavior.begin;
+  behavior.end = std::max(behavior.begin, end);
+  behavior.outcome = kIncomplete;
+  behavior.remarks.emplace_back("Its recorder died; it ends with the last message stored.");
 }
 
 void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome) {

@@ -4,7 +4,9 @@
 /// never mix. A message is stored once, however many behaviors cover it.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -109,6 +111,16 @@ struct MessageRange {
   std::shared_ptr<const Filter> where = nullptr;  ///< over the messages' fields (query/filter.hpp)
 };
 
+/// The end of an interval that has none.
+constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
+
+/// How far a store that writes to this machine's disk first is behind with its server.
+struct SpoolStatus {
+  std::uint64_t unsent_messages = 0;
+  std::uint64_t unsent_bytes = 0;  ///< on this machine's disk, with everything else that waits
+  std::string last_error;          ///< why the last attempt failed; empty: all is well
+};
+
 /// What append() does with a message that its recording has already.
 enum class Duplicates { Refuse, Skip };
 
@@ -192,7 +204,17 @@ class Store {
   virtual std::optional<Bytes> file(const std::string& sha256) const = 0;
   /// Bytes of what it holds, without space to be used again; empty if it cannot say.
   virtual std::optional<std::uint64_t> usedBytes() const { return std::nullopt; }
+  /// Empty if writes reach the store at once.
+  virtual std::optional<SpoolStatus> spoolStatus() const { return std::nullopt; }
 };
+
+/// Throws StoreError with the store's name in front unless the behavior's parameters, calibration
+/// and snapshot are JSON objects.
+void checkObjects(const Behavior& behavior, const std::string& store);
+
+/// Ends a behavior whose recorder died, behind the last message of its recording if it has one, and
+/// remarks on it.
+void endIncomplete(Behavior& behavior, std::optional<Stamp> last_message);
 
 /// Sets a behavior's end and outcome; StoreError if there is none of that id.
 void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome);

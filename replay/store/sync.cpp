@@ -4,11 +4,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "replay/store/append_batch.hpp"
+
 namespace afterglow::replay {
 namespace {
-
-constexpr std::size_t kBatchMessages = 2000;
-constexpr std::size_t kBatchBytes = 16 << 20;
 
 class Sync {
  public:
@@ -94,23 +93,17 @@ class Sync {
     all.with_all_topics = true;
     const auto cursor = from_.messages(behavior, all);
     Stamp last = behavior.begin;
-    std::vector<Message> batch;
-    std::size_t bytes = 0;
-    const auto flush = [&] {
-      to_.append(batch, Duplicates::Skip);
-      report_.messages += batch.size();
-      batch.clear();
-      bytes = 0;
+    const auto appended = [&, before = report_.messages](std::uint64_t done) {
+      report_.messages = before + done;
       tell();
     };
+    AppendBatch batch(to_, appended, Duplicates::Skip);
     while (auto message = cursor->next()) {
       last = message->received;
       message->channel = channelThere(behavior.recording, message->channel);
-      bytes += message->bytes.size();
-      batch.push_back(std::move(*message));
-      if (batch.size() >= kBatchMessages || bytes >= kBatchBytes) flush();
+      batch.add(std::move(*message));
     }
-    if (!batch.empty()) flush();
+    batch.flush();
     report_.damaged += cursor->damaged().size();
     if (!behavior.end) behavior.end = Stamp{last.ns + 1};
     copyFiles(behavior);

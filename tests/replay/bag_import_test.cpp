@@ -155,7 +155,7 @@ TEST_F(BagImportTest, keepsNoRecorderWaiting) {
   }
   importer.join();
   const RecordedCounts counts =
-      recorder.end(begun.id, {static_cast<std::int64_t>(3 + offered)}, "success");
+      recorder.end(begun.id, {static_cast<std::int64_t>(3 + offered)}, test::outcome("success"));
   EXPECT_EQ(counts.stored, offered);
   EXPECT_TRUE(counts.remarks.empty());
   EXPECT_LT(longest, std::chrono::seconds(9)) << "SQLite's patience is ten";

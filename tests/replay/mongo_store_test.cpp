@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "replay/store/mongo/mongo_query.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/mongo_server.hpp"
 #include "tests/support/query_cases.hpp"
@@ -136,6 +137,29 @@ TEST(MongoErrors, sayOnWhichServerWhatFailed) {
   EXPECT_EQ(storeUri("mongodb://h,i/d@x"), "mongodb://h,i/d@x");
   EXPECT_THROW(openStore("mongodb://", OpenMode::ReadWrite), StoreError);
   EXPECT_THROW(openStore("mongodb://h/d?nonsense=%", OpenMode::ReadWrite), StoreError);
+}
+
+TEST(UndoLog, takesBackTheLastWriteFirstAndFinishesOnlyWhatSucceeded) {
+  UndoLog log;
+  std::string done;
+  const auto write = [&](const std::string& name) {
+    done += name;
+    log.onFailure([&done, name] { done += " -" + name; });
+    log.onSuccess([&done, name] { done += " +" + name; });
+  };
+  write("a");
+  EXPECT_EQ(done, "a +a") << "no transaction: there is nothing to wait for";
+  done.clear();
+  const auto failing = [&] {
+    write("b");
+    log.transaction([&] { write("c"); });
+    throw StoreError("no");
+  };
+  EXPECT_THROW(log.transaction(failing), StoreError);
+  EXPECT_EQ(done, "bc -c -b");
+  done.clear();
+  log.transaction([&] { write("d"); });
+  EXPECT_EQ(done, "d +d") << "the one that failed is forgotten";
 }
 
 class MongoServerTest : public testing::Test {

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "tests/support/faulty_store.hpp"
+#include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay::recorder_test {
 namespace {
@@ -73,7 +74,7 @@ TEST_F(RecorderTest, keepsWhatArrivesWhileABehaviorRuns) {
   recorder.offer(recorder.channelIndex(channel("/other")), {11}, text("not asked for"));
   recorder.offer(recorder.channelIndex(channel("/tf")), {11}, text("context"));
   recorder.offer(a, {19}, text("last"));
-  const RecordedCounts counts = recorder.end(begun.id, {20}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {20}, test::outcome("success"));
   recorder.offer(a, {21}, text("after"));
 
   EXPECT_EQ(texts(store, begun.id), (Texts{"first", "tied", "last"}));
@@ -102,7 +103,7 @@ TEST_F(RecorderTest, losesNothingOnEndWhileManyThreadsOffer) {
     });
   }
   for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(recorder.end(begun.id, {1000}, "success").stored, 2000u);
+  EXPECT_EQ(recorder.end(begun.id, {1000}, test::outcome("success")).stored, 2000u);
   EXPECT_EQ(texts(store, begun.id).size(), 2000u);
 }
 
@@ -116,7 +117,7 @@ TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
   for (int n = 0; n < 100; ++n) recorder.offer(a, {n}, kilobyte());
   EXPECT_GE(recorder.counts(begun.id).dropped, 96u);
   store.is_stalled = false;
-  const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {1000}, test::outcome("success"));
   EXPECT_EQ(counts.stored + counts.dropped, 100u);
   const std::string announced = std::to_string(counts.dropped) +
                                 " messages on /a were dropped: they came faster than the store "
@@ -134,11 +135,11 @@ TEST_F(RecorderTest, stopsWithTheReasonWhenTheStoreFails) {
   const std::size_t a = recorder.channelIndex(channel("/a"));
   const Behavior first = recorder.begin(behavior("pick", {"/a"}, 0));
   recorder.offer(a, {1}, text("kept"));
-  recorder.end(first.id, {5}, "success");
+  recorder.end(first.id, {5}, test::outcome("success"));
   const Behavior second = recorder.begin(behavior("place", {"/a"}, 10));
   store.failWith("disk full: /tmp/x.db");
   recorder.offer(a, {11}, text("lost"));
-  EXPECT_THROW(recorder.end(second.id, {20}, "success"), StoreError);
+  EXPECT_THROW(recorder.end(second.id, {20}, test::outcome("success")), StoreError);
   EXPECT_EQ(recorder.failure(), "disk full: /tmp/x.db");
   try {
     recorder.begin(behavior("again", {"/a"}, 30));
@@ -155,12 +156,12 @@ TEST_F(RecorderTest, recordsAgainWhenTheStoreWritesAgain) {
   const Behavior first = recorder.begin(behavior("pick", {"/a"}, 0));
   store.failWith("disk full: /tmp/x.db");
   recorder.offer(a, {1}, text("lost"));
-  EXPECT_THROW(recorder.end(first.id, {5}, "success"), StoreError);
+  EXPECT_THROW(recorder.end(first.id, {5}, test::outcome("success")), StoreError);
   store.failWith("");
   const Behavior second = recorder.begin(behavior("place", {"/a"}, 10));
   EXPECT_EQ(recorder.failure(), std::nullopt);
   recorder.offer(a, {11}, text("kept"));
-  EXPECT_EQ(recorder.end(second.id, {20}, "success").stored, 1u);
+  EXPECT_EQ(recorder.end(second.id, {20}, test::outcome("success")).stored, 1u);
   EXPECT_EQ(texts(store, second.id), Texts{"kept"});
 }
 
@@ -179,7 +180,7 @@ TEST_F(RecorderTest, waitsForABusyStoreAndLosesNothing) {
   recorder.offer(a, {2}, text("too"));
   recorder.addTopics(begun.id, {"/late"});
   std::thread other([this] { store.keepBusy(false); });
-  const RecordedCounts counts = recorder.end(begun.id, {20}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {20}, test::outcome("success"));
   other.join();
   EXPECT_EQ(counts.stored, 2u);
   EXPECT_EQ(counts.remarks, Texts{told}) << "said once";
@@ -199,7 +200,7 @@ TEST_F(RecorderTest, saysOfABusyStoreThatItsQueueWasFull) {
   while (recorder.takeNotices().empty()) std::this_thread::yield();
   for (int n = 2; n < 12; ++n) recorder.offer(a, {n}, kilobyte());
   store.keepBusy(false);
-  const RecordedCounts counts = recorder.end(begun.id, {1000}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {1000}, test::outcome("success"));
   EXPECT_EQ(counts.stored + counts.dropped, 11u);
   EXPECT_NE(counts.remarks.back().find("/a were dropped: the store was busy for longer than there "
                                        "was room to wait"),
@@ -214,7 +215,7 @@ TEST_F(RecorderTest, endsAtOnceWhenItIsHurried) {
   store.keepBusy(true);
   recorder.offer(a, {1}, text("lost"));
   recorder.hurry();
-  EXPECT_THROW(recorder.end(begun.id, {20}, "success"), StoreBusy);
+  EXPECT_THROW(recorder.end(begun.id, {20}, test::outcome("success")), StoreBusy);
 }
 
 TEST_F(RecorderTest, outlivesAnySingleMessage) {
@@ -235,7 +236,7 @@ TEST_F(RecorderTest, outlivesAnySingleMessage) {
     }
     recorder.offer(a, {50}, Bytes(is_strange ? 8 : 14));  // one that fits
     recorder.offer(a, {51}, Bytes(101));
-    const RecordedCounts counts = recorder.end(begun.id, {60}, "success");
+    const RecordedCounts counts = recorder.end(begun.id, {60}, test::outcome("success"));
     EXPECT_EQ(recorder.failure(), std::nullopt);
     EXPECT_EQ(counts.stored, 39u);
     EXPECT_EQ(counts.dropped, 1u);
@@ -259,9 +260,9 @@ TEST_F(RecorderTest, recordsNestedBehaviorsOverOneLog) {
   inner = recorder.begin(inner);
   recorder.offer(a, {3}, text("3"));
   recorder.offer(b, {4}, text("4"));
-  EXPECT_EQ(recorder.end(inner.id, {5}, "failure").stored, 1u);
+  EXPECT_EQ(recorder.end(inner.id, {5}, test::outcome("failure")).stored, 1u);
   recorder.offer(b, {6}, text("6"));
-  EXPECT_EQ(recorder.end(outer.id, {7}, "success").stored, 4u);
+  EXPECT_EQ(recorder.end(outer.id, {7}, test::outcome("success")).stored, 4u);
 
   EXPECT_EQ(inner.parent, outer.id);
   EXPECT_EQ(texts(store, inner.id), Texts{"4"});
@@ -282,7 +283,7 @@ TEST_F(RecorderTest, startsEveryBehaviorWithTheLatchedStateInForce) {
   recorder.offer(fixed, {3}, text("lens"));
   for (const std::int64_t begin : {10, 20}) {
     const Behavior begun = recorder.begin(behavior("pick", {"/map", "/unlatched"}, begin));
-    const RecordedCounts counts = recorder.end(begun.id, {begin + 5}, "success");
+    const RecordedCounts counts = recorder.end(begun.id, {begin + 5}, test::outcome("success"));
     EXPECT_EQ(texts(store, begun.id), (Texts{"new", "other"}));
     EXPECT_EQ(counts.silent_topics, Texts{"/unlatched"});
     EXPECT_EQ(store.contextTopics(*store.behavior(begun.id)).front().count, 2u)
@@ -290,13 +291,84 @@ TEST_F(RecorderTest, startsEveryBehaviorWithTheLatchedStateInForce) {
   }
   recorder.forgetLatched("/map");
   const Behavior begun = recorder.begin(behavior("pick", {"/map"}, 30));
-  recorder.end(begun.id, {35}, "success");
+  recorder.end(begun.id, {35}, test::outcome("success"));
   EXPECT_TRUE(texts(store, begun.id).empty());
 }
 
 TEST_F(RecorderTest, refusesToEndWhatDoesNotRun) {
   Recorder recorder(store, options());
-  EXPECT_THROW(recorder.end(7, {1}, "success"), std::logic_error);
+  EXPECT_THROW(recorder.end(7, {1}, test::outcome("success")), std::logic_error);
+}
+
+TEST(RunningBehaviors, countAMessageForEachBehaviorThatCoversIt) {
+  RunningBehaviors running({"/tf"});
+  Behavior outer = behavior("kitting", {"/a", "/arm/goal"}, 0);
+  outer.tree_path = "kitting";
+  const std::int64_t outer_provisional = running.add(outer, {});
+  EXPECT_LT(outer_provisional, 0);
+  running.rename(outer_provisional, 7);
+  Behavior inner = behavior("pick", {"/b"}, 10);
+  inner.tree_path = "kitting/pick";
+  inner.attempt = 0;
+  running.rename(running.add(inner, {TopicLimit::parse("/b every=2")}), 8);
+  EXPECT_EQ(inner.parent, 7);
+  EXPECT_EQ(inner.attempt, 1);
+
+  const auto covering = [&](const std::string& topic, std::int64_t received) {
+    std::vector<std::string> names;
+    running.forCovering(topic, {received},
+                        [&](RunningBehavior& each) { names.push_back(each.behavior().name); });
+    return names;
+  };
+  EXPECT_EQ(covering("/tf", 5), Texts{"kitting"}) << "before the inner one began";
+  EXPECT_EQ(covering("/tf", 10), (Texts{"kitting", "pick"}));
+  EXPECT_EQ(covering("/arm/result", 10), Texts{"kitting"}) << "a result of its goal";
+  EXPECT_EQ(covering("/other", 10), Texts());
+  using Want = RunningBehaviors::Want;
+  EXPECT_EQ(running.wants("/b", {10}), Want::Yes);
+  EXPECT_EQ(running.wants("/b", {11}), Want::LeftOut) << "every second one";
+  EXPECT_EQ(running.wants("/other", {11}), Want::No);
+  running.remove(8);
+  EXPECT_THROW(running.at(8), std::logic_error);
+  EXPECT_EQ(running.find(8), nullptr);
+  EXPECT_FALSE(running.empty());
+}
+
+TEST(StoreWriter, tellsOfEachMessageOnceAndResumesAfterAFailure) {
+  test::FaultyStore store;
+  const std::int64_t recording = store.addRecording({0, "", "test", ""});
+  const Channel a = channel("/a");
+  std::atomic<int> written{0}, given_up{0};
+  StoreRetry retry([](const std::string&) {});
+  StoreWriter writer(store, retry, 4000, std::chrono::milliseconds(1),
+                     [&](const auto& batch, const auto& failure) {
+                       (failure ? given_up : written) += static_cast<int>(batch.size());
+                     });
+  std::uint64_t sequence = 0;
+  const auto push = [&](Bytes bytes) {
+    QueuedMessage queued;
+    queued.recording = recording;
+    queued.channel = &a;
+    queued.message = {0, Stamp{static_cast<std::int64_t>(sequence)}, sequence, {}, bytes};
+    ++sequence;
+    return writer.push(std::move(queued));
+  };
+  EXPECT_FALSE(push(Bytes(4000))) << "there is no room for it";
+  EXPECT_TRUE(push(text("kept")));
+  writer.flush();
+  EXPECT_EQ(written, 1);
+  EXPECT_EQ(writer.queuedBytes(), 0u);
+  store.failWith("disk full");
+  EXPECT_TRUE(push(text("lost")));
+  writer.flush();
+  EXPECT_EQ(given_up, 1);
+  EXPECT_EQ(writer.failure(), "disk full");
+  EXPECT_FALSE(push(text("not taken")));
+  store.failWith("");
+  writer.resume();
+  EXPECT_TRUE(push(text("again")));
+  writer.flush();
+  EXPECT_EQ(written, 2);
 }
 
 }  // namespace

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "replay/record/clock_watch.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
+#include "replay/record/recording_clock.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/record/topic_choice.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -86,8 +86,31 @@ TEST(TopicLimit, refusesWhatItDoesNotUnderstand) {
   }
 }
 
-TEST(ClockWatch, noticesThatAClockWasSet) {
-  ClockWatch watch;
+TEST(RecordingClock, goesOnWhileBehaviorsRunAndIsTrueAgainWhenNoneDoes) {
+  RecordingClock clock;
+  EXPECT_EQ(clock.stamp({100 * kSecond}, true).stamp, Stamp{100 * kSecond});
+  const auto early = clock.stamp({100 * kSecond - kSecond / 2}, true);
+  EXPECT_EQ(early.stamp, Stamp{100 * kSecond}) << "half a second is evened out";
+  EXPECT_EQ(early.jump, std::nullopt);
+  const auto jumped = clock.stamp({10 * kSecond}, true);
+  EXPECT_EQ(jumped.stamp, Stamp{100 * kSecond});
+  EXPECT_EQ(jumped.jump,
+            "ROS time went back by 90.000 s to 10.000 s; from then on stamps of this recording are "
+            "90.000 s ahead of it");
+  EXPECT_EQ(clock.stamp({11 * kSecond}, true).stamp, Stamp{101 * kSecond});
+  EXPECT_TRUE(clock.endRecording());
+  EXPECT_FALSE(clock.endRecording()) << "it was ahead only once";
+  EXPECT_EQ(clock.stamp({12 * kSecond}, false).stamp, Stamp{12 * kSecond});
+  EXPECT_TRUE(clock.wentBack());
+  clock.beginRecording();
+  EXPECT_FALSE(clock.wentBack());
+  const auto between = clock.stamp({1 * kSecond}, false);
+  EXPECT_EQ(between.stamp, Stamp{1 * kSecond});
+  EXPECT_EQ(between.jump, "ROS time went back by 11.000 s to 1.000 s");
+}
+
+TEST(RecordingClock, noticesThatAClockWasSet) {
+  RecordingClock watch;
   const auto look = [&](double ros, double wall, double steady, bool is_simulated) {
     const auto ns = [](double s) { return static_cast<std::int64_t>(s * 1e9); };
     return watch.look({{ns(ros)}, {ns(wall)}, ns(steady), is_simulated}).value_or("");
@@ -190,7 +213,7 @@ TEST_F(RecordingTermsTest, reachesBackWithTrueStampsAndTheStateOfThen) {
   say("/tf", 8 * kSecond, "tf");
   const Behavior begun = recorder.begin(behavior(10 * kSecond, {"/a", "/map"}), preRoll(5));
   say("/a", 11 * kSecond, "live");
-  const RecordedCounts counts = recorder.end(begun.id, {12 * kSecond}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {12 * kSecond}, test::outcome("success"));
   EXPECT_EQ(begun.begin, Stamp{5 * kSecond});
   EXPECT_EQ(begun.wall_begin, Stamp{1005 * kSecond});
   EXPECT_EQ(texts(begun.id), (Texts{"old map", "a", "new map", "live"}));
@@ -205,8 +228,8 @@ TEST_F(RecordingTermsTest, storesWhatTwoBehaviorsReachBackForOnce) {
   const Behavior first = recorder.begin(behavior(2 * kSecond), preRoll(5));
   say("/a", 3 * kSecond, "2");
   const Behavior second = recorder.begin(behavior(4 * kSecond), preRoll(5));
-  recorder.end(second.id, {5 * kSecond}, "success");
-  recorder.end(first.id, {5 * kSecond}, "success");
+  recorder.end(second.id, {5 * kSecond}, test::outcome("success"));
+  recorder.end(first.id, {5 * kSecond}, test::outcome("success"));
   EXPECT_EQ(texts(first.id), (Texts{"1", "2"}));
   EXPECT_EQ(texts(second.id), (Texts{"1", "2"}));
 }
@@ -222,12 +245,12 @@ TEST_F(RecordingTermsTest, reachesNoFurtherThanItRemembersWhole) {
 TEST_F(RecordingTermsTest, doesNotReachBackIntoWhatWasDiscarded) {
   const Behavior first = recorder.begin(behavior(1 * kSecond));
   say("/a", 2 * kSecond, "of a success");
-  recorder.end(first.id, {3 * kSecond}, "success");
+  recorder.end(first.id, {3 * kSecond}, test::outcome("success"));
   recorder.discard(first.id);
   EXPECT_FALSE(store->behavior(first.id));
   const Behavior second = recorder.begin(behavior(5 * kSecond), preRoll(5));
   EXPECT_GE(second.begin, Stamp{3 * kSecond});
-  recorder.end(second.id, {6 * kSecond}, "failure");
+  recorder.end(second.id, {6 * kSecond}, test::outcome("failure"));
   EXPECT_EQ(texts(second.id), Texts{});
 }
 
@@ -239,7 +262,7 @@ TEST_F(RecordingTermsTest, thinsOutAndSaysSo) {
     say("/a", i, std::to_string(i));
     say("/b", i, "b");
   }
-  const RecordedCounts counts = recorder.end(begun.id, {10}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {10}, test::outcome("success"));
   EXPECT_EQ(counts.stored, 9u);
   EXPECT_EQ(counts.dropped, 0u);
   EXPECT_EQ(store->behavior(begun.id)->remarks,
@@ -252,7 +275,7 @@ TEST_F(RecordingTermsTest, letsTopicsJoin) {
   recorder.addTopics(begun.id, {"/late", "/a"});
   EXPECT_EQ(store->behavior(begun.id)->topics, (Texts{"/a", "/late"})) << "a crash may come";
   say("/late", 2, "heard");
-  recorder.end(begun.id, {3}, "success");
+  recorder.end(begun.id, {3}, test::outcome("success"));
   EXPECT_EQ(texts(begun.id), Texts{"heard"});
 }
 
@@ -262,7 +285,7 @@ TEST_F(RecordingTermsTest, keepsTheResultsOfItsGoalsAsContext) {
   for (const char* topic : {"/arm/goal", "/arm/result", "/head/result", "/gripper/result"}) {
     say(topic, 1, topic);
   }
-  const RecordedCounts counts = recorder.end(begun.id, {3}, "success");
+  const RecordedCounts counts = recorder.end(begun.id, {3}, test::outcome("success"));
   EXPECT_EQ(texts(begun.id), Texts{"/arm/goal"});
   EXPECT_EQ(counts.silent_topics, Texts{"/head/goal"}) << "a result is nobody's own topic";
   const auto context = store->contextTopics(*store->behavior(begun.id));
@@ -278,7 +301,7 @@ TEST_F(RecordingTermsTest, givesATopicThatChangesItsTypeAnotherChannel) {
   const Behavior begun = recorder.begin(behavior(0));
   say("/a", 1, "text");
   recorder.offer(recorder.channelIndex(changed), {2}, {});
-  recorder.end(begun.id, {3}, "success");
+  recorder.end(begun.id, {3}, test::outcome("success"));
   const auto messages = test::readAll(*store->messages(*store->behavior(begun.id), {}));
   ASSERT_EQ(messages.size(), 2u);
   EXPECT_EQ(store->channel(messages[0].channel).type, "std_msgs/String");
@@ -291,7 +314,7 @@ TEST_F(RecordingTermsTest, keepsTheOrderOfArrivalWhenTimeGoesBack) {
   say("/a", 101 * kSecond - 1000, "a little early");
   say("/a", 1 * kSecond, "after");
   say("/a", 3 * kSecond, "two seconds later");
-  const RecordedCounts counts = recorder.end(first.id, {4 * kSecond}, "success");
+  const RecordedCounts counts = recorder.end(first.id, {4 * kSecond}, test::outcome("success"));
   EXPECT_EQ(texts(first.id), (Texts{"before", "a little early", "after", "two seconds later"}));
   const Behavior stored = *store->behavior(first.id);
   EXPECT_EQ(stored.end, Stamp{104 * kSecond});
@@ -305,7 +328,7 @@ TEST_F(RecordingTermsTest, keepsTheOrderOfArrivalWhenTimeGoesBack) {
 
   const Behavior second = recorder.begin(behavior(5 * kSecond));
   say("/a", 6 * kSecond, "next");
-  recorder.end(second.id, {7 * kSecond}, "success");
+  recorder.end(second.id, {7 * kSecond}, test::outcome("success"));
   EXPECT_EQ(second.begin, Stamp{5 * kSecond}) << "true stamps again";
   EXPECT_NE(second.recording, first.recording);
   EXPECT_EQ(texts(second.id), Texts{"next"});
@@ -314,18 +337,18 @@ TEST_F(RecordingTermsTest, keepsTheOrderOfArrivalWhenTimeGoesBack) {
 TEST_F(RecordingTermsTest, endsBehindItsLastMessageEvenIfTheClockStandsStill) {
   const Behavior begun = recorder.begin(behavior(5));
   say("/a", 5, "of a simulation that is paused");
-  recorder.end(begun.id, {5}, "success");
+  recorder.end(begun.id, {5}, test::outcome("success"));
   EXPECT_EQ(texts(begun.id).size(), 1u);
 }
 
 TEST_F(RecordingTermsTest, beginsANewRecordingWhenTimeWentBackBetweenBehaviors) {
   const Behavior first = recorder.begin(behavior(100 * kSecond));
-  recorder.end(first.id, {101 * kSecond}, "success");
+  recorder.end(first.id, {101 * kSecond}, test::outcome("success"));
   recorder.look({{1 * kSecond}, {1 * kSecond}, 0, true});
   const Behavior second = recorder.begin(behavior(2 * kSecond), preRoll(10));
   EXPECT_NE(second.recording, first.recording);
   EXPECT_EQ(second.begin, Stamp{1 * kSecond}) << "not into the time before";
-  recorder.end(second.id, {3 * kSecond}, "success");
+  recorder.end(second.id, {3 * kSecond}, test::outcome("success"));
 }
 
 TEST_F(RecordingTermsTest, countsAttemptsOfOneTreePathUnderOneParent) {
@@ -341,7 +364,7 @@ TEST_F(RecordingTermsTest, countsAttemptsOfOneTreePathUnderOneParent) {
     child = recorder.begin(child);
     EXPECT_EQ(child.parent, parent.id);
     EXPECT_EQ(child.attempt, attempt);
-    recorder.end(child.id, {attempt * 10 + 5}, "failure");
+    recorder.end(child.id, {attempt * 10 + 5}, test::outcome("failure"));
   }
   Behavior alone = behavior(50);
   alone.attempt = 0;

@@ -49,7 +49,7 @@ class SpooledStoreTest : public testing::Test {
   }
   bool isSent() const {
     const auto end = std::chrono::steady_clock::now() + 30s;
-    while (store->spoolStatus().unsent_bytes > 0) {
+    while (store->spoolStatus()->unsent_bytes > 0) {
       if (std::chrono::steady_clock::now() > end) return false;
       std::this_thread::sleep_for(2ms);
     }
@@ -112,15 +112,15 @@ TEST_F(SpooledStoreTest, aServerThatStallsHoldsUpNothing) {
   append(20, 40);
   endBehavior(*store, id, Stamp{40}, "success");
   const auto error_deadline = std::chrono::steady_clock::now() + 20s;
-  while (store->spoolStatus().last_error.empty() &&
+  while (store->spoolStatus()->last_error.empty() &&
          std::chrono::steady_clock::now() < error_deadline) {
     std::this_thread::sleep_for(2ms);
   }
-  EXPECT_NE(store->spoolStatus().last_error, "");
+  EXPECT_NE(store->spoolStatus()->last_error, "");
   server->resume();
   ASSERT_TRUE(isSent());
   EXPECT_EQ(arrived(), numbers(40));
-  EXPECT_EQ(store->spoolStatus().last_error, "");
+  EXPECT_EQ(store->spoolStatus()->last_error, "");
 }
 
 TEST_F(SpooledStoreTest, aServerThatIsAwayAtTheStartGetsEverythingLater) {
@@ -130,9 +130,9 @@ TEST_F(SpooledStoreTest, aServerThatIsAwayAtTheStartGetsEverythingLater) {
   const std::int64_t id = begin();
   append(0, 10);
   endBehavior(*store, id, Stamp{10}, "success");
-  EXPECT_EQ(store->spoolStatus().unsent_messages, 10u);
+  EXPECT_EQ(store->spoolStatus()->unsent_messages, 10u);
   open(0ms);  // another recorder's run, and the server is still away
-  EXPECT_EQ(store->spoolStatus().unsent_messages, 10u);
+  EXPECT_EQ(store->spoolStatus()->unsent_messages, 10u);
   EXPECT_EQ(store->behavior(id)->outcome, "success");
   server->start();
   ASSERT_TRUE(isSent());
@@ -174,7 +174,7 @@ TEST_F(SpooledStoreTest, aFullSpoolIsAnError) {
   } catch (const StoreError& error) {
     EXPECT_NE(std::string(error.what()).find("the spool is full"), std::string::npos);
   }
-  EXPECT_EQ(store->spoolStatus().unsent_messages, 1u) << "what was stored stays";
+  EXPECT_EQ(store->spoolStatus()->unsent_messages, 1u) << "what was stored stays";
 }
 
 TEST_F(SpooledStoreTest, whatATransactionThrewOutIsNotSent) {

@@ -66,6 +66,11 @@ inline replay::Behavior sampleBehavior(std::int64_t recording, std::vector<std::
   return behavior;
 }
 
+/// What completes a recorded behavior (Recorder::end()) with this outcome.
+inline auto outcome(const std::string& word) {
+  return [word](replay::Behavior& behavior, const auto&) { behavior.outcome = word; };
+}
+
 inline std::string fileBytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};

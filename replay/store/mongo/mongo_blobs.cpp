@@ -1,7 +1,6 @@
 #include "replay/store/mongo/mongo_blobs.hpp"
 
 #include <algorithm>
-#include <chrono>
 
 #include "replay/store/checksum.hpp"
 #include "replay/store/store.hpp"
@@ -15,12 +14,6 @@ constexpr const char* kChunks = "fs.chunks";
 
 std::int64_t checksum(const Bytes& bytes) { return checksumOf(bytes.data(), bytes.size()); }
 
-std::int64_t wallClockMs() {
-  using namespace std::chrono;
-  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-}
-
-Bson withId(const std::string& id) { return Bson().add("_id", id); }
 Bson ofFile(const std::string& id) { return Bson().add("files_id", id); }
 
 }  // namespace
@@ -41,7 +34,7 @@ void MongoBlobs::put(const std::string& id, const Bytes& contents) const {
   Bson file = withId(id);
   file.add("length", static_cast<std::int64_t>(contents.size()));
   bson_append_int32(&file.raw(), "chunkSize", -1, kChunkBytes);
-  file.addDate("uploadDate", wallClockMs()).add("filename", id);
+  file.addDate("uploadDate", wallClock_ms()).add("filename", id);
   file.add("metadata", Bson().add("xxh3", checksum(contents)));
   client_.upsert(database_, kFiles, file);
 }

@@ -1,5 +1,5 @@
 /// \file
-/// What is too large for a document, in chunks: GridFS (github.com/mongodb/specifications,
+/// Bytes that are too large for a document, in chunks: GridFS (github.com/mongodb/specifications,
 /// gridfs-spec), bucket "fs". Every tool that knows GridFS reads it.
 #pragma once
 
@@ -20,7 +20,7 @@ class MongoBlobs {
   void makeIndexes() const;
   /// The file itself comes last: one that was broken off is not there.
   void put(const std::string& id, const Bytes& contents) const;
-  /// Empty if there is none; throws if length or checksum are not those of what was put.
+  /// Empty if there is no such file; throws if length or checksum differ from those of put().
   std::optional<Bytes> get(const std::string& id) const;
   bool contains(const std::string& id) const;
   void remove(const std::string& id) const;

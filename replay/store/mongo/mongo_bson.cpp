@@ -2,6 +2,7 @@
 
 #include <utf8.h>
 
+#include <chrono>
 #include <cmath>
 
 #include "replay/store/store.hpp"
@@ -147,10 +148,31 @@ std::string Bson::json() const {
   return copy;
 }
 
+std::int64_t wallClock_ms() {
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
 std::optional<std::int64_t> integerAt(const bson_t& document, const char* path) {
   bson_iter_t at;
   if (!find(document, path, at) || !BSON_ITER_HOLDS_NUMBER(&at)) return std::nullopt;
   return bson_iter_as_int64(&at);
+}
+
+std::optional<std::int64_t> dateAt(const bson_t& document, const char* path) {
+  bson_iter_t at;
+  if (!find(document, path, at) || !BSON_ITER_HOLDS_DATE_TIME(&at)) return std::nullopt;
+  return bson_iter_date_time(&at);
+}
+
+bool isTrueAt(const bson_t& document, const char* path) {
+  bson_iter_t at;
+  return find(document, path, at) && bson_iter_as_bool(&at);
+}
+
+bool hasAt(const bson_t& document, const char* path) {
+  bson_iter_t at;
+  return find(document, path, at);
 }
 
 std::optional<std::string> textAt(const bson_t& document, const char* path) {

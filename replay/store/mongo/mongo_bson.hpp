@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "replay/messages/message.hpp"
@@ -62,8 +63,19 @@ class Bson {
   bson_t bson_;
 };
 
-/// What is at `path` ("_meta.sequence"); empty where it is missing or of another kind.
+/// {_id: id}
+inline Bson withId(std::int64_t id) { return std::move(Bson().add("_id", id)); }
+inline Bson withId(const std::string& id) { return std::move(Bson().add("_id", id)); }
+
+/// The wall clock as a BSON date: milliseconds since the epoch.
+std::int64_t wallClock_ms();
+
+/// The value at `path` ("_meta.sequence"); empty where it is missing or of another kind.
 std::optional<std::int64_t> integerAt(const bson_t& document, const char* path);
+/// Milliseconds since the epoch.
+std::optional<std::int64_t> dateAt(const bson_t& document, const char* path);
+bool isTrueAt(const bson_t& document, const char* path);  ///< true, or a number that is not 0
+bool hasAt(const bson_t& document, const char* path);     ///< of any kind
 std::optional<std::string> textAt(const bson_t& document, const char* path);  ///< text or Binary
 std::optional<Bytes> bytesAt(const bson_t& document, const char* path);
 std::vector<std::string> textsAt(const bson_t& document, const char* path);

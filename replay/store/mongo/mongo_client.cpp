@@ -16,7 +16,7 @@ void startLibrary() {
     // number.
     setenv("MONGOC_DISABLE_SHM", "1", 0);
     mongoc_init();
-    // What goes wrong is in the exceptions; nothing else is to be said.
+    // Errors are in the exceptions; the library is not to print them, too.
     mongoc_log_set_handler(nullptr, nullptr);
   });
 }

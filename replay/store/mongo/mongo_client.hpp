@@ -15,7 +15,7 @@
 
 namespace afterglow::replay {
 
-/// What became of documents that were not inserted, by their indexes.
+/// Documents that were not inserted, by their indexes.
 struct MongoWrite {
   std::set<std::size_t> duplicates;  ///< their _id or key is there already
   std::set<std::size_t> refused;     ///< the server does not take them
@@ -53,7 +53,7 @@ class MongoClient {
   std::int64_t count(const std::string& database, const std::string& collection,
                      const Bson& filter) const;
 
-  /// In any order, as many as can be: one that is refused does not keep out the others.
+  /// In any order; a document that is refused does not keep out the others.
   MongoWrite insert(const std::string& database, const std::string& collection,
                     const std::vector<Bson>& documents) const;
   /// Replaces the one of this _id, or inserts it.
@@ -77,7 +77,7 @@ class MongoClient {
   };
   class Lease;
   class Collection;
-  /// What a query finds, one by one.
+  /// The documents that a query finds, one by one.
   class Rows {
    public:
     Rows(const MongoClient& client, const std::string& database, const std::string& collection,

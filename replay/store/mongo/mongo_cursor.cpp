@@ -1,8 +1,10 @@
 #include "replay/store/mongo/mongo_cursor.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <map>
 #include <tuple>
+
+#include "replay/store/mongo/mongo_query.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -17,14 +19,16 @@ auto order(const Message& message) {
 
 }  // namespace
 
-MongoCursor::MongoCursor(const MongoStore& store, const Behavior& behavior,
+MongoCursor::MongoCursor(const MongoMessages& messages, const Behavior& behavior,
                          const MessageRange& range)
-    : store_(store), recording_key_(store.recording(behavior.recording).key), where_(range.where) {
+    : messages_(messages),
+      recording_key_(messages.catalog().recording(behavior.recording).key),
+      where_(range.where) {
   end_ = std::min(behavior.end.value_or(kEndOfTime), range.end.value_or(kEndOfTime));
   const Stamp begin = std::max(behavior.begin, range.begin.value_or(behavior.begin));
   const auto& topics = range.topics.empty() ? behavior.topics : range.topics;
   std::map<std::string, Lane> lanes;
-  for (const auto& channel : store.channelsOf(behavior.recording)) {
+  for (const auto& channel : messages.catalog().channelsOf(behavior.recording)) {
     const auto& name = channel->channel.topic;
     if (!range.with_all_topics && std::find(topics.begin(), topics.end(), name) == topics.end()) {
       continue;
@@ -71,20 +75,21 @@ Bson MongoCursor::pageQuery(const Lane& lane) const {
 void MongoCursor::readPage(Lane& lane) {
   Bson options;
   options.add("sort", Bson().add("_meta.received_ns", 1).add("_meta.sequence", 1));
-  options.add("limit", kPageMessages).add("projection", Bson().add("_meta", 1));
+  options.add("limit", kPageMessages);
   const std::size_t most_bytes = std::max<std::size_t>(kPageBytes / lanes_.size(), 256 << 10);
   std::int64_t count = 0;
   std::size_t bytes = 0;
   const auto take = [&](const bson_t& document) {
-    Message message = store_.readMessage(document);
+    Message message = messages_.read(document);
     lane.received = message.received;
     lane.sequence = static_cast<std::int64_t>(message.sequence);
     ++count;
     bytes += message.bytes.size();
-    if (!where_ || store_.isMatch(message, where_->root())) lane.page.push_back(std::move(message));
+    const bool is_wanted = !where_ || messages_.matches(message, where_->root());
+    if (is_wanted) lane.page.push_back(std::move(message));
     return bytes < most_bytes;
   };
-  store_.client_.find(store_.messages_, lane.collection, pageQuery(lane), options, take);
+  messages_.find(lane.collection, pageQuery(lane), options, take);
   lane.is_done = count < kPageMessages && bytes < most_bytes;
 }
 

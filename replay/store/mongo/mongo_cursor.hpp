@@ -3,8 +3,11 @@
 #pragma once
 
 #include <deque>
+#include <memory>
+#include <string>
+#include <vector>
 
-#include "replay/store/mongo/mongo_store.hpp"
+#include "replay/store/mongo/mongo_messages.hpp"
 
 namespace afterglow::replay {
 
@@ -12,7 +15,7 @@ namespace afterglow::replay {
 /// the server: the reader may pause for as long as it likes, and the server may be restarted.
 class MongoCursor final : public MessageCursor {
  public:
-  MongoCursor(const MongoStore& store, const Behavior& behavior, const MessageRange& range);
+  MongoCursor(const MongoMessages& messages, const Behavior& behavior, const MessageRange& range);
   std::optional<Message> next() override;
 
  private:
@@ -29,7 +32,7 @@ class MongoCursor final : public MessageCursor {
   void readPage(Lane& lane);
   Bson pageQuery(const Lane& lane) const;
 
-  const MongoStore& store_;
+  const MongoMessages& messages_;
   std::string recording_key_;
   Stamp end_;
   std::shared_ptr<const Filter> where_;

@@ -1,5 +1,5 @@
 /// \file
-/// What a store is on a MongoDB server, version 1. This page is the format; a change to it is a new
+/// The format of a store on a MongoDB server, version 1; a change to this page is a new
 /// version. All stamps are int64 nanoseconds since the epoch, of ROS time; intervals are half open.
 ///
 /// Database D (the URI's; "roslog" by default) holds messages alone, as mongodb_log lays them out:
@@ -30,7 +30,6 @@
 ///   fs.files, fs.chunks   GridFS: large messages ("RECORDING KEY/SEQUENCE"), files (their SHA-256)
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <string>
 
@@ -42,13 +41,10 @@ namespace afterglow::replay {
 
 constexpr int kMongoVersion = 1;
 
-/// The end of an interval that has none.
-constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
-
 /// A document may have 16 MiB; the rest is room for the server.
 constexpr std::size_t kLargestMongoDocument = 15 << 20;
 
-/// What storing and reading a channel's messages needs to know.
+/// A channel with everything that is needed to store and read its messages.
 struct MongoChannel {
   std::int64_t id = 0;
   Recording recording;
@@ -57,7 +53,7 @@ struct MongoChannel {
   std::shared_ptr<const Schema> schema;  ///< null: the definition cannot be understood
 };
 
-/// "/a/b" -> "a_b".
+/// mongodb_log's name for the collection of a topic: "/a/b" -> "a_b".
 std::string collectionOf(const std::string& topic);
 
 enum class MongoFields { All, Reduced, None };

@@ -1,10 +1,8 @@
-// How a MongoStore finds behaviors: the server narrows, Filter judges.
+#include "replay/store/mongo/mongo_query.hpp"
+
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-
-#include "replay/store/mongo/mongo_store.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -139,103 +137,87 @@ std::optional<Bson> narrowing(const Condition& condition, const Schema& schema) 
   return Bson().add("$or", std::vector<Bson>{*narrow, Bson().add("_meta.reduced", true)});
 }
 
-bool MongoStore::isMatch(const Message& message, const Condition& condition) const {
-  const ChannelPtr channel = channelInfo(message.channel);
-  if (!channel->schema) return false;
-  try {
-    return condition.matches(messageDocument(*channel->schema, message));
-  } catch (const MessageError&) {
-    return false;  // bytes that do not fit their definition match no filter
-  }
+// ------------------------------------------------------------------------------------ MongoQuery
+
+std::vector<Behavior> MongoQuery::run() {
+  const Bson options = Bson().add("sort", Bson().add("begin_ns", -1).add("_id", -1));
+  std::vector<Behavior> found;
+  if (filter_.limit == 0u) return found;
+  client_.find(database_, "behaviors", candidates(), options, [&](const bson_t& document) {
+    Behavior behavior = behaviorFromMongo(document);
+    if (isWanted(behavior)) found.push_back(std::move(behavior));
+    return !filter_.limit || found.size() < *filter_.limit;
+  });
+  return found;
 }
 
-/// Empty `condition`: any message.
-bool MongoStore::hasMessage(const Behavior& behavior, const std::string& topic,
-                            const Condition* condition, Effort& effort) const {
-  for (const ChannelPtr& channel : channelsOf(behavior.recording)) {
+std::vector<std::string> MongoQuery::explain() {
+  const auto found = run();
+  std::vector<std::string> lines{"behaviors: the server is asked for " + candidates().json() +
+                                 ", newest first"};
+  for (const std::string& asked : asked_) {
+    lines.push_back("messages: the server is asked for " + asked + ", behavior by behavior");
+  }
+  lines.push_back("looked at " + std::to_string(behaviors_) + " of " +
+                  std::to_string(client_.count(database_, "behaviors", {})) + " behaviors and " +
+                  std::to_string(looked_at_) + " messages; " + std::to_string(found.size()) +
+                  " match");
+  return lines;
+}
+
+Bson MongoQuery::candidates() const {
+  Bson query;
+  if (filter_.name) query.add("name", *filter_.name);
+  if (filter_.outcome) query.add("outcome", *filter_.outcome);
+  if (filter_.robot) query.add("robot", *filter_.robot);
+  if (filter_.tag) query.add("tags", *filter_.tag);
+  if (filter_.topic) query.add("topics", *filter_.topic);
+  if (filter_.until) query.add("begin_ns", Bson().add("$lt", filter_.until->ns));
+  if (filter_.since) {
+    Bson later, open;
+    later.add("end_ns", Bson().add("$gt", filter_.since->ns));
+    query.add("$or", std::vector<Bson>{later, open.addNull("end_ns")});
+  }
+  return query;
+}
+
+bool MongoQuery::isWanted(const Behavior& behavior) {
+  ++behaviors_;
+  if (filter_.since && !behavior.end) {
+    const auto last = messages_.lastStamp(behavior.recording);
+    if ((last ? last->ns : behavior.begin.ns) + 1 <= filter_.since->ns) return false;
+  }
+  if (filter_.topic && !hasMessage(behavior, *filter_.topic, nullptr)) return false;
+  return !filter_.where || filter_.where->matches(behavior, [&](const std::string& topic,
+                                                                const Condition& condition) {
+    return hasMessage(behavior, topic, &condition);
+  });
+}
+
+/// Null `condition`: any message.
+bool MongoQuery::hasMessage(const Behavior& behavior, const std::string& topic,
+                            const Condition* condition) {
+  for (const auto& channel : messages_.catalog().channelsOf(behavior.recording)) {
     if (channel->channel.topic != topic) continue;
     Bson query = messageQuery(channel->recording.key, behavior.begin,
                               behavior.end.value_or(kEndOfTime), {channel->id});
     if (condition && channel->schema) {
       if (const auto narrow = narrowing(*condition, *channel->schema)) {
         bson_concat(&query.raw(), &narrow->raw());
-        effort.asked.insert(topic + " " + narrow->json());
+        asked_.insert(topic + " " + narrow->json());
       }
     }
     bool is_found = false;
     Bson options;
-    options.add("projection", Bson().add("_meta", 1));
     if (!condition) options.add("limit", 1);
-    client_.find(messages_, channel->collection, query, options, [&](const bson_t& document) {
-      ++effort.messages;
-      is_found = !condition || isMatch(readMessage(document), *condition);
+    messages_.find(channel->collection, query, options, [&](const bson_t& document) {
+      ++looked_at_;
+      is_found = !condition || messages_.matches(messages_.read(document), *condition);
       return !is_found;
     });
     if (is_found) return true;
   }
   return false;
-}
-
-Bson MongoStore::behaviorQuery(const BehaviorFilter& filter) const {
-  Bson query;
-  if (filter.name) query.add("name", *filter.name);
-  if (filter.outcome) query.add("outcome", *filter.outcome);
-  if (filter.robot) query.add("robot", *filter.robot);
-  if (filter.tag) query.add("tags", *filter.tag);
-  if (filter.topic) query.add("topics", *filter.topic);
-  if (filter.until) query.add("begin_ns", Bson().add("$lt", filter.until->ns));
-  if (filter.since) {
-    Bson later, open;
-    later.add("end_ns", Bson().add("$gt", filter.since->ns));
-    query.add("$or", std::vector<Bson>{later, open.addNull("end_ns")});
-  }
-  return query;
-}
-
-bool MongoStore::isWanted(const Behavior& behavior, const BehaviorFilter& filter,
-                          Effort& effort) const {
-  ++effort.behaviors;
-  if (filter.since && !behavior.end) {
-    const auto last = lastStamp(behavior.recording);
-    if ((last ? last->ns : behavior.begin.ns) + 1 <= filter.since->ns) return false;
-  }
-  if (filter.topic && !hasMessage(behavior, *filter.topic, nullptr, effort)) return false;
-  return !filter.where ||
-         filter.where->matches(behavior, [&](const std::string& topic, const Condition& condition) {
-           return hasMessage(behavior, topic, &condition, effort);
-         });
-}
-
-std::vector<Behavior> MongoStore::select(const BehaviorFilter& filter, Effort& effort) const {
-  const Bson options = Bson().add("sort", Bson().add("begin_ns", -1).add("_id", -1));
-  std::vector<Behavior> found;
-  if (filter.limit == 0u) return found;
-  client_.find(rest_, "behaviors", behaviorQuery(filter), options, [&](const bson_t& document) {
-    Behavior behavior = behaviorFromMongo(document);
-    if (isWanted(behavior, filter, effort)) found.push_back(std::move(behavior));
-    return !filter.limit || found.size() < *filter.limit;
-  });
-  return found;
-}
-
-std::vector<Behavior> MongoStore::behaviors(const BehaviorFilter& filter) const {
-  Effort effort;
-  return select(filter, effort);
-}
-
-std::vector<std::string> MongoStore::explain(const BehaviorFilter& filter) const {
-  Effort effort;
-  const auto found = select(filter, effort);
-  std::vector<std::string> lines{"behaviors: the server is asked for " +
-                                 behaviorQuery(filter).json() + ", newest first"};
-  for (const std::string& asked : effort.asked) {
-    lines.push_back("messages: the server is asked for " + asked + ", behavior by behavior");
-  }
-  lines.push_back("looked at " + std::to_string(effort.behaviors) + " of " +
-                  std::to_string(client_.count(rest_, "behaviors", {})) + " behaviors and " +
-                  std::to_string(effort.messages) + " messages; " + std::to_string(found.size()) +
-                  " match");
-  return lines;
 }
 
 }  // namespace afterglow::replay

@@ -1,28 +1,30 @@
 /// \file
-/// The store on a MongoDB server. What is on it: replay/store/mongo/mongo_layout.hpp. Needs
+/// The store on a MongoDB server. Its format: replay/store/mongo/mongo_layout.hpp. Needs
 /// libmongoc; for .cpp files and internal headers of replay/store.
 #pragma once
 
-#include <chrono>
-#include <map>
 #include <mutex>
-#include <set>
+#include <string>
 
-#include "replay/query/filter.hpp"
 #include "replay/store/mongo/mongo_blobs.hpp"
+#include "replay/store/mongo/mongo_catalog.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
-#include "replay/store/mongo/mongo_layout.hpp"
+#include "replay/store/mongo/mongo_imports.hpp"
+#include "replay/store/mongo/mongo_messages.hpp"
+#include "replay/store/mongo/undo_log.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
 
 /// Writes go to the server at once, acknowledged as the URI says (mongo_client.hpp). Any number of
 /// stores, in any number of processes, may write at a time. A single server has no transactions:
-/// - transaction() takes back what its work had added when the work throws; if the connection is
-///   what broke, it cannot. Others see the parts meanwhile. Messages that removeBehavior drops go
+/// - transaction() takes back its writes when its work throws, unless the connection is broken.
+///   Others see the writes meanwhile. Messages that removeBehavior drops go
 ///   when the work has returned.
 /// - append() takes back likewise. After a broken connection part of the messages may be there:
 ///   append them again with Duplicates::Skip.
+/// Its parts: recordings and channels (MongoCatalog), messages (MongoMessages, MongoCursor),
+/// imports (MongoImports), searches (MongoQuery), transactions (UndoLog); behaviors are its own.
 /// OpenMode::Record takes no lock and marks nothing, for a fleet has many recorders; it waits for
 /// an answer for 10 s, not a minute. A recorder writes through a SpooledStore (spooled_store.hpp).
 class MongoStore final : public Store {
@@ -59,75 +61,25 @@ class MongoStore final : public Store {
   std::int64_t reserveBehaviorIds(std::int64_t count);
 
  private:
-  friend class MongoCursor;
-  using ChannelPtr = std::shared_ptr<const MongoChannel>;
-  /// What a query looked at.
-  struct Effort {
-    std::size_t behaviors = 0, messages = 0;
-    std::set<std::string> asked;  ///< of the server, about messages
-  };
-  /// Messages of one collection that were added together.
-  struct Added {
-    std::string collection, recording;
-    std::vector<std::int64_t> sequences;
-    std::vector<std::string> files;
-  };
+  using Lock = std::unique_lock<std::recursive_mutex>;
 
   void prepare(OpenMode mode);
-  void prepareCollection(const std::string& collection);
-  void requireWritable() const;
-  Recording recording(std::int64_t id) const;
-  ChannelPtr channelInfo(std::int64_t id) const;
-  ChannelPtr readChannel(const bson_t& document) const;
-  std::vector<ChannelPtr> channelsOf(std::int64_t recording) const;
-  std::string definitionId(const Channel& channel);
-  void appendTo(const std::string& collection, const std::vector<const Message*>& messages,
-                Duplicates duplicates, std::vector<Added>& added);
-  void insertAnyway(const Message& message, const MongoChannel& channel, Duplicates duplicates,
-                    Added& added);
-  [[noreturn]] void refuse(const Message& message) const;
-  void checkObjects(const Behavior& behavior) const;
-  void takeBack(const std::vector<Added>& added) const noexcept;
+  /// Throws if the store was opened for reading.
+  Lock lockToWrite();
+  std::optional<Behavior> findBehavior(const Bson& query) const;
+  Behavior requireBehavior(std::int64_t id) const;
+  /// Removes the messages of a behavior that is not there any more, but for those of others.
   void removeUncovered(const Behavior& removed) const;
-  void prolongImports(const std::vector<Message>& messages);
-  void onFailure(std::function<void()> undo);
 
-  Bson behaviorQuery(const BehaviorFilter& filter) const;
-  std::vector<Behavior> select(const BehaviorFilter& filter, Effort& effort) const;
-  bool isWanted(const Behavior& behavior, const BehaviorFilter& filter, Effort& effort) const;
-  bool hasMessage(const Behavior& behavior, const std::string& topic, const Condition* condition,
-                  Effort& effort) const;
-  bool isMatch(const Message& message, const Condition& condition) const;
-  Message readMessage(const bson_t& document) const;
-  std::optional<Stamp> lastStamp(std::int64_t recording) const;
-  std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
-
-  MongoClient client_;
-  const std::string messages_;  ///< the database of the messages
-  const std::string rest_;      ///< the database of everything else
-  MongoBlobs blobs_;
+  const MongoClient client_;
+  const std::string rest_;  ///< the database of everything but the messages
   const bool is_read_only_;
-  bool takes_non_finite_ = true;
-
-  mutable std::mutex cache_mutex_;
-  mutable std::map<std::int64_t, Recording> known_recordings_;
-  mutable std::map<std::int64_t, ChannelPtr> known_channels_;
-  /// This object's imports, and when the server was last told that they live.
-  std::map<std::int64_t, std::chrono::steady_clock::time_point> imports_;
-  std::set<std::string> prepared_;  ///< collections that have their index
-
+  UndoLog undo_;
+  MongoCatalog catalog_;
+  MongoBlobs blobs_;
+  MongoMessages messages_;
+  MongoImports imports_;
   std::recursive_mutex write_mutex_;  ///< recursive: a transaction's work calls other methods
-  bool is_in_transaction_ = false;
-  std::vector<std::function<void()>> on_failure_, on_success_;
 };
-
-/// Which messages of a recording: those in [begin, end) on these channels of one collection; all on
-/// the collection if `channels` is empty.
-Bson messageQuery(const std::string& recording_key, Stamp begin, Stamp end,
-                  const std::vector<std::int64_t>& channels);
-
-/// What the server can be asked on behalf of a condition: it holds for every message for which the
-/// condition does, and for others. Empty: nothing.
-std::optional<Bson> narrowing(const Condition& condition, const Schema& schema);
 
 }  // namespace afterglow::replay

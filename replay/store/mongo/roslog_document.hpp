@@ -1,5 +1,5 @@
 /// \file
-/// What a document of a mongodb_log database says beside its message: all writers of it differ.
+/// The facts beside the message in a document of a mongodb_log database; its writers differ.
 /// Source: mongodb_store's util.py, util.h, mongodb_log.py, mongodb_log_tf.cpp, message_store. For
 /// .cpp files of replay and its tests.
 #pragma once
@@ -26,8 +26,5 @@ struct RoslogFacts {
 
 /// Empty for a document that does not say what type of message it is or when it came.
 std::optional<RoslogFacts> roslogFacts(const bson_t& document);
-
-/// mongodb_log's name for the collection of a topic: '/' becomes '_', the first one goes.
-std::string roslogCollection(const std::string& topic);
 
 }  // namespace afterglow::replay

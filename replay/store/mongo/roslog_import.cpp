@@ -9,6 +9,7 @@
 #include "replay/messages/field_edit.hpp"
 #include "replay/store/append_batch.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
+#include "replay/store/mongo/mongo_layout.hpp"
 #include "replay/store/mongo/roslog_document.hpp"
 #include "replay/store/store_import.hpp"
 
@@ -34,7 +35,7 @@ class Remarks {
   std::map<std::pair<std::string, std::string>, std::uint64_t> counts_;
 };
 
-/// The definition of a type in what the store holds already.
+/// The definition of a type from a message that the store holds already.
 std::optional<Definition> storedDefinition(const Store& store, const std::string& type) {
   for (const Behavior& behavior : store.behaviors({})) {
     for (const TopicSummary& topic : store.topics(behavior)) {
@@ -58,7 +59,7 @@ class TopicNames {
   }
 
   void add(const std::vector<std::string>& topics) {
-    for (const std::string& topic : topics) by_collection_[roslogCollection(topic)] = topic;
+    for (const std::string& topic : topics) by_collection_[collectionOf(topic)] = topic;
   }
 
   std::optional<std::string> find(const std::string& collection) const {

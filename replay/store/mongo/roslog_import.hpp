@@ -31,7 +31,7 @@ struct RoslogImport {
 struct RoslogImportResult {
   std::vector<Behavior> behaviors;  ///< by time
   std::uint64_t messages = 0;
-  /// What was left out, guessed or filled in, a line each.
+  /// Messages and fields that were left out, guessed or filled in, a line each.
   std::vector<std::string> remarks;
 };
 

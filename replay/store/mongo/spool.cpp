@@ -5,11 +5,13 @@
 #include <map>
 #include <random>
 
+#include "replay/store/mongo/spool_entries.hpp"
+
 namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kSpoolVersion = 1;
-/// Messages are cut into entries of about this size; what is larger is an entry by itself.
+/// Messages are gathered to entries of about this size; a larger message is an entry by itself.
 constexpr std::size_t kEntryBytes = 16 << 20;
 /// Ids from here on were given out without the server.
 constexpr std::int64_t kOfflineIds = std::int64_t{1} << 40;
@@ -58,15 +60,15 @@ Spool::Spool(const std::string& path, std::uint64_t most_bytes) : most_bytes_(mo
 }
 
 void Spool::count() {
-  unsent_messages_ = static_cast<std::uint64_t>(
+  unsent_.unsent_messages = static_cast<std::uint64_t>(
       connection_->integer("SELECT coalesce(sum(messages), 0) FROM outbox"));
-  unsent_bytes_ = static_cast<std::uint64_t>(
+  unsent_.unsent_bytes = static_cast<std::uint64_t>(
       connection_->integer("SELECT coalesce(sum(length(payload)), 0) FROM outbox"));
 }
 
-/// Forgets what nothing that waits can name.
+/// Forgets the rows that no entry of the outbox can name any more.
 void Spool::tidy() {
-  if (unsent_bytes_ > 0) return;
+  if (unsent_.unsent_bytes > 0) return;
   SqliteTransaction transaction(*connection_);
   connection_->execute("DELETE FROM behaviors WHERE is_open = 0");
   if (connection_->integer("SELECT count(*) FROM behaviors") == 0) {
@@ -79,16 +81,13 @@ void Spool::tidy() {
 void Spool::closeOpenBehaviors() {
   std::vector<Behavior> open;
   SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE is_open = 1");
-  while (query.step()) open.push_back(behaviorIn(query.bytes(0)));
+  while (query.step()) open.push_back(unpackBehavior(query.bytes(0)));
   SqliteTransaction transaction(*connection_);
   for (Behavior& behavior : open) {
     SqliteStatement last(*connection_, "SELECT last_ns FROM recordings WHERE id = ?1");
     const bool is_known = last.bind(1, behavior.recording).step();
-    const std::int64_t last_ns =
-        is_known ? last.optionalInteger(0).value_or(behavior.begin.ns) : behavior.begin.ns;
-    behavior.end = Stamp{std::max(behavior.begin.ns, last_ns + 1)};
-    behavior.outcome = kIncomplete;
-    behavior.remarks.emplace_back("Its recorder died; it ends with the last message stored.");
+    const auto last_ns = is_known ? last.optionalInteger(0) : std::nullopt;
+    endIncomplete(behavior, last_ns ? std::optional(Stamp{*last_ns}) : std::nullopt);
     putBehavior(behavior);
   }
   transaction.commit();
@@ -97,16 +96,17 @@ void Spool::closeOpenBehaviors() {
 // ---------------------------------------------------------------------------------------- writing
 
 void Spool::add(Kind kind, std::uint64_t messages, const Bytes& payload) {
-  if (unsent_bytes_ + payload.size() > most_bytes_) {
-    throw StoreError(connection_->name() + ": the spool is full: " + std::to_string(unsent_bytes_) +
+  if (unsent_.unsent_bytes + payload.size() > most_bytes_) {
+    throw StoreError(connection_->name() +
+                     ": the spool is full: " + std::to_string(unsent_.unsent_bytes) +
                      " bytes wait for the server, at most " + std::to_string(most_bytes_) + " may");
   }
   SqliteStatement insert(*connection_,
                          "INSERT INTO outbox (kind, messages, payload) VALUES (?1, ?2, ?3)");
   insert.bind(1, static_cast<std::int64_t>(kind)).bind(2, static_cast<std::int64_t>(messages));
   insert.bind(3, payload).run();
-  unsent_messages_ += messages;
-  unsent_bytes_ += payload.size();
+  unsent_.unsent_messages += messages;
+  unsent_.unsent_bytes += payload.size();
 }
 
 void Spool::transaction(const std::function<void()>& work) {
@@ -174,7 +174,7 @@ void Spool::append(const std::vector<Message>& messages) {
     for (std::size_t begin = 0, i = 0; i < messages.size(); ++i) {
       bytes += messages[i].bytes.size();
       if (bytes < kEntryBytes && i + 1 < messages.size()) continue;
-      add(Kind::Messages, i + 1 - begin, pack(messages, begin, i + 1));
+      add(Kind::Messages, i + 1 - begin, packMessages(messages, begin, i + 1));
       begin = i + 1;
       bytes = 0;
     }
@@ -183,7 +183,7 @@ void Spool::append(const std::vector<Message>& messages) {
 
 void Spool::putBehavior(const Behavior& behavior) {
   transaction([&] {
-    const Bytes state = pack(behavior);
+    const Bytes state = packBehavior(behavior);
     if (!behavior.key.empty()) {
       SqliteStatement keep(*connection_,
                            "INSERT INTO behaviors (id, key, is_open, state) VALUES (?1, ?2, ?3, "
@@ -198,12 +198,12 @@ void Spool::putBehavior(const Behavior& behavior) {
 void Spool::removeBehavior(std::int64_t id) {
   transaction([&] {
     SqliteStatement(*connection_, "DELETE FROM behaviors WHERE id = ?1").bind(1, id).run();
-    add(Kind::Removal, 0, pack(id));
+    add(Kind::Removal, 0, packId(id));
   });
 }
 
 void Spool::addFile(const std::string& sha256, const Bytes& contents) {
-  transaction([&] { add(Kind::File, 0, pack(sha256, contents)); });
+  transaction([&] { add(Kind::File, 0, packFile(sha256, contents)); });
 }
 
 // ---------------------------------------------------------------------------------------- reading
@@ -242,14 +242,14 @@ std::optional<Behavior> Spool::behavior(std::int64_t id) const {
   const Lock lock(mutex_);
   SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE id = ?1");
   if (!query.bind(1, id).step()) return std::nullopt;
-  return behaviorIn(query.bytes(0));
+  return unpackBehavior(query.bytes(0));
 }
 
 std::optional<Behavior> Spool::behaviorOfKey(const std::string& key) const {
   const Lock lock(mutex_);
   SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE key = ?1");
   if (!query.bind(1, key).step()) return std::nullopt;
-  return behaviorIn(query.bytes(0));
+  return unpackBehavior(query.bytes(0));
 }
 
 std::int64_t Spool::takeBehaviorId() {
@@ -298,21 +298,16 @@ void Spool::confirm(const std::vector<Entry>& entries) {
       .bind(1, entries.back().id)
       .run();
   for (const Entry& entry : entries) {
-    unsent_messages_ -= entry.messages;
-    unsent_bytes_ -= entry.payload.size();
+    unsent_.unsent_messages -= entry.messages;
+    unsent_.unsent_bytes -= entry.payload.size();
   }
   // The file shrinks when all is sent; until then its pages are used again.
-  if (unsent_bytes_ == 0) connection_->execute("PRAGMA incremental_vacuum");
+  if (unsent_.unsent_bytes == 0) connection_->execute("PRAGMA incremental_vacuum");
 }
 
-std::uint64_t Spool::unsentMessages() const {
+SpoolStatus Spool::unsent() const {
   const Lock lock(mutex_);
-  return unsent_messages_;
-}
-
-std::uint64_t Spool::unsentBytes() const {
-  const Lock lock(mutex_);
-  return unsent_bytes_;
+  return unsent_;
 }
 
 }  // namespace afterglow::replay

@@ -1,9 +1,9 @@
 /// \file
-/// What waits on this machine's disk for a server: writes in the order in which they were made.
+/// Writes that wait on this machine's disk for a server, in the order in which they were made.
 /// Internal to replay/store.
 ///
-/// One SQLite database in WAL mode, FULL: what a method returned from survives a loss of power.
-///   outbox      id (order), kind, messages (how many), payload
+/// One SQLite database in WAL mode, FULL: writes survive a loss of power once their methods return.
+///   outbox      id (order), kind, messages (how many), payload (spool_entries.hpp)
 ///   recordings  id (the spool's own), key, source, robot, last_ns (its last message's stamp)
 ///   channels    id (the spool's own), recording, topic, type, md5, definition, latching, caller_id
 ///   behaviors   id (the server's), key, is_open, state (BSON, mongo_layout.hpp; its recording is
@@ -62,24 +62,14 @@ class Spool {
 
   /// The oldest entries: one, or several of messages up to about `bytes`.
   std::vector<Entry> front(std::size_t bytes) const;
-  /// The server has what front() gave.
+  /// To be called when the server has the entries that front() gave.
   void confirm(const std::vector<Entry>& entries);
-  std::uint64_t unsentMessages() const;
-  std::uint64_t unsentBytes() const;
-
-  // What entries hold: spool_entries.cpp.
-  static std::vector<Message> unpack(const Bytes& payload);
-  static Behavior behaviorIn(const Bytes& payload);
-  static std::int64_t idIn(const Bytes& payload);
-  static std::pair<std::string, Bytes> fileIn(const Bytes& payload);
+  /// Without an error.
+  SpoolStatus unsent() const;
 
  private:
   using Lock = std::lock_guard<std::recursive_mutex>;
 
-  static Bytes pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end);
-  static Bytes pack(const Behavior& behavior);
-  static Bytes pack(std::int64_t id);
-  static Bytes pack(const std::string& sha256, const Bytes& contents);
   void add(Kind kind, std::uint64_t messages, const Bytes& payload);
   void count();
   void closeOpenBehaviors();
@@ -89,7 +79,7 @@ class Spool {
   mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
   std::unique_ptr<RecorderLock> recorder_;
   std::unique_ptr<SqliteConnection> connection_;
-  std::uint64_t unsent_messages_ = 0, unsent_bytes_ = 0;
+  SpoolStatus unsent_;
 };
 
 }  // namespace afterglow::replay

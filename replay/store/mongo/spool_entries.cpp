@@ -1,8 +1,8 @@
-// How a Spool's entries are written as bytes.
+#include "replay/store/mongo/spool_entries.hpp"
+
 #include <cstring>
 
 #include "replay/store/mongo/mongo_layout.hpp"
-#include "replay/store/mongo/spool.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -14,9 +14,9 @@ void put(Bytes& bytes, T value) {
 }
 
 /// Reads what put() wrote; the database's pages are trusted, but not beyond their end.
-class Reader {
+class EntryReader {
  public:
-  explicit Reader(const Bytes& bytes) : bytes_(bytes) {}
+  explicit EntryReader(const Bytes& bytes) : bytes_(bytes) {}
   bool atEnd() const { return at_ == bytes_.size(); }
   template <typename T>
   T get() {
@@ -37,19 +37,19 @@ class Reader {
 
 }  // namespace
 
-Bytes Spool::pack(const Behavior& behavior) {
+Bytes packBehavior(const Behavior& behavior) {
   const Bson state = toMongo(behavior);
   const std::uint8_t* data = bson_get_data(&state.raw());
   return Bytes(data, data + state.size());
 }
 
-Bytes Spool::pack(std::int64_t id) {
+Bytes packId(std::int64_t id) {
   Bytes payload;
   put(payload, id);
   return payload;
 }
 
-Bytes Spool::pack(const std::string& sha256, const Bytes& contents) {
+Bytes packFile(const std::string& sha256, const Bytes& contents) {
   Bytes payload;
   put(payload, static_cast<std::uint64_t>(sha256.size()));
   payload.insert(payload.end(), sha256.begin(), sha256.end());
@@ -57,9 +57,9 @@ Bytes Spool::pack(const std::string& sha256, const Bytes& contents) {
   return payload;
 }
 
-std::int64_t Spool::idIn(const Bytes& payload) { return Reader(payload).get<std::int64_t>(); }
+std::int64_t unpackId(const Bytes& payload) { return EntryReader(payload).get<std::int64_t>(); }
 
-Bytes Spool::pack(const std::vector<Message>& messages, std::size_t begin, std::size_t end) {
+Bytes packMessages(const std::vector<Message>& messages, std::size_t begin, std::size_t end) {
   constexpr std::size_t kHead = 5 * 8 + 1;
   std::size_t size = 0;
   for (std::size_t i = begin; i < end; ++i) size += kHead + messages[i].bytes.size();
@@ -78,9 +78,9 @@ Bytes Spool::pack(const std::vector<Message>& messages, std::size_t begin, std::
   return payload;
 }
 
-std::vector<Message> Spool::unpack(const Bytes& payload) {
+std::vector<Message> unpackMessages(const Bytes& payload) {
   std::vector<Message> messages;
-  for (Reader reader(payload); !reader.atEnd();) {
+  for (EntryReader reader(payload); !reader.atEnd();) {
     Message message;
     message.channel = reader.get<std::int64_t>();
     message.received = {reader.get<std::int64_t>()};
@@ -96,7 +96,7 @@ std::vector<Message> Spool::unpack(const Bytes& payload) {
   return messages;
 }
 
-Behavior Spool::behaviorIn(const Bytes& payload) {
+Behavior unpackBehavior(const Bytes& payload) {
   bson_t state;
   if (!bson_init_static(&state, payload.data(), payload.size())) {
     throw StoreError("the spool is damaged: a behavior is no BSON");
@@ -104,8 +104,8 @@ Behavior Spool::behaviorIn(const Bytes& payload) {
   return behaviorFromMongo(state);
 }
 
-std::pair<std::string, Bytes> Spool::fileIn(const Bytes& payload) {
-  Reader reader(payload);
+std::pair<std::string, Bytes> unpackFile(const Bytes& payload) {
+  EntryReader reader(payload);
   const auto size = reader.get<std::uint64_t>();
   const auto* name = reinterpret_cast<const char*>(reader.take(size));
   return {std::string(name, size),

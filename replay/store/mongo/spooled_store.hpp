@@ -1,33 +1,26 @@
 /// \file
 /// A recorder's store on a MongoDB server that may be slow, or away, also at the start: every write
-/// is on this machine's disk when its method returns (spool.hpp), and a thread sends it on, in
-/// order and again until the server has confirmed it. What is left when the recorder ends is sent
-/// when the next one starts. Nothing is lost, and since everything carries a key of its own,
-/// nothing is there twice.
+/// is on this machine's disk when its method returns (Spool), and a thread sends it on, in order
+/// and again until the server has confirmed it (SpoolSender). What is left when the recorder ends
+/// is sent when the next one starts. Nothing is lost, and since everything carries a key of its
+/// own, nothing is there twice.
 #pragma once
 
-#include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <map>
-#include <memory>
-#include <mutex>
-#include <thread>
+#include <string>
 
 #include "replay/store/mongo/spool.hpp"
-#include "replay/store/mongo/spool_status.hpp"
+#include "replay/store/mongo/spool_sender.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
-
-class MongoStore;
 
 struct SpoolOptions {
   /// The spool's file; empty: spool-HASH.db, HASH being that of the URI, in $AFTERGLOW_SPOOL or
   /// ~/.local/share/afterglow.
   std::string path;
   std::uint64_t most_bytes = 20'000'000'000;  ///< that may wait; beyond it writing fails, loudly
-  /// So long does the end wait for what is unsent.
+  /// So long does the end wait until all is sent.
   std::chrono::milliseconds farewell{2000};
   /// Between two attempts; twice as long each time, up to 32 times.
   std::chrono::milliseconds pause{100};
@@ -36,12 +29,11 @@ struct SpoolOptions {
 /// Ids: recordings and channels have the spool's own, good for this store object only. Behaviors
 /// have the server's, of which the spool keeps a reserve; one that never reached the server draws
 /// from 2^40 up.
-/// Reading: behavior() and behaviorOfKey() know what is unsent, everything else is the server's
-/// answer and fails while it is away.
-class SpooledStore final : public Store, public SpoolStatusSource {
+/// Reading: behavior() and behaviorOfKey() know unsent behaviors, too; everything else is the
+/// server's answer and fails while it is away.
+class SpooledStore final : public Store {
  public:
-  SpooledStore(const std::string& uri, SpoolOptions options);
-  ~SpooledStore() override;
+  SpooledStore(const std::string& uri, const SpoolOptions& options);
 
   std::int64_t addRecording(const Recording& recording) override;
   /// Imports are not for a recorder's store: these throw, but for the last.
@@ -71,37 +63,14 @@ class SpooledStore final : public Store, public SpoolStatusSource {
                                           const MessageRange& range) const override;
   std::optional<Bytes> file(const std::string& sha256) const override;
 
-  SpoolStatus spoolStatus() const override;
+  std::optional<SpoolStatus> spoolStatus() const override;
 
  private:
-  MongoStore& server() const;
   Behavior asOnServer(const Behavior& behavior) const;
-  void checkBehavior(const Behavior& behavior) const;
-  void reserveIds();
-  void wake();
-  void run();
-  bool sendSome();
-  void send(const std::vector<Spool::Entry>& entries);
-  void sendBehavior(Behavior behavior);
-  std::int64_t recordingOnServer(std::int64_t id);
-  std::int64_t channelOnServer(std::int64_t id);
 
-  const std::string uri_;
-  const SpoolOptions options_;
   Spool spool_;
-
-  mutable std::mutex server_mutex_;  ///< for making it
-  mutable std::unique_ptr<MongoStore> server_;
-  std::map<std::int64_t, std::int64_t> recordings_on_server_,
-      channels_on_server_;  ///< the thread's
-
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  bool has_news_ = true;
-  bool is_ending_ = false;
-  bool is_stopped_ = false;
-  std::string last_error_;
-  std::thread sender_;  ///< last: it uses all of the above
+  const LateMongoStore server_;
+  SpoolSender sender_;  ///< last: its thread uses the others
 };
 
 }  // namespace afterglow::replay

@@ -1,7 +1,12 @@
-// Stands in for roslog_import.cpp where libmongoc is not installed.
+// Stands in for this folder where libmongoc is not installed.
+#include "replay/store/mongo/mongo_open.hpp"
 #include "replay/store/mongo/roslog_import.hpp"
 
 namespace afterglow::replay {
+
+std::unique_ptr<Store> openMongoStore(const std::string&, OpenMode) {
+  throw StoreError("this program was built without MongoDB (libmongoc was not found)");
+}
 
 RoslogImportResult importRoslog(const std::string& uri, Store&, const RoslogImport&) {
   throw StoreError(uri + ": this build reads no MongoDB: libmongoc was not found");

@@ -1,12 +1,10 @@
-#include "nodes/recorder/recording_desk.hpp"
+#include "nodes/recorder/recording_manager.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <iterator>
 #include <set>
 #include <stdexcept>
@@ -15,15 +13,17 @@
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
 #include "replay/record/answer_topic.hpp"
-#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
+/// The outcome of a behavior that ends because recording does.
+constexpr char kInterrupted[] = "interrupted";
+
 /// A behavior's last message and the call that stops its recording come on different connections;
 /// so long does the recorder let the message overtake.
 constexpr std::chrono::milliseconds kInFlight{50};
-/// And so long, if the network thread is behind with what has arrived.
+/// And so long, if the network thread is behind with reading its sockets.
 constexpr std::chrono::milliseconds kLongestBehind{1000};
 
 void letMessagesArrive() {
@@ -45,16 +45,6 @@ replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
   return chosen;
 }
 
-/// The folder in which the store grows; of a server's, its spool.
-std::string folderOf(const std::string& store) {
-  if (replay::storeUri(store).compare(0, 7, "sqlite:") == 0) {
-    return std::filesystem::absolute(replay::storePath(store)).parent_path();
-  }
-  if (const char* spool = std::getenv("AFTERGLOW_SPOOL"); spool && *spool) return spool;
-  const char* home = std::getenv("HOME");
-  return home ? std::string(home) + "/.local/share/afterglow" : std::string();
-}
-
 std::vector<std::string> withAnswers(const std::vector<std::string>& topics) {
   std::vector<std::string> heard = topics;
   for (const std::string& topic : topics) {
@@ -66,28 +56,29 @@ std::vector<std::string> withAnswers(const std::vector<std::string>& topics) {
   return heard;
 }
 
-}  // namespace
-
 replay::Stamp rosNow() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
 
 replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now().toNSec())}; }
 
-RecordingDesk::RecordingDesk(const RecorderNodeOptions& options)
+}  // namespace
+
+RecordingManager::RecordingManager(const RecorderNodeOptions& options, replay::Store& store,
+                                   const StoreSpace& space)
     : options_(options),
-      folder_(folderOf(options.store)),
-      store_(replay::openStore(options.store, replay::OpenMode::Record)),
-      recorder_(*store_, recorderOptions(options)),
+      store_(store),
+      space_(space),
+      recorder_(store_, recorderOptions(options)),
       listener_(recorder_),
-      world_(options_, *store_) {
+      world_(options_, store_) {
   listener_.acquire(options_.context_topics);
   listener_.acquire(options_.pre_roll_topics);
 }
 
-RecordingDesk::~RecordingDesk() { interruptAll("the recorder was stopped"); }
+RecordingManager::~RecordingManager() { interruptAll("the recorder was stopped"); }
 
 // -------------------------------------------------------------------------------------- starting
 
-std::vector<std::string> RecordingDesk::topicsNow(const RecordingRequest& request) const {
+std::vector<std::string> RecordingManager::topicsNow(const RecordingRequest& request) const {
   std::vector<std::string> topics = request.behavior.topics;
   if (!request.choice.isOpen()) {
     return topics;
@@ -106,7 +97,7 @@ std::vector<std::string> RecordingDesk::topicsNow(const RecordingRequest& reques
   return topics;
 }
 
-Links RecordingDesk::oldLinks(const std::vector<std::string>& topics) const {
+Links RecordingManager::oldLinks(const std::vector<std::string>& topics) const {
   const std::vector<std::string> heard = listener_.topics();
   std::vector<std::string> unheard;
   std::copy_if(topics.begin(), topics.end(), std::back_inserter(unheard),
@@ -116,11 +107,10 @@ Links RecordingDesk::oldLinks(const std::vector<std::string>& topics) const {
   return unheard.empty() ? Links() : linksHere(unheard, deadlineIn(options_.connect_timeout_s / 2));
 }
 
-std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& on_end,
-                                  std::string* warning) {
-  if (const replay::DiskState state = disk(); state.level == replay::DiskState::Level::Full) {
-    throw std::runtime_error(state.text);
-  }
+std::int64_t RecordingManager::start(const RecordingRequest& request, const OnEnd& on_end,
+                                     std::string* warning) {
+  const replay::DiskState disk = space_.disk();
+  if (disk.level == replay::DiskState::Level::Full) throw std::runtime_error(disk.text);
   const std::vector<std::string> topics = topicsNow(request);
   std::unique_lock<std::mutex> one_by_one(subscribing_mutex_);
   const std::vector<std::string> heard = withAnswers(topics);
@@ -141,7 +131,7 @@ std::int64_t RecordingDesk::start(const RecordingRequest& request, const OnEnd& 
   }
 }
 
-std::int64_t RecordingDesk::begin(Running running) {
+std::int64_t RecordingManager::begin(Running running) {
   replay::Behavior behavior = running.request.behavior;
   behavior.topics = running.topics;
   behavior.calibration = world_.calibration();
@@ -149,7 +139,7 @@ std::int64_t RecordingDesk::begin(Running running) {
   running.snapshot.begin = world_.frames();
   running.snapshot.requested = running.request.behavior.topics;
   behavior.snapshot = running.snapshot.toJson();
-  // Held until it is in the list: whoever ends all ends this one, too.
+  // Held until it is in the list: interruptAll() ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);
   behavior.begin = rosNow();
   behavior.wall_begin = wallNow();
@@ -159,7 +149,7 @@ std::int64_t RecordingDesk::begin(Running running) {
   return behavior.id;
 }
 
-void RecordingDesk::lookForTopics() {
+void RecordingManager::lookForTopics() {
   std::map<std::int64_t, RecordingRequest> open;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -191,8 +181,9 @@ void RecordingDesk::lookForTopics() {
 
 // ---------------------------------------------------------------------------------------- ending
 
-std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const std::string& outcome,
-                                                        const std::string& forced_by) {
+std::optional<RecordingManager::Ended> RecordingManager::stop(std::int64_t id,
+                                                              const std::string& outcome,
+                                                              const std::string& forced_by) {
   Running running;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -222,7 +213,7 @@ std::optional<RecordingDesk::Ended> RecordingDesk::stop(std::int64_t id, const s
   return ended;
 }
 
-std::optional<RecordingDesk::Ended> RecordingDesk::takeCutShort(std::int64_t id) {
+std::optional<RecordingManager::Ended> RecordingManager::takeCutShort(std::int64_t id) {
   const auto found =
       id == 0 && !cut_short_.empty() ? std::prev(cut_short_.end()) : cut_short_.find(id);
   if (found == cut_short_.end()) {
@@ -233,15 +224,16 @@ std::optional<RecordingDesk::Ended> RecordingDesk::takeCutShort(std::int64_t id)
   return ended;
 }
 
-RecordingDesk::Ended RecordingDesk::end(std::int64_t id, const Running& running,
-                                        const std::string& outcome, const std::string& forced_by) {
+RecordingManager::Ended RecordingManager::end(std::int64_t id, const Running& running,
+                                              const std::string& outcome,
+                                              const std::string& forced_by) {
   const std::set<std::string>& keep_if = running.request.keep_if;
   Ended ended;
   ended.outcome = outcome;
   ended.kept = keep_if.empty() || keep_if.count(outcome) != 0 || !forced_by.empty();
   ended.topics = running.topics;
   ended.problem = forced_by;
-  ended.counts = recorder_.counts(id);  // what is known if the store fails
+  ended.counts = recorder_.counts(id);  // in case the store fails
   std::vector<std::string> remarks;
   try {
     ended.counts =
@@ -261,30 +253,73 @@ RecordingDesk::Ended RecordingDesk::end(std::int64_t id, const Running& running,
   return ended;
 }
 
-void RecordingDesk::complete(const Running& running, const std::string& outcome,
-                             replay::Behavior& behavior, const std::set<std::string>& references,
-                             std::vector<std::string>& remarks) {
+void RecordingManager::complete(const Running& running, const std::string& outcome,
+                                replay::Behavior& behavior, const std::set<std::string>& references,
+                                std::vector<std::string>& remarks) {
   replay::Snapshot snapshot = running.snapshot;
   snapshot.end = world_.frames();
-  snapshot.files = keepFiles(*store_, references, remarks);
+  snapshot.files = keepFiles(store_, references, remarks);
   behavior.outcome = outcome;
   behavior.snapshot = snapshot.toJson();
   behavior.remarks.insert(behavior.remarks.end(), remarks.begin(), remarks.end());
 }
 
-void RecordingDesk::interruptAll(const std::string& reason) {
+void RecordingManager::interruptAll(const std::string& reason) {
   for (const std::int64_t id : runningIds()) {
     stop(id, kInterrupted, reason);
   }
 }
 
-std::vector<std::int64_t> RecordingDesk::runningIds() const {
+std::vector<std::int64_t> RecordingManager::runningIds() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::vector<std::int64_t> ids;
   for (const auto& [id, running] : running_) {
     ids.push_back(id);
   }
   return ids;
+}
+
+// -------------------------------------------------------------------------------------- watching
+
+void RecordingManager::lookAtClocks() {
+  const auto steady = std::chrono::steady_clock::now().time_since_epoch();
+  recorder_.look({rosNow(), wallNow(),
+                  std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count(),
+                  !ros::Time::isSystemTime()});
+}
+
+void RecordingManager::watch() {
+  for (const std::string& text : recorder_.takeNotices()) {
+    ROS_WARN_STREAM(text);
+  }
+  tellDrops();
+  const replay::DiskState state = space_.disk();
+  std::optional<std::string> problem = recorder_.failure();
+  if (!problem && state.level == replay::DiskState::Level::Full) {
+    problem = state.text;
+  }
+  if (state.level == replay::DiskState::Level::Low) {
+    ROS_WARN_STREAM_THROTTLE(60, state.text);
+  }
+  if (!problem) {
+    return;
+  }
+  for (const std::int64_t id : runningIds()) {
+    ROS_ERROR_STREAM("behavior " << id << " is cut short: " << *problem);
+  }
+  interruptAll(*problem);
+}
+
+void RecordingManager::tellDrops() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& [id, running] : running_) {
+    const std::uint64_t dropped = recorder_.counts(id).dropped;
+    if (dropped > running.dropped_told) {
+      ROS_WARN_STREAM("behavior " << id << ": " << dropped - running.dropped_told
+                                  << " messages were dropped, " << dropped << " in all");
+      running.dropped_told = dropped;
+    }
+  }
 }
 
 }  // namespace afterglow::nodes

@@ -1,0 +1,55 @@
+#include "nodes/recorder/store_space.hpp"
+
+#include <ros/ros.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "replay/store/retention.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// The folder in which the store grows; of a server's, its spool.
+std::string folderOf(const std::string& store) {
+  if (replay::storeUri(store).compare(0, 7, "sqlite:") == 0) {
+    return std::filesystem::absolute(replay::storePath(store)).parent_path();
+  }
+  if (const char* spool = std::getenv("AFTERGLOW_SPOOL"); spool && *spool) return spool;
+  const char* home = std::getenv("HOME");
+  return home ? std::string(home) + "/.local/share/afterglow" : std::string();
+}
+
+}  // namespace
+
+StoreSpace::StoreSpace(const RecorderNodeOptions& options, replay::Store& store)
+    : options_(options), store_(store), folder_(folderOf(options.store)) {}
+
+replay::DiskState StoreSpace::disk() const {
+  const auto min_space = static_cast<std::uint64_t>(options_.min_space_megabytes) << 20;
+  const std::optional<std::uint64_t> free =
+      folder_.empty() ? std::nullopt : replay::freeBytes(folder_);
+  return free ? replay::judgeDisk(folder_, *free, min_space) : replay::DiskState{};
+}
+
+void StoreSpace::makeRoom() {
+  if (options_.retention_days <= 0 && options_.retention_gigabytes <= 0) {
+    return;
+  }
+  replay::RetentionPolicy policy;
+  policy.keep_tags = options_.keep_tags;
+  if (options_.retention_days > 0) {
+    const auto now_ns = static_cast<std::int64_t>(ros::Time::now().toNSec());
+    policy.ended_before = {now_ns - std::llround(options_.retention_days * 86400e9)};
+  }
+  if (options_.retention_gigabytes > 0) {
+    policy.most_bytes = static_cast<std::uint64_t>(options_.retention_gigabytes * 1e9);
+  }
+  replay::prune(store_, policy, [](const replay::Behavior& behavior) {
+    ROS_INFO_STREAM("behavior " << behavior.id << " '" << behavior.name << "' made room");
+  });
+}
+
+}  // namespace afterglow::nodes

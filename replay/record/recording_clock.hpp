@@ -1,0 +1,52 @@
+/// \file
+/// The stamps of a recording, and the sentences about clocks that were set: the meaning of recorded
+/// stamps changes there.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+/// The three clocks at one moment, nanoseconds. ROS time is the wall's or, simulated, /clock's.
+struct ClockReading {
+  Stamp ros, wall;
+  std::int64_t steady_ns = 0;
+  bool is_simulated = false;
+};
+
+/// Gives stamps that never go back within one recording of the store. Not thread-safe.
+class RecordingClock {
+ public:
+  struct Given {
+    Stamp stamp;
+    std::optional<std::string> jump;  ///< one sentence, if ROS time went back
+  };
+
+  /// The stamp of an event at this ROS time. If ROS time went back by more than half a second (less
+  /// is evened out), stamps go on from the last one while behaviors run (`is_recording`), the
+  /// clock's differences kept, and otherwise begin again at the clock's time.
+  Given stamp(Stamp ros, bool is_recording);
+  Stamp last() const { return last_; }  ///< no later stamp was given
+  /// Whether ROS time went back since beginRecording(): the next stamps need a new recording.
+  bool wentBack() const { return went_back_; }
+  void beginRecording() { went_back_ = false; }
+  /// To be called when no behavior runs any more: stamps are ROS time again. True if they were
+  /// ahead of it until now.
+  bool endRecording();
+
+  /// To be called about ten times a second. One sentence with time and size when the wall clock
+  /// left the steady one by more than half a second since the last call, or a simulation's clock
+  /// leapt ahead (by more than a second beyond ten times real time).
+  std::optional<std::string> look(const ClockReading& now);
+
+ private:
+  Stamp last_;
+  std::int64_t ahead_ns_ = 0;  ///< how far stamps are ahead of ROS time
+  bool went_back_ = false;
+  std::optional<ClockReading> last_reading_;
+};
+
+}  // namespace afterglow::replay

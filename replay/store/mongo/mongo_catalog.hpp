@@ -1,0 +1,57 @@
+/// \file
+/// The recordings and channels of a MongoDB store (mongo_layout.hpp). Internal to replay/store.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/store/mongo/mongo_client.hpp"
+#include "replay/store/mongo/mongo_layout.hpp"
+#include "replay/store/mongo/undo_log.hpp"
+
+namespace afterglow::replay {
+
+/// Remembers the entries that it has read: they never change. Throws StoreError, also for a number
+/// that there is not. Reading: any thread; writing: one thread at a time. Client and log must
+/// outlive it.
+class MongoCatalog {
+ public:
+  using ChannelPtr = std::shared_ptr<const MongoChannel>;
+
+  MongoCatalog(const MongoClient& client, std::string database, UndoLog& undo)
+      : client_(client), database_(std::move(database)), undo_(undo) {}
+
+  void makeIndexes() const;
+  /// The number of the recording with this key; a new one if the key is empty or unknown.
+  std::int64_t addRecording(const Recording& recording);
+  std::int64_t addChannel(std::int64_t recording, const Channel& channel);
+  /// With its channels.
+  void removeRecording(std::int64_t id);
+
+  std::vector<Recording> recordings() const;  ///< by number
+  Recording recording(std::int64_t id) const;
+  ChannelPtr channel(std::int64_t id) const;
+  std::vector<ChannelPtr> channelsOf(std::int64_t recording) const;
+  /// The collections in which messages of a recording can be.
+  std::set<std::string> collectionsOf(std::int64_t recording) const;
+
+ private:
+  std::int64_t findOrInsert(const std::string& collection, const Bson& key, const Bson& rest);
+  void forget(std::int64_t id);
+  std::string definitionId(const Channel& channel);
+  ChannelPtr readChannel(const bson_t& document) const;
+
+  const MongoClient& client_;
+  const std::string database_;
+  UndoLog& undo_;
+  mutable std::mutex mutex_;  ///< guards the two maps
+  mutable std::map<std::int64_t, Recording> recordings_;
+  mutable std::map<std::int64_t, ChannelPtr> channels_;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,73 @@
+/// \file
+/// The thread that sends a Spool to its server. Internal to replay/store.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "replay/store/mongo/spool.hpp"
+
+namespace afterglow::replay {
+
+class MongoStore;
+
+/// A store on a server that may be away: it is opened when it is first needed. Any thread.
+class LateMongoStore {
+ public:
+  explicit LateMongoStore(std::string uri);
+  ~LateMongoStore();
+  LateMongoStore(const LateMongoStore&) = delete;
+  LateMongoStore& operator=(const LateMongoStore&) = delete;
+  MongoStore& get() const;                             ///< throws StoreError if it cannot be opened
+  std::string name() const { return storeUri(uri_); }  ///< for texts
+
+ private:
+  const std::string uri_;
+  mutable std::mutex mutex_;
+  mutable std::unique_ptr<MongoStore> store_;
+};
+
+/// Sends the entries of a spool in order, each again until the server has confirmed it, and keeps a
+/// reserve of behavior ids in the spool. Spool and server must outlive it.
+class SpoolSender {
+ public:
+  /// Its end waits until all is sent, but no longer than `farewell`. Between two attempts it
+  /// waits for `pause`; twice as long each time, up to 32 times.
+  SpoolSender(Spool& spool, const LateMongoStore& server, std::chrono::milliseconds farewell,
+              std::chrono::milliseconds pause);
+  ~SpoolSender();
+  SpoolSender(const SpoolSender&) = delete;
+  SpoolSender& operator=(const SpoolSender&) = delete;
+
+  void wake();                    ///< the spool has entries
+  std::string lastError() const;  ///< why the last attempt failed; empty: all is well
+
+ private:
+  void reserveIds();
+  void run();
+  bool sendSome();
+  void send(const std::vector<Spool::Entry>& entries);
+  void sendBehavior(Behavior behavior);
+  std::int64_t recordingOnServer(std::int64_t id);
+  std::int64_t channelOnServer(std::int64_t id);
+
+  Spool& spool_;
+  const LateMongoStore& server_;
+  const std::chrono::milliseconds farewell_, pause_;
+  std::map<std::int64_t, std::int64_t> recordings_, channels_;  ///< the server's ids; the thread's
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool has_news_ = true, is_ending_ = false, is_stopped_ = false;
+  std::string last_error_;
+  std::thread thread_;  ///< last: it uses all of the above
+};
+
+}  // namespace afterglow::replay
