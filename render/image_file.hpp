@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::render {
 

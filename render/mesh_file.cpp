@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kFarthest = 1e6f;            // metres
+constexpr float kFarthest = 1e6f;            // meters
 constexpr std::size_t kMostNodes = 100'000;  // of a file's tree
 
 std::string inMebibytes(std::uintmax_t bytes) { return std::to_string(bytes >> 20) + " MiB"; }
@@ -195,7 +195,7 @@ Body loadMeshFile(const std::string& path, const std::string& root, const MeshFi
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
                               aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // Without what flat colour does not need, corners in one place become one.
+  // Without what flat color does not need, corners in one place become one.
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
                               aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
                                   aiComponent_COLORS | aiComponent_TEXCOORDS |

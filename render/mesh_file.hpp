@@ -16,8 +16,8 @@ struct MeshFileLimits {
 };
 
 /// All parts in their places, in the file's axes, as RViz has it: a Collada file's unit is applied
-/// and its up axis is not. Colours: each part's diffuse (base) colour and opacity; no textures, no
-/// vertex colours, no shading.
+/// and its up axis is not. Colors: each part's diffuse (base) color and opacity; no textures, no
+/// vertex colors, no shading.
 ///
 /// `root` is an existing folder: the file and every file that it names (materials, buffers) lie in
 /// it, links followed. Throws std::runtime_error with one line of why, without the path: a kind

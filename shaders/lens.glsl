@@ -1,5 +1,5 @@
-// The projector's lens, as calib/lens.hpp has it: optical frame (x right, y down, z forward, metres)
-// to pixels, the centre of the top-left pixel being (0, 0).
+// The projector's lens, as calib/lens.hpp has it: optical frame (x right, y down, z forward, meters)
+// to pixels, the center of the top-left pixel being (0, 0).
 uniform vec3 lens_focal;   // fx, fy, skew; px
 uniform vec2 lens_center;  // cx, cy; px
 uniform float lens_D[8];   // k1 k2 p1 p2 k3 k4 k5 k6; fisheye: k1 k2 k3 k4

@@ -1,5 +1,5 @@
 // Vertices of light in the projector's optical frame, through its lens onto its image.
-layout(location = 0) in vec3 p_optical;  // metres, z > 0
+layout(location = 0) in vec3 p_optical;  // meters, z > 0
 layout(location = 1) in float depth;     // -1 .. 1, linear on the image
 layout(location = 2) in vec4 color;      // sRGB, alpha
 layout(location = 3) in float size_px;   // points only

@@ -5,8 +5,8 @@ in vec3 albedo;
 
 uniform vec3 p_world_projector;
 uniform mat4 P_shadow_optical;  // optical frame to the shadow map's clip coordinates
-uniform float shadow_texel;     // size of a shadow map texel at a metre, metres
-uniform float projector_gain;   // white light at a metre
+uniform float shadow_texel;     // size of a shadow map texel at a meter, meters
+uniform float projector_gain;   // white light at a meter
 uniform sampler2DShadow shadow_map;
 
 out vec4 seen;

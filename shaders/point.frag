@@ -1,4 +1,4 @@
-// A square of point_size pixels around its centre: each pixel gets the share that it covers, so
+// A square of point_size pixels around its center: each pixel gets the share that it covers, so
 // that the centroid is exact at every size and position.
 flat in vec2 center_window;
 flat in float point_size;

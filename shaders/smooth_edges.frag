@@ -1,4 +1,4 @@
-// Softens stairs: where brightness jumps between neighbours, mixes along the edge, as far as the
+// Softens stairs: where brightness jumps between neighbors, mixes along the edge, as far as the
 // jump is strong. In place of multisampling, which costs a CPU four times the shading.
 // The idea is FXAA's (Lottes, NVIDIA 2009).
 uniform sampler2D drawn;  // sRGB

@@ -1,5 +1,5 @@
 // Vertices of solid things, into an eye's or a projector's pinhole image.
-layout(location = 0) in vec3 p_world;  // metres
+layout(location = 0) in vec3 p_world;  // meters
 layout(location = 1) in vec3 n_world;  // normal, unit length, of either side
 layout(location = 2) in vec4 color;    // sRGB paint
 

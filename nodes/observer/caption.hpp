@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::nodes {
 

@@ -25,7 +25,7 @@
 #include "nodes/observer/room_view.hpp"
 #include "nodes/observer/timed_video.hpp"
 #include "nodes/projector/transform_inbox.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/gl/observer_renderer.hpp"
 
 namespace afterglow::nodes {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/gl/renderer.hpp"
+#include "render/gl/observer_renderer.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {

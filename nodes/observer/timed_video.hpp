@@ -7,7 +7,7 @@
 #include <string>
 
 #include "nodes/tools/video_writer.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::nodes {
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "nodes/tools/yaml_map.hpp"
-#include "render/gl/renderer.hpp"
 #include "render/light_output.hpp"
+#include "render/projector_renderer.hpp"
 
 namespace afterglow::nodes {
 

@@ -11,7 +11,7 @@
 
 #include "calib/lens.hpp"
 #include "nodes/projector/layer_state.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::nodes {
 

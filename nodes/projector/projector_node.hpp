@@ -35,7 +35,7 @@
 #include "nodes/projector/surface_service.hpp"
 #include "nodes/projector/transform_inbox.hpp"
 #include "nodes/tools/window_choice.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/gl/gl_context.hpp"
 
 namespace afterglow::nodes {
 

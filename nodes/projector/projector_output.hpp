@@ -16,8 +16,8 @@
 #include "calib/lens.hpp"
 #include "nodes/projector/output_config.hpp"
 #include "nodes/projector/projector_messages.hpp"
-#include "render/gl/renderer.hpp"
 #include "render/light_output.hpp"
+#include "render/projector_renderer.hpp"
 
 namespace afterglow::nodes {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::nodes {
 

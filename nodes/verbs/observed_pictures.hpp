@@ -9,7 +9,7 @@
 
 #include "nodes/observer/recorded_room.hpp"
 #include "nodes/observer/room_view.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/gl/observer_renderer.hpp"
 
 namespace afterglow::nodes {
 

@@ -20,8 +20,8 @@
 #include "nodes/verbs/behavior_source.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
 #include "nodes/verbs/verb_tools.hpp"
-#include "render/gl/renderer.hpp"
 #include "render/image_file.hpp"
+#include "render/projector_renderer.hpp"
 
 namespace afterglow::nodes {
 namespace {

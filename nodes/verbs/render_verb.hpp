@@ -7,12 +7,8 @@
 
 namespace afterglow::nodes {
 
-#ifdef AFTERGLOW_HAS_RENDERER
 constexpr const char* kRenderHelp =
     "Draw what a projector showed during a behavior, without a ROS master";
-#else
-constexpr const char* kRenderHelp = "Not in this build: it has no renderer";
-#endif
 
 /// Registers the verb; parsing it does the job. Failures are exceptions.
 void addRenderVerb(CLI::App& app);

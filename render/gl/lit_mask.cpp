@@ -10,7 +10,7 @@ LitMask::LitMask(const calib::Lens& lens)
   const LensDomain domain(lens);
   const Eigen::Array2d size = (domain.max() - domain.min()).array();
   const Eigen::Array2i last(kWidth - 1, kHeight - 1);
-  // Rays through the blocks' corners, half a pixel outside of their first pixels' centres.
+  // Rays through the blocks' corners, half a pixel outside of their first pixels' centers.
   std::vector<std::optional<Eigen::Vector3d>> rays;
   for (int row = 0; row <= rows_; ++row) {
     for (int column = 0; column <= columns_; ++column) {

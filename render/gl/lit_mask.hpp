@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {

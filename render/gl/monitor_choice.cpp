@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+
 namespace afterglow::render {
 namespace {
 
@@ -33,6 +35,14 @@ bool overlap(const Monitor& a, const Monitor& b) {
 }
 
 }  // namespace
+
+bool hasDisplay() {
+  const auto isSet = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return isSet("DISPLAY") || isSet("WAYLAND_DISPLAY");
+}
 
 MonitorChoice chooseMonitor(const std::vector<Monitor>& monitors, const std::string& wanted,
                             int width, int height) {

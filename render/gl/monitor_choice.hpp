@@ -10,6 +10,9 @@
 
 namespace afterglow::render {
 
+/// Whether this process may open windows: an X or Wayland display is named in the environment.
+bool hasDisplay();
+
 /// One screen as the desktop has it.
 struct Monitor {
   std::string name;           ///< its connector, as RandR calls it: "HDMI-1"

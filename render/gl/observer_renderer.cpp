@@ -1,31 +1,27 @@
-#include <cmath>
+#include "render/gl/observer_renderer.hpp"
+
 #include <cstddef>
+#include <glm/ext/matrix_clip_space.hpp>
 #include <optional>
 #include <stdexcept>
 
-#include "render/gl/gl_handle.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/gl/glm_eigen.hpp"
 #include "render/gl/shader.hpp"
 #include "render/gl/smoothed_target.hpp"
 #include "render/gl/thrown_light.hpp"
+#include "render/gl/vertex_layout.hpp"
 #include "render/scene/shaded_mesh.hpp"
 
 namespace afterglow::render {
 namespace {
 
-constexpr float kBackground[3] = {0.03f, 0.033f, 0.04f};  // sRGB: dark beyond what is modelled
+const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond what is modeled
 
 /// y down, as images have it: see RenderTarget::read.
-Eigen::Matrix4d clipFromObserver(const ObserverView& view) {
+glm::dmat4 clipFromObserver(const ObserverView& view) {
   constexpr double kNear = 0.05;
-  const double slope = std::tan(view.vertical_fov / 2);
-  Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
-  P(0, 0) = view.height / (slope * view.width);
-  P(1, 1) = 1 / slope;
-  P(2, 2) = 1;
-  P(2, 3) = -2 * kNear;
-  P(3, 2) = 1;
-  return P;
+  const double aspect = static_cast<double>(view.width) / view.height;
+  return glm::infinitePerspectiveLH(view.vertical_fov, aspect, kNear);
 }
 
 Eye eyeOf(const ObserverView& view) {
@@ -58,17 +54,10 @@ Program makeSolidProgram(const std::vector<std::string>& fragment_files) {
 
 struct ObserverRenderer::Impl {
   explicit Impl(GlContext& gl_context) : context(gl_context) {
-    glVertexArrayVertexBuffer(array.id(), 0, vertex_buffer.id(), 0, sizeof(ShadedVertex));
     glVertexArrayElementBuffer(array.id(), index_buffer.id());
-    const auto attribute = [&](GLuint index, GLint count, GLenum type, std::size_t offset) {
-      glEnableVertexArrayAttrib(array.id(), index);
-      glVertexArrayAttribFormat(array.id(), index, count, type, type == GL_UNSIGNED_BYTE,
-                                static_cast<GLuint>(offset));
-      glVertexArrayAttribBinding(array.id(), index, 0);
-    };
-    attribute(0, 3, GL_FLOAT, offsetof(ShadedVertex, x));
-    attribute(1, 3, GL_FLOAT, offsetof(ShadedVertex, nx));
-    attribute(2, 4, GL_UNSIGNED_BYTE, offsetof(ShadedVertex, color));
+    setAttribute<glm::vec3>(array, 0, offsetof(ShadedVertex, x));
+    setAttribute<glm::vec3>(array, 1, offsetof(ShadedVertex, nx));
+    setAttribute<glm::u8vec4>(array, 2, offsetof(ShadedVertex, color));
   }
 
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
@@ -76,17 +65,20 @@ struct ObserverRenderer::Impl {
     check(view, light);
     const ShadedMesh& mesh = builder.build(solids, eyeOf(view));
     context.makeCurrent();
-    upload(mesh);
+    index_count = static_cast<GLsizei>(mesh.indices.size());
+    upload(vertex_buffer, mesh.vertices);
+    upload(index_buffer, mesh.indices);
     begin();
     if (light) drawDepths(*light);
     if (!target || target->width() != view.width || target->height() != view.height) {
       target.emplace(view.width, view.height);
     }
     target->begin(kBackground);
-    const Eigen::Matrix4d T_observer_world = view.T_world_observer.inverse().matrix().matrix();
+    const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
+    const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
     for (const Program* program : {&room_program, &mark_program, &lit_program}) {
-      setMatrix(*program, "P_clip_world", clipFromObserver(view) * T_observer_world);
-      setPoint(*program, "p_world_observer", view.T_world_observer.matrix().translation());
+      setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
+      setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
     }
     draw(room_program);
     if (light) drawLit();
@@ -101,20 +93,10 @@ struct ObserverRenderer::Impl {
     glDepthFunc(GL_LEQUAL);
   }
 
-  void upload(const ShadedMesh& mesh) {
-    index_count = static_cast<GLsizei>(mesh.indices.size());
-    glNamedBufferData(vertex_buffer.id(),
-                      static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ShadedVertex)),
-                      mesh.vertices.data(), GL_STREAM_DRAW);
-    glNamedBufferData(index_buffer.id(),
-                      static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
-                      mesh.indices.data(), GL_STREAM_DRAW);
-  }
-
   /// The room from the projector's place.
   void drawDepths(const ProjectedLight& light) {
     thrown_light.set(light);
-    setMatrix(depth_program, "P_clip_world", thrown_light.clipFromWorld());
+    setUniform(depth_program, "P_clip_world", glm::mat4(thrown_light.clipFromWorld()));
     thrown_light.shadowMap().begin();
     draw(depth_program);
   }
@@ -152,7 +134,7 @@ struct ObserverRenderer::Impl {
       makeSolidProgram({"lens.glsl", "sent_light.glsl", "room_light.glsl", "lit.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
   Buffer vertex_buffer = Buffer::make(), index_buffer = Buffer::make();
-  VertexArray array = VertexArray::make();
+  VertexArray array = makeVertexArray<ShadedVertex>(vertex_buffer);
   ThrownLight thrown_light;
   std::optional<SmoothedTarget> target;
   GLsizei index_count = 0;

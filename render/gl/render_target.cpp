@@ -25,7 +25,7 @@ RenderTarget::RenderTarget(int width, int height) : width_(width), height_(heigh
   requireComplete(resolved_, width, height);
 }
 
-void RenderTarget::begin(const float* background_rgb) {
+void RenderTarget::begin(const glm::vec3& background_rgb) {
   glBindFramebuffer(GL_FRAMEBUFFER, samples_.id());
   clearAll(width_, height_, background_rgb);
 }
@@ -43,12 +43,12 @@ void requireComplete(const Framebuffer& framebuffer, int width, int height) {
       "GL cannot draw into an image of {} x {} (framebuffer status {})", width, height, status));
 }
 
-void clearAll(int width, int height, const float* background_rgb) {
+void clearAll(int width, int height, const glm::vec3& background_rgb) {
   glViewport(0, 0, width, height);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
   glStencilMask(0xff);
-  glClearColor(background_rgb[0], background_rgb[1], background_rgb[2], 1);
+  glClearColor(background_rgb.r, background_rgb.g, background_rgb.b, 1);
   glClearDepth(1);
   glClearStencil(0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);

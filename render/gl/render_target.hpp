@@ -2,8 +2,10 @@
 /// An image to draw into with four samples a pixel, and to read back.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::render {
 
@@ -16,7 +18,7 @@ class RenderTarget {
   int height() const { return height_; }
 
   /// Makes it what is drawn into, cleared.
-  void begin(const float* background_rgb);
+  void begin(const glm::vec3& background_rgb);
   /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
   void read(Image& image);
 
@@ -30,8 +32,8 @@ class RenderTarget {
 /// Throws std::runtime_error if the driver cannot draw into it.
 void requireComplete(const Framebuffer& framebuffer, int width, int height);
 
-/// Sets the viewport and clears colour, depth and stencil of what is bound.
-void clearAll(int width, int height, const float* background_rgb);
+/// Sets the viewport and clears color, depth and stencil of what is bound.
+void clearAll(int width, int height, const glm::vec3& background_rgb);
 
 /// A framebuffer's pixels, lowest row first.
 Image readRgb(const Framebuffer& framebuffer, int width, int height);

@@ -1,8 +1,12 @@
 #include "render/gl/shader.hpp"
 
 #include <algorithm>
+#include <array>
+#include <glm/gtc/type_ptr.hpp>
 #include <regex>
 #include <stdexcept>
+
+#include "render/gl/glm_eigen.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -67,6 +71,10 @@ Shader compile(const ShaderStage& stage) {
                            withFileNames(log.c_str(), stage.files, joined));
 }
 
+GLint locationOf(const Program& program, const char* name) {
+  return glGetUniformLocation(program.id(), name);
+}
+
 }  // namespace
 
 Program makeProgram(const std::vector<ShaderStage>& stages) {
@@ -88,14 +96,34 @@ Program makeProgram(const std::vector<ShaderStage>& stages) {
 }
 
 void setLens(const Program& program, const calib::Lens& lens) {
-  float D[8];
-  for (int i = 0; i < 8; ++i) D[i] = static_cast<float>(lens.D[static_cast<std::size_t>(i)]);
-  const auto k = [&](int row, int column) { return static_cast<float>(lens.K(row, column)); };
-  glProgramUniform3f(program.id(), uniform(program, "lens_focal"), k(0, 0), k(1, 1), k(0, 1));
-  glProgramUniform2f(program.id(), uniform(program, "lens_center"), k(0, 2), k(1, 2));
-  glProgramUniform1fv(program.id(), uniform(program, "lens_D"), 8, D);
-  glProgramUniform1i(program.id(), uniform(program, "lens_is_fisheye"),
-                     lens.model == calib::LensModel::Equidistant);
+  const glm::dmat3 K = toGlm(lens.K);
+  setUniform(program, "lens_focal", glm::vec3(K[0][0], K[1][1], K[1][0]));
+  setUniform(program, "lens_center", glm::vec2(K[2]));
+  std::array<float, 8> D;
+  std::transform(lens.D.begin(), lens.D.end(), D.begin(),
+                 [](double d) { return static_cast<float>(d); });
+  glProgramUniform1fv(program.id(), locationOf(program, "lens_D"), D.size(), D.data());
+  setUniform(program, "lens_is_fisheye", GLint{lens.model == calib::LensModel::Equidistant});
+}
+
+void setUniform(const Program& program, const char* name, GLint value) {
+  glProgramUniform1i(program.id(), locationOf(program, name), value);
+}
+void setUniform(const Program& program, const char* name, float value) {
+  glProgramUniform1f(program.id(), locationOf(program, name), value);
+}
+void setUniform(const Program& program, const char* name, const glm::vec2& value) {
+  glProgramUniform2fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
+}
+void setUniform(const Program& program, const char* name, const glm::vec3& value) {
+  glProgramUniform3fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
+}
+void setUniform(const Program& program, const char* name, const glm::vec4& value) {
+  glProgramUniform4fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
+}
+void setUniform(const Program& program, const char* name, const glm::mat4& value) {
+  glProgramUniformMatrix4fv(program.id(), locationOf(program, name), 1, GL_FALSE,
+                            glm::value_ptr(value));
 }
 
 }  // namespace afterglow::render

@@ -2,6 +2,10 @@
 /// The shaders of shaders/, embedded at build, compiled into programs.
 #pragma once
 
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <string>
 #include <vector>
 
@@ -30,8 +34,12 @@ Program makeProgram(const std::vector<ShaderStage>& stages);
 /// Sets the uniforms of lens.glsl.
 void setLens(const Program& program, const calib::Lens& lens);
 
-inline GLint uniform(const Program& program, const char* name) {
-  return glGetUniformLocation(program.id(), name);
-}
+/// What a program does not use may be set, too.
+void setUniform(const Program& program, const char* name, GLint value);  ///< a texture's unit, too
+void setUniform(const Program& program, const char* name, float value);
+void setUniform(const Program& program, const char* name, const glm::vec2& value);
+void setUniform(const Program& program, const char* name, const glm::vec3& value);
+void setUniform(const Program& program, const char* name, const glm::vec4& value);
+void setUniform(const Program& program, const char* name, const glm::mat4& value);
 
 }  // namespace afterglow::render

@@ -1,7 +1,11 @@
 #include "render/gl/shadow_map.hpp"
 
+#include <cmath>
+#include <glm/ext/matrix_clip_space.hpp>
+#include <glm/ext/matrix_transform.hpp>
 #include <stdexcept>
 
+#include "render/gl/glm_eigen.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {
@@ -25,18 +29,15 @@ ShadowMap::ShadowMap() {
   }
 }
 
-Eigen::Matrix4d ShadowMap::clipFromOptical(const calib::Lens& lens) {
+/// A frustum around the lens's axis, of the size that is wanted, moved on the image to where the
+/// lens has it.
+glm::dmat4 ShadowMap::clipFromOptical(const calib::Lens& lens) {
   const LensDomain domain(lens);
-  const Eigen::Vector2d size = domain.max() - domain.min(), sum = domain.max() + domain.min();
-  Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
-  P(0, 0) = 2 / size.x();
-  P(0, 2) = -sum.x() / size.x();
-  P(1, 1) = 2 / size.y();
-  P(1, 2) = -sum.y() / size.y();
-  P(2, 2) = 1;
-  P(2, 3) = -2 * LensDomain::kNear;
-  P(3, 2) = 1;
-  return P;
+  const glm::dvec2 low = toGlm(domain.min()), high = toGlm(domain.max());
+  const glm::dvec2 size = high - low, to_middle = -(high + low) / size;
+  const glm::dmat4 P_around_axis =
+      glm::infinitePerspectiveLH(2 * std::atan(size.y / 2), size.x / size.y, LensDomain::kNear);
+  return glm::translate(glm::dmat4(1), glm::dvec3(to_middle, 0)) * P_around_axis;
 }
 
 double ShadowMap::texelSize(const calib::Lens& lens) {

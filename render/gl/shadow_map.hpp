@@ -2,7 +2,7 @@
 /// How far a projector's light reaches: depths of the room from the projector's place.
 #pragma once
 
-#include <Eigen/Core>
+#include <glm/mat4x4.hpp>
 
 #include "calib/lens.hpp"
 #include "render/gl/gl_handle.hpp"
@@ -15,8 +15,8 @@ class ShadowMap {
 
   /// Pinhole frustum around all that the lens shows; distortion is left to the look-up of the
   /// light.
-  static Eigen::Matrix4d clipFromOptical(const calib::Lens& lens);
-  /// Size of a texel at a metre, metres.
+  static glm::dmat4 clipFromOptical(const calib::Lens& lens);
+  /// Size of a texel at a meter, meters.
   static double texelSize(const calib::Lens& lens);
 
   /// Makes it what is drawn into, empty.

@@ -26,7 +26,7 @@ SmoothedTarget::SmoothedTarget(int width, int height)
   requireComplete(smoothed_, width, height);
 }
 
-void SmoothedTarget::begin(const float* background_rgb) {
+void SmoothedTarget::begin(const glm::vec3& background_rgb) {
   glBindFramebuffer(GL_FRAMEBUFFER, drawn_.id());
   clearAll(width_, height_, background_rgb);
 }

@@ -2,8 +2,10 @@
 /// An image to draw into, whose edges are softened when it is read.
 #pragma once
 
+#include <glm/vec3.hpp>
+
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::render {
 
@@ -16,7 +18,7 @@ class SmoothedTarget {
   int height() const { return height_; }
 
   /// Makes it what is drawn into, cleared.
-  void begin(const float* background_rgb);
+  void begin(const glm::vec3& background_rgb);
   /// As RenderTarget::read.
   Image read();
 

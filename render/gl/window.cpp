@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -69,14 +68,6 @@ struct WindowDeleter {
 };
 
 }  // namespace
-
-bool hasDisplay() {
-  const auto isSet = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0';
-  };
-  return isSet("DISPLAY") || isSet("WAYLAND_DISPLAY");
-}
 
 struct Window::Impl {
   using Clock = std::chrono::steady_clock;

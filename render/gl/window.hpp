@@ -8,18 +8,15 @@
 #include <vector>
 
 #include "render/gl/monitor_choice.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::render {
-
-/// Whether this process may open windows: an X or Wayland display is named in the environment.
-bool hasDisplay();
 
 /// One window. Make, use and destroy all of a process's in the main thread, which no other OpenGL
 /// context may share. Needs X, or Xwayland.
 class Window {
  public:
-  /// A window of the pictures' size, with a frame. Throws std::runtime_error if there is no display
+  /// A window of the images' size, with a border. Throws std::runtime_error if there is no display
   /// or it cannot do OpenGL.
   Window(const std::string& title, int width, int height);
   /// Full screen on the monitor that chooseMonitor finds, as soon and as long as it is there; once

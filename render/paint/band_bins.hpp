@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -27,14 +26,13 @@ class BandBins {
     bands_ = bands;
     used_ = 0;
     bins_.clear();
-    for (auto& filled : filled_) filled.resize(static_cast<std::size_t>(bands));
   }
 
   /// rowsOf(i): the first row that item i touches and the last, in any order with the image's;
-  /// itemOf(i): the item. Counted first, so that each worker knows where its half goes.
+  /// itemOf(i): the item. Counted first, so that each worker knows where its part goes.
   template <typename RowsOf, typename ItemOf>
   void add(std::size_t count, Workers& workers, const RowsOf& rowsOf, const ItemOf& itemOf) {
-    const auto part = [count](int worker) { return count * static_cast<unsigned>(worker) / 2; };
+    filled_.resize(static_cast<std::size_t>(workers.sharers(count)));
     const auto eachBand = [&](std::size_t i, const auto& visit) {
       const auto [top, bottom] = rowsOf(i);
       const int last = std::min(bands_ * kBandRows - 1, bottom) / kBandRows;
@@ -43,24 +41,20 @@ class BandBins {
         visit(static_cast<std::size_t>(band));
       }
     };
-    workers.run(
-        [&](int worker) {
-          auto& filled = filled_[static_cast<std::size_t>(worker)];
-          std::fill(filled.begin(), filled.end(), 0);
-          for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
-            eachBand(i, [&](std::size_t band) { ++filled[band]; });
-          }
-        },
-        count);
+    workers.share(count, [&](int worker, std::size_t begin, std::size_t end) {
+      auto& filled = filled_[static_cast<std::size_t>(worker)];
+      filled.assign(static_cast<std::size_t>(bands_), 0);
+      for (std::size_t i = begin; i < end; ++i) {
+        eachBand(i, [&](std::size_t band) { ++filled[band]; });
+      }
+    });
     placeBins();
-    workers.run(
-        [&](int worker) {
-          auto& filled = filled_[static_cast<std::size_t>(worker)];
-          for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
-            eachBand(i, [&](std::size_t band) { items_[filled[band]++] = itemOf(i); });
-          }
-        },
-        count);
+    workers.share(count, [&](int worker, std::size_t begin, std::size_t end) {
+      auto& filled = filled_[static_cast<std::size_t>(worker)];
+      for (std::size_t i = begin; i < end; ++i) {
+        eachBand(i, [&](std::size_t band) { items_[filled[band]++] = itemOf(i); });
+      }
+    });
   }
 
   std::size_t runs() const { return bins_.size() / static_cast<std::size_t>(bands_); }
@@ -84,7 +78,7 @@ class BandBins {
   std::size_t used_ = 0;
   std::vector<Bin> bins_;  ///< a band's of each run, run by run
   std::vector<Item> items_;
-  std::array<std::vector<std::size_t>, Workers::kCount> filled_;  ///< by band
+  std::vector<std::vector<std::size_t>> filled_;  ///< by worker and band
 };
 
 }  // namespace afterglow::render

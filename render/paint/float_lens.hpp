@@ -24,7 +24,7 @@ struct FloatLens {
                    [](double d) { return static_cast<float>(d); });
   }
 
-  /// Pixel (the centre of the top-left one is (0, 0)) of normalized coordinates; means nothing
+  /// Pixel (the center of the top-left one is (0, 0)) of normalized coordinates; means nothing
   /// where x^2 + y^2 > square_fold. kFisheye is is_fisheye: a decision made once, before the loop.
   template <bool kFisheye>
   void project(float x, float y, float& u, float& v) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/compose/composed_image.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/packed_color.hpp"
 #include "render/scene/lens_domain.hpp"
@@ -127,9 +128,9 @@ class PartProjector {
   void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
                    Ints& keep) const {
     const FloatLens lens = lens_;
-    const float u_end = static_cast<float>(columns_) + PointProjector::kMargin;
-    const float v_end = static_cast<float>(rows_) + PointProjector::kMargin;
-    constexpr float kFirst = -PointProjector::kMargin;
+    const float u_end = static_cast<float>(columns_) + kPointMargin;
+    const float v_end = static_cast<float>(rows_) + kPointMargin;
+    constexpr float kFirst = -kPointMargin;
     constexpr int kLift = 256;  // px: above zero, cutting off rounds down
     for (std::size_t i = 0; i < kBlock; ++i) {
       const float x = nx[i], y = ny[i];
@@ -170,17 +171,14 @@ PointRun PointProjector::project(const PointCloud& cloud, const Color& color,
   if (origin == list.end() || !placement.P_optical_cloud.allFinite()) return run;
   if (points.size() < used + total) points.resize(used + total);
   const PartProjector projector(lens_, cloud, color, placement, *origin);
-  std::array<Part, Workers::kCount> parts;
-  workers.run(
-      [&](int worker) {
-        const auto at = static_cast<std::size_t>(worker);
-        Part part;
-        part.begin = total * at / parts.size();
-        part.end = total * (at + 1) / parts.size();
-        projector.project(part, points.data() + used + part.begin);
-        parts[at] = part;
-      },
-      total);
+  std::vector<Part> parts(static_cast<std::size_t>(workers.sharers(total)));
+  workers.share(total, [&](int worker, std::size_t begin, std::size_t end) {
+    Part part;
+    part.begin = begin;
+    part.end = end;
+    projector.project(part, points.data() + used + begin);
+    parts[static_cast<std::size_t>(worker)] = part;
+  });
   double depth_sum = 0;
   bool one_color = true;
   std::uint32_t some_color = 0;

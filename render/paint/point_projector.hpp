@@ -24,16 +24,14 @@ struct PointPlacement {
 };
 
 /// Coordinates of a point, its distance from the cloud's first one, are floats: the error on the
-/// image is under 0.01 px for clouds of some ten metres wherever they are.
+/// image is under 0.01 px for clouds of some ten meters wherever they are.
 class PointProjector {
  public:
-  /// Points farther than this (px) over the image's border are dropped.
-  static constexpr float kMargin = 128;
-
   explicit PointProjector(const calib::Lens& lens) : lens_(lens) {}
 
-  /// Appends to `points`, of which `used` are in use, what of the cloud reaches the image: points
-  /// in front of the lens, within its fold, visible. Style and `color` as Drawable has them.
+  /// Appends to `points`, of which `used` are in use, what of the cloud reaches the image or up to
+  /// kPointMargin over its border: points in front of the lens, within its fold, visible. Style and
+  /// `color` as Drawable has them.
   PointRun project(const PointCloud& cloud, const Color& color, const PointPlacement& placement,
                    Workers& workers, std::vector<ScreenPoint>& points, std::size_t& used) const;
 

@@ -33,7 +33,7 @@ class Plane {
     }
     origin_ = a - by_x_ * t[0].at.x - by_y_ * t[0].at.y;
   }
-  /// At the pixel's centre.
+  /// At the pixel's center.
   float at(int column, int row) const {
     return std::clamp(plainAt(column, row), least_, greatest_);
   }
@@ -42,7 +42,7 @@ class Plane {
     return origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
            by_y_ * (static_cast<float>(row) + 0.5f);
   }
-  /// How far it may change from a pixel's centre to its corner.
+  /// How far it may change from a pixel's center to its corner.
   float slack() const {
     return std::min(0.75f * (std::abs(by_x_) + std::abs(by_y_)), greatest_ - least_);
   }

@@ -2,8 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
-#include "render/paint/box_outline.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/packed_color.hpp"
 #include "render/scene/lens_domain.hpp"
@@ -29,6 +30,60 @@ const std::array<Eigen::Vector2f, kBallCorners>& ballCorners() {
   return corners;
 }
 
+/// Corners of the outline of a box as seen from one of the 27 regions around it, by whether the eye
+/// lies before, between or behind the two faces of each axis. Bit i of a corner: the far end of
+/// axis i.
+struct BoxOutline {
+  int count = 0;
+  std::array<int, 6> corners{};
+};
+
+/// Edges of the faces that are seen, without those that two of them share.
+BoxOutline outlineFrom(const std::array<int, 3>& side) {
+  std::array<int, 8> next;
+  next.fill(-1);
+  std::array<std::array<bool, 8>, 8> has{};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (side[static_cast<std::size_t>(axis)] == 0) continue;
+    const bool far = side[static_cast<std::size_t>(axis)] > 0;
+    const int b = 1 << (axis + 1) % 3, c = 1 << (axis + 2) % 3, base = far ? 1 << axis : 0;
+    // Counterclockwise from outside.
+    std::array<int, 4> face = {base, base | b, base | b | c, base | c};
+    if (!far) std::swap(face[1], face[3]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      has[static_cast<std::size_t>(face[i])][static_cast<std::size_t>(face[(i + 1) % 4])] = true;
+    }
+  }
+  int start = -1;
+  for (std::size_t a = 0; a < 8; ++a) {
+    for (std::size_t b = 0; b < 8; ++b) {
+      if (!has[a][b] || has[b][a]) continue;
+      next[a] = static_cast<int>(b);
+      start = static_cast<int>(a);
+    }
+  }
+  BoxOutline outline;
+  if (start < 0) return outline;
+  int at = start;
+  do {
+    outline.corners[static_cast<std::size_t>(outline.count++)] = at;
+    at = next[static_cast<std::size_t>(at)];
+  } while (at != start && outline.count < 6);
+  return outline;
+}
+
+/// Region 9 (x + 1) + 3 (y + 1) + z + 1, each side being -1, 0 or 1. Without corners from within.
+const BoxOutline& outlineOfBox(std::size_t region) {
+  static const std::array<BoxOutline, 27> outlines = [] {
+    std::array<BoxOutline, 27> all;
+    for (int i = 0; i < 27; ++i) {
+      all[static_cast<std::size_t>(i)] = outlineFrom({i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1});
+    }
+    return all;
+  }();
+  return outlines[region];
+}
+
 /// One worker's part.
 struct Part {
   std::size_t begin = 0, end = 0;
@@ -40,19 +95,19 @@ struct Part {
 template <bool kFisheye>
 class PartProjector {
  public:
-  PartProjector(const FloatLens& lens, int width, int height, const PointList& points,
-                const ColorList& colors, const Color& color, const SpriteShape& shape,
-                const PointPlacement& placement, std::size_t stride)
+  PartProjector(const FloatLens& lens, int width, int height, const SpriteList& list,
+                const Color& color, const PointPlacement& placement, const Vector3f& origin,
+                std::size_t stride)
       : lens_(lens),
         width_(static_cast<float>(width)),
         height_(static_cast<float>(height)),
-        points_(points),
-        colors_(colors),
+        points_(*list.points),
+        colors_(*list.colors),
         color_(color),
-        shape_(shape),
+        shape_(list.shape),
         placement_(placement),
         stride_(stride),
-        origin_(points.front()),
+        origin_(origin),
         P_(shifted(placement.P_optical_cloud, origin_).cast<float>()),
         height_row_((placement.height.transpose() * shift(origin_)).cast<float>()) {}
 
@@ -163,7 +218,7 @@ class PartProjector {
       const int side = eye[axis] > face ? 1 : eye[axis] < -face ? -1 : 0;
       region = 3 * region + static_cast<std::size_t>(side + 1);
     }
-    const BoxOutline& outline = render::boxOutline(region);
+    const BoxOutline& outline = outlineOfBox(region);
     if (outline.count == 0) return false;  // the eye is within
     sprite.count = static_cast<std::uint32_t>(outline.count);
     for (int i = 0; i < outline.count; ++i) {
@@ -222,55 +277,69 @@ std::size_t strideOf(const SpriteShape& shape) {
 
 }  // namespace
 
-std::optional<SpriteRun> SpriteProjector::project(const PointList& points, const ColorList& colors,
-                                                  const Color& color, const SpriteShape& shape,
-                                                  const PointPlacement& placement, Workers& workers,
-                                                  Sprites& out) const {
-  SpriteRun run;
-  run.first = static_cast<std::uint32_t>(out.used);
+std::optional<SpriteList> spriteList(const Shape& shape) {
+  using Kind = SpriteShape::Kind;
+  if (const auto* list = std::get_if<ShapeList>(&shape)) {
+    const Kind kind = list->kind == ShapeList::Kind::Cubes ? Kind::Box : Kind::Ball;
+    return SpriteList{&list->points, &list->colors, {kind, 0.5f * list->size}};
+  }
+  const auto* cloud = std::get_if<PointCloud>(&shape);
+  if (cloud == nullptr || cloud->style == PointStyle::Points) return std::nullopt;
+  const PointList& points = cloud->points;
+  const ColorList& colors = cloud->colors;
+  const bool is_square =
+      cloud->style == PointStyle::Squares || cloud->style == PointStyle::FlatSquares;
+  const Kind kind = is_square                           ? Kind::Square
+                    : cloud->style == PointStyle::Boxes ? Kind::Box
+                                                        : Kind::Ball;
+  const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
+  return SpriteList{
+      &points, &colors, {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
+}
+
+std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Color& color,
+                                              const PointPlacement& placement, Workers& workers,
+                                              Sprites& out) const {
+  Piece piece{Piece::Kind::Outlines, true, static_cast<std::uint32_t>(out.used), 0, 0};
+  const PointList& points = *list.points;
   const auto origin =
       std::find_if(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); });
-  if (origin == points.end() || !placement.P_optical_cloud.allFinite()) return run;
-  const std::size_t stride = strideOf(shape), total = points.size();
+  if (origin == points.end() || !placement.P_optical_cloud.allFinite()) return piece;
+  const std::size_t stride = strideOf(list.shape), total = points.size();
   if (out.all.size() < out.used + total) out.all.resize(out.used + total);
   if (out.corners.size() < out.used_corners + stride * total) {
     out.corners.resize(out.used_corners + stride * total);
   }
-  std::array<Part, Workers::kCount> parts;
-  workers.run(
-      [&](int worker) {
-        const auto at = static_cast<std::size_t>(worker);
-        Part& part = parts[at];
-        part.begin = total * at / parts.size();
-        part.end = total * (at + 1) / parts.size();
-        const std::size_t first_corner = out.used_corners + stride * part.begin;
-        Sprite* sprites = out.all.data() + out.used + part.begin;
-        Corner* corners = out.corners.data() + first_corner;
-        if (lens_.is_fisheye) {
-          PartProjector<true>(lens_, width_, height_, points, colors, color, shape, placement,
-                              stride)
-              .project(part, sprites, first_corner, corners);
-        } else {
-          PartProjector<false>(lens_, width_, height_, points, colors, color, shape, placement,
-                               stride)
-              .project(part, sprites, first_corner, corners);
-        }
-      },
-      total);
+  std::vector<Part> parts(static_cast<std::size_t>(workers.sharers(total)));
+  workers.share(total, [&](int worker, std::size_t begin, std::size_t end) {
+    Part& part = parts[static_cast<std::size_t>(worker)];
+    part.begin = begin;
+    part.end = end;
+    const std::size_t first_corner = out.used_corners + stride * begin;
+    Sprite* sprites = out.all.data() + out.used + begin;
+    Corner* corners = out.corners.data() + first_corner;
+    if (lens_.is_fisheye) {
+      PartProjector<true>(lens_, width_, height_, list, color, placement, *origin, stride)
+          .project(part, sprites, first_corner, corners);
+    } else {
+      PartProjector<false>(lens_, width_, height_, list, color, placement, *origin, stride)
+          .project(part, sprites, first_corner, corners);
+    }
+  });
   double depth_sum = 0;
   for (const Part& part : parts) {
     if (part.is_too_large) return std::nullopt;
     // Closes the gap between the parts; corners stay where they are.
-    const Sprite* from = out.all.data() + run.first + part.begin;
-    std::copy(from, from + part.count, out.all.data() + run.first + run.count);
-    run.count += static_cast<std::uint32_t>(part.count);
-    run.is_opaque = run.is_opaque && part.is_opaque;
+    const Sprite* from = out.all.data() + piece.first + part.begin;
+    std::copy(from, from + part.count, out.all.data() + piece.first + piece.count);
+    piece.count += static_cast<std::uint32_t>(part.count);
+    piece.is_opaque = piece.is_opaque && part.is_opaque;
     depth_sum += part.depth_sum;
   }
-  out.used += run.count;
+  out.used += piece.count;
   out.used_corners += stride * total;
-  run.mean_depth = depth_sum / std::max(1.0, static_cast<double>(run.count));
-  return run;
+  piece.mean_depth = depth_sum / std::max(1.0, static_cast<double>(piece.count));
+  return piece;
 }
 
 }  // namespace afterglow::render

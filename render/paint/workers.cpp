@@ -1,57 +1,79 @@
 #include "render/paint/workers.hpp"
 
+#include <sched.h>
+
+#include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace afterglow::render {
 
-Workers::Workers() : helper_([this] { help(); }) {}
+int Workers::usualCount() {
+  cpu_set_t usable;
+  CPU_ZERO(&usable);
+  // Fails where there are more processors than the set holds.
+  const bool is_known = sched_getaffinity(0, sizeof(usable), &usable) == 0;
+  const int count =
+      is_known ? CPU_COUNT(&usable) : static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(count, 1, kMost);
+}
+
+Workers::Workers(int count) {
+  try {
+    for (int worker = 1; worker < count; ++worker) {
+      helpers_.emplace_back([this, worker] { help(worker); });
+    }
+  } catch (const std::system_error&) {
+    // No more threads are to be had: those that there are do the work.
+  }
+}
 
 Workers::~Workers() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_ending_ = true;
   }
-  changed_.notify_all();
-  helper_.join();
+  started_.notify_all();
+  for (std::thread& helper : helpers_) helper.join();
 }
 
-void Workers::runBoth(Call call, const void* job) {
+void Workers::runAll(Call call, const void* job) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     call_ = call;
     job_ = job;
+    ++jobs_;
+    at_work_ = helpers_.size();
   }
-  changed_.notify_all();
-  std::exception_ptr own_failure;
-  try {
-    call(job, 0);
-  } catch (...) {
-    own_failure = std::current_exception();  // the helper still uses the job
-  }
+  started_.notify_all();
+  work(0);
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait(lock, [this] { return call_ == nullptr; });
-  const std::exception_ptr helpers_failure = std::exchange(failure_, nullptr);
+  done_.wait(lock, [this] { return at_work_ == 0; });
+  const std::exception_ptr failure = std::exchange(failure_, nullptr);
   lock.unlock();
-  if (own_failure) std::rethrow_exception(own_failure);
-  if (helpers_failure) std::rethrow_exception(helpers_failure);
+  if (failure) std::rethrow_exception(failure);
 }
 
-void Workers::help() {
+void Workers::work(int worker) noexcept {
+  try {
+    call_(job_, worker);
+  } catch (...) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    failure_ = std::current_exception();
+  }
+}
+
+void Workers::help(int worker) {
+  std::uint64_t known = 0;
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return call_ != nullptr || is_ending_; });
-    if (call_ == nullptr) return;
+    started_.wait(lock, [&] { return jobs_ != known || is_ending_; });
+    if (is_ending_) return;
+    known = jobs_;
     lock.unlock();
-    std::exception_ptr failure;
-    try {
-      call_(job_, 1);
-    } catch (...) {
-      failure = std::current_exception();
-    }
+    work(worker);
     lock.lock();
-    failure_ = failure;
-    call_ = nullptr;
-    changed_.notify_all();
+    if (--at_work_ == 0) done_.notify_one();
   }
 }
 

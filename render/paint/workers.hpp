@@ -1,5 +1,5 @@
 /// \file
-/// Two threads that share the work of one frame: the caller's, and one that waits in between.
+/// Threads that share the work of one image: the caller's, and others that wait in between.
 #pragma once
 
 #include <condition_variable>
@@ -8,45 +8,60 @@
 #include <exception>
 #include <mutex>
 #include <thread>
-#include <type_traits>
+#include <vector>
 
 namespace afterglow::render {
 
 /// Used from one thread at a time.
 class Workers {
  public:
-  /// Two: the machines this is for have two cores, and others have work for the rest.
-  static constexpr int kCount = 2;
-  static constexpr std::size_t kFewItems = 4000;  ///< some 100 ns each: waking takes 50 us
+  /// One for each processor that this process may use, at most kMost: an image has not more work
+  /// than that many share well.
+  static constexpr int kMost = 8;
+  static int usualCount();
 
-  Workers();
+  explicit Workers(int count = usualCount());
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  /// job(0) here and job(1) beside; returns when both are done. Throws what either threw. What
-  /// handles fewer items than are worth waking the other for is all done here.
+  int count() const { return static_cast<int>(helpers_.size()) + 1; }
+  /// job(0) here and job(1) to job(count() - 1) beside; returns when all are done. Throws what one
+  /// of them threw.
   template <typename Job>
-  void run(const Job& job, std::size_t items = ~std::size_t{0}) {
-    if (items < kFewItems) {
-      for (int worker = 0; worker < kCount; ++worker) job(worker);
-      return;
-    }
-    runBoth([](const void* both, int worker) { (*static_cast<const Job*>(both))(worker); }, &job);
+  void run(const Job& job) {
+    runAll([](const void* all, int worker) { (*static_cast<const Job*>(all))(worker); }, &job);
+  }
+
+  /// How many workers share so many items: few are not worth waking the others for.
+  int sharers(std::size_t items) const { return items < kFewItems ? 1 : count(); }
+  /// job(worker, begin, end) of every sharer's part of the items, as run() does.
+  template <typename Job>
+  void share(std::size_t items, const Job& job) {
+    const auto parts = static_cast<std::size_t>(sharers(items));
+    if (parts == 1) return job(0, std::size_t{0}, items);
+    run([&](int worker) {
+      const auto part = static_cast<std::size_t>(worker);
+      job(worker, items * part / parts, items * (part + 1) / parts);
+    });
   }
 
  private:
+  static constexpr std::size_t kFewItems = 4000;  // some 100 ns each: waking takes 50 us
   using Call = void (*)(const void* job, int worker);
-  void runBoth(Call call, const void* job);
-  void help();
+  void runAll(Call call, const void* job);
+  void help(int worker);
+  void work(int worker) noexcept;
 
   std::mutex mutex_;
-  std::condition_variable changed_;
-  Call call_ = nullptr;  ///< there while the helper has something to do
+  std::condition_variable started_, done_;
+  Call call_ = nullptr;
   const void* job_ = nullptr;
+  std::uint64_t jobs_ = 0;   ///< so many have been started
+  std::size_t at_work_ = 0;  ///< helpers that are not done with the last one
   std::exception_ptr failure_;
   bool is_ending_ = false;
-  std::thread helper_;  ///< last: uses all of the above
+  std::vector<std::thread> helpers_;  ///< last: they use all of the above
 };
 
 }  // namespace afterglow::render

@@ -55,7 +55,7 @@ CutVertex mixed(const CutVertex& from, const CutVertex& to, double share) {
 }
 
 /// Sutherland-Hodgman against distance(p) >= 0. A cut is computed from the inner end to the outer,
-/// whichever way round the triangle has it, so that neighbours agree to the last bit.
+/// whichever way round the triangle has it, so that neighbors agree to the last bit.
 template <typename Distance>
 void TriangleCutter::clip(Distance distance) {
   clipped_.clear();

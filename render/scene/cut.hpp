@@ -12,10 +12,10 @@ namespace afterglow::render {
 
 /// A vertex on its way to the image.
 struct CutVertex {
-  /// Optical frame, metres, homogeneous: a projective placement has not been divided yet.
+  /// Optical frame, meters, homogeneous: a projective placement has not been divided yet.
   Eigen::Vector4d p_optical;
   Eigen::Vector4f color;  ///< Rgba's components
-  double height = 0;      ///< over the surface it is placed on, metres, before it was
+  double height = 0;      ///< over the surface it is placed on, meters, before it was
 };
 
 /// Whether a vertex lies within all bounds, and thus a triangle of such vertices needs no cutting.
@@ -39,7 +39,7 @@ class TriangleCutter {
   explicit TriangleCutter(const LensDomain& domain) : domain_(domain) {}
 
   /// Triangles, three vertices each, that cover what is seen of the given one; with w = 1.
-  /// Valid until the next call. Neighbours that share an edge share its cuts and splits exactly.
+  /// Valid until the next call. Neighbors that share an edge share its cuts and splits exactly.
   const std::vector<CutVertex>& cut(const CutVertex& a, const CutVertex& b, const CutVertex& c);
 
   /// The seen part of a closed outline, convex or not, with enough corners; with w = 1. What is

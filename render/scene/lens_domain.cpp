@@ -79,7 +79,7 @@ void LensDomain::measureBend(const calib::Lens& lens) {
 /// What a fisheye shows reaches far out before the lens and bends less and less there: a bound by
 /// radius would ask for a hundred times the splits. Measured instead, at three places that are
 /// evenly spaced as the lens sees them; an edge whose bend turns between would pass through the
-/// centre, and be straight.
+/// center, and be straight.
 bool LensDomain::isStraightInFisheye(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   constexpr double kMaxShift = 1;  // px along the edge: there only depths between vertices suffer
   const auto pixel = [this](const Eigen::Vector2d& n) -> Eigen::Vector2d {

@@ -13,7 +13,7 @@ namespace afterglow::render {
 /// Coordinates are normalized: x / z and y / z in the optical frame. Pure values.
 class LensDomain {
  public:
-  /// No vertex lies closer than this in front of the lens, metres: no projector is sharp there.
+  /// No vertex lies closer than this in front of the lens, meters: no projector is sharp there.
   static constexpr double kNear = 0.02;
 
   explicit LensDomain(const calib::Lens& lens);

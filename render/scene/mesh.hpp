@@ -1,5 +1,5 @@
 /// \file
-/// What shapes become before they are drawn: coloured triangles and pixel-sized points.
+/// What shapes become before they are drawn: colored triangles and pixel-sized points.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,7 +34,7 @@ inline Rgba asBytes(const Eigen::Vector4f& color) {
   return {byte(color[0]), byte(color[1]), byte(color[2]), byte(color[3])};
 }
 
-/// World coordinates, metres. A vertex is shared by the triangles of one smooth or flat body;
+/// World coordinates, meters. A vertex is shared by the triangles of one smooth or flat body;
 /// triangles have no winding: both sides are seen.
 struct Mesh {
   std::vector<Eigen::Vector3d> points;

@@ -18,7 +18,7 @@ constexpr Relief::Range kNothing{std::numeric_limits<float>::infinity(),
                                  -std::numeric_limits<float>::infinity(), false};
 constexpr double kMostNodes = 4e6;
 constexpr std::size_t kBlock = 3;  // the level whose cells are passed over at once: 8 x 8
-/// Rays start and end this far beyond the heights, metres, so that rounding loses none of them.
+/// Rays start and end this far beyond the heights, meters, so that rounding loses none of them.
 constexpr double kMargin = 1e-4;
 
 Relief::Range together(const Relief::Range& a, const Relief::Range& b) {
@@ -122,7 +122,7 @@ Relief::Range Relief::range(const Eigen::Vector2d& low, const Eigen::Vector2d& h
 
 /// A ray's way through one cell, as shares of its direction.
 struct Relief::Step {
-  Eigen::Vector3d from, direction;  ///< x and y in cells, z metres
+  Eigen::Vector3d from, direction;  ///< x and y in cells, z meters
   int column, row;
   double begin, end;
 };

@@ -9,7 +9,7 @@
 
 namespace afterglow::render {
 
-/// Heights over the z = 0 plane of a surface's frame, metres, on a regular grid of nodes; bilinear
+/// Heights over the z = 0 plane of a surface's frame, meters, on a regular grid of nodes; bilinear
 /// within a cell of four nodes. A cell with an unknown node is a hole: nothing is known there, nor
 /// around the grid. All coordinates are the surface's. Never changes; any thread.
 class Relief {
@@ -63,8 +63,8 @@ class Relief {
 };
 
 struct ReliefOptions {
-  double cell = 0.01;                   ///< metres
-  double least = -0.5, greatest = 0.5;  ///< heights that count, metres
+  double cell = 0.01;                   ///< meters
+  double least = -0.5, greatest = 0.5;  ///< heights that count, meters
 };
 
 /// The median of the points in each cell's worth around a node; nodes outside the outline (empty:

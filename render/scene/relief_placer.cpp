@@ -13,7 +13,7 @@ constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
 constexpr int kMaxReliefSplits = 80;  // of anything that is not absurd
 /// Content is laid as long as it is lower than this share of the eye's height over the plane.
 constexpr double kHighest = 0.999;
-/// Light that is stopped this near to where it is to land, metres, is not stopped: noise.
+/// Light that is stopped this near to where it is to land, meters, is not stopped: noise.
 constexpr double kTouch = 0.01;
 constexpr double kFinest = 1.0 / 8;  // of a cell
 /// The smallest triangles whose corners land this many cells apart reach over something hidden.
@@ -100,7 +100,7 @@ void ReliefPlacer::layBelowEye(const Triangle& triangle) {
     const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
     if (is_below(a)) kept[count++] = a;
     if (is_below(a) == is_below(b)) continue;
-    // From the lower end, whichever way round the triangle has it: neighbours agree.
+    // From the lower end, whichever way round the triangle has it: neighbors agree.
     const std::uint32_t low = is_below(a) ? a : b, high = is_below(a) ? b : a;
     kept[count++] = addBetween(low, high, room(low) / (room(low) - room(high)));
   }

@@ -36,11 +36,11 @@ class ReliefPlacer {
   std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
 
   /// Replaces what `out` held. Triangles are split until they follow the relief to kTolerance, and
-  /// near steps, holes and shadows to an eighth of a cell; neighbours that share an edge share its
+  /// near steps, holes and shadows to an eighth of a cell; neighbors that share an edge share its
   /// splits.
   void lay(const Mesh& mesh, LaidMesh& out);
 
-  static constexpr double kTolerance = 0.0005;  ///< metres
+  static constexpr double kTolerance = 0.0005;  ///< meters
 
  private:
   struct Vertex {

@@ -36,6 +36,11 @@ Eigen::Matrix4d viewerMatrix(const Eigen::Vector3d& n, const Eigen::Vector3d& o,
 
 }  // namespace
 
+const PointCloud* pixelCloud(const Shape& shape) {
+  const auto* cloud = std::get_if<PointCloud>(&shape);
+  return cloud != nullptr && cloud->style == PointStyle::Points ? cloud : nullptr;
+}
+
 Eigen::Matrix4d placementMatrix(const Layer& layer) {
   if (layer.placement == Placement::Direct) return Eigen::Matrix4d::Identity();
   const Eigen::Isometry3d& surface = surfaceOf(layer).T_world_surface.matrix();

@@ -25,7 +25,7 @@ struct Color {
   }
 };
 
-using PointList = std::vector<Eigen::Vector3f>;  ///< metres, in the drawable's frame
+using PointList = std::vector<Eigen::Vector3f>;  ///< meters, in the drawable's frame
 using ColorList = std::vector<Color>;            ///< empty, or one a point
 
 // ------------------------------------------------------------------------------------------ shapes
@@ -37,7 +37,7 @@ struct Arrow {
 struct Cube { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };      ///< full sizes
 struct Sphere { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };    ///< full diameters
 struct Cylinder { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };  ///< x, y diameters, z height
-/// Width in metres, facing the viewer; strip: consecutive points joined; else pairs.
+/// Width in meters, facing the viewer; strip: consecutive points joined; else pairs.
 struct Lines {
   PointList points;
   ColorList colors;
@@ -52,7 +52,7 @@ struct ShapeList {
   ColorList colors;
   Eigen::Vector3f size = Eigen::Vector3f::Ones();
 };
-/// Triples of points; colours per point or per triangle (a third as many). Seen from both sides.
+/// Triples of points; colors per point or per triangle (a third as many). Seen from both sides.
 struct Triangles {
   PointList points;
   ColorList colors;
@@ -63,7 +63,8 @@ struct Body {
   PointList points;
   ColorList colors;  ///< empty, or one a point
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  /// Of what is flat: the edges around it, which turn around its inside all the same way; else none.
+  /// The edges around a flat body, all turning around its inside the same way; a body that is not
+  /// flat has none.
   std::vector<std::array<std::uint32_t, 2>> outline = {};
   bool is_closed = false;  ///< nobody outside sees its triangles' clockwise sides (closed_body.hpp)
 };
@@ -71,7 +72,7 @@ using SharedBody = std::shared_ptr<const Body>;
 /// Letters around the origin of their own plane: x along the line, y up. Of the pose only the
 /// position counts: they face the projector or the viewer, or lie on the surface (Reader).
 struct Text { SharedBody letters; };
-/// A mesh file's triangles times a scale, in their own colours, which the drawable's multiplies, or
+/// A mesh file's triangles times a scale, in their own colors, which the drawable's multiplies, or
 /// in the drawable's alone.
 struct MeshInstance {
   SharedBody body;
@@ -81,7 +82,7 @@ struct MeshInstance {
 
 enum class PointStyle {
   Points,       ///< squares of `size` pixels
-  Squares,      ///< `size` metres, facing the viewer
+  Squares,      ///< `size` meters, facing the viewer
   FlatSquares,  ///< the same, unlit (RViz's default)
   Spheres,
   Boxes,
@@ -91,7 +92,7 @@ struct PointCloud {
   SharedList<Eigen::Vector3f> points;  ///< as PointList
   SharedList<Color> colors;            ///< as ColorList
   PointStyle style = PointStyle::FlatSquares;
-  float size = 0.01f;  ///< metres; for PointStyle::Points pixels
+  float size = 0.01f;  ///< meters; for PointStyle::Points pixels
   /// Height of a square where it differs from its width (Marker POINTS); 0: the same.
   float size_y = 0;
 };
@@ -99,11 +100,14 @@ struct PointCloud {
 using Shape = std::variant<Arrow, Cube, Sphere, Cylinder, Lines, ShapeList, Triangles, PointCloud,
                            Text, MeshInstance>;
 
+/// The shape, if it is a cloud of PointStyle::Points; else nullptr.
+const PointCloud* pixelCloud(const Shape& shape);
+
 /// A shape somewhere in the world.
 struct Drawable {
   Rigid<World, World> pose;  ///< carries shape coordinates into world coordinates
   Shape shape;
-  Color color;  ///< where the shape has no colours of its own; its alpha multiplies theirs
+  Color color;  ///< where the shape has no colors of its own; its alpha multiplies theirs
 };
 
 // ---------------------------------------------------------------------------------- where it lands
@@ -113,8 +117,8 @@ class Relief;
 struct SurfacePatch {
   std::string name;
   Rigid<World, Surface> T_world_surface;
-  std::vector<Eigen::Vector2d> polygon;  ///< outline, metres in the surface's frame; empty: unbounded
-  std::shared_ptr<const Relief> relief = nullptr;  ///< measured heights over its plane; none: it is flat
+  std::vector<Eigen::Vector2d> polygon;  ///< meters, the surface's frame; empty: unbounded
+  std::shared_ptr<const Relief> relief = nullptr;  ///< measured heights over its plane
 };
 
 enum class Placement {
@@ -137,10 +141,10 @@ struct Layer {
   std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
   Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
   std::optional<Reader> reader;  ///< for Drape; without one they point to the surface's -y
-  float gain = 1;                ///< of its light, before sRGB's curve; for surfaces darker or farther
+  float gain = 1;  ///< of its light, before sRGB's curve; for surfaces darker or farther
 };
 
-/// One frame's worth, drawn in order.
+/// What one image shows, drawn in order.
 struct Scene {
   std::vector<Layer> layers;
   /// All that is known to catch light: a layer on a surface leaves dark what of its image falls on

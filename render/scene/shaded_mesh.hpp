@@ -13,7 +13,7 @@ namespace afterglow::render {
 
 /// As it is uploaded.
 struct ShadedVertex {
-  float x, y, z;     ///< world, metres
+  float x, y, z;     ///< world, meters
   float nx, ny, nz;  ///< unit normal; which side it points to says nothing
   Rgba color;
 };

@@ -109,7 +109,7 @@ class Tessellator {
     return {byte(color.r), byte(color.g), byte(color.b), byte(color.a)};
   }
 
-  /// The drawable's colour where the shape has none; its alpha multiplies theirs.
+  /// The drawable's color where the shape has none; its alpha multiplies theirs.
   Rgba colorAt(const ColorList& colors, std::size_t i) const {
     if (i >= colors.size()) return packed(color_);
     Color color = colors[i];

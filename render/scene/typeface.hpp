@@ -22,7 +22,7 @@ class Typeface {
   Typeface(const Typeface&) = delete;
   Typeface& operator=(const Typeface&) = delete;
 
-  /// A block of lines around the origin, x along the lines, y up, metres: centred by its longest
+  /// A block of lines around the origin, x along the lines, y up, meters: centered by its longest
   /// line, and from the first line's capitals to the last baseline; lines begin at the left (as
   /// RViz's MovableText). A capital H is `capital_height` high; lines are as far apart as the font
   /// has them. What the font lacks and control characters are the replacement character's glyph; a

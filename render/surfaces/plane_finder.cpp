@@ -29,12 +29,12 @@ constexpr std::size_t kFewest = 50;  // points
 /// Points are thinned to one in such a cube, so that their number stands for area, whatever the
 /// distance they were seen from.
 constexpr double kGrain = 0.01;
-constexpr double kFarthest = 1e3;  // metres from the origin; what is farther is no surface
-constexpr double kGap = 0.05;      // metres
+constexpr double kFarthest = 1e3;  // meters from the origin; what is farther is no surface
+constexpr double kGap = 0.05;      // meters
 /// Radius of the circle that rolls around the points to find the outline: notches that are narrower
 /// than it belong to the surface.
 constexpr double kRim = 0.08;
-constexpr double kRimTolerance = 0.005;  // of the outline's corners, metres
+constexpr double kRimTolerance = 0.005;  // of the outline's corners, meters
 constexpr int kTrials = 2000;
 /// A plane through three points is tilted by their noise: fitted to its points, it finds others.
 constexpr int kRefinements = 4;

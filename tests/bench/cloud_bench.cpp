@@ -11,7 +11,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/projector_scene.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/projector_renderer.hpp"
 #include "tests/support/cloud_messages.hpp"
 #include "tests/support/optics.hpp"
 

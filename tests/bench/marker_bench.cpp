@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "nodes/projector/projector_scene.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/projector_renderer.hpp"
 #include "tests/support/cube_files.hpp"
 #include "tests/support/optics.hpp"
 #include "tests/support/temp_folder.hpp"

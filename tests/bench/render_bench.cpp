@@ -1,7 +1,8 @@
 // Frames of the projector and of the bystander's view.
 #include <benchmark/benchmark.h>
 
-#include "render/gl/renderer.hpp"
+#include "render/gl/observer_renderer.hpp"
+#include "render/projector_renderer.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {

@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "nodes/fetch/fetch_facts.hpp"
-#include "render/gl/renderer.hpp"
+#include "render/gl/observer_renderer.hpp"
 #include "tests/support/gl_context.hpp"
 
 namespace afterglow::nodes::robot_view_gl_test {

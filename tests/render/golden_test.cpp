@@ -9,7 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "render/paint/frame_painter.hpp"
+#include "render/compose/light_composer.hpp"
+#include "render/paint/cpu_drawer.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render::golden_test {
@@ -23,13 +24,12 @@ constexpr double kMean = 0.05;
 cv::Mat painted(const Scene& scene) {
   const calib::Lens lens =
       test::lens(kWidth, kHeight, 140, 79.5, 59.5, {-0.15, 0.03, 0.001, -0.001, 0});
-  Workers workers;
   LightComposer composer(lens);
-  composer.composeForPainter(&workers);
-  FramePainter painter(lens, workers);
-  cv::Mat rgb(kHeight, kWidth, CV_8UC3), bgr;
-  painter.paint(composer.compose(scene, {}), rgb.data);
-  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  Image image;
+  image.rgb.resize(std::size_t{3} * kWidth * kHeight);
+  CpuDrawer(lens).draw(composer.compose(scene, {}), image);
+  cv::Mat bgr;
+  cv::cvtColor(cv::Mat(kHeight, kWidth, CV_8UC3, image.rgb.data()), bgr, cv::COLOR_RGB2BGR);
   return bgr;
 }
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/paint/frame_painter.hpp"
-#include "render/paint/light_frame.hpp"
+#include "render/paint/cpu_drawer.hpp"
 #include "tests/support/optics.hpp"
+#include "tests/support/seen_triangles.hpp"
 
 namespace afterglow::render::lens_sweep_test {
 namespace {
@@ -121,11 +121,12 @@ struct Edge {
 
 Eigen::Vector3d exactly(const Eigen::Vector3d& p) { return p.cast<float>().cast<double>(); }
 
-/// A frame's triangles as rasterizers see them: straight edges between projected vertices.
+/// Triangles as rasterizers see them: straight edges between projected vertices.
 class Rasterized {
  public:
-  Rasterized(const calib::Lens& lens, const LightFrame& frame) : indices_(frame.indices) {
-    for (const LightVertex& v : frame.vertices) {
+  Rasterized(const calib::Lens& lens, const LightTriangles& triangles)
+      : indices_(triangles.indices) {
+    for (const LightVertex& v : triangles.vertices) {
       pixels_.push_back(*calib::project(lens, Eigen::Vector3f(v.x, v.y, v.z).cast<double>()));
     }
   }
@@ -163,7 +164,6 @@ class Rasterized {
 TEST_P(EveryLens, bendsLongEdgesAsTheExactLensDoes) {
   calib::Lens unclipped = lens();  // float vertices of the rim may lie a hair beyond
   unclipped.fold_radius = std::numeric_limits<double>::infinity();
-  LightComposer composer(lens());
   double worst = 0, worst_gap = 0;
   int places = 0;
   for (const auto& [from, to] :
@@ -181,7 +181,8 @@ TEST_P(EveryLens, bendsLongEdgesAsTheExactLensDoes) {
     const Eigen::Vector3d c = a + a.norm() * aside, d = b + b.norm() * aside;
     Triangles band;
     for (const auto& p : {a, b, d, a, d, c}) band.points.push_back(p.cast<float>());
-    const Rasterized raster(unclipped, composer.compose(inFront(band), {}));
+    const test::SeenTriangles seen(lens(), inFront(band));
+    const Rasterized raster(unclipped, seen.triangles());
     for (double at = begin[across] + 15.5; at < end[across] - 15; at += 7) {
       const auto found = raster.covered(across, at);
       Edge first{exactly(a), exactly(b)}, last{exactly(c), exactly(d)};
@@ -209,13 +210,13 @@ class FoldingLens : public EveryLens {};
 
 TEST_P(FoldingLens, showsNothingFromBeyondTheFold) {
   const double fold = lens().fold_radius;
-  Workers workers;
   LightComposer composer(lens());
-  composer.composeForPainter(&workers);
-  FramePainter painter(lens(), workers);
-  std::vector<std::uint8_t> rgb(std::size_t{3} * 1280 * 800);
-  const auto isBlack = [&] {
-    return std::count(rgb.begin(), rgb.end(), 0) == std::ptrdiff_t(rgb.size());
+  CpuDrawer drawer(lens());
+  Image image;
+  image.rgb.resize(std::size_t{3} * 1280 * 800);
+  const auto isBlack = [&](const Shape& shape) {
+    drawer.draw(composer.compose(inFront(shape), {}), image);
+    return std::count(image.rgb.begin(), image.rgb.end(), 0) == std::ptrdiff_t(image.rgb.size());
   };
   // All around, from just outside to far out.
   for (double radius = 1.02 * fold; radius < 6 * fold; radius *= 1.3) {
@@ -228,23 +229,22 @@ TEST_P(FoldingLens, showsNothingFromBeyondTheFold) {
            {p, Eigen::Vector3d(1.01 * p), Eigen::Vector3d(p + Eigen::Vector3d(0, 0, -0.005))}) {
         small.points.push_back(q.cast<float>());
       }
-      EXPECT_TRUE(composer.compose(inFront(small), {}).indices.empty());
+      EXPECT_TRUE(test::SeenTriangles(lens(), inFront(small)).triangles().indices.empty());
       PointCloud cloud;
       cloud.style = PointStyle::Points;
       cloud.points = PointList{p.cast<float>()};
-      painter.paint(composer.compose(inFront(cloud), {}), rgb.data());
-      ASSERT_TRUE(isBlack());
+      ASSERT_TRUE(isBlack(cloud));
     }
   }
   // A wall before everything ends at the fold.
   Triangles wall;
   wall.points = {{-4e3f, -3e3f, 1}, {4e3f, -3e3f, 1}, {0, 6e3f, 1}};
-  const LightFrame& frame = composer.compose(inFront(wall), {});
-  ASSERT_GT(frame.indices.size(), 100u);
-  for (const LightVertex& v : frame.vertices) {
+  const test::SeenTriangles seen(lens(), inFront(wall));
+  ASSERT_GT(seen.triangles().indices.size(), 100u);
+  for (const LightVertex& v : seen.triangles().vertices) {
     EXPECT_LE(std::hypot(double(v.x), double(v.y)), fold * double(v.z) * (1 + 1e-6));
   }
-  EXPECT_LT(frame.indices.size() / 3, 150'000u) << "not split without end";
+  EXPECT_LT(seen.triangles().indices.size() / 3, 150'000u) << "not split without end";
 }
 
 std::vector<SweepLens> folding() {

@@ -2,6 +2,7 @@
 // projector can be seen.
 #include <gtest/gtest.h>
 
+#include "render/gl/observer_renderer.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"

@@ -8,7 +8,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "render/gl/renderer.hpp"
+#include "render/projector_renderer.hpp"
 
 namespace afterglow::test {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "render/gl/renderer.hpp"
+#include "render/scene/image.hpp"
 
 namespace afterglow::test {
 

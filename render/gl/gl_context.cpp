@@ -1,3 +1,5 @@
+#include "render/gl/gl_context.hpp"
+
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
@@ -7,7 +9,6 @@
 #include <stdexcept>
 
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/renderer.hpp"
 
 namespace afterglow::render {
 namespace {

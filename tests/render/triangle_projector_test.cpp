@@ -1,11 +1,12 @@
-// What is drawn, before any GL: placement, cutting and splitting, against calib's own projection.
-#include "render/paint/light_frame.hpp"
+// Triangles before they are drawn: placement, cutting and splitting, against calib's projection.
+#include "render/compose/triangle_projector.hpp"
 
 #include <gtest/gtest.h>
 
 #include "tests/support/optics.hpp"
+#include "tests/support/seen_triangles.hpp"
 
-namespace afterglow::render::light_frame_test {
+namespace afterglow::render::triangle_projector_test {
 namespace {
 
 Rigid<World, Surface> tiltedSurface() {
@@ -68,20 +69,21 @@ Triangles bigTriangle() {
   return triangles;
 }
 
-Eigen::Vector3d position(const LightFrame& frame, std::size_t index) {
-  const LightVertex& v = frame.vertices[frame.indices[index]];
+using test::SeenTriangles;
+
+Eigen::Vector3d position(const SeenTriangles& seen, std::size_t index) {
+  const LightVertex& v = seen.triangles().vertices[seen.triangles().indices[index]];
   return {v.x, v.y, v.z};
 }
 
 const calib::Lens kWorstLens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});
 
-TEST(LightFrame, keepsContentWithinTheFold) {
-  LightComposer composer(kWorstLens);
-  const LightFrame& frame = composer.compose(inFront(bigTriangle()), {});
-  ASSERT_GT(frame.indices.size(), 100u);
+TEST(TriangleProjector, keepsContentWithinTheFold) {
+  const SeenTriangles seen(kWorstLens, inFront(bigTriangle()));
+  ASSERT_GT(seen.triangles().indices.size(), 100u);
   double largest = 0;
-  for (std::size_t i = 0; i < frame.indices.size(); ++i) {
-    const Eigen::Vector3d p = position(frame, i);
+  for (std::size_t i = 0; i < seen.triangles().indices.size(); ++i) {
+    const Eigen::Vector3d p = position(seen, i);
     largest = std::max(largest, (p.head<2>() / p.z()).norm());
   }
   EXPECT_LE(largest, kWorstLens.fold_radius * (1 + 1e-6));
@@ -101,65 +103,64 @@ double sag(const calib::Lens& lens, const Eigen::Vector3d& a, const Eigen::Vecto
   return largest;
 }
 
-TEST(LightFrame, splitsUntilNoEdgeBendsByATenthOfAPixel) {
+TEST(TriangleProjector, splitsUntilNoEdgeBendsByATenthOfAPixel) {
   for (const calib::Lens& lens :
        {kWorstLens, test::viewsonic({-0.35, 0.12, 0.002, -0.0015, -0.03})}) {
     calib::Lens within = lens;  // the fold's own edge may be cut a hair outside
     within.fold_radius = std::numeric_limits<double>::infinity();
-    LightComposer composer(lens);
-    const LightFrame& frame = composer.compose(inFront(bigTriangle()), {});
+    const SeenTriangles seen(lens, inFront(bigTriangle()));
     double largest = 0;
-    for (std::size_t i = 0; i < frame.indices.size(); i += 3) {
+    for (std::size_t i = 0; i < seen.triangles().indices.size(); i += 3) {
       for (std::size_t k = 0; k < 3; ++k) {
         largest = std::max(largest,
-                           sag(within, position(frame, i + k), position(frame, i + (k + 1) % 3)));
+                           sag(within, position(seen, i + k), position(seen, i + (k + 1) % 3)));
       }
     }
-    std::printf("%zu triangles, largest bend %.3f px\n", frame.indices.size() / 3, largest);
+    std::printf("%zu triangles, largest bend %.3f px\n", seen.triangles().indices.size() / 3,
+                largest);
     EXPECT_LT(largest, 0.1);
   }
 }
 
-TEST(LightFrame, doesNotSplitForALensThatBendsNothing) {
-  LightComposer composer(test::viewsonic());
-  EXPECT_LE(composer.compose(inFront(bigTriangle()), {}).indices.size(), 15u);
+TEST(TriangleProjector, doesNotSplitForALensThatBendsNothing) {
+  const SeenTriangles seen(test::viewsonic(), inFront(bigTriangle()));
+  EXPECT_LE(seen.triangles().indices.size(), 15u);
 }
 
-TEST(LightFrame, dropsWhatIsBehindTheLens) {
+TEST(TriangleProjector, dropsWhatIsBehindTheLens) {
   Triangles triangles;
   triangles.points = {{-1, 0, -2}, {1, 0, -2}, {0, 1, -0.5f}};
-  LightComposer composer(test::viewsonic());
-  EXPECT_TRUE(composer.compose(inFront(triangles), {}).indices.empty());
+  const SeenTriangles seen(test::viewsonic(), inFront(triangles));
+  EXPECT_TRUE(seen.triangles().indices.empty());
 }
 
-TEST(LightFrame, sharesTheVerticesOfSmallThings) {
+TEST(TriangleProjector, sharesTheVerticesOfSmallThings) {
   Cube cube;
   cube.size = Eigen::Vector3f::Constant(0.005f);
   Layer layer;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << 0, -0.3, 1.5;
   layer.drawables.push_back({Rigid<World, World>(T), cube, {}});
-  LightComposer composer(kWorstLens);
-  const LightFrame& frame = composer.compose({{layer}}, {});
-  EXPECT_LE(frame.vertices.size(), 7u) << "one corner is out of sight";
-  EXPECT_LE(frame.indices.size(), 18u) << "at most three faces are seen";
-  EXPECT_GE(frame.indices.size(), 6u);
+  const SeenTriangles seen(kWorstLens, {{layer}});
+  EXPECT_LE(seen.triangles().vertices.size(), 7u) << "one corner is out of sight";
+  EXPECT_LE(seen.triangles().indices.size(), 18u) << "at most three faces are seen";
+  EXPECT_GE(seen.triangles().indices.size(), 6u);
 }
 
-TEST(LightFrame, leavesOutWhatIsNotFinite) {
+TEST(TriangleProjector, leavesOutWhatIsNotFinite) {
   PointCloud cloud;
   cloud.points = {{0, -0.1f, 1}, {std::nanf(""), 0, 1}, {0, INFINITY, 1}};
   for (const PointStyle style : {PointStyle::Points, PointStyle::Squares, PointStyle::FlatSquares,
                                  PointStyle::Spheres, PointStyle::Boxes}) {
     cloud.style = style;
-    LightComposer composer(test::viewsonic());
-    for (const LightVertex& v : composer.compose(inFront(cloud), {}).vertices) {
+    const SeenTriangles seen(test::viewsonic(), inFront(cloud));
+    for (const LightVertex& v : seen.triangles().vertices) {
       EXPECT_TRUE(std::isfinite(v.x + v.y + v.z + v.depth));
     }
   }
 }
 
-TEST(LightFrame, drawsBlendedThingsLastAndFarthestFirst) {
+TEST(TriangleProjector, drawsBlendedThingsLastAndFarthestFirst) {
   Layer layer;
   for (const double z : {1.0, 3.0, 2.0}) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -167,22 +168,34 @@ TEST(LightFrame, drawsBlendedThingsLastAndFarthestFirst) {
     layer.drawables.push_back({Rigid<World, World>(T), Cube{}, {1, 1, 1, 0.5f}});
   }
   layer.drawables.push_back({{}, Cube{}, {}});
-  LightComposer composer(test::viewsonic());
-  const LightFrame& frame = composer.compose({{layer}}, {});
-  const auto& steps = frame.layers[0].steps;
-  ASSERT_EQ(steps.size(), 4u);
-  EXPECT_EQ(steps[0].kind, LightStep::Kind::Opaque);
-  const auto z = [&](std::size_t i) { return position(frame, steps[i].first).z(); };
+  const SeenTriangles seen(test::viewsonic(), {{layer}});
+  const std::vector<Piece>& pieces = seen.pieces();
+  ASSERT_EQ(pieces.size(), 4u);
+  EXPECT_TRUE(pieces[0].is_opaque);
+  const auto z = [&](std::size_t i) { return position(seen, pieces[i].first).z(); };
   EXPECT_GT(z(1), z(2));
   EXPECT_GT(z(2), z(3));
 }
 
-TEST(LightFrame, leavesOutWhatIsTransparent) {
+TEST(TriangleProjector, leavesOutWhatIsTransparent) {
   Layer layer;
   layer.drawables.push_back({{}, Cube{}, {1, 1, 1, 0}});
-  LightComposer composer(test::viewsonic());
-  EXPECT_TRUE(composer.compose({{layer}}, {}).layers[0].steps.empty());
+  EXPECT_TRUE(SeenTriangles(test::viewsonic(), {{layer}}).pieces().empty());
+}
+
+TEST(Pieces, joinNeighborsThatAreOpaqueTrianglesOnly) {
+  using Kind = Piece::Kind;
+  std::vector<Piece> pieces = {
+      {Kind::Points, false, 0, 1, 0.9},     {Kind::Triangles, true, 0, 6, 0},
+      {Kind::Triangles, false, 6, 3, 0.95}, {Kind::Triangles, true, 9, 3, 0},
+      {Kind::Triangles, true, 12, 9, 0},    {Kind::Outlines, true, 21, 1, 0},
+      {Kind::Outlines, true, 22, 1, 0}};
+  sortForDrawing(pieces);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges;
+  for (const Piece& piece : pieces) ranges.emplace_back(piece.first, piece.count);
+  const decltype(ranges) expected = {{0, 6}, {9, 12}, {21, 1}, {22, 1}, {6, 3}, {0, 1}};
+  EXPECT_EQ(ranges, expected);
 }
 
 }  // namespace
-}  // namespace afterglow::render::light_frame_test
+}  // namespace afterglow::render::triangle_projector_test

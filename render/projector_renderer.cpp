@@ -1,14 +1,15 @@
+#include "render/projector_renderer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
-#include <optional>
 #include <stdexcept>
+#include <utility>
 
-#include "render/gl/light_drawer.hpp"
-#include "render/gl/renderer.hpp"
-#include "render/paint/frame_painter.hpp"
-#include "render/paint/light_frame.hpp"
+#include "render/compose/light_composer.hpp"
+#include "render/gl/gl_drawer.hpp"
+#include "render/paint/cpu_drawer.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -34,98 +35,72 @@ Scene pointsToMeasure(const calib::Lens& lens) {
 }  // namespace
 
 struct ProjectorRenderer::Impl {
-  Impl(GlContext& gl_context, const calib::Lens& lens)
-      : context(gl_context), width(lens.width), height(lens.height), composer(lens) {}
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-  ~Impl() { dropDrawer(); }
+  explicit Impl(const calib::Lens& of_projector) : lens(of_projector), composer(lens) {}
 
-  void choose(Drawing wanted, const calib::Lens& lens) {
+  void choose(Drawing wanted, GlContext& context) {
+    std::unique_ptr<ImageDrawer> cpu, gl;
     if (wanted != Drawing::Gl) {
-      workers.emplace();
-      painter.emplace(lens, *workers);
+      cpu = std::make_unique<CpuDrawer>(lens);
       description = "drawn by the CPU";
     }
     if (wanted != Drawing::Cpu) {
       try {
-        context.makeCurrent();
-        drawer.emplace(lens);
+        gl = makeGlDrawer(context, lens);
         description = "drawn by OpenGL";
       } catch (const std::runtime_error& error) {
         if (wanted == Drawing::Gl) throw;
         description += std::string(" (") + error.what() + ")";
       }
     }
-    if (drawer && painter) {
-      measure(lens);
+    if (cpu && gl) {
+      keepFaster(cpu, gl);
     } else if (wanted != Drawing::Measured) {
       description += " (configured)";
     }
-    if (drawer) description += "; " + context.description();
-    composer.composeForPainter(painter ? &*workers : nullptr);
+    if (gl) description += "; " + context.description();
+    drawer = std::move(gl ? gl : cpu);
   }
 
-  /// Keeps whoever is faster.
-  void measure(const calib::Lens& lens) {
+  void keepFaster(std::unique_ptr<ImageDrawer>& cpu, std::unique_ptr<ImageDrawer>& gl) {
     const Scene scene = pointsToMeasure(lens);
-    composer.composeForPainter(&*workers);
-    const double cpu_ms = frameTime(scene);
-    composer.composeForPainter(nullptr);
-    const double gl_ms = frameTime(scene);
+    const double cpu_ms = imageTime(*cpu, scene), gl_ms = imageTime(*gl, scene);
     description = fmt::format("drawn by {} ({:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
                               cpu_ms < gl_ms ? "the CPU" : "OpenGL", cpu_ms, gl_ms);
-    if (cpu_ms < gl_ms) {
-      dropDrawer();
-    } else {
-      painter.reset();
-      workers.reset();
-    }
+    (cpu_ms < gl_ms ? gl : cpu).reset();
   }
 
   /// The best of a few: the first makes buffers and machine code, any may be disturbed. ms
-  double frameTime(const Scene& scene) {
+  double imageTime(ImageDrawer& by, const Scene& scene) {
     using Clock = std::chrono::steady_clock;
     double best = 1e9;
     Image image;
     for (int i = 0; i < 4; ++i) {
       const Clock::time_point begin = Clock::now();
-      render(scene, {}, image);
+      render(by, scene, {}, image);
       best =
           std::min(best, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
     }
     return best;
   }
 
-  void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image) {
-    const LightFrame& frame = composer.compose(scene, T_projector_world);
-    image.width = width;
-    image.height = height;
-    image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    if (composer.isForPainter()) {
-      painter->paint(frame, image.rgb.data());
-    } else {
-      context.makeCurrent();
-      drawer->draw(frame, image);
-    }
+  void render(ImageDrawer& by, const Scene& scene,
+              const Rigid<Projector, World>& T_projector_world, Image& image) {
+    image.width = lens.width;
+    image.height = lens.height;
+    image.rgb.resize(3 * static_cast<std::size_t>(lens.width) *
+                     static_cast<std::size_t>(lens.height));
+    by.draw(composer.compose(scene, T_projector_world), image);
   }
 
-  void dropDrawer() {
-    if (drawer) context.makeCurrent();
-    drawer.reset();
-  }
-
-  GlContext& context;
-  int width, height;
+  calib::Lens lens;
   LightComposer composer;
-  std::optional<Workers> workers;
-  std::optional<FramePainter> painter;
-  std::optional<LightDrawer> drawer;
+  std::unique_ptr<ImageDrawer> drawer;
   std::string description;
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)
-    : impl_(std::make_unique<Impl>(context, lens)) {
-  impl_->choose(drawing, lens);
+    : impl_(std::make_unique<Impl>(lens)) {
+  impl_->choose(drawing, context);
 }
 
 ProjectorRenderer::~ProjectorRenderer() = default;
@@ -133,13 +108,13 @@ ProjectorRenderer::~ProjectorRenderer() = default;
 Image ProjectorRenderer::render(const Scene& scene,
                                 const Rigid<Projector, World>& T_projector_world) {
   Image image;
-  impl_->render(scene, T_projector_world, image);
+  render(scene, T_projector_world, image);
   return image;
 }
 
 void ProjectorRenderer::render(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                                Image& image) {
-  impl_->render(scene, T_projector_world, image);
+  impl_->render(*impl_->drawer, scene, T_projector_world, image);
 }
 
 const std::string& ProjectorRenderer::description() const { return impl_->description; }

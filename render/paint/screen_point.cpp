@@ -1,4 +1,4 @@
-#include "render/paint/point_order.hpp"
+#include "render/paint/screen_point.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,7 @@
+#include "render/paint/outline_projector.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <utility>
-
-#include "render/paint/float_lens.hpp"
-#include "render/paint/sprites.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -56,10 +54,10 @@ void findHull(std::vector<Corner>& corners, std::vector<Corner>& hull) {
   addHalf(corners.rbegin(), corners.rend());
 }
 
-SpriteRun append(Sprite sprite, const std::vector<Corner>& corners, float depth, Sprites& out) {
-  SpriteRun run{static_cast<std::uint32_t>(out.used), 0, sprite.color >> 24 == 255,
-                static_cast<double>(depth)};
-  if (corners.size() < 3) return run;
+Piece append(Sprite sprite, const std::vector<Corner>& corners, float depth, Sprites& out) {
+  Piece piece{Piece::Kind::Outlines, sprite.color >> 24 == 255,
+              static_cast<std::uint32_t>(out.used), 0, static_cast<double>(depth)};
+  if (corners.size() < 3) return piece;
   sprite.first = static_cast<std::uint32_t>(out.used_corners);
   sprite.count = static_cast<std::uint32_t>(corners.size());
   if (out.corners.size() < out.used_corners + corners.size()) {
@@ -70,15 +68,15 @@ SpriteRun append(Sprite sprite, const std::vector<Corner>& corners, float depth,
   out.used_corners += corners.size();
   if (out.all.size() == out.used) out.all.resize(2 * out.used + 16);
   out.all[out.used++] = sprite;
-  run.count = 1;
-  return run;
+  piece.count = 1;
+  return piece;
 }
 
 }  // namespace
 
-SpriteRun SpriteProjector::projectOutline(const std::vector<OutlinePoint>& points,
-                                          const std::vector<std::array<std::uint32_t, 2>>& edges,
-                                          std::uint32_t color, Sprites& out) {
+Piece OutlineProjector::projectEdges(const std::vector<OutlinePoint>& points,
+                                     const std::vector<std::array<std::uint32_t, 2>>& edges,
+                                     std::uint32_t color, Sprites& out) {
   corners_.clear();
   for (const OutlinePoint& point : points) corners_.push_back(seen(point));
   Sprite sprite;
@@ -92,8 +90,8 @@ SpriteRun SpriteProjector::projectOutline(const std::vector<OutlinePoint>& point
   return append(sprite, outline_, points.front().depth, out);
 }
 
-SpriteRun SpriteProjector::projectHull(const OutlinePoint* points, std::size_t count,
-                                       std::uint32_t color, Sprites& out) {
+Piece OutlineProjector::projectHull(const OutlinePoint* points, std::size_t count,
+                                    std::uint32_t color, Sprites& out) {
   corners_.clear();
   Sprite sprite;
   sprite.color = color;
@@ -109,7 +107,7 @@ SpriteRun SpriteProjector::projectHull(const OutlinePoint* points, std::size_t c
   return append(sprite, outline_, sprite.depth, out);
 }
 
-Corner SpriteProjector::seen(const OutlinePoint& point) const {
+Corner OutlineProjector::seen(const OutlinePoint& point) const {
   Corner corner;
   lens_.project(point.x, point.y, corner.x, corner.y);
   return {corner.x + 0.5f, corner.y + 0.5f};

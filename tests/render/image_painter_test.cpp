@@ -1,19 +1,21 @@
-// Frames drawn by the CPU, without any GL: where things land, what they cover, what hides what.
-#include "render/paint/frame_painter.hpp"
+// Images drawn by the CPU, without any GL: where things land, what they cover, what hides what.
+#include "render/paint/image_painter.hpp"
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <thread>
 
-#include "render/paint/point_order.hpp"
 #include "render/paint/point_projector.hpp"
 #include "render/paint/polygon_coverage.hpp"
 #include "tests/support/optics.hpp"
 
-namespace afterglow::render::frame_painter_test {
+namespace afterglow::render::image_painter_test {
 namespace {
 
 constexpr int kWidth = 96, kHeight = 80;
@@ -27,7 +29,7 @@ ScreenPoint pointAt(double u, double v, std::uint32_t color, std::uint32_t order
   return point;
 }
 
-class FramePainterTest : public ::testing::Test {
+class ImagePainterTest : public ::testing::Test {
  protected:
   /// One run of all points.
   void paint(const std::vector<ScreenPoint>& points, float size_px, bool is_ordered = true) {
@@ -38,15 +40,15 @@ class FramePainterTest : public ::testing::Test {
     paint(points, {run});
   }
   void paint(const std::vector<ScreenPoint>& points, const std::vector<PointRun>& runs) {
-    LightFrame frame;
-    frame.screen_points = points;
-    frame.runs = runs;
-    frame.layers.resize(1);
+    PaintList list;
+    list.screen_points = points;
+    list.runs = runs;
+    list.layers.resize(1);
     for (std::uint32_t i = 0; i < runs.size(); ++i) {
-      frame.layers[0].steps.push_back({LightStep::Kind::Run, i, 1});
+      list.layers[0].pieces.push_back({Piece::Kind::Points, false, i, 1, 0});
     }
     rgb_.assign(3 * kWidth * kHeight, 77);
-    painter_.paint(frame, rgb_.data());
+    painter_.paint(list, rgb_.data());
   }
   int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
   int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }
@@ -60,11 +62,11 @@ class FramePainterTest : public ::testing::Test {
   }
 
   Workers workers_;
-  FramePainter painter_{test::lens(kWidth, kHeight, 100, 48, 40), workers_};
+  ImagePainter painter_{test::lens(kWidth, kHeight, 100, 48, 40), workers_};
   std::vector<std::uint8_t> rgb_;
 };
 
-TEST_F(FramePainterTest, givesEachPixelTheShareThatIsCovered) {
+TEST_F(ImagePainterTest, givesEachPixelTheShareThatIsCovered) {
   for (const float size : {0.5f, 1.f, 2.5f, 3.f, 24.f}) {
     // The second lies on the border between two bands.
     for (const Eigen::Vector2d& at : {Eigen::Vector2d(40.3, 20.71), {33.125, 31.6}}) {
@@ -78,7 +80,7 @@ TEST_F(FramePainterTest, givesEachPixelTheShareThatIsCovered) {
   }
 }
 
-TEST_F(FramePainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
+TEST_F(ImagePainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
   paint({}, 3);
   EXPECT_EQ(*std::max_element(rgb_.begin(), rgb_.end()), 0);
   paint({pointAt(0, 0, 0xffffffff), pointAt(kWidth - 1, kHeight - 1, 0xffffffff),
@@ -88,7 +90,7 @@ TEST_F(FramePainterTest, isBlackWhereNothingIsAndCutsAtTheBorder) {
   EXPECT_NEAR(redAreaAndCenter()[0], 8, 0.01);
 }
 
-TEST_F(FramePainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
+TEST_F(ImagePainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
   const std::uint32_t kRed = 0xff0000ff, kGreen = 0xff00ff00;
   paint({pointAt(10.5, 10, kGreen, 2), pointAt(10, 10, kRed, 1)}, 3);
   EXPECT_EQ(red(10, 10), 0);
@@ -100,7 +102,7 @@ TEST_F(FramePainterTest, paintsTheFarthestFirstAndMixesAtTheRim) {
   EXPECT_NEAR(green(10, 10), 64, 1);
 }
 
-TEST_F(FramePainterTest, keepsRunsApart) {
+TEST_F(ImagePainterTest, keepsRunsApart) {
   PointRun first, second;
   first.count = second.count = second.first = 1;
   first.size_px = second.size_px = 3;
@@ -176,18 +178,51 @@ TEST(PointOrder, sortsByAllBitsAndKeepsEqualsInOrder) {
 }
 
 TEST(Workers, hasAllOfAJobDoneAndPassesFailuresOn) {
-  Workers workers;
-  for (int i = 0; i < 200; ++i) {
-    int done[Workers::kCount] = {};
-    workers.run([&](int worker) { ++done[worker]; });
-    EXPECT_EQ(done[0] + done[1], 2);
+  for (const int count : {1, 2, 5}) {
+    Workers workers(count);
+    ASSERT_EQ(workers.count(), count);
+    for (int i = 0; i < 200; ++i) {
+      std::vector<int> done(static_cast<std::size_t>(count));
+      workers.run([&](int worker) { ++done[static_cast<std::size_t>(worker)]; });
+      EXPECT_EQ(done, std::vector<int>(static_cast<std::size_t>(count), 1));
+    }
+    for (int failing = 0; failing < count; ++failing) {
+      EXPECT_THROW(workers.run([&](int worker) {
+        if (worker == failing) throw std::runtime_error("no memory");
+      }),
+                   std::runtime_error);
+    }
   }
-  for (int failing = 0; failing < Workers::kCount; ++failing) {
-    EXPECT_THROW(workers.run([&](int worker) {
-      if (worker == failing) throw std::runtime_error("no memory");
-    }),
-                 std::runtime_error);
+}
+
+TEST(Workers, shareEveryItemOnceAndLeaveFewToOne) {
+  Workers workers(3);
+  for (const std::size_t items : {0u, 5u, 10'000u, 10'001u}) {
+    std::vector<int> done(items);
+    std::atomic<int> parts{0};
+    workers.share(items, [&](int, std::size_t begin, std::size_t end) {
+      ++parts;
+      for (std::size_t i = begin; i < end; ++i) ++done[i];
+    });
+    EXPECT_EQ(std::count(done.begin(), done.end(), 1), static_cast<std::ptrdiff_t>(items));
+    EXPECT_EQ(parts, workers.sharers(items));
+    EXPECT_EQ(parts, items < 100 ? 1 : 3);
   }
+}
+
+TEST(Workers, areAsManyAsTheMachineHasProcessorsAndNotTooMany) {
+  EXPECT_GE(Workers::usualCount(), 1);
+  EXPECT_LE(Workers::usualCount(), Workers::kMost);
+  EXPECT_LE(Workers::usualCount(), std::max(1u, std::thread::hardware_concurrency()));
+  cpu_set_t all, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof(all), &all), 0);
+  CPU_ZERO(&one);
+  for (int i = 0; CPU_COUNT(&one) == 0; ++i) {
+    if (CPU_ISSET(i, &all)) CPU_SET(i, &one);
+  }
+  ASSERT_EQ(sched_setaffinity(0, sizeof(one), &one), 0);
+  EXPECT_EQ(Workers::usualCount(), 1);
+  ASSERT_EQ(sched_setaffinity(0, sizeof(all), &all), 0);
 }
 
 // ---------------------------------------------------------------------------------- projection
@@ -289,4 +324,4 @@ TEST(PointProjector, ordersByDistanceOrHeightOnlyWhereItShows) {
 }
 
 }  // namespace
-}  // namespace afterglow::render::frame_painter_test
+}  // namespace afterglow::render::image_painter_test

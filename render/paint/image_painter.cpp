@@ -1,9 +1,8 @@
-#include "render/paint/frame_painter.hpp"
+#include "render/paint/image_painter.hpp"
 
 #include <atomic>
 
 #include "render/paint/packed_color.hpp"
-#include "render/paint/point_order.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -16,42 +15,39 @@ float evenOdd(float sum) {
 
 }  // namespace
 
-FramePainter::FramePainter(const calib::Lens& lens, Workers& workers)
+ImagePainter::ImagePainter(const calib::Lens& lens, Workers& workers)
     : width_(lens.width),
       height_(lens.height),
       bands_((lens.height + kBandRows - 1) / kBandRows),
       lens_(lens),
       workers_(workers),
-      benches_{Bench(lens.width), Bench(lens.width)} {}
+      benches_(static_cast<std::size_t>(workers.count()), Bench(lens.width)) {}
 
-void FramePainter::paint(const LightFrame& frame, std::uint8_t* rgb) {
-  project(frame);
-  addJobs(frame);
+void ImagePainter::paint(const PaintList& list, std::uint8_t* rgb) {
+  project(list);
+  addJobs(list);
   std::atomic<int> next{0};
   workers_.run([&](int worker) {
     Bench& bench = benches_[static_cast<std::size_t>(worker)];
-    for (int band = next++; band < bands_; band = next++) paintBand(frame, band, bench, rgb);
+    for (int band = next++; band < bands_; band = next++) paintBand(list, band, bench, rgb);
   });
 }
 
-void FramePainter::project(const LightFrame& frame) {
-  vertices_.resize(frame.vertices.size());
-  workers_.run(
-      [&](int worker) {
-        if (lens_.is_fisheye) {
-          projectPart<true>(frame, worker);
-        } else {
-          projectPart<false>(frame, worker);
-        }
-      },
-      vertices_.size());
+void ImagePainter::project(const PaintList& list) {
+  vertices_.resize(list.triangles.vertices.size());
+  workers_.share(vertices_.size(), [&](int, std::size_t begin, std::size_t end) {
+    if (lens_.is_fisheye) {
+      projectPart<true>(list, begin, end);
+    } else {
+      projectPart<false>(list, begin, end);
+    }
+  });
 }
 
 template <bool kFisheye>
-void FramePainter::projectPart(const LightFrame& frame, int worker) {
-  const auto part = [&](int k) { return vertices_.size() * static_cast<unsigned>(k) / 2; };
-  for (std::size_t i = part(worker); i < part(worker + 1); ++i) {
-    const LightVertex& vertex = frame.vertices[i];
+void ImagePainter::projectPart(const PaintList& list, std::size_t begin, std::size_t end) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const LightVertex& vertex = list.triangles.vertices[i];
     const float inverse = 1 / vertex.z;
     float u, v;
     lens_.project<kFisheye>(vertex.x * inverse, vertex.y * inverse, u, v);
@@ -59,52 +55,55 @@ void FramePainter::projectPart(const LightFrame& frame, int worker) {
   }
 }
 
-void FramePainter::addJobs(const LightFrame& frame) {
+void ImagePainter::addJobs(const PaintList& list) {
   jobs_.clear();
   face_bins_.begin(bands_);
   sprite_bins_.begin(bands_);
   point_bins_.begin(bands_);
   bool was_flattened = false;
-  for (const LightLayer& layer : frame.layers) {
+  for (const ExpandedLayer& layer : list.layers) {
     if (layer.flattened || was_flattened) jobs_.push_back({Job::Kind::Flatten});
     was_flattened = layer.flattened;
-    for (const LightStep& step : layer.steps) {
+    for (const Piece& piece : layer.pieces) {
       Job job{Job::Kind::Triangles};
       job.mask = layer.mask;
-      job.is_opaque = step.kind == LightStep::Kind::Opaque;
-      if (step.kind == LightStep::Kind::Run) {
-        const PointRun& run = frame.runs[step.first];
-        job.kind = Job::Kind::Points;
-        job.bins = static_cast<std::uint32_t>(point_bins_.runs());
-        job.brush = &brushes_.try_emplace(run.size_px, run.size_px).first->second;
-        job.is_ordered = run.is_ordered;
-        addPoints(frame, run, *job.brush);
-      } else if (step.kind == LightStep::Kind::Sprites) {
-        const SpriteRun& run = frame.sprite_runs[step.first];
-        job.kind = Job::Kind::Sprites;
-        job.bins = static_cast<std::uint32_t>(sprite_bins_.runs());
-        job.is_opaque = run.is_opaque;
-        addSprites(frame.sprites, run);
-      } else {
-        job.bins = static_cast<std::uint32_t>(face_bins_.runs());
-        addTriangles(frame, step);
+      job.is_opaque = piece.is_opaque;
+      switch (piece.kind) {
+        case Piece::Kind::Points: {
+          const PointRun& run = list.runs[piece.first];
+          job.kind = Job::Kind::Points;
+          job.bins = static_cast<std::uint32_t>(point_bins_.runs());
+          job.brush = &brushes_.try_emplace(run.size_px, run.size_px).first->second;
+          job.is_ordered = run.is_ordered;
+          addPoints(list, run, *job.brush);
+          break;
+        }
+        case Piece::Kind::Outlines:
+          job.kind = Job::Kind::Sprites;
+          job.bins = static_cast<std::uint32_t>(sprite_bins_.runs());
+          addSprites(list.sprites, piece);
+          break;
+        case Piece::Kind::Triangles:
+          job.bins = static_cast<std::uint32_t>(face_bins_.runs());
+          addTriangles(list, piece);
+          break;
       }
       jobs_.push_back(job);
     }
   }
 }
 
-void FramePainter::addPoints(const LightFrame& frame, const PointRun& run,
+void ImagePainter::addPoints(const PaintList& list, const PointRun& run,
                              const PointBrush& brush) {
-  const ScreenPoint* points = frame.screen_points.data() + run.first;
+  const ScreenPoint* points = list.screen_points.data() + run.first;
   point_bins_.add(
       run.count, workers_, [&](std::size_t i) { return brush.rows(points[i]); },
       [&](std::size_t i) { return points[i]; });
 }
 
-void FramePainter::addSprites(const Sprites& sprites, const SpriteRun& run) {
+void ImagePainter::addSprites(const Sprites& sprites, const Piece& piece) {
   const auto rowsOf = [&](std::size_t i) {
-    const Sprite& sprite = sprites.all[run.first + i];
+    const Sprite& sprite = sprites.all[piece.first + i];
     const Corner* corners = &sprites.corners[sprite.first];
     float top = corners[0].y, bottom = top;
     for (std::uint32_t k = 1; k < sprite.count; ++k) {
@@ -113,20 +112,20 @@ void FramePainter::addSprites(const Sprites& sprites, const SpriteRun& run) {
     }
     return Rows{static_cast<int>(std::floor(top)), static_cast<int>(std::floor(bottom))};
   };
-  sprite_bins_.add(run.count, workers_, rowsOf,
-                   [&](std::size_t i) { return static_cast<std::uint32_t>(run.first + i); });
+  sprite_bins_.add(piece.count, workers_, rowsOf,
+                   [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
 }
 
 /// Ribbons, boxes and tubes come as pairs of triangles: as quads they are half the work.
-void FramePainter::findFaces(const LightFrame& frame, const LightStep& step) {
+void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
   const auto turnsRight = [this](const std::uint32_t* at) {
     const Corner &a = vertices_[at[0]].at, &b = vertices_[at[1]].at, &c = vertices_[at[2]].at;
     return (b.x - a.x) * (c.y - a.y) > (b.y - a.y) * (c.x - a.x);
   };
   faces_.clear();
-  const std::uint32_t end = step.first + step.count;
-  for (std::uint32_t i = step.first; i < end; i += 3) {
-    const std::uint32_t* at = &frame.indices[i];
+  const std::uint32_t end = piece.first + piece.count;
+  for (std::uint32_t i = piece.first; i < end; i += 3) {
+    const std::uint32_t* at = &list.triangles.indices[i];
     const auto color = [&](int k) { return vertices_[at[k]].color; };
     const bool is_quad = i + 3 < end && at[3] == at[0] && at[4] == at[2] && color(0) == color(1) &&
                          color(1) == color(2) && color(2) == color(5) &&
@@ -136,10 +135,10 @@ void FramePainter::findFaces(const LightFrame& frame, const LightStep& step) {
   }
 }
 
-void FramePainter::addTriangles(const LightFrame& frame, const LightStep& step) {
-  findFaces(frame, step);
+void ImagePainter::addTriangles(const PaintList& list, const Piece& piece) {
+  findFaces(list, piece);
   const auto rowsOf = [&](std::size_t i) {
-    const std::uint32_t* at = &frame.indices[faces_[i].first];
+    const std::uint32_t* at = &list.triangles.indices[faces_[i].first];
     auto [top, bottom] =
         std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y, vertices_[at[2]].at.y});
     if (faces_[i].is_quad) {
@@ -154,12 +153,12 @@ void FramePainter::addTriangles(const LightFrame& frame, const LightStep& step) 
   face_bins_.add(faces_.size(), workers_, rowsOf, [&](std::size_t i) { return faces_[i]; });
 }
 
-ScreenTriangle FramePainter::triangle(const LightFrame& frame, std::uint32_t first) const {
-  const std::uint32_t* at = &frame.indices[first];
+ScreenTriangle ImagePainter::triangle(const PaintList& list, std::uint32_t first) const {
+  const std::uint32_t* at = &list.triangles.indices[first];
   return {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]]};
 }
 
-void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
+void ImagePainter::paintBand(const PaintList& list, int band, Bench& bench,
                              std::uint8_t* rgb) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
   bench.canvas.clear();
@@ -171,15 +170,15 @@ void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
         break;
       case Job::Kind::Points:
         if (point_bins_.bin(job.bins, band).count == 0) break;
-        paintPoints(job, band, maskOf(frame, job, band, bench), bench);
+        paintPoints(job, band, maskOf(list, job, band, bench), bench);
         break;
       case Job::Kind::Triangles:
         if (face_bins_.bin(job.bins, band).count == 0) break;
-        paintSolid(frame, job, band, maskOf(frame, job, band, bench), bench);
+        paintSolid(list, job, band, maskOf(list, job, band, bench), bench);
         break;
       case Job::Kind::Sprites:
         if (sprite_bins_.bin(job.bins, band).count == 0) break;
-        paintSolid(frame, job, band, maskOf(frame, job, band, bench), bench);
+        paintSolid(list, job, band, maskOf(list, job, band, bench), bench);
         break;
     }
   }
@@ -192,7 +191,7 @@ void FramePainter::paintBand(const LightFrame& frame, int band, Bench& bench,
   }
 }
 
-void FramePainter::paintPoints(const Job& job, int band, const std::uint16_t* mask,
+void ImagePainter::paintPoints(const Job& job, int band, const std::uint16_t* mask,
                                Bench& bench) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
   const auto& bin = point_bins_.bin(job.bins, band);
@@ -204,7 +203,7 @@ void FramePainter::paintPoints(const Job& job, int band, const std::uint16_t* ma
 }
 
 /// What is translucent is painted by itself first: each pixel takes its nearest surface.
-void FramePainter::paintSolid(const LightFrame& frame, const Job& job, int band,
+void ImagePainter::paintSolid(const PaintList& list, const Job& job, int band,
                               const std::uint16_t* mask, Bench& bench) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
   Canvas& canvas = job.is_opaque ? bench.canvas : bench.glass;
@@ -212,44 +211,44 @@ void FramePainter::paintSolid(const LightFrame& frame, const Job& job, int band,
     const auto& bin = sprite_bins_.bin(job.bins, band);
     const std::uint32_t* items = sprite_bins_.items(bin);
     for (std::size_t i = 0; i < bin.count; ++i) {
-      const Sprite& sprite = frame.sprites.all[items[i]];
-      bench.brush.paint(sprite, &frame.sprites.corners[sprite.first], row_begin, row_end, mask,
+      const Sprite& sprite = list.sprites.all[items[i]];
+      bench.brush.paint(sprite, &list.sprites.corners[sprite.first], row_begin, row_end, mask,
                         canvas);
     }
   } else {
     const auto& bin = face_bins_.bin(job.bins, band);
     const Face* faces = face_bins_.items(bin);
     for (std::size_t i = 0; i < bin.count; ++i) {
-      paintFace(frame, faces[i], row_begin, row_end, mask, bench, canvas);
+      paintFace(list, faces[i], row_begin, row_end, mask, bench, canvas);
     }
   }
   if (!job.is_opaque) bench.canvas.lay(bench.glass);
 }
 
-void FramePainter::paintFace(const LightFrame& frame, const Face& face, int row_begin, int row_end,
+void ImagePainter::paintFace(const PaintList& list, const Face& face, int row_begin, int row_end,
                              const std::uint16_t* mask, Bench& bench, Canvas& canvas) const {
   if (!face.is_quad) {
-    bench.brush.paint(triangle(frame, face.first), row_begin, row_end, mask, canvas);
+    bench.brush.paint(triangle(list, face.first), row_begin, row_end, mask, canvas);
     return;
   }
-  const std::uint32_t* at = &frame.indices[face.first];
+  const std::uint32_t* at = &list.triangles.indices[face.first];
   const ScreenQuad quad = {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]], vertices_[at[5]]};
   bench.brush.paint(quad, row_begin, row_end, mask, canvas);
 }
 
 /// Outlines are few and made of few triangles: they need no bins.
-const std::uint16_t* FramePainter::maskOf(const LightFrame& frame, const Job& job, int band,
+const std::uint16_t* ImagePainter::maskOf(const PaintList& list, const Job& job, int band,
                                           Bench& bench) const {
   if (job.mask < 0) return nullptr;
   if (bench.mask_index == job.mask) return bench.mask.data();
   bench.mask_index = job.mask;
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
-  const LightMask& mask = frame.masks[static_cast<std::size_t>(job.mask)];
+  const LightMask& mask = list.triangles.masks[static_cast<std::size_t>(job.mask)];
   std::fill(bench.mask.begin(), bench.mask.end(), static_cast<std::uint16_t>(kWhole));
   const auto multiply = [&](const LightOutline& outline, bool inside) {
     std::fill(bench.mask_sums.begin(), bench.mask_sums.end(), 0.f);
     for (std::uint32_t i = 0; i < outline.count; i += 3) {
-      bench.brush.add(triangle(frame, outline.first + i), row_begin, row_end,
+      bench.brush.add(triangle(list, outline.first + i), row_begin, row_end,
                       bench.mask_sums.data());
     }
     for (std::size_t i = 0; i < bench.mask.size(); ++i) {

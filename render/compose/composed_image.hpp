@@ -1,0 +1,54 @@
+/// \file
+/// What an image through a projector's lens is to show: the steps of its drawing in their order,
+/// with where each step's light goes. Each back end expands a step in its own way.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "render/scene/eye.hpp"
+#include "render/scene/relief_placer.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+/// Points reach this far (px) over the image's border before they are dropped.
+constexpr float kPointMargin = 128;
+
+/// From the world to the image.
+struct Placed {
+  /// Placement on a surface, then the projector's pose.
+  Eigen::Matrix4d P_optical_world = Eigen::Matrix4d::Identity();
+  /// Height over the surface = height . p_world
+  Eigen::Vector4d height = Eigen::Vector4d::Zero();
+  /// Flattened layers hide by height over the surface and lie over what was drawn before; the
+  /// others hide each other by distance.
+  bool flattened = false;
+  float gain = 1;  ///< of sRGB components
+};
+
+/// Optical frame, meters; cut to what the lens shows, its edges straight there.
+using SeenOutline = std::vector<Eigen::Vector3d>;
+/// Where a surface catches light. The even-odd rule says what is inside of an outline.
+struct ComposedMask {
+  std::optional<SeenOutline> outline;  ///< none: the surface is endless
+  std::vector<SeenOutline> shades;     ///< surfaces before it
+};
+
+struct ComposedLayer {
+  Placed placed;
+  Eye eye;                         ///< whom flat things face, and whose lens shows round things
+  ReliefPlacer* relief = nullptr;  ///< lays meshes on the surface's relief; nullptr: it is flat
+  int mask = -1;                   ///< of the image's masks; -1: light may go anywhere
+  /// To be drawn, each a step. Clouds of PointStyle::Points are on the relief already.
+  std::vector<const Drawable*> steps;
+};
+
+/// Layers in the order in which they are drawn.
+struct ComposedImage {
+  std::vector<ComposedMask> masks;
+  std::vector<ComposedLayer> layers;
+};
+
+}  // namespace afterglow::render

@@ -1,0 +1,115 @@
+#include "render/compose/light_composer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/scene/surface_outline.hpp"
+
+namespace afterglow::render {
+
+LightComposer::LightComposer(const calib::Lens& lens) : domain_(lens), cutter_(domain_) {}
+
+const ComposedImage& LightComposer::compose(const Scene& scene,
+                                            const Rigid<Projector, World>& T_projector_world) {
+  scene_ = &scene;
+  T_projector_world_ = T_projector_world;
+  image_.masks.clear();
+  image_.layers.clear();
+  masked_.clear();
+  placer_count_ = 0;
+  laid_.clear();
+  for (const Layer& layer : scene.layers) addLayer(layer);
+  return image_;
+}
+
+void LightComposer::addLayer(const Layer& layer) {
+  ComposedLayer out;
+  Placed& placed = out.placed;
+  placed.P_optical_world = T_projector_world_.matrix().matrix() * placementMatrix(layer);
+  placed.flattened = layer.placement != Placement::Direct;
+  placed.height = layer.surface ? heightRow(*layer.surface) : Eigen::Vector4d::Zero();
+  placed.gain = std::pow(std::max(0.f, layer.gain), 1 / 2.2f);
+  out.eye = eyeOfLayer(layer, T_projector_world_, domain_.focal().mean());
+  if (layer.surface) out.mask = maskOf(*layer.surface);
+  if (placed.flattened && layer.surface->relief) {
+    placed.P_optical_world = T_projector_world_.matrix().matrix();
+    out.relief = &placerFor(layer);
+  }
+  out.steps.reserve(layer.drawables.size());
+  for (const Drawable& drawable : layer.drawables) {
+    const bool is_laid_here = out.relief != nullptr && pixelCloud(drawable.shape) != nullptr;
+    out.steps.push_back(is_laid_here ? &laid(drawable, *out.relief) : &drawable);
+  }
+  image_.layers.push_back(std::move(out));
+}
+
+ReliefPlacer& LightComposer::placerFor(const Layer& layer) {
+  if (placer_count_ == placers_.size()) placers_.emplace_back();
+  ReliefPlacer& placer = placers_[placer_count_++];
+  placer.begin(layer, T_projector_world_.matrix().inverse().translation());
+  return placer;
+}
+
+/// A cloud's points on the relief, in world coordinates.
+const Drawable& LightComposer::laid(const Drawable& drawable, const ReliefPlacer& relief) {
+  const PointCloud& cloud = *pixelCloud(drawable.shape);
+  PointCloud out;
+  out.style = cloud.style;
+  out.size = cloud.size;
+  PointList points;
+  ColorList colors;
+  const ColorList& own_colors = cloud.colors;
+  const PointList& own_points = cloud.points;
+  for (std::size_t i = 0; i < own_points.size(); ++i) {
+    if (!own_points[i].allFinite()) continue;
+    const auto spot = relief.place(drawable.pose.matrix() * own_points[i].cast<double>());
+    if (!spot) continue;
+    points.push_back(spot->cast<float>());
+    if (i < own_colors.size()) colors.push_back(own_colors[i]);
+  }
+  out.points = std::move(points);
+  out.colors = std::move(colors);
+  laid_.push_back({{}, std::move(out), drawable.color});
+  return laid_.back();
+}
+
+int LightComposer::maskOf(const SurfacePatch& surface) {
+  const auto known = std::find_if(masked_.begin(), masked_.end(), [&](const SurfacePatch* other) {
+    return isSame(*other, surface);
+  });
+  if (known != masked_.end()) return static_cast<int>(known - masked_.begin());
+  ComposedMask mask;
+  // A relief ends within the outline by itself, at its own height.
+  if (!surface.polygon.empty() && !surface.relief) {
+    mask.outline = seenOutline(outlineInWorld(surface));
+  }
+  const Eigen::Vector3d p_lens = T_projector_world_.matrix().inverse().translation();
+  for (const SurfacePatch& other : scene_->surfaces) {
+    if (other.name == surface.name || other.polygon.empty()) continue;
+    const auto before = partBefore(surface, outlineInWorld(other), p_lens);
+    if (before.size() < 3) continue;
+    SeenOutline shade = seenOutline(before);
+    if (shade.size() >= 3) mask.shades.push_back(std::move(shade));
+  }
+  if (!mask.outline && mask.shades.empty()) return -1;
+  masked_.push_back(&surface);
+  image_.masks.push_back(std::move(mask));
+  return static_cast<int>(masked_.size()) - 1;
+}
+
+SeenOutline LightComposer::seenOutline(const std::vector<Eigen::Vector3d>& corners_world) {
+  corners_.clear();
+  for (const Eigen::Vector3d& p_world : corners_world) {
+    CutVertex vertex;
+    vertex.p_optical = (T_projector_world_.matrix() * p_world).homogeneous();
+    vertex.color.setZero();
+    corners_.push_back(vertex);
+  }
+  SeenOutline seen;
+  for (const CutVertex& vertex : cutter_.cutOutline(corners_)) {
+    seen.push_back(vertex.p_optical.hnormalized());
+  }
+  return seen;
+}
+
+}  // namespace afterglow::render

@@ -1,0 +1,51 @@
+/// \file
+/// Drawing a scene through a projector's lens.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "calib/frames.hpp"
+#include "calib/lens.hpp"
+#include "render/gl/gl_context.hpp"
+#include "render/scene/image.hpp"
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+/// Who draws. The image is the same but for edges: the CPU gives each pixel the exact share that is
+/// covered (CpuDrawer), OpenGL takes four samples.
+enum class Drawing {
+  Measured,  ///< whoever is faster here: each draws a few images in the renderer's making
+  Gl,
+  Cpu,  ///< no OpenGL is needed
+};
+
+/// What a projector has to show so that the scene's light lands where the scene says.
+/// Geometry is exact at vertices (placement, off-axis frustum from K with any principal point,
+/// distortion); edges are subdivided until the lens bends them by less than 0.1 px. Black where
+/// nothing is drawn. Content that the lens model folds back is clipped.
+///
+/// Light, not ink: every shape has its full flat color, where RViz's headlight shades solids; a
+/// shaded side would only be a darker projection. Alpha blends over black in sRGB values, as
+/// RViz's; of a translucent thing each pixel takes the nearest surface only. Direct layers hide
+/// each other by distance. A draped or viewer-placed one lies flat: it hides itself by height over
+/// the surface, and lies over the layers before it.
+class ProjectorRenderer {
+ public:
+  /// Throws std::runtime_error where OpenGL is wanted and cannot be used.
+  ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing = Drawing::Cpu);
+  ~ProjectorRenderer();
+  /// Throws std::logic_error as placementMatrix does.
+  Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
+  /// The same into an image whose memory is used again.
+  void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
+  /// Who draws, and why; for people.
+  const std::string& description() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace afterglow::render
