@@ -1,6 +1,6 @@
 /// \file
-/// From the drawn picture to the one that is sent to a projector: its measured response, the limit
-/// of its light, the mirrors it is seen by. GL-free.
+/// From the drawn image to the one that is sent to a projector: the projector's measured response,
+/// the limit of its light, its mirrors. GL-free.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ inline const std::vector<std::string> kMirrorNames = {"none", "horizontal", "ver
 /// A mirror and calibration: the lens and everything else that is calibrated describe the picture
 /// *before* it is mirrored here, since no lens and pose can describe a reflection. So calibrate
 /// with the same mirror (calibrator_node's ~mirror): the thrown tags are then upright on the wall.
-/// Where the projector's own menu mirrors (rear or ceiling projection), none is needed here.
+/// Where the projector's own menu mirrors (rear or ceiling projection), no mirror is needed here.
 struct LightSettings {
-  /// Measured response of red, green and blue: light = (value / 255)^gamma. None: sRGB's curve.
+  /// Measured response of red, green and blue: light = (value / 255)^gamma. Absent: sRGB's curve.
   std::optional<std::array<double, 3>> gamma;
   /// Share of its full light that white gets, in (linear) light; all else dims in proportion.
   double max_brightness = 1;

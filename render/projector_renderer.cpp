@@ -14,7 +14,7 @@
 namespace afterglow::render {
 namespace {
 
-/// What the ways of drawing are measured with: a cloud of a depth camera's coarsest image, a
+/// The scene by which the back ends are measured: a cloud of a depth camera's coarsest image, a
 /// meter before the lens.
 Scene pointsToMeasure(const calib::Lens& lens) {
   constexpr int kColumns = 160, kRows = 120;

@@ -13,15 +13,15 @@
 
 namespace afterglow::render {
 
-/// Who draws. The image is the same but for edges: the CPU gives each pixel the exact share that is
-/// covered (CpuDrawer), OpenGL takes four samples.
+/// The back end that draws. The image is the same but for edges: the CPU gives each pixel the
+/// exact share that is covered (CpuDrawer), OpenGL takes four samples.
 enum class Drawing {
-  Measured,  ///< whoever is faster here: each draws a few images in the renderer's making
+  Measured,  ///< the faster one here: each draws a few images in the renderer's making
   Gl,
   Cpu,  ///< no OpenGL is needed
 };
 
-/// What a projector has to show so that the scene's light lands where the scene says.
+/// The image that a projector has to show so that the scene's light lands where the scene says.
 /// Geometry is exact at vertices (placement, off-axis frustum from K with any principal point,
 /// distortion); edges are subdivided until the lens bends them by less than 0.1 px. Black where
 /// nothing is drawn. Content that the lens model folds back is clipped.
@@ -40,7 +40,7 @@ class ProjectorRenderer {
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
   /// The same into an image whose memory is used again.
   void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
-  /// Who draws, and why; for people.
+  /// Which back end draws, and why; for people.
   const std::string& description() const;
 
  private:

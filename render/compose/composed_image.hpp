@@ -1,6 +1,6 @@
 /// \file
-/// What an image through a projector's lens is to show: the steps of its drawing in their order,
-/// with where each step's light goes. Each back end expands a step in its own way.
+/// An image through a projector's lens, before it is drawn: the steps of its drawing in order, each
+/// a drawable and where its light goes. Each back end expands a step in its own way.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,11 +28,11 @@ struct Placed {
   float gain = 1;  ///< of sRGB components
 };
 
-/// Optical frame, meters; cut to what the lens shows, its edges straight there.
+/// Optical frame, meters; cut to the part that the lens shows, its edges straight on the image.
 using SeenOutline = std::vector<Eigen::Vector3d>;
-/// Where a surface catches light. The even-odd rule says what is inside of an outline.
+/// Where a surface catches light: inside of its outline by the even-odd rule, outside of shades.
 struct ComposedMask {
-  std::optional<SeenOutline> outline;  ///< none: the surface is endless
+  std::optional<SeenOutline> outline;  ///< absent: the surface is endless
   std::vector<SeenOutline> shades;     ///< surfaces before it
 };
 

@@ -1,5 +1,5 @@
 /// \file
-/// What draws a composed image: the CPU (paint/cpu_drawer.hpp) or OpenGL (gl/gl_drawer.hpp).
+/// Draws composed images: the CPU (paint/cpu_drawer.hpp) or OpenGL (gl/gl_drawer.hpp).
 #pragma once
 
 #include "render/compose/composed_image.hpp"
@@ -10,7 +10,7 @@ namespace afterglow::render {
 class ImageDrawer {
  public:
   virtual ~ImageDrawer() = default;
-  /// Replaces what `image`, of the lens's size, held; black where nothing is.
+  /// Draws all pixels of `image`, which has the lens's size; black where there is no content.
   virtual void draw(const ComposedImage& composed, Image& image) = 0;
 };
 

@@ -7,7 +7,7 @@
 
 namespace afterglow::render {
 
-/// What a step has become.
+/// A step as the back end draws it.
 struct Piece {
   enum class Kind {
     Triangles,  ///< of a translucent piece each pixel takes the nearest only

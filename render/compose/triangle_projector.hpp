@@ -1,6 +1,6 @@
 /// \file
-/// What both back ends make of shapes: triangles in the projector's optical frame, cut to what its
-/// lens shows and split until it shows their edges straight.
+/// Shapes as triangles in the projector's optical frame, cut to the part that its lens shows, and
+/// split until the lens shows their edges straight. Both back ends draw them.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct LightOutline {
   std::uint32_t first = 0, count = 0;
 };
 struct LightMask {
-  std::optional<LightOutline> outline;  ///< none: the surface is endless
+  std::optional<LightOutline> outline;  ///< absent: the surface is endless
   std::vector<LightOutline> shades;     ///< surfaces before it
 };
 

@@ -54,7 +54,7 @@ std::string eglError() {
   }
 }
 
-/// A display and a context on it, current in this thread. Undoes what it did, in reverse, also
+/// A display and a context on it, current in this thread. Undoes its steps in reverse, also
 /// when a step of its making fails.
 class EglContext {
  public:
@@ -148,7 +148,7 @@ class EglContext {
   EGLContext context_ = EGL_NO_CONTEXT;
 };
 
-/// Runs through the ways to a context until one works, keeping what was wrong with the others.
+/// Tries the ways to a context until one works, and keeps the errors of the others.
 class Search {
  public:
   void attempt(const std::string& way, EGLDisplay display) {

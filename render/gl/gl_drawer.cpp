@@ -125,7 +125,7 @@ VertexArray makeLightArray(const Buffer& vertices) {
   return array;
 }
 
-/// What it draws with lives in a context.
+/// The OpenGL objects of one projector. Made, used and destroyed with their context current.
 class GlScreen {
  public:
   explicit GlScreen(const calib::Lens& lens)

@@ -1,5 +1,5 @@
 /// \file
-/// Which screen a projector's window belongs on, and when on none: the rule, without a display.
+/// The rule that finds the screen for a projector's window. Needs no display.
 #pragma once
 
 #include <cstddef>
@@ -23,13 +23,13 @@ struct Monitor {
 
 struct MonitorChoice {
   std::optional<std::size_t> monitor;  ///< index
-  std::string problem;                 ///< for people: why none
+  std::string problem;                 ///< for people: why there is no monitor
 };
 
 /// The monitor, of those that are there with the primary one first, for pictures of a size.
 /// `wanted` is a connector, a model or an index ("1"); empty: the last that is not the primary one,
-/// else the only one. None if it is not there, is one of several of that model, has another
-/// resolution (light would land elsewhere), or shows what another one shows, too.
+/// else the only one. No monitor if the wanted one is absent, is one of several of that model, has
+/// another resolution (light would land elsewhere), or is mirrored by another monitor.
 MonitorChoice chooseMonitor(const std::vector<Monitor>& monitors, const std::string& wanted,
                             int width, int height);
 

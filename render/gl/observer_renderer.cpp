@@ -15,7 +15,7 @@
 namespace afterglow::render {
 namespace {
 
-const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond what is modeled
+const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond the modeled room
 
 /// y down, as images have it: see RenderTarget::read.
 glm::dmat4 clipFromObserver(const ObserverView& view) {
@@ -101,7 +101,7 @@ struct ObserverRenderer::Impl {
     draw(depth_program);
   }
 
-  /// What is seen and may be lit, once more, over the room.
+  /// Draws the visible surfaces that the projector may light once more, over the room.
   void drawLit() {
     thrown_light.use(mark_program, lit_program);
     glDepthMask(GL_FALSE);
@@ -126,8 +126,8 @@ struct ObserverRenderer::Impl {
 
   GlContext& context;
   ShadedMeshBuilder builder;
-  /// Several programs: a CPU that plays GPU pays for both sides of a branch, so what is dark is
-  /// kept from the costly one by the stencil.
+  /// Several programs: software OpenGL pays for both sides of a branch, so the stencil keeps dark
+  /// places from the costly program.
   Program room_program = makeSolidProgram({"room_light.glsl", "room.frag"});
   Program mark_program = makeSolidProgram({"mark_lit.frag"});
   Program lit_program =

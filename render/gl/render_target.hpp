@@ -17,7 +17,7 @@ class RenderTarget {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  /// Makes it what is drawn into, cleared.
+  /// Clears the target; drawing goes into it from now on.
   void begin(const glm::vec3& background_rgb);
   /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
   void read(Image& image);
@@ -32,7 +32,7 @@ class RenderTarget {
 /// Throws std::runtime_error if the driver cannot draw into it.
 void requireComplete(const Framebuffer& framebuffer, int width, int height);
 
-/// Sets the viewport and clears color, depth and stencil of what is bound.
+/// Sets the viewport and clears color, depth and stencil of the bound framebuffer.
 void clearAll(int width, int height, const glm::vec3& background_rgb);
 
 /// A framebuffer's pixels, lowest row first.

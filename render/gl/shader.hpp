@@ -20,7 +20,7 @@ struct EmbeddedShader {
 };
 extern const EmbeddedShader kEmbeddedShaders[];
 
-/// One stage made of several files, in order: what comes first may be used by what follows. The
+/// One stage made of several files, in order: a file may use those before it. The
 /// files hold no #version; it is 4.5 core.
 struct ShaderStage {
   GLenum stage;
@@ -34,7 +34,7 @@ Program makeProgram(const std::vector<ShaderStage>& stages);
 /// Sets the uniforms of lens.glsl.
 void setLens(const Program& program, const calib::Lens& lens);
 
-/// What a program does not use may be set, too.
+/// A uniform that the program does not use is ignored.
 void setUniform(const Program& program, const char* name, GLint value);  ///< a texture's unit, too
 void setUniform(const Program& program, const char* name, float value);
 void setUniform(const Program& program, const char* name, const glm::vec2& value);

@@ -19,7 +19,7 @@ class ShadowMap {
   /// Size of a texel at a meter, meters.
   static double texelSize(const calib::Lens& lens);
 
-  /// Makes it what is drawn into, empty.
+  /// Empties the map; drawing goes into it from now on.
   void begin();
   const Texture& texture() const { return depth_; }
 

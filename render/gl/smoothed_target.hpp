@@ -17,7 +17,7 @@ class SmoothedTarget {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  /// Makes it what is drawn into, cleared.
+  /// Clears the target; drawing goes into it from now on.
   void begin(const glm::vec3& background_rgb);
   /// As RenderTarget::read.
   Image read();

@@ -20,7 +20,7 @@ class ThrownLight {
 
   ThrownLight();
 
-  /// Uploads what an image brings; what depends on the lens alone is kept while it stays the same.
+  /// Uploads the image and the projector's pose, and a new lens.
   void set(const ProjectedLight& light);
   /// The depths are the caller's to draw, with clipFromWorld.
   ShadowMap& shadowMap() { return shadow_map_; }

@@ -1,5 +1,5 @@
-// In place of the rest of this room in builds without OpenGL (AFTERGLOW_WITH_GL=OFF): whoever needs
-// it is refused, and the CPU draws.
+// In place of the rest of this room in builds without OpenGL (AFTERGLOW_WITH_GL=OFF): every use of
+// OpenGL is refused, and the CPU draws.
 #include <stdexcept>
 
 #include "render/gl/gl_drawer.hpp"

@@ -1,5 +1,5 @@
 /// \file
-/// What GLFW has no word for and X has. Main thread, after GLFW's start.
+/// Functions of X that GLFW lacks. Main thread, after GLFW's start.
 #pragma once
 
 #include <string>

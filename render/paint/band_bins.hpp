@@ -1,5 +1,5 @@
 /// \file
-/// What is drawn, by the bands of rows that it touches.
+/// Things to draw, by the bands of rows that they touch.
 #pragma once
 
 #include <algorithm>

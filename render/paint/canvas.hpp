@@ -1,7 +1,8 @@
 /// \file
-/// The pixels of one band while it is painted: each knows what covers it, how far away that is, and
-/// what lies behind where it covers the pixel in part. That is the A-buffer's idea (Carpenter 1984)
-/// kept to two layers: edges are exact wherever no more than two things meet in a pixel.
+/// The pixels of one band while it is painted: each knows the surface that covers it, how far away
+/// that is, and the light behind it where it covers the pixel in part. That is the A-buffer's idea
+/// (Carpenter 1984) kept to two layers: edges are exact wherever no more than two surfaces meet in
+/// a pixel.
 #pragma once
 
 #include <algorithm>
@@ -23,12 +24,12 @@ inline Light mixed(Light below, Light above, std::uint32_t share) {
   return (below * static_cast<std::uint16_t>(kWhole - w) + above * w + 128) >> 8;
 }
 
-/// What covers a pixel.
+/// The surface that covers a pixel.
 struct Cover {
   Light sum = {};           ///< of light * share: below 2^16, as shares add up to kWhole
   float depth = 0;          ///< less is nearer
   float slack = 0;          ///< so far the depths of one surface differ within the pixel
-  std::uint32_t share = 0;  ///< 0: nothing does
+  std::uint32_t share = 0;  ///< 0: no surface does
 };
 
 class Canvas {
@@ -40,7 +41,7 @@ class Canvas {
   /// Whether add() has been used since clear() or flatten().
   bool hasCovers() const { return has_covers_; }
 
-  /// What lies behind; all there is, unless something covers.
+  /// The light behind the covers; all of a pixel's light if no surface covers it.
   Light* behind(int row) { return behind_.data() + at(row, 0); }
 
   /// An opaque surface (or, on a canvas of its own, a translucent one) covers a share of a pixel.
@@ -81,10 +82,10 @@ class Canvas {
   /// Lays light, multiplied by alpha, over a pixel, where nothing nearer than `depth` covers it.
   void lay(int row, int column, Light light, float depth);
 
-  /// What covers becomes what lies behind: all that follows lies over it.
+  /// The covers join the light behind them: all that is drawn next lies over it.
   void flatten();
 
-  /// Lays what is on a canvas of its own over this one, where it is nearer; clears that one.
+  /// Lays the covers of another canvas over this one where they are nearer; clears that one.
   void lay(Canvas& other);
 
   /// A row as it is seen; on the canvas itself, which is to be cleared next.

@@ -202,7 +202,7 @@ void ImagePainter::paintPoints(const Job& job, int band, const std::uint16_t* ma
   }
 }
 
-/// What is translucent is painted by itself first: each pixel takes its nearest surface.
+/// Translucent things are painted by themselves first: each pixel takes its nearest surface.
 void ImagePainter::paintSolid(const PaintList& list, const Job& job, int band,
                               const std::uint16_t* mask, Bench& bench) const {
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);

@@ -20,8 +20,7 @@
 
 namespace afterglow::render {
 
-/// What an image is painted of: steps expanded for the CPU. A piece is of `triangles.indices`, of
-/// `runs` or `sprites`.
+/// Steps expanded for the CPU. A piece is a part of `triangles.indices`, `runs` or `sprites`.
 struct PaintList {
   LightTriangles triangles;
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
@@ -48,14 +47,14 @@ class ImagePainter {
     std::uint32_t first = 0;  ///< of the list's indices
     bool is_quad = false;
   };
-  /// What is painted one after the other.
+  /// Jobs are done one after the other.
   struct Job {
     enum class Kind { Triangles, Sprites, Points, Flatten } kind;
     bool is_opaque = true;
     std::uint32_t bins = 0;             ///< which run of the bins of its kind
     const PointBrush* brush = nullptr;  ///< points
     bool is_ordered = false;
-    int mask = -1;  ///< of the list; -1: none
+    int mask = -1;  ///< of the list; -1: no mask
   };
   /// A worker's place.
   struct Bench {

@@ -28,7 +28,7 @@ void mix(Light* pixels, LightPair source, LightPair shares) {
   std::memcpy(pixels, &result, sizeof(result));
 }
 
-/// What ScreenPoint::order was made of.
+/// The depth that ScreenPoint::order was made of.
 float depthOf(std::uint32_t order) {
   const std::uint32_t bits = order >> 31 ? order : ~order & 0x7fffffffu;
   float depth;

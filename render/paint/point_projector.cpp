@@ -27,7 +27,7 @@ struct Row {
         b(static_cast<float>(row.dot(origin.homogeneous()))) {}
 };
 
-/// What one worker makes of its part of a cloud.
+/// One worker's part of a cloud, and its results.
 struct Part {
   std::size_t begin = 0, end = 0;  ///< of the cloud's points
   std::size_t count = 0;           ///< written from `begin` on

@@ -18,7 +18,7 @@ Four components(std::uint32_t color) {
   return {at(0), at(8), at(16), at(24)};
 }
 
-/// A value that is linear over the triangle, kept within what its corners have.
+/// A value that is linear over the triangle, kept between the corners' least and greatest.
 class Plane {
  public:
   Plane(const ScreenTriangle& t, float a, float b, float c) : least_(std::min({a, b, c})) {

@@ -25,13 +25,13 @@ class PolygonCoverage {
   explicit PolygonCoverage(int width)
       : width_(width), sums_((static_cast<std::size_t>(width) + 2) * kBandRows) {}
 
-  /// What is inside of an outline.
+  /// How corners make an outline.
   enum class Outline {
     Polygon,  ///< convex: each corner is joined to the next, and the last to the first
     Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
   };
 
-  /// px; what is farther out, or not a number, is not drawn: no integer could hold it.
+  /// px; corners farther out, or not a number, are not drawn: no integer could hold them.
   static constexpr float kFarthest = 1e7f;
 
   /// Calls visit(row, column, count, const float* shares) for each row in [row_begin, row_end),
@@ -102,7 +102,7 @@ class PolygonCoverage {
     }
   }
 
-  /// What lies beyond the image's sides counts there as far as it matters to the image.
+  /// Parts beyond the image's sides count there as far as they matter to the image.
   void addInside(float left, float right, float height, Span& span, float* sums) const {
     const auto width = static_cast<float>(width_);
     if (left >= width) {

@@ -14,7 +14,7 @@ constexpr int kSubpixels = 256;
 /// 16 bytes: depth and color side by side in 64 bits, so that sorting by depth moves both.
 struct ScreenPoint {
   std::int32_t u, v;    ///< 1/256 px; the center of the top-left pixel is (0, 0)
-  std::uint32_t order;  ///< what is drawn first, the farthest, has the least
+  std::uint32_t order;  ///< the farthest point, drawn first, has the least
   std::uint32_t color;  ///< r, g, b, a from the lowest byte on
 
   ScreenPoint() {}  // NOLINT: leaves its values open, so that large buffers grow without a pass

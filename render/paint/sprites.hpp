@@ -19,7 +19,7 @@
 
 namespace afterglow::render {
 
-/// What stands at every point of a list. All in the list's own frame.
+/// The thing at every point of a list. All in the list's own frame.
 struct SpriteShape {
   enum class Kind { Square, Box, Ball } kind;
   /// Half sizes along x, y and z; a square's along its own two axes.

@@ -26,8 +26,8 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   int count() const { return static_cast<int>(helpers_.size()) + 1; }
-  /// job(0) here and job(1) to job(count() - 1) beside; returns when all are done. Throws what one
-  /// of them threw.
+  /// job(0) here and job(1) to job(count() - 1) beside; returns when all are done. Throws an
+  /// exception that one of them threw.
   template <typename Job>
   void run(const Job& job) {
     runAll([](const void* all, int worker) { (*static_cast<const Job*>(all))(worker); }, &job);

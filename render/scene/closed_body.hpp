@@ -1,5 +1,5 @@
 /// \file
-/// What there is to know of a body that saves drawing parts of it.
+/// Facts about a body that spare drawing parts of it.
 #pragma once
 
 #include "render/scene/scene.hpp"

@@ -6,7 +6,8 @@
 namespace afterglow::render {
 namespace {
 
-/// Smaller weights put what a viewer looks at almost along the surface a thousand times too far.
+/// With smaller weights, content that a viewer sees almost along the surface would lie a thousand
+/// times too far.
 constexpr double kMinWeight = 1e-3;
 constexpr int kMaxSplits = 24;  // halvings; 12 of an edge as long as the image leave < 1 px
 
@@ -85,7 +86,7 @@ void TriangleCutter::clipToFold() {
   }
 }
 
-/// What is left of polygon_, with w = 1.
+/// The rest of polygon_, with w = 1.
 void TriangleCutter::clipToDomain() {
   const Eigen::Vector2d low = domain_.min(), high = domain_.max();
   clip([](const Eigen::Vector4d& p) { return p.w() - kMinWeight; });

@@ -21,8 +21,8 @@ struct CutVertex {
 /// Whether a vertex lies within all bounds, and thus a triangle of such vertices needs no cutting.
 bool isInside(const LensDomain& domain, const CutVertex& vertex);
 
-/// Bits of the domain's borders that a vertex lies beyond; what lies beyond one with all its
-/// vertices is not seen.
+/// Bits of the domain's borders that a vertex lies beyond; a shape with all its vertices beyond one
+/// border is not seen.
 unsigned bordersBeyond(const LensDomain& domain, const CutVertex& vertex);
 
 /// Normalized coordinates of a vertex in front of the lens.
@@ -38,7 +38,7 @@ class TriangleCutter {
  public:
   explicit TriangleCutter(const LensDomain& domain) : domain_(domain) {}
 
-  /// Triangles, three vertices each, that cover what is seen of the given one; with w = 1.
+  /// Triangles, three vertices each, that cover the seen part of the given one; with w = 1.
   /// Valid until the next call. Neighbors that share an edge share its cuts and splits exactly.
   const std::vector<CutVertex>& cut(const CutVertex& a, const CutVertex& b, const CutVertex& c);
 

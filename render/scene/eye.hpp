@@ -1,5 +1,5 @@
 /// \file
-/// Who shapes are made for.
+/// The eye that shapes are made for.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,8 +19,8 @@ struct Eye {
   /// Letters stand before p_world, upright against z, instead of parallel to x and y.
   bool letters_face_it = false;
   std::optional<Reader> reader;  ///< letters turn to him in the plane of x and y
-  /// More than 0: what is made is for nobody else, so that what faces away is left out, and so
-  /// round that pixels of a lens at p_lens do not show corners. 0: whole bodies.
+  /// More than 0: shapes are made for this eye alone, without the faces that it does not see, and
+  /// so round that the pixels of a lens at p_lens show no corners. 0: whole bodies.
   double focal_px = 0;
   Eigen::Vector3d p_lens = Eigen::Vector3d::Zero();
 };

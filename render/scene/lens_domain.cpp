@@ -27,7 +27,7 @@ LensDomain::LensDomain(const calib::Lens& lens)
   }
 }
 
-/// The border's rays; where a border pixel has none, the fold lies within the image.
+/// The border's rays; where a border pixel has no ray, the fold lies within the image.
 void LensDomain::measureBox(const calib::Lens& lens) {
   constexpr int kSamples = 64;
   constexpr double kMargin = 16;  // px; covers the border's bulge between samples

@@ -1,5 +1,5 @@
 /// \file
-/// What shapes become before they are drawn: colored triangles and pixel-sized points.
+/// Shapes as colored triangles and pixel-sized points.
 #pragma once
 
 #include <Eigen/Core>

@@ -88,7 +88,7 @@ std::uint32_t ReliefPlacer::addBetween(std::uint32_t a, std::uint32_t b, double 
   return addVertex(p, color);
 }
 
-/// What is as high as the eye or higher has no place below it.
+/// Content as high as the eye or higher has no place below the eye.
 void ReliefPlacer::layBelowEye(const Triangle& triangle) {
   const double highest = kHighest * p_eye_.z();
   const auto room = [&](std::uint32_t i) { return highest - vertices_[i].p.z(); };

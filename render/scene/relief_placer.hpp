@@ -17,8 +17,8 @@ namespace afterglow::render {
 
 struct LaidMesh {
   Mesh mesh;                    ///< world; on the relief
-  std::vector<double> heights;  ///< of the content over the surface's plane, one a point: what is
-                                ///< higher hides what is lower
+  std::vector<double> heights;  ///< of the content over the surface's plane, one a point: higher
+                                ///< content hides lower content
 };
 
 /// Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content

@@ -41,7 +41,7 @@ void addSegment(const RibbonPoint& a, const RibbonPoint& b, double width, const 
   mesh.triangles.push_back({first, first + 2, first + 3});
 }
 
-/// What is open between the ends of two segments on the outer side of their corner: part of a disc
+/// The gap between the ends of two segments on the outer side of their corner: part of a disc
 /// of the line's width.
 void addJoin(const RibbonPoint& from, const RibbonPoint& point, const RibbonPoint& to, double width,
              const Eye& eye, Mesh& mesh) {

@@ -1,6 +1,6 @@
 /// \file
-/// What is to be drawn: plain values in world coordinates, RViz's terms, no GL. Semantics of every
-/// shape and style are RViz 1.14's (visualization_msgs/Marker, PointCloud2 and Path displays).
+/// The content to be drawn: plain values in world coordinates, RViz's terms, no GL. Semantics of
+/// every shape and style are RViz 1.14's (visualization_msgs/Marker, PointCloud2, Path displays).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -66,7 +66,7 @@ struct Body {
   /// The edges around a flat body, all turning around its inside the same way; a body that is not
   /// flat has none.
   std::vector<std::array<std::uint32_t, 2>> outline = {};
-  bool is_closed = false;  ///< nobody outside sees its triangles' clockwise sides (closed_body.hpp)
+  bool is_closed = false;  ///< clockwise sides are not seen from outside (closed_body.hpp)
 };
 using SharedBody = std::shared_ptr<const Body>;
 /// Letters around the origin of their own plane: x along the line, y up. Of the pose only the
@@ -127,7 +127,7 @@ enum class Placement {
   Viewer,  ///< from a viewer's eye through the content onto the plane
 };
 
-/// Who text that lies on a surface is for: its lines' feet point there.
+/// The reader of text that lies on a surface: the feet of its lines point there.
 struct Reader {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   bool is_direction = false;  ///< p_world is a direction, the same for all texts
@@ -144,11 +144,11 @@ struct Layer {
   float gain = 1;  ///< of its light, before sRGB's curve; for surfaces darker or farther
 };
 
-/// What one image shows, drawn in order.
+/// The content of one image, drawn in order.
 struct Scene {
   std::vector<Layer> layers;
-  /// All that is known to catch light: a layer on a surface leaves dark what of its image falls on
-  /// another one before it.
+  /// All surfaces that are known to catch light: light of a layer for one of them is left out where
+  /// it would fall on another one before it.
   std::vector<SurfacePatch> surfaces = {};
 };
 

@@ -1,6 +1,6 @@
 /// \file
 /// A list whose copies share their elements until one of them is changed: clouds pass from message
-/// to scene to frame, and from thread to thread, without being copied.
+/// to scene to image, and from thread to thread, without being copied.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace afterglow::render {
 
-/// A value as std::vector is: who changes a copy changes that copy alone. The last copy to go frees
+/// A value as std::vector is: a change of a copy changes that copy alone. The last copy to go frees
 /// the elements. Different copies may be used in different threads.
 template <typename T>
 class SharedList {

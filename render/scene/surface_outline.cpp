@@ -25,7 +25,7 @@ bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
 std::vector<Eigen::Vector3d> partBefore(const SurfacePatch& surface,
                                         const std::vector<Eigen::Vector3d>& outline,
                                         const Eigen::Vector3d& p_lens) {
-  constexpr double kClearance = 0.003;  // meters; what lies closer lies on the surface
+  constexpr double kClearance = 0.003;  // meters; closer things lie on the surface
   const Eigen::Vector4d row = heightRow(surface);
   const double side = row.dot(p_lens.homogeneous()) < 0 ? -1 : 1;
   const auto clearance = [&](const Eigen::Vector3d& p) {

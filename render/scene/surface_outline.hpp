@@ -12,7 +12,7 @@ namespace afterglow::render {
 /// Height over the surface's plane as a row: height = row . (p_world, 1).
 Eigen::Vector4d heightRow(const SurfacePatch& surface);
 
-/// The corners of its polygon, in world coordinates; none: it is endless.
+/// The corners of its polygon, in world coordinates; empty: the surface is endless.
 std::vector<Eigen::Vector3d> outlineInWorld(const SurfacePatch& surface);
 
 /// Whether they catch light at the same places of their planes.

@@ -24,14 +24,14 @@ struct Tessellation {
   Mesh mesh;
   std::vector<Splat> splats;         ///< PointStyle::Points only
   std::vector<ThinLine> thin_lines;  ///< Lines with width_px only
-  /// Where the points of each convex part begin; none if there is anything else.
+  /// Where the points of each convex part begin; empty if the mesh has any other part.
   std::vector<std::uint32_t> convex_parts;
   /// Of something flat, all of one color: edges between the mesh's points. Null: not known to be.
   const std::vector<std::array<std::uint32_t, 2>>* outline = nullptr;
 };
 
-/// Replaces what `out` held. Points that are not finite are left out, and so is what they belong
-/// to.
+/// Replaces what `out` held. Points that are not finite are left out, and with them the lines,
+/// triangles and bodies that they belong to.
 void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out);
 
 }  // namespace afterglow::render

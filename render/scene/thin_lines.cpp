@@ -3,7 +3,7 @@
 namespace afterglow::render {
 namespace {
 
-/// Cuts what lies behind the lens off the end at `to`.
+/// Cuts the part behind the lens off the end at `to`.
 bool clipEnd(const CutVertex& from, CutVertex& to) {
   const auto distance = [](const CutVertex& v) {
     return v.p_optical.z() - LensDomain::kNear * v.p_optical.w();

@@ -6,7 +6,7 @@
 
 namespace afterglow::render {
 
-/// What stands for a character that cannot be shown.
+/// Stands for a character that cannot be shown.
 constexpr char32_t kReplacement = U'\uFFFD';
 
 /// Every byte that is part of no character (overlong forms, surrogates and what is beyond Unicode

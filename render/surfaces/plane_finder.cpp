@@ -29,7 +29,7 @@ constexpr std::size_t kFewest = 50;  // points
 /// Points are thinned to one in such a cube, so that their number stands for area, whatever the
 /// distance they were seen from.
 constexpr double kGrain = 0.01;
-constexpr double kFarthest = 1e3;  // meters from the origin; what is farther is no surface
+constexpr double kFarthest = 1e3;  // meters from the origin; farther points belong to no surface
 constexpr double kGap = 0.05;      // meters
 /// Radius of the circle that rolls around the points to find the outline: notches that are narrower
 /// than it belong to the surface.
@@ -68,7 +68,7 @@ Cloud::Ptr thinned(const std::vector<Eigen::Vector3d>& points) {
 
 /// Empty if there is none.
 pcl::PointIndices::Ptr pointsOnAPlane(const Cloud::Ptr& cloud, const PlaneSearch& search) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // what it has to say is said below
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // the messages below say as much
   pcl::SACSegmentation<pcl::PointXYZ> segmentation;         // its random numbers have a fixed seed
   segmentation.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
   segmentation.setMethodType(pcl::SAC_RANSAC);

@@ -282,13 +282,13 @@ class RefereeTest : public test::GlTest {
                                    floor.surface.T_world_surface.translation().head<2>();
       drawable.pose = Rigid<World, World>(T);
     }
-    const Image frame = ProjectorRenderer(context(), referee.lens)
+    const Image image = ProjectorRenderer(context(), referee.lens)
                             .render(scene, referee.T_world_projector.inverse());
     const std::vector<test::RefereeSurface> room = {floor.surface, table.surface};
     std::printf("%s %d, %s: ", kind.c_str(), seed,
                 placement == Placement::Drape ? "drape" : "viewer");
     for (const Plane* plane : {&floor, &table}) {
-      const cv::Mat top = referee.topView(frame, room, plane->surface.name);
+      const cv::Mat top = referee.topView(image, room, plane->surface.name);
       ASSERT_FALSE(top.empty());
       expectOutlines(referee, *plane, top);
       if (plane == &table) expectDarkAround(referee, *plane, top);
