@@ -20,7 +20,7 @@ inline const std::vector<std::string> kMirrorNames = {"none", "horizontal", "ver
 
 /// How a projector differs from one that shows sRGB upright and in full light.
 ///
-/// A mirror and calibration: the lens and everything else that is calibrated describe the picture
+/// A mirror and calibration: the lens and everything else that is calibrated describe the image
 /// *before* it is mirrored here, since no lens and pose can describe a reflection. So calibrate
 /// with the same mirror (calibrator_node's ~mirror): the thrown tags are then upright on the wall.
 /// Where the projector's own menu mirrors (rear or ceiling projection), no mirror is needed here.
@@ -32,7 +32,7 @@ struct LightSettings {
   Mirror mirror = Mirror::None;
 };
 
-/// Tables made once, for pictures of one projector. Any thread; black stays black.
+/// Tables made once, for images of one projector. Any thread; black stays black.
 class LightOutput {
  public:
   explicit LightOutput(const LightSettings& settings);

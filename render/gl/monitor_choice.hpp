@@ -26,7 +26,7 @@ struct MonitorChoice {
   std::string problem;                 ///< for people: why there is no monitor
 };
 
-/// The monitor, of those that are there with the primary one first, for pictures of a size.
+/// The monitor, of those that are there with the primary one first, for images of a size.
 /// `wanted` is a connector, a model or an index ("1"); empty: the last that is not the primary one,
 /// else the only one. No monitor if the wanted one is absent, is one of several of that model, has
 /// another resolution (light would land elsewhere), or is mirrored by another monitor.

@@ -97,7 +97,7 @@ struct Window::Impl {
     glfwWindowHint(GLFW_FOCUS_ON_SHOW, is_plain ? GLFW_TRUE : GLFW_FALSE);
     window.reset(glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr));
     if (!window) throw std::runtime_error("cannot open a window: " + glfwError());
-    makePicture();
+    makeImage();
     if (is_plain) return;
     // Not GLFW's full screen: that moves onto another monitor when its own is gone, centers the
     // mouse, and leaves placing and focus to the window manager.
@@ -112,7 +112,7 @@ struct Window::Impl {
     if (window) glfwMakeContextCurrent(window.get());
   }
 
-  void makePicture() {
+  void makeImage() {
     glfwMakeContextCurrent(window.get());
     glfwSwapInterval(1);
     texture = Texture::make(GLenum{GL_TEXTURE_2D});
@@ -146,9 +146,9 @@ struct Window::Impl {
   void present() {
     if (!is_plain && !screen) return;  // nobody sees it
     glfwMakeContextCurrent(window.get());
-    int shown_width = 0, shown_height = 0;  // differ from the picture's where windows are scaled
+    int shown_width = 0, shown_height = 0;  // differ from the image's where windows are scaled
     glfwGetFramebufferSize(window.get(), &shown_width, &shown_height);
-    // Pictures come from the top, OpenGL's windows from the bottom: the copy turns them over.
+    // Images come from the top, OpenGL's windows from the bottom: the copy turns them over.
     glBlitNamedFramebuffer(framebuffer.id(), 0, 0, 0, width, height, 0, shown_height, shown_width,
                            0, GL_COLOR_BUFFER_BIT, GL_LINEAR);
     glfwSwapBuffers(window.get());

@@ -1,5 +1,5 @@
 /// \file
-/// Windows that show finished pictures pixel by pixel: full screen on projectors, or a plain one to
+/// Windows that show finished images pixel by pixel: full screen on projectors, or a plain one to
 /// look at.
 #pragma once
 
@@ -27,10 +27,10 @@ class Window {
   Window(Window&&) noexcept;
   ~Window();
 
-  /// Shows a picture of the window's size (std::invalid_argument for another) and handles the
+  /// Shows an image of the window's size (std::invalid_argument for another) and handles the
   /// window's events. Returns when the screen has taken it.
   void show(const Image& image);
-  /// Events without a picture; to be called a few times a second, for monitors come and go.
+  /// Events without an image; to be called a few times a second, for monitors come and go.
   void poll();
   /// Somebody has closed it, or pressed Escape.
   bool isClosed() const;

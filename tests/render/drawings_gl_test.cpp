@@ -1,4 +1,4 @@
-// What the CPU draws and what OpenGL draws is the same picture.
+// What the CPU draws and what OpenGL draws is the same image.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -94,15 +94,15 @@ class Drawings : public test::GlTest {
   const calib::Lens lens_ = test::lens(640, 400, 600, 320, 250, kBent);
 };
 
-TEST_F(Drawings, ofPointsAreTheSamePictureOfOneColor) {
+TEST_F(Drawings, ofPointsAreTheSameImageOfOneColor) {
   for (const float size : {1.f, 3.f, 7.5f}) expectSame({{layerOf(wall(3000, size, false))}}, lens_);
 }
 
-TEST_F(Drawings, ofPointsAreTheSamePictureWhereColorsOverlap) {
+TEST_F(Drawings, ofPointsAreTheSameImageWhereColorsOverlap) {
   expectSame({{layerOf(wall(20000, 3, true))}}, lens_);
 }
 
-TEST_F(Drawings, ofPointsAreTheSamePictureTranslucent) {
+TEST_F(Drawings, ofPointsAreTheSameImageTranslucent) {
   expectSame({{layerOf(wall(3000, 5, true), {1, 1, 1, 0.4f})}}, lens_);
 }
 

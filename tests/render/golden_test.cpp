@@ -1,6 +1,6 @@
-// Small pictures that were looked at and are kept in goldens/: what is drawn stays what it was.
+// Small images that were looked at and are kept in goldens/: what is drawn stays what it was.
 // AFTERGLOW_UPDATE_GOLDENS=1 writes them anew; look at them before they are committed. Of a failure
-// the picture, and the difference times 8, are left in the folder for temporary files.
+// the image, and the difference times 8, are left in the folder for temporary files.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -35,12 +35,12 @@ cv::Mat painted(const Scene& scene) {
 
 void expectGolden(const std::string& name, const Scene& scene) {
   const std::string path = "tests/render/goldens/" + name + ".png";
-  const cv::Mat picture = painted(scene);
-  if (std::getenv("AFTERGLOW_UPDATE_GOLDENS") != nullptr) cv::imwrite(path, picture);
+  const cv::Mat image = painted(scene);
+  if (std::getenv("AFTERGLOW_UPDATE_GOLDENS") != nullptr) cv::imwrite(path, image);
   const cv::Mat golden = cv::imread(path, cv::IMREAD_COLOR);
-  ASSERT_EQ(golden.size(), picture.size()) << path;
+  ASSERT_EQ(golden.size(), image.size()) << path;
   cv::Mat difference;
-  cv::absdiff(picture, golden, difference);
+  cv::absdiff(image, golden, difference);
   double largest = 0;
   cv::minMaxLoc(difference.reshape(1), nullptr, &largest);
   const cv::Scalar means = cv::mean(difference);
@@ -49,7 +49,7 @@ void expectGolden(const std::string& name, const Scene& scene) {
   EXPECT_LE(mean, kMean) << name;
   if (largest <= kLargest && mean <= kMean) return;
   const auto folder = std::filesystem::temp_directory_path();
-  cv::imwrite((folder / (name + "_is.png")).string(), picture);
+  cv::imwrite((folder / (name + "_is.png")).string(), image);
   cv::imwrite((folder / (name + "_difference.png")).string(), difference * 8);
 }
 

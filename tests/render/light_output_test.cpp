@@ -35,7 +35,7 @@ std::array<int, 3> sent(const LightSettings& settings, std::uint8_t value) {
   return at(image, 0, 0);
 }
 
-TEST(LightOutput, leavesThePictureAloneWhereNothingIsConfigured) {
+TEST(LightOutput, leavesTheImageAloneWhereNothingIsConfigured) {
   Image image = numbered(5, 4);
   LightOutput({}).apply(image);
   EXPECT_EQ(image.rgb, numbered(5, 4).rgb);

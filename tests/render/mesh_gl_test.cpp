@@ -1,4 +1,4 @@
-// A mesh file's cube gives the CUBE's picture.
+// A mesh file's cube gives the CUBE's image.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The bystander's picture: projected light appears where geometry says, and only where the
+// The bystander's image: projected light appears where geometry says, and only where the
 // projector can be seen.
 #include <gtest/gtest.h>
 
@@ -38,14 +38,14 @@ class Observed : public test::GlTest {
     return ObserverRenderer(context()).render(room_, light, view_);
   }
 
-  /// Pixel of a world point in the bystander's picture.
+  /// Pixel of a world point in the bystander's image.
   Eigen::Vector2d pixel(const Eigen::Vector3d& p_world) const {
     const Eigen::Vector3d p = view_.T_world_observer.inverse() * p_world;
     const double f = view_.height / 2.0 / std::tan(view_.vertical_fov / 2);
     return Eigen::Vector2d(view_.width - 1, view_.height - 1) / 2 + f * p.head<2>() / p.z();
   }
 
-  /// Centre of where two pictures differ, and over how many pixels they do.
+  /// Center of where two images differ, and over how many pixels they do.
   static std::pair<Eigen::Vector2d, double> difference(const Image& a, const Image& b) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     double weight = 0, count = 0;
