@@ -262,10 +262,6 @@ void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartP
 /// Sends a goal and waits for its end; a goal that takes too long is canceled: Open.
 GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
                               const std::string& id, const std::function<bool()>& is_stopped) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    statuses_[id] = 0;
-  }
   sink_.clock().watchThisThread();
   sink_.publish(output, goal);
   const Deadline deadline = deadlineIn(kLongestApproach);
@@ -274,8 +270,7 @@ GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes
          std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kGoalLook);
     sink_.clock().beatIfDue();
-    const std::lock_guard<std::mutex> lock(mutex_);
-    outcome = replay::outcomeOf(statuses_[id]);
+    outcome = goals().outcomeOf(id);
   }
   if (outcome == GoalOutcome::Open) {
     sink_.publish(cancelChannel(output), replay::cancelMessage(id));
@@ -284,10 +279,10 @@ GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes
 }
 
 void BodyGate::onGoalStatus(const std::string& id, std::uint8_t status) {
-  if (replay::outcomeOf(status) != GoalOutcome::Open) sink_.goalEnded(id);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto waited_for = statuses_.find(id);
-  if (waited_for != statuses_.end()) waited_for->second = status;
+  const GoalOutcome outcome = replay::outcomeOf(status);
+  if (outcome == GoalOutcome::Open) return;
+  goals().finish(id, outcome, sink_.clock().now());
+  sink_.goalEnded(id);
 }
 
 }  // namespace afterglow::nodes

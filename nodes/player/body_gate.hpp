@@ -4,8 +4,6 @@
 #pragma once
 
 #include <functional>
-#include <map>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,7 +58,9 @@ class BodyGate {
   replay::ArmStart* armStart() { return arm_ ? &*arm_ : nullptr; }
   /// PlayOptions::gaze_frame
   std::string gazeFrame() const;
-  /// Any thread.
+  /// PlayOptions::goals
+  replay::GoalBook& goals() { return sink_.goals(); }
+  /// After the player, if there is one. Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
   /// What could not be checked, where the robot was moved, and how the base was.
   void addTo(replay::PlayReport& report) const;
@@ -90,8 +90,6 @@ class BodyGate {
   std::optional<LiveJoints> joints_;  ///< if there are goals
   std::optional<replay::ArmStart> arm_;
   std::vector<std::string> notes_;
-  std::mutex mutex_;
-  std::map<std::string, std::uint8_t> statuses_;  ///< of the goals that go to the start
 };
 
 }  // namespace afterglow::nodes

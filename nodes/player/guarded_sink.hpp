@@ -15,7 +15,7 @@
 #include "nodes/player/guard_link.hpp"
 #include "replay/clock/beating_clock.hpp"
 #include "replay/motion/motion_watch.hpp"
-#include "replay/play/player.hpp"
+#include "replay/play/outbox.hpp"
 
 namespace afterglow::nodes {
 
@@ -44,8 +44,10 @@ class GuardedSink : public replay::MessageSink {
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
   /// Has the watchdog stop the robot now. Any thread.
   void brake();
-  /// Any thread.
+  /// A goal's final status was seen. Any thread.
   void goalEnded(const std::string& id);
+  /// All goals that are sent here. Any thread.
+  replay::GoalBook& goals() { return watch_.goals(); }
   replay::BeatingClock& clock() { return clock_; }
 
  private:

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/play/player.hpp"
+#include "replay/play/outbox.hpp"
 #include "replay/record/file_references.hpp"
 #include "replay/store/store.hpp"
 

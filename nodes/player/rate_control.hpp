@@ -12,7 +12,7 @@
 
 #include "nodes/conversion/raw_message.hpp"
 #include "replay/play/consumer_lag.hpp"
-#include "replay/play/player.hpp"
+#include "replay/play/outbox.hpp"
 
 namespace afterglow::nodes {
 

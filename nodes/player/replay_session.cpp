@@ -101,8 +101,8 @@ replay::PlayReport ReplaySession::run() {
   RosSink sink(plan_, request_.queue,
                {[this](const std::string& goal, std::uint8_t status) {
                   const std::lock_guard<std::mutex> lock(mutex_);
-                  if (gate_) gate_->onGoalStatus(goal, status);
                   if (player_) player_->onGoalStatus(goal, status);
+                  if (gate_) gate_->onGoalStatus(goal, status);
                 },
                 [this](const std::string& driver) { stop(driver); }});
   const std::vector<std::string> unheard = sink.waitForSubscribers(
@@ -150,6 +150,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
     options.base_drive = gate_->baseDrive();
     options.arm_start = gate_->armStart();
     options.gaze_frame = gate_->gazeFrame();
+    options.goals = &gate_->goals();
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/play/player.hpp"
+#include "replay/play/outbox.hpp"
 
 namespace afterglow::nodes {
 

@@ -44,6 +44,7 @@ void Timeline::pause(SteadyTime now) {
   if (!is_paused_) {
     anchor_recorded_ = recorded(now);
     is_paused_ = true;
+    paused_at_ = now;
   }
 }
 
@@ -51,6 +52,8 @@ void Timeline::resume(SteadyTime now) {
   if (is_paused_) {
     anchor_steady_ = now;
     is_paused_ = false;
+    resumed_at_ = now;
+    paused_ns_ += now.ns - paused_at_.ns;
   }
 }
 

@@ -36,6 +36,11 @@ class Timeline {
   /// Both do nothing when it is so already.
   void pause(SteadyTime now);
   void resume(SteadyTime now);
+  /// The last time; 0 before the first.
+  SteadyTime pausedAt() const { return paused_at_; }
+  SteadyTime resumedAt() const { return resumed_at_; }
+  /// All pauses that are over, together.
+  std::int64_t pausedNs() const { return paused_ns_; }
   double rate() const { return rate_; }
   /// From `now` on; the position stays. Throws as the constructor does.
   void setRate(double rate, SteadyTime now);
@@ -55,6 +60,8 @@ class Timeline {
   Stamp anchor_recorded_;
   SteadyTime anchor_steady_;
   bool is_paused_ = false;
+  SteadyTime paused_at_, resumed_at_;
+  std::int64_t paused_ns_ = 0;
   std::optional<Stamp> limit_;
 };
 

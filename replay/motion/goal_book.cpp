@@ -5,25 +5,65 @@
 
 namespace afterglow::replay {
 
-void GoalBook::add(Entry entry) {
+void GoalBook::open(const std::string& topic, const std::string& id) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++counts_.sent;
-  open_.push_back(std::move(entry));
+  if (find(id, topic) == open_.end()) open_.push_back({topic, id, {}});
+}
+
+void GoalBook::cancel(const std::string& topic, const std::string& id) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  open_.erase(std::remove_if(open_.begin(), open_.end(),
+                             [&](const Open& goal) {
+                               return goal.topic == topic && (id.empty() || goal.id == id);
+                             }),
+              open_.end());
+}
+
+void GoalBook::close(const std::string& id) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = find(id);
+  if (found != open_.end()) open_.erase(found);
+}
+
+bool GoalBook::isOpen(const std::string& topic) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::any_of(open_.begin(), open_.end(),
+                     [&](const Open& goal) { return goal.topic == topic; });
 }
 
 bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found =
-      std::find_if(open_.begin(), open_.end(), [&](const Entry& entry) { return entry.id == id; });
+  const auto found = find(id);
   if (found == open_.end() || outcome == GoalOutcome::Open) {
     return false;
   }
-  ended_.push_back({std::move(*found), outcome, at});
+  outcomes_[id] = outcome;
+  std::optional<Entry> recorded = std::move(found->recorded);
   open_.erase(found);
+  if (!recorded) {
+    return false;
+  }
+  ended_.push_back({std::move(*recorded), outcome, at});
   counts_.succeeded += outcome == GoalOutcome::Succeeded;
   counts_.failed += outcome == GoalOutcome::Failed;
   counts_.canceled += outcome == GoalOutcome::Canceled;
   return true;
+}
+
+GoalOutcome GoalBook::outcomeOf(const std::string& id) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = outcomes_.find(id);
+  return found == outcomes_.end() ? GoalOutcome::Open : found->second;
+}
+
+// -------------------------------------------------------------------------------- recorded goals
+
+void GoalBook::add(const std::string& topic, Entry entry) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++counts_.sent;
+  auto found = find(entry.id, topic);
+  if (found == open_.end()) found = open_.insert(open_.end(), {topic, entry.id, {}});
+  found->recorded = std::move(entry);
 }
 
 std::vector<GoalBook::Ended> GoalBook::takeEnded() {
@@ -34,31 +74,36 @@ std::vector<GoalBook::Ended> GoalBook::takeEnded() {
 std::optional<std::pair<std::string, Milestone>> GoalBook::nextMilestone() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const Entry* next = nullptr;
-  for (const Entry& entry : open_) {
-    const bool is_awaited = entry.milestone && entry.milestone->is_awaited;
-    if (is_awaited && (!next || entry.milestone->at < next->milestone->at)) next = &entry;
+  for (const Open& goal : open_) {
+    const std::optional<Milestone> end = goal.recorded ? goal.recorded->milestone : std::nullopt;
+    const bool is_awaited = end && end->is_awaited;
+    if (is_awaited && (!next || end->at < next->milestone->at)) next = &*goal.recorded;
   }
   return next ? std::optional(std::pair(next->channel.topic, *next->milestone)) : std::nullopt;
 }
 
 void GoalBook::giveUpWaiting(Stamp until) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (Entry& entry : open_) {
-    if (entry.milestone && entry.milestone->at <= until) entry.milestone->is_awaited = false;
+  for (Open& goal : open_) {
+    if (!goal.recorded) continue;
+    std::optional<Milestone>& milestone = goal.recorded->milestone;
+    if (milestone && milestone->at <= until) milestone->is_awaited = false;
   }
 }
 
-std::vector<GoalBook::Entry> GoalBook::cancelOpen() {
+std::vector<GoalBook::Entry> GoalBook::giveUp() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  counts_.canceled += open_.size() + suspended_.size();
+  std::vector<Entry> goals = takeOpen();
+  counts_.canceled += goals.size() + suspended_.size();
   suspended_.clear();
-  return std::exchange(open_, {});
+  return goals;
 }
 
 std::vector<GoalBook::Entry> GoalBook::suspendOpen() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  suspended_.insert(suspended_.end(), open_.begin(), open_.end());
-  return std::exchange(open_, {});
+  std::vector<Entry> goals = takeOpen();
+  suspended_.insert(suspended_.end(), goals.begin(), goals.end());
+  return goals;
 }
 
 std::vector<GoalBook::Entry> GoalBook::takeSuspended() {
@@ -75,12 +120,30 @@ void GoalBook::suspend(Entry entry) {
 
 bool GoalBook::hasOpen() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return !open_.empty();
+  return std::any_of(open_.begin(), open_.end(),
+                     [](const Open& goal) { return goal.recorded.has_value(); });
 }
 
 GoalBook::Counts GoalBook::counts() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return counts_;
+}
+
+/// On any topic, without one.
+std::vector<GoalBook::Open>::iterator GoalBook::find(const std::string& id,
+                                                     const std::string& topic) {
+  return std::find_if(open_.begin(), open_.end(), [&](const Open& goal) {
+    return goal.id == id && (topic.empty() || goal.topic == topic);
+  });
+}
+
+/// They stay open until their cancels are sent.
+std::vector<GoalBook::Entry> GoalBook::takeOpen() {
+  std::vector<Entry> goals;
+  for (Open& goal : open_) {
+    if (goal.recorded) goals.push_back(*std::exchange(goal.recorded, std::nullopt));
+  }
+  return goals;
 }
 
 Bytes cancelMessage(const std::string& goal_id) {

@@ -1,8 +1,9 @@
 /// \file
-/// Which goals a replay has sent, and what became of them.
+/// Which goals the body has under way, and what became of them.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -15,9 +16,25 @@
 
 namespace afterglow::replay {
 
-/// Any thread.
+/// The one book of open goals in a replay, for whoever sends goals or has to stop them. A goal is
+/// open from open() until it ends or its cancel is sent. Those that were recorded (add()) are
+/// waited for, counted, suspended and sent again; others only lead the robot to the start or hold
+/// its gaze. Any thread.
 class GoalBook {
  public:
+  /// A goal is about to be sent on a topic, by the name it is published by.
+  void open(const std::string& topic, const std::string& id);
+  /// A cancel of it is about to be sent; an empty id: of all on this topic.
+  void cancel(const std::string& topic, const std::string& id);
+  /// It is over, whatever became of it.
+  void close(const std::string& id);
+  bool isOpen(const std::string& topic) const;
+  /// Its final status was seen. Unknown ids are not ours: ignored. True if this ended an open goal
+  /// that was recorded.
+  bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at);
+  /// What finish() said of it; Open before.
+  GoalOutcome outcomeOf(const std::string& id) const;
+
   struct Entry {
     Channel channel;    ///< of the goal
     Bytes recorded;     ///< the goal's message, as it was recorded
@@ -32,19 +49,19 @@ class GoalBook {
     SteadyTime at;
   };
 
-  void add(Entry entry);
-  /// Unknown ids are not ours: ignored. True if this ended an open goal.
-  bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at);
-  /// What was finished since the last call.
+  // All below is about goals that were recorded.
+  /// Was sent on this topic.
+  void add(const std::string& topic, Entry entry);
+  /// Those that ended since the last call.
   std::vector<Ended> takeEnded();
   /// The topic and the milestone of the open goal that is to end first in the recording, of those
   /// that are waited for.
   std::optional<std::pair<std::string, Milestone>> nextMilestone() const;
   /// Open goals whose milestones lie before this are not waited for any more.
   void giveUpWaiting(Stamp until);
-  /// Gives up all open and suspended goals; those that were open have to be told so.
-  std::vector<Entry> cancelOpen();
-  /// Sets the open goals aside, to be told so, and gives them back, to be sent and added again.
+  /// Gives up all open and suspended goals; those that were open have to be canceled.
+  std::vector<Entry> giveUp();
+  /// Sets the open goals aside, to be canceled, and gives them back, to be sent and added again.
   std::vector<Entry> suspendOpen();
   std::vector<Entry> takeSuspended();
   /// A goal that is in force at a moment the replay was moved to, to be sent when it goes on.
@@ -57,9 +74,18 @@ class GoalBook {
   Counts counts() const;
 
  private:
+  struct Open {
+    std::string topic, id;
+    std::optional<Entry> recorded;
+  };
+  std::vector<Open>::iterator find(const std::string& id, const std::string& topic = {});
+  std::vector<Entry> takeOpen();
+
   mutable std::mutex mutex_;
-  std::vector<Entry> open_, suspended_;
+  std::vector<Open> open_;
+  std::vector<Entry> suspended_;
   std::vector<Ended> ended_;
+  std::map<std::string, GoalOutcome> outcomes_;  ///< by id
   Counts counts_;
 };
 

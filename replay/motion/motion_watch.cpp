@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "replay/messages/field_edit.hpp"
-#include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/velocity.hpp"
 
@@ -29,16 +28,16 @@ void MotionWatch::watch(const PlannedTopic& topic) {
   const Channel& channel = topic.output;
   const auto output = static_cast<std::uint32_t>(outputs_.size());
   if (isVelocity(channel)) {
-    topics_[channel.topic] = {Kind::Twist, output};
+    topics_[channel.topic] = {Kind::Twist, output, {}};
     outputs_.push_back({channel, Bytes(schemaOf(channel).minimumSize(0))});
   } else if (isTrajectoryCommand(channel)) {
-    topics_[channel.topic] = {Kind::Trajectory, output};
+    topics_[channel.topic] = {Kind::Trajectory, output, {}};
     outputs_.push_back({channel, Bytes(schemaOf(channel).minimumSize(0))});
   } else if (isGoal(channel)) {
     const Channel cancel = cancelChannel(channel);
-    topics_[channel.topic] = {Kind::Goal, output};
-    topics_[cancel.topic] = {Kind::Cancel, output};
-    goals_.emplace(channel.topic, schemaOf(channel));
+    topics_[channel.topic] = {Kind::Goal, output, {}};
+    topics_[cancel.topic] = {Kind::Cancel, output, channel.topic};
+    actions_.emplace(channel.topic, Action{schemaOf(channel), output});
     outputs_.push_back({cancel, cancelMessage("")});
   }
 }
@@ -49,18 +48,19 @@ MotionWatch::Change MotionWatch::sending(const Channel& channel, const Bytes& by
   if (found == topics_.end()) {
     return change;
   }
-  const auto [kind, output] = found->second;
+  const auto& [kind, output, goals] = found->second;
   change.output = output;
   if (kind == Kind::Twist) {
     change.is_motion = !isZero(velocityOf(bytes));
     change.has_changed = setMoving(output, change.is_motion);
   } else if (kind == Kind::Goal) {
     change.is_motion = true;
-    open_[stringAt(goals_.at(channel.topic), bytes, "goal_id.id")] = output;
-    change.has_changed = setMoving(output, true);
+    goals_.open(channel.topic, stringAt(actions_.at(channel.topic).goal, bytes, "goal_id.id"));
+    change.has_changed = lookAtGoals();
   } else if (kind == Kind::Cancel) {
-    change.has_changed =
-        endGoals(output, stringAt(schemaOf(outputs_[output].channel), bytes, "id"));
+    const std::string id = stringAt(schemaOf(outputs_[output].channel), bytes, "id");
+    goals_.cancel(goals, id);
+    change.has_changed = lookAtGoals();
   } else {
     const Bytes halt = haltedTrajectory(channel, bytes);
     change.is_motion = halt != bytes;
@@ -72,19 +72,17 @@ MotionWatch::Change MotionWatch::sending(const Channel& channel, const Bytes& by
 }
 
 bool MotionWatch::goalEnded(const std::string& id) {
-  const auto goal = open_.find(id);
-  return goal != open_.end() && endGoals(goal->second, id);
+  goals_.close(id);
+  return lookAtGoals();
 }
 
-/// An empty id ends all.
-bool MotionWatch::endGoals(std::uint32_t output, const std::string& id) {
-  for (auto goal = open_.begin(); goal != open_.end();) {
-    const bool is_over = goal->second == output && (id.empty() || goal->first == id);
-    goal = is_over ? open_.erase(goal) : std::next(goal);
+/// True if an action's goals have set it in motion, or have all ended.
+bool MotionWatch::lookAtGoals() {
+  bool has_changed = false;
+  for (const auto& [topic, action] : actions_) {
+    has_changed |= setMoving(action.output, goals_.isOpen(topic));
   }
-  return setMoving(
-      output, std::any_of(open_.begin(), open_.end(),
-                          [output = output](const auto& goal) { return goal.second == output; }));
+  return has_changed;
 }
 
 bool MotionWatch::setMoving(std::uint32_t output, bool is_moving) {

@@ -10,13 +10,15 @@
 #include <vector>
 
 #include "replay/messages/schema.hpp"
+#include "replay/motion/goal_book.hpp"
 #include "replay/motion/heartbeat.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 
 /// A velocity topic moves from a velocity to a zero one, an action from a goal to its end or
-/// cancel, a trajectory command from the first point to a command without any. Not thread-safe.
+/// cancel, a trajectory command from the first point to a command without any. Not thread-safe, but
+/// for the book.
 class MotionWatch {
  public:
   /// Where a stop goes, and what it is: zeros, a cancel of all goals, a trajectory without points.
@@ -40,22 +42,29 @@ class MotionWatch {
   /// A goal's final status was seen. True if moving() has changed.
   bool goalEnded(const std::string& id);
   const Outputs& moving() const { return moving_; }
+  /// Every goal that is sent is opened in it, every one that is canceled closed. Any thread.
+  GoalBook& goals() { return goals_; }
 
  private:
   enum class Kind { Twist, Goal, Cancel, Trajectory };
   struct Topic {
     Kind kind;
     std::uint32_t output;
+    std::string goals;  ///< the topic of the goals that a cancel is for
+  };
+  struct Action {
+    Schema goal;
+    std::uint32_t output;
   };
 
   bool setMoving(std::uint32_t output, bool is_moving);
-  bool endGoals(std::uint32_t output, const std::string& id);
+  bool lookAtGoals();
   void watch(const PlannedTopic& topic);
 
   std::vector<Output> outputs_;
   std::map<std::string, Topic> topics_;  ///< by the name they are published by
-  std::map<std::string, Schema> goals_;
-  std::map<std::string, std::uint32_t> open_;  ///< goals under way
+  std::map<std::string, Action> actions_;  ///< by their goals' topics
+  GoalBook goals_;
   Outputs moving_;
 };
 

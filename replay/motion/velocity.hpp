@@ -13,6 +13,9 @@
 
 namespace afterglow::replay {
 
+/// A base that hears nothing stops after so long (0.25 s on a Fetch).
+constexpr std::int64_t kVelocityHoldsNs = 250'000'000;
+
 using Velocity = std::array<double, 6>;  ///< linear x, y, z in m/s, angular x, y, z in rad/s
 
 /// The six numbers at the message's end; not numbers if it is too short.

@@ -57,6 +57,11 @@ FailurePolicy parseOnFailure(const std::vector<std::string>& texts) {
   return policy;
 }
 
+double latencyOf(const ModalityLatency& latency, Modality modality) {
+  const auto given = latency.find(modality);
+  return given == latency.end() ? 0 : given->second;
+}
+
 OnFailure policyOf(const FailurePolicy& policy, Modality modality) {
   const auto found = policy.find(modality);
   if (found != policy.end()) return found->second;

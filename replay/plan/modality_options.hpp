@@ -24,6 +24,8 @@ using FailurePolicy = std::map<Modality, OnFailure>;
 /// Several texts together. Throws std::invalid_argument, one line.
 ModalityLatency parseLatency(const std::vector<std::string>& texts);
 
+double latencyOf(const ModalityLatency& latency, Modality modality);
+
 /// "speech=stop,body=go_on". Throws std::invalid_argument, one line.
 FailurePolicy parseOnFailure(const std::vector<std::string>& texts);
 

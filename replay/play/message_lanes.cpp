@@ -13,9 +13,8 @@ MessageLanes::MessageLanes(const Store& store, const PlayPlan& plan, const Modal
                            Stamp begin, std::size_t bytes) {
   std::map<double, std::vector<std::string>> topics;
   for (const PlannedTopic& topic : plan.topics) {
-    const auto given = latency.find(topic.modality);
     if (topic.isPlayed()) {
-      topics[given == latency.end() ? 0.0 : given->second].push_back(topic.channel.topic);
+      topics[latencyOf(latency, topic.modality)].push_back(topic.channel.topic);
     }
   }
   for (const auto& [seconds, names] : topics) {

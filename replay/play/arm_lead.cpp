@@ -1,0 +1,49 @@
+#include "replay/play/arm_lead.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace afterglow::replay {
+
+double ArmLead::leadFor(const std::vector<std::optional<double>>& needed) {
+  const bool is_expected = std::exchange(is_elsewhere_expected_, false);
+  double lead_s = 0;
+  for (const std::optional<double>& seconds : needed) {
+    const bool takes_lead = is_expected && seconds != 0.0;
+    lead_s = std::max({lead_s, seconds.value_or(0), takes_lead ? options_.seek_lead_s : 0});
+  }
+  return lead_s;
+}
+
+void ArmLead::give(double seconds, Stamp at) {
+  if (seconds <= 0) {
+    return;
+  }
+  end_ = clock_.now().after(static_cast<std::int64_t>(seconds * 1e9));
+  transport_.change([&](Timeline& timeline) { timeline.moveTo(at, end_); });
+}
+
+std::int64_t ArmLead::leftNs() const {
+  return std::max<std::int64_t>(0, end_.ns - clock_.now().ns);
+}
+
+std::optional<double> ArmLead::leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const {
+  return hasArm() ? options_.arm_start->leadOf(channel, bytes, at) : std::nullopt;
+}
+
+Bytes ArmLead::begin(const Channel& channel, const Bytes& bytes, Stamp at) const {
+  return options_.arm_start->begin(channel, bytes, at, static_cast<double>(leftNs()) * 1e-9);
+}
+
+void ArmLead::lookAtHalted() {
+  look_ = SteadyTime::forever();
+  if (hasArm()) options_.arm_start->halted();
+}
+
+void ArmLead::forget() {
+  end_ = {};
+  look_ = SteadyTime::forever();
+  if (hasArm()) options_.arm_start->forgetHalted();
+}
+
+}  // namespace afterglow::replay

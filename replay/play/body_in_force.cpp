@@ -1,0 +1,254 @@
+#include "replay/play/body_in_force.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/velocity.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr int kMostHeadRepeats = 3;
+
+}  // namespace
+
+// ----------------------------------------------------------------------------------------- sending
+
+void BodyInForce::send(Outbox::Outgoing message) {
+  Recorded whole{message.topic.is_command ? message.bytes : Bytes(), message.recorded};
+  sendAs(std::move(message), std::move(whole));
+}
+
+/// True if it was sent.
+bool BodyInForce::sendAs(Outbox::Outgoing message, Recorded whole) {
+  const Channel& channel = message.channel;
+  const OutboxTopic& topic = message.topic;
+  const auto sent = outbox_.publish(std::move(message));
+  if (sent && !sent->goal) {
+    if (topic.is_command) commands_[topic.planned.channel.topic] = std::move(whole);
+  } else if (sent && sent->was_heard) {
+    addGoal(topic.planned.output.topic,
+            {channel, std::move(whole.bytes), whole.at, sent->goal->id});
+  }
+  return sent.has_value();
+}
+
+void BodyInForce::addGoal(const std::string& output, GoalBook::Entry entry) {
+  entry.sent_at = clock_.now();
+  const auto end = milestones_.of(entry.channel.topic, entry.recorded_at);
+  if (end && end->at > transport_.timeline().recorded(entry.sent_at)) entry.milestone = end;
+  ledger_.addGoal(entry, end);
+  goals_.add(output, std::move(entry));
+}
+
+void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Recorded& whole,
+                           std::int64_t lead_ns) {
+  const Stamp at = transport_.timeline().recorded(clock_.now());
+  bool was_sent = false;
+  try {
+    // The lead of an arm that is looked at comes with its start.
+    Bytes rest = remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns,
+                                 lead_.hasArm() ? 0 : lead_ns);
+    was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole);
+  } catch (const MessageError& error) {
+    topic.report.problem = error.what();
+  }
+  if (!was_sent && !transport_.isStopped()) {
+    ledger_.note("the rest of a motion on " + channel.topic +
+                 " was not sent: " + topic.report.problem);
+  }
+}
+
+void BodyInForce::sendVelocity(OutboxTopic& topic, const Recorded& command, Stamp at) {
+  if (at.ns - command.at.ns < kVelocityHoldsNs && !isZero(velocityOf(command.bytes))) {
+    sendAs({topic, topic.planned.channel, at, command.at, command.bytes}, command);
+  }
+}
+
+void BodyInForce::sendVelocities(Stamp at) {
+  for (auto& [name, topic] : outbox_.topics()) {
+    const auto command = commands_.find(name);
+    if (topic.is_velocity && command != commands_.end()) {
+      sendVelocity(topic, Recorded(command->second), at);
+    }
+  }
+}
+
+// --------------------------------------------------------------------------------- how goals ended
+
+std::optional<GoalBook::Ended> BodyInForce::followEnds() {
+  std::optional<GoalBook::Ended> reached;
+  for (const GoalBook::Ended& ended : goals_.takeEnded()) {
+    if (repeatHeadGoal(ended)) continue;
+    followEnd(ended);
+    const bool is_reached = gate_.isWaitedFor(ended.milestone);
+    if (is_reached && (!reached || reached->milestone->at < ended.milestone->at)) reached = ended;
+  }
+  return reached;
+}
+
+/// Fetch's head controller may take a goal for reached because the one before it was: what ended
+/// long before its shortest duration was not done, and is sent again.
+bool BodyInForce::repeatHeadGoal(const GoalBook::Ended& ended) {
+  if (options_.gaze_frame.empty() || !isHeadGoal(ended.channel) ||
+      ended.outcome != GoalOutcome::Succeeded) {
+    return false;
+  }
+  const double planned = static_cast<double>(shortestDurationNs(ended.channel, ended.recorded)) /
+                         transport_.timeline().rate();
+  const bool was_done = static_cast<double>(ended.at.ns - ended.sent_at.ns) > planned / 2;
+  int& repeats = head_repeats_[{ended.channel.topic, ended.recorded_at.ns}];
+  if (was_done || repeats == kMostHeadRepeats) {
+    return false;
+  }
+  ++repeats;
+  sendRest(outbox_.topic(ended.channel.topic), ended.channel, {ended.recorded, ended.recorded_at},
+           0);
+  return true;
+}
+
+void BodyInForce::followEnd(const GoalBook::Ended& ended) {
+  ledger_.endGoal(ended);
+  const std::string& topic = ended.channel.topic;
+  const auto recorded = milestones_.of(topic, ended.recorded_at);
+  const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
+  // The player's own cancels are not told here: somebody else wanted the body to stop.
+  const bool was_canceled = ended.outcome == GoalOutcome::Canceled && gate_.isGated() &&
+                            ended.milestone && ended.milestone->is_awaited;
+  if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {
+    const Modality modality = outbox_.topic(topic).planned.modality;  // sound_play's is speech
+    transport_.fail(modality,
+                    "a goal on " + topic +
+                        (was_canceled ? " was canceled" : " was aborted, rejected or lost") +
+                        (recorded ? ", and was not when it was recorded" : ""));
+  }
+}
+
+// ---------------------------------------------------------------------------- standing, going on
+
+void BodyInForce::suspend(SteadyTime now) {
+  outbox_.sendZeroVelocities();
+  haltCommands();
+  const std::vector<GoalBook::Entry> goals = goals_.suspendOpen();
+  sendCancels(goals);
+  holdGaze(goals);
+  lead_.halt(now);
+}
+
+void BodyInForce::suspendGoals() {
+  lead_.lookAtHalted();
+  sendCancels(goals_.suspendOpen());
+}
+
+void BodyInForce::abandon() {
+  outbox_.sendZeroVelocities();
+  haltCommands();
+  giveUpGoals();
+  lead_.forget();
+}
+
+void BodyInForce::haltCommands() {
+  for (const auto& [name, command] : commands_) {
+    const OutboxTopic& topic = outbox_.topic(name);
+    if (!topic.is_velocity) {
+      outbox_.send(topic.planned.output, haltedTrajectory(topic.planned.channel, command.bytes));
+    }
+  }
+}
+
+void BodyInForce::giveUpGoals() {
+  for (const GoalBook::Ended& ended : goals_.takeEnded()) followEnd(ended);
+  sendCancels(goals_.giveUp());
+  ledger_.cancelGoals();
+}
+
+void BodyInForce::sendCancels(const std::vector<GoalBook::Entry>& goals) {
+  for (const GoalBook::Entry& goal : goals) {
+    const Channel& output = outbox_.topic(goal.channel.topic).planned.output;
+    outbox_.send(cancelChannel(output), cancelMessage(goal.id));
+    goals_.cancel(output.topic, goal.id);
+  }
+}
+
+void BodyInForce::holdGaze(const std::vector<GoalBook::Entry>& goals) {
+  for (const GoalBook::Entry& goal : goals) {
+    if (options_.gaze_frame.empty() || !isHeadGoal(goal.channel)) continue;
+    outbox_.send(outbox_.topic(goal.channel.topic).planned.output,
+                 presentGaze(goal.channel, goal.recorded, options_.gaze_frame, goal.id + "-gaze"));
+  }
+}
+
+void BodyInForce::setTargets(std::vector<std::pair<Channel, Message>> targets) {
+  commands_.clear();
+  for (auto& [channel, message] : targets) {
+    if (isGoal(channel)) {
+      goals_.suspend({channel, std::move(message.bytes), message.received, ""});
+    } else {
+      commands_[channel.topic] = {std::move(message.bytes), message.received};
+    }
+  }
+  lead_.expectElsewhere();
+}
+
+void BodyInForce::proceed() {
+  outbox_.forgetShift();
+  if (lead_.nextLook() < SteadyTime::forever()) lead_.lookAtHalted();
+  const Stamp at = transport_.timeline().recorded(clock_.now());
+  const std::vector<GoalBook::Entry> goals = goals_.takeSuspended();
+  try {
+    lead_.give(leadToProceed(goals, at), at);
+  } catch (const ArmElsewhere& error) {
+    transport_.stop(std::string("it does not go on: ") + error.what());
+  }
+  const auto lead_ns = static_cast<std::int64_t>(static_cast<double>(lead_.leftNs()) *
+                                                 transport_.timeline().rate());
+  for (const GoalBook::Entry& goal : goals) {
+    if (transport_.isStopped()) return;
+    sendRest(outbox_.topic(goal.channel.topic), goal.channel, {goal.recorded, goal.recorded_at},
+             lead_ns);
+  }
+  for (auto& [name, topic] : outbox_.topics()) {
+    const auto command = commands_.find(name);
+    if (command == commands_.end()) {
+      continue;
+    }
+    if (transport_.isStopped()) return;
+    const Recorded whole = command->second;
+    if (!topic.is_velocity) {
+      sendRest(topic, topic.planned.channel, whole, lead_ns);
+    } else if (!gate_.isHeldByGoal()) {
+      sendVelocity(topic, whole, at);
+    }
+  }
+}
+
+/// The time that the slowest of them needs to get to where it goes on; 0: it goes on at once.
+double BodyInForce::leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at) {
+  std::vector<std::optional<double>> needed;
+  for (const GoalBook::Entry& goal : goals) {
+    needed.push_back(leadOf(goal.channel, {goal.recorded, goal.recorded_at}, at));
+  }
+  for (const auto& [name, command] : commands_) {
+    const OutboxTopic& topic = outbox_.topic(name);
+    if (!topic.is_velocity) needed.push_back(leadOf(topic.planned.channel, command, at));
+  }
+  return lead_.leadFor(needed);
+}
+
+/// Empty if it is not known where the motion finds its joints.
+std::optional<double> BodyInForce::leadOf(const Channel& channel, const Recorded& whole,
+                                          Stamp at) {
+  if (!lead_.hasArm()) {
+    return std::nullopt;
+  }
+  try {
+    Bytes rest = remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns);
+    outbox_.topic(channel.topic).scaling.apply(rest, transport_.timeline().rate());
+    return lead_.leadOf(channel, rest, at);
+  } catch (const MessageError&) {
+    return 0;  // nor can it be sent
+  }
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,89 @@
+/// \file
+/// What a replay did, written down while it plays: the report is made of it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "replay/clock/timeline.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/play/play_report.hpp"
+#include "replay/play/skew.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// Decides nothing and sends nothing. The plan outlives it. One thread.
+class Ledger {
+ public:
+  explicit Ledger(const PlayPlan& plan);
+
+  /// From the replay's first deadline on.
+  void begin(SteadyTime first_deadline);
+  /// Seconds into the behavior.
+  double recordedSeconds(Stamp recorded) const;
+  /// Seconds since the first deadline.
+  double playedSeconds(SteadyTime now) const;
+
+  /// Of a topic that is played, by its recorded name: to be counted in. Stays where it is.
+  TopicReport& topic(const std::string& name) { return topics_[name]; }
+  /// A message went out.
+  struct Sent {
+    Stamp recorded;  ///< when it was recorded
+    SteadyTime at;
+    std::int64_t late_ns = 0;
+    double latency_s = 0;  ///< its effect comes so much later
+    double rate = 1;
+  };
+  void addSent(const PlannedTopic& topic, const Sent& sent);
+
+  /// `end`: of the goal in the recording, if it has one. A goal that is sent again after a pause is
+  /// the same goal.
+  void addGoal(const GoalBook::Entry& goal, const std::optional<Milestone>& end);
+  void endGoal(const GoalBook::Ended& goal);
+  /// Those that are open.
+  void cancelGoals();
+
+  /// The timeline stood at `at`, for this topic of the body. Waits that follow close upon each
+  /// other are one.
+  void addWait(Stamp at, SteadyTime since, double seconds, const std::string& what);
+  /// After a step of the base: where in the recording it has got to, and m off its track.
+  void addBase(Stamp at, SteadyTime now, std::optional<Stamp> progress,
+               std::optional<double> deviation);
+  /// The replay pauses, or goes on elsewhere or at another rate: light and speech are measured
+  /// against the body from there on.
+  void restartSkew() { skew_.restart(); }
+
+  /// The same ones may come again, after a seek.
+  void addDamage(const std::vector<DamagedMessage>& messages);
+  void note(const std::string& problem) { report_.notes.push_back(problem); }
+  /// From the first deadline to now, or to the pause it stands in.
+  void measureLength(const Timeline& timeline, SteadyTime now);
+  bool hasLength() const { return report_.actual_ns != 0; }
+
+  /// Of the base, m off its track.
+  const Samples& deviation() const { return deviation_; }
+  /// All that is written down here.
+  PlayReport report() const;
+
+ private:
+  void endWait(InStep& in_step) const;
+
+  const PlayPlan& plan_;
+  SteadyTime first_deadline_;
+  PlayReport report_;
+  std::map<std::string, TopicReport> topics_;
+  std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;  ///< of goals, in the report
+  std::optional<PlayWait> wait_;                                       ///< may go on
+  double wait_end_s_ = 0;
+  Skew skew_;
+  Samples deviation_;                ///< of the base
+  std::set<std::uint64_t> damaged_;  ///< messages that were left out, by sequence
+};
+
+}  // namespace afterglow::replay

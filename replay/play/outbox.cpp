@@ -1,0 +1,236 @@
+#include "replay/play/outbox.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "replay/motion/velocity.hpp"
+#include "replay/play/clearing.hpp"
+#include "replay/play/message_lanes.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+/// Motion that is later than this is no replay of what happened any more.
+constexpr std::int64_t kMotionStalled = 1'000'000'000;
+/// ROS time was stepped, or is not the machine's: stamps follow.
+constexpr std::int64_t kClockStep = 50'000'000;
+
+/// All zeros: every number 0, every string empty.
+Bytes blankMessage(const Channel& channel) {
+  const Schema schema = Schema::parse(channel.type, channel.definition);
+  return Bytes(schema.minimumSize(0));
+}
+
+}  // namespace
+
+OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, TopicReport& counts)
+    : planned(topic),
+      report(counts),
+      scaling(Schema::parse(topic.channel.type, topic.channel.definition)),
+      is_velocity(isVelocity(topic.channel)),
+      is_trajectory(isTrajectoryCommand(topic.channel)),
+      is_command(is_velocity || is_trajectory || isGoal(topic.channel)),
+      is_replacing(isReplacing(topic.channel.type) || is_velocity || isGoal(topic.channel)),
+      is_driven(options.base_drive && options.base_drive->topic() == topic.channel.topic),
+      latency_s(latencyOf(options.latency_s, topic.modality)) {}
+
+Outbox::Outbox(const PlayPlan& plan, const PlayOptions& options, MessageSink& sink, Clock& clock,
+               std::function<Stamp()> ros_now, Rewriter::FreshId ids, Transport& transport,
+               ArmLead& lead, Ledger& ledger)
+    : options_(options),
+      sink_(sink),
+      clock_(clock),
+      ros_now_(std::move(ros_now)),
+      rewriter_(std::move(ids), plan.rewriting),
+      transport_(transport),
+      lead_(lead),
+      ledger_(ledger) {
+  for (const PlannedTopic& planned : plan.topics) {
+    const std::string& name = planned.channel.topic;
+    if (planned.isPlayed()) {
+      topics_.try_emplace(name, planned, options, ledger.topic(name));
+    }
+  }
+  if (options.base_drive) topics_.at(options.base_drive->topic());  // has to be played
+}
+
+OutboxTopic* Outbox::find(const std::string& name) {
+  const auto found = topics_.find(name);
+  return found == topics_.end() ? nullptr : &found->second;
+}
+
+// ----------------------------------------------------------------------------------- a message out
+
+bool Outbox::leavesOut(const Outgoing& message) const {
+  const OutboxTopic& topic = message.topic;
+  const bool is_body = topic.planned.modality == Modality::Body;
+  // An older velocity would start the base again at a time that nobody chose.
+  const bool is_too_late = topic.is_velocity && message.late_ns > kVelocityHoldsNs &&
+                           !isZero(velocityOf(message.bytes));
+  if (topic.is_driven) {
+    ++topic.report.replaced;
+  } else if (is_too_late) {
+    ++topic.report.skipped;
+  } else if (!topic.is_velocity && is_body && message.late_ns > kMotionStalled) {
+    throw std::runtime_error("stalled: motion on " + message.channel.topic + " is " +
+                             std::to_string(message.late_ns / 1'000'000) + " ms late");
+  }
+  return topic.is_driven || is_too_late;
+}
+
+std::optional<Outbox::Sent> Outbox::publish(Outgoing message) {
+  OutboxTopic& topic = message.topic;
+  const Modality modality = topic.planned.modality;
+  std::optional<Sent> sent;
+  try {
+    sent = tryPublish(message);
+  } catch (const ArmElsewhere& error) {
+    refuse(message, error.what());
+    transport_.stop("nothing more is sent on " + topic.planned.output.topic + ": " + error.what());
+  } catch (const std::exception& error) {
+    refuse(message, error.what());
+    if (modality != Modality::Body) {
+      transport_.fail(modality, message.channel.topic + ": " + error.what());
+    }
+  }
+  if (!sent) {
+    return sent;
+  }
+  if (modality != Modality::Body && !sent->was_heard) {
+    transport_.fail(modality, "nobody listened on " + topic.planned.output.topic);
+  }
+  if (modality == Modality::Ar) topic.last = std::move(message.bytes);
+  ++published_;
+  return sent;
+}
+
+/// Checks, rescales, begins where the joints are, anchors, rewrites, publishes, counts.
+std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
+  OutboxTopic& topic = message.topic;
+  const Channel& channel = message.channel;
+  const PublishMoment moment = message.moment ? *message.moment : momentOf(message);
+  if (channel.md5 != topic.planned.channel.md5) {
+    throw MessageError("the topic began with another definition");
+  }
+  if (topic.is_velocity && !isFinite(velocityOf(message.bytes))) {
+    throw MessageError("a velocity that is no number");
+  }
+  const double rate = transport_.timeline().rate();
+  topic.scaling.apply(message.bytes, rate);
+  beginWhereJointsAre(message);
+  if (options_.anchor) {
+    options_.anchor->anchor(channel, message.recorded, moment, message.bytes);
+  }
+  const Rewritten rewritten = rewriter_.rewrite(channel, moment, message.bytes);
+  if (!rewritten.publish) {
+    return std::nullopt;
+  }
+  topic.has_moved = topic.has_moved || topic.is_velocity;
+  topic.report.was_heard = sink_.publish(topic.planned.output, message.bytes);
+  const SteadyTime now = clock_.now();
+  const std::int64_t late_ns = std::min(message.late_ns, now.ns - message.released.ns);
+  ledger_.addSent(topic.planned, {message.recorded, now, std::max<std::int64_t>(0, late_ns),
+                                  topic.latency_s, rate});
+  return Sent{topic.report.was_heard, rewritten.goal};
+}
+
+PublishMoment Outbox::momentOf(const Outgoing& message) {
+  if (options_.has_recorded_time) {
+    return {message.at, 0};
+  }
+  const double rate = transport_.timeline().rate();
+  const std::int64_t early_ns = earlyNs(message.topic.latency_s, rate);
+  const Stamp now = ros_now_();
+  const std::int64_t shift = now.ns - message.late_ns - (message.at.ns - early_ns);
+  // One shift for all, so that stamps that were equal stay equal. Those of what is sent early are
+  // no later than now: tf knows no future.
+  const bool is_constant = rate == 1.0 && shift_ns_;
+  if (!is_constant || std::abs(shift - *shift_ns_) > kClockStep) {
+    shift_ns_ = shift;
+  }
+  return {now, *shift_ns_ - early_ns};
+}
+
+/// What is sent while others are given time gets as much.
+void Outbox::beginWhereJointsAre(Outgoing& message) {
+  const OutboxTopic& topic = message.topic;
+  const bool has_joints = topic.is_command && !topic.is_velocity;
+  if (!lead_.hasArm() || !has_joints || topic.planned.modality != Modality::Body) {
+    return;
+  }
+  if (!lead_.isGiven()) {
+    const double needed = lead_.leadOf(message.channel, message.bytes, message.at).value_or(0);
+    if (needed > 0) {
+      sendZeroVelocities();
+      lead_.give(needed, message.at);
+      forgetShift();
+    }
+  }
+  message.bytes = lead_.begin(message.channel, message.bytes, message.at);
+}
+
+void Outbox::refuse(const Outgoing& message, const std::string& why) {
+  ++message.topic.report.refused;
+  message.topic.report.problem = why;
+}
+
+// -------------------------------------------------------------------- messages of the player's own
+
+void Outbox::sendDriven(const Bytes& velocity) {
+  OutboxTopic& topic = topics_.at(options_.base_drive->topic());
+  topic.has_moved = true;
+  topic.report.was_heard = sink_.publish(topic.planned.output, velocity);
+  ++topic.report.published;
+}
+
+/// At the end one message that cannot be sent must not keep the others from being sent.
+void Outbox::send(const Channel& channel, const Bytes& bytes) {
+  try {
+    sink_.publish(channel, bytes);
+  } catch (const std::exception& error) {
+    ledger_.note(channel.topic + ": " + error.what());
+  }
+}
+
+void Outbox::sendZeroVelocities() {
+  if (options_.base_drive) options_.base_drive->rest();
+  for (const auto& [name, topic] : topics_) sendZeroVelocity(topic);
+}
+
+void Outbox::standStill() {
+  for (const auto& [name, topic] : topics_) {
+    if (!topic.is_driven) sendZeroVelocity(topic);
+  }
+}
+
+void Outbox::sendZeroVelocity(const OutboxTopic& topic) {
+  if (topic.has_moved) send(topic.planned.output, blankMessage(topic.planned.channel));
+}
+
+bool Outbox::isLit() const {
+  return std::any_of(topics_.begin(), topics_.end(),
+                     [](const auto& entry) { return !entry.second.last.empty(); });
+}
+
+void Outbox::clearProjection() {
+  for (auto& [name, topic] : topics_) {
+    if (topic.last.empty()) {
+      continue;
+    }
+    if (const auto nothing = clearingMessage(topic.planned.channel, topic.last)) {
+      send(topic.planned.output, *nothing);
+    }
+    topic.last.clear();
+  }
+}
+
+double Outbox::latency() const {
+  double longest = 0;
+  for (const auto& [name, topic] : topics_) longest = std::max(longest, topic.latency_s);
+  return longest;
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,124 @@
+/// \file
+/// A message's way to its publisher: outbox.cpp is to be read from its top to its end.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/clock/clock.hpp"
+#include "replay/motion/motion_rate.hpp"
+#include "replay/plan/anchoring.hpp"
+#include "replay/plan/play_plan.hpp"
+#include "replay/plan/rewrite.hpp"
+#include "replay/play/arm_lead.hpp"
+#include "replay/play/ledger.hpp"
+#include "replay/play/transport.hpp"
+
+namespace afterglow::replay {
+
+/// Where messages go.
+class MessageSink {
+ public:
+  virtual ~MessageSink() = default;
+  /// True if somebody listens on the topic. May throw: the message counts as refused.
+  virtual bool publish(const Channel& channel, const Bytes& bytes) = 0;
+};
+
+/// A topic that is played.
+struct OutboxTopic {
+  explicit OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, TopicReport& counts);
+
+  const PlannedTopic& planned;
+  TopicReport& report;
+  MotionRate scaling;
+  bool is_velocity, is_trajectory;
+  bool is_command;    ///< a velocity, trajectory command or goal
+  bool is_replacing;  ///< a message replaces the one before it
+  bool is_driven;     ///< the base drive's
+  double latency_s = 0;
+  bool has_moved = false;  ///< a velocity was sent
+  Bytes last;              ///< projected content in force
+};
+
+/// Makes messages right to be sent now, sends and counts them; knows what it has lit and moved, to
+/// end both. The thread that plays. Everything given outlives it.
+class Outbox {
+ public:
+  /// Throws MessageError for a definition that is none.
+  Outbox(const PlayPlan& plan, const PlayOptions& options, MessageSink& sink, Clock& clock,
+         std::function<Stamp()> ros_now, Rewriter::FreshId ids, Transport& transport, ArmLead& lead,
+         Ledger& ledger);
+
+  /// By their recorded names.
+  std::map<std::string, OutboxTopic>& topics() { return topics_; }
+  OutboxTopic& topic(const std::string& name) { return topics_.at(name); }
+  /// The same; none if it is not played.
+  OutboxTopic* find(const std::string& name);
+
+  struct Outgoing {
+    OutboxTopic& topic;
+    const Channel& channel;
+    Stamp at;        ///< the moment of the recording that it is sent for
+    Stamp recorded;  ///< when it was recorded: before, if only what is left of it is sent
+    Bytes bytes;
+    std::int64_t late_ns = 0;
+    SteadyTime released = {};  ///< it waited for the body until then, and is not late by that
+    /// As which it is sent; empty: as one of this moment, less what it is late.
+    std::optional<PublishMoment> moment = {};
+  };
+  struct Sent {
+    bool was_heard = false;
+    std::optional<SentGoal> goal;
+  };
+  /// A message that is due: left out if it is too late, or the base drive's. Throws
+  /// std::runtime_error if motion comes so late that the replay has to stop.
+  bool leavesOut(const Outgoing& message) const;
+  /// Empty if it was not sent: refused, which is counted, may be a failure of its modality, and
+  /// stops the replay if an arm is elsewhere; or the cancel of a goal that was not sent.
+  std::optional<Sent> publish(Outgoing message);
+  /// The timeline goes on elsewhere: stamps are not moved by what they were before.
+  void forgetShift() { shift_ns_.reset(); }
+  /// How many were published. Any thread.
+  std::uint64_t published() const { return published_; }
+
+  /// The base drive's command. Throws what the sink throws.
+  void sendDriven(const Bytes& velocity);
+  /// As it is, and not counted; a failure is noted.
+  void send(const Channel& channel, const Bytes& bytes);
+  /// On every velocity topic that has moved the base; the base drive rests.
+  void sendZeroVelocities();
+  /// The same, but the base drive stands by itself.
+  void standStill();
+  bool isLit() const;
+  void clearProjection();
+  /// The longest of its topics.
+  double latency() const;
+  /// PlannedTopic::rewrites, with what was done.
+  std::vector<RewrittenField> rewrites(const Channel& channel) { return rewriter_.rules(channel); }
+
+ private:
+  std::optional<Sent> tryPublish(Outgoing& message);
+  PublishMoment momentOf(const Outgoing& message);
+  void beginWhereJointsAre(Outgoing& message);
+  void refuse(const Outgoing& message, const std::string& why);
+  void sendZeroVelocity(const OutboxTopic& topic);
+
+  const PlayOptions& options_;
+  MessageSink& sink_;
+  Clock& clock_;
+  const std::function<Stamp()> ros_now_;
+  Rewriter rewriter_;
+  Transport& transport_;
+  ArmLead& lead_;
+  Ledger& ledger_;
+  std::map<std::string, OutboxTopic> topics_;
+  std::optional<std::int64_t> shift_ns_;  ///< what recorded stamps are moved by
+  std::atomic<std::uint64_t> published_{0};
+};
+
+}  // namespace afterglow::replay

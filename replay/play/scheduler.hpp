@@ -1,0 +1,101 @@
+/// \file
+/// When everything of a replay is done: the one loop that waits for deadlines and for what other
+/// threads want.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "replay/clock/clock.hpp"
+#include "replay/play/arm_lead.hpp"
+#include "replay/play/body_in_force.hpp"
+#include "replay/play/driven_base.hpp"
+#include "replay/play/ledger.hpp"
+#include "replay/play/message_lanes.hpp"
+#include "replay/play/outbox.hpp"
+#include "replay/play/scene_at.hpp"
+#include "replay/play/step_gate.hpp"
+#include "replay/play/transport.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+
+/// The parts of a player, which outlive its scheduler.
+struct PlayerParts {
+  const Store& store;
+  const PlayPlan& plan;
+  const PlayOptions& options;
+  bool has_motion;
+  Clock& clock;
+  std::function<Stamp()> ros_now;
+  Transport& transport;
+  Ledger& ledger;
+  const GoalBook& goals;
+  Outbox& outbox;
+  ArmLead& lead;
+  StepGate& gate;
+  DrivenBase& base;
+  BodyInForce& body;
+};
+
+/// Used once: play(), then finish(). One thread.
+class Scheduler {
+ public:
+  explicit Scheduler(PlayerParts parts) : parts_(std::move(parts)) {}
+
+  /// To the end, or a stop. Throws what ends a replay early.
+  void play();
+  /// However it ended: brings the robot to rest and clears the projection.
+  void finish();
+  /// It came to the end, and only waited to be stopped.
+  bool hasEnded() const { return has_ended_; }
+
+ private:
+  struct Due {
+    Message message;
+    const Channel* channel = nullptr;
+    OutboxTopic* topic = nullptr;
+    SteadyTime deadline;
+  };
+  /// Why a wait is over.
+  enum class Wake { Due, Moved, Stopped };
+
+  bool playRound();
+  void playDue();
+  std::vector<Due> takeDue(SteadyTime now);
+  void send(Due& due);
+  void leapAfterStall(Stamp recorded);
+  void leapTo(Stamp recorded);
+  std::optional<Stamp> leapBefore(Stamp recorded) const;
+  bool pausesBefore(const Message& message);
+
+  Wake waitUntil(Stamp recorded, std::int64_t early_ns);
+  Wake waitFor(double seconds, const std::function<bool()>& is_over);
+  SteadyTime nextStep() const;
+  bool keepInStep();
+  Wake followRequests();
+  void pause();
+  void resume();
+  void setRate(double rate);
+  bool step();
+
+  void enter(Stamp at);
+  void moveTo(Stamp to);
+  SceneAt readScene(Stamp at);
+  void show(const SceneAt& scene, Stamp at);
+  Wake endRound();
+  const Channel& channelOf(std::int64_t id);
+
+  const PlayerParts parts_;
+  std::unique_ptr<MessageLanes> lanes_;
+  std::map<std::int64_t, Channel> channels_;
+  Stamp played_until_;     ///< the last message's, for gaps
+  bool has_next_ = false;  ///< a message is to come
+  bool has_ended_ = false;
+};
+
+}  // namespace afterglow::replay

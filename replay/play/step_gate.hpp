@@ -1,0 +1,95 @@
+/// \file
+/// The gate of being in step: what was recorded after the body had done something waits for that.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "replay/clock/clock.hpp"
+#include "replay/motion/goal_book.hpp"
+#include "replay/motion/milestones.hpp"
+#include "replay/play/ledger.hpp"
+#include "replay/play/transport.hpp"
+
+namespace afterglow::replay {
+
+/// Limits the timeline to the recorded end of the open goals, less a margin, and to where a driven
+/// base is. Decides and writes down what waited; sends nothing. The thread that plays. Everything
+/// given outlives it.
+class StepGate {
+ public:
+  StepGate(const PlayPlan& plan, const PlayOptions& options, const Milestones& milestones,
+           Clock& clock, Transport& transport, GoalBook& goals, Ledger& ledger)
+      : plan_(plan),
+        options_(options),
+        milestones_(milestones),
+        clock_(clock),
+        transport_(transport),
+        goals_(goals),
+        ledger_(ledger) {}
+
+  /// False where nothing waits: not asked for, or the robot's time is the replay's.
+  bool isGated() const { return options_.is_in_step && !options_.has_recorded_time; }
+
+  struct Move {
+    bool has_moved = false;
+    /// Velocities were zero while the timeline stood: those of this recorded moment are in force
+    /// again.
+    std::optional<Stamp> goes_on_from;
+  };
+  /// Moves the limit to what the body has not done yet. `reached`: the goal for which the timeline
+  /// stood has ended; it leaps to where that was recorded.
+  Move moveLimit(const std::optional<GoalBook::Ended>& reached);
+
+  struct Stand {
+    bool begins = false;    ///< velocities have to be zero from now on
+    std::string too_long;   ///< which goal failed to end in time: a sentence; not waited for now
+  };
+  /// While a goal holds the timeline.
+  Stand stand();
+
+  /// A goal holds the timeline now.
+  bool isHeldByGoal() const;
+  /// It does so for this milestone.
+  bool isWaitedFor(const std::optional<Milestone>& milestone) const;
+  /// When a message is due that goes out so much earlier: what waited for the body is due when that
+  /// is there, unless it was due before by itself.
+  SteadyTime deadlineOf(Stamp recorded, std::int64_t early_ns) const;
+  /// When the last limit was lifted that held the timeline.
+  SteadyTime releasedAt() const { return lifted_at_; }
+  /// When stand() has something to say.
+  SteadyTime nextLook() const;
+  /// A limit that also holds what was recorded after the end of this goal, if it is waited for.
+  std::optional<Stamp> limitAfter(std::optional<Stamp> limit, const std::string& topic,
+                                  Stamp recorded_at) const;
+
+  /// Before a pause: velocities will be zero. True if a goal holds the timeline.
+  bool pause();
+  /// Before another rate, another place, the end.
+  void interrupt();
+  /// The replay begins, or goes on elsewhere.
+  void enter();
+
+ private:
+  std::optional<Stamp> setLimit(std::optional<Stamp> limit,
+                                const std::optional<GoalBook::Ended>& reached);
+  std::int64_t marginNow() const;
+  std::int64_t longestWait() const;
+
+  const PlayPlan& plan_;
+  const PlayOptions& options_;
+  const Milestones& milestones_;
+  Clock& clock_;
+  Transport& transport_;
+  GoalBook& goals_;
+  Ledger& ledger_;
+  std::optional<Stamp> asked_limit_;  ///< of the timeline, which may have passed it
+  bool is_goal_limit_ = false;        ///< it is a goal's, not the base's
+  std::string awaited_;               ///< the topic that sets it
+  bool is_standing_ = false;          ///< velocities are zero because it is held
+  Stamp lifted_from_;                 ///< the last limit that held, and until when
+  SteadyTime lifted_at_;
+};
+
+}  // namespace afterglow::replay

@@ -1,0 +1,102 @@
+/// \file
+/// Where a replay is, and what other threads want of it: stop, pause, another rate, another place.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "replay/clock/clock.hpp"
+#include "replay/clock/timeline.hpp"
+#include "replay/plan/play_plan.hpp"
+#include "replay/play/play_options.hpp"
+#include "replay/play/play_report.hpp"
+
+namespace afterglow::replay {
+
+class MessageLanes;
+
+struct PlayProgress {
+  enum class State { Idle, Playing, Paused } state = State::Idle;
+  bool is_held = false;  ///< playing, but hold() keeps it standing
+  PlaybackTime position;
+  double rate = 1;
+  std::uint64_t published = 0;
+};
+
+/// The timeline of a replay and the requests for it. Any thread may ask; the thread that plays
+/// takes the requests and is the only one that changes the timeline. Everything given outlives it.
+class Transport {
+ public:
+  /// `clock` is woken by every request that the thread that plays has to follow.
+  Transport(const PlayPlan& plan, const PlayOptions& options, Clock& clock);
+
+  // Any thread, also before begin(). A request that is not possible is refused by
+  // std::runtime_error, one line.
+  void stop(const std::string& reason);
+  void pause();
+  void resume();
+  void hold(bool holds);
+  void setRate(double rate);
+  void seek(PlaybackTime position);
+  void playNext(std::uint64_t count);
+  bool togglePauseTopics();
+  /// Stops the replay if the options say so of this modality.
+  void fail(Modality modality, const std::string& why);
+  bool isPauseWanted() const;
+  bool isStopped() const { return stopReason().has_value(); }
+  /// The first one.
+  std::optional<std::string> stopReason() const;
+  /// Without the count of published messages.
+  PlayProgress progress() const;
+  std::map<Modality, ModalityFailures> failures() const;
+
+  // The thread that plays.
+  /// What is to be done now; requests for another rate, another place and single messages are
+  /// given once.
+  struct Orders {
+    bool stops = false;  ///< all others are left then
+    bool pauses = false, resumes = false;
+    std::optional<double> rate;
+    std::optional<Stamp> seek;
+    std::uint64_t steps = 0;  ///< so many single messages
+  };
+  /// hold() holds only if a message is to come.
+  Orders takeOrders(bool has_next);
+  /// Before a message of a pause topic, once for each: true if the replay is to pause.
+  bool pausesBefore(std::uint64_t sequence);
+  /// A stop no longer waits for messages to be read. `lanes` outlives the next call, or this.
+  void cancelOnStop(MessageLanes& lanes);
+  /// The replay begins at this recorded moment, or goes on there, as soon as `when` has come.
+  /// Without a limit; paused if that was asked for before the begin.
+  void enter(Stamp at, SteadyTime when);
+  bool hasBegun() const { return timeline_.has_value(); }
+  const Timeline& timeline() const { return *timeline_; }
+  void change(const std::function<void(Timeline&)>& change);
+
+ private:
+  struct Requests {
+    std::optional<std::string> stop_reason;
+    bool pause = false, hold = false;
+    std::optional<double> rate;
+    std::optional<Stamp> seek;
+    std::uint64_t steps = 0;
+  };
+  void request(const std::function<void(Requests&)>& ask);
+
+  const PlayPlan& plan_;
+  const PlayOptions& options_;
+  Clock& clock_;
+  mutable std::mutex mutex_;
+  std::optional<Timeline> timeline_;
+  MessageLanes* lanes_ = nullptr;
+  Requests requests_;
+  std::map<Modality, ModalityFailures> failures_;
+  bool has_pause_topics_ = true;
+  std::optional<std::uint64_t> paused_before_;  ///< the sequence of a pause topic's message
+};
+
+}  // namespace afterglow::replay
