@@ -1,6 +1,6 @@
 /// \file
-/// Puts world-anchored light in place on a running robot: tells /tf where recorded frames are, and
-/// knows whether today's tf has the anchor at all.
+/// Puts world-anchored light in place on a running robot: publishes the recorded frames on /tf, and
+/// knows whether today's tf has the anchor.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -23,15 +23,15 @@ namespace afterglow::nodes {
 /// While it is not, messages that need it are refused: their light would be anywhere.
 class AnchorBroadcast : public replay::MessageAnchor {
  public:
-  /// Where the replay is, and what its transforms are to be stamped with.
+  /// The recorded moment that is played, and the stamp for its transforms.
   struct Moment {
     replay::Stamp recorded, now;
   };
   /// Empty while nothing plays.
   using Position = std::function<std::optional<Moment>()>;
 
-  /// Everything given must outlive this. 30 times a second, paused or not, frames in use are told
-  /// anew.
+  /// Everything given must outlive this. The frames in use are published 30 times a second, also
+  /// while the replay is paused.
   AnchorBroadcast(const replay::Store& store, const replay::PlayPlan& plan,
                   const replay::AnchorSettings& settings, Position position);
   ~AnchorBroadcast() override;

@@ -1,5 +1,5 @@
 /// \file
-/// Where the base is now, as odometry and localization last told it on /tf.
+/// The newest pose of the base by odometry and localization, from /tf.
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>
@@ -26,7 +26,7 @@ class BasePoses {
   /// Stamps are in ROS time here: odometry's own, moved by the shortest delay seen, so that another
   /// machine's clock does no harm; localization's when it came, because it is dated ahead.
   replay::BaseInput look(replay::Stamp now);
-  /// The same, for whoever has the time to wait for both, or for odometry alone.
+  /// The same after waiting for both, or for odometry alone.
   replay::BaseInput wait(bool for_localization, double patience_s,
                          const std::function<bool()>& is_stopped);
 

@@ -263,6 +263,7 @@ void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartP
 GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
                               const std::string& id, const std::function<bool()>& is_stopped) {
   sink_.clock().watchThisThread();
+  goals().open(output.topic, id);
   sink_.publish(output, goal);
   const Deadline deadline = deadlineIn(kLongestApproach);
   GoalOutcome outcome = GoalOutcome::Open;

@@ -1,6 +1,7 @@
 /// \file
-/// What a replay that moves the robot has to pass: somebody there to move, the emergency stop
-/// released, the robot where it was when the behavior began, a watchdog beside the player.
+/// The body gate: the conditions of a replay that moves the robot. Its controllers run, the
+/// emergency stop is released, the robot stands where the behavior began, and a watchdog runs
+/// beside the player.
 #pragma once
 
 #include <functional>
@@ -33,8 +34,8 @@ struct BodyOptions {
   static BodyOptions read(const ros::NodeHandle& private_node);
 };
 
-/// What of the body's outputs nobody is there for: "nobody listens on /cmd_vel", "there is no
-/// action server /arm/follow_joint_trajectory".
+/// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there
+/// is no action server /arm/follow_joint_trajectory".
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph);
 
 /// For one replay. Everything given must outlive it.
@@ -49,18 +50,18 @@ class BodyGate {
   /// Throws std::runtime_error, one line, if the replay may not begin.
   void check(const std::function<bool()>& is_stopped);
 
-  /// What the player is to send to and sleep on.
+  /// The sink that the player publishes on, and the clock that it sleeps on.
   replay::MessageSink& sink() { return sink_; }
   replay::Clock& clock() { return sink_.clock(); }
-  /// After check(); none: velocities are sent as they were recorded.
+  /// After check(); nullptr: velocities are sent as they were recorded.
   replay::BaseDrive* baseDrive() { return base_ ? base_->drive() : nullptr; }
-  /// The same; none: no joints are moved.
+  /// After check(); nullptr: no joints are moved.
   replay::ArmStart* armStart() { return arm_ ? &*arm_ : nullptr; }
   /// PlayOptions::gaze_frame
   std::string gazeFrame() const;
   /// PlayOptions::goals
   replay::GoalBook& goals() { return sink_.goals(); }
-  /// After the player, if there is one. Any thread.
+  /// To be told after the player, which takes the goal's end from the book. Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
   /// What could not be checked, where the robot was moved, and how the base was.
   void addTo(replay::PlayReport& report) const;

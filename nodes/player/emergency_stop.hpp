@@ -1,5 +1,5 @@
 /// \file
-/// An emergency stop that is told on a topic (std_msgs/Bool, true: stop), latched or repeated.
+/// An emergency stop that is published on a topic (std_msgs/Bool, true: stop), latched or repeated.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -31,8 +31,8 @@ class EmergencyStop {
   EmergencyStop(const EmergencyStop&) = delete;
   EmergencyStop& operator=(const EmergencyStop&) = delete;
 
-  /// Waits for the first word if somebody publishes, or has to. Throws std::runtime_error, one
-  /// line, if the robot may not move.
+  /// Waits for the first message if the topic has a publisher, or has to be repeated. Throws
+  /// std::runtime_error, one line, if the robot may not move.
   void check();
 
  private:

@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// The errors at the end. What `now` lacks is a remark.
+/// The errors at the end. Joints that `now` lacks become a remark.
 replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now);
 
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,

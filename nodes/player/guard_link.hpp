@@ -1,5 +1,5 @@
 /// \file
-/// The line between a player and its watchdog: a socket that keeps messages whole and tells either
+/// The link between a player and its watchdog: a socket that keeps messages whole and shows either
 /// side when the other is gone. Messages are JSON objects with a "kind", as CBOR:
 /// - player to guard: output {topic, type, md5, definition, stop}, ready?, beat {moving}, stop,
 /// end;

@@ -1,6 +1,6 @@
 /// \file
-/// What the running graph means to a replay before it publishes anything: what a projector shows,
-/// whether a robot is live, and who else publishes.
+/// The running ROS graph before a replay publishes anything: the layers of projectors, whether a
+/// robot is live, and other publishers of the replay's topics.
 #pragma once
 
 #include <functional>

@@ -17,7 +17,7 @@
 
 namespace afterglow::nodes {
 
-/// Listens while it lives, in a thread of its own. Messages may tell of some joints each. Any
+/// Listens while it lives, in a thread of its own. Each message may have some of the joints. Any
 /// thread.
 class LiveJoints {
  public:
@@ -26,9 +26,9 @@ class LiveJoints {
   LiveJoints(const LiveJoints&) = delete;
   LiveJoints& operator=(const LiveJoints&) = delete;
 
-  /// Empty if nobody told of it within the last half second.
+  /// Empty if no message of the last half second has this joint.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
-  /// Of all joints that were ever told of.
+  /// Of all joints in any message so far.
   std::map<std::string, double> positions() const;
 
  private:

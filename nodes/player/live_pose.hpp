@@ -16,8 +16,9 @@ struct PoseQuestion {
   std::string map = "map", base = "base_link";  ///< its frames
 };
 
-/// All joints that /joint_states tells of, and the base, if asked. Waits for those that are asked
-/// for, at most so long or until `is_stopped`; what is not known then is left out.
+/// All joints on /joint_states, and the base if the question asks for it. Waits for the parts that
+/// are asked for, at most `patience_s` or until `is_stopped`; parts that are unknown then are left
+/// out.
 replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
                               const std::function<bool()>& is_stopped);
 

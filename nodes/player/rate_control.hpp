@@ -1,5 +1,5 @@
 /// \file
-/// A replay that waits for somebody who works on what it sends.
+/// A replay that waits for a consumer of its messages.
 /// Source of the semantics: rosbag play's --rate-control-topic and --rate-control-max-delay.
 #pragma once
 
@@ -25,7 +25,7 @@ struct RateControlOptions {
 /// last header than the longest delay, the replay is held until the topic has come closer.
 class RateControl : public replay::MessageSink {
  public:
-  /// What it knows and commands of the replay, from any thread.
+  /// The replay as the rate control sees and commands it, from any thread.
   struct Replay {
     std::function<replay::Stamp()> position;  ///< the recorded moment that is played
     std::function<replay::Stamp()> now;       ///< ROS time

@@ -7,8 +7,8 @@
 
 namespace afterglow::nodes {
 
-/// While it lives, the threads that the process has (roscpp's send what is published) are scheduled
-/// first in, first out, the one that made it before the others. Threads started meanwhile are not,
+/// While it lives, the threads of the process (roscpp's send the published messages) are scheduled
+/// by SCHED_FIFO, the thread that made it before the others. Threads started meanwhile are not,
 /// until extend(); programs started by them never are.
 class RealtimeScope {
  public:

@@ -1,5 +1,5 @@
 /// \file
-/// Where frames were while a behavior was recorded, from its recording's /tf and /tf_static.
+/// The recorded transforms of a behavior, from its recording's /tf and /tf_static.
 #pragma once
 
 #include <tf2/buffer_core.h>
@@ -29,7 +29,7 @@ class RecordedFrames {
   /// replay::StoreError.
   std::optional<Eigen::Isometry3d> at(const std::string& frame, replay::Stamp moment,
                                       Wanted wanted);
-  /// So that at() finds what it needs until then without reading.
+  /// Reads ahead, so that at() finds transforms until this moment without reading.
   void readTo(replay::Stamp moment);
 
   const std::string& anchor() const { return anchor_; }

@@ -15,7 +15,7 @@
 
 namespace afterglow::nodes {
 
-/// Any thread may command and look; run() once.
+/// Any thread may command it and ask for its progress; run() is called once.
 class ReplaySession {
  public:
   /// Finds and plans; needs no master. Throws as planReplay(), and for motion above the limits.

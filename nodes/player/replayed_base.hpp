@@ -41,7 +41,7 @@ class ReplayedBase {
   /// Where it stands by the mean of what localization says for a while; empty if nothing says.
   std::optional<replay::PlanarPose> measure(double seconds,
                                             const std::function<bool()>& is_stopped);
-  /// Drives the standing base slowly to a pose on the map that is less than a metre away. Returns
+  /// Drives the standing base slowly to a pose on the map that is less than a meter away. Returns
   /// why it did not get there; empty: it did, or was stopped.
   std::string driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                       const std::function<bool()>& is_stopped);

@@ -1,6 +1,6 @@
 /// \file
-/// What the light and the speech of a replay need on this robot besides being sent: light stays
-/// where it was, sounds and meshes are found, the speaker knows what it will be asked to say.
+/// The stagehand: prepares this robot for the light and the speech of a replay. Light stays where
+/// it was, sounds and meshes are found, the speaker knows the sentences in advance.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -22,8 +22,8 @@ namespace afterglow::nodes {
 /// /robotsound/problem (std_msgs/String), both speaker_node's. Everything given must outlive it.
 class Stagehand {
  public:
-  /// What holds for a plan: where the recording's own tf is played nothing is anchored, its frames
-  /// are where they were.
+  /// The anchor settings for a plan: where the recording's own tf is played, no light is anchored,
+  /// because the recorded frames are where they were.
   static replay::AnchorSettings anchorsIn(const replay::PlayPlan& plan,
                                           const replay::AnchorSettings& settings);
   /// Makes a plan fit for here: refuses topics whose light cannot be placed (WorldAnchor), brings
@@ -43,7 +43,7 @@ class Stagehand {
   /// From now on is told when speech is lost, in a thread of its own; also of what was already
   /// lost, if the speaker still says so.
   void listen(std::function<void(const std::string& problem)> on_speech_lost);
-  /// For the report. Once; nothing is told any more.
+  /// For the report. To be called once; listen()'s callback is not called after it.
   std::vector<std::string> notes();
 
  private:

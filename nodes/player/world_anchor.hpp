@@ -1,7 +1,7 @@
 /// \file
 /// Keeps recorded light on the spot of the world where it was, though robot and projector have
-/// moved since: frames named by a message become `recorded/FRAME`, and today's tf is told where
-/// those were then, seen from the anchor (map). Nothing else of a message is touched, so that every
+/// moved since: frames named by a message become `recorded/FRAME`, and today's tf gets the recorded
+/// transforms of those frames from the anchor (map). The rest of a message stays as it is, so every
 /// type with headers works.
 #pragma once
 
@@ -22,9 +22,9 @@
 
 namespace afterglow::nodes {
 
-/// Each message is preceded by the transforms at its own stamps; one without a stamp, which means
-/// "where the frame is now", is stamped. Frames of which the recording does not say where they were
-/// have no transform: their light stays off. Store and plan must outlive this. Any thread.
+/// Each message is preceded by the transforms at its own stamps; a message without a stamp, which
+/// means "where the frame is now", gets one. Frames without a recorded transform are not published:
+/// their light stays off. Store and plan must outlive this. Any thread.
 class WorldAnchor : public replay::MessageAnchor {
  public:
   using Publish = std::function<void(const tf2_msgs::TFMessage&)>;

@@ -1,6 +1,5 @@
 /// \file
-/// A clock that has the thread that sleeps on it give signs of life: a player that hangs gives
-/// none.
+/// A clock on which the sleeping thread gives heartbeats: a player that hangs gives no heartbeat.
 #pragma once
 
 #include <atomic>
@@ -12,8 +11,8 @@
 
 namespace afterglow::replay {
 
-/// Sleeps on another clock, which must outlive it. That may stand still or run slowly, so somebody
-/// else says when a beat is due.
+/// Sleeps on another clock, which must outlive it. The other clock may stand still or run slowly,
+/// so tick() says when a beat is due.
 class BeatingClock : public Clock {
  public:
   BeatingClock(Clock& clock, std::function<void()> beat) : clock_(clock), beat_(std::move(beat)) {}
@@ -26,8 +25,7 @@ class BeatingClock : public Clock {
   void tick();
   /// The calling thread gives the beats until another one sleeps.
   void watchThisThread() { sleeper_ = std::this_thread::get_id(); }
-  /// Beats if that is due, and if this is the thread that sleeps: for what it does between two
-  /// sleeps.
+  /// Gives a beat that is due, if this is the thread that sleeps: to be called while it works.
   void beatIfDue();
 
  private:

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <stdexcept>
 #include <system_error>
 
 namespace afterglow::replay {
@@ -69,23 +68,6 @@ void SteadyClock::wake() {
   const std::uint64_t one = 1;
   // Fails only if it is already due to wake.
   [[maybe_unused]] const ssize_t put = write(waker_, &one, sizeof(one));
-}
-
-bool JumpingClock::sleepUntil(SteadyTime deadline) {
-  while (!is_woken_ && !hooks_.empty() && hooks_.begin()->first <= deadline.ns) {
-    const auto node = hooks_.extract(hooks_.begin());
-    now_.ns = std::max(now_.ns, node.key());
-    node.mapped()();
-  }
-  if (is_woken_) {
-    is_woken_ = false;
-    return false;
-  }
-  if (deadline == SteadyTime::forever()) {
-    throw std::logic_error("asleep for ever: no hook is left to wake this clock");
-  }
-  now_ = std::max(now_, deadline);
-  return true;
 }
 
 }  // namespace afterglow::replay

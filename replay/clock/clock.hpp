@@ -1,11 +1,9 @@
 /// \file
-/// The clock the player sleeps on. Injected, so that tests replay hours in no time.
+/// The clock that the player sleeps on. Injected: tests replay hours in no time.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <limits>
-#include <map>
 
 namespace afterglow::replay {
 
@@ -48,24 +46,6 @@ class SteadyClock : public Clock {
 
  private:
   int timer_ = -1, waker_ = -1;
-};
-
-/// A clock that jumps to whatever one sleeps for. Calls `at` hooks when their time passes, within
-/// sleepUntil. For one thread: hooks are where other threads would act.
-class JumpingClock : public Clock {
- public:
-  SteadyTime now() const override { return now_; }
-  bool sleepUntil(SteadyTime deadline) override;
-  void wake() override { is_woken_ = true; }
-
-  void at(SteadyTime when, std::function<void()> hook) { hooks_.emplace(when.ns, std::move(hook)); }
-  /// As if the process had been stopped for a while.
-  void stall(std::int64_t nanoseconds) { now_.ns += nanoseconds; }
-
- private:
-  SteadyTime now_{1'000'000'000};
-  bool is_woken_ = false;
-  std::multimap<std::int64_t, std::function<void()>> hooks_;
 };
 
 }  // namespace afterglow::replay

@@ -1,5 +1,5 @@
 /// \file
-/// A clock that somebody else drives: a simulation's /clock. It stands while that one does.
+/// A clock that another process drives: a simulation's /clock. It stands while that clock stands.
 #pragma once
 
 #include <condition_variable>

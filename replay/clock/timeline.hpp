@@ -19,8 +19,8 @@ struct PlaybackTime {
 };
 
 /// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
-/// is ever accumulated, so nothing drifts. With a limit it stands still there, until that is lifted
-/// or moved on; it goes on from the limit then. A value; not thread-safe.
+/// is ever accumulated, so nothing drifts. At its limit the timeline stands still; when the limit
+/// is lifted or moved on, it goes on from there. A value; not thread-safe.
 class Timeline {
  public:
   /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
@@ -33,7 +33,7 @@ class Timeline {
   PlaybackTime position(SteadyTime now) const { return {recorded(now).ns - begin_.ns}; }
 
   bool isPaused() const { return is_paused_; }
-  /// Both do nothing when it is so already.
+  /// pause() does nothing while it is paused, resume() nothing while it runs.
   void pause(SteadyTime now);
   void resume(SteadyTime now);
   /// The last time; 0 before the first.
@@ -47,8 +47,8 @@ class Timeline {
   /// The recorded moment is due at `when`, or when it is resumed. Limits are left as they are.
   void moveTo(Stamp recorded, SteadyTime when);
 
-  /// The last recorded moment that it comes to; empty: none. One that has passed holds it where it
-  /// is.
+  /// The last recorded moment that the timeline comes to; empty: no limit. A limit that has passed
+  /// holds the timeline where it is.
   void setLimit(std::optional<Stamp> limit, SteadyTime now);
   std::optional<Stamp> limit() const { return limit_; }
   /// It stands at its limit, and is not paused.

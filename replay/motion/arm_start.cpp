@@ -45,8 +45,8 @@ Value pointAt(const Value& like, const std::vector<double>& positions,
   return point;
 }
 
-/// Adds `offsets` to a point as much as is left of them after `share` of the time in which they go
-/// from all to none, gently.
+/// Adds to a point the part of `offsets` that is left after `share` of the time in which they fade
+/// smoothly to zero.
 void addOffsets(Value& point, const std::vector<double>& offsets, double share, double blend_s) {
   std::vector<double> positions = numbersAt(point, "positions"),
                       velocities = numbersAt(point, "velocities");
@@ -100,7 +100,7 @@ double ArmStart::deviationOf(const std::string& joint, const JointTrack::Reach& 
   return std::max({0.0, off - (reach.most - reach.at), (reach.least - reach.at) - off});
 }
 
-/// What a joint needs that may be elsewhere.
+/// The seconds that a joint needs if it may be elsewhere.
 double ArmStart::leadOf(const std::string& joint, double then, double deviation,
                         double now) const {
   if (deviation <= toleranceOf(joint, options_.tolerances)) {
@@ -190,7 +190,7 @@ std::optional<double> ArmStart::leadOf(const Channel& channel, const Bytes& goal
   return beginningOf(*trajectory, at).lead_s;
 }
 
-/// From where the joints are on, without a lead: what they are off is made good on the way.
+/// From the joints' live positions on, without a lead: deviations are corrected along the way.
 void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                           Array& points) const {
   points.erase(points.begin(),
@@ -201,7 +201,9 @@ void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginnin
   std::vector<double> offsets;
   double blend_s = 0, settle_s = kSettle;
   for (std::size_t i = 0; i < joints.size(); ++i) {
-    const auto timeFor = [&](double way) { return kCubicPeak * std::abs(way) / speedOf(joints[i]); };
+    const auto timeFor = [&](double way) {
+      return kCubicPeak * std::abs(way) / speedOf(joints[i]);
+    };
     const double last = numbersAt(points.back(), "positions")[i];
     settle_s = std::max(settle_s, timeFor(wayOf(joints[i], now.positions[i], last)));
     if (!now.reference) continue;

@@ -3,7 +3,7 @@
 /// were, or where a controller takes them to be. Fetch's trajectory controllers go on from the last
 /// sample of a canceled goal, with its old time (robot_controllers issue 33), and jump by as much
 /// as the arm, or time, has moved since; a trajectory whose first point is the measured position,
-/// due at once, is followed from there. Radians, metres, seconds.
+/// due at once, is followed from there. Radians, meters, seconds.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,8 @@
 
 namespace afterglow::replay {
 
-/// A joint is elsewhere, or nobody tells where it is: nothing is to be sent. One line.
+/// A joint is not where its goal may begin, or its position is unknown: the goal must not be sent.
+/// One line.
 struct ArmElsewhere : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -33,42 +34,45 @@ struct LiveJoint {
 };
 
 struct ArmStartOptions {
-  /// What is done about joints that are elsewhere: none is moved, they go there first at `speed`,
-  /// or go on from where they are in the time that was recorded.
+  /// What happens to a goal whose joints are elsewhere. Refuse: it is not sent. Approach: the
+  /// joints first go to where it begins, at `speed`. Accept: they go on from where they are, in the
+  /// time that was recorded.
   enum class Elsewhere { Refuse, Approach, Accept } elsewhere = Elsewhere::Refuse;
   StartTolerances tolerances;
   ApproachSpeed speed;
   MotionLimits limits;
-  /// Joints that turn without an end: a whole turn is no way for them.
+  /// Joints that turn without an end: positions that differ by a whole turn are the same.
   std::set<std::string> continuous;
 };
 
 /// For one replay; one thread.
 class ArmStart {
  public:
-  /// Empty if nobody has told lately.
+  /// Empty if no recent joint state has this joint.
   using Look = std::function<std::optional<LiveJoint>(const std::string& joint)>;
 
   ArmStart(JointTrack recorded, Look look, const ArmStartOptions& options)
       : recorded_(std::move(recorded)), look_(std::move(look)), options_(options) {}
 
-  /// `goal` is about to be sent, or what is left of it, with times as they will be sent. Compares
-  /// its joints with where joint states had them at `at`, the moment of the recording that it is
-  /// sent for, give or take a quarter of a second; or with where they stood when they were halted. Where neither is known, its first point counts if it is due at once; to a later
-  /// one the way may not be faster than the goal itself, its limits or the approach.
-  /// Returns how long the joints need to get to where the goal goes on; 0 if they are there; empty
-  /// for a goal without a trajectory. Throws ArmElsewhere; MessageError for a goal that is none.
+  /// How long the joints need to get to where this goal, or the rest of a goal, begins; 0 if they
+  /// are there; empty for a goal without a trajectory. The goal has the times it will be sent with.
+  /// Live joints are compared with the recorded joint states at `at`, the recorded moment that the
+  /// goal is sent for, give or take a quarter of a second, or with the positions they were halted
+  /// at. Where neither is known, they are compared with the goal's first point if that is due at
+  /// once; to a first point that is due later, the joints may not have to move faster than the goal
+  /// itself, their limits or the approach. Throws ArmElsewhere; MessageError for bytes that are no
+  /// goal.
   std::optional<double> leadOf(const Channel& channel, const Bytes& goal, Stamp at) const;
 
   /// The goal with the live state of its joints as first point, due at once. With a lead its points
-  /// come so much later, and where it goes on is a point of its own, at rest. What is off by less
-  /// than the tolerances is made good along the way, at the approach's speed. Goals without a
-  /// trajectory are returned as they are. Throws as leadOf().
+  /// come so much later, and the position it goes on from becomes a point of its own, at rest.
+  /// Deviations below the tolerances are corrected along the way, at the approach's speed. Goals
+  /// without a trajectory are returned as they are. Throws as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
 
-  /// The joints were halted and stand now: that, too, is where they may be when they go on.
+  /// The joints were halted and stand now: goals may go on from these positions, too.
   void halted();
-  /// The replay was moved elsewhere.
+  /// The replay goes on at another recorded moment.
   void forgetHalted() { halted_.clear(); }
 
  private:

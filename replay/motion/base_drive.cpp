@@ -12,10 +12,10 @@ namespace afterglow::replay {
 namespace {
 
 constexpr Stamp kNever{std::numeric_limits<std::int64_t>::max()};
-/// What the timeline may be ahead of a base that keeps up, so that it does not stumble over a step
-/// that comes late, and of one that does not: s.
+/// How far the timeline may be ahead, in s: of a base that keeps up, so that a late step does not
+/// make it stumble, and of a base that lags behind.
 constexpr double kStepsAhead = 0.06, kStepAhead = 0.02;
-/// Where it only stops for a moment: s, and what it may be off there, m and rad.
+/// A stop of less than so many s is passed with this tolerance, m and rad.
 constexpr double kShortStop = 3, kPassing = 0.03;
 /// A base that moved less than that between two stands was shaken, not driven: m, rad.
 constexpr double kShaken = 0.01, kTurnShaken = 0.02;

@@ -20,8 +20,8 @@ struct LocalizationNoise {
   double yaw = 0.0175;        ///< rad
   double correlation = 0.2;   ///< s; measurements closer in time have much of their error in common
   double scale = 0.02;        ///< of the odometry's distances and of its turns
-  double slip = 0.005;        ///< m after a metre, growing with the root of the distance
-  double slip_turn = 0.012;   ///< rad after a metre, likewise
+  double slip = 0.005;        ///< m after a meter, growing with the root of the distance
+  double slip_turn = 0.012;   ///< rad after a meter, likewise
   double turn_slip = 0.006;   ///< rad after a radian, likewise
   double jump = 0.2;          ///< m; what is farther off than this is an outlier, or a jump
   double jump_turn = 0.1745;  ///< rad
@@ -43,7 +43,7 @@ class BaseLocalizer {
   void correct(const PlanarPose& T_map_odom, Stamp at);
 
   const PlanarPose& pose() const { return pose_; }  ///< of the base, on the map
-  /// Standard deviation of the estimate along its less certain axis; metres.
+  /// Standard deviation of the estimate along its less certain axis; meters.
   double positionError() const;
   double yawError() const;  ///< radians
 

@@ -13,7 +13,7 @@ constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has no
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
-constexpr double kHurry = 1.05;     // of the path time, to meet what it is late for
+constexpr double kHurry = 1.05;     // of the path time, to catch up with the timeline
 
 // Where the path time begins to slow down, and where it is slowest.
 constexpr double kLagBegin = 0.04, kLagEnd = 0.15;    // m
@@ -235,7 +235,7 @@ PlanarVelocity BaseTracker::halt(Stamp now) {
 
 PlanarVelocity BaseTracker::remember(Stamp now) {
   sent_.push_back({now, command_});
-  // What was in effect when the oldest odometry that counts was measured stays.
+  // The command in effect at the oldest odometry that counts is kept.
   const Stamp oldest = later(now, -options_.command_delay - options_.longest_silence);
   while (sent_.size() > 1 && sent_[1].at < oldest) sent_.pop_front();
   return command_;

@@ -14,7 +14,7 @@
 ///
 ///   BaseTracker base(*readPoseTrack(store, behavior, frames, options.noise, why), options);
 ///   every 20 ms: publish(base.update({now, T_odom_base, T_map_odom}));
-/// until base.state() is Done or Lost. Whatever goes with the drive waits for base.progress().
+/// until base.state() is Done or Lost. Messages recorded during the drive wait for base.progress().
 #pragma once
 
 #include <deque>
@@ -50,7 +50,7 @@ struct StampedPose {
   PlanarPose pose;
 };
 
-/// What is known now; the newest, old ones may be given again. All stamps by one clock.
+/// The newest poses; the same ones may be given again. All stamps by one clock.
 struct BaseInput {
   Stamp now;
   std::optional<StampedPose> T_odom_base;
@@ -79,25 +79,25 @@ class BaseTracker {
   BaseTracker(PoseTrack track, const TrackerOptions& options,
               std::optional<BaseLocalizer> known = {});
 
-  /// To be called at 20 to 50 Hz; what it returns is to be sent at once. A caller that pauses just
-  /// stops calling, having sent a zero.
+  /// The velocity to send at once; to be called at 20 to 50 Hz. A caller that pauses sends a zero
+  /// velocity, calls rest() and stops calling this.
   PlanarVelocity update(const BaseInput& input);
   /// A zero was sent, not by update().
   void rest();
   /// From the next update on.
   void setRate(double rate);
-  /// The path time does not pass that; none at first.
+  /// The path time does not pass this stamp; at first there is no limit.
   void setLimit(Stamp limit) { limit_ = limit; }
-  /// What goes with the drive is there by now: a path time behind it runs a little faster. None at
-  /// first.
+  /// Where the replay's timeline is: a path time behind it runs a little faster. At first it is not
+  /// known.
   void meet(Stamp recorded) { met_ = recorded; }
 
   BaseState state() const { return state_; }
   /// The recorded stamp that has been reached; never goes back.
   Stamp progress() const { return {path_.ns}; }
-  /// Why it is lost, or what it is waiting for; empty otherwise.
+  /// Why the base is lost, or what is missing while it waits; empty otherwise.
   const std::string& reason() const { return reason_; }
-  /// Where it takes the base to be, in the track's frame; empty before the first pose.
+  /// The estimated pose of the base in the track's frame; empty before the first pose.
   std::optional<PlanarPose> pose() const;
   /// m off the track at the last update that followed it.
   double deviation() const { return deviation_; }

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kTurned = 0.003;   // rad
 constexpr double kArrived = 0.001;  // m
-constexpr double kLearned = 0.001;  // of an error: a smaller change is none
+constexpr double kLearned = 0.001;  // of an error: a smaller change does not count
 constexpr double kGain = 2.5;       // 1/s, for the very end of a move
 
 /// Fast, but slow enough to brake in time.

@@ -1,5 +1,5 @@
 /// \file
-/// Which goals the body has under way, and what became of them.
+/// The book of open goals, and how goals ended.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,23 @@
 
 namespace afterglow::replay {
 
-/// The one book of open goals in a replay, for whoever sends goals or has to stop them. A goal is
-/// open from open() until it ends or its cancel is sent. Those that were recorded (add()) are
-/// waited for, counted, suspended and sent again; others only lead the robot to the start or hold
-/// its gaze. Any thread.
+/// The only book of open goals in a replay: of the player, of the way to the start, and of the
+/// watchdog, which stops them. A goal is open from open() until it ends or its cancel is sent.
+/// Recorded goals (add()) are waited for, counted, suspended and sent again; others only lead the
+/// robot to the start or hold its gaze. Any thread.
 class GoalBook {
  public:
-  /// A goal is about to be sent on a topic, by the name it is published by.
+  /// A goal is about to be sent; `topic` is the name it is published by.
   void open(const std::string& topic, const std::string& id);
-  /// A cancel of it is about to be sent; an empty id: of all on this topic.
+  /// A goal's cancel is about to be sent, or was; an empty id cancels all goals of the topic.
   void cancel(const std::string& topic, const std::string& id);
-  /// It is over, whatever became of it.
+  /// The goal is over, in whatever way.
   void close(const std::string& id);
   bool isOpen(const std::string& topic) const;
-  /// Its final status was seen. Unknown ids are not ours: ignored. True if this ended an open goal
-  /// that was recorded.
+  /// A goal's final status was seen. Unknown ids are not ours: ignored. True if this ended an open
+  /// recorded goal.
   bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at);
-  /// What finish() said of it; Open before.
+  /// As finish() was told; Open before.
   GoalOutcome outcomeOf(const std::string& id) const;
 
   struct Entry {
@@ -49,10 +49,10 @@ class GoalBook {
     SteadyTime at;
   };
 
-  // All below is about goals that were recorded.
-  /// Was sent on this topic.
+  // All below is about recorded goals.
+  /// A recorded goal was sent; `topic` as for open().
   void add(const std::string& topic, Entry entry);
-  /// Those that ended since the last call.
+  /// The goals that ended since the last call.
   std::vector<Ended> takeEnded();
   /// The topic and the milestone of the open goal that is to end first in the recording, of those
   /// that are waited for.

@@ -1,6 +1,6 @@
 /// \file
-/// The joint trajectory in a goal or command, and what is left of one that was interrupted, to go
-/// on after a pause or from the middle.
+/// The joint trajectory in a goal or command, and the rest of an interrupted one, to go on with
+/// after a pause or from the middle.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +37,8 @@ Bytes haltedTrajectory(const Channel& channel, const Bytes& command);
 bool isHeadGoal(const Channel& channel);
 /// The least that a head's goal takes; 0 if it does not say.
 std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal);
-/// The head's goal to look where it looks, made of one of its goals: straight ahead in `gaze_frame`,
-/// the frame that looks along its x axis. It ends a fault of Fetch's controller, which after a
+/// The head's goal to keep its gaze, made of one of its goals: straight ahead in `gaze_frame`, the
+/// frame that looks along its x axis. It ends a fault of Fetch's controller, which after a
 /// cancel would jump to the next goal's target (robot_controllers issue 33). Throws MessageError.
 Bytes presentGaze(const Channel& channel, const Bytes& goal, const std::string& gaze_frame,
                   const std::string& goal_id);

@@ -1,5 +1,5 @@
 /// \file
-/// What joint states said of a robot's joints, in the recording's time. Radians and metres.
+/// What joint states said of a robot's joints, in the recording's time. Radians and meters.
 #pragma once
 
 #include <cstdint>

@@ -15,7 +15,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr double kUnknownJointMargin = 1.05;
-constexpr double kRounding = 1e-6;  // of a limit: what is as fast as it is not above it
+constexpr double kRounding = 1e-6;  // of a limit: a velocity at the limit is allowed
 
 /// Collects peaks by topic and kind.
 class PeakFinder {

@@ -38,10 +38,10 @@ struct MotionPeak {
   double limit = 0;
 };
 
-/// Of the velocities and joint trajectories of the plan that have a limit: what points say of
-/// themselves, and the mean velocity from one to the next. Messages that cannot be understood are
-/// left out: they are not sent either. Throws StoreError, also if one of a body's is damaged in the
-/// store: what is left of a motion without it is not what the body did.
+/// Of the velocities and joint trajectories of the plan that have a limit: the velocities of
+/// trajectory points, and the mean velocity from one point to the next. Messages that cannot be
+/// understood are left out: they are not sent either. Throws StoreError, also if a message of the
+/// body is damaged in the store: without it the motion is another one.
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
                                     const MotionLimits& limits);
 

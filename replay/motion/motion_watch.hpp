@@ -1,6 +1,6 @@
 /// \file
-/// Which of a replay's outputs have the robot in motion, told from what is sent, and what stops
-/// each.
+/// Which outputs of a replay have set the robot in motion, as the messages sent show, and which
+/// message stops each output.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,8 @@ namespace afterglow::replay {
 /// for the book.
 class MotionWatch {
  public:
-  /// Where a stop goes, and what it is: zeros, a cancel of all goals, a trajectory without points.
+  /// A channel and the message that stops it: a zero velocity, a cancel of all goals, a trajectory
+  /// without points.
   struct Output {
     Channel channel;
     Bytes stop;

@@ -1,5 +1,5 @@
 /// \file
-/// Poses and velocities of a base on the floor. Metres, radians, seconds; REP-103: x ahead, y left,
+/// Poses and velocities of a base on the floor. Meters, radians, seconds; REP-103: x ahead, y left,
 /// yaw counter-clockwise.
 #pragma once
 

@@ -52,7 +52,7 @@ class PoseTrack {
   PlanarPose at(Stamp stamp) const;
   /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track.
   PlanarVelocity velocityAt(Stamp stamp) const;
-  /// Metres driven, forward and backward.
+  /// Meters driven, forward and backward.
   double length() const { return length_; }
 
   const std::string& frame() const { return frame_; }

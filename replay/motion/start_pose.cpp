@@ -61,7 +61,8 @@ std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& pl
                                           const MovedParts& parts, Stamp at, const char* when,
                                           std::vector<std::string>& remarks) {
   std::map<std::string, double> moved;
-  const std::map<std::string, double> recorded = JointTrack::read(store, plan.behavior, at, at).at(at);
+  const std::map<std::string, double> recorded =
+      JointTrack::read(store, plan.behavior, at, at).at(at);
   for (const std::string& joint : parts.joints()) {
     const auto found = recorded.find(joint);
     if (found != recorded.end()) {
@@ -90,7 +91,7 @@ std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
   return std::nullopt;
 }
 
-/// The gap is what both fingers leave open.
+/// The gap between both fingers.
 double gap(const StartPose& pose) {
   double sum = 0;
   for (const auto& [joint, position] : pose.joints) {
@@ -110,7 +111,7 @@ Value restPoint(const Value& like, const std::vector<double>& positions, double 
   return point;
 }
 
-/// False if a position is not known, or all are what they should be.
+/// False if a position is not known, or no joint deviates.
 bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
                    const StartTolerances& tolerances, const ApproachSpeed& speed) {
   const auto trajectory = trajectoryIn(goal);
@@ -124,7 +125,8 @@ bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
     const double way = std::abs(jointError(joint, from->second, to->second));
     deviates = deviates || way > toleranceOf(joint, tolerances);
     // From rest to rest controllers are 1.5 times as fast in the middle as in the mean.
-    seconds = std::max(seconds, 1.5 * way / (isSlidingJoint(joint) ? speed.sliding : speed.turning));
+    const double most = isSlidingJoint(joint) ? speed.sliding : speed.turning;
+    seconds = std::max(seconds, 1.5 * way / most);
     positions.push_back(to->second);
     here.push_back(from->second);
   }

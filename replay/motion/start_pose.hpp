@@ -1,6 +1,6 @@
 /// \file
 /// How the robot stood when a behavior began and ended, as far as its replay moves that: joint
-/// trajectories are absolute, and a drive leads elsewhere from elsewhere. Metres and radians. A
+/// trajectories are absolute, and a drive leads elsewhere from elsewhere. Meters and radians. A
 /// joint whose name speaks of a torso, a gripper or a finger is taken to slide, every other one to
 /// turn.
 #pragma once
@@ -35,9 +35,9 @@ struct MovedParts {
   /// By name; those of the gripper are not named.
   std::vector<std::string> joints() const;
 };
-/// Reads the goals and joint trajectories of the played topics, those before the part that is
-/// played, too: what was under way when that begins goes on in it. Throws StoreError; messages that cannot be
-/// understood are left out.
+/// Reads the goals and joint trajectories of the played topics, also those before the part that is
+/// played: a motion under way at its begin goes on in it. Throws StoreError; messages that cannot
+/// be understood are left out.
 MovedParts movedParts(const Store& store, const PlayPlan& plan);
 
 struct StartPose {
@@ -79,10 +79,9 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
 struct ApproachSpeed {
   double turning = 0.3, sliding = 0.05;  ///< rad/s, m/s
 };
-/// A goal for the topic that brings its joints from `now`, its first point, to `then`, made of the
-/// topic's first one. Empty
-/// if it has a joint of which either is not known, or none that deviates. `id`: of the goal.
-/// Throws MessageError for a goal of another shape.
+/// A goal, made of the topic's first one, that brings its joints from `now`, its first point, to
+/// `then`. Empty if either position of a joint is unknown, or if no joint deviates. `id`: of the
+/// new goal. Throws MessageError for a goal of another shape.
 std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,
                                const StartTolerances& tolerances, const ApproachSpeed& speed,
                                const std::string& id);

@@ -150,7 +150,7 @@ std::vector<TrackJump> TrackBuilder::closeJumps() {
     }
   }
   std::vector<TrackJump> jumps(at.size());
-  std::vector<PlanarPose> moves(at.size());  // of what came before
+  std::vector<PlanarPose> moves(at.size());  // of the poses before each
   PlanarPose move;
   for (std::size_t k = at.size(); k-- > 0;) {
     const std::size_t begin = k > 0 ? at[k - 1] : 0;
@@ -185,7 +185,7 @@ void TrackBuilder::smooth() {
   for (; next < corrections_.size(); ++next) {
     localizer.correct(corrections_[next].pose, corrections_[next].stamp);
   }
-  // The way back starts from what the whole drive taught; the end stays as it was found.
+  // The pass backward starts with the scales learned on the whole drive; the end stays.
   for (std::size_t i = poses_.size(); i-- > 0;) {
     localizer.move(poses_[i].pose);
     poses_[i].pose = localizer.pose();

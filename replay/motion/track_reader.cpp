@@ -76,7 +76,7 @@ class TrackReading {
         base_(bare(frames.base)),
         builder_(noise) {}
 
-  /// What comes after the end only tells where the base ended, for as long as it stands there.
+  /// Poses after the end only tell where the base ended, as long as it stands there.
   void endTrack() { is_ended_ = true; }
   bool hasMovedOn() const { return has_moved_on_; }
 

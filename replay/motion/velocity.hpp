@@ -18,7 +18,7 @@ constexpr std::int64_t kVelocityHoldsNs = 250'000'000;
 
 using Velocity = std::array<double, 6>;  ///< linear x, y, z in m/s, angular x, y, z in rad/s
 
-/// The six numbers at the message's end; not numbers if it is too short.
+/// The six numbers at the message's end; NaN if it is too short.
 inline Velocity velocityOf(const Bytes& bytes) {
   Velocity velocity;
   velocity.fill(std::nan(""));
@@ -28,7 +28,7 @@ inline Velocity velocityOf(const Bytes& bytes) {
   return velocity;
 }
 
-/// The same message with another velocity, and stamped anew if it has a header; one that has no
+/// The same message with another velocity, and a new stamp if it has a header; a message without a
 /// velocity stays as it is.
 inline Bytes velocityMessage(Bytes bytes, const PlanarVelocity& wanted, Stamp now) {
   const Velocity velocity{wanted.forward, 0, 0, 0, 0, wanted.turn};

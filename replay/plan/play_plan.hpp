@@ -88,7 +88,7 @@ bool isVelocity(const Channel& channel);
 bool isGoal(const Channel& channel);
 /// A trajectory_msgs/JointTrajectory outside of an action: followed as it comes.
 bool isTrajectoryCommand(const Channel& channel);
-/// A message of this type replaces the one before it: clouds, scans, paths, pictures, maps.
+/// A message of this type replaces the one before it: clouds, scans, paths, images, maps.
 bool isReplacing(const std::string& type);
 
 }  // namespace afterglow::replay

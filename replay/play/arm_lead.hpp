@@ -1,5 +1,5 @@
 /// \file
-/// The time that joints get to go to where their trajectories go on: the timeline stands meanwhile.
+/// The lead: time for joints to go where their trajectories go on. The timeline stands meanwhile.
 #pragma once
 
 #include <cstdint>
@@ -12,41 +12,40 @@
 
 namespace afterglow::replay {
 
-/// Without PlayOptions::arm_start nobody looks at joints; after a seek they are given time all the
-/// same. The thread that plays. Everything given outlives it.
+/// Without PlayOptions::arm_start the live joints are not known; after a seek they get a lead all
+/// the same. For the thread that plays. Everything given outlives it.
 class ArmLead {
  public:
   ArmLead(const PlayOptions& options, Transport& transport, Clock& clock)
       : options_(options), transport_(transport), clock_(clock) {}
 
-  /// Whether joints are looked at.
+  /// Whether the live joints are known.
   bool hasArm() const { return options_.arm_start != nullptr; }
-  /// What goes on next may find its joints elsewhere.
+  /// The motions that go on next may find their joints elsewhere.
   void expectElsewhere() { is_elsewhere_expected_ = true; }
-  /// So it does if joints still have time to get there.
+  /// The same, if the joints are still on their way in a lead.
   void expectElsewhereIfGiven() { is_elsewhere_expected_ |= isGiven(); }
-  /// How long it takes the slowest of what goes on; `needed` of each, empty where nobody knows.
-  /// Forgets what was expected.
+  /// The lead for motions that need so many seconds each; empty: not known, and if joints may be
+  /// elsewhere, PlayOptions::seek_lead_s. Ends the expectation.
   double leadFor(const std::vector<std::optional<double>>& needed);
-  /// The timeline stands at `at` for so long; nothing for 0.
+  /// The timeline stands at `at` for so long; 0: it goes on.
   void give(double seconds, Stamp at);
   bool isGiven() const { return clock_.now() < end_; }
-  /// What is left of the time that was given.
+  /// The rest of the lead.
   std::int64_t leftNs() const;
 
-  /// What ArmStart says of a goal or trajectory command as it will be sent; empty without an arm.
+  /// ArmStart::leadOf() of a goal or trajectory command as it will be sent; empty without an arm.
   std::optional<double> leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const;
-  /// The same, to begin where its joints are, in the time that is left. Throws ArmElsewhere,
-  /// MessageError.
+  /// ArmStart::begin() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
   Bytes begin(const Channel& channel, const Bytes& bytes, Stamp at) const;
 
-  /// Joints are halted at this moment: they are looked at when they have come to rest.
+  /// The joints are halted now; they are looked at when they have come to rest.
   void halt(SteadyTime now) { look_ = now.after(kHaltNs); }
-  /// They go on, or are halted: looked at now.
+  /// Notes where the halted joints stand.
   void lookAtHalted();
-  /// When to look at them; SteadyTime::forever(): not.
+  /// When to call lookAtHalted(); SteadyTime::forever(): not at all.
   SteadyTime nextLook() const { return look_; }
-  /// The replay goes on elsewhere.
+  /// The replay goes on at another recorded moment.
   void forget();
 
  private:

@@ -88,8 +88,8 @@ std::optional<GoalBook::Ended> BodyInForce::followEnds() {
   return reached;
 }
 
-/// Fetch's head controller may take a goal for reached because the one before it was: what ended
-/// long before its shortest duration was not done, and is sent again.
+/// Fetch's head controller may take a goal for reached because the goal before it was: a goal that
+/// ended long before its shortest duration is sent again.
 bool BodyInForce::repeatHeadGoal(const GoalBook::Ended& ended) {
   if (options_.gaze_frame.empty() || !isHeadGoal(ended.channel) ||
       ended.outcome != GoalOutcome::Succeeded) {
@@ -113,7 +113,7 @@ void BodyInForce::followEnd(const GoalBook::Ended& ended) {
   const std::string& topic = ended.channel.topic;
   const auto recorded = milestones_.of(topic, ended.recorded_at);
   const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
-  // The player's own cancels are not told here: somebody else wanted the body to stop.
+  // The player's own cancels do not come here: somebody else stopped the body.
   const bool was_canceled = ended.outcome == GoalOutcome::Canceled && gate_.isGated() &&
                             ended.milestone && ended.milestone->is_awaited;
   if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {

@@ -1,6 +1,6 @@
 /// \file
-/// What the body has been told to do and still does: goals under way, trajectory commands,
-/// velocities. Suspended for a pause, and told again when it is over.
+/// The goals, trajectory commands and velocities that are in force: suspended for a pause, sent
+/// again after it, halted and canceled at the end.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,8 @@
 
 namespace afterglow::replay {
 
-/// Goals are in the GoalBook, commands here. The thread that plays. Everything given outlives it.
+/// The GoalBook has the goals, this class the commands. For the thread that plays. Everything given
+/// outlives it.
 class BodyInForce {
  public:
   BodyInForce(const PlayOptions& options, const Milestones& milestones, Clock& clock,
@@ -37,23 +38,23 @@ class BodyInForce {
         goals_(goals),
         ledger_(ledger) {}
 
-  /// A message that is due: sent, and a command or goal is in force from now on.
+  /// Publishes a message. A command or goal is in force from then on.
   void send(Outbox::Outgoing message);
-  /// Writes down which goals have ended; one that failed, or was canceled by somebody else, is a
-  /// failure of its modality. Returns the last one that the timeline stands for.
+  /// Follows the goals that have ended. One that failed, or was canceled by somebody else, is a
+  /// failure of its modality. Returns the last one that the timeline waited for.
   std::optional<GoalBook::Ended> followEnds();
 
-  /// For a pause, or another rate: what is in force is set aside until proceed().
+  /// For a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
   void suspend(SteadyTime now);
-  /// Cancels the goals alone: what is sent in their place comes at once.
+  /// For another rate: cancels the goals; proceed() is to follow at once.
   void suspendGoals();
-  /// Nothing that was in force will be any more: it stands and its goals are given up.
+  /// For another place: zero velocities and halts are sent, the goals given up.
   void abandon();
-  /// These were in force where the replay goes on: as if suspended, with time to get there.
+  /// The targets in force where the replay goes on: suspended, and proceed() gives them a lead.
   void setTargets(std::vector<std::pair<Channel, Message>> targets);
-  /// Sends what is in force now: the rest of goals and trajectories, velocities.
+  /// Sends the rest of suspended goals and trajectories, and the velocities in force.
   void proceed();
-  /// The velocities that are in force at a recorded moment.
+  /// Sends the velocities in force at a recorded moment.
   void sendVelocities(Stamp at);
 
   /// Halts the joints that follow a trajectory command.

@@ -1,5 +1,5 @@
 /// \file
-/// What to publish on a topic of projected content so that nothing stays lit. Semantics: rviz's
+/// The message that clears a topic of projected content. Semantics: rviz's
 /// displays (an empty cloud, path or scan shows nothing; DELETEALL removes every marker of a
 /// topic).
 #pragma once

@@ -1,5 +1,5 @@
 /// \file
-/// How far behind somebody is who works on what is replayed.
+/// How far a consumer of the replayed messages lags behind.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace afterglow::replay {
 
-/// A consumer says how far it has come by the header stamps of what it sends itself. Stamps were
-/// shifted when they were replayed, by another amount after every pause, seek and change of rate:
-/// so they are looked up among the moments of publishing. A value; not thread-safe. Source of the
+/// A consumer's own messages tell how far it has come, by their header stamps. The replay shifts
+/// stamps by another amount after every pause, seek and change of rate: so a stamp is looked up
+/// among the moments of publishing. A value; not thread-safe. Source of the
 /// semantics: rosbag play's --rate-control-topic.
 class ConsumerLag {
  public:

@@ -1,6 +1,8 @@
 /// \file
-/// The base that is driven along its recorded track while the other messages are played.
+/// The driven base: follows its recorded track while the other messages are played.
 #pragma once
+
+#include <functional>
 
 #include "replay/clock/clock.hpp"
 #include "replay/motion/base_drive.hpp"
@@ -9,21 +11,21 @@
 
 namespace afterglow::replay {
 
-/// Steps PlayOptions::base_drive; without one all of it does nothing. The thread that plays.
-/// Everything given outlives it.
+/// Steps PlayOptions::base_drive; does nothing without one. For the thread that plays. Everything
+/// given outlives it.
 class DrivenBase {
  public:
   DrivenBase(const PlayPlan& plan, const PlayOptions& options, Clock& clock,
              std::function<Stamp()> ros_now, Transport& transport, Outbox& outbox,
              const StepGate& gate, Ledger& ledger);
 
-  /// The replay begins there, or goes on there.
+  /// The replay begins at this recorded moment, or goes on there.
   void enter(Stamp at);
-  /// If a step is due: sends its command. The body has failed if the base is lost.
+  /// Sends the next command if one is due. A lost base is a failure of the body.
   void step();
   /// When step() is due.
   SteadyTime nextStep() const { return drive_ ? next_step_ : SteadyTime::forever(); }
-  /// Under way at this recorded moment, or to arrive yet.
+  /// The base is driven at this recorded moment, or has not arrived yet.
   bool isBusy(Stamp at) const { return drive_ && drive_->isBusy(at); }
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// What a replay did, written down while it plays: the report is made of it.
+/// The book of a replay's measurements, of which the report is made.
 #pragma once
 
 #include <cstdint>
@@ -42,33 +42,34 @@ class Ledger {
   };
   void addSent(const PlannedTopic& topic, const Sent& sent);
 
-  /// `end`: of the goal in the recording, if it has one. A goal that is sent again after a pause is
-  /// the same goal.
+  /// `end`: the goal's end in the recording, if that is known. A goal that is sent again after a
+  /// pause is the same goal.
   void addGoal(const GoalBook::Entry& goal, const std::optional<Milestone>& end);
   void endGoal(const GoalBook::Ended& goal);
-  /// Those that are open.
+  /// All goals without an end were canceled.
   void cancelGoals();
 
-  /// The timeline stood at `at`, for this topic of the body. Waits that follow close upon each
-  /// other are one.
+  /// The timeline stood at `at` and waited for `what`, a topic of the body. Waits with less than
+  /// half a second between them are one.
   void addWait(Stamp at, SteadyTime since, double seconds, const std::string& what);
-  /// After a step of the base: where in the recording it has got to, and m off its track.
+  /// After a step of the base: the recorded moment it has got to, and how far off its track it is,
+  /// in m.
   void addBase(Stamp at, SteadyTime now, std::optional<Stamp> progress,
                std::optional<double> deviation);
-  /// The replay pauses, or goes on elsewhere or at another rate: light and speech are measured
-  /// against the body from there on.
+  /// The replay pauses, or goes on elsewhere or at another rate: the skew of light and speech is
+  /// measured by later milestones only.
   void restartSkew() { skew_.restart(); }
 
-  /// The same ones may come again, after a seek.
+  /// The same messages may come again, after a seek.
   void addDamage(const std::vector<DamagedMessage>& messages);
   void note(const std::string& problem) { report_.notes.push_back(problem); }
   /// From the first deadline to now, or to the pause it stands in.
   void measureLength(const Timeline& timeline, SteadyTime now);
   bool hasLength() const { return report_.actual_ns != 0; }
 
-  /// Of the base, m off its track.
+  /// How far the base was off its track, in m.
   const Samples& deviation() const { return deviation_; }
-  /// All that is written down here.
+  /// Without what other parts of the player know: rate, failures, goal counts, why it ended.
   PlayReport report() const;
 
  private:

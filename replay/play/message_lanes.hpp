@@ -23,7 +23,7 @@ class MessageLanes {
   MessageLanes(const Store& store, const PlayPlan& plan, const ModalityLatency& latency,
                Stamp begin, std::size_t bytes);
 
-  /// What is due next. Valid until pop().
+  /// The message that is due next. Valid until pop().
   struct Next {
     const Message* message;
     std::int64_t early_ns;  ///< its latency, in recorded time
@@ -39,7 +39,7 @@ class MessageLanes {
   void fill();
   /// Any thread.
   void cancel();
-  /// Reads no more. What could not be read of what came so far.
+  /// Ends the reading. The damaged messages among those read so far.
   std::vector<DamagedMessage> end();
 
  private:

@@ -13,7 +13,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// Motion that is later than this is no replay of what happened any more.
+/// Motion that is later than this does not repeat what happened.
 constexpr std::int64_t kMotionStalled = 1'000'000'000;
 /// ROS time was stepped, or is not the machine's: stamps follow.
 constexpr std::int64_t kClockStep = 50'000'000;
@@ -145,8 +145,8 @@ PublishMoment Outbox::momentOf(const Outgoing& message) {
   const std::int64_t early_ns = earlyNs(message.topic.latency_s, rate);
   const Stamp now = ros_now_();
   const std::int64_t shift = now.ns - message.late_ns - (message.at.ns - early_ns);
-  // One shift for all, so that stamps that were equal stay equal. Those of what is sent early are
-  // no later than now: tf knows no future.
+  // One shift for all, so that equal stamps stay equal. Messages that are sent early get stamps no
+  // later than now: tf knows no future.
   const bool is_constant = rate == 1.0 && shift_ns_;
   if (!is_constant || std::abs(shift - *shift_ns_) > kClockStep) {
     shift_ns_ = shift;
@@ -154,7 +154,7 @@ PublishMoment Outbox::momentOf(const Outgoing& message) {
   return {now, *shift_ns_ - early_ns};
 }
 
-/// What is sent while others are given time gets as much.
+/// A goal that is sent during a lead gets the rest of that lead.
 void Outbox::beginWhereJointsAre(Outgoing& message) {
   const OutboxTopic& topic = message.topic;
   const bool has_joints = topic.is_command && !topic.is_velocity;

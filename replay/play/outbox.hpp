@@ -1,5 +1,5 @@
 /// \file
-/// A message's way to its publisher: outbox.cpp is to be read from its top to its end.
+/// A message's way to its publisher, in the order of outbox.cpp.
 #pragma once
 
 #include <atomic>
@@ -45,8 +45,8 @@ struct OutboxTopic {
   Bytes last;              ///< projected content in force
 };
 
-/// Makes messages right to be sent now, sends and counts them; knows what it has lit and moved, to
-/// end both. The thread that plays. Everything given outlives it.
+/// Rewrites messages to be right now, publishes and counts them. Knows which topics it has lit and
+/// moved, and clears and stops them. For the thread that plays. Everything given outlives it.
 class Outbox {
  public:
   /// Throws MessageError for a definition that is none.
@@ -64,41 +64,41 @@ class Outbox {
     OutboxTopic& topic;
     const Channel& channel;
     Stamp at;        ///< the moment of the recording that it is sent for
-    Stamp recorded;  ///< when it was recorded: before, if only what is left of it is sent
+    Stamp recorded;  ///< when it was recorded: before `at` for the rest of a motion
     Bytes bytes;
     std::int64_t late_ns = 0;
-    SteadyTime released = {};  ///< it waited for the body until then, and is not late by that
-    /// As which it is sent; empty: as one of this moment, less what it is late.
-    std::optional<PublishMoment> moment = {};
+    SteadyTime released = {};  ///< until when it waited for the body: this is not lateness
+    std::optional<PublishMoment> moment = {};  ///< empty: now, less the lateness
   };
   struct Sent {
     bool was_heard = false;
     std::optional<SentGoal> goal;
   };
-  /// A message that is due: left out if it is too late, or the base drive's. Throws
-  /// std::runtime_error if motion comes so late that the replay has to stop.
+  /// True for a message that must not be sent: it is too late, or its topic is the base drive's.
+  /// Counted. Throws std::runtime_error if motion comes so late that the replay has to stop.
   bool leavesOut(const Outgoing& message) const;
-  /// Empty if it was not sent: refused, which is counted, may be a failure of its modality, and
-  /// stops the replay if an arm is elsewhere; or the cancel of a goal that was not sent.
+  /// Empty if the message was not sent: it was refused, or is the cancel of a goal that was not
+  /// sent. A refused message is counted and is a failure of light and speech; one whose arm is
+  /// elsewhere stops the replay.
   std::optional<Sent> publish(Outgoing message);
-  /// The timeline goes on elsewhere: stamps are not moved by what they were before.
+  /// The timeline was moved: stamps are shifted anew from the next message on.
   void forgetShift() { shift_ns_.reset(); }
   /// How many were published. Any thread.
   std::uint64_t published() const { return published_; }
 
   /// The base drive's command. Throws what the sink throws.
   void sendDriven(const Bytes& velocity);
-  /// As it is, and not counted; a failure is noted.
+  /// Sends a message as it is, without counting it; a failure is noted.
   void send(const Channel& channel, const Bytes& bytes);
   /// On every velocity topic that has moved the base; the base drive rests.
   void sendZeroVelocities();
-  /// The same, but the base drive stands by itself.
+  /// The same without the base drive, which stands by itself.
   void standStill();
   bool isLit() const;
   void clearProjection();
-  /// The longest of its topics.
+  /// The longest latency of its topics.
   double latency() const;
-  /// PlannedTopic::rewrites, with what was done.
+  /// PlannedTopic::rewrites with their counts.
   std::vector<RewrittenField> rewrites(const Channel& channel) { return rewriter_.rules(channel); }
 
  private:

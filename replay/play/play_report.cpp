@@ -132,7 +132,7 @@ Json body(const PlayReport& report) {
   return json;
 }
 
-/// What did not go out though it was planned, with the reason.
+/// The planned messages that were not sent, with the reason.
 Json losses(const PlayReport& report, std::uint64_t TopicReport::*count) {
   Json json = Json::array();
   for (const auto& [topic, played_topic] : report.topics) {

@@ -1,5 +1,5 @@
 /// \file
-/// What a replay did, measured.
+/// The measured report of a replay.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct TopicReport {
 struct PlayWait {
   double recorded_s = 0, played_s = 0;  ///< where and when it began
   double seconds = 0;
-  std::string what;  ///< that was waited for: a topic
+  std::string what;  ///< the topic that was waited for
 };
 
 /// How far the moments that light or speech was published at are from where they were recorded,

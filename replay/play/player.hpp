@@ -24,34 +24,37 @@
 
 namespace afterglow::replay {
 
-/// One replay. Deadlines are absolute; order is receive stamp, then sequence. What is late:
-/// - by 2 ms and overtaken by the next of its topic: skipped, for velocities, goals and types of
-///   which a message replaces the one before (clouds, scans, paths); markers are always sent;
-/// - a velocity by 250 ms: skipped, the base has stopped by itself; never a zero one;
-/// - any other motion by 1 s: the replay stops. Motion is never sent in a burst;
-/// - light and speech without motion by 1 s: the replay goes on from there.
-/// Velocities that are no numbers are never sent.
+/// One replay. Deadlines are absolute; order is receive stamp, then sequence. Late messages:
+/// - 2 ms late and overtaken by the next message of its topic: skipped, if it is a velocity, a goal
+///   or of a type of which a message replaces the one before (clouds, scans, paths); markers are
+///   always sent;
+/// - a velocity that is 250 ms late: skipped, the base has stopped by itself; zero velocities are
+///   always sent;
+/// - any other motion that is 1 s late: the replay stops. Motion is never sent in a burst;
+/// - light and speech without motion, 1 s late: the replay goes on from there.
+/// Velocities that are not finite are never sent.
 /// Rates scale velocities, trajectories and lifetimes (motion_rate.hpp).
-/// A pause sends zero velocities, halts trajectory commands and cancels the goals under way;
-/// resuming sends what is left of them, and the velocity in force. Another rate does both. seek()
-/// does so, too, and first makes what is in force there so again (scene_at.hpp). An arm that is not
-/// where a goal is to begin stops the replay, or is given time to get there (arm_start.hpp): the
-/// timeline stands until then.
-/// In step: nothing that was recorded after a goal's result (milestones.hpp), less a margin, is
-/// sent before the live one; the timeline stands there and then leaps to the result. Nor does it
-/// pass a base that is driven along its track. While it stands for a goal velocities are zero; they
-/// are in force again after it. What the body does never waits for light or speech. Not where
-/// recorded time is played: the robot's time is the replay's then, and stands when it does. A
-/// modality fails: the body when a goal fails that did not when it was recorded, does not end in
-/// time, or the base is lost; light and speech when a message is refused or nobody is there to get
-/// it, or by fail(). What follows is PlayOptions::on_failure.
-/// The end: a normal one waits for the goals and the drive under way, goals up to a bound. Then,
-/// and after stop(), an error or a stall: goals that are still open are canceled, every velocity
-/// topic that was played gets a zero, and projected topics are cleared.
+/// A pause sends zero velocities, halts trajectory commands and cancels the open goals; resuming
+/// sends the rest of them, and the velocity in force. Another rate does both. seek() does both,
+/// too, and in between puts goals, commands and light of the new moment in force (scene_at.hpp). An
+/// arm that is not where its goal begins stops the replay, or is given time to get there
+/// (arm_start.hpp): the timeline stands until then.
+/// In step: a message that was recorded after a goal's result (milestones.hpp), less a margin, is
+/// not sent before the live result; the timeline stands there and then leaps to the result. Nor
+/// does the timeline pass a base that is driven along its track. While it stands for a goal
+/// velocities are zero; after it they are in force again. The body never waits for light or speech.
+/// Nothing waits where recorded time is played: the robot's time is the replay's then and stands
+/// with it.
+/// Failures: the body fails when a goal fails that did not when it was recorded, when a goal does
+/// not end in time, and when the base is lost; light and speech fail when a message is refused or
+/// has no subscriber, or by fail(). PlayOptions::on_failure says what follows.
+/// The end: a normal one waits for the open goals, up to a bound, and for the drive under way.
+/// Then, and after stop(), an error or a stall: open goals are canceled, every velocity topic that
+/// was played gets a zero velocity, and projected topics are cleared.
 ///
-/// Its parts: Scheduler (when), Transport (timeline, requests), Outbox (a message's way out),
-/// BodyInForce with ArmLead and DrivenBase (what the body does), StepGate (what waits for it),
-/// Ledger (the report).
+/// The parts: Scheduler (the loop), Transport (timeline and requests), Outbox (a message's way to
+/// its publisher), BodyInForce with ArmLead and DrivenBase (goals, commands, the base), StepGate
+/// (keeps in step), Ledger (the report).
 class Player {
  public:
   /// Everything must outlive the player. `ros_now` gives ROS time, `ids` fresh goal ids. Throws

@@ -34,7 +34,7 @@ class Prefetch {
   Message pop();
   /// Any thread: front() returns from now on.
   void cancel();
-  /// Reads no more. What could not be read of what came so far.
+  /// Ends the reading. The damaged messages among those read so far.
   std::vector<DamagedMessage> end();
 
  private:

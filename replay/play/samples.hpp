@@ -1,5 +1,5 @@
 /// \file
-/// What was measured along a replay, thinned as it comes: enough to draw it, in bounded memory.
+/// Measurements along a replay, thinned as they come: enough to draw a plot, in bounded memory.
 #pragma once
 
 #include <cstddef>

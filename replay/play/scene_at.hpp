@@ -1,5 +1,5 @@
 /// \file
-/// What of a recording is in force at a moment in its middle, so that a replay can begin there.
+/// Which recorded light and targets are in force at a moment, so that a replay can begin there.
 /// Semantics: rviz's markers ((namespace, id) per topic, lifetimes, DELETE, DELETEALL), rosbag
 /// play's latched topics (the last message of each publisher).
 #pragma once
@@ -21,11 +21,11 @@ namespace afterglow::replay {
 /// Fed with messages in order, up to the moment. A value; not thread-safe.
 class SceneAt {
  public:
-  /// What cannot be understood changes nothing.
+  /// A message that cannot be understood changes nothing.
   void add(const Channel& channel, Modality modality, Message message);
 
   /// The light that is on: markers whose lifetime is not over, with the rest of it; the last cloud,
-  /// scan, path, picture or map of each topic; the last message of each latching publisher. In the
+  /// scan, path, image or map of each topic; the last message of each latching publisher. In the
   /// order of arrival, each with the stamp it arrived at.
   std::vector<Message> light(Stamp at) const;
   /// Where the body was told to be: the last goal of each action, unless it was canceled, and the

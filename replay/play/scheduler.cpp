@@ -88,7 +88,7 @@ std::vector<Scheduler::Due> Scheduler::takeDue(SteadyTime now) {
       break;
     }
     played_until_ = next->due();
-    // A goal that is sent with this batch keeps back what comes after its end.
+    // A goal in this batch keeps back the messages after its end.
     limit = parts_.gate.limitAfter(limit, channel.topic, received);
     batch.push_back({next->lane->pop(), &channel, parts_.outbox.find(channel.topic), deadline});
   }
@@ -233,7 +233,7 @@ Scheduler::Wake Scheduler::followRequests() {
 
 void Scheduler::pause() {
   const SteadyTime now = parts_.clock.now();
-  // An arm that is late gets time for what it has not done.
+  // An arm that is late gets time to catch up.
   parts_.lead.expectElsewhereIfGiven();
   if (parts_.gate.pause()) parts_.lead.expectElsewhere();
   parts_.transport.change([&](Timeline& timeline) { timeline.pause(now); });
@@ -286,7 +286,7 @@ void Scheduler::enter(Stamp at) {
   if (lanes) parts_.ledger.addDamage(lanes->end());
   lanes_->fill();
   parts_.outbox.clearProjection();
-  // What goes out before the first moment needs that time.
+  // Messages with a latency go out before the first moment and need that time.
   const std::int64_t lead_ns =
       parts_.options.is_immediate ? 0 : kLead + earlyNs(parts_.outbox.latency(), 1);
   const SteadyTime first = parts_.clock.now().after(lead_ns);

@@ -1,6 +1,6 @@
 /// \file
-/// When everything of a replay is done: the one loop that waits for deadlines and for what other
-/// threads want.
+/// The scheduler: one loop that waits for deadlines and for requests, and has the other parts of
+/// the player act.
 #pragma once
 
 #include <cstdint>
@@ -51,7 +51,7 @@ class Scheduler {
   void play();
   /// However it ended: brings the robot to rest and clears the projection.
   void finish();
-  /// It came to the end, and only waited to be stopped.
+  /// The end was reached, and a stop was only awaited (PlayOptions::keeps_alive).
   bool hasEnded() const { return has_ended_; }
 
  private:

@@ -42,7 +42,7 @@ class Skew {
     SteadyTime at;
     double rate;
   };
-  /// True if it is done with: measured, or nothing to measure it by.
+  /// True if the message was measured or has no milestone to be measured by; false: later.
   bool measure(const Sent& sent);
 
   Stamp begin_;

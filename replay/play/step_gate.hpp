@@ -1,5 +1,5 @@
 /// \file
-/// The gate of being in step: what was recorded after the body had done something waits for that.
+/// The gate that keeps a replay in step: messages recorded after the end of a goal wait for it.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 
 namespace afterglow::replay {
 
-/// Limits the timeline to the recorded end of the open goals, less a margin, and to where a driven
-/// base is. Decides and writes down what waited; sends nothing. The thread that plays. Everything
-/// given outlives it.
+/// Limits the timeline to the recorded end of the open goals, less a margin, and to the progress of
+/// a driven base. Decides, and writes waits into the ledger; sends nothing. For the thread that
+/// plays. Everything given outlives it.
 class StepGate {
  public:
   StepGate(const PlayPlan& plan, const PlayOptions& options, const Milestones& milestones,
@@ -29,38 +29,38 @@ class StepGate {
         goals_(goals),
         ledger_(ledger) {}
 
-  /// False where nothing waits: not asked for, or the robot's time is the replay's.
+  /// False: nothing waits, because the options say so or the robot's time is the replay's.
   bool isGated() const { return options_.is_in_step && !options_.has_recorded_time; }
 
   struct Move {
     bool has_moved = false;
-    /// Velocities were zero while the timeline stood: those of this recorded moment are in force
-    /// again.
+    /// Velocities were zero while the timeline stood: those in force at this recorded moment have
+    /// to be sent again.
     std::optional<Stamp> goes_on_from;
   };
-  /// Moves the limit to what the body has not done yet. `reached`: the goal for which the timeline
-  /// stood has ended; it leaps to where that was recorded.
+  /// Moves the limit. `reached`: the goal that the timeline waited for has ended, and the timeline
+  /// leaps to its recorded end.
   Move moveLimit(const std::optional<GoalBook::Ended>& reached);
 
   struct Stand {
-    bool begins = false;    ///< velocities have to be zero from now on
-    std::string too_long;   ///< which goal failed to end in time: a sentence; not waited for now
+    bool begins = false;   ///< velocities have to be zero from now on
+    std::string too_long;  ///< a goal did not end in time and is given up: a sentence
   };
-  /// While a goal holds the timeline.
+  /// To be called while a goal holds the timeline.
   Stand stand();
 
   /// A goal holds the timeline now.
   bool isHeldByGoal() const;
-  /// It does so for this milestone.
+  /// The timeline waits for this milestone.
   bool isWaitedFor(const std::optional<Milestone>& milestone) const;
-  /// When a message is due that goes out so much earlier: what waited for the body is due when that
-  /// is there, unless it was due before by itself.
+  /// When a message is due that goes out so much earlier. A message that waited for the body is due
+  /// when the limit is lifted, unless it is due later.
   SteadyTime deadlineOf(Stamp recorded, std::int64_t early_ns) const;
-  /// When the last limit was lifted that held the timeline.
+  /// When a limit that held the timeline was last lifted.
   SteadyTime releasedAt() const { return lifted_at_; }
-  /// When stand() has something to say.
+  /// When stand() has to be called next.
   SteadyTime nextLook() const;
-  /// A limit that also holds what was recorded after the end of this goal, if it is waited for.
+  /// The limit, or the end of this goal if the goal is waited for and its end comes before.
   std::optional<Stamp> limitAfter(std::optional<Stamp> limit, const std::string& topic,
                                   Stamp recorded_at) const;
 

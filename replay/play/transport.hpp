@@ -1,5 +1,5 @@
 /// \file
-/// Where a replay is, and what other threads want of it: stop, pause, another rate, another place.
+/// The timeline of a replay and the requests of other threads: stop, pause, rate, seek.
 #pragma once
 
 #include <cstdint>
@@ -27,11 +27,11 @@ struct PlayProgress {
   std::uint64_t published = 0;
 };
 
-/// The timeline of a replay and the requests for it. Any thread may ask; the thread that plays
-/// takes the requests and is the only one that changes the timeline. Everything given outlives it.
+/// Any thread may make requests; the thread that plays takes them and is the only one that changes
+/// the timeline. Everything given outlives the transport.
 class Transport {
  public:
-  /// `clock` is woken by every request that the thread that plays has to follow.
+  /// Every request that the thread that plays has to follow wakes `clock`.
   Transport(const PlayPlan& plan, const PlayOptions& options, Clock& clock);
 
   // Any thread, also before begin(). A request that is not possible is refused by
@@ -55,10 +55,9 @@ class Transport {
   std::map<Modality, ModalityFailures> failures() const;
 
   // The thread that plays.
-  /// What is to be done now; requests for another rate, another place and single messages are
-  /// given once.
+  /// What the thread that plays has to do now. Each rate, seek and step is given once.
   struct Orders {
-    bool stops = false;  ///< all others are left then
+    bool stops = false;  ///< nothing else is set then
     bool pauses = false, resumes = false;
     std::optional<double> rate;
     std::optional<Stamp> seek;
@@ -66,12 +65,12 @@ class Transport {
   };
   /// hold() holds only if a message is to come.
   Orders takeOrders(bool has_next);
-  /// Before a message of a pause topic, once for each: true if the replay is to pause.
+  /// Before a message of a pause topic: true if the replay has to pause; once for each message.
   bool pausesBefore(std::uint64_t sequence);
-  /// A stop no longer waits for messages to be read. `lanes` outlives the next call, or this.
+  /// A stop cancels the reading of these lanes. They outlive the next call, or the transport.
   void cancelOnStop(MessageLanes& lanes);
-  /// The replay begins at this recorded moment, or goes on there, as soon as `when` has come.
-  /// Without a limit; paused if that was asked for before the begin.
+  /// The replay begins at this recorded moment, or goes on there, at `when`. The timeline has no
+  /// limit then; it is paused at the begin if that was requested before.
   void enter(Stamp at, SteadyTime when);
   bool hasBegun() const { return timeline_.has_value(); }
   const Timeline& timeline() const { return *timeline_; }

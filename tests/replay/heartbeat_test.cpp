@@ -8,6 +8,7 @@
 #include "replay/clock/beating_clock.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/motion_watch.hpp"
+#include "tests/support/jumping_clock.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay::heartbeat_test {

@@ -13,6 +13,7 @@
 #include "replay/play/player.hpp"
 #include "replay/record/snapshot.hpp"
 #include "tests/support/faulty_store.hpp"
+#include "tests/support/jumping_clock.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::test {
