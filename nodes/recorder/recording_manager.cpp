@@ -12,7 +12,6 @@
 
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
-#include "replay/record/answer_topic.hpp"
 
 namespace afterglow::nodes {
 namespace {

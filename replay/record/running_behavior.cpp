@@ -5,8 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "replay/record/answer_topic.hpp"
-
 namespace afterglow::replay {
 namespace {
 
@@ -27,6 +25,13 @@ bool contains(const std::string& outer, const std::string& inner) {
 }
 
 }  // namespace
+
+std::optional<std::string> answerTopic(const std::string& topic) {
+  const std::string ending = "/goal";
+  const std::size_t size = topic.size() - std::min(topic.size(), ending.size());
+  if (topic.substr(size) != ending) return std::nullopt;
+  return topic.substr(0, size) + "/result";
+}
 
 RunningBehavior::RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits)
     : behavior_(std::move(behavior)), topics_(behavior_.topics.begin(), behavior_.topics.end()) {

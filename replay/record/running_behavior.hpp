@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
@@ -13,6 +14,10 @@
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
+
+/// Where an action answers (actionlib): "/arm/result" for "/arm/goal"; empty for a topic that is no
+/// goal's.
+std::optional<std::string> answerTopic(const std::string& topic);
 
 /// How many of a behavior's messages were stored so far.
 struct RecordedCounts {

@@ -74,8 +74,8 @@ void checkObjects(const Behavior& behavior, const std::string& store) {
   }
 }
 
-void endIncomplete(Behavior& behavior, std::optional<Stamp> last_message) {
-  const Stamp end = last_message ? Stamp{last_message->ns + 1} : behavior.begin;
+void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_ns) {
+  const Stamp end = last_message_ns ? Stamp{*last_message_ns + 1} : behavior.begin;
   behavior.end = std::max(behavior.begin, end);
   behavior.outcome = kIncomplete;
   behavior.remarks.emplace_back("Its recorder died; it ends with the last message stored.");

@@ -214,7 +214,7 @@ void checkObjects(const Behavior& behavior, const std::string& store);
 
 /// Ends a behavior whose recorder died, behind the last message of its recording if it has one, and
 /// remarks on it.
-void endIncomplete(Behavior& behavior, std::optional<Stamp> last_message);
+void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_ns);
 
 /// Sets a behavior's end and outcome; StoreError if there is none of that id.
 void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome);

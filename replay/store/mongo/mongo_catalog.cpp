@@ -7,6 +7,10 @@
 namespace afterglow::replay {
 namespace {
 
+/// Of an import; clocks of a fleet may differ by much less.
+constexpr std::chrono::hours kLease{1};
+constexpr std::chrono::minutes kRenewal{1};
+
 Recording recordingFrom(const bson_t& document) {
   return {integerAt(document, "_id").value_or(0), textAt(document, "key").value_or(""),
           textAt(document, "source").value_or(""), textAt(document, "robot").value_or("")};
@@ -100,12 +104,58 @@ std::int64_t MongoCatalog::addChannel(std::int64_t recording, const Channel& cha
 void MongoCatalog::removeRecording(std::int64_t id) {
   client_.remove(database_, "channels", Bson().add("recording", id));
   client_.remove(database_, "recordings", withId(id));
+  imports_.erase(id);
   const std::lock_guard<std::mutex> lock(mutex_);
   recordings_.erase(id);
   for (auto channel = channels_.begin(); channel != channels_.end();) {
     const bool is_its = channel->second->recording.id == id;
     channel = is_its ? channels_.erase(channel) : std::next(channel);
   }
+}
+
+// ---------------------------------------------------------------------------------------- imports
+
+void MongoCatalog::lease(std::int64_t recording) const {
+  Bson until;
+  until.addDate("import_until", wallClock_ms() + std::chrono::milliseconds(kLease).count());
+  client_.update(database_, "recordings", withId(recording), Bson().add("$set", until));
+}
+
+void MongoCatalog::beginImport(std::int64_t recording) {
+  lease(recording);
+  imports_[recording] = std::chrono::steady_clock::now();
+}
+
+void MongoCatalog::renewImport(std::int64_t channel) {
+  if (imports_.empty()) return;
+  const auto import = imports_.find(this->channel(channel)->recording.id);
+  const auto now = std::chrono::steady_clock::now();
+  if (import == imports_.end() || now - import->second < kRenewal) return;
+  lease(import->first);
+  import->second = now;
+}
+
+void MongoCatalog::finishImport(std::int64_t recording) {
+  const auto found = client_.findOne(database_, "recordings", withId(recording));
+  if (!found || !hasAt(found->raw(), "import_until")) {
+    client_.fail("finish import " + std::to_string(recording), "it is not under way any more");
+  }
+  client_.update(database_, "recordings", withId(recording),
+                 Bson().add("$unset", Bson().add("import_until", 1)));
+  undo_.onFailure([this, recording] { lease(recording); });
+  imports_.erase(recording);
+}
+
+std::vector<std::int64_t> MongoCatalog::deadImports() const {
+  Bson before;
+  before.addDate("$lt", wallClock_ms());
+  std::vector<std::int64_t> dead;
+  client_.find(database_, "recordings", Bson().add("import_until", before), {},
+               [&](const bson_t& document) {
+                 dead.push_back(integerAt(document, "_id").value_or(0));
+                 return true;
+               });
+  return dead;
 }
 
 // ---------------------------------------------------------------------------------------- reading

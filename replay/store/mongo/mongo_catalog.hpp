@@ -2,6 +2,7 @@
 /// The recordings and channels of a MongoDB store (mongo_layout.hpp). Internal to replay/store.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -19,6 +20,8 @@ namespace afterglow::replay {
 /// Remembers the entries that it has read: they never change. Throws StoreError, also for a number
 /// that there is not. Reading: any thread; writing: one thread at a time. Client and log must
 /// outlive it.
+/// The server cannot ask whether an importing program still runs: its recording holds a lease
+/// (import_until) that the program renews.
 class MongoCatalog {
  public:
   using ChannelPtr = std::shared_ptr<const MongoChannel>;
@@ -33,6 +36,14 @@ class MongoCatalog {
   /// With its channels.
   void removeRecording(std::int64_t id);
 
+  void beginImport(std::int64_t recording);
+  /// To be called with every append to this channel: renews the lease now and then, if the import
+  /// is this object's.
+  void renewImport(std::int64_t channel);
+  void finishImport(std::int64_t recording);
+  /// The recordings whose lease has run out.
+  std::vector<std::int64_t> deadImports() const;
+
   std::vector<Recording> recordings() const;  ///< by number
   Recording recording(std::int64_t id) const;
   ChannelPtr channel(std::int64_t id) const;
@@ -43,12 +54,15 @@ class MongoCatalog {
  private:
   std::int64_t findOrInsert(const std::string& collection, const Bson& key, const Bson& rest);
   void forget(std::int64_t id);
+  void lease(std::int64_t recording) const;
   std::string definitionId(const Channel& channel);
   ChannelPtr readChannel(const bson_t& document) const;
 
   const MongoClient& client_;
   const std::string database_;
   UndoLog& undo_;
+  /// The imports of this object, and when their leases were renewed last.
+  std::map<std::int64_t, std::chrono::steady_clock::time_point> imports_;
   mutable std::mutex mutex_;  ///< guards the two maps
   mutable std::map<std::int64_t, Recording> recordings_;
   mutable std::map<std::int64_t, ChannelPtr> channels_;

@@ -20,8 +20,7 @@ MongoStore::MongoStore(const std::string& uri, OpenMode mode)
       is_read_only_(mode == OpenMode::ReadOnly),
       catalog_(client_, rest_, undo_),
       blobs_(client_, rest_),
-      messages_(client_, catalog_, blobs_, undo_),
-      imports_(client_, rest_, undo_) {
+      messages_(client_, catalog_, blobs_, undo_) {
   prepare(mode);
 }
 
@@ -68,13 +67,13 @@ std::int64_t MongoStore::beginImport(const Recording& recording) {
   Recording fresh = recording;
   fresh.key.clear();
   const std::int64_t id = catalog_.addRecording(fresh);
-  imports_.begin(id);
+  catalog_.beginImport(id);
   return id;
 }
 
 void MongoStore::finishImport(std::int64_t recording) {
   const Lock lock = lockToWrite();
-  imports_.finish(recording);
+  catalog_.finishImport(recording);
 }
 
 void MongoStore::dropRecording(std::int64_t recording) {
@@ -87,11 +86,10 @@ void MongoStore::dropRecording(std::int64_t recording) {
   all.begin = Stamp{std::numeric_limits<std::int64_t>::min()};
   messages_.remove(all, {});
   catalog_.removeRecording(recording);
-  imports_.forget(recording);
 }
 
 std::size_t MongoStore::dropUnfinished() {
-  const std::vector<std::int64_t> dead = imports_.dead();
+  const std::vector<std::int64_t> dead = catalog_.deadImports();
   for (const std::int64_t recording : dead) dropRecording(recording);
   return dead.size();
 }
@@ -103,9 +101,7 @@ std::int64_t MongoStore::addChannel(std::int64_t recording, const Channel& chann
 
 void MongoStore::append(const std::vector<Message>& messages, Duplicates duplicates) {
   const Lock lock = lockToWrite();
-  if (!imports_.empty() && !messages.empty()) {
-    imports_.renew(catalog_.channel(messages.front().channel)->recording.id);
-  }
+  if (!messages.empty()) catalog_.renewImport(messages.front().channel);
   messages_.append(messages, duplicates);
 }
 

@@ -9,7 +9,6 @@
 #include "replay/store/mongo/mongo_blobs.hpp"
 #include "replay/store/mongo/mongo_catalog.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
-#include "replay/store/mongo/mongo_imports.hpp"
 #include "replay/store/mongo/mongo_messages.hpp"
 #include "replay/store/mongo/undo_log.hpp"
 #include "replay/store/store.hpp"
@@ -23,8 +22,8 @@ namespace afterglow::replay {
 ///   when the work has returned.
 /// - append() takes back likewise. After a broken connection part of the messages may be there:
 ///   append them again with Duplicates::Skip.
-/// Its parts: recordings and channels (MongoCatalog), messages (MongoMessages, MongoCursor),
-/// imports (MongoImports), searches (MongoQuery), transactions (UndoLog); behaviors are its own.
+/// Its parts: recordings, channels and imports (MongoCatalog), messages (MongoMessages,
+/// MongoCursor), searches (MongoQuery), transactions (UndoLog); behaviors are its own.
 /// OpenMode::Record takes no lock and marks nothing, for a fleet has many recorders; it waits for
 /// an answer for 10 s, not a minute. A recorder writes through a SpooledStore (spooled_store.hpp).
 class MongoStore final : public Store {
@@ -78,7 +77,6 @@ class MongoStore final : public Store {
   MongoCatalog catalog_;
   MongoBlobs blobs_;
   MongoMessages messages_;
-  MongoImports imports_;
   std::recursive_mutex write_mutex_;  ///< recursive: a transaction's work calls other methods
 };
 

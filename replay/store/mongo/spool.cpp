@@ -86,8 +86,7 @@ void Spool::closeOpenBehaviors() {
   for (Behavior& behavior : open) {
     SqliteStatement last(*connection_, "SELECT last_ns FROM recordings WHERE id = ?1");
     const bool is_known = last.bind(1, behavior.recording).step();
-    const auto last_ns = is_known ? last.optionalInteger(0) : std::nullopt;
-    endIncomplete(behavior, last_ns ? std::optional(Stamp{*last_ns}) : std::nullopt);
+    endIncomplete(behavior, is_known ? last.optionalInteger(0) : std::nullopt);
     putBehavior(behavior);
   }
   transaction.commit();

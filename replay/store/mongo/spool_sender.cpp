@@ -14,19 +14,9 @@ constexpr std::size_t kSentAtOnce = 8 << 20;
 
 }  // namespace
 
-LateMongoStore::LateMongoStore(std::string uri) : uri_(std::move(uri)) {}
-
-LateMongoStore::~LateMongoStore() = default;
-
-MongoStore& LateMongoStore::get() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!store_) store_ = std::make_unique<MongoStore>(uri_, OpenMode::Record);
-  return *store_;
-}
-
-SpoolSender::SpoolSender(Spool& spool, const LateMongoStore& server,
-                         std::chrono::milliseconds farewell, std::chrono::milliseconds pause)
-    : spool_(spool), server_(server), farewell_(farewell), pause_(pause) {
+SpoolSender::SpoolSender(Spool& spool, std::string uri, std::chrono::milliseconds farewell,
+                         std::chrono::milliseconds pause)
+    : spool_(spool), uri_(std::move(uri)), farewell_(farewell), pause_(pause) {
   try {
     reserveIds();
   } catch (const StoreError& error) {
@@ -47,6 +37,12 @@ SpoolSender::~SpoolSender() {
   thread_.join();
 }
 
+MongoStore& SpoolSender::server() const {
+  const std::lock_guard<std::mutex> lock(server_mutex_);
+  if (!server_) server_ = std::make_unique<MongoStore>(uri_, OpenMode::Record);
+  return *server_;
+}
+
 void SpoolSender::wake() {
   const std::lock_guard<std::mutex> lock(mutex_);
   has_news_ = true;
@@ -60,7 +56,7 @@ std::string SpoolSender::lastError() const {
 
 void SpoolSender::reserveIds() {
   if (spool_.idsLeft() > kFewIds) return;
-  spool_.giveIds(server_.get().reserveBehaviorIds(kReservedIds), kReservedIds);
+  spool_.giveIds(server().reserveBehaviorIds(kReservedIds), kReservedIds);
 }
 
 void SpoolSender::run() {
@@ -102,7 +98,6 @@ bool SpoolSender::sendSome() {
 }
 
 void SpoolSender::send(const std::vector<Spool::Entry>& entries) {
-  MongoStore& server = server_.get();
   const Bytes& payload = entries.front().payload;
   switch (entries.front().kind) {
     case Spool::Kind::Messages: {
@@ -113,46 +108,45 @@ void SpoolSender::send(const std::vector<Spool::Entry>& entries) {
           messages.push_back(std::move(message));
         }
       }
-      return server.append(messages, Duplicates::Skip);
+      return server().append(messages, Duplicates::Skip);
     }
     case Spool::Kind::Behavior:
       return sendBehavior(unpackBehavior(payload));
     case Spool::Kind::Removal: {
       const std::int64_t id = unpackId(payload);
-      if (server.behavior(id)) server.removeBehavior(id);
+      if (server().behavior(id)) server().removeBehavior(id);
       return;
     }
     case Spool::Kind::File: {
       const auto [sha256, contents] = unpackFile(payload);
-      return server.addFile(sha256, contents);
+      return server().addFile(sha256, contents);
     }
   }
 }
 
 void SpoolSender::sendBehavior(Behavior behavior) {
-  MongoStore& server = server_.get();
-  const auto known = server.behavior(behavior.id);
+  const auto known = server().behavior(behavior.id);
   if (known && !behavior.key.empty() && known->key != behavior.key) {
-    throw StoreError(server_.name() + ": behavior " + std::to_string(behavior.id) +
+    throw StoreError(serverName() + ": behavior " + std::to_string(behavior.id) +
                      " is another one there");
   }
-  if (known) return server.updateBehavior(behavior);
+  if (known) return server().updateBehavior(behavior);
   if (behavior.key.empty()) return;  // removed there meanwhile
   behavior.recording = recordingOnServer(behavior.recording);
-  server.addBehavior(behavior);
+  server().addBehavior(behavior);
 }
 
 std::int64_t SpoolSender::recordingOnServer(std::int64_t id) {
   const auto known = recordings_.find(id);
   if (known != recordings_.end()) return known->second;
-  return recordings_[id] = server_.get().addRecording(spool_.recording(id));
+  return recordings_[id] = server().addRecording(spool_.recording(id));
 }
 
 std::int64_t SpoolSender::channelOnServer(std::int64_t id) {
   const auto known = channels_.find(id);
   if (known != channels_.end()) return known->second;
   const std::int64_t recording = recordingOnServer(spool_.recordingOf(id));
-  return channels_[id] = server_.get().addChannel(recording, spool_.channel(id));
+  return channels_[id] = server().addChannel(recording, spool_.channel(id));
 }
 
 }  // namespace afterglow::replay

@@ -18,29 +18,13 @@ namespace afterglow::replay {
 
 class MongoStore;
 
-/// A store on a server that may be away: it is opened when it is first needed. Any thread.
-class LateMongoStore {
- public:
-  explicit LateMongoStore(std::string uri);
-  ~LateMongoStore();
-  LateMongoStore(const LateMongoStore&) = delete;
-  LateMongoStore& operator=(const LateMongoStore&) = delete;
-  MongoStore& get() const;                             ///< throws StoreError if it cannot be opened
-  std::string name() const { return storeUri(uri_); }  ///< for texts
-
- private:
-  const std::string uri_;
-  mutable std::mutex mutex_;
-  mutable std::unique_ptr<MongoStore> store_;
-};
-
 /// Sends the entries of a spool in order, each again until the server has confirmed it, and keeps a
-/// reserve of behavior ids in the spool. Spool and server must outlive it.
+/// reserve of behavior ids in the spool, which must outlive it.
 class SpoolSender {
  public:
   /// Its end waits until all is sent, but no longer than `farewell`. Between two attempts it
   /// waits for `pause`; twice as long each time, up to 32 times.
-  SpoolSender(Spool& spool, const LateMongoStore& server, std::chrono::milliseconds farewell,
+  SpoolSender(Spool& spool, std::string uri, std::chrono::milliseconds farewell,
               std::chrono::milliseconds pause);
   ~SpoolSender();
   SpoolSender(const SpoolSender&) = delete;
@@ -48,6 +32,9 @@ class SpoolSender {
 
   void wake();                    ///< the spool has entries
   std::string lastError() const;  ///< why the last attempt failed; empty: all is well
+  /// The server's store, opened when it is first needed. Throws StoreError while it cannot be.
+  MongoStore& server() const;
+  std::string serverName() const { return storeUri(uri_); }  ///< for texts
 
  private:
   void reserveIds();
@@ -59,9 +46,12 @@ class SpoolSender {
   std::int64_t channelOnServer(std::int64_t id);
 
   Spool& spool_;
-  const LateMongoStore& server_;
+  const std::string uri_;
   const std::chrono::milliseconds farewell_, pause_;
   std::map<std::int64_t, std::int64_t> recordings_, channels_;  ///< the server's ids; the thread's
+
+  mutable std::mutex server_mutex_;  ///< for opening it
+  mutable std::unique_ptr<MongoStore> server_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -38,8 +38,7 @@ std::unique_ptr<Store> openMongoStore(const std::string& uri, OpenMode mode) {
 
 SpooledStore::SpooledStore(const std::string& uri, const SpoolOptions& options)
     : spool_(options.path.empty() ? defaultPath(uri) : options.path, options.most_bytes),
-      server_(uri),
-      sender_(spool_, server_, options.farewell, options.pause) {}
+      sender_(spool_, uri, options.farewell, options.pause) {}
 
 // ---------------------------------------------------------------------------------------- writing
 
@@ -50,7 +49,7 @@ std::int64_t SpooledStore::addRecording(const Recording& recording) {
 std::int64_t SpooledStore::beginImport(const Recording&) { refuseImport(); }
 void SpooledStore::finishImport(std::int64_t) { refuseImport(); }
 void SpooledStore::dropRecording(std::int64_t) { refuseImport(); }
-std::size_t SpooledStore::dropUnfinished() { return server_.get().dropUnfinished(); }
+std::size_t SpooledStore::dropUnfinished() { return sender_.server().dropUnfinished(); }
 
 std::int64_t SpooledStore::addChannel(std::int64_t recording, const Channel& channel) {
   return spool_.addChannel(recording, channel);
@@ -62,7 +61,7 @@ void SpooledStore::append(const std::vector<Message>& messages, Duplicates) {
 }
 
 std::int64_t SpooledStore::addBehavior(const Behavior& behavior) {
-  checkObjects(behavior, server_.name());
+  checkObjects(behavior, sender_.serverName());
   spool_.recording(behavior.recording);
   Behavior stored = behavior;
   if (stored.key.empty()) stored.key = newKey();
@@ -73,26 +72,28 @@ std::int64_t SpooledStore::addBehavior(const Behavior& behavior) {
 }
 
 void SpooledStore::updateBehavior(const Behavior& behavior) {
-  checkObjects(behavior, server_.name());
+  checkObjects(behavior, sender_.serverName());
   Behavior stored = behavior;
   if (const auto spooled = spool_.behavior(behavior.id)) {
     stored.key = spooled->key;
     stored.recording = spooled->recording;
-  } else if (server_.get().behavior(behavior.id)) {
-    stored.key.clear();
   } else {
-    throw StoreError(server_.name() + ": there is no behavior " + std::to_string(behavior.id));
+    requireBehavior(behavior.id);
+    stored.key.clear();
   }
   spool_.putBehavior(stored);
   sender_.wake();
 }
 
 void SpooledStore::removeBehavior(std::int64_t id) {
-  if (!behavior(id)) {
-    throw StoreError(server_.name() + ": there is no behavior " + std::to_string(id));
-  }
+  requireBehavior(id);
   spool_.removeBehavior(id);
   sender_.wake();
+}
+
+void SpooledStore::requireBehavior(std::int64_t id) const {
+  if (behavior(id)) return;
+  throw StoreError(sender_.serverName() + ": there is no behavior " + std::to_string(id));
 }
 
 void SpooledStore::addFile(const std::string& sha256, const Bytes& contents) {
@@ -112,12 +113,12 @@ std::optional<SpoolStatus> SpooledStore::spoolStatus() const {
 
 std::optional<Behavior> SpooledStore::behavior(std::int64_t id) const {
   if (auto spooled = spool_.behavior(id)) return spooled;
-  return server_.get().behavior(id);
+  return sender_.server().behavior(id);
 }
 
 std::optional<Behavior> SpooledStore::behaviorOfKey(const std::string& key) const {
   if (auto spooled = spool_.behaviorOfKey(key)) return spooled;
-  return server_.get().behaviorOfKey(key);
+  return sender_.server().behaviorOfKey(key);
 }
 
 Channel SpooledStore::channel(std::int64_t id) const { return spool_.channel(id); }
@@ -125,9 +126,9 @@ Channel SpooledStore::channel(std::int64_t id) const { return spool_.channel(id)
 /// A behavior of the spool names its recording by the spool's id.
 Behavior SpooledStore::asOnServer(const Behavior& behavior) const {
   if (!spool_.behavior(behavior.id)) return behavior;
-  const auto there = server_.get().behavior(behavior.id);
+  const auto there = sender_.server().behavior(behavior.id);
   if (!there) {
-    throw StoreError(server_.name() + ": behavior " + std::to_string(behavior.id) +
+    throw StoreError(sender_.serverName() + ": behavior " + std::to_string(behavior.id) +
                      " is not there yet");
   }
   Behavior same = behavior;
@@ -135,31 +136,31 @@ Behavior SpooledStore::asOnServer(const Behavior& behavior) const {
   return same;
 }
 
-std::vector<Recording> SpooledStore::recordings() const { return server_.get().recordings(); }
+std::vector<Recording> SpooledStore::recordings() const { return sender_.server().recordings(); }
 
 std::vector<Behavior> SpooledStore::behaviors(const BehaviorFilter& filter) const {
-  return server_.get().behaviors(filter);
+  return sender_.server().behaviors(filter);
 }
 
 std::vector<std::string> SpooledStore::explain(const BehaviorFilter& filter) const {
-  return server_.get().explain(filter);
+  return sender_.server().explain(filter);
 }
 
 std::vector<TopicSummary> SpooledStore::topics(const Behavior& behavior) const {
-  return server_.get().topics(asOnServer(behavior));
+  return sender_.server().topics(asOnServer(behavior));
 }
 
 std::vector<TopicSummary> SpooledStore::contextTopics(const Behavior& behavior) const {
-  return server_.get().contextTopics(asOnServer(behavior));
+  return sender_.server().contextTopics(asOnServer(behavior));
 }
 
 std::unique_ptr<MessageCursor> SpooledStore::messages(const Behavior& behavior,
                                                       const MessageRange& range) const {
-  return server_.get().messages(asOnServer(behavior), range);
+  return sender_.server().messages(asOnServer(behavior), range);
 }
 
 std::optional<Bytes> SpooledStore::file(const std::string& sha256) const {
-  return server_.get().file(sha256);
+  return sender_.server().file(sha256);
 }
 
 }  // namespace afterglow::replay

@@ -67,10 +67,10 @@ class SpooledStore final : public Store {
 
  private:
   Behavior asOnServer(const Behavior& behavior) const;
+  void requireBehavior(std::int64_t id) const;
 
   Spool spool_;
-  const LateMongoStore server_;
-  SpoolSender sender_;  ///< last: its thread uses the others
+  SpoolSender sender_;  ///< last: its thread uses the spool
 };
 
 }  // namespace afterglow::replay
