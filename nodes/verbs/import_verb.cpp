@@ -123,7 +123,8 @@ for (const auto& behavior : result.behaviors) {
 
 /// ImportOptions of one kind of source do nothing for the other.
 void checkSources(const ImportOptions& options) {
-  const auto databases = std::count_if(options.sources.begin(), options.sources.end(), isDatabase);
+  const auto databases =
+      std::count_if(options.sources.begin(), options.sources.end(), replay::isServerUri);
   if (databases > 0 && options.sources.size() > 1) {
     throw CLI::ValidationError("source", "a database is imported alone");
   }
