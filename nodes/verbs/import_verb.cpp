@@ -81,16 +81,15 @@ void importBags(const ImportOptions& options, const std::vector<std::string>& pa
   {
     Progress progress("importing");
     replay::BagImport import{options.name, options.tags, {}};
-    import.progress = [&](auto done, auto total) { progress.update(done, total);
-  };
-  result = replay::importBags(paths, store, import);
+    import.progress = [&](auto done, auto total) { progress.update(done, total); };
+    result = replay::importBags(paths, store, import);
+  }
+  if (result.unstamped > 0) {
+    std::cerr << paths.front() << (paths.size() > 1 ? " and the others" : "") << ": left out "
+              << result.unstamped << " messages whose stamp is zero, as rosbag does\n";
+  }
+  tell(options, store, result.behavior, result.messages);
 }
-if (result.unstamped > 0) {
-  std::cerr << paths.front() << (paths.size() > 1 ? " and the others" : "") << ": left out "
-            << result.unstamped << " messages whose stamp is zero, as rosbag does\n";
-}
-tell(options, store, result.behavior, result.messages);
-}  // namespace
 
 std::uint64_t countMessages(const replay::Store& store, const replay::Behavior& behavior) {
   std::uint64_t count = 0;
@@ -111,15 +110,14 @@ void importDatabase(const ImportOptions& options, replay::Store& store) {
   replay::RoslogImportResult result;
   {
     Progress progress("importing");
-    import.progress = [&](auto done, auto total) { progress.update(done, total);
-  };
-  result = replay::importRoslog(options.sources.front(), store, import);
+    import.progress = [&](auto done, auto total) { progress.update(done, total); };
+    result = replay::importRoslog(options.sources.front(), store, import);
+  }
+  for (const std::string& remark : result.remarks) std::cerr << remark << "\n";
+  for (const auto& behavior : result.behaviors) {
+    tell(options, store, behavior, countMessages(store, behavior));
+  }
 }
-for (const std::string& remark : result.remarks) std::cerr << remark << "\n";
-for (const auto& behavior : result.behaviors) {
-  tell(options, store, behavior, countMessages(store, behavior));
-}
-}  // namespace afterglow::nodes
 
 /// ImportOptions of one kind of source do nothing for the other.
 void checkSources(const ImportOptions& options) {
