@@ -45,7 +45,7 @@ std::string ninthText(int row, int column) {
   return "hold it " + height + kColumns[column];
 }
 
-/// Emptiest first.
+/// The emptiest first.
 std::vector<std::string> missingPlaces(const Coverage& coverage) {
   struct Ninth {
     int row, column;
@@ -74,7 +74,7 @@ std::vector<std::string> missingPlaces(const Coverage& coverage) {
   return texts;
 }
 
-/// Whichever way is shorter, from where the board is now, in steps a person can follow.
+/// The shorter way from the board's present distance, in steps that a person can follow.
 std::vector<std::string> missingDepth(const Poses& taken,
                                       const std::optional<Rigid<Camera, Surface>>& now) {
   if (taken.empty()) return {};
@@ -122,7 +122,7 @@ std::vector<std::string> adviceFor(const Poses& taken, const Coverage& coverage,
   }
   const std::vector<std::string> tilts = missingTilts(taken), places = missingPlaces(coverage);
   const std::vector<std::string> depth = missingDepth(taken, now);
-  // In turns, so that one wish that cannot be granted does not hide the others.
+  // In turns, so that advice that cannot be followed does not hide the other advice.
   for (std::size_t i = 0; i < std::max({tilts.size(), places.size(), depth.size()}); ++i) {
     for (const auto* list : {&tilts, &places, &depth}) {
       if (i < list->size()) all.push_back((*list)[i]);

@@ -1,5 +1,5 @@
 /// \file
-/// What the views taken so far lack, and how the board has to be held to give it.
+/// Which views are still missing, and how the board has to be held for them.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@ namespace afterglow::calib {
 /// y down; radians, zero where it looks straight into the lens.
 Eigen::Vector2d boardTilt(const Rigid<Camera, Surface>& T_camera_board);
 
-/// Left, right, up and down of tilts are the camera's, those of the light are the projector's
-/// picture's. Most urgent first; empty if nothing lacks. `now`: where the board is held, if seen.
+/// Tilts are named as the camera sees them (left, right, up, down), places in the light as they are
+/// in the projector's image. Most urgent first; empty if nothing is missing. `now`: where the board
+/// is held, if it is seen.
 std::vector<std::string> adviceFor(const std::vector<Rigid<Camera, Surface>>& taken,
                                    const Coverage& coverage,
                                    const std::optional<Rigid<Camera, Surface>>& now);
 
-/// No two of the boards are turned against each other by enough to tell a projector's lens from
-/// them.
+/// Whether all boards are so nearly parallel that the projector's lens cannot be told from them.
 bool areParallel(const std::vector<Rigid<Camera, Surface>>& taken);
 
 }  // namespace afterglow::calib

@@ -18,6 +18,11 @@ constexpr double kSuspicious = 3, kSuspicious_mm = 1;
 
 std::string millimeters(double mm) { return fmt::format("{:.2f} mm", mm); }
 
+constexpr std::int64_t kMillisecond = 1'000'000;
+constexpr std::int64_t kWrittenAfter = 400 * kMillisecond;  // while the board moves, advice changes
+constexpr std::int64_t kPause = 4000 * kMillisecond;        // a sentence, and time to act on it
+constexpr std::int64_t kRepeatedAfter = 15000 * kMillisecond;
+
 }  // namespace
 
 std::string phaseName(GuidePhase phase) {
@@ -84,35 +89,35 @@ std::optional<std::string> Guide::discardLast() {
 
 // -------------------------------------------------------------------------------------- watching
 
-TakerAnswer Guide::see(const WatchedFrame& frame) {
-  now_ns_ = frame.stamp_ns;
+TakerAnswer Guide::see(const WatchedImage& image) {
+  now_ns_ = image.stamp_ns;
   TakerAnswer answer;
   answer.show = shown();
   if (phase_ != GuidePhase::Collecting && phase_ != GuidePhase::Verifying) return answer;
-  answer = taker_.see(frame, poses_);
+  answer = taker_.see(image, poses_);
   wanted_ = answer.show;
   if (!answer.discarded.empty()) {
     discard(answer.discarded);
   } else if (answer.show == Shown::Plain && answer.keep == TakerAnswer::Keep::Nothing) {
-    advise(answer, frame);
+    advise(answer, image);
   }
   return answer;
 }
 
-void Guide::advise(const TakerAnswer& answer, const WatchedFrame& frame) {
-  const std::string text = adviceText(answer, frame);
+void Guide::advise(const TakerAnswer& answer, const WatchedImage& image) {
+  const std::string text = adviceText(answer, image);
   if (text.empty()) return;
   const bool is_in_vain = prompter_.advise(text, now_ns_);
   if (is_in_vain) ++turn_;
 }
 
-std::string Guide::adviceText(const TakerAnswer& answer, const WatchedFrame& frame) const {
-  const std::string other = otherBoardText(frame.unknown, board_);
+std::string Guide::adviceText(const TakerAnswer& answer, const WatchedImage& image) const {
+  const std::string other = otherBoardText(image.unknown, board_);
   switch (answer.lack) {
     case TakerAnswer::Lack::Nothing:
       return "";
     case TakerAnswer::Lack::Light:
-      return "wait: the camera still sees tags of the pattern, although plain grey is projected";
+      return "wait: the camera still sees tags of the pattern, although plain gray is projected";
     case TakerAnswer::Lack::Board:
       if (!other.empty()) return other;
       return "show the board to the camera: it sees none of the printed tags";
@@ -225,5 +230,39 @@ std::string Guide::progress() const {
   return std::to_string(views_.size()) + " of " + std::to_string(views_wanted_) +
          " views, coverage " + std::to_string(std::lround(100 * coverage())) + " %";
 }
+
+void Prompter::tell(const std::string& text, std::int64_t now_ns) {
+  const bool is_stale =
+      text == told_ && now_ns >= told_at_ns_ && now_ns - told_at_ns_ < kRepeatedAfter;
+  waiting_.push_back({text, !is_stale, false});
+  if (!is_stale) {
+    told_ = text;
+    told_at_ns_ = spoken_at_ns_ = now_ns;
+  }
+  written_.clear();
+  spoken_.clear();
+}
+
+bool Prompter::advise(const std::string& text, std::int64_t now_ns) {
+  if (text != candidate_ || now_ns < candidate_since_ns_) {
+    candidate_ = text;
+    candidate_since_ns_ = now_ns;
+  }
+  if (now_ns < spoken_at_ns_) spoken_at_ns_ = now_ns;  // the stamps have jumped back
+  if (now_ns - candidate_since_ns_ < kWrittenAfter) return false;
+  const bool is_repeated = text == spoken_ && now_ns - spoken_at_ns_ >= kRepeatedAfter;
+  const bool is_new = text != spoken_ && now_ns - spoken_at_ns_ >= kPause;
+  if (is_new || is_repeated) {
+    waiting_.push_back({text, true, true});
+    written_ = spoken_ = text;
+    spoken_at_ns_ = now_ns;
+  } else if (text != written_) {
+    waiting_.push_back({text, false, true});
+    written_ = text;
+  }
+  return is_repeated;
+}
+
+std::vector<Utterance> Prompter::take() { return std::exchange(waiting_, {}); }
 
 }  // namespace afterglow::calib

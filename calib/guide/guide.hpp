@@ -4,12 +4,12 @@
 /// person with the board. It owns no clock, thread, file or topic.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "calib/detection/view.hpp"
-#include "calib/guide/prompter.hpp"
+#include "calib/detection/observe.hpp"
 #include "calib/guide/view_taker.hpp"
 #include "calib/landing.hpp"
 #include "calib/solver/calibration.hpp"
@@ -18,10 +18,36 @@
 
 namespace afterglow::calib {
 
+/// A sentence to the person who holds the board.
+struct Utterance {
+  std::string text;
+  bool is_spoken = true;   ///< else only written
+  bool is_advice = false;  ///< else an event
+};
+
+/// Chooses when to speak: events at once, advice only when it has been the same for a while, and
+/// not over and over. Has no clock: times are the stamps of images.
+class Prompter {
+ public:
+  /// An event: written and spoken, but not spoken twice in a row within seconds.
+  void tell(const std::string& text, std::int64_t now_ns);
+  /// Advice for the present image. True if the same advice was repeated because nothing came of it,
+  /// so that another should be tried.
+  bool advise(const std::string& text, std::int64_t now_ns);
+  /// The utterances since the last call.
+  std::vector<Utterance> take();
+
+ private:
+  std::vector<Utterance> waiting_;
+  std::string candidate_, written_, spoken_;
+  std::string told_;
+  std::int64_t candidate_since_ns_ = 0, spoken_at_ns_ = 0, told_at_ns_ = 0;
+};
+
 struct GuideOptions {
   TakerOptions taker;
-  int views = 16;         ///< are enough, if they
-  double coverage = 0.5;  ///< have lit this share of the projector's picture; twice as many always
+  int views = 16;         ///< enough if they reach `coverage`; twice as many are always enough
+  double coverage = 0.5;  ///< share of the projector's image that was lit on boards
 };
 
 /// Idle: not started, or stopped. Solving: the owner solves and calls solved or refused.
@@ -31,6 +57,7 @@ enum class GuidePhase { Idle, Collecting, Solving, Verifying, Done };
 /// "collecting", ...
 std::string phaseName(GuidePhase phase);
 
+/// The state machine.
 class Guide {
  public:
   Guide(Board board, Pattern pattern, Lens camera, GuideOptions options = {});
@@ -38,23 +65,23 @@ class Guide {
   /// Forgets all views and begins.
   void start();
   void stop();
-  /// The next frame that shows the board begins a view. False if no views are being taken.
+  /// The next image that shows the board begins a view. False if no views are being taken.
   bool forceView();
-  /// Goes on to Solving with what there is. False without a view, or while it is solving.
+  /// Goes on to Solving with the views there are. False without a view, or while it is solving.
   bool solveNow();
-  /// The view taken last is forgotten; its name, or nothing if there is none or it is too late.
+  /// Forgets the last view and returns its name; empty if there is none or it is too late.
   std::optional<std::string> discardLast();
 
-  /// The next frame. Keep and is_complete only while views are taken.
-  TakerAnswer see(const WatchedFrame& frame);
-  /// What the photographs of a complete view showed: becomes a view, or is discarded with a reason.
-  /// True if it is one; false also if somebody has stopped in the meantime.
+  /// The next image. The answer keeps images only while views are taken.
+  TakerAnswer see(const WatchedImage& image);
+  /// Adds the view of a complete pair of photographs, or discards it with a reason. Returns whether
+  /// it was added; false also if the calibration has been stopped meanwhile.
   bool addView(const View& view, const Rigid<Camera, Surface>& T_camera_board);
 
   void solved(const Calibration& calibration);
-  /// The reasons are told; views are collected on.
+  /// Tells the reasons and goes on collecting views.
   void refused(const std::vector<std::string>& reasons);
-  /// The check view's errors; without corners it could not be measured, and another one is needed.
+  /// The check view's errors. Without corners nothing was measured, and another view is needed.
   void checked(const ErrorSummary& errors);
   /// Something the owner has to tell (a file that cannot be written, a camera that is silent).
   void tell(const std::string& text);
@@ -75,8 +102,8 @@ class Guide {
  private:
   void collect();
   void discard(const std::string& reason);
-  void advise(const TakerAnswer& answer, const WatchedFrame& frame);
-  std::string adviceText(const TakerAnswer& answer, const WatchedFrame& frame) const;
+  void advise(const TakerAnswer& answer, const WatchedImage& image);
+  std::string adviceText(const TakerAnswer& answer, const WatchedImage& image) const;
   bool isEnough() const;
 
   Board board_;
@@ -90,7 +117,7 @@ class Guide {
   std::vector<Rigid<Camera, Surface>> poses_;  ///< of views_
   Coverage coverage_;
   int views_wanted_ = 0, discarded_ = 0, named_ = 0;
-  std::size_t turn_ = 0;  ///< which of several wishes is uttered
+  std::size_t turn_ = 0;  ///< which of several pieces of advice is given
   double promised_mm_ = 0;
   std::int64_t now_ns_ = 0;
 };

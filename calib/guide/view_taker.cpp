@@ -17,8 +17,8 @@ TakerAnswer lacking(Lack lack) {
   return answer;
 }
 
-}  // namespace
-
+/// Root mean square of the movement of the corners that both images have, px. Empty if they share
+/// fewer than `fewest` tags.
 std::optional<double> movement(const std::vector<Tag>& first, const std::vector<Tag>& second,
                                std::size_t fewest) {
   std::size_t shared = 0;
@@ -34,6 +34,8 @@ std::optional<double> movement(const std::vector<Tag>& first, const std::vector<
   return std::sqrt(sum / (4 * static_cast<double>(shared)));
 }
 
+}  // namespace
+
 ViewTaker::ViewTaker(Board board, Lens camera, TakerOptions options)
     : board_(std::move(board)), camera_(camera), options_(options) {}
 
@@ -44,20 +46,20 @@ void ViewTaker::reset() {
   T_camera_board_.reset();
 }
 
-TakerAnswer ViewTaker::see(const WatchedFrame& frame,
+TakerAnswer ViewTaker::see(const WatchedImage& image,
                            const std::vector<Rigid<Camera, Surface>>& taken) {
-  if (frame.stamp_ns < last_stamp_ns_ - options_.patience_ns) reset();  // another clock
-  const bool is_late = frame.stamp_ns < last_stamp_ns_ && step_ != Step::Watch;
-  last_stamp_ns_ = frame.stamp_ns;
+  if (image.stamp_ns < last_stamp_ns_ - options_.patience_ns) reset();  // another clock
+  const bool is_late = image.stamp_ns < last_stamp_ns_ && step_ != Step::Watch;
+  last_stamp_ns_ = image.stamp_ns;
   TakerAnswer answer;
   if (is_late) {
     answer.show = step_ == Step::AwaitPattern ? Shown::Pattern : Shown::Plain;
   } else if (step_ == Step::Watch) {
-    answer = watch(frame, taken);
+    answer = watch(image, taken);
   } else if (step_ == Step::AwaitPattern) {
-    answer = awaitPattern(frame);
+    answer = awaitPattern(image);
   } else {
-    answer = awaitPlain(frame);
+    answer = awaitPlain(image);
   }
   if (!answer.T_camera_board) answer.T_camera_board = T_camera_board_;
   return answer;
@@ -65,20 +67,20 @@ TakerAnswer ViewTaker::see(const WatchedFrame& frame,
 
 // ------------------------------------------------------------------------------------- watching
 
-TakerAnswer ViewTaker::watch(const WatchedFrame& frame,
+TakerAnswer ViewTaker::watch(const WatchedImage& image,
                              const std::vector<Rigid<Camera, Surface>>& taken) {
   T_camera_board_.reset();
-  if (frame.pattern_tags > 0) return lacking(Lack::Light);
-  const bool is_in_view = frame.board.size() >= options_.fewest_board_tags;
-  if (is_in_view) T_camera_board_ = poseOf(frame);
+  if (image.pattern_tags > 0) return lacking(Lack::Light);
+  const bool is_in_view = image.board.size() >= options_.fewest_board_tags;
+  if (is_in_view) T_camera_board_ = poseOf(image);
   if (!T_camera_board_) {
     recent_.clear();
-    return lacking(frame.board.empty() ? Lack::Board : Lack::WholeBoard);
+    return lacking(image.board.empty() ? Lack::Board : Lack::WholeBoard);
   }
-  if (!recent_.empty() && frame.stamp_ns <= recent_.back().stamp_ns) recent_.clear();
-  recent_.push_back(frame);
-  // One frame that is older than still_ns stays, so that the window spans all of it.
-  while (recent_.size() > 1 && recent_[1].stamp_ns <= frame.stamp_ns - options_.still_ns) {
+  if (!recent_.empty() && image.stamp_ns <= recent_.back().stamp_ns) recent_.clear();
+  recent_.push_back(image);
+  // One image that is older than still_ns stays, so that the window spans all of it.
+  while (recent_.size() > 1 && recent_[1].stamp_ns <= image.stamp_ns - options_.still_ns) {
     recent_.pop_front();
   }
   if (!is_forced_) {
@@ -86,25 +88,25 @@ TakerAnswer ViewTaker::watch(const WatchedFrame& frame,
     if (!isStill()) return lacking(Lack::Stillness);
   }
   is_forced_ = false;
-  before_ = frame;
-  await(Step::AwaitPattern, frame.stamp_ns);
+  before_ = image;
+  await(Step::AwaitPattern, image.stamp_ns);
   TakerAnswer answer;
   answer.show = Shown::Pattern;
   return answer;
 }
 
-std::optional<Rigid<Camera, Surface>> ViewTaker::poseOf(const WatchedFrame& frame) const {
-  const auto pose = boardPose(frame.board, board_.tags, camera_);
+std::optional<Rigid<Camera, Surface>> ViewTaker::poseOf(const WatchedImage& image) const {
+  const auto pose = boardPose(image.board, board_.tags, camera_);
   if (!pose) return std::nullopt;
   return pose->T_camera_board;
 }
 
 bool ViewTaker::isStill() const {
-  const WatchedFrame& newest = recent_.back();
+  const WatchedImage& newest = recent_.back();
   const bool is_long = recent_.front().stamp_ns <= newest.stamp_ns - options_.still_ns;
-  if (!is_long || recent_.size() < options_.still_frames) return false;
-  return std::all_of(recent_.begin(), recent_.end(), [&](const WatchedFrame& frame) {
-    const auto moved = movement(frame.board, newest.board, options_.fewest_board_tags);
+  if (!is_long || recent_.size() < options_.still_images) return false;
+  return std::all_of(recent_.begin(), recent_.end(), [&](const WatchedImage& image) {
+    const auto moved = movement(image.board, newest.board, options_.fewest_board_tags);
     return moved && *moved < options_.still_px;
   });
 }
@@ -126,20 +128,20 @@ bool ViewTaker::isNew(const Rigid<Camera, Surface>& T_camera_board,
 void ViewTaker::await(Step step, std::int64_t now_ns) {
   step_ = step;
   awaited_since_ns_ = now_ns;
-  right_frames_ = 0;
+  right_images_ = 0;
 }
 
-bool ViewTaker::isSettled(const WatchedFrame& frame, bool is_right) {
-  const bool is_steady = std::abs(frame.mean_level - last_level_) < options_.settled_levels;
-  last_level_ = frame.mean_level;
+bool ViewTaker::isSettled(const WatchedImage& image, bool is_right) {
+  const bool is_steady = std::abs(image.mean_level - last_level_) < options_.settled_levels;
+  last_level_ = image.mean_level;
   if (!is_right) {
-    right_frames_ = 0;
-  } else if (right_frames_ == 0 || is_steady) {
-    ++right_frames_;
+    right_images_ = 0;
+  } else if (right_images_ == 0 || is_steady) {
+    ++right_images_;
   } else {
-    right_frames_ = 1;  // the camera's exposure still follows the light
+    right_images_ = 1;  // the camera's exposure still follows the light
   }
-  return right_frames_ > options_.settle_frames;
+  return right_images_ > options_.settle_images;
 }
 
 TakerAnswer ViewTaker::giveUp(const std::string& reason) {
@@ -149,14 +151,14 @@ TakerAnswer ViewTaker::giveUp(const std::string& reason) {
   return answer;
 }
 
-TakerAnswer ViewTaker::awaitPattern(const WatchedFrame& frame) {
+TakerAnswer ViewTaker::awaitPattern(const WatchedImage& image) {
   TakerAnswer answer;
   answer.show = Shown::Pattern;
-  if (isSettled(frame, frame.pattern_tags >= options_.fewest_pattern_tags)) {
+  if (isSettled(image, image.pattern_tags >= options_.fewest_pattern_tags)) {
     answer.keep = TakerAnswer::Keep::Pattern;
     answer.show = Shown::Plain;
-    await(Step::AwaitPlain, frame.stamp_ns);
-  } else if (frame.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
+    await(Step::AwaitPlain, image.stamp_ns);
+  } else if (image.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
     return giveUp(
         "the camera does not see the pattern: hold the board in the projector's light "
         "and check that the projector shows the pattern sharply");
@@ -164,9 +166,9 @@ TakerAnswer ViewTaker::awaitPattern(const WatchedFrame& frame) {
   return answer;
 }
 
-TakerAnswer ViewTaker::awaitPlain(const WatchedFrame& frame) {
-  if (isSettled(frame, frame.pattern_tags == 0)) {
-    const auto moved = movement(before_.board, frame.board, options_.fewest_board_tags);
+TakerAnswer ViewTaker::awaitPlain(const WatchedImage& image) {
+  if (isSettled(image, image.pattern_tags == 0)) {
+    const auto moved = movement(before_.board, image.board, options_.fewest_board_tags);
     if (!moved) {
       return giveUp(
           "the board left the picture while it was photographed: hold it until the "
@@ -180,13 +182,13 @@ TakerAnswer ViewTaker::awaitPlain(const WatchedFrame& frame) {
     TakerAnswer answer;
     answer.keep = TakerAnswer::Keep::Plain;
     answer.is_complete = true;
-    answer.T_camera_board = poseOf(frame);
+    answer.T_camera_board = poseOf(image);
     reset();
     return answer;
   }
-  if (frame.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
+  if (image.stamp_ns - awaited_since_ns_ > options_.patience_ns) {
     return giveUp(
-        "the camera goes on showing the pattern although plain grey is projected: does "
+        "the camera goes on showing the pattern although plain gray is projected: does "
         "it repeat old frames, or does the projector show something else?");
   }
   return {};

@@ -2,9 +2,9 @@
 /// When to photograph the board: once it is still and held in a new way, under plain light, then
 /// with the pattern on it, then under plain light again, each only when the camera really shows it.
 ///
-/// Cameras and projectors lag, by a frame or by many: what a frame belongs to is told by the tags
-/// of the pattern in it, never by when it came. The printed tags before and after the pattern say
-/// whether the board moved in between.
+/// Cameras and projectors lag, by an image or by many. Whether an image shows the pattern is told
+/// by the pattern's tags in it, never by its time. The printed tags before and after the pattern
+/// tell whether the board moved in between.
 #pragma once
 
 #include <cstdint>
@@ -24,67 +24,67 @@ namespace afterglow::calib {
 /// What the projector shows.
 enum class Shown { Black, Plain, Pattern };
 
-/// Grey level of Shown::Plain.
-constexpr std::uint8_t kPlainGrey = 160;
+/// Gray level of Shown::Plain.
+constexpr std::uint8_t kPlainGray = 160;
 
-/// One frame of the camera, as far as the watch needs it.
-struct WatchedFrame {
+/// The tags and the brightness of one image of the camera.
+struct WatchedImage {
   std::int64_t stamp_ns = 0;  ///< when it was taken
   std::vector<Tag> board;     ///< printed tags, corners in px
   std::set<int> unknown;      ///< ids of tags that are neither the board's nor the pattern's
   int pattern_tags = 0;       ///< how many tags of the pattern are in it, wherever they lie
-  double mean_level = 0;      ///< grey levels
+  double mean_level = 0;      ///< gray levels
 };
 
 struct TakerOptions {
   std::int64_t still_ns = 500'000'000;  ///< so long the board must not have moved
   double still_px = 0.5;                ///< root mean square of the corners' movement
-  std::size_t still_frames = 3;         ///< at least so many frames within still_ns
-  int settle_frames = 2;                ///< frames to wait once the camera shows what is projected
-  double settled_levels = 2;            ///< the mean grey of two such frames differs by less
-  std::int64_t patience_ns = 4'000'000'000;  ///< for the camera to show it
+  std::size_t still_images = 3;         ///< at least so many images within still_ns
+  int settle_images = 2;                ///< images to wait once the camera shows what is projected
+  double settled_levels = 2;            ///< the mean gray of two such images differs by less
+  std::int64_t patience_ns = 4'000'000'000;  ///< for the camera to show what is projected
   std::size_t fewest_board_tags = 4;
   int fewest_pattern_tags = 3;
   double new_turn_rad = 0.16;  ///< a board is new if its normal is turned by so much,
   double new_shift = 0.12;     ///< or its middle has moved by so much of its distance
 };
 
-/// What the watch makes of a frame.
+/// What follows from an image.
 struct TakerAnswer {
   enum class Keep { Nothing, Pattern, Plain };
   Shown show = Shown::Plain;
-  Keep keep = Keep::Nothing;  ///< this frame is the photograph of the view; Plain is the second
+  Keep keep = Keep::Nothing;  ///< this image is the photograph of the view; Plain is the second
   bool is_complete = false;   ///< both photographs are there
   std::string discarded;      ///< why a view that was begun is given up, with an advice
-  /// What keeps a view from being begun.
+  /// Why no view is begun.
   enum class Lack { Nothing, Light, Board, WholeBoard, Stillness, News } lack = Lack::Nothing;
   std::optional<Rigid<Camera, Surface>> T_camera_board;
 };
 
-/// Values in, values out: no clock, no thread.
+/// Has no clock and no thread.
 class ViewTaker {
  public:
   ViewTaker(Board board, Lens camera, TakerOptions options = {});
 
   /// Frames in the order of their stamps; one that is older than the last is ignored. `taken`:
   /// where the board was in the views there are.
-  TakerAnswer see(const WatchedFrame& frame, const std::vector<Rigid<Camera, Surface>>& taken);
-  /// Begins with the next frame that shows the board, be it new and still or not.
+  TakerAnswer see(const WatchedImage& image, const std::vector<Rigid<Camera, Surface>>& taken);
+  /// Begins with the next image that shows the board, even if it moves or was held so before.
   void force() { is_forced_ = true; }
-  /// Gives up what was begun and forgets what was seen.
+  /// Gives up the view that was begun and forgets all images.
   void reset();
 
  private:
   enum class Step { Watch, AwaitPattern, AwaitPlain };
-  TakerAnswer watch(const WatchedFrame& frame, const std::vector<Rigid<Camera, Surface>>& taken);
-  TakerAnswer awaitPattern(const WatchedFrame& frame);
-  TakerAnswer awaitPlain(const WatchedFrame& frame);
+  TakerAnswer watch(const WatchedImage& image, const std::vector<Rigid<Camera, Surface>>& taken);
+  TakerAnswer awaitPattern(const WatchedImage& image);
+  TakerAnswer awaitPlain(const WatchedImage& image);
   TakerAnswer giveUp(const std::string& reason);
-  std::optional<Rigid<Camera, Surface>> poseOf(const WatchedFrame& frame) const;
+  std::optional<Rigid<Camera, Surface>> poseOf(const WatchedImage& image) const;
   bool isStill() const;
   bool isNew(const Rigid<Camera, Surface>& T_camera_board,
              const std::vector<Rigid<Camera, Surface>>& taken) const;
-  bool isSettled(const WatchedFrame& frame, bool is_right);
+  bool isSettled(const WatchedImage& image, bool is_right);
   void await(Step step, std::int64_t now_ns);
 
   Board board_;
@@ -93,16 +93,11 @@ class ViewTaker {
   Step step_ = Step::Watch;
   bool is_forced_ = false;
   std::int64_t last_stamp_ns_ = 0, awaited_since_ns_ = 0;
-  std::deque<WatchedFrame> recent_;  ///< under plain light, the last still_ns
-  WatchedFrame before_;              ///< the last under plain light before the pattern
+  std::deque<WatchedImage> recent_;  ///< under plain light, the last still_ns
+  WatchedImage before_;              ///< the last under plain light before the pattern
   std::optional<Rigid<Camera, Surface>> T_camera_board_;
-  int right_frames_ = 0;
+  int right_images_ = 0;
   double last_level_ = 0;
 };
-
-/// Root mean square of the movement of the corners that both frames have, px. Empty if they share
-/// fewer than `fewest` tags.
-std::optional<double> movement(const std::vector<Tag>& first, const std::vector<Tag>& second,
-                               std::size_t fewest);
 
 }  // namespace afterglow::calib

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "nodes/calibrator/calibrator_window.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {

@@ -1,24 +1,20 @@
 #include "nodes/calibrator/calibrator_node.hpp"
 
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <fmt/format.h>
-#include <sensor_msgs/CameraInfo.h>
+#include <std_srvs/Trigger.h>
 
+#include <boost/function.hpp>
+#include <chrono>
 #include <exception>
-#include <stdexcept>
 #include <utility>
 
 #include "calib/camera_info_file.hpp"
 #include "calib/targets/target_files.hpp"
-#include "calib/verify/view_check.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-using calib::GuidePhase;
-using Keep = calib::TakerAnswer::Keep;
-
-constexpr std::chrono::milliseconds kFramePatience{50};
+constexpr std::chrono::milliseconds kImagePatience{50};
 
 std::optional<calib::Lens> lensOfFile(const std::string& path) {
   if (path.empty()) return std::nullopt;
@@ -32,29 +28,51 @@ calib::Pattern patternOf(const CalibratorOptions& options) {
   return calib::makePattern(options.width, options.height);
 }
 
+calib::SolveOptions solveOptions(const CalibratorOptions& options) {
+  calib::SolveOptions solve;
+  solve.camera_use = options.camera_use;
+  solve.measured_ruler_m = options.measured_ruler_m;
+  return solve;
+}
+
 }  // namespace
 
 CalibratorNode::CalibratorNode(const CalibratorOptions& options)
+    : CalibratorNode(options, calib::loadBoard(options.board), patternOf(options)) {}
+
+CalibratorNode::CalibratorNode(const CalibratorOptions& options, const calib::Board& board,
+                               const calib::Pattern& pattern)
     : options_(options),
-      board_(calib::loadBoard(options.board)),
-      pattern_(patternOf(options)),
       folder_(options.out),
-      is_started_(options.is_started),
-      screen_(pattern_, options.names.projector_frame),
-      voice_(options.is_spoken),
-      inbox_(options.image_topic, options.camera_info_topic, lensOfFile(options.camera_info)) {
+      session_(board, pattern, options.guide, folder_, options.is_started),
+      solver_(board, pattern, solveOptions(options), folder_),
+      facts_{options.names, board, pattern},
+      screen_(pattern, options.names.projector_frame),
+      topics_(options.is_spoken, options.publishes_transform),
+      camera_(options.image_topic, options.camera_info_topic, lensOfFile(options.camera_info)) {
   folder_.begin();
-  if (options_.pattern.empty()) calib::writePattern(options_.out, pattern_);
-  camera_info_ = own_.advertise<sensor_msgs::CameraInfo>("camera_info", 1, true);
-  diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
-  if (options_.publishes_transform) transforms_.emplace();
-  advertiseServices();
-  diagnostics_timer_ = nh_.createWallTimer(
-      ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
+  if (options_.pattern.empty()) calib::writePattern(options_.out, pattern);
+  advertise("start", [this] { return session_.start(camera_.problem()); });
+  advertise("stop", [this] { return session_.stop(); });
+  advertise("take", [this] { return session_.takeView(); });
+  advertise("solve", [this] { return session_.solveNow(); });
+  advertise("discard_last", [this] { return session_.discardLast(); });
   watching_ = std::thread([this] { watchLoop(); });
 }
 
 CalibratorNode::~CalibratorNode() { stop(); }
+
+void CalibratorNode::advertise(const char* service, std::function<Answer()> answer) {
+  using Trigger = std_srvs::Trigger;
+  const boost::function<bool(Trigger::Request&, Trigger::Response&)> callback =
+      [answer = std::move(answer)](Trigger::Request&, Trigger::Response& response) {
+        const Answer given = answer();
+        response.success = given.success;
+        response.message = given.message;
+        return true;
+      };
+  services_.push_back(own_.advertiseService(service, callback));
+}
 
 void CalibratorNode::stop() {
   const std::lock_guard<std::mutex> lock(stop_mutex_);
@@ -64,9 +82,7 @@ void CalibratorNode::stop() {
 }
 
 void CalibratorNode::tell(const std::string& text) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (guide_) return guide_->tell(text);
-  ROS_WARN("%s", text.c_str());
+  if (!session_.tell(text)) ROS_WARN("%s", text.c_str());
 }
 
 // ------------------------------------------------------------------------------------- watching
@@ -74,179 +90,103 @@ void CalibratorNode::tell(const std::string& text) {
 void CalibratorNode::watchLoop() {
   while (!is_stopping_) {
     try {
-      std::optional<CameraFrame> frame = inbox_.take(kFramePatience);
+      std::optional<CameraImage> image = camera_.take(kImagePatience);
       takeSolution();
-      if (frame) onFrame(std::move(*frame));
-      solveWhenDue();
+      if (image) onImage(std::move(*image));
+      startSolving();
     } catch (const std::exception& error) {  // a full disk, a hostile message: the next may do
-      picture_problem_ = error.what();
+      image_problem_ = error.what();
     }
     showAndSay();
   }
-  if (solving_.valid()) solving_.wait();  // it has been told to end
+  solver_.stop();
 }
 
-void CalibratorNode::onFrame(CameraFrame frame) {
-  if (!hasGuide(frame)) return;
-  GuidePhase phase;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!guide_) return;
-    phase = guide_->phase();
-  }
-  if (phase != GuidePhase::Collecting && phase != GuidePhase::Verifying) return;
-  const calib::WatchedFrame watched = watch_->look(frame.picture, frame.stamp_ns);
-  calib::TakerAnswer answer;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!guide_) return;
-    answer = guide_->see(watched);
-    pending_.name = guide_->phase() == GuidePhase::Verifying ? "view_00" : guide_->nextName();
-    screen_.show(guide_->shown());
-  }
-  keep(answer.keep, std::move(frame.picture));
-  if (answer.is_complete && answer.T_camera_board) finishView(*answer.T_camera_board);
+void CalibratorNode::onImage(CameraImage image) {
+  if (!isUsable(image) || !session_.takesViews()) return;
+  const auto seen = session_.see(views_->look(image.picture, image.stamp_ns));
+  if (!seen) return;
+  screen_.show(seen->shown);
+  views_->keep(seen->answer.keep, seen->view_name, std::move(image.picture));
+  const auto& T_camera_board = seen->answer.T_camera_board;
+  if (seen->answer.is_complete && T_camera_board) finishView(*T_camera_board);
 }
 
-bool CalibratorNode::hasGuide(const CameraFrame& frame) {
-  const std::optional<calib::Lens> camera = inbox_.lens();
+bool CalibratorNode::isUsable(const CameraImage& image) {
+  const std::optional<calib::Lens> camera = camera_.lens();
   if (!camera) return false;
-  picture_problem_.clear();
-  if (camera->width != frame.picture.width || camera->height != frame.picture.height) {
-    picture_problem_ =
+  image_problem_.clear();
+  if (camera->width != image.picture.width || camera->height != image.picture.height) {
+    image_problem_ =
         fmt::format("the camera's pictures are {}x{} but its camera_info is for {}x{}: calibrate "
                     "the camera at the resolution in use",
-                    frame.picture.width, frame.picture.height, camera->width, camera->height);
+                    image.picture.width, image.picture.height, camera->width, camera->height);
     return false;
   }
-  camera_frame_ = options_.camera_frame.empty() ? frame.frame_id : options_.camera_frame;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!is_started_) return guide_.has_value();
-  is_started_ = false;
-  beginGuide(*camera);
+  std::string& camera_frame = facts_.names.camera_frame;
+  if (!options_.camera_frame.empty()) {
+    camera_frame = options_.camera_frame;
+  } else if (!image.frame_id.empty()) {
+    camera_frame = image.frame_id;
+  }
+  if (session_.awaitsCamera()) {
+    views_.emplace(*facts_.board, *facts_.pattern, *camera);
+    session_.begin(*camera);
+    folder_.keepCamera(*camera);
+  }
   return true;
-}
-
-void CalibratorNode::beginGuide(const calib::Lens& camera) {
-  camera_ = camera;
-  watch_.emplace(board_, pattern_, camera.width);
-  reader_.emplace(board_, pattern_, camera);
-  guide_.emplace(board_, pattern_, camera, options_.guide);
-  guide_->start();
-  folder_.keepCamera(camera);
-}
-
-void CalibratorNode::keep(Keep kind, calib::Picture picture) {
-  if (kind == Keep::Pattern) pending_.pattern = std::move(picture);
-  if (kind == Keep::Plain) pending_.plain = std::move(picture);
 }
 
 void CalibratorNode::finishView(const Rigid<Camera, Surface>& T_camera_board) {
-  const calib::View view = reader_->observe(pending_);
-  std::unique_lock<std::mutex> lock(mutex_);
-  if (!guide_) return;
-  if (guide_->phase() == GuidePhase::Verifying) {
-    lock.unlock();
-    return finishCheck(view);
-  }
-  if (!guide_->addView(view, T_camera_board)) return;
-  photographs_.push_back(pending_);
-  folder_.keep(pending_);  // before anybody can discard it
+  const calib::View view = views_->read();
+  if (session_.isVerifying()) return finishCheck(view);
+  session_.addView(view, T_camera_board, views_->photographs());
 }
 
-void CalibratorNode::finishCheck(const calib::View& first) {
-  std::optional<calib::Calibration> calibration;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    calibration = calibration_;
-  }
+void CalibratorNode::finishCheck(const calib::View& view) {
+  const std::optional<calib::Calibration> calibration = session_.calibration();
   if (!calibration) return;
-  const calib::View view = reader_->observeAgain(first, pending_, calibration->estimate.projector);
-  const calib::ViewCheck check =
-      calib::checkView(view, board_, pattern_, calibration->camera, calibration->estimate);
+  const calib::ViewCheck check = views_->check(view, *calibration);
   const calib::ErrorSummary errors = calib::summarize(check.errors);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!guide_) return;
-    if (!check.fault.empty()) guide_->tell(check.fault);
-    guide_->checked(errors);
-    check_ = errors;
-  }
-  if (errors.corners > 0) folder_.saveCheck(errors, pending_);
+  const bool is_wanted = session_.addCheck(errors, check.fault);
+  if (is_wanted && errors.corners > 0) folder_.saveCheck(errors, views_->photographs());
 }
 
-// ------------------------------------------------------------------------------------- services
+// -------------------------------------------------------------------------------------- solving
 
-void CalibratorNode::advertiseServices() {
-  const auto add = [this](const char* name, auto method) {
-    services_.push_back(own_.advertiseService(name, method, this));
-  };
-  add("start", &CalibratorNode::onStart);
-  add("stop", &CalibratorNode::onStop);
-  add("take", &CalibratorNode::onTake);
-  add("solve", &CalibratorNode::onSolve);
-  add("discard_last", &CalibratorNode::onDiscardLast);
+void CalibratorNode::startSolving() {
+  if (solver_.isRunning()) return;  // perhaps one that was given up by ~start
+  if (auto task = session_.task()) solver_.start(std::move(*task), views_->camera());
 }
 
-bool CalibratorNode::onStart(Trigger::Request& /*request*/, Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
+void CalibratorNode::takeSolution() {
+  const auto solution = solver_.take();
+  if (!solution || !session_.awaitsSolution(solution->task.start)) return;
+  if (!solution->calibration) return session_.refused(solution->task.start, solution->reasons);
+  const calib::Calibration& calibration = *solution->calibration;
+  std::string filed = "saved in " + options_.out;
   try {
-    folder_.begin();
+    folder_.save(calibration, solution->task.photographs, facts_);
   } catch (const std::exception& error) {
-    response.message = error.what();
-    return true;
+    filed = "not saved: " + std::string(error.what());
   }
-  guide_.reset();
-  photographs_.clear();
-  calibration_.reset();
-  check_ = {};
-  ++session_;
-  is_started_ = true;
-  response.success = true;
-  const std::string problem = inbox_.problem();
-  response.message = problem.empty() ? "started" : "starts as soon as it can; now: " + problem;
-  return true;
+  topics_.publishCalibration(calibration.estimate, facts_.names);
+  session_.solved(solution->task.start, calibration, filed);
 }
 
-bool CalibratorNode::onStop(Trigger::Request& /*request*/, Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_started_ = false;
-  response.success = guide_ && guide_->phase() != GuidePhase::Idle;
-  response.message = response.success ? "stopped" : "nothing was running";
-  if (guide_) guide_->stop();
-  return true;
-}
+// --------------------------------------------------------------------------------------- saying
 
-bool CalibratorNode::onTake(Trigger::Request& /*request*/, Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  response.success = guide_ && guide_->forceView();
-  response.message = response.success ? "taking the next view that shows the board"
-                                      : "no views are being taken: call ~start first";
-  return true;
-}
-
-bool CalibratorNode::onSolve(Trigger::Request& /*request*/, Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  response.success = guide_ && guide_->solveNow();
-  response.message = response.success
-                         ? "solving from " + std::to_string(guide_->views().size()) + " views"
-                         : "there are no views yet, or it is solving already";
-  return true;
-}
-
-bool CalibratorNode::onDiscardLast(Trigger::Request& /*request*/, Trigger::Response& response) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto name = guide_ ? guide_->discardLast() : std::nullopt;
-  response.success = name.has_value();
-  response.message = name ? *name + " is discarded" : "there is no view to discard";
-  if (!name) return true;
-  if (!photographs_.empty() && photographs_.back().name == *name) photographs_.pop_back();
-  try {
-    folder_.discard(*name);
-  } catch (const std::exception& error) {
-    response.message += ", but its pictures stay: " + std::string(error.what());
-  }
-  return true;
+void CalibratorNode::showAndSay() {
+  std::string problem = camera_.problem();
+  if (problem.empty()) problem = image_problem_;
+  const CalibrationSession::News news = session_.takeNews();
+  screen_.show(news.shown);
+  for (const calib::Utterance& utterance : news.utterances) topics_.say(utterance, news.progress);
+  topics_.complain(problem);
+  CalibratorState state = session_.state();
+  state.problem = problem;
+  state.doing = solver_.progress();
+  topics_.show(state);
 }
 
 }  // namespace afterglow::nodes

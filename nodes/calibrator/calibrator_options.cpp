@@ -41,8 +41,8 @@ void readGuide(const ros::NodeHandle& own, calib::GuideOptions& guide) {
   guide.taker.patience_ns = nanoseconds(patience_s);
   take(own, "still_pixels", guide.taker.still_px);
   check("still_pixels", guide.taker.still_px, 0.01, 100.0, "from 0.01 to 100 px");
-  take(own, "settle_frames", guide.taker.settle_frames);
-  check("settle_frames", guide.taker.settle_frames, 0, 1000, "from 0 to 1000");
+  take(own, "settle_frames", guide.taker.settle_images);
+  check("settle_frames", guide.taker.settle_images, 0, 1000, "from 0 to 1000");
 }
 
 render::Mirror readMirror(const ros::NodeHandle& own) {

@@ -13,7 +13,7 @@ namespace {
 render::Image inColor(const calib::Picture& picture) {
   render::Image image{picture.width, picture.height, {}};
   image.rgb.reserve(3 * picture.pixels.size());
-  for (const std::uint8_t grey : picture.pixels) image.rgb.insert(image.rgb.end(), 3, grey);
+  for (const std::uint8_t gray : picture.pixels) image.rgb.insert(image.rgb.end(), 3, gray);
   return image;
 }
 

@@ -5,21 +5,21 @@
 
 #include <utility>
 
-#include "calib/targets/pattern_drawing.hpp"
+#include "calib/targets/pattern.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-calib::Picture plainPicture(const calib::Pattern& pattern, std::uint8_t grey) {
+calib::Picture plainPicture(const calib::Pattern& pattern, std::uint8_t gray) {
   const auto pixels =
       static_cast<std::size_t>(pattern.width) * static_cast<std::size_t>(pattern.height);
-  return {pattern.width, pattern.height, std::vector<std::uint8_t>(pixels, grey)};
+  return {pattern.width, pattern.height, std::vector<std::uint8_t>(pixels, gray)};
 }
 
 }  // namespace
 
 PatternScreen::PatternScreen(const calib::Pattern& pattern, const std::string& frame_id)
-    : pictures_{plainPicture(pattern, 0), plainPicture(pattern, calib::kPlainGrey),
+    : pictures_{plainPicture(pattern, 0), plainPicture(pattern, calib::kPlainGray),
                 calib::patternPicture(pattern)},
       frame_id_(frame_id) {
   publisher_ = own_.advertise<sensor_msgs::Image>("pattern", 4, true);
@@ -39,11 +39,6 @@ void PatternScreen::show(calib::Shown shown) {
     publish(shown);
   }
   changed_.notify_one();
-}
-
-calib::Shown PatternScreen::shown() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return shown_;
 }
 
 void PatternScreen::publish(calib::Shown shown) {

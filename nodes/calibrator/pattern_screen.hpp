@@ -24,7 +24,6 @@ class PatternScreen {
 
   /// Publishes the picture if it is another one than before.
   void show(calib::Shown shown);
-  calib::Shown shown() const;
   /// The picture, if it has changed since the last call; waits for that at most so long.
   std::optional<calib::Picture> takeChanged(std::chrono::milliseconds patience);
   int width() const { return pictures_[0].width; }

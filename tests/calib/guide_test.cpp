@@ -41,10 +41,10 @@ TEST(BoardTilt, isTheCameras) {
 TEST(Advice, namesTheBoardThatIsNotTheLayouts) {
   Guide guide(smallBoard(), smallPattern(), camera());
   guide.start();
-  WatchedFrame other;
+  WatchedImage other;
   other.stamp_ns = 1'000'000'000'000;
   for (int id = 40; id < 60; ++id) other.unknown.insert(id);
-  for (int i = 0; i < 10; ++i, other.stamp_ns += kFrame_ns) guide.see(other);
+  for (int i = 0; i < 10; ++i, other.stamp_ns += kImage_ns) guide.see(other);
   std::string said;
   for (const Utterance& utterance : guide.takeUtterances()) said += utterance.text + "\n";
   EXPECT_NE(said.find("the tags in the picture (40 to 59) are those of an A3 board; the layout "
@@ -81,14 +81,14 @@ TEST(Prompter, writesWhatLastsAndSpeaksNotOverAndOver) {
   std::vector<Utterance> said;
   int in_vain = 0;
   for (int i = 0; i < 200; ++i) {  // twenty seconds
-    in_vain += prompter.advise("hold it still", 5'000'000'000 + i * kFrame_ns);
+    in_vain += prompter.advise("hold it still", 5'000'000'000 + i * kImage_ns);
     for (Utterance& one : prompter.take()) said.push_back(one);
   }
   ASSERT_EQ(said.size(), 2u);  // and once again after fifteen seconds
   EXPECT_EQ(in_vain, 1);
   EXPECT_TRUE(said[0].is_spoken);
   for (int i = 0; i < 20; ++i) {
-    prompter.advise(i % 2 ? "tilt it" : "turn it", 26'000'000'000 + i * kFrame_ns);
+    prompter.advise(i % 2 ? "tilt it" : "turn it", 26'000'000'000 + i * kImage_ns);
   }
   EXPECT_TRUE(prompter.take().empty());  // flicker
   prompter.tell("the board moved", 30'000'000'000);
@@ -105,7 +105,7 @@ TEST(Prompter, writesWhatLastsAndSpeaksNotOverAndOver) {
 bool takeView(Guide& guide, int& number, const Pose& held, const View& view) {
   Shown visible = Shown::Plain;
   for (int i = 0; i < 60; ++i) {
-    const TakerAnswer answer = guide.see(frame(number++, held, visible == Shown::Pattern ? 20 : 0));
+    const TakerAnswer answer = guide.see(image(number++, held, visible == Shown::Pattern ? 20 : 0));
     visible = answer.show;
     if (answer.is_complete) return guide.addView(view, *answer.T_camera_board);
   }
@@ -214,7 +214,7 @@ TEST(Guide, obeysCommands) {
   guide.stop();
   EXPECT_EQ(guide.shown(), Shown::Black);
   EXPECT_FALSE(guide.forceView());
-  EXPECT_EQ(guide.see(frame(number, pose(0, 0, 1, 0.4))).show, Shown::Black);
+  EXPECT_EQ(guide.see(image(number, pose(0, 0, 1, 0.4))).show, Shown::Black);
 }
 
 }  // namespace

@@ -15,17 +15,17 @@ using namespace test;
 using Keep = TakerAnswer::Keep;
 using Lack = TakerAnswer::Lack;
 
-/// A taker and a camera that shows what is projected so many frames late.
+/// A taker and a camera that shows what is projected so many images late.
 class Photographer {
  public:
-  explicit Photographer(int lag_frames) : taker_(smallBoard(), camera()) {
-    shown_.assign(static_cast<std::size_t>(lag_frames) + 1, Shown::Plain);
+  explicit Photographer(int lag_images) : taker_(smallBoard(), camera()) {
+    shown_.assign(static_cast<std::size_t>(lag_images) + 1, Shown::Plain);
   }
   TakerAnswer next(const Pose& T_camera_board) {
     const Shown visible = shown_.front();
     shown_.erase(shown_.begin());
     const int tags = visible == Shown::Pattern ? tags_of_pattern : 0;
-    TakerAnswer answer = taker_.see(frame(number_++, T_camera_board, tags), taken);
+    TakerAnswer answer = taker_.see(image(number_++, T_camera_board, tags), taken);
     shown_.push_back(answer.show);
     last_visible = visible;
     if (!answer.discarded.empty()) discarded = answer.discarded;
@@ -90,9 +90,9 @@ TEST(ViewTaker, waitsForStillness) {
     EXPECT_EQ(answer.lack, Lack::Stillness);
     EXPECT_EQ(answer.show, Shown::Plain);
   }
-  int frames = 0;
-  while (photographer.next(pose(0.05, 0, 1)).show == Shown::Plain) ASSERT_LT(++frames, 20);
-  EXPECT_GE(frames, 4);  // half a second
+  int images = 0;
+  while (photographer.next(pose(0.05, 0, 1)).show == Shown::Plain) ASSERT_LT(++images, 20);
+  EXPECT_GE(images, 4);  // half a second
 }
 
 class LaggingCamera : public testing::TestWithParam<int> {};
@@ -137,7 +137,7 @@ TEST(ViewTaker, discardsACameraThatRepeatsThePattern) {
   std::string discarded;
   for (int i = 0; i < 100 && discarded.empty(); ++i) {
     const int tags = i > 7 ? 20 : 0;  // and so for ever
-    discarded = taker.see(frame(i, pose(0, 0, 1), tags), {}).discarded;
+    discarded = taker.see(image(i, pose(0, 0, 1), tags), {}).discarded;
   }
   EXPECT_NE(discarded.find("goes on showing the pattern"), std::string::npos) << discarded;
 }
@@ -150,16 +150,16 @@ TEST(ViewTaker, takesNoViewTwiceUnlessForced) {
 
   ViewTaker taker(smallBoard(), camera());
   taker.force();
-  EXPECT_EQ(taker.see(frame(0, pose(0, 0, 1)), photographer.taken).show, Shown::Pattern);
+  EXPECT_EQ(taker.see(image(0, pose(0, 0, 1)), photographer.taken).show, Shown::Pattern);
 }
 
 TEST(ViewTaker, waitsForTheCamerasExposure) {
   ViewTaker taker(smallBoard(), camera());
   taker.force();
   int number = 0;
-  ASSERT_EQ(taker.see(frame(number++, pose(0, 0, 1)), {}).show, Shown::Pattern);
+  ASSERT_EQ(taker.see(image(number++, pose(0, 0, 1)), {}).show, Shown::Pattern);
   for (int i = 0; i < 20; ++i) {  // fades
-    WatchedFrame fading = frame(number++, pose(0, 0, 1), 20);
+    WatchedImage fading = image(number++, pose(0, 0, 1), 20);
     fading.mean_level = 200 - 5 * i;
     EXPECT_EQ(taker.see(fading, {}).keep, Keep::Nothing);
   }
@@ -167,13 +167,13 @@ TEST(ViewTaker, waitsForTheCamerasExposure) {
 
 TEST(ViewTaker, saysWhichPartOfTheBoardItSees) {
   ViewTaker taker(smallBoard(), camera());
-  WatchedFrame some = frame(0, pose(0, 0, 1));
+  WatchedImage some = image(0, pose(0, 0, 1));
   some.board.resize(2);
   EXPECT_EQ(taker.see(some, {}).lack, Lack::WholeBoard);
-  some.stamp_ns += kFrame_ns;
+  some.stamp_ns += kImage_ns;
   some.board.clear();
   EXPECT_EQ(taker.see(some, {}).lack, Lack::Board);
-  EXPECT_EQ(taker.see(frame(2, pose(0, 0, 1), 5), {}).lack, Lack::Light);
+  EXPECT_EQ(taker.see(image(2, pose(0, 0, 1), 5), {}).lack, Lack::Light);
 }
 
 }  // namespace

@@ -17,10 +17,10 @@ using calib::Lens;
 using calib::makeLens;
 using calib::Pattern;
 using calib::Tag;
-using calib::WatchedFrame;
+using calib::WatchedImage;
 using Pose = Rigid<Camera, Surface>;
 
-constexpr std::int64_t kFrame_ns = 100'000'000;  // ten frames a second
+constexpr std::int64_t kImage_ns = 100'000'000;  // ten images a second
 
 inline Tag square(int id, double x, double y, double side) {
   return {id, {{{x, y}, {x + side, y}, {x + side, y - side}, {x, y - side}}}};
@@ -87,9 +87,9 @@ inline std::vector<Tag> seen(const Pose& T_camera_board) {
   return tags;
 }
 
-inline WatchedFrame frame(int number, const Pose& T_camera_board, int pattern_tags = 0) {
-  WatchedFrame made;
-  made.stamp_ns = 1'000'000'000'000 + number * kFrame_ns;
+inline WatchedImage image(int number, const Pose& T_camera_board, int pattern_tags = 0) {
+  WatchedImage made;
+  made.stamp_ns = 1'000'000'000'000 + number * kImage_ns;
   made.board = seen(T_camera_board);
   made.pattern_tags = pattern_tags;
   made.mean_level = pattern_tags > 0 ? 90 : 110;
