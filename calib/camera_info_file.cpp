@@ -14,7 +14,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// Where the two forms keep the same things.
+/// The keys of the two forms.
 struct Keys {
   std::string width, height, K, model, D, P;
 };
@@ -26,7 +26,7 @@ const Keys kParsersForm{"image_width",
                         "projection_matrix"};
 const Keys kMessageForm{"width", "height", "K", "distortion_model", "D", "P"};
 
-/// Collects what is wrong while reading, so that all of it can be said at once.
+/// Collects all violations while reading, so that they are reported together.
 class Reader {
  public:
   Reader(const YAML::Node& root, std::vector<std::string>& violations)
@@ -173,16 +173,16 @@ CameraInfoFile loadCameraInfo(const std::string& path) {
   const std::vector<double> D = reader.numbers(keys.D, std::nullopt);
   checkModel(keys, reader.text(keys.model), D, violations);
   const std::vector<double> P = root[keys.P] ? reader.numbers(keys.P, 12) : std::vector<double>{};
-  // Without a model D is all zero, however many it has.
+  // Without a model all of D must be zero.
   const std::vector<double> used = reader.text(keys.model).empty() ? std::vector<double>{} : D;
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   if (k.size() == 9) K << k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8];
   if (k.size() == 9 && K.isZero(0)) {
-    // What drivers send of cameras that nobody calibrated.
+    // Drivers of uncalibrated cameras send this.
     violations.push_back(keys.K +
                          ": is all zero: this camera is not calibrated; calibrate it first");
   } else {
-    // Size and D have been judged above, with their keys.
+    // Size and D have been checked above, with their keys.
     for (const std::string& violation : lensViolations(1, 1, K, {})) {
       violations.push_back(keys.K + ": " + violation);
     }

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
                            " (what was there before is unchanged)");
 }
 
-/// Closes itself; close() reports what closing found out.
+/// Closes the file in the destructor; close() also reports errors of closing.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -52,7 +52,7 @@ int writeAll(int file, const std::string& content) {
   return 0;
 }
 
-/// Returns 0 or the reason. A file of that name is a crash's leftover and makes way.
+/// Returns 0 or the reason. Overwrites a file of that name, which an earlier crash left.
 int writeNew(const std::string& path, const std::string& content) {
   ::unlink(path.c_str());
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
@@ -63,10 +63,10 @@ int writeNew(const std::string& path, const std::string& content) {
   return file.close() == 0 ? 0 : errno;
 }
 
-/// The names in a folder reach the disk too. File systems that cannot do it say EINVAL.
+/// Writes the names in a folder to the disk, too. File systems that cannot do it return EINVAL.
 void syncFolder(const std::string& folder) {
   Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.number() < 0) return;  // may be written but not listed: nothing more can be done
+  if (directory.number() < 0) return;  // it may be written but not read: nothing can be done
   if (::fsync(directory.number()) != 0 && errno != EINVAL) refuse(folder, errno);
 }
 
@@ -81,8 +81,8 @@ std::string beside(const std::string& path, const std::string& what) {
       .string();
 }
 
-/// A second name (or, where there are no hard links, a copy) for what a path holds; empty if it
-/// holds nothing. Returns 0 or the reason.
+/// A second name (or, without hard links, a copy) of the file at a path; empty if there is no file.
+/// Returns 0 or the reason.
 int keep(const std::string& path, std::string& previous) {
   const std::string name = beside(path, ".old");
   ::unlink(name.c_str());
@@ -96,7 +96,7 @@ int keep(const std::string& path, std::string& previous) {
   return 0;
 }
 
-/// Where writing to a path ends up: a link's target, if it has one.
+/// The file that writing to a path changes: a link's target, if it is a link.
 std::string linkFollowed(const std::string& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;

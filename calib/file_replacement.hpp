@@ -7,14 +7,14 @@
 
 namespace afterglow::calib {
 
-/// Content goes to temporary files beside their targets first, fsync'ed; only when all of it is on
-/// the disk are they renamed, in the order they were added. When anything fails the targets hold
-/// what they held before and no temporary file, and no folder made for them, is left. (A power cut
-/// between two renames can still leave new files beside old ones, each of them whole.)
+/// First writes the content to temporary files beside their targets, with fsync; once all are on
+/// the disk, renames them in the order they were added. When anything fails, the targets are
+/// unchanged, and no temporary file and no folder made for them is left. (A power cut between two
+/// renames can still leave new files beside old ones, each of them whole.)
 class FileReplacement {
  public:
   FileReplacement() = default;
-  /// Takes back what was not committed.
+  /// Undoes everything that was not committed.
   ~FileReplacement();
   FileReplacement(const FileReplacement&) = delete;
   FileReplacement& operator=(const FileReplacement&) = delete;
@@ -29,7 +29,7 @@ class FileReplacement {
   struct File {
     std::string path;       ///< the target, links followed
     std::string temporary;  ///< empty once renamed
-    std::string previous;   ///< a second name of what was there before; empty if nothing was
+    std::string previous;   ///< a second name of the earlier file; empty if there was none
     bool is_replaced = false;
   };
   void makeFolders(const std::string& folder);
@@ -39,7 +39,8 @@ class FileReplacement {
   std::vector<std::string> folders_made_;
 };
 
-/// One file alone: whole or as it was, whoever reads along. Throws as FileReplacement does.
+/// Replaces one file: readers see either the old or the new content. Throws as FileReplacement
+/// does.
 void replaceFile(const std::string& path, const std::string& content);
 
 }  // namespace afterglow::calib

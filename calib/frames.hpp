@@ -6,7 +6,7 @@
 /// | World     | x forward, y left, z up (REP 103)      | the fixed frame's     | configuration, tf   |
 /// | Projector | x right, y down, z forward (optical)   | the projector's lens  | tf, from calibration|
 /// | Camera    | x right, y down, z forward (optical)   | the camera's lens     | tf, from calibration|
-/// | Surface   | z the surface's normal, towards people | the surface's frame   | tf                  |
+/// | Surface   | z the surface's normal, toward people | the surface's frame   | tf                  |
 /// | Observer  | x right, y down, z forward (optical)   | the bystander's eye   | configuration       |
 /// | Link      | the robot's own                        | the robot's own       | robot_state_publisher|
 ///
@@ -22,7 +22,7 @@ struct Projector {};
 struct Camera {};
 struct Surface {};
 struct Observer {};
-struct Link {};  // what the projector is bolted to
+struct Link {};  // the robot's link that the projector is bolted to
 
 /// T_target_source: p_target = T_target_source * p_source. The product of two needs equal inner
 /// frames, so that a chain in the wrong order does not compile.

@@ -1,5 +1,5 @@
 /// \file
-/// Where rays of a lens meet a surface, and millimeters between where light should land and lands.
+/// Where rays of a lens meet a surface, and how far light lands from where it should.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace afterglow::calib {
 
-/// Of the surface's z = 0 plane, meters. Empty if the pixel has no ray, or the ray runs along the
-/// plane or away from it. Pure. `Frame` is Camera or Projector.
+/// Where the pixel's ray meets the surface's z = 0 plane, meters. Empty if the pixel has no ray, or
+/// the ray runs along the plane or away from it. Pure. `Frame` is Camera or Projector.
 std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& pixel,
                                        const Eigen::Isometry3d& T_optical_surface);
 template <typename Frame>

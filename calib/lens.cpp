@@ -5,13 +5,14 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace afterglow::calib {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// 0.6 degrees from the image plane: no lens looks there.
+/// 0.6 degrees from the image plane: no lens sees rays beyond it.
 constexpr double kLargestRadius = 100;
 
 /// The radial part of Brown-Conrady, as functions of s = r^2: factor = N(s) / M(s).
@@ -131,6 +132,9 @@ bool isRational(const Lens& lens) {
   return std::any_of(lens.D.begin() + 5, lens.D.end(), [](double d) { return d != 0; });
 }
 
+constexpr double kSpacing_px = 4;
+constexpr double kNoRay = std::numeric_limits<double>::quiet_NaN();
+
 }  // namespace
 
 std::optional<LensModel> lensModelNamed(const std::string& distortion_model) {
@@ -241,6 +245,30 @@ std::optional<Eigen::Vector3d> unproject(const Lens& lens, const Eigen::Vector2d
   const std::optional<Eigen::Vector2d> n = undistort(lens, d);
   if (!n) return std::nullopt;
   return Eigen::Vector3d(n->x(), n->y(), 1);
+}
+
+RayMap::RayMap(const Lens& lens)
+    : columns_(static_cast<int>(std::ceil(lens.width / kSpacing_px)) + 3),
+      rows_(static_cast<int>(std::ceil(lens.height / kSpacing_px)) + 3) {
+  rays_.reserve(std::size_t(columns_) * std::size_t(rows_));
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const auto ray = unproject(lens, kSpacing_px * Eigen::Vector2d(column - 1, row - 1));
+      rays_.push_back(ray ? Eigen::Vector2d(ray->head<2>()) : Eigen::Vector2d(kNoRay, kNoRay));
+    }
+  }
+}
+
+Eigen::Vector2d RayMap::ray(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d at = pixel / kSpacing_px + Eigen::Vector2d(1, 1);
+  const int column = std::clamp(static_cast<int>(std::floor(at.x())), 0, columns_ - 2);
+  const int row = std::clamp(static_cast<int>(std::floor(at.y())), 0, rows_ - 2);
+  const double a = at.x() - column, b = at.y() - row;
+  const auto grid = [&](int r, int c) -> const Eigen::Vector2d& {
+    return rays_[std::size_t(r) * std::size_t(columns_) + std::size_t(c)];
+  };
+  return (1 - b) * ((1 - a) * grid(row, column) + a * grid(row, column + 1)) +
+         b * ((1 - a) * grid(row + 1, column) + a * grid(row + 1, column + 1));
 }
 
 }  // namespace afterglow::calib

@@ -1,5 +1,5 @@
 /// \file
-/// A projector's or camera's lens: pinhole with any principal point, and what bends its rays.
+/// The lens of a projector or camera: a pinhole with any principal point, and its distortion.
 /// Source: OpenCV's camera models (calib3d, "Detailed Description", and cv::fisheye), REP 104 /
 /// sensor_msgs/CameraInfo, sensor_msgs/distortion_models.h.
 #pragma once
@@ -54,7 +54,7 @@ Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector
 /// an equidistant lens 100: rays of 90 degrees and more have no place at z = 1, 89.4 are used.
 double foldRadius(const Lens& lens);
 
-/// Normalized image coordinates (z = 1) after distortion, of those before. Knows of no fold.
+/// From undistorted to distorted normalized image coordinates (z = 1). Ignores the fold.
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted);
 
 /// Pixel of a point in the optical frame (meters). Empty if it is not in front of the lens (z <= 0)
@@ -64,5 +64,20 @@ std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& 
 /// Direction (x, y, 1) in the optical frame of the ray through a pixel: the inverse of project, by
 /// Newton's method to 1e-12. Empty if no ray within the fold reaches the pixel.
 std::optional<Eigen::Vector3d> unproject(const Lens& lens, const Eigen::Vector2d& pixel);
+
+/// Where each pixel looks, faster than unproject: the lens is inverted once, on a grid of points 4
+/// px apart, and interpolated bilinearly between them. Off by less than 0.001 px for k1 = -0.35.
+class RayMap {
+ public:
+  explicit RayMap(const Lens& lens);
+
+  /// Normalized undistorted coordinates (z = 1) of a pixel; NaN where no ray leads. The pixel may
+  /// lie up to 4 px outside the image.
+  Eigen::Vector2d ray(const Eigen::Vector2d& pixel) const;
+
+ private:
+  int columns_, rows_;
+  std::vector<Eigen::Vector2d> rays_;
+};
 
 }  // namespace afterglow::calib

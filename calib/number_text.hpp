@@ -1,6 +1,6 @@
 /// \file
-/// Numbers as text, the same in every country: neither the C nor the C++ locale has a say, so that
-/// what is written where decimals have commas is read where they have points.
+/// Numbers as text, independent of the C and C++ locales: a file written where decimals have commas
+/// can be read where they have points.
 #pragma once
 
 #include <optional>
@@ -17,5 +17,8 @@ std::string fixedText(double value, int decimals);
 
 /// The whole of the text as one number; empty if it is not one. Reads "nan" and "inf" as no number.
 std::optional<double> numberFromText(const std::string& text);
+
+/// In one radian: radians inside, degrees for people.
+constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 }  // namespace afterglow::calib

@@ -8,7 +8,7 @@
 namespace afterglow::calib {
 
 /// Calls work(0) ... work(count - 1), in any order, on so many threads, and returns when all are
-/// done. The first exception is thrown on after that; work not begun by then is not.
+/// done. After an exception no more work is begun, and the first exception is thrown on.
 void forEachIndex(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 }  // namespace afterglow::calib

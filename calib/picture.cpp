@@ -1,16 +1,50 @@
 #include "calib/picture.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <stdexcept>
+#include <vector>
 
 namespace afterglow::calib {
+namespace {
+
+/// The place of chunks that must precede the pixels: after the signature (8 bytes) and IHDR (25).
+constexpr std::size_t kAfterHeader = 33;
+
+std::string bigEndian(std::uint32_t value) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>((value >> shift) & 0xff);
+  return bytes;
+}
+
+/// PNG specification, annex D.
+std::uint32_t crc32(const std::string& bytes) {
+  std::uint32_t crc = 0xffffffffu;
+  for (const char byte : bytes) {
+    crc ^= static_cast<unsigned char>(byte);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) != 0 ? 0xedb88320u : 0);
+  }
+  return ~crc;
+}
+
+/// pHYs, 11.3.5.3 of the PNG specification. OpenCV cannot write it.
+std::string physicalSizeChunk(double pixels_per_m_x, double pixels_per_m_y) {
+  const std::string body = "pHYs" +
+                           bigEndian(static_cast<std::uint32_t>(std::lround(pixels_per_m_x))) +
+                           bigEndian(static_cast<std::uint32_t>(std::lround(pixels_per_m_y))) +
+                           '\1';  // the unit: meters
+  return bigEndian(static_cast<std::uint32_t>(body.size() - 4)) + body + bigEndian(crc32(body));
+}
+
+}  // namespace
 
 Picture loadPicture(const std::string& path) {
   cv::Mat image;
   try {
     image = cv::imread(path, cv::IMREAD_GRAYSCALE);
   } catch (const cv::Exception&) {
-    // A size OpenCV refuses to allocate; said below like every other unreadable file.
+    // A size that OpenCV refuses to allocate: reported below, as all unreadable files.
   }
   if (image.empty()) throw std::runtime_error(path + ": cannot be read as a picture");
   if (image.cols < 16 || image.rows < 16) {
@@ -21,7 +55,7 @@ Picture loadPicture(const std::string& path) {
 }
 
 void savePicture(const std::string& path, const Picture& picture) {
-  // OpenCV writes from it only.
+  // OpenCV does not change the pixels.
   const cv::Mat image(picture.height, picture.width, CV_8UC1,
                       const_cast<std::uint8_t*>(picture.pixels.data()));
   bool is_written = false;
@@ -31,6 +65,22 @@ void savePicture(const std::string& path, const Picture& picture) {
     // An ending OpenCV does not know.
   }
   if (!is_written) throw std::runtime_error(path + ": the picture cannot be written");
+}
+
+std::string encodePng(const Picture& picture, const Eigen::Vector2d& size_m) {
+  const cv::Mat pixels(picture.height, picture.width, CV_8UC1,
+                       const_cast<std::uint8_t*>(picture.pixels.data()));
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", pixels, bytes) || bytes.size() < kAfterHeader) {
+    throw std::runtime_error("a picture of " + std::to_string(picture.width) + " x " +
+                             std::to_string(picture.height) + " pixels cannot be written as PNG");
+  }
+  std::string png(bytes.begin(), bytes.end());
+  if (size_m.minCoeff() > 0) {
+    png.insert(kAfterHeader,
+               physicalSizeChunk(picture.width / size_m.x(), picture.height / size_m.y()));
+  }
+  return png;
 }
 
 }  // namespace afterglow::calib

@@ -1,14 +1,15 @@
 /// \file
-/// A photograph in grey.
+/// A gray image: a photograph, a board or a pattern.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace afterglow::calib {
 
-/// Row-major, no padding; encoded (gamma) grey levels as a camera writes them.
+/// Row-major, no padding; gamma-encoded gray levels, as cameras write them.
 struct Picture {
   int width = 0, height = 0;  ///< px
   std::vector<std::uint8_t> pixels;
@@ -18,11 +19,16 @@ struct Picture {
   }
 };
 
-/// PNG, JPEG and whatever OpenCV reads; colour becomes grey. Throws std::runtime_error naming the
+/// PNG, JPEG and whatever OpenCV reads; color becomes gray. Throws std::runtime_error naming the
 /// file if it cannot be read or is smaller than 16 px a side.
 Picture loadPicture(const std::string& path);
 
 /// Throws std::runtime_error naming the file if it cannot be written.
 void savePicture(const std::string& path, const Picture& picture);
+
+/// A PNG of 8 bit gray, no alpha. With a size the file says how many pixels a meter has, so that
+/// printing programs get it right. Throws std::runtime_error if it cannot be encoded.
+std::string encodePng(const Picture& picture,
+                      const Eigen::Vector2d& size_m = Eigen::Vector2d::Zero());
 
 }  // namespace afterglow::calib

@@ -1,5 +1,5 @@
 /// \file
-/// Strict reading of YAML files: what is not understood is refused with file and line.
+/// Strict reading of YAML files: unknown or wrong content is refused with file and line.
 #pragma once
 
 #include <yaml-cpp/yaml.h>
@@ -14,15 +14,15 @@ namespace afterglow::calib {
 /// YAML".
 YAML::Node loadYaml(const std::string& path);
 
-/// A file of the camera's or our own, whose refusals name keys: throws "FILE: cannot be read" or
-/// "FILE: is not YAML: why".
+/// For files whose refusals name keys, not lines: throws "FILE: cannot be read" or "FILE: is not
+/// YAML: why".
 YAML::Node loadYamlValues(const std::string& path);
 
 /// "KEY: line 3 has "abc", WANTED"; `other` is said of a value that is no text.
 std::string yamlMisfit(const std::string& key, const YAML::Node& value, const std::string& wanted,
                        const std::string& other);
 
-/// Advice on a key that is none: "; known: a, b".
+/// Advice on an unknown key: "; known: a, b".
 using KeyAdvice = std::string (*)(const std::string& wrong, const std::vector<std::string>& known);
 std::string knownKeys(const std::string& wrong, const std::vector<std::string>& known);
 
@@ -32,7 +32,7 @@ class YamlSource {
  public:
   /// Throws as loadYaml does.
   explicit YamlSource(const std::string& path) : YamlSource(path, loadYaml(path)) {}
-  /// What was read already.
+  /// Of a file that was read already.
   YamlSource(std::string path, const YAML::Node& root) : path_(std::move(path)), root_(root) {}
 
   const std::string& path() const { return path_; }
@@ -40,7 +40,7 @@ class YamlSource {
 
   [[noreturn]] void refuse(const YAML::Node& at, const std::string& text) const;
 
-  /// Refuses what is no map, other keys than these, and keys given twice.
+  /// Refuses a node that is no map, keys other than these, and keys given twice.
   void requireKeys(const YAML::Node& map, const std::string& where,
                    const std::vector<std::string>& known, KeyAdvice advice = knownKeys) const;
   /// The value; refused if missing.

@@ -39,7 +39,7 @@ std::vector<Match> match(const std::vector<Tag>& seen, const std::vector<Tag>& p
   return matches;
 }
 
-/// Those whose four corners lie where one flat board would put them.
+/// The tags whose four corners fit one flat board.
 std::vector<Match> coplanar(const std::vector<Match>& matches, double focal_px) {
   std::vector<cv::Point2d> on_board, ideal_px;
   for (const Match& tag : matches) {

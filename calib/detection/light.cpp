@@ -18,12 +18,12 @@ struct Decoded {
 
 std::array<Decoded, 256> decodingTable() {
   std::array<Decoded, 256> table{};
-  for (std::size_t grey = 0; grey < 256; ++grey) {
-    const double g = double(grey) / 255;
-    // The curve is flat at black; a grey level below 4 is as uncertain as one of 4.
+  for (std::size_t gray = 0; gray < 256; ++gray) {
+    const double g = double(gray) / 255;
+    // The curve is flat at black; a gray level below 4 is as uncertain as one of 4.
     const double slope = kGamma * std::pow(std::max(g, 4.0 / 255), kGamma - 1) / 255;
-    const double sigma = slope * kGreyNoise;
-    table[grey] = {float(std::pow(g, kGamma)), grey >= 254 ? 0.0f : float(1 / (sigma * sigma))};
+    const double sigma = slope * kGrayNoise;
+    table[gray] = {float(std::pow(g, kGamma)), gray >= 254 ? 0.0f : float(1 / (sigma * sigma))};
   }
   return table;
 }

@@ -1,5 +1,5 @@
 /// \file
-/// Photographs as light: what cameras write is gamma-encoded, and blur in encoded values makes dark
+/// Photographs as linear light. Cameras write gamma-encoded values, in which blur makes dark
 /// squares shrink by 0.3 to 0.4 px a side; edges are therefore fitted to linear light.
 #pragma once
 
@@ -9,25 +9,25 @@
 
 namespace afterglow::calib {
 
-/// Row-major linear light, 1 for a saturated pixel (or any unit, for a quotient of two), and how
-/// far each pixel can be trusted.
+/// Row-major linear light, 1 for a saturated pixel (or any unit, for a quotient of two), with a
+/// weight for each pixel.
 struct Light {
   int width = 0, height = 0;
   std::vector<float> value;
-  std::vector<float> weight;  ///< 1 / variance; 0 for pixels that say nothing (saturated, black)
+  std::vector<float> weight;  ///< 1 / variance; 0 for saturated and black pixels
 };
 
-/// Decodes gamma 2.2, with the sensor noise of kGreyNoise grey levels that 8-bit cameras have.
-constexpr double kGreyNoise = 1.5;
+constexpr double kGrayNoise = 1.5;  ///< of the sensors of 8-bit cameras, gray levels
+/// Decodes gamma 2.2; the weights come from kGrayNoise.
 Light linearLight(const Picture& picture);
 
-/// The light of the pattern's picture over that of the plain one, pixel by pixel: what is printed
-/// on the board, the falling-off of the light and the camera's vignette cancel, the pattern
-/// remains. Trusted less where the plain picture has edges, and not at all where one of the two
-/// says nothing. Both of one size (std::invalid_argument).
+/// The light with the pattern divided by the light without it, pixel by pixel: the print on the
+/// board, the uneven light and the camera's vignette cancel, the pattern remains. The weight is
+/// lower where the plain image has edges, and 0 where one of the two has weight 0. Throws
+/// std::invalid_argument unless both have one size.
 Light quotient(const Light& pattern, const Light& plain);
 
-/// For a detector: encoded grey levels, the 99th percentile of the light at 220.
+/// Gamma-encoded gray levels for a detector, the 99th percentile of the light at 220.
 Picture encoded(const Light& light);
 
 }  // namespace afterglow::calib

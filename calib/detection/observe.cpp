@@ -19,11 +19,11 @@ namespace {
 
 using Corners = std::array<Eigen::Vector2d, 4>;
 
-/// A fit less like the tag than this is something else.
+/// A fit with a lower correlation than this is no tag.
 constexpr double kLeastCorrelation = 0.85;
-/// For one that no detector has read, where it was predicted.
+/// The same for a tag that was predicted, not detected.
 constexpr double kLeastCorrelationUnread = 0.93;
-/// A refitted corner further than this from AprilTag's is a fit gone astray.
+/// A corner that the fit moved further than this from AprilTag's is wrong.
 constexpr double kLargestShift_px = 2.0;
 /// Projected tags keep this far from the sheet's edge.
 constexpr double kSheetMargin_m = 0.002;
@@ -151,8 +151,8 @@ struct ViewReader::Impl {
     return robustHomography(on_board, seen, 3);
   }
 
-  /// Fewer tags than this tell nothing of the layout. Printed ones may be misread ones; of a
-  /// pattern that is another one there may be no more on the board.
+  /// Fewer tags than this tell nothing about the layout: they may be misread, or belong to another
+  /// pattern.
   static constexpr std::size_t kTellingPrinted = 4, kTellingProjected = 2;
 
   void judgePrint(View& view) const {
@@ -194,7 +194,7 @@ struct ViewReader::Impl {
   }
 
   ViewDetections detectAll(const Photographs& photographs, const Light& pattern_light) const {
-    // Made anew each time: a detector serves one thread, a reader all.
+    // Made for each call: a detector serves one thread, a reader all threads.
     std::vector<TagDetector> full, quick;
     full.emplace_back(board.family);
     quick.emplace_back(board.family, 2);
@@ -242,7 +242,7 @@ struct ViewReader::Impl {
     return seen;
   }
 
-  /// Board tags the detector missed, looked for where the others say they are.
+  /// Looks for board tags that the detector missed, where the other tags predict them.
   void addMissedPrinted(std::vector<SeenTag>& printed, const Light& light,
                         const Eigen::Matrix3d& ideal_of_board) const {
     for (const auto& [id, tag] : board_tags) {
@@ -370,11 +370,6 @@ View ViewReader::glance(const Photographs& photographs) const {
 View ViewReader::observeAgain(const View& first, const Photographs& photographs,
                               const Lens& projector) const {
   return impl_->observeAgain(first, photographs, projector);
-}
-
-View observe(const Photographs& photographs, const Board& board, const Pattern& pattern,
-             const Lens& camera) {
-  return ViewReader(board, pattern, camera).observe(photographs);
 }
 
 }  // namespace afterglow::calib

@@ -1,23 +1,44 @@
 /// \file
-/// From the photographs of one board pose to a View.
+/// From the photographs of one board pose to a View: the tags in them, in the camera's pixels.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "calib/detection/view.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
 #include "calib/picture.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
+
+/// Corners in the photograph's pixels.
+struct SeenTag : Tag {
+  /// Of x0 y0 x1 y1 ... x3 y3, px^2. The corners of a tag come from one fit: their errors depend on
+  /// each other.
+  Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Identity() * 0.0025;
+};
+
+/// What the photographs of one pose of the board show.
+struct View {
+  std::string name;                ///< "view_03"
+  std::vector<SeenTag> board;      ///< printed tags, ids of the board
+  std::vector<SeenTag> projected;  ///< projected tags that lie on the board, ids of the pattern
+  /// What is wrong with the photographs, each with an advice; a view with any is left out.
+  std::vector<std::string> faults;
+  /// What was seen but not used ("tags of the pattern on the floor: 12"), for the report.
+  std::vector<std::string> notes;
+};
 
 struct Photographs {
   std::string name;
   Picture pattern;  ///< while the projector shows the pattern
-  /// While it shows plain grey (or white): printed tags are then read without the pattern on them,
+  /// While it shows plain gray (or white): printed tags are then read without the pattern on them,
   /// and projected ones from the quotient of the two, where print and falling light cancel.
   std::optional<Picture> plain;
 };
@@ -36,21 +57,17 @@ class ViewReader {
   /// std::invalid_argument if a picture is not of the camera's size.
   View observe(const Photographs& photographs) const;
 
-  /// The same, quicker: projected tags as AprilTag has them (0.1 px), good enough to begin with.
+  /// As observe, but quicker: projected tags as AprilTag finds them (to 0.1 px).
   View glance(const Photographs& photographs) const;
 
-  /// The same, knowing the projector's lens roughly: its distortion is then part of what is fitted,
-  /// and tags the detector missed are found where they must be. `first` is what observe or
-  /// glance gave.
+  /// As observe, with a rough estimate of the projector's lens: the fit then includes its
+  /// distortion, and tags that the detector missed are found where they must be. `first`: the
+  /// result of observe or glance.
   View observeAgain(const View& first, const Photographs& photographs, const Lens& projector) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// One view, for those who have just one.
-View observe(const Photographs& photographs, const Board& board, const Pattern& pattern,
-             const Lens& camera);
 
 }  // namespace afterglow::calib

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "calib/targets/apriltag_family.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -34,11 +34,11 @@ void requireUsable(const Picture& picture) {
   }
   if (picture.pixels.size() != std::size_t(picture.width) * std::size_t(picture.height)) {
     throw std::invalid_argument("a picture of " + size + " pixels with " +
-                                std::to_string(picture.pixels.size()) + " grey values");
+                                std::to_string(picture.pixels.size()) + " gray values");
   }
 }
 
-/// Standard deviation of the sensor's noise, grey levels: the median of a mask that ignores flat
+/// Standard deviation of the sensor's noise, gray levels: the median of a mask that ignores flat
 /// and evenly sloped places (Immerkaer, Fast Noise Variance Estimation, CVIU 64(2), 1996), so that
 /// edges, a minority, do not count.
 double noiseOf(const Picture& picture) {
@@ -60,8 +60,8 @@ double noiseOf(const Picture& picture) {
   return median / 0.6745 / 6;
 }
 
-/// Contrast, grey levels, below which a place is flat. What noise alone brings about must not pass:
-/// it costs time, and libapriltag 3.3.0 writes past its tables when all of a large picture does.
+/// Contrast, gray levels, below which a place is flat. Noise alone must stay below it: it costs
+/// time, and libapriltag 3.3.0 writes past its tables when a whole large picture is above it.
 int leastContrast(const Picture& picture) {
   return std::clamp(static_cast<int>(std::lround(8 * noiseOf(picture))), 5, 255);
 }

@@ -12,7 +12,7 @@
 namespace afterglow::calib {
 
 struct DetectedTag : Tag {
-  double margin = 0;  ///< AprilTag's decision margin: grey levels between bit and threshold
+  double margin = 0;  ///< AprilTag's decision margin: gray levels between bit and threshold
   int hamming = 0;    ///< bits that had to be corrected
 };
 

@@ -1,20 +1,20 @@
 /// \file
 /// A tag's corners to a hundredth of a pixel: the whole tag, with all edges of its cells, is fitted
-/// to the picture, through the lenses of camera and projector. AprilTag's own edge refinement,
-/// which starts this, is 4 to 11 times above the Cramer-Rao bound; this comes near it.
+/// to the image, through the lenses of camera and projector. AprilTag's own edge refinement, whose
+/// result is the start, is 4 to 11 times above the Cramer-Rao bound; this fit comes near the bound.
 #pragma once
 
 #include <optional>
 
 #include "calib/detection/light.hpp"
-#include "calib/detection/ray_map.hpp"
-#include "calib/detection/view.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/detection/observe.hpp"
+#include "calib/lens.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 
-/// What is looked for: a tag on a flat board (`corners` in meters), or one in a projector's picture
-/// (`corners` in its pixels) that lies on a flat board.
+/// The tag to be fitted: a tag on a flat board (`corners` in meters), or one in a projector's
+/// picture (`corners` in its pixels) that lies on a flat board.
 struct TagTarget {
   Tag tag;
   TagCells cells;

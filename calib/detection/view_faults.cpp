@@ -9,7 +9,7 @@
 #include <functional>
 #include <set>
 
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -28,7 +28,7 @@ std::set<int> idsOf(const std::vector<Tag>& tags) {
   return ids;
 }
 
-/// Each once, in order of id.
+/// Each id once, in ascending order.
 Tags among(const Tags& seen, const std::set<int>& ids) {
   Tags found;
   for (const DetectedTag& tag : seen) {
@@ -79,21 +79,21 @@ std::set<int> seenTwice(const Tags& seen, const std::set<int>& ids) {
   return twice;
 }
 
-/// Share of pixels for which it holds.
+/// The share of pixels for which the condition holds.
 double share(const Picture& picture, const std::function<bool(std::uint8_t)>& holds) {
   if (picture.pixels.empty()) return 0;
   return double(std::count_if(picture.pixels.begin(), picture.pixels.end(), holds)) /
          double(picture.pixels.size());
 }
 
-/// Empty if the exposure is no explanation.
+/// The fault of the exposure; empty if it is right.
 std::string badExposure(const Picture& picture) {
-  const double white = share(picture, [](std::uint8_t grey) { return grey >= 253; });
+  const double white = share(picture, [](std::uint8_t gray) { return gray >= 253; });
   if (white > 0.25) {
     return "the picture is overexposed (" + std::to_string(std::lround(100 * white)) +
            " % white): shorten the exposure or dim the room";
   }
-  const double black = share(picture, [](std::uint8_t grey) { return grey < 16; });
+  const double black = share(picture, [](std::uint8_t gray) { return gray < 16; });
   if (black > 0.75) {
     return "the picture is underexposed (" + std::to_string(std::lround(100 * black)) +
            " % black): lengthen the exposure or turn on the light";
@@ -103,10 +103,10 @@ std::string badExposure(const Picture& picture) {
 
 /// Pixels of two photographs of the same light differ by noise only.
 bool isSamePicture(const Picture& a, const Picture& b) {
-  constexpr int kNoise_grey = 16;
+  constexpr int kNoise_gray = 16;
   std::size_t different = 0;
   for (std::size_t i = 0; i < std::min(a.pixels.size(), b.pixels.size()); ++i) {
-    if (std::abs(int(a.pixels[i]) - int(b.pixels[i])) > kNoise_grey) ++different;
+    if (std::abs(int(a.pixels[i]) - int(b.pixels[i])) > kNoise_gray) ++different;
   }
   return double(different) < 0.002 * double(a.pixels.size());
 }
@@ -176,7 +176,7 @@ class Judge {
       return "the pattern's light lies on the printed tags (if the board is in view), and there is "
              "no "
              "picture without it: "
-             "take a second one while the projector shows plain grey, or show the pattern of "
+             "take a second one while the projector shows plain gray, or show the pattern of "
              "`afterglow calibrate pattern --single`";
     }
     const Picture turned = mirrored(unlit_);
@@ -210,7 +210,7 @@ class Judge {
     }
   }
 
-  /// What only two pictures tell: which shows what, and whether the board kept still.
+  /// Faults that only two pictures show: they are exchanged, or the board moved between them.
   void judgePair() {
     const bool plain_shows = among(detections_.plain, pattern_ids_).size() >= kTelling;
     const bool pattern_shows =
@@ -248,7 +248,7 @@ class Judge {
     }
     if (dx.size() < 4 * 2) return;
     const double moved = std::hypot(median(dx), median(dy));
-    // Turning about the picture's middle moves tags all ways: the middle of the ways is not enough.
+    // A turn about the picture's middle moves tags in all directions: their mean is not enough.
     std::vector<double> ways;
     for (std::size_t i = 0; i < dx.size(); ++i) ways.push_back(std::hypot(dx[i], dy[i]));
     const double way = std::max(moved, median(ways));
@@ -264,7 +264,7 @@ class Judge {
     return *middle;
   }
 
-  /// Asked only if nothing else is wrong.
+  /// Checked only if there is no other fault.
   void judgeProjected() {
     const std::size_t projected = std::max(among(detections_.pattern, pattern_ids_).size(),
                                            among(detections_.quotient, pattern_ids_).size());

@@ -1,5 +1,5 @@
 /// \file
-/// What is wrong with the photographs of one board pose, told from the tags that were read in them.
+/// The faults of the photographs of one board pose, told from the tags that were read in them.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace afterglow::calib {
 
-/// Every tag that was read, whatever its id, before any is sorted out or refitted.
+/// All tags that were read, of any id, before any is left out or refitted.
 struct ViewDetections {
   std::vector<DetectedTag> plain;  ///< in the plain picture; empty if there is none
   /// In the pattern's picture as it is. Decimation 2 is good enough where there is a plain one: it
@@ -25,7 +25,7 @@ struct ViewFaults {
 };
 
 /// Faults: too few tags of the board or of the pattern and, as far as can be told, why (mirrored,
-/// another family or another board, over- or underexposed, pictures exchanged, camera frame older
+/// another family or another board, over- or underexposed, pictures exchanged, a camera image older
 /// than the projector's switch, projector set to rear projection); ids seen at two places; the
 /// board moved between the two pictures (printed tags must be read in both for that: `pattern` may
 /// not be left empty). Looks at the pixels only where too little was read. Pure; never throws for

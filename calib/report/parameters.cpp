@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/degrees.hpp"
 #include "calib/number_text.hpp"
 #include "calib/report/calibration_yaml.hpp"
 #include "calib/report/html.hpp"

@@ -1,5 +1,5 @@
+#include "calib/number_text.hpp"
 #include "calib/report/view_facts.hpp"
-#include "calib/degrees.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,5 @@
 /// \file
-/// A projector's calibration with its evidence: what the solver returns, files hold and the report
-/// shows.
+/// A projector's calibration with its evidence: the result of the solver, in files and report.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/detection/view.hpp"
+#include "calib/detection/observe.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
 #include "calib/solver/camera_change.hpp"
@@ -32,7 +31,7 @@ struct ProjectorEstimate {
       Eigen::Matrix<double, kCalibrationParameters, kCalibrationParameters>::Zero();
 };
 
-/// Where the projector sends a point, and how sure that is.
+/// The pixel whose light meets a point, and its uncertainty.
 struct PredictedPixel {
   Eigen::Vector2d pixel;
   Eigen::Matrix2d covariance;  ///< px^2, of the calibration alone
@@ -41,7 +40,7 @@ struct PredictedPixel {
 std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
                                            const Eigen::Vector3d& p_camera);
 
-/// One corner of a projected tag (or of a printed one) against the finished calibration.
+/// How far one corner of a projected or printed tag is from where the calibration expects it.
 struct CornerResidual {
   int tag_id = 0;
   int corner = 0;
@@ -66,12 +65,12 @@ struct ViewResult {
   std::optional<double> held_out_px, held_out_mm;
 };
 
-/// Where in the projector's picture tags on boards have been seen, cell by cell.
+/// How many tag corners on boards have been seen in each cell of the projector's image.
 struct Coverage {
   static constexpr int kColumns = 16, kRows = 10;
   std::vector<int> corners = std::vector<int>(kColumns * kRows, 0);  ///< row-major counts
   int possible = kColumns * kRows;  ///< cells in which the pattern has corners at all
-  double share() const;             ///< of the possible cells, those with a count, 0 to 1
+  double share() const;             ///< of the possible cells that have a count, 0 to 1
 };
 Coverage coverageOf(const std::vector<Eigen::Vector2d>& corners_px, const Pattern& pattern);
 Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern);
@@ -86,17 +85,17 @@ struct Calibration {
   double held_out_rms_px = 0, held_out_rms_mm = 0;  ///< the headline, over all used views
   double training_rms_px = 0;
   double board_rms_px = 0;  ///< printed corners, camera pixels
-  /// How far light may fall from where it is meant on the boards, 95 % of the time and most
-  /// everywhere, as the covariance has it: the camera's lens included, unless that was held.
+  /// The error of light on the boards that the covariance predicts for 95 % of the corners, at 95 %
+  /// certainty; includes the camera's lens, unless that was held.
   double predicted_mm = 0;
   std::vector<std::string> warnings;
 };
 
-/// What cannot be calibrated: the reason and an advice, one line. what() joins all of them.
+/// The views cannot be calibrated from. Each reason is one line, with an advice; what() joins them.
 class CalibrationRefused : public std::runtime_error {
  public:
   explicit CalibrationRefused(const std::vector<std::string>& reasons);
-  /// With what was found out about each view before it was refused.
+  /// With the results of the views as far as they are known.
   CalibrationRefused(const std::vector<std::string>& reasons, std::vector<ViewResult> views);
   /// One line each.
   const std::vector<std::string>& reasons() const { return reasons_; }
@@ -107,7 +106,7 @@ class CalibrationRefused : public std::runtime_error {
   std::vector<ViewResult> views_;
 };
 
-/// What is being done, and how far it is: 0 to 1.
+/// Called with the present step of the work, and the share of the work that is done, 0 to 1.
 using CalibrationProgress = std::function<void(const std::string& doing, double share)>;
 
 }  // namespace afterglow::calib

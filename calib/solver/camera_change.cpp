@@ -9,7 +9,8 @@
 namespace afterglow::calib {
 namespace {
 
-/// In deviations of camera_infos: beyond the first it is told, beyond the second refused.
+/// In deviations of camera_infos: a change beyond the first is warned of, beyond the second
+/// refused.
 constexpr double kUnusual = 3, kImpossible = 12;
 
 CameraVector parametersOf(const Lens& lens) {
@@ -32,17 +33,17 @@ CameraMatrix priorRoot(const Lens& given) {
   return root;
 }
 
-/// What chi-square with so many degrees of freedom exceeds once in a thousand times: Wilson and
-/// Hilferty, The Distribution of Chi-Square, 1931.
+/// The limit that chi-square with so many degrees of freedom exceeds once in a thousand times:
+/// Wilson and Hilferty, The Distribution of Chi-Square, 1931.
 double chiSquareLimit(int degrees) {
   constexpr double kNormal = 3.0902;
   const double ninth = 2.0 / (9.0 * degrees);
   return degrees * std::pow(1 - ninth + kNormal * std::sqrt(ninth), 3);
 }
 
-/// Were camera_info right, the refined parameters would differ from it by what the views err alone.
-/// With the prior's deviations as units their posterior covariance has eigenvalues l from 0 (the
-/// views tell all) to 1 (nothing), and such differences have the variance l (1 - l).
+/// If camera_info were right, the refined parameters would differ from it only by the errors of the
+/// views. With the prior's deviations as units, the posterior covariance has eigenvalues l from 0
+/// (the views determine all) to 1 (nothing), and such differences have the variance l (1 - l).
 ChiSquare chiSquareOf(const Eigen::VectorXd& moved, const Eigen::MatrixXd& covariance,
                       const Eigen::MatrixXd& root) {
   constexpr double kTellsNothing = 0.98;
@@ -80,6 +81,13 @@ double deviationsOf(const Lens& given, const CameraChange& change) {
   const CameraDeviations usual = usualDeviations(given);
   return std::max(std::abs(change.focal) / usual.focal,
                   change.center_px.cwiseAbs().maxCoeff() / usual.center_px);
+}
+
+/// "focal length +0.20 %, center (+1.0, -0.9) px, up to 2.1 px in the picture"
+std::string changeText(const CameraChange& change) {
+  return fmt::format(
+      "focal length {:+.2f} %, center ({:+.1f}, {:+.1f}) px, up to {:.1f} px in the picture",
+      100 * change.focal, change.center_px.x(), change.center_px.y(), change.largest_px);
 }
 
 }  // namespace
@@ -127,12 +135,6 @@ std::string cameraText(const CameraChange& change) {
       break;
   }
   return "the camera was held as its camera_info has it: its own error is not in that";
-}
-
-std::string changeText(const CameraChange& change) {
-  return fmt::format(
-      "focal length {:+.2f} %, center ({:+.1f}, {:+.1f}) px, up to {:.1f} px in the picture",
-      100 * change.focal, change.center_px.x(), change.center_px.y(), change.largest_px);
 }
 
 std::vector<std::string> cameraRefusals(const Lens& given, const CameraChange& change) {

@@ -1,6 +1,6 @@
 /// \file
-/// The camera's lens while the projector is calibrated: how far camera_infos are off as a rule, and
-/// what the views say of the one that was given.
+/// The camera's lens while the projector is calibrated: the usual errors of camera_infos, and how
+/// far the views contradict the one that was given.
 #pragma once
 
 #include <Eigen/Core>
@@ -32,22 +32,22 @@ enum class CameraFate {
   Held      ///< camera_info stands because that was asked for
 };
 
-/// And what it exceeds once in a thousand times by chance.
+/// A chi-square statistic, and the limit that chance exceeds once in a thousand times.
 struct ChiSquare {
   double value = 0, limit = 0;
 };
 
-/// By how much the views would have the camera be another than its camera_info says.
+/// By how much the camera that fits the views differs from its camera_info.
 struct CameraChange {
   CameraFate fate = CameraFate::Held;
   double focal = 0;  ///< 0.002: the focal length is 0.2 % longer
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
-  double largest_px = 0;  ///< what any place of the picture moves by, at most
-  /// Of the views against camera_info, and against its distortion whatever its focal length and
-  /// center are.
+  double largest_px = 0;  ///< the largest shift of any place of the image
+  /// Between the views and camera_info; and between the views and the distortion of camera_info
+  /// alone, with focal length and center free.
   ChiSquare contradiction, distortion_contradiction;
 
-  /// Sets the amounts.
+  /// Sets focal, center_px and largest_px.
   void describe(const Lens& given, const Lens& refined);
   bool isContradicted() const { return contradiction.value > contradiction.limit; }
   bool isDistortionContradicted() const {
@@ -60,13 +60,11 @@ CameraChange cameraChange(const Lens& given, const Lens& refined, const CameraMa
 
 /// agrees, refined, held
 std::string fateName(CameraFate fate);
-/// What became of the camera, in a sentence: "the camera was refined: focal length ...".
+/// The fate of the camera, in a sentence: "the camera was refined: focal length ...".
 std::string cameraText(const CameraChange& change);
-/// "focal length +0.20 %, center (+1.0, -0.9) px, up to 2.1 px in the picture"
-std::string changeText(const CameraChange& change);
-/// Empty, or that camera_info is not this camera's: nothing should be built on it.
+/// Empty, or the reason why camera_info cannot be this camera's.
 std::vector<std::string> cameraRefusals(const Lens& given, const CameraChange& change);
-/// Of amounts that are unusual, and of a camera held against what the views say.
+/// Unusual changes, and a camera that was held although the views contradict it.
 std::vector<std::string> cameraWarnings(const Lens& given, const CameraChange& change);
 
 }  // namespace afterglow::calib

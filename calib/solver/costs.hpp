@@ -1,6 +1,6 @@
 /// \file
-/// What the solver minimizes, as Ceres differentiates it: only for the solver's own sources. The
-/// costs keep pointers to their tags.
+/// The solver's cost functions, as Ceres differentiates them; only for the solver's own sources.
+/// The costs keep pointers to their tags.
 #pragma once
 
 #include <ceres/rotation.h>
@@ -91,9 +91,9 @@ inline Eigen::Vector2d undistorted(const double* D, const Eigen::Vector2d& disto
   return point;
 }
 
-/// Inverse of projectT. The numbers first; then one step of Newton's with derivatives, which by the
-/// theorem on implicit functions gives exactly those of the inverse. Iterating with them costs 25
-/// times as much.
+/// Inverse of projectT. First without derivatives; then one Newton step with derivatives, which by
+/// the implicit function theorem gives exactly the derivatives of the inverse. Iterating with
+/// derivatives would cost 25 times as much.
 template <typename T>
 void unprojectT(const T* lens, double u, double v, LensModel model, T* x, T* y) {
   const T dy = (v - lens[3]) / lens[1];
@@ -129,7 +129,7 @@ void whiten(const Matrix8& root, const T* error, T* residual) {
   }
 }
 
-/// Printed corners: camera pixels against where pose and camera put them.
+/// Printed corners: seen minus predicted, in camera pixels.
 struct PrintedCost {
   const Sighting* tag;
   Matrix8 root;
@@ -156,7 +156,7 @@ struct PrintedCost {
   }
 };
 
-/// Through a camera that is known: fewer derivatives, which is what solving spends its time on.
+/// As PrintedCost, with a known camera: fewer derivatives, which take most of the solver's time.
 struct PrintedKnownCameraCost {
   PrintedCost cost;
   LensBlock camera;
@@ -221,7 +221,7 @@ struct ProjectedCost {
   }
 };
 
-/// With the camera known.
+/// As ProjectedCost, with a known camera.
 struct ProjectedKnownCameraCost {
   ProjectedCost cost;
   template <typename T>
@@ -237,7 +237,7 @@ struct ProjectedKnownCameraCost {
   }
 };
 
-/// With camera and board known.
+/// As ProjectedCost, with known camera and board.
 struct ProjectedKnownBoardCost {
   ProjectedCost cost;
   std::array<Eigen::Vector3d, 4> p_camera;
@@ -252,8 +252,8 @@ struct ProjectedKnownBoardCost {
   }
 };
 
-/// What is known of projectors before any is measured, as standard deviations: without it high
-/// distortion terms explode where no board was held.
+/// Prior knowledge of projectors, as standard deviations: without it high distortion terms explode
+/// where no board was held.
 struct LensPrior {
   double aspect;
   template <typename T>
@@ -265,8 +265,8 @@ struct LensPrior {
   }
 };
 
-/// What is known of a camera: its camera_info, to the deviations that calibrations of cameras have.
-/// Pixels are square far better than focal lengths are known, so the two are apart.
+/// Prior knowledge of a camera: its camera_info, with the usual deviations. The aspect ratio is
+/// known far better than the focal length, so the two are separate.
 struct CameraPrior {
   LensBlock given;
   CameraDeviations deviations;

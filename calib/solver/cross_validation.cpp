@@ -49,7 +49,7 @@ double jackknifeInflation(const ProjectorEstimate& estimate, const std::vector<V
   double jackknifed = 0, predicted = 0;
   for (const ViewEvidence& view : views) {
     if (!view.is_used) continue;
-    // A few points a view do: the same parameters move them all.
+    // A few points of each view are enough: the same parameters move them all.
     const std::size_t stride = std::max<std::size_t>(1, view.projected.size() / 10);
     for (std::size_t i = 0; i < view.projected.size(); i += stride) {
       const Eigen::Vector3d p = onBoard(view.projected[i].rays[0], view.T_camera_board);

@@ -1,5 +1,5 @@
 /// \file
-/// What a calibration is worth: each view predicted by a calibration that has not seen it.
+/// Cross-validation: each view is predicted by a calibration that was solved without it.
 #pragma once
 
 #include <optional>
@@ -23,10 +23,11 @@ std::vector<std::optional<HeldOut>> leaveOneOut(const ProjectorModel& model,
                                                 const std::vector<ViewEvidence>& views,
                                                 const RefineSettings& settings, int threads);
 
-/// By how much the variance of projected points is larger than the estimate's covariance has it:
-/// the jackknife's, over views, against the predicted one, both averaged over the tags seen; at
-/// least 1. Least squares takes tags for independent, but those of a view share a board that is not
-/// quite flat, a focus, a light. Source: Efron and Stein, The Jackknife Estimate of Variance, 1981.
+/// The factor by which the true variance of projected points exceeds the estimate's covariance: the
+/// jackknife variance over views divided by the predicted variance, both averaged over the tags
+/// seen; at least 1. Least squares takes tags for independent, but those of one view share a board
+/// that is not quite flat, a focus, a light. Source: Efron and Stein, The Jackknife Estimate of
+/// Variance, 1981.
 double jackknifeInflation(const ProjectorEstimate& estimate, const std::vector<ViewEvidence>& views,
                           const std::vector<std::optional<HeldOut>>& held_out);
 

@@ -14,8 +14,7 @@
 namespace afterglow::calib {
 namespace {
 
-/// No corner is known better than this, whatever the fit says: papers are not flat, cells not
-/// exact.
+/// No corner is more accurate than this, whatever its fit: paper is not flat, cells are not exact.
 constexpr double kFloor_px = 0.005;
 
 std::vector<Sighting> match(const std::vector<SeenTag>& seen, const std::vector<Tag>& targets,

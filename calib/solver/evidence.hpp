@@ -1,6 +1,6 @@
 /// \file
-/// The solver's working copy of what the views show: matched with board and pattern, in rays of the
-/// camera, weighted.
+/// The solver's working copy of the views: tags matched with board and pattern, as weighted rays of
+/// the camera.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/detection/view.hpp"
+#include "calib/detection/observe.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
 #include "calib/targets/board.hpp"
@@ -44,7 +44,8 @@ struct ViewEvidence {
 std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const Board& board,
                                          const Pattern& pattern, const Lens& camera);
 
-/// The rays anew, through a camera whose estimate has changed. A corner without a ray gets NaN.
+/// Computes the rays again after the camera's estimate has changed. A corner without a ray gets
+/// NaN.
 void setRays(ViewEvidence& view, const Lens& camera);
 
 /// Where a camera ray meets the board, in the camera's frame; NaN if it does not.

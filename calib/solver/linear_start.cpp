@@ -1,5 +1,5 @@
-#include "calib/solver/linear_start.hpp"
 #include "calib/median.hpp"
+#include "calib/solver/linear_start.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -30,7 +30,7 @@ std::optional<Projection> directLinearTransform(const std::vector<Point>& points
   if (points.size() < 12) return std::nullopt;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Point& point : points) middle += point.p_camera / double(points.size());
-  // Normalized so that the equations weigh alike.
+  // Normalized, so that all equations have about the same weight.
   Eigen::Matrix<double, 12, 12> normal = Eigen::Matrix<double, 12, 12>::Zero();
   for (const Point& point : points) {
     const Eigen::Vector4d X = (point.p_camera - middle).homogeneous();
@@ -98,7 +98,7 @@ std::optional<LinearStart> linearStart(const std::vector<ViewEvidence>& views,
     if (view.is_used) by_view.push_back(pointsOf(view));
   }
   if (by_view.size() < 3) return std::nullopt;
-  // Seeded: the same pictures give the same calibration.
+  // With a seed, so that the same pictures give the same calibration.
   std::mt19937 random(1);
   std::uniform_int_distribution<std::size_t> pick(0, by_view.size() - 1);
   double best = std::numeric_limits<double>::infinity();

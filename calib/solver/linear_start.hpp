@@ -18,9 +18,9 @@ struct LinearStart {
   Rigid<Camera, Projector> T_camera_projector;
 };
 
-/// From the used views, some of which may be wholly wrong: of many small samples of
-/// views the one that most others agree with. Empty if none gives a projector in front of which the
-/// boards lie.
+/// From the used views, some of which may be wholly wrong: solves many small samples of views and
+/// takes the solution that most other views agree with. Empty if no sample gives a projector that
+/// has the boards in front of it.
 std::optional<LinearStart> linearStart(const std::vector<ViewEvidence>& views,
                                        const Pattern& pattern);
 

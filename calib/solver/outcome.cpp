@@ -17,18 +17,21 @@ ViewResult blankResult(const ViewEvidence& view) {
   return result;
 }
 
+/// Without errors.
+CornerResidual cornerOf(const Sighting& tag, std::size_t i, bool is_projected) {
+  CornerResidual corner;
+  corner.tag_id = tag.id;
+  corner.corner = static_cast<int>(i);
+  corner.is_projected = is_projected;
+  corner.camera_px = tag.camera_px[i];
+  corner.error_px.setZero();
+  if (is_projected) corner.pattern_px = tag.target[i];
+  return corner;
+}
+
 void addSeen(const std::vector<Sighting>& tags, bool is_projected, ViewResult& result) {
   for (const Sighting& tag : tags) {
-    for (std::size_t i = 0; i < 4; ++i) {
-      CornerResidual corner;
-      corner.tag_id = tag.id;
-      corner.corner = static_cast<int>(i);
-      corner.is_projected = is_projected;
-      corner.camera_px = tag.camera_px[i];
-      corner.error_px.setZero();
-      if (is_projected) corner.pattern_px = tag.target[i];
-      result.residuals.push_back(corner);
-    }
+    for (std::size_t i = 0; i < 4; ++i) result.residuals.push_back(cornerOf(tag, i, is_projected));
   }
 }
 
@@ -40,11 +43,7 @@ bool addResiduals(const ProjectorModel& model, const ViewEvidence& view, const S
   const Rigid<Projector, Surface> T_projector_board =
       model.T_camera_projector.inverse() * view.T_camera_board;
   for (std::size_t i = 0; i < 4; ++i) {
-    CornerResidual residual;
-    residual.tag_id = tag.id;
-    residual.corner = static_cast<int>(i);
-    residual.is_projected = is_projected;
-    residual.camera_px = tag.camera_px[i];
+    CornerResidual residual = cornerOf(tag, i, is_projected);
     residual.is_outlier = isOutlier(error);
     const auto on_board = is_projected ? landing(model.projector, tag.target[i], T_projector_board)
                                        : std::optional<Eigen::Vector2d>(tag.target[i]);
@@ -53,10 +52,7 @@ bool addResiduals(const ProjectorModel& model, const ViewEvidence& view, const S
         model.camera, view.T_camera_board * Eigen::Vector3d(on_board->x(), on_board->y(), 0));
     if (!expected) continue;
     residual.error_px = tag.camera_px[i] - *expected;
-    if (is_projected) {
-      residual.pattern_px = tag.target[i];
-      residual.pattern_error_px = error.error.segment<2>(2 * Eigen::Index(i));
-    }
+    if (is_projected) residual.pattern_error_px = error.error.segment<2>(2 * Eigen::Index(i));
     if (residual.pattern_error_px.allFinite()) result.residuals.push_back(residual);
   }
   return isOutlier(error);

@@ -1,5 +1,5 @@
 /// \file
-/// What a model says of every view and corner: a calibration's evidence.
+/// The errors of a finished model in every view and corner: a calibration's evidence.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace afterglow::calib {
 /// Of a view against the finished model; `held_out`: the same view predicted without it.
 ViewResult viewResult(const ProjectorModel& model, const ViewEvidence& view,
                       const std::optional<HeldOut>& held_out);
-/// Where there is no model to compare with: corners without errors.
+/// Without a model: corners without errors.
 ViewResult viewResult(const ViewEvidence& view);
 
 /// The calibration's errors over all its used views; infinite where nothing was held out.

@@ -1,5 +1,5 @@
 /// \file
-/// How much of what could be calibrated was: the projector's picture as far as the camera sees it.
+/// How much of the projector's image the views cover, as far as the camera sees that image.
 #pragma once
 
 #include <string>
@@ -21,9 +21,9 @@ struct Reach {
 Reach reachOf(const ProjectorEstimate& estimate, const Lens& camera, const Pattern& pattern,
               const std::vector<PosedView>& views);
 
-/// Nearly all in reach is unseen.
+/// Refuses if nearly all of the part in reach was never lit on a board.
 std::vector<std::string> reachRefusals(const Reach& reach);
-/// What was left out will be uncertain: "nothing was seen in the right third of ...".
+/// The parts that will be uncertain: "nothing was seen in the right third of ...".
 std::vector<std::string> reachWarnings(const Reach& reach);
 
 }  // namespace afterglow::calib

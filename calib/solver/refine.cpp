@@ -43,7 +43,7 @@ Eigen::Isometry3d isometryOf(const PoseBlock& block) {
   return T;
 }
 
-/// What of the camera is not estimated, and what is known of the rest.
+/// Holds the camera's parameters that are not estimated, and adds the prior of the others.
 void holdCamera(ceres::Problem& problem, LensBlock& camera, const ProjectorModel& model,
                 const RefineSettings& settings) {
   if (!settings.free_camera) return problem.SetParameterBlockConstant(camera.data());
@@ -56,7 +56,7 @@ void holdCamera(ceres::Problem& problem, LensBlock& camera, const ProjectorModel
       nullptr, camera.data());
 }
 
-/// A problem with the memory its parameters live in.
+/// A Ceres problem with the memory of its parameters.
 class Bundle {
  public:
   Bundle(const ProjectorModel& model, std::vector<ViewEvidence>& views,
@@ -91,7 +91,7 @@ class Bundle {
     }
   }
 
-  /// Back into values.
+  /// Copies the parameters back into model and views.
   void store(ProjectorModel& model) {
     model.projector = lensOf(lens_, model.projector);
     if (settings_.free_camera) {
@@ -123,7 +123,7 @@ class Bundle {
     options.algorithm_type = ceres::SPARSE_QR;
     options.apply_loss_function = true;
     ceres::Covariance covariance(options);
-    // Ceres ends the program when asked for what is in no equation.
+    // Ceres ends the program when asked for the covariance of a block that is in no equation.
     const bool is_known = std::all_of(blocks.begin(), blocks.end(), [&](const double* block) {
       return problem_.HasParameterBlock(block);
     });
@@ -233,7 +233,7 @@ ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEviden
   estimate.projector = model.projector;
   estimate.T_camera_projector = model.T_camera_projector;
   const Eigen::MatrixXd full = Bundle(model, views, settings).covariance();
-  // Skew, number 4 there, is not a parameter of ours.
+  // Skew, number 4 of the block, is not among kCalibrationParameters.
   std::array<Eigen::Index, kCalibrationParameters> from;
   for (Eigen::Index i = 0; i < kCalibrationParameters; ++i)
     from[std::size_t(i)] = i < 4 ? i : i + 1;
@@ -248,7 +248,7 @@ ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEviden
 CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvidence>& views,
                               const RefineSettings& settings) {
   const Eigen::MatrixXd full = Bundle(model, views, settings).cameraCovariance();
-  // Skew, number 4 there, is not estimated.
+  // Skew, number 4 of the block, is not estimated.
   const auto from = [](Eigen::Index i) { return i < 4 ? i : i + 1; };
   CameraMatrix covariance;
   for (Eigen::Index row = 0; row < kCameraParameters; ++row) {

@@ -15,7 +15,7 @@ namespace afterglow::calib {
 struct RefineSettings {
   bool free_skew = false;              ///< and the aspect ratio, otherwise known to be near 1
   bool free_rational = false;          ///< k4 k5 k6 too
-  bool free_camera = false;            ///< as far as camera_info's usual deviations let it
+  bool free_camera = false;            ///< with camera_info and its usual deviations as prior
   bool free_camera_distortion = true;  ///< if the camera is free at all
   bool free_boards = true;
   /// Tags beyond this many deviations count less and less (Cauchy).
@@ -40,13 +40,13 @@ CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvide
 /// The board's pose from its printed tags alone.
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view);
 
-/// How much the print is stretched, from all printed tags. With a free camera it is told from a
-/// camera_info of wrong proportions as well as the views allow.
+/// How much the print is stretched, from all printed tags. A free camera separates the stretch from
+/// a camera_info of wrong aspect ratio as well as the views allow.
 PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
                           bool free_camera);
 
-/// Aspect and skew, solved free; with a free camera a camera_info that is a little off is not taken
-/// for them.
+/// Aspect ratio and skew, solved free. With a free camera, small errors of camera_info are not
+/// mistaken for them.
 PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
                       bool free_camera);
 

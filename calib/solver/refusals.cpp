@@ -4,15 +4,18 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include "calib/degrees.hpp"
+#include "calib/number_text.hpp"
+
+// Before solving: whether the views together can calibrate a projector.
 
 namespace afterglow::calib {
 namespace {
 
-/// Of a picture 1280 px wide.
+/// For an image 1280 px wide.
 constexpr double kLargestError_px = 2, kLargestMisfit_px = 1, kReferenceWidth_px = 1280;
 constexpr double kLargestAspectError = 0.015, kLargestSkew = 0.5 / kDegrees;
 /// Principal point, in pictures from the picture's middle: the largest lens shift there is.
@@ -24,7 +27,7 @@ constexpr double kNoPrinter = 0.02;
 /// Half axis of a 95 % ellipse in standard deviations: chi-square with two degrees of freedom.
 const double kEllipse95 = std::sqrt(5.991);
 
-/// Where light through a projector pixel meets the view's board: camera frame. Empty if nowhere.
+/// Where light through a projector pixel meets the view's board, in the camera frame; or empty.
 std::optional<Eigen::Vector3d> meetingPoint(const ProjectorEstimate& estimate,
                                             const PosedView& view, const Eigen::Vector2d& pixel) {
   const auto ray = unproject(estimate.projector, pixel);
@@ -47,6 +50,142 @@ double scaledLimit_px(double limit_px, const Lens& projector) {
   return limit_px * std::max(1.0, projector.width / kReferenceWidth_px);
 }
 
+constexpr std::size_t kFewestViews = 3;
+/// Largest angle between two boards' normals that leaves focal length and distance apart.
+constexpr double kSmallestTilt_deg = 10;
+constexpr double kNearest_m = 0.1, kFarthest_m = 15;
+constexpr std::size_t kFewestCorners = 40;
+/// Of the projector's picture, from the first to the last corner. A camera beside a short throw
+/// sees little of the picture's height.
+constexpr double kSmallestAcross = 0.4, kSmallestDown = 0.25;
+/// Of the cells of the coverage.
+constexpr double kSmallestShare = 0.1;
+/// The third of the picture at a side counts as empty with less than this share of the corners.
+constexpr double kEmptyThird = 0.01;
+
+double largestTilt_deg(const std::vector<PosedView>& views) {
+  double largest = 0;
+  for (const PosedView& a : views) {
+    for (const PosedView& b : views) {
+      const double cosine = std::clamp(a.normal().dot(b.normal()), -1.0, 1.0);
+      largest = std::max(largest, std::acos(cosine) * kDegrees);
+    }
+  }
+  return largest;
+}
+
+/// The axis of the camera, vertical or horizontal, about which no board was tilted yet.
+std::string missingTilt(const std::vector<PosedView>& views) {
+  Eigen::Vector3d low = views[0].normal(), high = low;
+  for (const PosedView& view : views) {
+    low = low.cwiseMin(view.normal());
+    high = high.cwiseMax(view.normal());
+  }
+  const Eigen::Vector3d range = high - low;
+  const double few = std::sin(kSmallestTilt_deg / kDegrees);
+  if (range.x() < few && range.y() < few) return "tilt it left, right, up and down by 20 to 40 deg";
+  return range.x() < few ? "tilt it left and right by 20 to 40 deg"
+                         : "tilt it up and down by 20 to 40 deg";
+}
+
+void judgePoses(const std::vector<PosedView>& views, std::vector<std::string>& reasons) {
+  if (views.size() < kFewestViews) {
+    reasons.push_back(fmt::format("{} usable view{}: at least {} are needed, 12 to 16 are good",
+                                  views.size(), views.size() == 1 ? "" : "s", kFewestViews));
+  }
+  if (views.empty()) return;
+  const double tilt = largestTilt_deg(views);
+  if (views.size() >= kFewestViews && tilt < kSmallestTilt_deg) {
+    reasons.push_back(
+        fmt::format("the boards are parallel (within {:.1f} deg), which leaves the projector's "
+                    "distance and focal length open: {}",
+                    tilt, missingTilt(views)));
+  }
+}
+
+void judgeDistance(const std::vector<PosedView>& views, const Board& board,
+                   std::vector<std::string>& reasons) {
+  std::vector<double> distances;
+  for (const PosedView& view : views) {
+    distances.push_back(view.T_camera_board.matrix().translation().norm());
+  }
+  if (distances.empty()) return;
+  const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  if (*middle >= kNearest_m && *middle <= kFarthest_m) return;
+  reasons.push_back(
+      fmt::format("the board seems to be {:.3g} m away from the camera: is its layout "
+                  "({:.3g} x {:.3g} m) in meters, and is the camera_info this camera's?",
+                  *middle, board.size_m.x(), board.size_m.y()));
+}
+
+/// Names of the sides of the projector's picture where (nearly) no corner was seen.
+std::vector<std::string> emptySides(const std::vector<Eigen::Vector2d>& corners,
+                                    const Pattern& pattern) {
+  std::array<double, 3> across{}, down{};
+  for (const Eigen::Vector2d& corner : corners) {
+    const auto third = [](double at, int size) {
+      return std::size_t(std::clamp(static_cast<int>(3 * (at + 0.5) / size), 0, 2));
+    };
+    across[third(corner.x(), pattern.width)] += 1.0 / double(corners.size());
+    down[third(corner.y(), pattern.height)] += 1.0 / double(corners.size());
+  }
+  std::vector<std::string> sides;
+  if (across[0] < kEmptyThird) sides.push_back("left");
+  if (across[2] < kEmptyThird) sides.push_back("right");
+  if (down[0] < kEmptyThird) sides.push_back("upper");
+  if (down[2] < kEmptyThird) sides.push_back("lower");
+  return sides;
+}
+
+void judgeCorners(const std::vector<PosedView>& views, const Pattern& pattern,
+                  std::vector<std::string>& reasons) {
+  std::vector<Eigen::Vector2d> corners;
+  for (const PosedView& view : views) {
+    corners.insert(corners.end(), view.lit_px.begin(), view.lit_px.end());
+  }
+  if (corners.size() < kFewestCorners) {
+    reasons.push_back(
+        fmt::format("{} projected corners were seen on the boards: at least {} are needed; hold "
+                    "the board so that more of the pattern falls into its free middle",
+                    corners.size(), kFewestCorners));
+    return;
+  }
+  Eigen::Vector2d low = corners[0], high = corners[0];
+  for (const Eigen::Vector2d& corner : corners) {
+    low = low.cwiseMin(corner);
+    high = high.cwiseMax(corner);
+  }
+  const Eigen::Vector2d span =
+      (high - low).cwiseQuotient(Eigen::Vector2d(pattern.width, pattern.height));
+  const double share = coverageOf(corners, pattern).share();
+  if (span.x() >= kSmallestAcross && span.y() >= kSmallestDown && share >= kSmallestShare) return;
+  std::string where;
+  for (const std::string& side : emptySides(corners, pattern)) {
+    where += (where.empty() ? "nothing was seen in the " : ", the ") + side + " third";
+  }
+  reasons.push_back(
+      fmt::format("the views cover {:.0f} % of the projector's picture ({:.0f} % across, {:.0f} % "
+                  "down): {}",
+                  100 * share, 100 * span.x(), 100 * span.y(),
+                  where.empty() ? "hold the board all over the light"
+                                : where + ": hold the board there too"));
+}
+
+/// Share of the picture (0 to 1) that no ray within the lens model's fold reaches.
+double foldedShare(const Lens& lens) {
+  constexpr int kSteps = 40;
+  int folded = 0;
+  for (int row = 0; row <= kSteps; ++row) {
+    for (int column = 0; column <= kSteps; ++column) {
+      const Eigen::Vector2d pixel(double(column) / kSteps * (lens.width - 1),
+                                  double(row) / kSteps * (lens.height - 1));
+      if (!unproject(lens, pixel)) ++folded;
+    }
+  }
+  return double(folded) / ((kSteps + 1) * (kSteps + 1));
+}
+
 }  // namespace
 
 PredictedError predictedError(const ProjectorEstimate& estimate,
@@ -55,7 +194,7 @@ PredictedError predictedError(const ProjectorEstimate& estimate,
   const Rigid<Projector, Camera> T_projector_camera = estimate.T_camera_projector.inverse();
   std::vector<double> px, mm;
   for (const PosedView& view : views) {
-    // One corner of each tag tells as much as all four.
+    // One corner of each tag is enough.
     for (std::size_t i = 0; i < view.lit_px.size(); i += 4) {
       const auto p_camera = meetingPoint(estimate, view, view.lit_px[i]);
       const auto predicted = p_camera ? predictPixel(estimate, *p_camera) : std::nullopt;
@@ -124,19 +263,6 @@ std::vector<std::string> misfitRefusals(double held_out_rms_px, const Lens& proj
                   held_out_rms_px, limit)};
 }
 
-double foldedShare(const Lens& lens) {
-  constexpr int kSteps = 40;
-  int folded = 0;
-  for (int row = 0; row <= kSteps; ++row) {
-    for (int column = 0; column <= kSteps; ++column) {
-      const Eigen::Vector2d pixel(double(column) / kSteps * (lens.width - 1),
-                                  double(row) / kSteps * (lens.height - 1));
-      if (!unproject(lens, pixel)) ++folded;
-    }
-  }
-  return double(folded) / ((kSteps + 1) * (kSteps + 1));
-}
-
 std::vector<std::string> foldRefusals(const Lens& projector) {
   const double folded = foldedShare(projector);
   if (folded <= kLargestFold) return {};
@@ -177,6 +303,15 @@ std::vector<std::string> printRefusals(const Board& board, const std::optional<P
       fmt::format("the board is printed at {:.2f} % of its size (its ruler measures {:.2f} mm, "
                   "not {:.2f} mm): print it at 100 %, \"actual size\", not fitted to the page",
                   100 * scale, 1000 * *measured_ruler_m, 1000 * board.ruler_m));
+  return reasons;
+}
+
+std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const Board& board,
+                                      const Pattern& pattern) {
+  std::vector<std::string> reasons;
+  judgePoses(views, reasons);
+  judgeDistance(views, board, reasons);
+  if (views.size() >= kFewestViews) judgeCorners(views, pattern, reasons);
   return reasons;
 }
 

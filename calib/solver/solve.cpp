@@ -21,12 +21,12 @@ namespace afterglow::calib {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-/// A view is spoilt if its middle error is this many times that of the views together.
-constexpr double kSpoiltRatio = 5;
-/// And at least so large: below, there is nothing to gain.
-constexpr double kSpoiltLeast_px = 0.5;
+/// A view is spoiled if its median error is this many times that of all views.
+constexpr double kSpoiledRatio = 5;
+/// And at least this large.
+constexpr double kSpoiledLeast_px = 0.5;
 
-/// Middle error of the view's projected tags, projector pixels.
+/// Median error of the view's projected tags, projector pixels.
 double middleError(const ProjectorModel& model, const ViewEvidence& view) {
   std::vector<double> errors;
   for (const Sighting& tag : view.projected) {
@@ -49,7 +49,7 @@ std::vector<PosedView> posedViews(const std::vector<ViewEvidence>& views) {
   return posed;
 }
 
-/// One run of the solver: the steps share the evidence, the model and who is told of progress.
+/// One run of the solver: its steps share the evidence, the model and the progress callback.
 class Solve {
  public:
   Solve(const std::vector<View>& views, const Board& board, const Pattern& pattern,
@@ -61,19 +61,19 @@ class Solve {
         progress_(progress),
         views_(gatherEvidence(views, board, pattern, camera)) {
     model_.camera = model_.camera_info = camera;
-    is_spoilt_.resize(views_.size(), false);
+    is_spoiled_.resize(views_.size(), false);
   }
 
-  /// Model and board poses, with spoilt views left out; refuses what cannot be solved.
+  /// Model and board poses, with spoiled views left out; refuses what cannot be solved.
   void solve() {
     say("starting", 0);
     refuseIf(printRefusals(board_, std::nullopt, options_.measured_ruler_m));
     refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
     startLinearly();
-    dropSpoiltViews();
+    dropSpoiledViews();
     say("refining", 0.2);
     refineRounds(2);
-    dropSpoiltViews();
+    dropSpoiledViews();
     refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
     const bool free_camera = options_.camera_use != CameraUse::Hold;
     refuseIf(printRefusals(board_, printStretch(model_, views_, free_camera),
@@ -82,11 +82,11 @@ class Solve {
     settleCamera();
   }
 
-  /// Without a look at print and pixels' shape: good enough a lens for reading the tags once more.
+  /// Without checks of print and pixel shape: a lens good enough to read the tags once more.
   void solveRoughly() {
     refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
     startLinearly();
-    dropSpoiltViews();
+    dropSpoiledViews();
     refineRounds(1);
   }
 
@@ -133,7 +133,7 @@ class Solve {
     std::vector<std::string> all = reasons;
     const auto unused = std::count_if(views_.begin(), views_.end(),
                                       [](const ViewEvidence& view) { return !view.is_used; });
-    // When most views are unusable, why is what people need to hear.
+    // When most views are unusable, people need the reasons.
     if (2 * std::size_t(unused) > views_.size()) {
       const auto why = whyUnused();
       const bool is_one_reason =
@@ -205,18 +205,18 @@ class Solve {
     }
   }
 
-  void dropSpoiltViews() {
+  void dropSpoiledViews() {
     std::vector<double> middles;
     for (const ViewEvidence& view : views_) {
       if (view.is_used) middles.push_back(middleError(model_, view));
     }
-    const double limit = std::max(kSpoiltRatio * median(middles, kNever), kSpoiltLeast_px);
+    const double limit = std::max(kSpoiledRatio * median(middles, kNever), kSpoiledLeast_px);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       if (!views_[i].is_used) continue;
       const double error = middleError(model_, views_[i]);
       if (!(error > limit)) continue;
       leaveOut(views_[i], error);
-      is_spoilt_[i] = true;
+      is_spoiled_[i] = true;
     }
   }
 
@@ -233,7 +233,7 @@ class Solve {
     for (const auto& one : held_out) {
       if (one) errors.push_back(one->rms_px);
     }
-    const double limit = std::max(kSpoiltRatio * median(errors, kNever), kSpoiltLeast_px);
+    const double limit = std::max(kSpoiledRatio * median(errors, kNever), kSpoiledLeast_px);
     bool any = false;
     for (std::size_t i = 0; i < views_.size(); ++i) {
       if (!held_out[i] || !(held_out[i]->rms_px > limit)) continue;
@@ -243,8 +243,8 @@ class Solve {
     return any;
   }
 
-  /// What the views do not contradict in camera_info stays as it is, all of it or the distortion:
-  /// it may be exact, and estimating what need not be costs certainty.
+  /// Keeps camera_info, or its distortion, unless the views contradict it: it may be exact, and
+  /// more unknowns make the result less certain.
   void settleCamera() {
     const ProjectorModel model = model_;
     const std::vector<ViewEvidence> views = views_;
@@ -261,7 +261,7 @@ class Solve {
                           : options_.camera_use == CameraUse::Hold ? CameraFate::Held
                                                                    : CameraFate::Agrees;
     refuseIf(cameraRefusals(model_.camera_info, camera_change_));
-    if (is_refined && camera_change_.isDistortionContradicted()) return judgeSpoiltViewsAnew();
+    if (is_refined && camera_change_.isDistortionContradicted()) return judgeSpoiledViewsAnew();
     model_ = model;
     views_ = views;
     settings_ = settings;
@@ -269,22 +269,22 @@ class Solve {
     settings_.free_camera_distortion = false;
     refineFully();
     if (!is_refined) return;
-    judgeSpoiltViewsAnew();
+    judgeSpoiledViewsAnew();
     camera_change_.describe(model_.camera_info, model_.camera);
   }
 
-  /// They were left out for not agreeing with others, seen through another camera.
-  void judgeSpoiltViewsAnew() {
+  /// They were left out because they contradicted others when seen through the camera as given.
+  void judgeSpoiledViewsAnew() {
     bool any = false;
     for (std::size_t i = 0; i < views_.size(); ++i) {
-      if (!is_spoilt_[i]) continue;
-      is_spoilt_[i] = false;
+      if (!is_spoiled_[i]) continue;
+      is_spoiled_[i] = false;
       views_[i].is_used = any = true;
       views_[i].reason.clear();
       refineBoardPose(model_, views_[i]);
     }
     if (!any) return;
-    dropSpoiltViews();
+    dropSpoiledViews();
     refineRounds(2);
   }
 
@@ -339,7 +339,7 @@ class Solve {
   void judge(Calibration& calibration) const {
     refuseIf(foldRefusals(calibration.estimate.projector));
     refuseIf(misfitRefusals(calibration.held_out_rms_px, calibration.estimate.projector));
-    // More views are no cure for a camera that is not known well.
+    // More views do not help when the camera is not known well.
     refuseIf(uncertaintyRefusals(through_known_camera_, posedViews(views_)));
     const Reach reach =
         reachOf(calibration.estimate, calibration.camera, pattern_, posedViews(views_));
@@ -364,14 +364,14 @@ class Solve {
   SolveOptions options_;
   CalibrationProgress progress_;
   std::vector<ViewEvidence> views_;
-  std::vector<bool> is_spoilt_;  ///< left out by dropSpoiltViews
+  std::vector<bool> is_spoiled_;  ///< left out by dropSpoiledViews
   ProjectorModel model_;
   RefineSettings settings_;
   CameraChange camera_change_;
   ProjectorEstimate through_known_camera_;
 };
 
-/// Runs `read` on each photograph, a reader a thread, and says how many are done.
+/// Runs `read` on each photograph, with one reader for each thread, and reports the progress.
 template <typename Read>
 std::vector<View> readAll(std::size_t count, const std::string& doing, double from, double to,
                           const SolveOptions& options, const CalibrationProgress& progress,

@@ -10,10 +10,10 @@
 
 namespace afterglow::calib {
 
-/// What becomes of the camera's focal lengths, center and k1 k2 p1 p2. Of `camera` they are known
-/// to usualDeviations (calib/solver/camera_change.hpp).
+/// Whether the camera's focal lengths, center and k1 k2 p1 p2 are estimated, too. The given values
+/// are known to usualDeviations (calib/solver/camera_change.hpp).
 enum class CameraUse {
-  RefineIfContradicted,  ///< estimated anew where the views are surely better with it
+  RefineIfContradicted,  ///< if the views surely contradict the given ones
   Refine,
   Hold
 };
@@ -21,7 +21,7 @@ enum class CameraUse {
 struct SolveOptions {
   CameraUse camera_use = CameraUse::RefineIfContradicted;
   int threads = 2;
-  std::optional<double> measured_ruler_m;  ///< what the board's printed ruler measures
+  std::optional<double> measured_ruler_m;  ///< measured length of the board's printed ruler
 };
 
 /// From corners. Throws CalibrationRefused.

@@ -1,5 +1,5 @@
-#include "calib/solver/tag_errors.hpp"
 #include "calib/median.hpp"
+#include "calib/solver/tag_errors.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -17,7 +17,7 @@ Eigen::Matrix2d pixelTransfer(const ProjectorModel& model, const ViewEvidence& v
     const Eigen::Vector3d p = T_projector_camera * onBoard(at, view.T_camera_board);
     return (model.projector.K * distort(model.projector, p.hnormalized()).homogeneous()).head<2>();
   };
-  // A tenth of a camera pixel. The camera's own distortion changes its scale by a few per cent
+  // A tenth of a camera pixel. The camera's own distortion changes its scale by a few percent
   // only.
   const double step = 0.1 / model.camera.K(0, 0);
   Eigen::Matrix2d J;

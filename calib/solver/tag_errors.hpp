@@ -1,5 +1,5 @@
 /// \file
-/// How far a model is off what the views show, tag by tag, and how far errors may be off.
+/// The errors of a model in the views, tag by tag, and their scales.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@
 
 namespace afterglow::calib {
 
-/// What is solved for, and how the evidence is weighted.
+/// The unknowns of the solver, and the weights of the evidence.
 struct ProjectorModel {
   Lens projector;  ///< K(0, 1) is the skew
   Rigid<Camera, Projector> T_camera_projector;
   Lens camera;
-  Lens camera_info;  ///< the camera as given: what is known of it before
-  /// Errors are this many times what the tags' own covariances say: cells are not painted by a
-  /// mathematician. Estimated from the residuals.
+  Lens camera_info;  ///< the camera as given: the prior
+  /// The true errors divided by what the tags' own covariances predict: printed and projected cells
+  /// are not ideal. Estimated from the residuals.
   double printed_scale = 1, projected_scale = 1;
 };
 
@@ -26,7 +26,7 @@ struct TagError {
   Vector8 error;  ///< printed: camera px; projected: projector px. NaN if it cannot be computed.
   double deviations = 0;  ///< root mean square over the eight, in standard deviations of the fit
 };
-/// Too many deviations off to be believed.
+/// Whether the error is more deviations than chance explains.
 bool isOutlier(const TagError& error);
 TagError printedError(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag);
 TagError projectedError(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag);
@@ -37,10 +37,10 @@ Matrix8 projectorCovariance(const ProjectorModel& model, const ViewEvidence& vie
 /// Lower triangular W with W * covariance * W^T = 1.
 Matrix8 whitening(const Matrix8& covariance);
 
-/// Sets the scales from the residuals' middle, which outliers do not move: for weights.
+/// Sets the scales from the residuals' median, which outliers do not move: for weights.
 void measureScales(ProjectorModel& model, const std::vector<ViewEvidence>& views);
-/// Widens scales that have been measured to the root mean square of all but the outliers: for
-/// covariances, since errors have heavier tails than a Gaussian of that middle.
+/// Widens measured scales to the root mean square of all but the outliers: for covariances, because
+/// errors have heavier tails than a Gaussian of that median.
 void widenScales(ProjectorModel& model, const std::vector<ViewEvidence>& views);
 
 }  // namespace afterglow::calib

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "calib/number_text.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -26,7 +26,7 @@ double cellOf(const Eigen::Vector2d& size_m) {
   return std::floor(pitch / (kTagCells + 2) * 1e4 + 1e-6) / 1e4;
 }
 
-/// What fits between the side columns: of paper sizes the longest of the round lengths.
+/// The longest round length that fits between the side columns.
 double rulerFor(double room_m, bool is_paper) {
   if (!is_paper) return std::floor(0.85 * room_m * 1e3) / 1e3;
   for (double length : {0.2, 0.1, 0.05, 0.02}) {
@@ -41,7 +41,7 @@ std::string idRange(int first, int last) {
 
 }  // namespace
 
-// A2, the default, has the ids that boards of all sizes had once: the ones in use stay right.
+// A2, the default, has the ids that boards of all sizes once had, so that boards in use stay valid.
 const std::array<Paper, 5> kPapers = {{{"A0", {1.189, 0.841}, 80},
                                        {"A1", {0.841, 0.594}, 60},
                                        {"A2", {0.594, 0.420}, 0},

@@ -13,7 +13,7 @@
 namespace afterglow::calib {
 
 /// Board frame (tag `Surface` of calib/frames.hpp): origin in the board's middle, x right, y up, z
-/// out of the paper towards the viewer; meters.
+/// out of the paper toward the viewer; meters.
 struct Board {
   std::string family = "tag36h11";
   Eigen::Vector2d size_m = Eigen::Vector2d::Zero();  ///< the sheet
@@ -24,8 +24,8 @@ struct Board {
 /// Ids of a board are below this, those of a pattern from this on.
 constexpr int kFirstPatternId = 100;
 
-/// A sheet whose boards have ids of their own: paper sizes have one shape, and nothing else in a
-/// picture tells a small board near by from a large one far away.
+/// A sheet whose boards have ids of their own. All paper sizes have one shape; without ids an image
+/// could not tell a small board near by from a large one far away.
 struct Paper {
   const char* name;
   Eigen::Vector2d size_m;  ///< landscape, ISO 216
@@ -38,12 +38,11 @@ const Paper* paperOf(const Eigen::Vector2d& size_m);
 
 /// "A3", or "600 x 400 mm".
 std::string boardName(const Board& board);
-/// Whose tags these are, which are none of the board's: "the tags in the picture (40 to 59) are
-/// those of an A3 board; the layout describes ...", with an advice. Empty if that cannot be told.
+/// Which board tags belong to that are not of this board: "the tags in the picture (40 to 59) are
+/// those of an A3 board; the layout describes ...", with an advice. Empty if it cannot be told.
 std::string otherBoardText(const std::set<int>& ids, const Board& board);
 
-/// Empty, or why not even its tags' ids tell what size this board is: the layouts of older
-/// versions.
+/// Empty, or why the ids of this board's tags do not tell its size: boards of older versions.
 std::string unsureSizeText(const Board& board);
 
 /// A board for a sheet: tags as large as five and a quarter of them fit the shorter side. Throws

@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "calib/number_text.hpp"
-#include "calib/targets/png.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/picture.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -41,7 +41,7 @@ class Pen {
     cairo_scale(get(), scale.x() / 1000, scale.y() / 1000);
     cairo_translate(get(), size_m.x() * 500, size_m.y() * 500);
     cairo_select_font_face(get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-    // The same letters at every resolution, and gray ones.
+    // The same gray letters at every resolution.
     cairo_font_options_t* options = cairo_font_options_create();
     cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
     cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
@@ -86,7 +86,7 @@ class Pen {
     cairo_show_text(get(), text.c_str());
   }
 
-  /// One path a tag: cells drawn one by one would leave hairlines between them.
+  /// One path for each tag: separate cells would leave hairlines between them.
   void tag(const Tag& tag, const TagCells& black) {
     const Eigen::Vector2d origin = tag.corners[0] * 1e3;
     const Eigen::Vector2d right = (tag.corners[1] - tag.corners[0]) * 1e3 / kTagCells;
@@ -160,7 +160,7 @@ void drawId(Pen& pen, const Middle& middle, const Tag& tag) {
 
 std::string millimeters(double meters) { return exactText(std::round(meters * 1e4) / 10); }
 
-/// Which side is up, and what this is.
+/// The mark of the upper side, and the board's name.
 void drawTitle(Pen& pen, const Middle& middle, const Board& board) {
   const double side = (board.tags.front().corners[1] - board.tags.front().corners[0]).norm();
   const std::string title = "this side up   " + board.family + ", sheet " +
@@ -188,7 +188,7 @@ void drawScale(Pen& pen, double left, double base, int length_mm) {
   }
 }
 
-/// The scale, and below it, between arrows that touch its ends, what it is there for.
+/// The scale, and below it, between arrows that touch its ends, its purpose.
 void drawRuler(Pen& pen, const Middle& middle, double ruler_m) {
   const int length_mm = static_cast<int>(std::lround(ruler_m * 1e3));
   const std::string caption =
@@ -242,6 +242,20 @@ Picture grayOf(cairo_surface_t* surface) {
   return picture;
 }
 
+Picture boardPicture(const Board& board) {
+  const double pixels_per_m = std::min(kPixelsPerMeter, kMostPixels / board.size_m.maxCoeff());
+  const Eigen::Vector2d pixels = (board.size_m * pixels_per_m).array().round().max(1);
+  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
+                                                   static_cast<int>(pixels.y())),
+                        cairo_surface_destroy);
+  const std::unique_ptr<cairo_t, void (*)(cairo_t*)> paper(cairo_create(surface.get()),
+                                                           cairo_destroy);
+  cairo_set_source_rgb(paper.get(), 1, 1, 1);
+  cairo_paint(paper.get());
+  draw(surface.get(), board, pixels.cwiseQuotient(board.size_m));
+  return grayOf(surface.get());
+}
+
 }  // namespace
 
 std::string boardPdf(const Board& board) {
@@ -256,20 +270,6 @@ std::string boardPdf(const Board& board) {
   cairo_surface_finish(surface.get());
   Pen::throwUnlessFine(cairo_surface_status(surface.get()));
   return pdf;
-}
-
-Picture boardPicture(const Board& board) {
-  const double pixels_per_m = std::min(kPixelsPerMeter, kMostPixels / board.size_m.maxCoeff());
-  const Eigen::Vector2d pixels = (board.size_m * pixels_per_m).array().round().max(1);
-  const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(pixels.x()),
-                                                   static_cast<int>(pixels.y())),
-                        cairo_surface_destroy);
-  const std::unique_ptr<cairo_t, void (*)(cairo_t*)> paper(cairo_create(surface.get()),
-                                                           cairo_destroy);
-  cairo_set_source_rgb(paper.get(), 1, 1, 1);
-  cairo_paint(paper.get());
-  draw(surface.get(), board, pixels.cwiseQuotient(board.size_m));
-  return grayOf(surface.get());
 }
 
 std::string boardPng(const Board& board) { return encodePng(boardPicture(board), board.size_m); }

@@ -5,7 +5,6 @@
 
 #include <string>
 
-#include "calib/picture.hpp"
 #include "calib/targets/board.hpp"
 
 namespace afterglow::calib {
@@ -14,11 +13,8 @@ namespace afterglow::calib {
 /// if cairo cannot draw it, std::invalid_argument for a tag that the family does not have.
 std::string boardPdf(const Board& board);
 
-/// The whole sheet edge to edge, so that pixels map linearly to meters in x and in y: pixel x is
-/// at (x + 0.5) / width * size_m.x() - size_m.x() / 2. Throws as boardPdf does.
-Picture boardPicture(const Board& board);
-
-/// The same as a PNG that knows its physical size. Throws as boardPdf does.
+/// A PNG that knows its physical size, of the whole sheet edge to edge: pixel x is at
+/// (x + 0.5) / width * size_m.x() - size_m.x() / 2. Throws as boardPdf does.
 std::string boardPng(const Board& board);
 
 }  // namespace afterglow::calib

@@ -8,9 +8,9 @@
 
 #include "calib/detection/board_pose.hpp"
 #include "calib/detection/light.hpp"
-#include "calib/detection/ray_map.hpp"
 #include "calib/detection/tag_detector.hpp"
 #include "calib/detection/tag_fit.hpp"
+#include "calib/lens.hpp"
 #include "calib/number_text.hpp"
 
 namespace afterglow::calib {
@@ -25,7 +25,7 @@ void requireSize(const Picture& picture, const Lens& camera) {
                   picture.height, camera.width, camera.height));
 }
 
-/// The wanted ones of what a detector found; the surest where an id is seen twice.
+/// The tags of the layout among the detected ones; the surest if an id is seen twice.
 std::vector<DetectedTag> pick(const std::vector<DetectedTag>& found,
                               const std::vector<Tag>& wanted) {
   std::vector<DetectedTag> picked;
@@ -50,7 +50,7 @@ class LayoutReader {
     return pick(detector_.detect(picture), wanted);
   }
 
-  /// The corners of what was found, fitted; those of the detector where that fails.
+  /// The fitted corners of the found tags; the detector's corners where the fit fails.
   std::vector<SeenTag> fit(const std::vector<DetectedTag>& found, const Light& light,
                            const std::vector<Tag>& wanted) const {
     std::vector<SeenTag> seen;
@@ -184,7 +184,7 @@ ThrowCheck checkThrow(const Picture& thrown, const std::optional<Picture>& plain
   requireSize(thrown, camera);
   if (plain) requireSize(*plain, camera);
   const LayoutReader reader(layout.family, camera);
-  // Printed tags are read where no light of ours lies on them, if there is such a picture.
+  // Printed tags are read in the photograph without the pattern's light, if there is one.
   const Picture& printed_in = plain ? *plain : thrown;
   const auto printed = reader.find(printed_in, layout.tags);
   if (plain) requireSameView(printed, reader.find(thrown, layout.tags));

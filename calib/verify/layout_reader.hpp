@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "calib/detection/view.hpp"
+#include "calib/detection/observe.hpp"
 #include "calib/frames.hpp"
 #include "calib/landing.hpp"
 #include "calib/lens.hpp"
@@ -41,9 +41,9 @@ struct ThrowCheck {
   std::vector<LandingError> errors() const;  ///< of all targets that are seen
 };
 
-/// `thrown`: the photograph with the targets' light; `plain`: the same without (or with plain)
-/// light, from the same place: what is on the floor then does not disturb. Throws as locateSurface
-/// does, and if the camera has moved between the two.
+/// `thrown`: the photograph with the targets' light; `plain`: the same from the same place without
+/// (or with plain) light, so that a patterned floor does not disturb. Throws as locateSurface does,
+/// and if the camera has moved between the two.
 ThrowCheck checkThrow(const Picture& thrown, const std::optional<Picture>& plain,
                       const TagLayout& layout, const Lens& camera);
 

@@ -3,8 +3,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include "calib/targets/tag_family.hpp"
+#include "calib/landing.hpp"
+#include "calib/median.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -37,6 +40,39 @@ bool isSeparated(const Tag& a, const Tag& b) {
   return false;
 }
 
+std::optional<Eigen::Vector2d> pixelOf(const Eigen::Vector2d& place, const Lens& camera,
+                                       const Rigid<Camera, Surface>& T_camera_surface) {
+  return project(camera, T_camera_surface * Eigen::Vector3d(place.x(), place.y(), 0));
+}
+
+bool isInPicture(const Tag& tag, const Lens& camera,
+                 const Rigid<Camera, Surface>& T_camera_surface) {
+  return std::all_of(tag.corners.begin(), tag.corners.end(), [&](const Eigen::Vector2d& corner) {
+    const auto pixel = pixelOf(corner, camera, T_camera_surface);
+    return pixel && pixel->x() >= 0 && pixel->y() >= 0 && pixel->x() <= camera.width - 1 &&
+           pixel->y() <= camera.height - 1;
+  });
+}
+
+/// Empty if the tag was not detected, or the camera has no ray or pixel for one of the middles.
+std::optional<TagDrift> driftOfTag(const Tag& tag, const std::vector<Tag>& detected,
+                                   const Rigid<Camera, Surface>& T_camera_surface,
+                                   const Lens& camera) {
+  const Eigen::Vector2d place = middleOf(tag);
+  const auto expected = pixelOf(place, camera, T_camera_surface);
+  if (!expected) return std::nullopt;
+  std::optional<TagDrift> least;
+  for (const Tag& seen : detected) {
+    if (seen.id != tag.id) continue;
+    const Eigen::Vector2d pixel = middleOf(seen);
+    const auto seen_at = landing(camera, pixel, T_camera_surface);
+    if (!seen_at) continue;
+    const TagDrift drift{tag.id, (pixel - *expected).norm(), 1000 * (*seen_at - place).norm()};
+    if (!least || drift.px < least->px) least = drift;
+  }
+  return least;
+}
+
 }  // namespace
 
 Tag squareTag(int id, const Eigen::Vector2d& center, double side_m, double yaw_rad) {
@@ -60,6 +96,23 @@ Eigen::Vector2d middleOf(const Tag& tag) {
 bool areTooClose(const Tag& a, const Tag& b) {
   const Tag wide_a = withRim(a), wide_b = withRim(b);
   return !isSeparated(wide_a, wide_b) && !isSeparated(wide_b, wide_a);
+}
+
+Drift driftOf(const std::vector<Tag>& layout, const std::vector<Tag>& detected,
+              const Rigid<Camera, Surface>& T_camera_surface, const Lens& camera) {
+  Drift drift;
+  std::vector<double> px, mm;
+  for (const Tag& tag : layout) {
+    if (isInPicture(tag, camera, T_camera_surface)) ++drift.expected;
+    if (const auto one = driftOfTag(tag, detected, T_camera_surface, camera)) {
+      drift.seen.push_back(*one);
+      px.push_back(one->px);
+      mm.push_back(one->mm);
+    }
+  }
+  drift.median_px = median(px, 0);
+  drift.median_mm = median(mm, 0);
+  return drift;
 }
 
 }  // namespace afterglow::calib

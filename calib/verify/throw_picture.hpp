@@ -13,7 +13,7 @@
 
 namespace afterglow::calib {
 
-/// White, with the layout's targets in it; a pixel on an edge is as grey as its share of the tag in
+/// White, with the layout's targets in it; a pixel on an edge is as gray as its share of the tag in
 /// linear light (gamma 2.2). Throws std::runtime_error naming the target that does not fall wholly
 /// into the projector's picture, or whose cells would be too small in it.
 Picture drawThrow(const TagLayout& layout, const Lens& projector,

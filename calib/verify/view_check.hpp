@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/detection/view.hpp"
+#include "calib/detection/observe.hpp"
 #include "calib/landing.hpp"
 #include "calib/solver/calibration.hpp"
 

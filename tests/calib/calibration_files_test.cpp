@@ -12,7 +12,6 @@
 #include <fstream>
 #include <functional>
 #include <locale>
-#include <sstream>
 
 #include "calib/camera_info_file.hpp"
 #include "calib/file_replacement.hpp"
@@ -24,6 +23,8 @@
 
 namespace afterglow::calib::calibration_files_test {
 namespace {
+
+using test::fileBytes;
 
 namespace fs = std::filesystem;
 
@@ -88,12 +89,6 @@ class CalibrationFilesTest : public ::testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_.path("out/" + name); }
   std::string folder() const { return folder_.path("out"); }
-  static std::string read(const std::string& path) {
-    std::ifstream file(path);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-  }
   void save(const Calibration& calibration, const std::string& date = kDate) const {
     saveCalibration(folder(), calibration, {}, date);
   }
@@ -108,7 +103,7 @@ class CalibrationFilesTest : public ::testing::Test {
     return paths;
   }
   void change(const std::string& name, const std::string& from, const std::string& to) const {
-    std::string text = read(path(name));
+    std::string text = fileBytes(path(name));
     ASSERT_NE(text.find(from), std::string::npos) << from << " in " << text;
     std::ofstream(path(name)) << text.replace(text.find(from), from.size(), to);
   }
@@ -138,7 +133,7 @@ TEST_F(CalibrationFilesTest, readsBackExactlyWhatWasSaved) {
             (std::vector<std::string>{"T_camera_projector.yaml", "calibration.yaml", "camera.yaml",
                                       "history", std::string("history/") + kDate + ".yaml",
                                       "projector.yaml"}));
-  EXPECT_EQ(read(path("calibration.yaml")), read(path(std::string("history/") + kDate + ".yaml")));
+  EXPECT_EQ(fileBytes(path("calibration.yaml")), fileBytes(path(std::string("history/") + kDate + ".yaml")));
 }
 
 TEST_F(CalibrationFilesTest, writesACameraInfoFileWithoutAWarning) {
@@ -146,11 +141,11 @@ TEST_F(CalibrationFilesTest, writesACameraInfoFileWithoutAWarning) {
   const CameraInfoFile plumb_bob = loadCameraInfo(path("projector.yaml"));
   EXPECT_EQ(plumb_bob.warning, "");
   EXPECT_EQ(plumb_bob.name, "projector");
-  EXPECT_NE(read(path("projector.yaml")).find("distortion_model: plumb_bob"), std::string::npos);
+  EXPECT_NE(fileBytes(path("projector.yaml")).find("distortion_model: plumb_bob"), std::string::npos);
   Calibration rational = calibration_;
   rational.estimate.projector.D[6] = 1.0 / 3;
   save(rational);
-  EXPECT_NE(read(path("projector.yaml")).find("distortion_model: rational_polynomial"),
+  EXPECT_NE(fileBytes(path("projector.yaml")).find("distortion_model: rational_polynomial"),
             std::string::npos);
   expectSame(loadCalibration(folder()), rational.estimate);
 }
@@ -161,7 +156,7 @@ TEST_F(CalibrationFilesTest, remembersThatTheCameraIsAFisheye) {
   fisheye.camera = makeLens(camera.width, camera.height, camera.K, {0.1, 0.02, 0.03, 0.04},
                             LensModel::Equidistant);
   save(fisheye);
-  EXPECT_NE(read(path("calibration.yaml")).find("\n  model: equidistant\n"), std::string::npos);
+  EXPECT_NE(fileBytes(path("calibration.yaml")).find("\n  model: equidistant\n"), std::string::npos);
   expectSame(loadCalibration(folder()), fisheye.estimate);
   EXPECT_NE(projectorYaml(fisheye.camera, "camera").find("distortion_model: equidistant"),
             std::string::npos);
@@ -169,24 +164,24 @@ TEST_F(CalibrationFilesTest, remembersThatTheCameraIsAFisheye) {
 
 TEST_F(CalibrationFilesTest, namesItsFrames) {
   saveCalibration(folder(), calibration_, {"head \"left\"", "beamer", "p"}, kDate);
-  const std::string text = read(path("T_camera_projector.yaml"));
+  const std::string text = fileBytes(path("T_camera_projector.yaml"));
   EXPECT_NE(text.find("parent_frame: \"head \\\"left\\\"\"\n"), std::string::npos) << text;
   EXPECT_NE(text.find("child_frame: \"beamer\"\n"), std::string::npos) << text;
 }
 
 TEST_F(CalibrationFilesTest, writesAndReadsTheSameWhereDecimalsHaveCommas) {
   save(calibration_);
-  const std::string here = read(path("calibration.yaml")) + read(path("projector.yaml"));
+  const std::string here = fileBytes(path("calibration.yaml")) + fileBytes(path("projector.yaml"));
   const CommaLocale elsewhere;
   expectSame(loadCalibration(folder()), calibration_.estimate);
   save(calibration_);
-  EXPECT_EQ(read(path("calibration.yaml")) + read(path("projector.yaml")), here);
+  EXPECT_EQ(fileBytes(path("calibration.yaml")) + fileBytes(path("projector.yaml")), here);
 }
 
 TEST_F(CalibrationFilesTest, changesNothingWhenTheDiskIsFull) {
   save(calibration_);
   const std::vector<std::string> before = everything();
-  const std::string old_text = read(path("projector.yaml"));
+  const std::string old_text = fileBytes(path("projector.yaml"));
   Calibration newer = calibration_;
   newer.estimate.projector.K(0, 0) += 7;
   std::string said;
@@ -196,7 +191,7 @@ TEST_F(CalibrationFilesTest, changesNothingWhenTheDiskIsFull) {
   }
   EXPECT_NE(said.find(".yaml: cannot be written: File too large"), std::string::npos) << said;
   EXPECT_EQ(everything(), before);
-  EXPECT_EQ(read(path("projector.yaml")), old_text);
+  EXPECT_EQ(fileBytes(path("projector.yaml")), old_text);
   expectSame(loadCalibration(folder()), calibration_.estimate);
 }
 
@@ -224,7 +219,7 @@ TEST_F(CalibrationFilesTest, refusesAFileWhereTheFolderShouldBe) {
   const std::string said = refusal([&] { save(calibration_); });
   EXPECT_NE(said.find(folder() + ": cannot be written: Not a directory"), std::string::npos)
       << said;
-  EXPECT_EQ(read(folder()), "a file");
+  EXPECT_EQ(fileBytes(folder()), "a file");
 }
 
 TEST_F(CalibrationFilesTest, writesThroughALinkAndKeepsIt) {
@@ -234,7 +229,7 @@ TEST_F(CalibrationFilesTest, writesThroughALinkAndKeepsIt) {
   fs::create_symlink("../elsewhere/p.yaml", path("projector.yaml"));
   save(calibration_);
   EXPECT_TRUE(fs::is_symlink(path("projector.yaml")));
-  EXPECT_NE(read(folder_.path("elsewhere/p.yaml")).find("camera_matrix"), std::string::npos);
+  EXPECT_NE(fileBytes(folder_.path("elsewhere/p.yaml")).find("camera_matrix"), std::string::npos);
 }
 
 TEST_F(CalibrationFilesTest, savesNoEstimateThatIsNotFinite) {
@@ -269,7 +264,7 @@ TEST_F(CalibrationFilesTest, loadsWithoutTheEvidence) {
 
 TEST_F(CalibrationFilesTest, noticesFilesOfTwoCalibrations) {
   save(calibration_);
-  const std::string older = read(path("projector.yaml"));
+  const std::string older = fileBytes(path("projector.yaml"));
   Calibration newer = calibration_;
   newer.estimate.projector.K(0, 2) += 0.25;
   save(newer, kLaterDate);
@@ -279,7 +274,7 @@ TEST_F(CalibrationFilesTest, noticesFilesOfTwoCalibrations) {
 
 TEST_F(CalibrationFilesTest, refusesKAndPThatDisagree) {
   save(calibration_);
-  std::string text = read(path("projector.yaml"));
+  std::string text = fileBytes(path("projector.yaml"));
   text.replace(text.rfind("817.4"), 5, "750.0");
   std::ofstream(path("projector.yaml")) << text;
   expectRefused("projector.yaml", {"K and P disagree", "cy 817.4 against 750"});
@@ -333,7 +328,7 @@ TEST_F(CalibrationFilesTest, refusesDamagedEvidence) {
 
 TEST_F(CalibrationFilesTest, refusesATruncatedFileAtAnyLength) {
   save(calibration_);
-  const std::string whole = read(path("T_camera_projector.yaml"));
+  const std::string whole = fileBytes(path("T_camera_projector.yaml"));
   for (std::size_t length = 0; length < whole.size() - 6; length += 3) {
     std::ofstream(path("T_camera_projector.yaml")) << whole.substr(0, length);
     EXPECT_NE(refusal([&] { loadCalibration(folder()); }), "accepted") << length;
@@ -373,7 +368,7 @@ TEST_F(CalibrationFilesTest, isReadByTheReferee) {
                                           path("projector.yaml") + " --pose " +
                                           path("T_camera_projector.yaml") + " >> " + said,
                                       said);
-  EXPECT_EQ(status, 0) << read(said);
+  EXPECT_EQ(status, 0) << fileBytes(said);
 }
 
 TEST_F(CalibrationFilesTest, keepsAHistoryInOrderAndNamesWhatItCannotRead) {

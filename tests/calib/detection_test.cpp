@@ -45,7 +45,7 @@ TEST(TagDetector, putsTheOriginInTheMiddleOfTheTopLeftPixel) {
   const test::SyntheticRig rig = test::makeRig(test::RigKind::Standard, 1);
   const test::BoardPose pose = test::boardPoses(rig, 1, 1)[0];
   const View truth = test::cornerView(rig, "", pose, 0, 1);
-  const Picture picture = test::photograph(rig, pose, test::greyPicture(1280, 800), 1);
+  const Picture picture = test::photograph(rig, pose, test::grayPicture(1280, 800), 1);
   const CornerErrors errors = compare(TagDetector(rig.board.family).detect(picture), truth.board);
   EXPECT_GE(errors.tags, 16);
   // Blur in encoded values shrinks the tags, evenly: the middle stays.
@@ -57,15 +57,15 @@ TEST(TagDetector, refusesPicturesTheLibraryCrashesOn) {
   const TagDetector detector("tag36h11");
   for (const auto& [width, height] : {std::pair(0, 0), {1, 400}, {400, 15}, {15, 15}}) {
     try {
-      detector.detect(test::greyPicture(width, height));
+      detector.detect(test::grayPicture(width, height));
       ADD_FAILURE() << width << " x " << height;
     } catch (const std::invalid_argument& error) {
       const std::string size = std::to_string(width) + " x " + std::to_string(height);
       EXPECT_NE(std::string(error.what()).find(size), std::string::npos) << error.what();
     }
   }
-  EXPECT_TRUE(detector.detect(test::greyPicture(16, 16)).empty());
-  Picture short_of_pixels = test::greyPicture(64, 64);
+  EXPECT_TRUE(detector.detect(test::grayPicture(16, 16)).empty());
+  Picture short_of_pixels = test::grayPicture(64, 64);
   short_of_pixels.pixels.pop_back();
   EXPECT_THROW(detector.detect(short_of_pixels), std::invalid_argument);
   EXPECT_THROW(TagDetector("tag16h5"), std::invalid_argument);
@@ -133,15 +133,15 @@ TagPhotograph realPhotograph() {
           listedTags(test::realData("nasa_tags_corners.txt")), 1, 0.1, 0.12, 0.12};
 }
 
-/// A printed board in the light of a projector, as a JPEG; where the corners truly are. Blur shrinks
-/// the squares as they are first found, evenly: the middle stays.
+/// A printed board in the light of a projector, as a JPEG; where the corners truly are. Blur
+/// shrinks the squares as they are first found, evenly: the middle stays.
 TagPhotograph generatedPhotograph() {
   test::SyntheticRig rig = test::makeRig(test::RigKind::Standard, 1);
   for (Tag& tag : rig.board.tags) tag.id = 7;
   const test::BoardPose pose = test::boardPoses(rig, 1, 1)[0];
   const test::TempFolder folder;
   const std::string path = folder.path("photograph.jpg");
-  savePicture(path, test::photograph(rig, pose, test::greyPicture(1280, 800), 1));
+  savePicture(path, test::photograph(rig, pose, test::grayPicture(1280, 800), 1));
   TagPhotograph photograph{loadPicture(path), {}, 0, 0.6, 0.6, 0.15};
   for (const SeenTag& tag : test::cornerView(rig, "", pose, 0, 1).board) {
     photograph.tags.push_back(tag);
@@ -191,7 +191,7 @@ Seen observed(test::RigKind kind, std::uint32_t seed) {
   const View truth = test::cornerView(rig, "view_00", pose, 0, 1);
   const Photographs photographs = test::Photographer(rig).photographs("view_00", pose, seed);
   Seen seen;
-  seen.view = observe(photographs, rig.board, rig.pattern, rig.camera);
+  seen.view = ViewReader(rig.board, rig.pattern, rig.camera).observe(photographs);
   seen.printed = compare(seen.view.board, truth.board);
   seen.projected = compare(seen.view.projected, truth.projected);
   seen.true_projected = truth.projected.size();
@@ -212,8 +212,8 @@ TEST(Observe, findsCornersToAFewHundredthsOfAPixel) {
 TEST(Observe, leavesOutTagsThatLightTheFloor) {
   const test::SyntheticRig rig = test::makeRig(test::RigKind::LensShift, 1);
   const test::BoardPose pose = test::boardPoses(rig, 1, 1)[0];
-  const View view = observe(test::Photographer(rig).photographs("view_00", pose, 1), rig.board,
-                            rig.pattern, rig.camera);
+  const ViewReader reader(rig.board, rig.pattern, rig.camera);
+  const View view = reader.observe(test::Photographer(rig).photographs("view_00", pose, 1));
   EXPECT_GT(view.projected.size(), 10u);
   for (const SeenTag& tag : view.projected) {
     for (const Tag& known : rig.pattern.tags) {
@@ -230,7 +230,8 @@ TEST(Observe, leavesOutTagsThatLightTheFloor) {
 TEST(Observe, refusesPicturesThatAreNotTheCameras) {
   const test::SyntheticRig rig = test::makeRig(test::RigKind::Standard, 1, 640);
   try {
-    observe({"view_07", test::greyPicture(320, 240), {}}, rig.board, rig.pattern, rig.camera);
+    ViewReader(rig.board, rig.pattern, rig.camera)
+        .observe({"view_07", test::grayPicture(320, 240), {}});
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("view_07"), std::string::npos) << error.what();

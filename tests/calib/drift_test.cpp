@@ -1,4 +1,3 @@
-#include "calib/verify/drift.hpp"
 
 #include <gtest/gtest.h>
 

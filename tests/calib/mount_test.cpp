@@ -6,7 +6,6 @@
 #include <random>
 #include <sstream>
 
-#include "calib/mount/mount_text.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::calib::mount_test {

@@ -35,9 +35,9 @@ struct Scene {
   SyntheticRig rig = test::makeSmallRig(1);
   BoardPose pose = test::boardPoses(rig, 1, 2)[0];
   Photographer photographer{rig};
-  Picture pattern = test::patternPicture(rig.pattern), grey = test::greyPicture(640, 400);
+  Picture pattern = test::patternPicture(rig.pattern), gray = test::grayPicture(640, 400);
   Picture lit = photographer.photograph(pose, pattern, 1);
-  Picture plain = photographer.photograph(pose, grey, 2);
+  Picture plain = photographer.photograph(pose, gray, 2);
 };
 
 /// Its scene is made once.
@@ -48,15 +48,15 @@ class Refused : public testing::Test {
 
   Picture shot(const Picture& shown) const { return photographer.photograph(pose, shown, 3); }
   std::string faults(const Picture& with_pattern, const std::optional<Picture>& without) const {
-    return joined(
-        observe({"view_00", with_pattern, without}, rig.board, rig.pattern, rig.camera).faults);
+    const ViewReader reader(rig.board, rig.pattern, rig.camera);
+    return joined(reader.observe({"view_00", with_pattern, without}).faults);
   }
   /// What is said of a board other than the layout's.
   std::string faultsOf(const Board& printed) const {
     SyntheticRig other = rig;
     other.board = printed;
     const Photographer its(other);
-    return faults(its.photograph(pose, pattern, 1), its.photograph(pose, grey, 2));
+    return faults(its.photograph(pose, pattern, 1), its.photograph(pose, gray, 2));
   }
   /// All that is refused of photographs of several poses.
   std::string refusal(const Picture& shown, const std::vector<BoardPose>& poses) const {
@@ -65,7 +65,7 @@ class Refused : public testing::Test {
       const int index = static_cast<int>(photographs.size());
       photographs.push_back({test::viewName(index),
                              photographer.photograph(at, shown, std::uint32_t(2 * index)),
-                             photographer.photograph(at, grey, std::uint32_t(2 * index + 1))});
+                             photographer.photograph(at, gray, std::uint32_t(2 * index + 1))});
     }
     try {
       solvePhotographs(photographs, rig.board, rig.pattern, rig.camera);
@@ -82,7 +82,7 @@ class Refused : public testing::Test {
   const SyntheticRig& rig = scene_->rig;
   const BoardPose& pose = scene_->pose;
   const Photographer& photographer = scene_->photographer;
-  const Picture &pattern = scene_->pattern, &grey = scene_->grey;
+  const Picture &pattern = scene_->pattern, &gray = scene_->gray;
   const Picture &lit = scene_->lit, &plain = scene_->plain;
 };
 std::unique_ptr<Scene> Refused::scene_;
@@ -100,20 +100,21 @@ TEST_F(Refused, noFaintPatternAsALateFrame) {
   SyntheticRig bright = rig;
   bright.ambient = 6;
   const Photographer its(bright);
-  EXPECT_EQ(faults(its.photograph(pose, pattern, 1), its.photograph(pose, grey, 2)), "");
+  EXPECT_EQ(faults(its.photograph(pose, pattern, 1), its.photograph(pose, gray, 2)), "");
 }
 
 TEST_F(Refused, aSinglePictureWithThePatternOverThePrint) {
   SyntheticRig screen = rig;  // nothing of the board is left to read
   screen.camera.width = pattern.width;
   screen.camera.height = pattern.height;
-  const View view = observe({"view_00", pattern, {}}, rig.board, rig.pattern, screen.camera);
-  EXPECT_SAYS(joined(view.faults), "take a second one while the projector shows plain grey");
+  const ViewReader reader(rig.board, rig.pattern, screen.camera);
+  const View view = reader.observe({"view_00", pattern, {}});
+  EXPECT_SAYS(joined(view.faults), "take a second one while the projector shows plain gray");
 }
 
 TEST_F(Refused, aViewWithoutTheBoard) {
   const std::string text =
-      faults(photographer.photograph({}, pattern, 1), photographer.photograph({}, grey, 2));
+      faults(photographer.photograph({}, pattern, 1), photographer.photograph({}, gray, 2));
   EXPECT_SAYS(text, "none of the board's tags was read: hold the whole board into");
 }
 
@@ -192,7 +193,7 @@ TEST_F(Refused, aPatternOfAnotherFamily) {
 }
 
 TEST_F(Refused, aFrameOlderThanTheSwitch) {
-  EXPECT_SAYS(faults(plain, shot(grey)), "both pictures show the same, without the pattern");
+  EXPECT_SAYS(faults(plain, shot(gray)), "both pictures show the same, without the pattern");
   EXPECT_SAYS(faults(lit, shot(pattern)), "both pictures show the pattern");
   EXPECT_SAYS(faults(plain, lit), "the pictures are exchanged");
   EXPECT_SAYS(faults(plain, lit), "wait longer after switching");
@@ -230,7 +231,7 @@ TEST_F(Refused, aProjectorWithKeystoneCorrection) {
 
 TEST_F(Refused, aPatternStretchedToAnotherResolution) {
   // A 4:3 desktop on a 16:10 projector: what is shown is as wide as ever, and too low.
-  Picture desktop = test::greyPicture(640, 480, 0);
+  Picture desktop = test::grayPicture(640, 480, 0);
   std::copy(pattern.pixels.begin(), pattern.pixels.end(), desktop.pixels.begin());
   const std::string text = refusal(desktop, test::boardPoses(rig, 4, 3));
   EXPECT_SAYS(text, "the projector's pixels are not square");

@@ -20,7 +20,7 @@ Session spoiltSession() {
   const test::SyntheticRig& rig = session.rig;
   const test::Photographer photographer(rig);
   const Picture pattern = test::patternPicture(rig.pattern);
-  const Picture grey = test::greyPicture(rig.projector.width, rig.projector.height);
+  const Picture gray = test::grayPicture(rig.projector.width, rig.projector.height);
   for (const test::BoardPose& pose : test::boardPoses(rig, 16, 2)) {
     const int index = static_cast<int>(session.photographs.size());
     Eigen::Isometry3d before = pose.matrix();
@@ -28,7 +28,7 @@ Session spoiltSession() {
     session.photographs.push_back(
         {test::viewName(index),
          photographer.photograph(test::BoardPose(before), pattern, std::uint32_t(2 * index)),
-         photographer.photograph(pose, index == 4 ? pattern : grey, std::uint32_t(2 * index + 1))});
+         photographer.photograph(pose, index == 4 ? pattern : gray, std::uint32_t(2 * index + 1))});
   }
   return session;
 }

@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
 
 #include "tests/support/temp_folder.hpp"
 
@@ -15,17 +13,6 @@ namespace {
 using test::TempFolder;
 
 const Eigen::Vector2d kA4(0.297, 0.210), kA2(0.594, 0.420), kOdd(0.2, 0.333);
-
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
-
-void write(const std::string& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
 
 void expectSameTags(const std::vector<Tag>& actual, const std::vector<Tag>& expected,
                     double tolerance) {
@@ -65,7 +52,7 @@ TEST(PatternFile, givesBackThePatternThatWasWritten) {
 
 TEST(TargetFiles, sayWhichPathCannotBeWritten) {
   const TempFolder folder;
-  write(folder.path("file"), "not a folder");
+  test::writeFile(folder.path("file"), "not a folder");
   try {
     writeBoard(folder.path("file"), makeBoard(kA4));
     FAIL() << "written into a file";
@@ -73,7 +60,7 @@ TEST(TargetFiles, sayWhichPathCannotBeWritten) {
     EXPECT_NE(std::string(error.what()).find(folder.path("file")), std::string::npos)
         << error.what();
   }
-  EXPECT_EQ(contentOf(folder.path("file")), "not a folder");
+  EXPECT_EQ(test::fileBytes(folder.path("file")), "not a folder");
 }
 
 const std::string kBoard =
@@ -102,13 +89,13 @@ void expectComplaints(const std::string& good, const std::vector<BadFile>& bad_f
                       const Load& load) {
   const TempFolder folder;
   const std::string path = folder.path("layout.yaml");
-  write(path, good);
+  test::writeFile(path, good);
   ASSERT_NO_THROW(load(path));
   for (const BadFile& bad : bad_files) {
     const auto at = good.find(bad.from);
     ASSERT_NE(at, std::string::npos) << bad.from;
     std::string content = good;
-    write(path, content.replace(at, bad.from.size(), bad.to));
+    test::writeFile(path, content.replace(at, bad.from.size(), bad.to));
     try {
       load(path);
       ADD_FAILURE() << "read in spite of " << bad.to;
@@ -121,7 +108,7 @@ void expectComplaints(const std::string& good, const std::vector<BadFile>& bad_f
 TEST(BoardFile, mayLeaveOutRulerAndPicture) {
   const TempFolder folder;
   const auto ruler = kBoard.find("ruler_m"), tags = kBoard.find("tags:");
-  write(folder.path("b.yaml"), kBoard.substr(0, ruler) + kBoard.substr(tags));
+  test::writeFile(folder.path("b.yaml"), kBoard.substr(0, ruler) + kBoard.substr(tags));
   EXPECT_EQ(loadBoard(folder.path("b.yaml")).ruler_m, 0);
 }
 

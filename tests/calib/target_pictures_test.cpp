@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <sstream>
 
 #include "calib/detection/tag_detector.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 #include "calib/targets/target_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -20,13 +19,6 @@ namespace {
 using test::TempFolder;
 
 const Eigen::Vector2d kA4(0.297, 0.210), kA2(0.594, 0.420), kOdd(0.2, 0.333);
-
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
 
 /// What a command prints; nothing if it is not there.
 std::string outputOf(const std::string& command) {
@@ -121,7 +113,7 @@ TEST(BoardPicture, showsTheTagsWhereTheLayoutHasThem) {
 TEST(BoardPicture, knowsItsPhysicalSize) {
   const TempFolder folder;
   writeBoard(folder.path("."), makeBoard(kA2));
-  const std::string png = contentOf(folder.path("board.png"));
+  const std::string png = test::fileBytes(folder.path("board.png"));
   // Length 9, pHYs, 2000 (0x7d0) twice, meters, and the CRC that zlib gives for that.
   EXPECT_EQ(png.substr(33, 21), std::string("\0\0\0\x09pHYs\0\0\x07\xd0\0\0\x07\xd0\x01"
                                             "\xb9\x8b\xe7\x9f",

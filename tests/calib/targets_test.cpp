@@ -7,7 +7,7 @@
 
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 
 namespace afterglow::calib::targets_test {
 namespace {

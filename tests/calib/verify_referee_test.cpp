@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 #include "calib/verify/throw_picture.hpp"
 #include "tests/support/referee_program.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -110,10 +110,10 @@ class VerifyReferee : public testing::Test {
 };
 
 TEST_F(VerifyReferee, agreesOnWhereTheLightLies) {
-  const Picture grey{projector_.width, projector_.height,
+  const Picture gray{projector_.width, projector_.height,
                      std::vector<std::uint8_t>(
                          std::size_t(projector_.width) * std::size_t(projector_.height), 160)};
-  const Picture plain = shoot(grey, 1);
+  const Picture plain = shoot(gray, 1);
   const SurfacePose surface = locateSurface(plain, layout_, camera_);
   EXPECT_EQ(surface.tags.size(), 4u);
   EXPECT_LT(surface.rms_px, 0.1);

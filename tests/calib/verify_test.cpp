@@ -60,7 +60,7 @@ Thrown throwTargets(const test::SyntheticRig& rig, const TagLayout& layout,
   const auto pose = tablePose(rig);
   Thrown thrown;
   thrown.plain = photographer.photograph(
-      pose, test::greyPicture(rig.projector.width, rig.projector.height), 1);
+      pose, test::grayPicture(rig.projector.width, rig.projector.height), 1);
   const SurfacePose surface = locateSurface(thrown.plain, layout, rig.camera);
   requireVisible(layout, rig.camera, surface.T_camera_surface);
   const Picture shown = drawThrow(layout, estimate.projector,
@@ -216,16 +216,16 @@ TEST(ThrownTargets, areRefusedWithTheReason) {
   const test::SyntheticRig rig = rigWithTable(test::RigKind::Standard);
   TagLayout layout = tableLayout();
   const Picture plain = test::photograph(
-      rig, tablePose(rig), test::greyPicture(rig.projector.width, rig.projector.height), 1);
+      rig, tablePose(rig), test::grayPicture(rig.projector.width, rig.projector.height), 1);
   const auto T_camera_table = rig.T_world_camera.inverse() * tablePose(rig);
   const auto T_projector_table = rig.T_world_projector.inverse() * tablePose(rig);
 
   const auto contains = [](const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  contains(fault([&] { locateSurface(test::greyPicture(1280, 960), layout, rig.camera); }),
+  contains(fault([&] { locateSurface(test::grayPicture(1280, 960), layout, rig.camera); }),
            "0 of the layout's 4 printed tags are seen");
-  contains(fault([&] { locateSurface(test::greyPicture(640, 480), layout, rig.camera); }),
+  contains(fault([&] { locateSurface(test::grayPicture(640, 480), layout, rig.camera); }),
            "640 x 480 pixels, the camera's file says 1280 x 960");
   TagLayout wrong = layout;
   wrong.tags[1] = squareTag(7, {0.36, 0.31}, 0.12, 0);
