@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "nodes/observer/observer_node.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/projector/projector_messages.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 #include "render/image_file.hpp"
 
 namespace afterglow::nodes {

@@ -24,7 +24,7 @@
 #include "nodes/observer/observer_scene.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/observer/timed_video.hpp"
-#include "nodes/projector/transform_inbox.hpp"
+#include "nodes/projector/transform_listener.hpp"
 #include "render/gl/observer_renderer.hpp"
 
 namespace afterglow::nodes {
@@ -69,7 +69,7 @@ class ObserverNode {
   ObserverNodeOptions options_;
   ros::NodeHandle own_{"~"};
   tf2_ros::Buffer tf_;
-  TransformInbox tf_inbox_{tf_};
+  TransformListener tf_inbox_{tf_};
   render::GlContext context_;
   render::ObserverRenderer renderer_{context_};
   RoomView room_;

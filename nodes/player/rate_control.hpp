@@ -10,7 +10,7 @@
 #include <mutex>
 #include <string>
 
-#include "nodes/conversion/raw_message.hpp"
+#include "nodes/conversion/typed_message.hpp"
 #include "replay/play/consumer_lag.hpp"
 #include "replay/play/outbox.hpp"
 

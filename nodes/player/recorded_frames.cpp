@@ -10,7 +10,7 @@
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/recorded_scene.hpp"
-#include "nodes/projector/transform_intake.hpp"
+#include "nodes/projector/transform_listener.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -89,7 +89,7 @@ void RecordedFrames::feed(const replay::Message& message, bool is_static) {
   const auto transforms = toMessage<tf2_msgs::TFMessage>(message.bytes);
   if (!transforms) return;
   for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
-    takeTransform(buffer_, transform, "recording", is_static, ros::Time());
+    storeTransform(buffer_, transform, "recording", is_static, ros::Time());
   }
 }
 

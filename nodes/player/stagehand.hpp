@@ -1,6 +1,7 @@
 /// \file
-/// The stagehand: prepares this robot for the light and the speech of a replay. Light stays where
-/// it was, sounds and meshes are found, the speaker knows the sentences in advance.
+/// Prepares this robot for the light and the speech of a replay, as a stagehand prepares a stage:
+/// anchors the light to its recorded place, finds sounds and meshes, and tells the speaker which
+/// sentences will come.
 #pragma once
 
 #include <ros/callback_queue.h>

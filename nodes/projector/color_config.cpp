@@ -6,7 +6,7 @@
 namespace afterglow::nodes {
 namespace {
 
-// In the order of ColorSource, without the flat color: that has no name.
+// In the order of ColorSource, without the flat color, which has no name.
 const std::vector<std::string> kSources = {"rgb8",   "mono8",  "rgbf32", "intensity",
                                            "axis_x", "axis_y", "axis_z"};
 constexpr double kGreatestValue = 1e12;
@@ -23,7 +23,7 @@ std::optional<render::Color> parseHexColor(const std::string& text) {
   return render::Color{channel(16), channel(8), channel(0), 1};
 }
 
-/// Empty if the value is no plain color at all.
+/// Empty if the value is no plain color.
 std::optional<render::Color> plainColor(const YamlMap& map, const std::string& key) {
   const YAML::Node node = map.at(key);
   if (node.IsScalar()) return parseHexColor(node.Scalar());
@@ -62,7 +62,7 @@ void readBounds(const YamlMap& map, ColorScale& scale) {
   scale.bounds = {least, map.number("max", least, kGreatestValue)};
 }
 
-/// A key that would do nothing is a mistake to be told about.
+/// Keys without effect are mistakes.
 void refuse(const YamlMap& map, std::initializer_list<const char*> keys, const std::string& why) {
   for (const char* key : keys) {
     if (!map.has(key)) continue;

@@ -1,6 +1,6 @@
 /// \file
-/// Looks at known tags on the floor from time to time, and compares where they are with where tf
-/// and the camera's lens put them.
+/// Looks at known tags on the floor from time to time, compares where they are with where tf and
+/// the camera's lens put them, and tells it in /diagnostics.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
@@ -20,13 +20,24 @@
 
 #include "calib/detection/tag_detector.hpp"
 #include "calib/lens.hpp"
+#include "calib/verify/tag_layout.hpp"
 #include "nodes/projector/watch_config.hpp"
-#include "nodes/projector/watch_status.hpp"
 
 namespace afterglow::nodes {
 
-/// From construction to destruction a thread of its own, of low priority and with a callback queue
-/// of its own: it subscribes to the camera for one picture a period, and costs nothing in between.
+/// What one look at the floor found.
+struct WatchLook {
+  calib::Drift drift;
+  std::string problem;  ///< why nothing could be compared; else empty
+};
+
+/// OK; WARN with the median offset above a limit; STALE when there was nothing to compare, or no
+/// known tag was seen. `age_s`: how long ago the look was.
+diagnostic_msgs::DiagnosticStatus watchStatus(const std::string& node, const WatchConfig& config,
+                                              const WatchLook& look, double age_s);
+
+/// Runs in a thread of its own, of low priority and with a callback queue of its own. It subscribes
+/// to the camera for one image a period, and costs nothing in between.
 class DriftWatch {
  public:
   /// The buffer is filled by somebody else and outlives this. Throws std::runtime_error if the
@@ -36,7 +47,7 @@ class DriftWatch {
   DriftWatch(const DriftWatch&) = delete;
   DriftWatch& operator=(const DriftWatch&) = delete;
 
-  /// Of the newest look; safe from any thread, never waits for one.
+  /// Of the newest look, without waiting for one; from any thread.
   diagnostic_msgs::DiagnosticStatus status(const std::string& node) const;
 
  private:
@@ -44,9 +55,9 @@ class DriftWatch {
 
   void run();
   WatchLook look();
-  /// Sets image_ and, where it is a topic, camera_; says what did not come, or nothing.
+  /// Sets image_ and, if camera_info is a topic, camera_. Returns what did not come, or "".
   std::string waitForCamera();
-  /// T_camera_surface at the picture's time, waiting a little for tf; empty if it does not come.
+  /// T_camera_surface at the image's time, waiting a little for tf; empty if tf does not know it.
   std::optional<Rigid<Camera, Surface>> cameraPose(const std_msgs::Header& header) const;
   bool sleepUntil(Clock::time_point when) const;
 

@@ -56,8 +56,8 @@ std::string measure(const ReliefConfig& config, const Points& points, FoundSurfa
                      double{relief.range().least}, double{relief.range().greatest});
 }
 
-}  // namespace
-
+/// The points are in the surface's frame; the list of a search or relief that is not configured is
+/// empty. Never throws.
 Finding findSurface(const SurfaceConfig& config, const Points& search_points,
                     const Points& relief_points) {
   const std::string name = "surface '" + config.name + "': ";
@@ -74,6 +74,8 @@ Finding findSurface(const SurfaceConfig& config, const Points& search_points,
     return {nullptr, name + error.what()};
   }
 }
+
+}  // namespace
 
 SurfaceFinder::SurfaceFinder(const std::vector<SurfaceConfig>& surfaces,
                              const tf2::BufferCore& buffer)
@@ -140,6 +142,54 @@ std::vector<Finding> SurfaceFinder::find() const {
     findings.push_back(std::move(finding));
   }
   return findings;
+}
+
+SceneSurfaces::SceneSurfaces(const std::vector<SurfaceConfig>& configs)
+    : configs_(configs), patches_(configs.size()) {
+  for (const SurfaceConfig& config : configs_) {
+    FoundSurface given;
+    given.polygon = config.polygon;
+    Finding finding;
+    if (config.isMeasured()) {
+      finding.text = "surface '" + config.name + "': is to be found; call find_surfaces";
+    } else {
+      finding.surface = std::make_shared<const FoundSurface>(std::move(given));
+    }
+    findings_.push_back(std::move(finding));
+  }
+}
+
+void SceneSurfaces::take(std::size_t surface, const Finding& finding) {
+  // A surface that was found before stays: a cloud that does not show it tells nothing about it.
+  if (finding.surface || !findings_[surface].surface) findings_[surface] = finding;
+}
+
+void SceneSurfaces::update(FrameLookup& frames, std::vector<std::string>& problems) {
+  for (std::size_t i = 0; i < configs_.size(); ++i) {
+    patches_[i].reset();
+    const Finding& finding = findings_[i];
+    if (!finding.surface) {
+      problems.push_back(finding.text);
+      continue;
+    }
+    const auto T_fixed_frame = frames.at(configs_[i].frame, ros::Time(0));
+    if (!T_fixed_frame) {
+      problems.push_back(
+          frames.noTransform("surface '" + configs_[i].name + "'", configs_[i].frame));
+      continue;
+    }
+    patches_[i] = render::SurfacePatch{
+        configs_[i].name, Rigid<World, Surface>(*T_fixed_frame * finding.surface->T_frame_surface),
+        finding.surface->polygon, finding.surface->relief};
+  }
+}
+
+std::vector<render::SurfacePatch> SceneSurfaces::known() const {
+  std::vector<render::SurfacePatch> known;
+  for (const auto& patch : patches_) {
+    if (patch) known.push_back(*patch);
+  }
+  return known;
 }
 
 }  // namespace afterglow::nodes

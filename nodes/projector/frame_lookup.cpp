@@ -2,11 +2,19 @@
 
 #include <tf2/exceptions.h>
 
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
+namespace {
+
+/// Radians. The axis of a smaller turn is noise, and far away.
+constexpr double kLeastTurn = 1e-6;
+
+}  // namespace
 
 FrameLookup::FrameLookup(const tf2::BufferCore& buffer, std::string fixed_frame)
     : buffer_(buffer), fixed_frame_(std::move(fixed_frame)) {}
@@ -29,11 +37,11 @@ bool FrameLookup::isStale(const StampedPose& pose) const {
   return now_ns_ > 0 && pose.stamp_ns != 0 && now_ns_ - pose.stamp_ns > kStalePoseNs;
 }
 
-std::string FrameLookup::noTransform(const std::string& what, const std::string& frame) {
+std::string FrameLookup::noTransform(const std::string& subject, const std::string& frame) {
   const auto pose = newest(frame);
   const std::string between = "from '" + frame + "' to '" + fixed_frame_ + "'";
-  return pose && isStale(*pose) ? what + ": the transform " + between + " is stale"
-                                : what + ": no transform " + between;
+  return pose && isStale(*pose) ? subject + ": the transform " + between + " is stale"
+                                : subject + ": no transform " + between;
 }
 
 void FrameLookup::forget(std::int64_t now_ns) {
@@ -42,18 +50,43 @@ void FrameLookup::forget(std::int64_t now_ns) {
 }
 
 std::optional<StampedPose> FrameLookup::look(const std::string& frame, ros::Time stamp) const {
-  // The fixed frame is where it is, even while tf has not heard of it.
+  // The fixed frame's own pose is known even while tf does not know the frame.
   if (frame == fixed_frame_) return StampedPose{Eigen::Isometry3d::Identity(), 0};
   try {
     if (!buffer_.canTransform(fixed_frame_, frame, stamp)) return std::nullopt;
     const auto found = buffer_.lookupTransform(fixed_frame_, frame, stamp);
     const geometry_msgs::Vector3& t = found.transform.translation;
-    if (!toVector(t.x, t.y, t.z)) return std::nullopt;  // a chain may go farther than its links
+    if (!toVector(t.x, t.y, t.z)) return std::nullopt;  // a long chain may lead too far
     return StampedPose{toIsometry(found.transform),
                        static_cast<std::int64_t>(found.header.stamp.toNSec())};
   } catch (const tf2::TransformException&) {
     return std::nullopt;  // frame names that tf2 refuses, loops, times beyond its cache
   }
+}
+
+Eigen::Isometry3d extrapolate(const StampedPose& earlier, const StampedPose& later,
+                              std::int64_t when_ns) {
+  if (earlier.stamp_ns >= later.stamp_ns) {
+    throw std::logic_error("extrapolate: the poses are not in order");
+  }
+  const double share = static_cast<double>(when_ns - later.stamp_ns) /
+                       static_cast<double>(later.stamp_ns - earlier.stamp_ns);
+  const Eigen::Isometry3d& b = later.T_fixed_frame;
+  const Eigen::Isometry3d step = b * earlier.T_fixed_frame.inverse();
+  const Eigen::AngleAxisd turn(step.linear());
+  const Eigen::Vector3d n = turn.axis(), t = step.translation();
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  if (turn.angle() < kLeastTurn) {
+    // Without a turn: the movement of `b`, not that of the origin by `step`.
+    motion.translation() = share * (b.translation() - earlier.T_fixed_frame.translation());
+    return motion * b;
+  }
+  const Eigen::Vector3d along = n.dot(t) * n, across = t - along;
+  // The point of the axis that is nearest to the origin: points of the axis move only along it.
+  const Eigen::Vector3d pivot = (across + n.cross(across) / std::tan(turn.angle() / 2)) / 2;
+  motion.rotate(Eigen::AngleAxisd(share * turn.angle(), n));
+  motion.translation() = pivot - motion.linear() * pivot + share * along;
+  return motion * b;
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,6 @@
 /// \file
-/// Where frames lie in the fixed frame, from a tf2 buffer that somebody else fills.
+/// Where frames lie in the fixed frame, from a tf2 buffer that somebody else fills, and where they
+/// will be.
 #pragma once
 
 #include <ros/time.h>
@@ -14,30 +15,30 @@
 
 namespace afterglow::nodes {
 
-/// A newest transform older than this is stale: its frame may be anywhere by now.
+/// If the newest transform of a frame is older than this, it is stale: the frame may have moved.
 constexpr std::int64_t kStalePoseNs = 2'000'000'000;
 
-/// A pose and the time it is of.
+/// A pose at a time.
 struct StampedPose {
   Eigen::Isometry3d T_fixed_frame;
   std::int64_t stamp_ns = 0;  ///< 0: static, true at any time
 };
 
-/// Frames are tf names without leading slash. Never waits; what is not known is absent. Lookups are
-/// remembered until forget(), so that thousands of markers of one message cost one. The buffer must
+/// Frames are tf names without leading slash. Never waits: unknown poses are empty. Remembers each
+/// lookup until forget(), so that thousands of markers of one message cost one. The buffer must
 /// outlive this; one thread at a time.
 class FrameLookup {
  public:
   FrameLookup(const tf2::BufferCore& buffer, std::string fixed_frame);
 
   const std::string& fixedFrame() const { return fixed_frame_; }
-  /// At a stamp; stamp 0 means the newest, absent if it is stale.
+  /// At a stamp; stamp 0 means the newest pose, unless it is stale.
   std::optional<Eigen::Isometry3d> at(const std::string& frame, ros::Time stamp);
-  std::optional<StampedPose> newest(const std::string& frame);  ///< however old
+  std::optional<StampedPose> newest(const std::string& frame);  ///< even if it is stale
   bool isStale(const StampedPose& pose) const;
-  /// "WHAT: no transform from 'FRAME' to ...", or that it is stale.
-  std::string noTransform(const std::string& what, const std::string& frame);
-  /// To be called when the buffer may have changed. Stale is judged by `now_ns`; 0: nothing is.
+  /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale.
+  std::string noTransform(const std::string& subject, const std::string& frame);
+  /// Call it when the buffer may have changed. `now_ns` decides what is stale; 0: nothing is.
   void forget(std::int64_t now_ns = 0);
 
  private:
@@ -48,5 +49,11 @@ class FrameLookup {
   std::int64_t now_ns_ = 0;
   std::map<std::pair<std::string, ros::Time>, std::optional<StampedPose>> known_;
 };
+
+/// The pose at `when` if the motion from `earlier` to `later` goes on: a turn about one axis in
+/// space and an advance along it (a screw), or a straight line. Exact for a turret and for a base
+/// that drives a circle. Throws std::logic_error unless `earlier` is before `later`.
+Eigen::Isometry3d extrapolate(const StampedPose& earlier, const StampedPose& later,
+                              std::int64_t when_ns);
 
 }  // namespace afterglow::nodes

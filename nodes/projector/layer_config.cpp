@@ -1,6 +1,9 @@
 #include "nodes/projector/layer_config.hpp"
 
-#include "nodes/projector/look_config.hpp"
+#include <algorithm>
+#include <cmath>
+
+#include "nodes/projector/color_config.hpp"
 #include "nodes/projector/projector_config.hpp"
 
 namespace afterglow::nodes {
@@ -64,6 +67,130 @@ void readPlacement(const YamlMap& map, const std::vector<SurfaceConfig>& surface
     layer.viewer = ViewerConfig{viewer.text("frame"), {p[0], p[1], p[2]}};
   }
   if (map.has("reader")) readReader(map, surfaces, layer);
+}
+
+// In the order of the enums they name.
+const std::vector<std::string> kPointStyles = {"points", "squares", "flat_squares", "spheres",
+                                               "boxes"};
+const std::vector<std::string> kLineStyles = {"lines", "billboards"};
+const std::vector<std::string> kPoseStyles = {"none", "axes", "arrows"};
+
+const std::vector<std::string> kLookKeys = {
+    "style", "size", "color", "decay", "pose_style", "axes", "arrows", "buffer_length", "offset"};
+
+// RViz's defaults.
+constexpr float kPixels = 3, kPointSize = 0.01f;
+constexpr double kLeastSize = 1e-4, kGreatestSize = 1e3;
+const render::Color kWhite{1, 1, 1, 1};
+const render::Color kPathGreen{25 / 255.0f, 1, 0, 1};
+
+constexpr double kLongestDecay = 86'400;  // s
+constexpr double kLongestBuffer = 1'000;  // paths
+constexpr double kFarthestOffset = 1e4;   // m
+
+bool hasPoints(LayerType type) {
+  return type == LayerType::PointCloud2 || type == LayerType::LaserScan;
+}
+
+/// Keys without effect are mistakes.
+void refuseMeaningless(const YamlMap& map, const LayerConfig& layer) {
+  for (const std::string& key : kLookKeys) {
+    const bool for_both = key == "style" || key == "size" || key == "color";
+    const bool has_meaning =
+        key == "decay" ? hasPoints(layer.type)
+                       : layer.type == LayerType::Path || (for_both && hasPoints(layer.type));
+    if (map.has(key) && !has_meaning) {
+      map.fail(map.at(key),
+               "'" + key + "' in " + map.where() + " has no meaning for " + typeName(layer.type));
+    }
+  }
+}
+
+float readSize(const YamlMap& map, const std::string& key, float otherwise) {
+  return static_cast<float>(
+      map.number(key, kLeastSize, kGreatestSize, static_cast<double>(otherwise)));
+}
+
+float readPixels(const YamlMap& map, float otherwise) {
+  return static_cast<float>(
+      map.number("size", 1, double{render::kLargestPoint}, static_cast<double>(otherwise)));
+}
+
+void readPoints(const YamlMap& map, LayerConfig& layer) {
+  if (map.has("style")) {
+    layer.cloud.style = static_cast<render::PointStyle>(map.choice("style", kPointStyles));
+  }
+  const bool in_pixels = layer.cloud.style == render::PointStyle::Points;
+  layer.cloud.size = in_pixels ? readPixels(map, kPixels) : readSize(map, "size", kPointSize);
+  layer.decay_ns = std::llround(map.number("decay", 0, kLongestDecay, 0) * 1e9);
+}
+
+void readAxes(const YamlMap& map, PathStyle& style) {
+  style.axes_length = readSize(map, "length", style.axes_length);
+  style.axes_diameter = readSize(map, "diameter", style.axes_diameter);
+}
+
+void readArrows(const YamlMap& map, PathStyle& style) {
+  render::Arrow& arrow = style.arrow;
+  const float shaft_length = readSize(map, "shaft_length", arrow.length - arrow.head_length);
+  arrow.head_length = readSize(map, "head_length", arrow.head_length);
+  arrow.length = shaft_length + arrow.head_length;
+  arrow.shaft_diameter = readSize(map, "shaft_diameter", arrow.shaft_diameter);
+  arrow.head_diameter = readSize(map, "head_diameter", arrow.head_diameter);
+  if (map.has("color")) style.arrow_color = readPlainColor(map, "color");
+}
+
+void readPoses(const YamlMap& map, PathStyle& style) {
+  if (map.has("pose_style")) {
+    style.poses = static_cast<PathStyle::Poses>(map.choice("pose_style", kPoseStyles));
+  }
+  for (const std::string key : {"axes", "arrows"}) {
+    if (!map.has(key)) continue;
+    const bool is_axes = key == "axes";
+    if (style.poses != (is_axes ? PathStyle::Poses::Axes : PathStyle::Poses::Arrows)) {
+      map.fail(map.at(key),
+               "'" + key + "' in " + map.where() + " has no meaning without pose_style " + key);
+    }
+    const std::string where = "the " + key + " of " + map.where();
+    if (is_axes) {
+      readAxes(map.map(map.at(key), where, {"length", "diameter"}), style);
+    } else {
+      readArrows(
+          map.map(map.at(key), where,
+                  {"color", "shaft_length", "shaft_diameter", "head_length", "head_diameter"}),
+          style);
+    }
+  }
+}
+
+void readPath(const YamlMap& map, LayerConfig& layer) {
+  PathStyle& style = layer.path;
+  if (map.has("style")) {
+    style.line = static_cast<PathStyle::Line>(map.choice("style", kLineStyles));
+  }
+  const bool in_pixels = style.line == PathStyle::Line::Lines;
+  style.width = in_pixels ? readPixels(map, 1) : readSize(map, "size", style.width);
+  readPoses(map, style);
+  const double length = map.number("buffer_length", 1, kLongestBuffer, 1);
+  if (length != std::floor(length)) {
+    map.fail(map.at("buffer_length"), "'buffer_length' of " + map.where() + " counts paths");
+  }
+  layer.buffer_length = static_cast<int>(length);
+  if (!map.has("offset")) return;
+  const auto offset = map.numbers(map.at("offset"), "'offset' of " + map.where(), 3);
+  layer.offset = Eigen::Vector3d(offset[0], offset[1], offset[2]);
+  if (layer.offset.cwiseAbs().maxCoeff() > kFarthestOffset) {
+    map.fail(map.at("offset"), "'offset' of " + map.where() + " is absurdly far");
+  }
+}
+
+/// The keys style, size, color and decay, and those of paths. Refuses keys without effect.
+void readLook(const YamlMap& map, LayerConfig& layer) {
+  refuseMeaningless(map, layer);
+  layer.flat_color = layer.type == LayerType::Path ? kPathGreen : kWhite;
+  if (map.has("color")) readColor(map, layer);
+  if (hasPoints(layer.type)) readPoints(map, layer);
+  if (layer.type == LayerType::Path) readPath(map, layer);
 }
 
 }  // namespace

@@ -24,16 +24,16 @@ enum class LayerType { PointCloud2, LaserScan, Path, Marker, MarkerArray };
 /// "sensor_msgs/PointCloud2" and so on.
 std::string typeName(LayerType type);
 
-/// Whose eye Placement::Viewer is for.
+/// The eye that Placement::Viewer draws for.
 struct ViewerConfig {
   std::string frame;
-  Eigen::Vector3d p_frame;  ///< metres
+  Eigen::Vector3d p_frame;  ///< meters
 };
 
-/// Who Placement::Drape lays text for.
+/// The reader that Placement::Drape turns text to.
 struct ReaderConfig {
   std::string frame;
-  Eigen::Vector3d p_frame;    ///< metres
+  Eigen::Vector3d p_frame;    ///< meters
   bool is_direction = false;  ///< p_frame is a direction
 };
 
@@ -41,16 +41,16 @@ struct LayerConfig {
   std::string topic;  ///< absolute
   LayerType type = LayerType::Marker;
   CloudStyle cloud;           ///< PointCloud2 and LaserScan
-  std::int64_t decay_ns = 0;  ///< the same; how long points stay. 0: until the next message's
-  PathStyle path;             ///< Path, and the following two
+  std::int64_t decay_ns = 0;  ///< of their points; 0: until the next message
+  PathStyle path;             ///< Path; the next two as well
   int buffer_length = 1;      ///< how many of the last paths are shown
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the fixed frame
-  render::Color flat_color;  ///< everything but markers, which bring their colors
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< meters, in the fixed frame
+  render::Color flat_color;  ///< of all types but markers, which have their own colors
   float alpha = 1;
   render::Placement placement = render::Placement::Direct;
-  std::optional<std::size_t> surface;  ///< index; there for Drape and Viewer
-  std::optional<ViewerConfig> viewer;  ///< there for Viewer
-  std::optional<ReaderConfig> reader;  ///< markers, Drape; none: from the surface's -y
+  std::optional<std::size_t> surface;  ///< its index; set for Drape and Viewer
+  std::optional<ViewerConfig> viewer;  ///< set for Viewer
+  std::optional<ReaderConfig> reader;  ///< of markers, Drape; empty: stands at the surface's -y
 };
 
 /// The keys of a layer.

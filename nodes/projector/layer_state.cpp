@@ -1,12 +1,14 @@
 #include "nodes/projector/layer_state.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <variant>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/projector/deskew.hpp"
+#include "nodes/conversion/path_conversion.hpp"
+#include "nodes/conversion/scan_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -14,6 +16,8 @@ namespace {
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kShortestLifetime = 100'000;  // ns; RViz takes less for "forever"
 constexpr std::size_t kMostReasons = 32;             // frame names in them come from the network
+constexpr double kKnotSpacing = 0.01;                // s, between the poses of a moving scanner
+constexpr double kMostKnots = 100;
 
 std::int64_t later(std::int64_t ns, std::int64_t by_ns) {
   return by_ns > kNever - ns ? kNever : ns + by_ns;
@@ -33,6 +37,54 @@ std::size_t pointsIn(const Content& content) {
   return points;
 }
 
+/// A pose on the way of a moving scanner.
+struct Knot {
+  Eigen::Vector3d position;
+  Eigen::Quaterniond rotation;
+};
+
+/// Empty outside the range of ros::Time.
+std::optional<ros::Time> after(ros::Time stamp, double seconds) {
+  constexpr std::int64_t kEnd = (std::int64_t{1} << 32) * 1'000'000'000;
+  const std::int64_t ns = static_cast<std::int64_t>(stamp.toNSec()) + std::llround(seconds * 1e9);
+  if (ns <= 0 || ns >= kEnd) return std::nullopt;
+  ros::Time time;
+  time.fromNSec(static_cast<std::uint64_t>(ns));
+  return time;
+}
+
+/// The points as the frame would have seen all of them at `stamp`, given that the fixed frame stood
+/// still. Empty while tf does not know the frame from the first ray's time to the last one's.
+/// Between poses 10 ms apart motion is taken for steady. Semantics: laser_geometry's
+/// transformLaserScanToPointCloud, which RViz uses, but with more than two poses for a scan.
+std::optional<render::PointList> deskew(const render::PointList& points, const Sweep& sweep,
+                                        const std::string& frame, ros::Time stamp,
+                                        FrameLookup& frames) {
+  const double spans = std::clamp(std::ceil(std::abs(sweep.last_s) / kKnotSpacing), 1., kMostKnots);
+  std::vector<Knot> knots;
+  std::optional<Eigen::Isometry3d> T_first_fixed;
+  for (double i = 0; i <= spans; ++i) {
+    const auto time = after(stamp, sweep.last_s * i / spans);
+    const auto T_fixed_frame = time ? frames.at(frame, *time) : std::nullopt;
+    if (!T_fixed_frame) return std::nullopt;
+    if (!T_first_fixed) T_first_fixed = T_fixed_frame->inverse();
+    const Eigen::Isometry3d T_first_now = *T_first_fixed * *T_fixed_frame;
+    knots.push_back({T_first_now.translation(), Eigen::Quaterniond(T_first_now.linear())});
+  }
+  render::PointList placed;
+  placed.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double along = std::clamp(sweep.seconds[i] / sweep.last_s, 0.0, 1.0) * spans;
+    const auto k = static_cast<std::size_t>(std::min(std::floor(along), spans - 1));
+    const double share = along - static_cast<double>(k);
+    const Eigen::Vector3d position =
+        knots[k].position + share * (knots[k + 1].position - knots[k].position);
+    const Eigen::Quaterniond rotation = knots[k].rotation.slerp(share, knots[k + 1].rotation);
+    placed.emplace_back((rotation * points[i].cast<double>() + position).cast<float>());
+  }
+  return placed;
+}
+
 /// Puts each ray of a scan where it was seen. False while a transform is missing.
 bool unfoldSweep(Content& content, FrameLookup& frames) {
   if (content.sweep.seconds.empty() || content.stamp.isZero()) return true;
@@ -41,6 +93,26 @@ bool unfoldSweep(Content& content, FrameLookup& frames) {
   if (!points) return false;
   cloud.points = std::move(*points);
   return true;
+}
+
+Content cloudContent(render::PointCloud cloud, const LayerConfig& config) {
+  Content content;
+  content.decay_ns = config.decay_ns;
+  if (cloud.points.empty()) return content;
+  const CloudStyle& style = config.cloud;
+  if (isAxis(style.color)) {
+    const AxisColor color{axisOf(style.color), style.scale};
+    if (style.axis_of_fixed_frame) {
+      content.axis_color = color;
+    } else {
+      colorByAxis(cloud, color, Eigen::Isometry3d::Identity());
+    }
+  }
+  // A cloud's own colors are not to be multiplied by the flat color.
+  const bool is_flat = style.color == ColorSource::Flat;
+  content.drawables.push_back(
+      {{}, std::move(cloud), is_flat ? config.flat_color : render::Color{}});
+  return content;
 }
 
 }  // namespace
@@ -79,7 +151,7 @@ bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frame
     drop("too many markers");
     return true;
   }
-  // What came later may have found its transform earlier.
+  // Content that came later may have been placed earlier.
   if (found != shown_.end() && found->second.order > waiting.order) return true;
   T_fixed_frame->pretranslate(content.offset);
   for (render::Drawable& drawable : content.drawables) {
@@ -165,6 +237,39 @@ LayerStatus LayerState::status() const {
   status.waiting = waiting_.size();
   status.waiting_for = printable(waiting_.empty() ? hidden_for_ : waiting_.front().content.frame);
   return status;
+}
+
+Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config) {
+  auto cloud = toPointCloud(message, config.cloud);
+  if (!cloud.value) return refused<Content>(cloud.reason);
+  return {cloudContent(std::move(*cloud.value), config), cloud.reason};
+}
+
+Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config) {
+  auto scan = toScanPoints(message, config.cloud);
+  if (!scan.value) return refused<Content>(scan.reason);
+  Content content = cloudContent(std::move(scan.value->cloud), config);
+  content.sweep = std::move(scan.value->sweep);
+  return {std::move(content), scan.reason};
+}
+
+Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& config) {
+  auto shapes = toPathShapes(message, config.path);
+  if (!shapes.value) return refused<Content>(shapes.reason);
+  Content content;
+  content.offset = config.offset;
+  for (render::Lines& strip : shapes.value->strips) {
+    content.drawables.push_back({{}, std::move(strip), config.flat_color});
+  }
+  if (shapes.value->glyphs) {
+    const bool own_colors = config.path.poses == PathStyle::Poses::Axes;
+    render::MeshInstance glyphs;
+    glyphs.body = std::move(shapes.value->glyphs);
+    glyphs.own_colors = own_colors;
+    content.drawables.push_back(
+        {{}, std::move(glyphs), own_colors ? render::Color{} : config.path.arrow_color});
+  }
+  return {std::move(content), shapes.reason};
 }
 
 }  // namespace afterglow::nodes

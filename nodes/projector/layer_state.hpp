@@ -1,10 +1,13 @@
 /// \file
-/// What one topic has on display: the life cycle of markers, clouds, scans and paths between their
-/// arrival and the frame that is drawn. Semantics: RViz 1.14 (marker_display.cpp,
-/// point_cloud_common .cpp), tf2_ros::MessageFilter.
+/// What one topic shows: the life cycle of markers, clouds, scans and paths from their arrival to
+/// the image that is drawn. Semantics: RViz 1.14 (marker_display.cpp, point_cloud_common.cpp),
+/// tf2_ros::MessageFilter.
 #pragma once
 
+#include <nav_msgs/Path.h>
 #include <ros/time.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
 
 #include <Eigen/Geometry>
 #include <cstddef>
@@ -17,13 +20,15 @@
 #include <vector>
 
 #include "nodes/conversion/cloud_color.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
+#include "nodes/projector/layer_config.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// Namespace and id of a marker; clouds, scans and paths are {"", place in a row of them}.
+/// Namespace and id of a marker; of clouds, scans and paths {"", a number among them}.
 using ContentKey = std::pair<std::string, int>;
 
 /// What one message or marker shows, and how it is to be placed.
@@ -39,19 +44,26 @@ struct Content {
   Sweep sweep;                                       ///< of its one cloud, if that is a scan
 };
 
+/// Clouds, scans and paths as their layer is configured to show them.
+/// Content without drawables clears the layer. Frame and stamp are left to the caller. Refusals and
+/// remarks are the conversions'. Pure; never throws.
+Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config);
+Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config);
+Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& config);
+
 /// What happened on a topic, for people.
 struct LayerStatus {
   std::string topic;
   std::uint64_t received = 0;  ///< messages
   std::size_t shown = 0;
   std::size_t waiting = 0;  ///< for a transform
-  std::string waiting_for;  ///< a frame, if something waits or is hidden for want of it
+  std::string waiting_for;  ///< the frame whose transform is missing, if something waits for it
   std::map<std::string, std::uint64_t> dropped;  ///< reason -> how often
   std::map<std::string, std::uint64_t> remarks;  ///< shown, but odd
 };
 
-/// ROS time everywhere, as nanoseconds; it must not run backwards (clear() first). One thread at a
-/// time. Bounded: so many markers, points, waiting messages and distinct reasons, and no more.
+/// Times are ROS time in nanoseconds and must not run backwards: removeAll() first. The numbers of
+/// markers, points, waiting messages and distinct reasons are bounded. One thread at a time.
 class LayerState {
  public:
   struct Limits {
@@ -59,7 +71,7 @@ class LayerState {
     std::size_t waiting = 20'000;
     /// How long content waits for its transform: as long as tf2_ros keeps transforms.
     std::int64_t patience_ns = 10'000'000'000;
-    /// In all clouds shown that decay: the oldest go first.
+    /// In all clouds that decay, together: the oldest clouds go first.
     std::size_t points = std::size_t{1} << 22;
   };
 
@@ -69,24 +81,25 @@ class LayerState {
   void drop(const std::string& reason);
   void remark(const std::string& reason);
 
-  /// Shows content in the place of what its key showed before: as soon as its transform is there.
+  /// Shows content as soon as its transform is known; it replaces the earlier content of its key.
   void put(const ContentKey& key, Content content, std::int64_t now_ns, FrameLookup& frames);
   void remove(const ContentKey& key);
   void removeAll();
 
-  /// Lets waiting content in, or drops it when its patience is over; ends what has expired.
+  /// Shows the content whose transform has come, drops content that has waited too long, and
+  /// removes expired content.
   void update(std::int64_t now_ns, FrameLookup& frames);
   /// What to draw now, in the fixed frame, in the order of the keys.
   std::vector<render::Drawable> drawables(FrameLookup& frames);
 
   LayerStatus status() const;
-  bool isWaiting() const { return !waiting_.empty(); }  ///< something, for its transform
+  bool isWaiting() const { return !waiting_.empty(); }  ///< for a transform
 
  private:
   struct Shown {
     Content content;
     Eigen::Isometry3d T_fixed_frame;  ///< as of its placement
-    std::int64_t expires_ns;          ///< greatest value: never
+    std::int64_t expires_ns;          ///< the greatest value means never
     std::uint64_t order;
   };
   struct Waiting {

@@ -18,10 +18,10 @@ struct OutputConfig {
   std::string name;         ///< among several projectors; empty: it is the only one
   std::string camera_info;  ///< path of the lens's file
   std::string frame;        ///< the projector's optical frame
-  /// From drawing to light, ns: a moving projector is drawn for where it will be by then.
+  /// From drawing to light, ns: a moving projector is drawn for where it will be after that.
   std::int64_t latency_ns = 0;
   render::Drawing drawing = render::Drawing::Measured;
-  std::string monitor;  ///< connector, model or index; empty: not said
+  std::string monitor;  ///< connector, model or index; empty: not configured
   render::LightSettings light;
 };
 

@@ -1,5 +1,5 @@
 /// \file
-/// The configuration of the projectors' world: what is shown where and how. One file for
+/// The configuration of the projectors' world: which topics are shown where and how. One file for
 /// projector_node and `afterglow render`; assets/projector.yaml explains every key.
 #pragma once
 

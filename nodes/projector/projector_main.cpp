@@ -10,7 +10,7 @@
 
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
 

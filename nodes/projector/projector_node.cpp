@@ -1,9 +1,5 @@
 #include "nodes/projector/projector_node.hpp"
 
-#include <diagnostic_msgs/DiagnosticArray.h>
-#include <nav_msgs/Path.h>
-#include <sensor_msgs/LaserScan.h>
-#include <sensor_msgs/PointCloud2.h>
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
@@ -12,8 +8,6 @@
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
-
-#include "nodes/projector/projector_messages.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -26,7 +20,6 @@ std::uint32_t queueOf(const LayerConfig& layer) {
   return layer.decay_ns > 0 || layer.buffer_length > 1 ? kCloudQueue : 1;
 }
 
-const std::string kOwnProblem = "projector: ";  // not one of the whole scene's
 constexpr std::uint64_t kJumpNs = 500'000'000;  // less is a clock being set right
 
 /// ~monitor is for the only projector.
@@ -71,13 +64,14 @@ ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
 }
 
 ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
-    : options_(options), scene_(loadConfig(options), transforms_) {
+    : options_(options),
+      scene_(loadConfig(options), transforms_),
+      schedule_(options.rate_hz),
+      diagnostics_(options.rate_hz) {
   for (const OutputConfig& projector : scene_.config().projectors) {
     outputs_.push_back(std::make_unique<ProjectorOutput>(projector, own_));
   }
   problems_.resize(outputs_.size());
-  diagnostics_publisher_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
-  counted_at_ = std::chrono::steady_clock::now();
   subscribeAll();
   if (scene_.config().watch) {
     watch_ = std::make_unique<DriftWatch>(*scene_.config().watch, transforms_);
@@ -88,7 +82,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
         scene_.takeSurface(surface, finding);
       });
   startDrawing();
-  diagnostics_timer_ = nh_.createWallTimer(
+  diagnostics_timer_ = own_.createWallTimer(
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
 }
 
@@ -106,35 +100,20 @@ ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       scene_.add(layer, *message, timeInOrder());
-      has_news_ = true;
     }
-    woken_.notify_all();
+    schedule_.announce();
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
   const LayerConfig& config = scene_.config().layers[layer];
-  return nh_.subscribe<MessageType>(config.topic, queueOf(config), function, ros::VoidConstPtr(),
-                                    ros::TransportHints().tcpNoDelay());
+  return own_.subscribe<MessageType>(config.topic, queueOf(config), function, ros::VoidConstPtr(),
+                                     ros::TransportHints().tcpNoDelay());
 }
 
 void ProjectorNode::subscribeAll() {
   for (std::size_t i = 0; i < scene_.config().layers.size(); ++i) {
-    switch (scene_.config().layers[i].type) {
-      case LayerType::PointCloud2:
-        subscribers_.push_back(subscribe<sensor_msgs::PointCloud2>(i));
-        break;
-      case LayerType::LaserScan:
-        subscribers_.push_back(subscribe<sensor_msgs::LaserScan>(i));
-        break;
-      case LayerType::Path:
-        subscribers_.push_back(subscribe<nav_msgs::Path>(i));
-        break;
-      case LayerType::Marker:
-        subscribers_.push_back(subscribe<visualization_msgs::Marker>(i));
-        break;
-      case LayerType::MarkerArray:
-        subscribers_.push_back(subscribe<visualization_msgs::MarkerArray>(i));
-        break;
-    }
+    withMessageType(scene_.config().layers[i].type, [&](auto tag) {
+      subscribers_.push_back(subscribe<typename decltype(tag)::Type>(i));
+    });
   }
 }
 
@@ -181,30 +160,17 @@ void ProjectorNode::drawInThread(std::promise<void>& started) {
 
 void ProjectorNode::drawLoop() {
   const std::chrono::duration<double> period(1 / options_.rate_hz);
-  while (!is_stopping_) {
+  while (!schedule_.isStopped()) {
     const auto drawn_at = std::chrono::steady_clock::now();
     drawAll();
-    if (std::chrono::steady_clock::now() - drawn_at > period) ++late_;
-    awaitDue(drawn_at);
+    diagnostics_.countImage(std::chrono::steady_clock::now() - drawn_at > period);
+    schedule_.awaitDue(drawn_at, isWaiting());
   }
 }
 
-void ProjectorNode::awaitDue(std::chrono::steady_clock::time_point drawn_at) {
-  const auto period = std::chrono::duration_cast<std::chrono::steady_clock::duration>(
-      std::chrono::duration<double>(1 / options_.rate_hz));
-  std::unique_lock<std::mutex> lock(mutex_);
-  // What waits for a transform may be waiting for one that has just come. After news, the next may
-  // come at about the same rate: a regular picture just before it would only delay it.
-  const bool was_news = news_drawn_at_ + period / 2 > drawn_at;
-  const auto regular = drawn_at + (scene_.isWaiting() ? period / 2
-                                   : was_news         ? period + period / 4
-                                                      : period);
-  woken_.wait_until(lock, regular, [this] { return is_stopping_ || has_news_; });
-  if (has_news_) {
-    woken_.wait_until(lock, news_drawn_at_ + period / 2, [this] { return is_stopping_.load(); });
-    news_drawn_at_ = std::chrono::steady_clock::now();
-  }
-  has_news_ = false;
+bool ProjectorNode::isWaiting() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return scene_.isWaiting();
 }
 
 void ProjectorNode::drawAll() {
@@ -228,7 +194,6 @@ void ProjectorNode::drawAll() {
     problems_ = std::move(problems);
   }
   for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->draw(scene, poses[i], now);
-  ++drawn_;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_pictures_ = true;
@@ -248,11 +213,7 @@ std::string ProjectorNode::failure() const {
 }
 
 void ProjectorNode::endDrawing() {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    is_stopping_ = true;
-  }
-  woken_.notify_all();
+  schedule_.stop();
   if (drawing_.joinable()) drawing_.join();
 }
 
@@ -264,16 +225,7 @@ void ProjectorNode::stop() {
 // --------------------------------------------------------------------------------------
 // diagnostics
 void ProjectorNode::publishDiagnostics() {
-  const auto now = std::chrono::steady_clock::now();
-  const std::uint64_t drawn = drawn_;
   ProjectorState state;
-  state.name = ros::this_node::getName().substr(1);
-  state.wanted_hz = options_.rate_hz;
-  state.drawn_hz = static_cast<double>(drawn - drawn_before_) /
-                   std::chrono::duration<double>(now - counted_at_).count();
-  state.late = late_;
-  drawn_before_ = drawn;
-  counted_at_ = now;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     state.layers = scene_.status();
@@ -284,32 +236,15 @@ void ProjectorNode::publishDiagnostics() {
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     std::vector<std::string>& problems = state.outputs[i].problems;
     const std::string window_problem = outputs_[i]->windowProblem();
-    if (!window_problem.empty()) problems.insert(problems.begin(), kOwnProblem + window_problem);
+    if (!window_problem.empty()) problems.insert(problems.begin(), "projector: " + window_problem);
   }
-  const LayerStatus transforms = inbox_.status();
-  if (!transforms.dropped.empty() || !transforms.remarks.empty())
+  const LayerStatus transforms = listener_.status();
+  if (!transforms.dropped.empty() || !transforms.remarks.empty()) {
     state.layers.push_back(transforms);
-  logFaults(state);
-  diagnostic_msgs::DiagnosticArray array = toDiagnostics(state);
-  if (watch_) array.status.push_back(watch_->status(state.name));
-  array.header.stamp = ros::Time::now();
-  diagnostics_publisher_.publish(array);
-}
-
-void ProjectorNode::logFaults(const ProjectorState& state) {
-  std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_picture] : state.outputs) {
-    for (const std::string& problem : of_picture) {
-      const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
-      problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())
-                                : problem);
-    }
   }
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
-  for (const std::string& line : faults_.news(problems, state.layers, now_ns)) {
-    ROS_WARN("%s", line.c_str());
-  }
+  diagnostics_.publish(std::move(state),
+                       watch_ ? std::optional(watch_->status(ros::this_node::getName().substr(1)))
+                              : std::nullopt);
 }
 
 }  // namespace afterglow::nodes

@@ -15,10 +15,8 @@
 #include <ros/ros.h>
 #include <tf2/buffer_core.h>
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <cstdint>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -27,13 +25,13 @@
 #include <vector>
 
 #include "nodes/projector/drift_watch.hpp"
-#include "nodes/projector/fault_log.hpp"
+#include "nodes/projector/picture_schedule.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/projector/projector_messages.hpp"
+#include "nodes/projector/projector_diagnostics.hpp"
 #include "nodes/projector/projector_output.hpp"
 #include "nodes/projector/projector_scene.hpp"
 #include "nodes/projector/surface_service.hpp"
-#include "nodes/projector/transform_inbox.hpp"
+#include "nodes/projector/transform_listener.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/gl/gl_context.hpp"
 
@@ -42,8 +40,8 @@ namespace afterglow::nodes {
 struct ProjectorNodeOptions {
   std::string config;
   std::string calibration;
-  double rate_hz =
-      30;  ///< what moves is drawn so often; what arrives at once, up to twice so often
+  /// How often what moves is drawn. New content is drawn at once, at most twice as often.
+  double rate_hz = 30;
   WindowChoice window;
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
@@ -51,7 +49,7 @@ struct ProjectorNodeOptions {
 };
 
 /// From construction to stop() it subscribes, draws one scene for every projector in a thread of
-/// its own, publishes, and lays pictures out for whoever has windows. Callbacks come from the
+/// its own, publishes the images, and keeps the newest ones for windows. Callbacks come from the
 /// caller's spinner.
 class ProjectorNode {
  public:
@@ -61,9 +59,9 @@ class ProjectorNode {
 
   /// Stops drawing; the last pictures, published here, are black.
   void stop();
-  /// Returns when there are new pictures to be taken, or after so long.
+  /// Returns when there are new images for windows, or after so long.
   void awaitPictures(std::chrono::milliseconds patience);
-  /// One a projector of the configuration, in its order; as long as the node.
+  /// One for each projector of the configuration, in its order; they live as long as the node.
   const std::vector<std::unique_ptr<ProjectorOutput>>& outputs() const { return outputs_; }
   /// Why drawing has ended before stop(), or empty.
   std::string failure() const;
@@ -77,12 +75,10 @@ class ProjectorNode {
   void drawInThread(std::promise<void>& started);
   void drawLoop();
   void drawAll();
-  /// Until new content or the next regular picture is due, or the end.
-  void awaitDue(std::chrono::steady_clock::time_point drawn_at);
+  bool isWaiting() const;
   /// ROS time; clears the scene when it has jumped back. With the mutex held.
   ros::Time timeInOrder();
   void publishDiagnostics();
-  void logFaults(const ProjectorState& state);
 
   ProjectorNodeOptions options_;
   tf2::BufferCore transforms_;
@@ -91,25 +87,18 @@ class ProjectorNode {
   ros::Time last_time_;
   std::vector<std::vector<std::string>> problems_;  ///< of the last pictures, by projector
   std::string failure_;
-  bool has_news_ = false;  ///< content that no picture shows
-  std::chrono::steady_clock::time_point news_drawn_at_;
   bool has_pictures_ = false;  ///< for awaitPictures()
-  std::condition_variable woken_, pictures_ready_;
+  std::condition_variable pictures_ready_;
 
-  ros::NodeHandle nh_, own_{"~"};
-  TransformInbox inbox_{transforms_};
+  PictureSchedule schedule_;
+  ros::NodeHandle own_{"~"};
+  TransformListener listener_{transforms_};
   std::vector<std::unique_ptr<ProjectorOutput>> outputs_;
-  ros::Publisher diagnostics_publisher_;
   std::vector<ros::Subscriber> subscribers_;
   std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
+  ProjectorDiagnostics diagnostics_;
   ros::WallTimer diagnostics_timer_;
-  FaultLog faults_;
-  std::atomic<std::uint64_t> drawn_{0}, late_{0};
-  std::uint64_t drawn_before_ = 0;
-  std::chrono::steady_clock::time_point counted_at_;
-
-  std::atomic<bool> is_stopping_{false};
   std::thread drawing_;  ///< last: uses all of the above
 };
 

@@ -14,8 +14,8 @@
 #include <string>
 
 #include "calib/lens.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 #include "nodes/projector/output_config.hpp"
-#include "nodes/projector/projector_messages.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
 

@@ -7,18 +7,18 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/marker_conversion.hpp"
-#include "nodes/projector/layer_content.hpp"
-#include "nodes/projector/projector_pose.hpp"
+#include "nodes/projector/frame_lookup.hpp"
+#include "nodes/projector/layer_state.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr std::size_t kCloudQueue = 10;  // RViz's
-/// A viewer this low over a surface, metres, sees nothing on it.
+/// A viewer lower than this over a surface, in meters, sees nothing on it.
 constexpr double kLeastViewerHeight = 0.01;
 /// Velocity is measured over this much of the past, where tf has it.
 constexpr std::int64_t kVelocityBaseNs = 50'000'000;
-/// Farther than this ahead of the newest transform a constant velocity is fiction.
+/// Farther ahead of the newest transform than this, velocity cannot be taken for constant.
 constexpr std::int64_t kFarthestAheadNs = 500'000'000;
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
@@ -40,14 +40,14 @@ bool namesOneTwice(const visualization_msgs::MarkerArray& message) {
   return std::adjacent_find(added.begin(), added.end()) != added.end();
 }
 
-/// Whether something went from one pose to the other, more than tf's noise.
+/// Whether two poses differ by more than tf's noise.
 bool hasMoved(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() > 1e-3 ||
          Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() > 1e-3;
 }
 
-/// Farther than anything carries a projector within kVelocityBaseNs: it was put elsewhere, and that
-/// is no speed.
+/// Whether two poses are farther apart than a robot carries a projector within kVelocityBaseNs: the
+/// projector was put elsewhere then, and its velocity cannot be told.
 bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm() > 1;
 }
@@ -137,7 +137,7 @@ void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Mark
   auto drawable = toDrawable(marker, assets_);
   const std::string fault = drawable.value ? headerFault(marker.header) : drawable.reason;
   if (!fault.empty()) {
-    layer.remove(key);  // as RViz: what it replaces is no longer true
+    layer.remove(key);  // as RViz: the marker that it replaces is no longer true
     return layer.drop(fault);
   }
   if (!drawable.reason.empty()) layer.remark(drawable.reason);

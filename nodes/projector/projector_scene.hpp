@@ -1,7 +1,6 @@
 /// \file
-/// Everything a projector has to show, from messages and transforms to a scene in world
-/// coordinates: what projector_node and `afterglow render` have in common. No ROS master is
-/// involved.
+/// From messages and transforms to the scene that projectors show, in world coordinates. Shared by
+/// projector_node and `afterglow render`. Needs no ROS master.
 #pragma once
 
 #include <nav_msgs/Path.h>
@@ -19,26 +18,47 @@
 
 #include "calib/frames.hpp"
 #include "nodes/conversion/marker_assets.hpp"
+#include "nodes/projector/found_surfaces.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/projector/scene_surfaces.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// One moment's worth. World is the configuration's fixed frame.
-struct SceneFrame {
-  render::Scene scene;
-  /// Of the first projector. Absent while its pose is unknown or stale: then nothing may be lit.
-  std::optional<Rigid<Projector, World>> T_projector_world;
-  std::vector<std::string> problems;  ///< one line each, for people; empty: all is well
+template <typename MessageType>
+struct MessageTag {
+  using Type = MessageType;
 };
 
-/// Feeds on messages (a layer is named by its index in the configuration), in the order of their
-/// arrival; `now` is ROS time of arrival or drawing and must not run backwards: clear() when it
-/// does. Bad messages are counted, never thrown. The buffer must outlive this; one thread at a
-/// time.
+/// Calls `f` with the MessageTag of a layer's type.
+template <typename Function>
+void withMessageType(LayerType type, Function&& f) {
+  switch (type) {
+    case LayerType::PointCloud2:
+      return f(MessageTag<sensor_msgs::PointCloud2>());
+    case LayerType::LaserScan:
+      return f(MessageTag<sensor_msgs::LaserScan>());
+    case LayerType::Path:
+      return f(MessageTag<nav_msgs::Path>());
+    case LayerType::Marker:
+      return f(MessageTag<visualization_msgs::Marker>());
+    case LayerType::MarkerArray:
+      return f(MessageTag<visualization_msgs::MarkerArray>());
+  }
+}
+
+/// What is to be shown at one moment. World is the configuration's fixed frame.
+struct SceneFrame {
+  render::Scene scene;
+  /// Of the first projector. Empty while its pose is unknown or stale: it must then show nothing.
+  std::optional<Rigid<Projector, World>> T_projector_world;
+  std::vector<std::string> problems;  ///< one line each, for people
+};
+
+/// Takes messages in the order of their arrival; `layer` is the index in the configuration, `now`
+/// the ROS time of arrival or drawing. When that time runs backwards, call clear() first. Bad
+/// messages are counted and never throw. The buffer must outlive this; one thread at a time.
 class ProjectorScene {
  public:
   ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer);
@@ -48,29 +68,29 @@ class ProjectorScene {
   void add(std::size_t layer, const nav_msgs::Path& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::Marker& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::MarkerArray& message, ros::Time now);
-  /// Reads the meshes that a message names, so that add() finds them read. The one thing that may
-  /// run beside everything else, in any thread; a file can take seconds.
+  /// Reads the meshes that a message names, which can take seconds, so that add() need not. Only
+  /// this function may run beside the others, in any thread.
   void prepare(const visualization_msgs::Marker& message);
   void prepare(const visualization_msgs::MarkerArray& message);
-  /// A message whose bytes are no message.
+  /// Counts a message that cannot be deserialized.
   void drop(std::size_t layer, const std::string& reason);
 
-  /// What was found of one of the configuration's surfaces, or why not (SceneSurfaces).
+  /// The result of the search for one of the configuration's surfaces (SceneSurfaces).
   void takeSurface(std::size_t surface, const Finding& finding);
 
-  /// Lets waiting content in and expired content out.
+  /// Shows waiting content whose transform has come, and removes expired content.
   void update(ros::Time now);
-  /// update(), and what is there to be seen from any projector. Adds to `problems`.
+  /// update(), then the scene, which is the same for all projectors. Adds to `problems`.
   render::Scene scene(ros::Time now, std::vector<std::string>& problems);
-  /// Where one of the configuration's projectors is by the time its light leaves, as of the last
-  /// update(). Absent, with a problem, while that is unknown.
+  /// The pose of one of the configuration's projectors at the time its light leaves, as of the last
+  /// update(). Empty, with a problem, while that is unknown.
   std::optional<Rigid<Projector, World>> projectorPose(std::size_t projector, ros::Time now,
                                                        std::vector<std::string>& problems);
-  /// Both, for the first projector.
+  /// scene() and projectorPose() of the first projector.
   SceneFrame frame(ros::Time now);
-  /// Whether content waits for its transform: it may appear with the next.
+  /// Whether content waits for a transform, so that the next transform may show it.
   bool isWaiting() const;
-  /// Forgets all content (not the counts): time has jumped.
+  /// Forgets all content, but not the counts, because time has jumped.
   void clear();
 
   std::vector<LayerStatus> status() const;
@@ -79,7 +99,7 @@ class ProjectorScene {
  private:
   void addContent(std::size_t layer, const std_msgs::Header& header, Converted<Content> content,
                   ros::Time now);
-  /// One of its own for what decays; else the places of the buffer in turn.
+  /// A new key for content that decays; else the keys of the layer's buffer, in turn.
   ContentKey nextKey(std::size_t layer);
   void addMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time now);
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "nodes/conversion/typed_message.hpp"
-#include "nodes/projector/transform_intake.hpp"
+#include "nodes/projector/transform_listener.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 const char kTransforms[] = "/tf", kStaticTransforms[] = "/tf_static";
 constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf2 remembers
-/// ns; a cloud that cannot be placed by then is given up for another.
+/// ns; a cloud without a transform after this time is given up for the next one.
 constexpr std::int64_t kCloudPatience = 1'000'000'000;
 
 ros::Time toTime(replay::Stamp stamp) {
@@ -60,7 +60,7 @@ void RecordedScene::feedEarlierTransforms() {
   feedBetween(kTransforms, behavior_.begin.ns - kTransformsBefore);
 }
 
-/// In the first clouds of the recording that can be placed: as if found before it began.
+/// In the first clouds of the recording whose transforms are known, as if before it began.
 void RecordedScene::findSurfaces() {
   const std::vector<SurfaceConfig>& surfaces = scene_.config().surfaces;
   SurfaceFinder finder(surfaces, transforms_);
@@ -126,25 +126,17 @@ void RecordedScene::feedTransforms(const replay::Message& message, const replay:
   const auto transforms = toMessage<tf2_msgs::TFMessage>(message.bytes);
   if (!transforms) return;  // one lost transform is bridged by the next
   for (const geometry_msgs::TransformStamped& transform : transforms->transforms) {
-    takeTransform(transforms_, transform, channel.caller_id, channel.topic == kStaticTransforms,
-                  toTime(message.received));  // nor does one that is refused end the recording
+    // One that is refused does not end the recording, either.
+    storeTransform(transforms_, transform, channel.caller_id, channel.topic == kStaticTransforms,
+                   toTime(message.received));
   }
 }
 
 void RecordedScene::feedLayer(std::size_t layer, const replay::Message& message,
                               const replay::Channel& channel) {
-  switch (scene_.config().layers[layer].type) {
-    case LayerType::PointCloud2:
-      return feedLayerAs<sensor_msgs::PointCloud2>(layer, message, channel);
-    case LayerType::LaserScan:
-      return feedLayerAs<sensor_msgs::LaserScan>(layer, message, channel);
-    case LayerType::Path:
-      return feedLayerAs<nav_msgs::Path>(layer, message, channel);
-    case LayerType::Marker:
-      return feedLayerAs<visualization_msgs::Marker>(layer, message, channel);
-    case LayerType::MarkerArray:
-      return feedLayerAs<visualization_msgs::MarkerArray>(layer, message, channel);
-  }
+  withMessageType(scene_.config().layers[layer].type, [&](auto tag) {
+    feedLayerAs<typename decltype(tag)::Type>(layer, message, channel);
+  });
 }
 
 template <typename MessageType>

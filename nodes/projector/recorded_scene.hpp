@@ -1,6 +1,6 @@
 /// \file
-/// A recorded behavior's scene at any of its moments, as projector_node would have had it live. No
-/// ROS master is involved.
+/// A recorded behavior's scene at any of its moments, as projector_node would have had it live.
+/// Needs no ROS master.
 #pragma once
 
 #include <tf2/buffer_core.h>
@@ -15,11 +15,11 @@
 
 namespace afterglow::nodes {
 
-/// When a behavior without an end has ended: just behind its last message, context included.
+/// The end of a behavior; if it has none, just behind its last message, context included.
 replay::Stamp endOf(const replay::Store& store, const replay::Behavior& behavior);
 
-/// Plays a behavior's layers and transforms into a ProjectorScene, in order of arrival; also the
-/// static transforms of its recording from before it, and /tf from shortly before. Keeps a
+/// Plays a behavior's layers and transforms into a ProjectorScene in the order of their arrival,
+/// after the recording's earlier static transforms and the /tf of the seconds before. Keeps a
 /// reference to the store. One thread at a time.
 class RecordedScene {
  public:

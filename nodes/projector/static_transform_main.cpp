@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/mount/mount_text.hpp"
+#include "calib/mount/mount.hpp"
 #include "calib/number_text.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/master_check.hpp"
 #include "nodes/tools/mount_poses.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 namespace {

@@ -9,7 +9,7 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kFarthest = 100;                 // metres
+constexpr double kFarthest = 100;                 // meters
 constexpr double kTilt = 10, kGreatestTilt = 60;  // degrees
 constexpr double kGreatestGain = 10;
 constexpr double kLeastCell = 0.001, kGreatestCell = 1;

@@ -1,5 +1,5 @@
 /// \file
-/// Where light may be laid: an entry of `surfaces` in a projector's configuration.
+/// A surface that light falls on: an entry of `surfaces` in a projector's configuration.
 /// assets/projector.yaml explains every key.
 #pragma once
 
@@ -16,8 +16,8 @@ namespace afterglow::nodes {
 /// A surface that is found in a point cloud instead of given.
 struct SurfaceSearch {
   std::string topic;                     ///< sensor_msgs/PointCloud2
-  double least_height, greatest_height;  ///< of the points that count, metres, z of the frame
-  std::vector<Eigen::Vector2d> within;   ///< x and y of those; empty: anywhere
+  double least_height, greatest_height;  ///< z in the frame of the points that count, meters
+  std::vector<Eigen::Vector2d> within;   ///< outline around their x and y; empty: anywhere
   double max_tilt;                       ///< radians between its normal and the frame's z
 };
 
@@ -29,13 +29,13 @@ struct ReliefConfig {
 
 struct SurfaceConfig {
   std::string name;
-  std::string frame;                     ///< given: the surface is its z = 0 plane; found: in it
-  std::vector<Eigen::Vector2d> polygon;  ///< given: metres; empty: unbounded
-  std::optional<SurfaceSearch> search;   ///< found
+  std::string frame;                     ///< if given, the surface is the z = 0 plane of the frame
+  std::vector<Eigen::Vector2d> polygon;  ///< if given: meters; empty: unbounded
+  std::optional<SurfaceSearch> search;   ///< of a surface that is found in `frame`, not given
   std::optional<ReliefConfig> relief;
-  float gain = 1;  ///< of the light of what is laid on it
+  float gain = 1;  ///< factor of the light of its layers
 
-  /// Whether there is more to it than is configured.
+  /// Whether point clouds have to tell something about it.
   bool isMeasured() const { return search || relief; }
 };
 

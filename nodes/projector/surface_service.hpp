@@ -1,6 +1,6 @@
 /// \file
-/// projector_node's ~find_surfaces (std_srvs/Trigger): looks at the next clouds, finds what is to
-/// be found in them and freezes it until it is called again.
+/// projector_node's ~find_surfaces (std_srvs/Trigger): finds the configured surfaces in the next
+/// clouds and keeps them until it is called again.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -15,9 +15,8 @@
 
 namespace afterglow::nodes {
 
-/// Waits and searches in a thread of its own, which calls `take` with what was found or why not,
-/// once a surface. Subscribes to clouds only while it searches. Buffer and configuration must
-/// outlive this.
+/// Waits and searches in a thread of its own, which calls `take` with the finding of each surface.
+/// Subscribes to clouds only while it searches. Buffer and configuration must outlive this.
 class SurfaceService {
  public:
   using Take = std::function<void(std::size_t surface, const Finding& finding)>;
@@ -28,7 +27,7 @@ class SurfaceService {
 
  private:
   bool find(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
-  /// The next cloud of each topic that can be placed; some seconds at most.
+  /// Takes the next cloud of each topic whose transform is known. Waits some seconds at most.
   void collect(SurfaceFinder& finder);
 
   const std::vector<SurfaceConfig>& surfaces_;

@@ -1,5 +1,5 @@
 /// \file
-/// What the drift watch looks at: the `watch` block of a projector's configuration.
+/// The `watch` block of a projector's configuration: tags, camera and limits of the drift watch.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ struct WatchConfig {
   std::string camera_info;  ///< a topic if it begins with '/', else a file's path
   calib::TagLayout layout;  ///< known tags on the z = 0 plane of layout.frame, which tf knows
   double period_s = 10;
-  std::optional<double> limit_px, limit_mm;  ///< of the median offset; at least one is there
+  std::optional<double> limit_px, limit_mm;  ///< of the median offset; at least one is set
 };
 
 /// Keys: image, camera_info, tags (paths are relative to `folder`), period_s, limit_px, limit_mm.

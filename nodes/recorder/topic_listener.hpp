@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/conversion/raw_message.hpp"
+#include "nodes/conversion/typed_message.hpp"
 #include "replay/record/recorder.hpp"
 
 namespace afterglow::nodes {

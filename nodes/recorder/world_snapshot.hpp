@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/projector/transform_inbox.hpp"
+#include "nodes/projector/transform_listener.hpp"
 #include "nodes/recorder/recorder_options.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/store.hpp"
@@ -37,7 +37,7 @@ class WorldSnapshot {
   const RecorderNodeOptions& options_;
   replay::Store& store_;
   tf2::BufferCore buffer_;
-  TransformInbox transforms_{buffer_};
+  TransformListener transforms_{buffer_};
   mutable std::mutex mutex_;  ///< the rest
   std::string urdf_text_, urdf_sha256_;
   std::optional<sensor_msgs::CameraInfo> camera_info_;

@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "nodes/projector/transform_intake.hpp"
+#include "nodes/projector/transform_listener.hpp"
 #include "tests/support/faulty_scene.hpp"
 
 namespace afterglow::nodes::frame_faults_test {
@@ -26,7 +26,7 @@ class FrameFaults : public test::FaultyScene {
   }
   std::string take(const geometry_msgs::TransformStamped& message, ros::Time now,
                    bool is_static = false) {
-    const Intake taken = takeTransform(buffer_, message, "test", is_static, now);
+    const StoredTransform taken = storeTransform(buffer_, message, "test", is_static, now);
     EXPECT_EQ(taken.is_stored,
               taken.reason.empty() || taken.reason.find(": has jumped") != std::string::npos);
     return taken.reason;

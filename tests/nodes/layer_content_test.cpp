@@ -1,6 +1,6 @@
 // Clouds, scans and paths over time: what decays, what is buffered, what is seen from a moving
 // robot.
-#include "nodes/projector/layer_content.hpp"
+#include "nodes/projector/layer_state.hpp"
 
 #include <gtest/gtest.h>
 

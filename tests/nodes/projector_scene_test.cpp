@@ -5,7 +5,7 @@
 #include <string>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/projector/projector_pose.hpp"
+#include "nodes/projector/frame_lookup.hpp"
 #include "tests/support/cloud_messages.hpp"
 
 namespace afterglow::nodes::projector_scene_test {

@@ -5,8 +5,8 @@
 
 #include <fstream>
 
+#include "nodes/projector/drift_watch.hpp"
 #include "nodes/projector/projector_config.hpp"
-#include "nodes/projector/watch_status.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
 #include "tests/support/temp_folder.hpp"
 

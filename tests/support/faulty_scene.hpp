@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/projector/fault_log.hpp"
+#include "nodes/projector/projector_diagnostics.hpp"
 #include "nodes/projector/projector_scene.hpp"
 #include "render/scene/tessellate.hpp"
 

@@ -1,0 +1,51 @@
+#include "nodes/projector/picture_schedule.hpp"
+
+namespace afterglow::nodes {
+
+using Clock = std::chrono::steady_clock;
+
+PictureSchedule::PictureSchedule(double rate_hz)
+    : period_(std::chrono::duration_cast<Clock::duration>(
+          std::chrono::duration<double>(1 / rate_hz))) {}
+
+void PictureSchedule::announce() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    has_news_ = true;
+  }
+  woken_.notify_all();
+}
+
+void PictureSchedule::stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopped_ = true;
+  }
+  woken_.notify_all();
+}
+
+bool PictureSchedule::isStopped() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return is_stopped_;
+}
+
+PictureSchedule::Time PictureSchedule::regularDue(Time drawn_at, bool is_waiting) const {
+  if (is_waiting) return drawn_at + period_ / 2;
+  // New content often comes at about the same rate as pictures: a regular picture just before it
+  // would only delay it.
+  const bool was_news = news_drawn_at_ + period_ / 2 > drawn_at;
+  return was_news ? drawn_at + period_ + period_ / 4 : drawn_at + period_;
+}
+
+void PictureSchedule::awaitDue(Time drawn_at, bool is_waiting) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const Time regular = regularDue(drawn_at, is_waiting);
+  woken_.wait_until(lock, regular, [this] { return is_stopped_ || has_news_; });
+  if (has_news_) {
+    woken_.wait_until(lock, news_drawn_at_ + period_ / 2, [this] { return is_stopped_; });
+    news_drawn_at_ = Clock::now();
+  }
+  has_news_ = false;
+}
+
+}  // namespace afterglow::nodes

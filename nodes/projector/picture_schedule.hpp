@@ -1,0 +1,38 @@
+/// \file
+/// When projector_node draws: new content at once, the rest at a steady rate.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+namespace afterglow::nodes {
+
+/// announce() and stop() from any thread, the rest from the thread that draws.
+class PictureSchedule {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+
+  explicit PictureSchedule(double rate_hz);
+
+  /// There is new content: the next picture is due now, or half a period after the last one that
+  /// was announced.
+  void announce();
+  /// Ends the drawing; awaitDue() returns at once from now on.
+  void stop();
+  bool isStopped() const;
+  /// Waits until the next picture after that of `drawn_at` is due. `is_waiting`: content waits for
+  /// a transform, which may come at any time.
+  void awaitDue(Time drawn_at, bool is_waiting);
+
+ private:
+  Time regularDue(Time drawn_at, bool is_waiting) const;
+
+  const std::chrono::steady_clock::duration period_;
+  mutable std::mutex mutex_;  ///< all below
+  std::condition_variable woken_;
+  bool has_news_ = false, is_stopped_ = false;
+  Time news_drawn_at_ = Time::min();
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,88 @@
+/// \file
+/// What projector_node tells about itself: in /diagnostics everything, once a second; in the log
+/// each fault when it is new, and now and then while it goes on.
+#pragma once
+
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <ros/ros.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/projector/layer_state.hpp"
+
+namespace afterglow::nodes {
+
+/// The state of one projector.
+struct OutputState {
+  std::string name;      ///< among several; empty: the only one
+  std::string renderer;  ///< OpenGL version and device, and who draws
+  /// Of the last image; those of the projector itself begin with "projector: ".
+  std::vector<std::string> problems;
+};
+
+/// The state of the node, of its projectors and of its layers.
+struct ProjectorState {
+  std::string name;     ///< of the node
+  double drawn_hz = 0;  ///< images in the last second
+  double wanted_hz = 0;
+  std::uint64_t late = 0;  ///< images that took longer than their time, ever
+  std::vector<OutputState> outputs;
+  std::vector<LayerStatus> layers;
+};
+
+/// One status for each projector (an error while it is dark because something is missing, a warning
+/// while a layer lacks something) and one for each layer (a warning once something was dropped).
+diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
+
+/// Chooses what is worth a line in the log. Bounded as the reasons of layers are. One thread at a
+/// time.
+class FaultLog {
+ public:
+  static constexpr std::int64_t kAgainNs = 30'000'000'000;  ///< between two lines on one fault
+
+  /// The lines for this moment (of any clock that does not run backwards): problems that stand, and
+  /// what layers dropped or found odd since the last line about it.
+  std::vector<std::string> news(const std::vector<std::string>& problems,
+                                const std::vector<LayerStatus>& layers, std::int64_t now_ns);
+
+ private:
+  struct Said {
+    std::uint64_t count;
+    std::int64_t at_ns;
+  };
+  void add(std::vector<std::string>& lines, const std::string& prefix,
+           const std::map<std::string, std::uint64_t>& reasons, std::int64_t now_ns);
+
+  std::map<std::string, Said> counted_;
+  std::map<std::string, std::int64_t> standing_;  ///< problems, and when each was last said
+};
+
+/// Counts images, publishes and logs. countImage() from any thread, the rest from one.
+class ProjectorDiagnostics {
+ public:
+  explicit ProjectorDiagnostics(double wanted_hz);
+
+  void countImage(bool is_late);
+  /// Completes the state with the node's name and rates. `watch`: the drift watch's status.
+  void publish(ProjectorState state,
+               const std::optional<diagnostic_msgs::DiagnosticStatus>& watch);
+
+ private:
+  void log(const ProjectorState& state);
+
+  const double wanted_hz_;
+  std::atomic<std::uint64_t> drawn_{0}, late_{0};
+  std::uint64_t drawn_before_ = 0;
+  std::chrono::steady_clock::time_point counted_at_;
+  FaultLog faults_;
+  ros::NodeHandle nh_;
+  ros::Publisher publisher_;
+};
+
+}  // namespace afterglow::nodes

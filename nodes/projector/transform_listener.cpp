@@ -1,0 +1,131 @@
+#include "nodes/projector/transform_listener.hpp"
+
+#include <boost/function.hpp>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <string>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kQueue = 100;           // tf2_ros's
+constexpr std::uint64_t kJumpNs = 500'000'000;  // less is a clock being set right
+
+/// Clocks of one robot differ by less.
+constexpr std::int64_t kFutureNs = 60'000'000'000;
+/// tf2 adds its ten seconds of memory to a stamp, and ROS times end with 32 bits of seconds.
+constexpr std::int64_t kLastNs = (std::int64_t{1} << 32) * 1'000'000'000 - 2 * kFutureNs;
+constexpr double kOffUnit = 0.01;               // tf2's tolerance
+constexpr double kJump = 0.5, kJumpSpeed = 20;  // m, m/s
+
+std::string stampFault(ros::Time stamp, ros::Time now) {
+  if (stamp.nsec >= 1'000'000'000u) return "stamp is no time";
+  const auto stamp_ns = static_cast<std::int64_t>(stamp.toNSec());
+  const auto now_ns = static_cast<std::int64_t>(now.toNSec());
+  const bool is_ahead = !now.isZero() && stamp_ns > now_ns + kFutureNs;
+  return is_ahead || stamp_ns > kLastNs ? "stamp lies in the future" : "";
+}
+
+std::string placeFault(const geometry_msgs::Transform& transform) {
+  const geometry_msgs::Vector3& p = transform.translation;
+  const geometry_msgs::Quaternion& q = transform.rotation;
+  if (!toVector(p.x, p.y, p.z)) return "not finite or absurdly far";
+  const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  return std::abs(norm - 1) <= kOffUnit ? "" : "rotation is not normalized";
+}
+
+/// Where the frame was before, if it has jumped from there: farther and faster than robots move.
+std::optional<geometry_msgs::TransformStamped> jumpedFrom(
+    const tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform) {
+  const std::string parent = frameName(transform.header.frame_id);
+  const std::string child = frameName(transform.child_frame_id);
+  if (!buffer.canTransform(parent, child, ros::Time(0))) return std::nullopt;
+  auto before = buffer.lookupTransform(parent, child, ros::Time(0));
+  const double distance =
+      (toIsometry(before.transform).translation() - toIsometry(transform.transform).translation())
+          .norm();
+  const auto between_ns = static_cast<std::int64_t>(transform.header.stamp.toNSec()) -
+                          static_cast<std::int64_t>(before.header.stamp.toNSec());
+  const double seconds = static_cast<double>(between_ns) * 1e-9;
+  const bool has_jumped = distance > kJump && seconds > 0 && distance > kJumpSpeed * seconds;
+  return has_jumped ? std::optional(before) : std::nullopt;
+}
+
+/// Returns whether the frame has jumped. tf2 ignores repeated and too old transforms: no fault.
+bool setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
+           const std::string& authority, bool is_static) {
+  const auto before = is_static ? std::nullopt : jumpedFrom(buffer, transform);
+  if (before) {
+    geometry_msgs::TransformStamped until = transform;
+    until.transform = before->transform;
+    until.header.stamp.fromNSec(transform.header.stamp.toNSec() - 1);
+    buffer.setTransform(until, authority);
+  }
+  buffer.setTransform(transform, authority, is_static);
+  return before.has_value();
+}
+
+}  // namespace
+
+TransformListener::TransformListener(tf2::BufferCore& buffer)
+    : buffer_(buffer), counts_("/tf", 1, {}) {
+  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+  nh_.setCallbackQueue(&queue_);
+  const boost::function<void(const Event&)> moving = [this](const Event& e) { take(e, false); };
+  const boost::function<void(const Event&)> fixed = [this](const Event& e) { take(e, true); };
+  moving_ = nh_.subscribe<tf2_msgs::TFMessage>("/tf", kQueue, moving);
+  fixed_ = nh_.subscribe<tf2_msgs::TFMessage>("/tf_static", kQueue, fixed);
+  spinner_.start();
+}
+
+TransformListener::~TransformListener() { spinner_.stop(); }
+
+void TransformListener::take(const ros::MessageEvent<const tf2_msgs::TFMessage>& event,
+                             bool is_static) {
+  const ros::Time now = ros::Time::now();
+  if (now.toNSec() + kJumpNs < last_time_.toNSec()) {
+    ROS_WARN("ROS time has jumped back: transforms are forgotten");
+    buffer_.clear();
+  }
+  last_time_ = now;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  counts_.countMessage();
+  for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
+    const auto [is_stored, reason] =
+        storeTransform(buffer_, transform, event.getPublisherName(), is_static, now);
+    if (!is_stored) {
+      counts_.drop(reason);
+    } else if (!reason.empty()) {
+      counts_.remark(reason);
+    }
+  }
+}
+
+LayerStatus TransformListener::status() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return counts_.status();
+}
+
+StoredTransform storeTransform(tf2::BufferCore& buffer,
+                               const geometry_msgs::TransformStamped& transform,
+                               const std::string& authority, bool is_static, ros::Time now) {
+  const std::string child = frameName(transform.child_frame_id);
+  const std::string parent = frameName(transform.header.frame_id);
+  const std::string of = "transform of '" + printable(child) + "': ";
+  if (child.empty() || parent.empty()) return {false, of + "a frame without a name"};
+  if (child == parent) return {false, of + "its own parent"};
+  std::string fault = placeFault(transform.transform);
+  if (fault.empty() && !is_static) fault = stampFault(transform.header.stamp, now);
+  if (!fault.empty()) return {false, of + fault};
+  try {
+    return {true, setTransform(buffer, transform, authority, is_static) ? of + "has jumped" : ""};
+  } catch (const std::exception& error) {
+    return {false, of + error.what()};
+  }
+}
+
+}  // namespace afterglow::nodes
