@@ -24,7 +24,7 @@ Clock::time_point after(double seconds) {
          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// A robot without a recorder is told so once, not with every behavior.
+/// On a robot without a recorder this is logged once, not with every behavior.
 std::atomic<bool> absence_is_known{false};
 
 }  // namespace
@@ -34,12 +34,12 @@ struct BehaviorRecording::State {
   RecordingOptions options;
   std::uint64_t serial = 0;
   std::shared_ptr<RecorderClient> recorder;
-  Clock::time_point deadline;        ///< nobody waits for the start after this
-  States before_start, before_stop;  ///< whose answers come first
+  Clock::time_point deadline;        ///< of waiting for the start
+  States before_start, before_stop;  ///< recordings that have to be answered before this
 
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
-  bool is_started = false;  ///< or never will be
+  bool is_started = false;  ///< or has failed
   bool is_done = false;
   std::int64_t id = 0;
   std::string problem;
@@ -55,14 +55,14 @@ struct BehaviorRecording::State {
     const std::lock_guard<std::mutex> lock(mutex);
     return !isAnswered();
   }
-  /// Changes members and wakes whoever waits for them.
+  /// Changes members and wakes waiting threads.
   template <typename Change>
   void set(const Change& change) {
     const std::lock_guard<std::mutex> lock(mutex);
     change();
     changed.notify_all();
   }
-  /// False if it does not hold in time. The condition is asked under the mutex.
+  /// Waits for a condition, evaluated under the mutex. False if it does not hold in time.
   template <typename Condition>
   bool wait(Clock::time_point until, const Condition& condition) const {
     std::unique_lock<std::mutex> lock(mutex);
@@ -89,7 +89,7 @@ class BehaviorRecording::Registry {
     all_.push_back(state);
     return ++count_;
   }
-  /// Those but this one that wait for an answer of the same recorder.
+  /// The other recordings that wait for an answer of the same recorder.
   States busy(const State& state) {
     const std::lock_guard<std::mutex> lock(mutex_);
     States busy;
@@ -213,7 +213,7 @@ BehaviorRecording& BehaviorRecording::operator=(BehaviorRecording&& other) noexc
 }
 
 void BehaviorRecording::end(const std::string& outcome) {
-  // What lies below is started and stopped before this is stopped.
+  // Recordings below this one are started and stopped before this one is stopped.
   States below = Registry::instance().busy(*state_);
   const auto is_elsewhere = [this](const auto& other) { return !other->isBelow(treePath()); };
   below.erase(std::remove_if(below.begin(), below.end(), is_elsewhere), below.end());

@@ -10,7 +10,7 @@
 namespace afterglow::nodes {
 namespace {
 
-/// The regular expression that means the same as a glob over paths.
+/// A glob over paths as a regular expression.
 std::string regexOf(const std::string& glob) {
   std::string text;
   for (std::size_t i = 0; i < glob.size(); ++i) {

@@ -39,7 +39,7 @@ Channels channelsOf(const std::string& encoding) {
 }
 
 /// Rec. 601, rounded; what OpenCV does.
-std::uint8_t grey(const std::uint8_t* pixel, const Channels& channels) {
+std::uint8_t grayOf(const std::uint8_t* pixel, const Channels& channels) {
   const unsigned sum =
       299U * pixel[channels.red] + 587U * pixel[1] + 114U * pixel[channels.blue] + 500U;
   return static_cast<std::uint8_t>(sum / 1000U);
@@ -75,7 +75,7 @@ calib::Picture toPicture(const sensor_msgs::Image& message) {
       out = std::copy_n(row, message.width, out);
     } else {
       for (std::size_t x = 0; x < message.width; ++x)
-        *out++ = grey(row + x * channels.bytes, channels);
+        *out++ = grayOf(row + x * channels.bytes, channels);
     }
   }
   return picture;
@@ -118,6 +118,34 @@ calib::Lens toLens(const sensor_msgs::CameraInfo& message) {
   } catch (const std::invalid_argument& error) {
     refuse(std::string("camera_info: ") + error.what());
   }
+}
+
+sensor_msgs::Image toImage(render::Image image) {
+  sensor_msgs::Image message;
+  message.width = static_cast<std::uint32_t>(image.width);
+  message.height = static_cast<std::uint32_t>(image.height);
+  message.step = 3 * message.width;
+  message.encoding = sensor_msgs::image_encodings::RGB8;
+  message.data = std::move(image.rgb);
+  return message;
+}
+
+sensor_msgs::CameraInfo toCameraInfo(const calib::Lens& lens) {
+  sensor_msgs::CameraInfo message;
+  message.width = static_cast<std::uint32_t>(lens.width);
+  message.height = static_cast<std::uint32_t>(lens.height);
+  message.distortion_model = calib::distortionModel(lens);
+  message.D = calib::distortionCoefficients(lens);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const auto at = static_cast<std::size_t>(row);
+      const auto on = static_cast<std::size_t>(column);
+      message.K[3 * at + on] = lens.K(row, column);
+      message.P[4 * at + on] = lens.K(row, column);
+      message.R[3 * at + on] = row == column ? 1 : 0;
+    }
+  }
+  return message;
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// Colors that are not in a message but follow from its values. Semantics: RViz 1.14,
+/// Colors made from the values in a message. Semantics: RViz 1.14,
 /// point_cloud_transformers.cpp.
 #pragma once
 
@@ -14,20 +14,19 @@ namespace afterglow::nodes {
 
 enum class ColorSource { Flat, Rgb8, Mono8, RgbF32, Intensity, AxisX, AxisY, AxisZ };
 
-/// How numbers become colors. Equal bounds make one color of all: that of the lower one.
+/// How numbers become colors. With equal bounds all get the color of the lower bound.
 struct ColorScale {
   bool rainbow = true;
   bool invert = false;                                    ///< the rainbow begins with magenta
   render::Color least{0, 0, 0, 1}, greatest{1, 1, 1, 1};  ///< without the rainbow
-  /// What the scale's ends stand for; none: the least and the greatest value of each message.
+  /// The values at the ends of the scale; empty: the least and the greatest of each message.
   std::optional<std::array<double, 2>> bounds;
 };
 
 /// Red at 0 over yellow, green, cyan and blue to magenta at 1 (hue 0 to 300 degrees).
 render::Color rainbow(double share);
 
-/// One color a value. Values that are not finite count for neither bound and get the color of the
-/// lower one.
+/// One color for each value. Values that are not finite get the color of the lower bound.
 render::ColorList colorsOf(const std::vector<double>& values, const ColorScale& scale);
 
 /// The same brightness without hue: MONO8.

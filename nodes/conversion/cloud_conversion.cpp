@@ -17,7 +17,7 @@ namespace {
 
 using sensor_msgs::PointCloud2;
 
-/// Why the declared sizes do not fit the data, or empty. Divisions: products may pass 2^64.
+/// Why the declared sizes do not fit the data, or empty. Divides, because products may overflow.
 std::string sizeFault(const PointCloud2& message) {
   const std::uint64_t rows = message.height, columns = message.width, size = message.data.size();
   if (message.point_step == 0) return "point_step is 0";
@@ -29,7 +29,7 @@ std::string sizeFault(const PointCloud2& message) {
   return {};
 }
 
-/// What is odd about sizes that fit.
+/// Remarks on sizes that fit.
 std::string sizeRemark(const PointCloud2& message) {
   const std::uint64_t row = std::uint64_t{message.width} * message.point_step;
   const std::uint64_t declared = message.height == 1
@@ -41,7 +41,7 @@ std::string sizeRemark(const PointCloud2& message) {
   return message.data.size() > declared ? "data is longer than declared" : "";
 }
 
-/// Bytes of colors as shares: looked up, for a division each would be most of the work.
+/// Color bytes as shares, in a table: a division for each would take most of the time.
 constexpr std::array<float, 256> kShares = [] {
   std::array<float, 256> shares{};
   for (std::size_t i = 0; i < shares.size(); ++i) shares[i] = static_cast<float>(i) / 255.0f;
@@ -53,10 +53,10 @@ render::Color unpack(std::uint32_t bits, bool with_alpha) {
   return {channel(16), channel(8), channel(0), with_alpha ? channel(24) : 1.0f};
 }
 
-/// What is read of every point.
+/// The fields that are read of every point.
 struct CloudFields {
   std::vector<FieldReader> xyz;
-  std::vector<FieldReader> color;  ///< one packed, three shares, one number, or none
+  std::vector<FieldReader> color;  ///< one packed field, three shares, one number, or empty
   bool with_alpha = false;
 };
 
@@ -71,7 +71,7 @@ class CloudReader {
   }
 
   render::PointCloud read() {
-    const std::size_t all = std::size_t{message_.width} * message_.height;  // data holds as many
+    const std::size_t all = std::size_t{message_.width} * message_.height;  // the data has as many
     const std::size_t stride = (all + kMostCloudPoints - 1) / kMostCloudPoints;
     points_.reserve(all / stride + 1);
     if (style_.color == ColorSource::Intensity) {
@@ -126,7 +126,7 @@ class CloudReader {
     }
   }
 
-  /// What nearly every cloud has, without a decision for every value.
+  /// A fast loop for the layout of nearly all clouds, without a decision for every value.
   template <typename AddColor>
   void addPlainPoints(const std::uint8_t* point, std::size_t count, std::size_t step,
                       AddColor addColor) {

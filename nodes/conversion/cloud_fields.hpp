@@ -45,14 +45,14 @@ class FieldReader {
   bool swap_;
 };
 
-/// Finds fields and keeps what was wrong or odd about them. Of several of one name the first
-/// counts, and of a field of several numbers the first number; both are remarks.
+/// Finds fields and keeps their faults and remarks. Of several fields of one name the first counts,
+/// and of a field of several numbers the first number; both are remarks.
 class FieldFinder {
  public:
   explicit FieldFinder(const sensor_msgs::PointCloud2& message) : message_(message) {}
 
-  /// The first of these names that is there. Empty, with fault(), if there is none, its type is not
-  /// one of these, or it lies beyond the point.
+  /// The field of the first of these names that exists. Empty, with fault(), if none exists, its
+  /// type is not one of `datatypes`, or it lies beyond the point.
   std::optional<FieldReader> find(const std::vector<std::string>& names,
                                   const std::vector<std::uint8_t>& datatypes);
   bool has(const std::string& name) const { return look(name) != nullptr; }

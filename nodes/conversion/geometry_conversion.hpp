@@ -1,6 +1,6 @@
 /// \file
-/// geometry_msgs and std_msgs values as the scene's, checked: what is not finite, or farther than
-/// any projector throws, has no value.
+/// Values of geometry_msgs and std_msgs as values of the scene, checked: numbers that are not
+/// finite and places farther than any projector reaches are refused.
 #pragma once
 
 #include <geometry_msgs/Point.h>
@@ -16,16 +16,29 @@
 #include <optional>
 #include <string>
 
-#include "nodes/conversion/converted.hpp"
 #include "render/scene/scene.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
 
-constexpr double kFarthest = 1e6;  ///< metres; beyond it a coordinate is absurd, not far away
+/// The result of reading a message from the network. Messages are untrusted: a bad one gives a
+/// reason to be counted, never an exception. The reason is a stable text (no measured numbers in
+/// it), so that a stream of equal faults counts as one.
+template <typename T>
+struct Converted {
+  std::optional<T> value;
+  std::string reason;  ///< why there is no value; beside a value: what is odd about it
+};
+
+template <typename T>
+Converted<T> refused(std::string reason) {
+  return {std::nullopt, std::move(reason)};
+}
+
+constexpr double kFarthest = 1e6;  ///< meters; beyond it a coordinate is absurd, not far away
 constexpr std::size_t kMostPoints = std::size_t{1} << 22;  ///< in one message; more is refused
 
-/// Metres. Empty if a coordinate is not finite or beyond kFarthest.
+/// Meters. Empty if a coordinate is not finite or beyond kFarthest.
 std::optional<Eigen::Vector3f> toVector(double x, double y, double z);
 
 /// Components clamped to 0..1 (authors send 255). Empty if one is not a number.
@@ -38,16 +51,16 @@ Converted<Eigen::Isometry3d> toPose(const geometry_msgs::Pose& pose);
 Eigen::Isometry3d toIsometry(const geometry_msgs::Transform& transform);
 geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T_parent_child);
 
-/// On the floor of the parent, z = 0.
+/// A pose on the parent's floor, z = 0.
 Eigen::Isometry3d toIsometry(const replay::PlanarPose& pose);
-/// Seen from above: where its x points.
+/// The pose seen from above: its place, and the direction of its x axis.
 replay::PlanarPose toPlanarPose(const Eigen::Isometry3d& T_parent_child);
 
-/// Why content with this header has no place at all, or empty: a frame without a name, a stamp that
-/// is no time.
+/// Why content with this header cannot be placed (a frame without a name, a stamp that is no time);
+/// else empty.
 std::string headerFault(const std_msgs::Header& header);
 
-/// tf2 names carry no leading slash; messages from tf's days do.
+/// Without the leading slash that old messages have and tf2 does not know.
 std::string frameName(const std::string& frame_id);
 
 /// A name from the network, fit for a status line: printable ASCII and short.

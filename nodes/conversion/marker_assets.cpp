@@ -14,7 +14,7 @@ Converted<render::SharedBody> MarkerAssets::text(const std::string& text, double
     if (auto letters = known->second.lock()) return {std::move(letters), {}};
   }
   constexpr std::size_t kLongestCharacter = 4;                           // bytes
-  const bool hopeless = text.size() > kLongestCharacter * kMostLetters;  // not even decoded
+  const bool hopeless = text.size() > kLongestCharacter * kMostLetters;  // too many letters
   const std::u32string letters = hopeless ? std::u32string() : render::decodeUtf8(text);
   if (hopeless || letters.size() > kMostLetters) {
     return refused<render::SharedBody>("text of more than 4096 characters");

@@ -1,5 +1,5 @@
 /// \file
-/// What markers need besides their message: letters and meshes.
+/// Letters and meshes for markers.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,17 @@
 
 namespace afterglow::nodes {
 
-/// The font is opened when the first text comes. One thread at a time, but for meshes().
+/// Opens the font with the first text. One thread at a time, except for meshes().
 class MarkerAssets {
  public:
   static constexpr std::size_t kMostLetters = 4096;  ///< in one text; more is refused
 
-  /// As MeshLibrary takes it.
+  /// `mesh_roots`: as MeshLibrary's.
   explicit MarkerAssets(std::vector<std::string> mesh_roots = {})
       : meshes_(std::move(mesh_roots)) {}
 
-  /// UTF-8; bytes that are none become replacement characters. Refused: more than kMostLetters, and
-  /// a machine without a font. Equal texts share their letters while anyone shows them.
+  /// UTF-8; other bytes become replacement characters. Refused: more than kMostLetters, and any
+  /// text on a machine without a font. Equal texts share their letters while they are shown.
   Converted<render::SharedBody> text(const std::string& text, double capital_height);
   MeshLibrary& meshes() { return meshes_; }
 
@@ -33,7 +33,7 @@ class MarkerAssets {
 
   std::unique_ptr<render::Typeface> typeface_;
   std::map<std::pair<std::string, double>, std::weak_ptr<const render::Body>> texts_;
-  std::size_t sweep_at_ = 64;  ///< as many texts: those nobody shows are forgotten
+  std::size_t sweep_at_ = 64;  ///< with so many texts, those not shown any more are forgotten
   MeshLibrary meshes_;
 };
 

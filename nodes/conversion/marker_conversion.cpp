@@ -5,21 +5,106 @@
 #include <string>
 #include <utility>
 
-#include "nodes/conversion/arrow_conversion.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
+// --------------------------------------------------------------------------------------- arrows
+
+struct PlacedArrow {
+  Eigen::Isometry3d T_marker_arrow = Eigen::Isometry3d::Identity();
+  /// An Arrow, or Triangles if width and height differ: its cross-section is then an ellipse.
+  render::Shape shape;
+};
+
+constexpr float kHeadShare = 0.23f;   // of the length
+constexpr float kHeadToShaft = 2.0f;  // diameters
+constexpr int kSegments = 24;         // of an elliptic cross-section
+
+/// A frustum about +x between two cross-sections, and the disc that closes it behind.
+void addFrustum(render::PointList& triangles, float x0, const Eigen::Vector2f& radii0, float x1,
+                const Eigen::Vector2f& radii1) {
+  const auto at = [](float x, const Eigen::Vector2f& radii, int i) {
+    const float angle = 2 * static_cast<float>(M_PI) * static_cast<float>(i) / kSegments;
+    return Eigen::Vector3f(x, radii.x() * std::cos(angle), radii.y() * std::sin(angle));
+  };
+  for (int i = 0; i < kSegments; ++i) {
+    const Eigen::Vector3f a = at(x0, radii0, i), b = at(x0, radii0, i + 1);
+    const Eigen::Vector3f c = at(x1, radii1, i), d = at(x1, radii1, i + 1);
+    for (const Eigen::Vector3f& corner : {a, c, b}) triangles.push_back(corner);
+    if (!radii1.isZero()) {
+      for (const Eigen::Vector3f& corner : {b, c, d}) triangles.push_back(corner);
+    }
+    for (const Eigen::Vector3f& corner : {a, b, Eigen::Vector3f(x0, 0, 0)}) {
+      triangles.push_back(corner);
+    }
+  }
+}
+
+render::Triangles ellipticArrow(float length, float width, float height) {
+  const Eigen::Vector2f shaft(width / 2, height / 2);
+  const float neck = length * (1 - kHeadShare);
+  render::Triangles arrow;
+  addFrustum(arrow.points, 0, shaft, neck, shaft);
+  addFrustum(arrow.points, neck, kHeadToShaft * shaft, length, Eigen::Vector2f::Zero());
+  return arrow;
+}
+
+Converted<PlacedArrow> arrowAlongX(const Eigen::Vector3f& scale) {
+  const float height = scale.z() == 0 ? scale.y() : scale.z();
+  if (scale.x() <= 0 || scale.y() <= 0 || height <= 0) {
+    return refused<PlacedArrow>("arrow's length or width is not positive");
+  }
+  PlacedArrow placed;
+  if (height != scale.y()) {
+    placed.shape = ellipticArrow(scale.x(), scale.y(), height);
+  } else {
+    placed.shape =
+        render::Arrow{scale.x(), scale.y(), kHeadToShaft * scale.y(), kHeadShare * scale.x()};
+  }
+  return {std::move(placed), {}};
+}
+
+Converted<PlacedArrow> arrowBetween(const Eigen::Vector3d& start, const Eigen::Vector3d& end,
+                                    const Eigen::Vector3f& scale) {
+  const Eigen::Vector3d along = end - start;
+  const auto length = static_cast<float>(along.norm());
+  if (length <= 0) return refused<PlacedArrow>("arrow's start and end coincide");
+  if (scale.minCoeff() < 0 || scale.head<2>().maxCoeff() == 0) {
+    return refused<PlacedArrow>("arrow's length or width is not positive");
+  }
+  PlacedArrow placed;
+  placed.T_marker_arrow.translation() = start;
+  placed.T_marker_arrow.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
+  const float head = scale.z() == 0 ? kHeadShare * length : std::min(scale.z(), length);
+  placed.shape = render::Arrow{length, scale.x(), scale.y(), head};
+  return {std::move(placed), {}};
+}
+
+/// The two forms of an ARROW marker. Semantics: RViz 1.14, markers/arrow_marker.cpp.
+/// Without points: along +x, scale = length, width, height (height 0: as the width), shaft 77 % and
+/// head 23 % of the length, the head twice as wide. With two: from the first to the second, scale =
+/// shaft diameter, head diameter, head length (at most the distance; 0: 23 % of it).
+/// Refused: another number of points, a length or width that is not positive.
+Converted<PlacedArrow> toArrow(const render::PointList& points, const Eigen::Vector3f& scale) {
+  if (points.empty()) return arrowAlongX(scale);
+  if (points.size() != 2) return refused<PlacedArrow>("ARROW of neither 0 nor 2 points");
+  return arrowBetween(points[0].cast<double>(), points[1].cast<double>(), scale);
+}
+
+// -------------------------------------------------------------------------------- other markers
+
 using visualization_msgs::Marker;
 using MaybeShape = Converted<render::Shape>;
 
-/// Thickness of a solid that its author made flat: no more to be seen than 0, but it has sides.
+/// Thickness of a flat solid: looks like 0, but gives it two sides.
 constexpr float kFlat = 1e-6f;
 
 MaybeShape fault(const char* reason) { return refused<render::Shape>(reason); }
 
-/// Everything a marker's lists hold, checked once.
+/// A marker's lists, checked once.
 struct Lists {
   render::PointList points;
   render::ColorList colors;
@@ -48,7 +133,8 @@ Converted<Lists> readLists(const Marker& marker) {
   return {std::move(lists), {}};
 }
 
-/// Full extents of a solid. Mirrored it is the same solid; flat it is still seen; a line is not.
+/// Full extents of a solid. A negative extent mirrors the solid, which does not change it; with one
+/// extent of 0 it is flat but visible, with two it is a line and invisible.
 Converted<Eigen::Vector3f> solidSize(const Eigen::Vector3f& scale) {
   const Eigen::Vector3f size = scale.cwiseAbs();
   if ((size.array() == 0).count() > 1) return refused<Eigen::Vector3f>("scale is 0");
@@ -118,7 +204,7 @@ MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAsse
       {}};
 }
 
-/// Every type but ARROW, which has a pose of its own.
+/// All types but ARROW, whose shape has a pose.
 MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& scale,
                    MarkerAssets& assets) {
   switch (marker.type) {
@@ -163,8 +249,8 @@ bool hasOwnColors(const render::Shape& shape) {
       shape);
 }
 
-/// Colors a point replace the marker's color altogether, its alpha too; so do a mesh's own, where
-/// the marker brings none to tint them with.
+/// Colors of points replace the marker's color and its alpha; so do a mesh's own colors, unless the
+/// marker has a color to multiply them with.
 render::Color colorBesides(const render::Shape& shape, const render::Color& color) {
   const auto* mesh = std::get_if<render::MeshInstance>(&shape);
   const bool untinted = mesh != nullptr && mesh->own_colors && color == render::Color{0, 0, 0, 0};

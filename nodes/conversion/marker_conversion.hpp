@@ -1,23 +1,25 @@
 /// \file
-/// visualization_msgs/Marker -> what it draws. Semantics: RViz 1.14's marker display
-/// (marker_utils.cpp, markers/*.cpp), with faults refused that it would draw as garbage.
+/// visualization_msgs/Marker -> a drawable. Semantics: RViz 1.14's marker display
+/// (marker_utils.cpp, markers/*.cpp), but faulty markers that RViz draws as garbage are refused.
 #pragma once
 
 #include <visualization_msgs/Marker.h>
 
-#include "nodes/conversion/converted.hpp"
+#include <Eigen/Geometry>
+
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/marker_assets.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// What an ADDed marker draws; the drawable's pose carries shape coordinates into the frame of the
-/// marker's header. Action, lifetime and frame are the caller's business.
+/// The drawable of an ADDed marker; its pose leads from shape coordinates to the frame of the
+/// marker's header. Action, lifetime and frame are left to the caller.
 ///
-/// Refused: anything not finite or absurdly far; points where their number makes no primitives;
-/// colors that are not one a point (TRIANGLE_LIST: or one a triangle); extents of 0 or below where
-/// there would be nothing to see; meshes and texts as MarkerAssets does. One extent of 0 draws a
-/// solid flat.
+/// Refused: numbers that are not finite, absurdly far places; a number of points that makes no
+/// primitives; a number of colors that is not that of the points (TRIANGLE_LIST: or of the
+/// triangles); extents of 0 or below that leave nothing to see; meshes and texts that MarkerAssets
+/// refuses. One extent of 0 draws a solid flat.
 ///
 /// TEXT_VIEW_FACING: scale.z is the height of a capital (the message's definition; RViz draws it
 /// smaller, because its font's cells are that high). MESH_RESOURCE: with

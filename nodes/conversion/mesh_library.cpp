@@ -4,13 +4,15 @@
 
 #include <algorithm>
 #include <cctype>
+#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/conversion/mesh_reader.hpp"
+#include "nodes/tools/program.hpp"
+#include "render/body_bytes.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -23,7 +25,7 @@ constexpr std::size_t kLongestResource = 1024;
 constexpr std::size_t kMostEntries = 256;
 constexpr std::size_t kMostTriangles = 4'000'000;  // kept, all together
 constexpr std::chrono::seconds kRetry(5);
-constexpr int kRetryShare = 20;  // a file that was long in failing is let be for longer
+constexpr int kRetryShare = 20;  // a file that took long to fail is tried again later
 
 bool begins(const std::string& text, const std::string& with) {
   return text.compare(0, with.size(), with) == 0;
@@ -48,6 +50,20 @@ std::vector<std::string> packageFolders() {
   for (const std::string& name : names) folders.push_back(ros::package::getPath(name));
   folders.erase(std::remove(folders.begin(), folders.end(), ""), folders.end());
   return folders;
+}
+
+constexpr int kKilledBy = 128;  // plus the signal
+
+/// The reason if the reader gave neither triangles nor a reason.
+const char* endOf(int status) {
+  switch (status - kKilledBy) {
+    case SIGXCPU:
+    case SIGKILL:  // the kernel's, a second after SIGXCPU
+    case SIGALRM:
+      return "takes too long to read";
+    default:
+      return "malformed: its reader crashed";
+  }
 }
 
 }  // namespace
@@ -83,7 +99,7 @@ MaybeMesh MeshLibrary::load(const std::string& resource) {
     return {std::make_shared<const render::Body>(
                 readMeshFile(place.value->path, place.value->root, limits_)),
             {}};
-  } catch (const std::exception& error) {  // std::bad_alloc, too: the file is to blame
+  } catch (const std::exception& error) {  // also std::bad_alloc, which the file causes
     return refused<render::SharedBody>(error.what());
   }
 }
@@ -119,7 +135,7 @@ Converted<MeshLibrary::Place> MeshLibrary::findFile(const std::string& path) {
   return {Place{path, *root}, {}};
 }
 
-/// What drawables still show lives on in them.
+/// Drawables keep the meshes that they show.
 void MeshLibrary::makeRoom() {
   const auto size = [](const Entry& entry) {
     return entry.mesh.value ? (*entry.mesh.value)->triangles.size() : 0;
@@ -133,6 +149,17 @@ void MeshLibrary::makeRoom() {
     triangles -= size(oldest->second);
     entries_.erase(oldest);
   }
+}
+
+render::Body readMeshFile(const std::string& path, const std::string& root,
+                          const render::MeshFileLimits& limits) {
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
+  const std::string reader = own.parent_path() / "afterglow_mesh_reader";
+  const ProgramResult result = runProgram(
+      {reader, path, root, std::to_string(limits.bytes), std::to_string(limits.triangles)});
+  if (result.status == 1) throw std::runtime_error(result.output);
+  if (result.status != 0) throw std::runtime_error(endOf(result.status));
+  return render::bodyFromBytes(result.output);
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,7 @@
 /// \file
-/// Mesh resources of markers: from the name in a message to triangles, each file read once.
+/// Mesh resources of markers: from the name in a message to triangles. Each file is read once, by a
+/// program of its own (mesh_reader_main.cpp): a file that crashes assimp must not end the
+/// projection.
 #pragma once
 
 #include <chrono>
@@ -9,23 +11,23 @@
 #include <string>
 #include <vector>
 
-#include "nodes/conversion/converted.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "render/mesh_file.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
-/// Files are read by a program of their own (mesh_reader.hpp): none brings this one down.
-/// Keeps what it has read, bounded in number and size, the least recently used going first. Any
-/// thread; one file is read at a time, and the others wait.
+/// Keeps the meshes that it has read, bounded in number and size; drops the least recently used
+/// first. Any thread; one file is read at a time.
 class MeshLibrary {
  public:
-  /// Folders that file:// may name, links followed; none: those of the ROS packages of this
-  /// machine. package:// always stays in its package.
+  /// `roots`: folders that file:// may name, links followed; empty: those of the ROS packages of
+  /// this machine. package:// always stays in its package.
   explicit MeshLibrary(std::vector<std::string> roots = {}, render::MeshFileLimits limits = {});
 
   /// "package://NAME/PATH" or "file:///PATH", without "..". A refusal's reason names the resource;
-  /// it stands for some seconds before the file is looked at again. A file that was read is not.
+  /// it stands for some seconds before the file is tried again. A file is read successfully only
+  /// once.
   Converted<render::SharedBody> get(const std::string& resource);
 
  private:
@@ -51,5 +53,11 @@ class MeshLibrary {
   std::map<std::string, Entry> entries_;
   std::uint64_t uses_ = 0;
 };
+
+/// As render::loadMeshFile. Starts afterglow_mesh_reader, which lies beside the running program,
+/// and waits for it: a minute at most. Throws std::runtime_error also where the file crashes it,
+/// takes it too much time or memory, or where it cannot be started. Safe from several threads.
+render::Body readMeshFile(const std::string& path, const std::string& root,
+                          const render::MeshFileLimits& limits = {});
 
 }  // namespace afterglow::nodes

@@ -1,7 +1,7 @@
 // afterglow_mesh_reader PATH ROOT BYTES TRIANGLES: reads one mesh file (render/mesh_file.hpp) and
-// writes its triangles (render/body_bytes.hpp) to standard output; status 1 and a line of why where
-// it cannot. A program of its own, for files that bring their reader down: what it may use is
-// bounded, and it alone dies.
+// writes its triangles (render/body_bytes.hpp) to standard output; on
+// failure exits with status 1 and one line with the reason. A program of its own with bounded
+// memory and time, because a malformed file may crash its reader.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -21,7 +21,7 @@ constexpr rlim_t kCpuSeconds = 20;  // a million triangles of STL take 5 here
 constexpr unsigned kSeconds = 60;
 constexpr rlim_t kOutput = rlim_t{512} << 20;
 #ifdef __SANITIZE_ADDRESS__
-constexpr rlim_t kMemory = RLIM_INFINITY;  // its shadow alone is terabytes of addresses
+constexpr rlim_t kMemory = RLIM_INFINITY;  // the sanitizer reserves terabytes of addresses
 #else
 constexpr rlim_t kMemory = rlim_t{3} << 30;  // and 2 GiB
 #endif
@@ -37,7 +37,7 @@ void boundAll() {
   bound(RLIMIT_CORE, 0);
   bound(RLIMIT_FSIZE, kOutput);
   alarm(kSeconds);
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody is left to read it
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // the reader of the output is gone
 }
 
 int write(const std::string& text, int status) {
@@ -50,7 +50,7 @@ int write(const std::string& text, int status) {
 int main(int argc, char** argv) {
   using namespace afterglow::render;
   boundAll();
-  // What libraries say on their way down is not for the reader of the triangles.
+  // Error output of libraries must not get into the output.
   if (std::freopen("/dev/null", "w", stderr) == nullptr) return 2;
   try {
     if (argc != 5) return write("usage: afterglow_mesh_reader PATH ROOT BYTES TRIANGLES", 2);

@@ -17,7 +17,7 @@ std::string scanFault(const sensor_msgs::LaserScan& message, bool by_intensity) 
   if (!std::isfinite(message.angle_min) || !std::isfinite(message.angle_increment)) {
     return "scan angles are not finite";
   }
-  // An endless range_max is legal; rays without return are infinite and left out all the same.
+  // An infinite range_max is legal; rays without return are infinite and left out in any case.
   if (std::isnan(message.range_min) || std::isnan(message.range_max)) {
     return "range limits are no numbers";
   }

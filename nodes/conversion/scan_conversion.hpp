@@ -10,9 +10,9 @@
 
 namespace afterglow::nodes {
 
-/// When the points of a scan were measured: a turning scanner's rays are not of one moment.
+/// When the points of a scan were measured: a turning scanner measures ray after ray.
 struct Sweep {
-  std::vector<float> seconds;  ///< after the stamp, one a point; empty: all are as of the stamp
+  std::vector<float> seconds;  ///< after the stamp, for each point; empty: all at the stamp
   double last_s = 0;           ///< of the last ray, whether it returned or not
 };
 
@@ -23,10 +23,10 @@ struct ScanPoints {
 
 /// Points in the plane z = 0 of the scanner's frame, angles counter-clockwise from x. Ranges
 /// outside [range_min, range_max] and those that are no numbers are left out; a scan without ranges
-/// clears. The points are as the scanner saw them, each at its own time (Sweep).
-/// Refused: angles or limits that are no numbers, a time_increment that is none or makes the scan
-/// longer than tf remembers, more ranges than kMostCloudPoints; colored by intensity, also
-/// intensities that are not one a range. Pure; throws never.
+/// clears the layer. The points are as the scanner saw them, each at its own time (Sweep).
+/// Refused: angles or limits that are no numbers, a time_increment that is no number or makes the
+/// scan longer than tf remembers, more ranges than kMostCloudPoints; if colored by intensity,
+/// another number of intensities than ranges. Pure; throws never.
 Converted<ScanPoints> toScanPoints(const sensor_msgs::LaserScan& message, const CloudStyle& style);
 
 }  // namespace afterglow::nodes

@@ -8,7 +8,7 @@
 namespace afterglow::nodes {
 namespace {
 
-/// Leaves `value` as it is where there is no such field.
+/// Leaves `value` unchanged if there is no such field.
 template <typename T>
 void take(const replay::Object& fields, const std::string& name, T& value) {
   for (const auto& [field_name, field] : fields) {

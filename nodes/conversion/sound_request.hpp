@@ -1,5 +1,5 @@
 /// \file
-/// sound_play/SoundRequest of any age: it has had three definitions, of which roscpp takes one.
+/// sound_play/SoundRequest in each of its three definitions; roscpp takes only the newest.
 #pragma once
 
 #include <sound_play/SoundRequest.h>
@@ -10,8 +10,8 @@
 
 namespace afterglow::nodes {
 
-/// By the channel's own definition. Before arg2 and volume were added, everything was loud: a
-/// volume that is missing is 1. Empty if it is no SoundRequest, or the bytes do not fit.
+/// Reads by the channel's own definition. A missing volume is 1, as it was before volume existed.
+/// Empty if the type is no SoundRequest, or the bytes do not fit.
 std::optional<sound_play::SoundRequest> soundRequestOf(const replay::Channel& channel,
                                                        const replay::Bytes& bytes);
 

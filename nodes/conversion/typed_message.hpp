@@ -1,5 +1,6 @@
 /// \file
-/// Stored bytes as the roscpp message they are, trusting neither.
+/// Messages as bytes: as roscpp's subscriptions take them, and stored ones as the roscpp message
+/// that they hold, with neither trusted.
 #pragma once
 
 #include <ros/message_traits.h>
@@ -24,8 +25,8 @@ void requireType(const replay::Channel& channel) {
                            " (md5 " + traits::MD5Sum<MessageType>::value() + ")");
 }
 
-/// Empty if the bytes are no message of this type. Counts are vetted against the bytes before
-/// roscpp, which allocates what it is told, sees them.
+/// Empty if the bytes are no message of this type. Array counts are checked against the bytes
+/// first, because roscpp allocates whatever a count says.
 template <typename MessageType>
 std::optional<MessageType> toMessage(const replay::Bytes& bytes) {
   namespace traits = ros::message_traits;
@@ -46,4 +47,42 @@ std::optional<MessageType> toMessage(const replay::Bytes& bytes) {
   }
 }
 
+/// A message of any type, to subscribe to: its bytes, copied once.
+struct RawMessage {
+  replay::Bytes bytes;
+};
+
 }  // namespace afterglow::nodes
+
+namespace ros {
+namespace message_traits {
+
+template <>
+struct IsMessage<afterglow::nodes::RawMessage> : TrueType {};
+
+/// "*": any publisher's.
+template <>
+struct MD5Sum<afterglow::nodes::RawMessage> {
+  static const char* value() { return "*"; }
+  static const char* value(const afterglow::nodes::RawMessage&) { return "*"; }
+};
+template <>
+struct DataType<afterglow::nodes::RawMessage> {
+  static const char* value() { return "*"; }
+  static const char* value(const afterglow::nodes::RawMessage&) { return "*"; }
+};
+
+}  // namespace message_traits
+
+namespace serialization {
+
+template <>
+struct Serializer<afterglow::nodes::RawMessage> {
+  template <class Stream>
+  static void read(Stream& stream, afterglow::nodes::RawMessage& message) {
+    message.bytes.assign(stream.getData(), stream.getData() + stream.getLength());
+  }
+};
+
+}  // namespace serialization
+}  // namespace ros

@@ -6,6 +6,22 @@
 #include <vector>
 
 namespace afterglow::nodes {
+namespace {
+
+/// Breaks lines between words, where they would become longer than so many bytes.
+std::string inLines(const std::string& text, int longest) {
+  std::istringstream words(text);
+  std::string lines, line;
+  for (std::string word; words >> word;) {
+    const bool fits =
+        line.empty() || line.size() + 1 + word.size() <= static_cast<std::size_t>(longest);
+    if (!fits) lines += line + "\n";
+    line = (fits && !line.empty() ? line + " " : "") + word;
+  }
+  return lines + line;
+}
+
+}  // namespace
 
 std::unique_ptr<FloorCaption> FloorCaption::read(ros::NodeHandle node,
                                                  const ros::NodeHandle& private_node) {
@@ -39,18 +55,6 @@ void FloorCaption::show(const std::string& text) {
       text.empty() ? visualization_msgs::Marker::DELETE : visualization_msgs::Marker::ADD;
   marker_.text = inLines(text, longest_line_);
   publisher_.publish(marker_);
-}
-
-std::string inLines(const std::string& text, int longest) {
-  std::istringstream words(text);
-  std::string lines, line;
-  for (std::string word; words >> word;) {
-    const bool fits =
-        line.empty() || line.size() + 1 + word.size() <= static_cast<std::size_t>(longest);
-    if (!fits) lines += line + "\n";
-    line = (fits && !line.empty() ? line + " " : "") + word;
-  }
-  return lines + line;
 }
 
 }  // namespace afterglow::nodes

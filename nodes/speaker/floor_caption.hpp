@@ -1,5 +1,5 @@
 /// \file
-/// What is being said, in letters: a text marker for a projector, for those who cannot hear it.
+/// The spoken text as a text marker for a projector, for those who cannot hear it.
 #pragma once
 
 #include <ros/ros.h>
@@ -19,7 +19,7 @@ class FloorCaption {
   static std::unique_ptr<FloorCaption> read(ros::NodeHandle node,
                                             const ros::NodeHandle& private_node);
 
-  /// Empty: takes away what is there.
+  /// An empty text removes the caption.
   void show(const std::string& text);
 
  private:
@@ -29,8 +29,5 @@ class FloorCaption {
   int longest_line_ = 40;
   ros::Publisher publisher_;
 };
-
-/// Breaks lines between words, where they would become longer than so many bytes.
-std::string inLines(const std::string& text, int longest);
 
 }  // namespace afterglow::nodes

@@ -1,8 +1,10 @@
 /// \file
-/// A piece of sound in memory, and sound files.
+/// Sounds in memory, sound files, and SoundRequest's built-in sounds, which are made here because
+/// sound_play's own files come with sound_play.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,5 +25,9 @@ Sound readWav(const std::string& path);
 
 /// Writes 16-bit PCM; `volume` 0..1 scales the samples. Throws std::runtime_error with the path.
 void writeWav(const std::string& path, const Sound& sound, double volume = 1);
+
+/// BACKINGUP (1) to NEEDS_PLUGGING_BADLY (5): beeps, told apart by pitch and number, and followed
+/// by a rest, to be looped. Null for other numbers.
+std::shared_ptr<const Sound> builtInSound(int number);
 
 }  // namespace afterglow::nodes

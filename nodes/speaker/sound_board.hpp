@@ -13,13 +13,13 @@
 
 namespace afterglow::nodes {
 
-/// One instant on both clocks: what happens is noted in ROS time, sound lasts in steady time.
+/// One instant on both clocks: events are logged in ROS time, durations are in steady time.
 struct SoundTime {
   std::int64_t ros_ns = 0;
   std::int64_t steady_ns = 0;
 };
 
-/// What a request names: a sound plays once at a time, other sounds may overlap it.
+/// The sound that a request names. Each sound plays once at a time; other sounds may overlap it.
 struct SoundKey {
   int sound = 0;          ///< SoundRequest's constant: SAY, PLAY_FILE
   std::string arg, arg2;  ///< text and voice, or path and package
@@ -38,13 +38,13 @@ struct PlayingSound {
   std::int64_t pass_end_ns = 0;  ///< steady
 };
 
-/// Where sounds are heard.
+/// Plays sounds.
 class SoundOutput {
  public:
   virtual ~SoundOutput() = default;
-  /// One pass of a sound from its beginning; a loop calls again for every pass.
+  /// Plays a sound once from its beginning; for a loop it is called for every pass.
   virtual void start(const PlayingSound& playing) = 0;
-  /// Silence now; also called for sounds that have just ended by themselves.
+  /// Stops the sound; also called for sounds that have just ended by themselves.
   virtual void stop(const PlayingSound& playing) = 0;
 };
 
@@ -61,7 +61,7 @@ class SoundBoard {
             SoundTime now);
   void stop(const SoundKey& key, SoundTime now);
   void stopAll(SoundTime now);
-  /// Ends what is over and starts the next pass of loops; call often while something plays.
+  /// Ends sounds that are over and starts the next pass of loops; call it often while sounds play.
   void advance(SoundTime now);
 
   const std::vector<PlayingSound>& playing() const { return playing_; }  ///< oldest first

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "nodes/speaker/speaker_node.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 int main(int argc, char** argv) {
   try {

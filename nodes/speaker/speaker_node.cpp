@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/sound_request.hpp"
-#include "nodes/speaker/built_in_sounds.hpp"
+#include "nodes/speaker/sound.hpp"
 
 namespace afterglow::nodes {
 namespace {

@@ -1,6 +1,6 @@
 /// \file
-/// Stands in for sound_play where it is absent: speaks what `/robotsound` says, also in the words
-/// of older recordings. Source of semantics: audio_common/sound_play, soundplay_node.py.
+/// Replaces sound_play where it is absent: plays the requests on /robotsound, also those of older
+/// definitions. Source of semantics: audio_common/sound_play, soundplay_node.py.
 #pragma once
 
 #include <ros/ros.h>
@@ -12,7 +12,7 @@
 #include <memory>
 #include <string>
 
-#include "nodes/conversion/raw_message.hpp"
+#include "nodes/conversion/typed_message.hpp"
 #include "nodes/speaker/floor_caption.hpp"
 #include "nodes/speaker/sound_board.hpp"
 #include "nodes/speaker/sound_device.hpp"
@@ -21,21 +21,20 @@
 
 namespace afterglow::nodes {
 
-/// Topics, in: /robotsound (sound_play/SoundRequest of any age); /robotsound/ahead, sentences that
-/// will be asked for: prepared while nothing else is to be done, so that they start at once. Out,
+/// Topics, in: /robotsound (sound_play/SoundRequest of any definition); /robotsound/ahead,
+/// sentences that will be requested: prepared in idle time, so that they start at once. Out,
 /// latched: ~state (std_msgs/String), the text being said, empty when it has been said; ~duration
 /// (std_msgs/Float64), how many seconds it takes in all, 0 when it has been said, 1e9 in a loop;
 /// /robotsound/problem (std_msgs/String), why nothing can be heard or the last request was refused,
-/// empty: all is well.
-/// Parameters: ~voice (en-us), ~words_per_minute (160), ~player ("": aplay or paplay, whichever is
-/// there; "none": silent), ~folder ("": keep nothing; else a WAV file for every sound and
-/// speech.json), and those of FloorCaption. The constructor throws std::runtime_error for a
-/// parameter that cannot be obeyed.
+/// empty: all is well. Parameters: ~voice (en-us), ~words_per_minute (160), ~player ("": aplay or
+/// paplay, whichever is there; "none": silent), ~folder ("": keep nothing; else a WAV file for
+/// every sound and speech.json), and those of FloorCaption. The constructor throws
+/// std::runtime_error for a parameter that cannot be obeyed.
 class SpeakerNode {
  public:
   SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node);
 
-  /// Silence; the log then holds how long everything sounded.
+  /// Stops all sounds; the log then has their durations.
   void stop();
 
  private:

@@ -16,8 +16,8 @@ struct SpeechOptions {
   int words_per_minute = 160;   ///< 80..450
 };
 
-/// Remembers what it has said, so that a sentence said again starts at once. eSpeak NG has one
-/// state in a process: use these from one thread.
+/// Keeps the sound of each sentence, so that a sentence said again starts at once. eSpeak NG has
+/// one state for the whole process: use all instances from one thread.
 class Speech {
  public:
   /// Throws std::runtime_error if eSpeak NG's data are missing or the default voice is unknown.

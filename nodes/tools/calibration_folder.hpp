@@ -1,6 +1,5 @@
 /// \file
-/// Where a calibration, live or from pictures, leaves everything: its pictures, its result, its
-/// report.
+/// The folder of a calibration, live or from pictures: its pictures, its result, its report.
 ///
 /// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
 /// camera_info.yaml (the camera as given), saveCalibration's files, report.html, check/ (the
@@ -23,9 +22,9 @@ class CalibrationFolder {
  public:
   explicit CalibrationFolder(const std::string& path) : path_(path) {}
 
-  /// The folder itself, so that one that cannot be made is noticed early.
+  /// Makes the folder, so that an impossible path is noticed early.
   void make() const;
-  /// A new set of views.
+  /// Begins a new set of views.
   void begin() const;
   void keep(const calib::Photographs& photographs) const;
   void keepCamera(const calib::Lens& camera) const;
@@ -33,7 +32,7 @@ class CalibrationFolder {
   void save(const calib::Calibration& calibration,
             const std::vector<calib::Photographs>& photographs,
             const calib::ReportFacts& facts) const;
-  /// report.html says why; no other file is touched.
+  /// Writes the reasons to report.html; changes no other file.
   void saveRefusal(const calib::CalibrationRefused& refused,
                    const std::vector<calib::Photographs>& photographs) const;
   void saveCheck(const calib::ErrorSummary& errors, const calib::Photographs& photographs) const;

@@ -1,6 +1,6 @@
 /// \file
-/// What `afterglow calibrate mount` averages: calibrations, each with the camera's place on the
-/// robot at that moment; as a file, too.
+/// The poses that `afterglow calibrate mount` averages: calibrations, each with the camera's pose
+/// on the robot at that moment; and their file.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace afterglow::nodes {
 /// taken and normalized). Throws std::invalid_argument beginning with `what`.
 Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std::string& what);
 
-/// One line of the file, as it is written.
+/// One pose of the file.
 struct MountRecord {
   std::string name;
   Rigid<Link, Camera> T_link_camera;

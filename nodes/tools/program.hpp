@@ -12,23 +12,23 @@ namespace afterglow::nodes {
 /// Whether a command of that name can be found on PATH.
 bool hasProgram(const std::string& name);
 
-/// How a program is started: descriptors for its standard streams, and whose signals it gets.
+/// How a program is started: its standard streams, and whether it gets our group's signals.
 struct ProgramStart {
   static constexpr int kNothing = -1;  ///< /dev/null
-  static constexpr int kOurs = -2;     ///< the stream that we have
+  static constexpr int kOurs = -2;     ///< our own stream
   int input = kNothing, output = kNothing, error = kNothing;
-  /// Ctrl-C in a terminal reaches a group, the terminal's end a session.
+  /// Ctrl-C in a terminal signals a process group, closing the terminal a session.
   enum class Leader { None, OfGroup, OfSession } leader = Leader::None;
 };
 
-/// Starts a program, a path or a name on PATH. It has none of our descriptors but these: roscpp's
-/// sockets would stay open in it. The caller waits for the process. Throws std::system_error naming
+/// Starts a program, a path or a name on PATH. It inherits no other descriptors: roscpp's sockets
+/// would stay open in it. The caller waits for the process. Throws std::system_error naming
 /// the program that cannot be started.
 pid_t startProgram(const std::vector<std::string>& arguments, const ProgramStart& start);
-/// With nothing to read, and all that it prints in `output_fd`.
+/// With empty input, and all its output to `output_fd`.
 pid_t startProgram(const std::vector<std::string>& arguments, int output_fd);
 
-/// Until it has ended; waitpid's status.
+/// Waits until the program has ended; returns waitpid's status.
 int waitForProgram(pid_t pid);
 
 struct ProgramResult {

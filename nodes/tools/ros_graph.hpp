@@ -1,6 +1,7 @@
 /// \file
-/// Who publishes and who listens, asked of the master and of the nodes themselves, never waiting
-/// longer than one says. Sources: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
+/// Whether a ROS master answers, who publishes and who subscribes: asked of the master and of the
+/// nodes themselves, with a deadline. Sources: wiki.ros.org/ROS/Master_API,
+/// wiki.ros.org/ROS/Slave_API.
 #pragma once
 
 #include <chrono>
@@ -20,14 +21,14 @@ inline Deadline deadlineIn(double seconds) {
              std::chrono::duration<double>(seconds));
 }
 
-/// A master that is there answers at once; roscpp itself would wait for ever.
+/// A running master answers at once; roscpp itself would wait forever.
 constexpr double kMasterPatience = 2.0;
 
 /// Node names by topic, or service, as the master knows them.
 struct RosGraph {
   std::map<std::string, std::set<std::string>> publishers, subscribers, services;
 
-  /// Those but this node itself.
+  /// All but this node itself.
   std::set<std::string> otherPublishers(const std::string& topic) const;
   std::set<std::string> otherSubscribers(const std::string& topic) const;
 };
@@ -35,7 +36,7 @@ struct RosGraph {
 /// Throws std::runtime_error, one line, if the master does not answer in time.
 RosGraph askMaster(Deadline deadline);
 
-/// Whether that node answers; one that died may be registered for ever.
+/// Whether that node answers; a dead node may stay registered forever.
 bool isAlive(const std::string& node, Deadline deadline);
 
 /// The type of every topic by its latest publisher, "package/Type". Throws as askMaster().
@@ -44,15 +45,19 @@ std::map<std::string, std::string> askTopicTypes(Deadline deadline);
 /// Numbers of connections, by publishing node and topic, as that node counts them.
 using Links = std::map<std::pair<std::string, std::string>, std::set<std::string>>;
 
-/// Connections that announced publishers of these topics believe to have to this node. A node may
-/// list one for long after this one has closed it (rospy, until it publishes again).
+/// Connections to this node that the announced publishers of these topics list. A node may list a
+/// connection long after it was closed here (rospy, until it publishes again).
 Links linksHere(const std::vector<std::string>& topics, Deadline deadline);
 
-/// Waits until every announced publisher of these topics counts this node among its subscribers, by
-/// another connection than the `old` ones: from then on no message is missed. Returns those that
-/// did not ("/node on /topic"); topics without publishers are none. Dead and hung nodes cost the
-/// wait, not more.
+/// Waits until every announced publisher of these topics lists this node as a subscriber, by
+/// another connection than the `old` ones: from then on no message is missed. Returns the
+/// publishers that did not ("/node on /topic"). Dead and hung nodes only cost the wait.
 std::vector<std::string> waitForPublishers(const std::vector<std::string>& topics,
                                            Deadline deadline, const Links& old = {});
+
+/// Before ros::init, which waits for a master forever if the command line has a parameter
+/// (_name:=value). The master of ROS_MASTER_URI or of an argument __master:=URI. Throws
+/// std::runtime_error, one line with its URI, if it does not answer.
+void requireMaster(int argc, char** argv);
 
 }  // namespace afterglow::nodes

@@ -52,7 +52,7 @@ void catchStopSignals(SecondSignal second) {
 
 void catchShutdownRequests() {
   openRequestFd();
-  // The first to bind a name keeps it: ros::start() finds this one taken.
+  // The first binding of a name stays: ros::start() does not replace this one.
   ros::XMLRPCManager::instance()->bind(
       "shutdown", [](XmlRpc::XmlRpcValue&, XmlRpc::XmlRpcValue& answer) {
         note(Request::Shutdown);

@@ -9,18 +9,18 @@ namespace afterglow::nodes {
 
 enum class SecondSignal { EndsAtOnce, IsIgnored };
 
-/// From now on SIGINT, SIGTERM and SIGHUP only set a flag; a second one ends the process at once,
-/// unless that is not wanted.
+/// From now on SIGINT, SIGTERM and SIGHUP only set a flag. A second signal ends the process at
+/// once, or is ignored.
 void catchStopSignals(SecondSignal second = SecondSignal::EndsAtOnce);
-/// From now on a shutdown that is asked for over the graph (rosnode kill, another node of the same
-/// name) sets the flag, too. roscpp itself would take the publishers away before anybody could send
-/// a last word. Call it before ros::start(), which the first ros::NodeHandle does.
+/// From now on a shutdown request of the ROS graph (rosnode kill, another node of the same name)
+/// sets the flag, too. roscpp itself would shut the publishers down before a last message can be
+/// sent. Call it before ros::start(), which the first ros::NodeHandle does.
 void catchShutdownRequests();
 
 bool isStopRequested();
-/// Who wanted it: "a signal" or "a shutdown request"; empty: nobody.
+/// The cause of the stop: "a signal" or "a shutdown request"; empty without one.
 std::string stopRequest();
-/// Readable once a stop is requested, for who waits in poll(). -1: nothing is caught.
+/// A descriptor for poll(), readable once a stop is requested; -1 if no signals are caught.
 int stopRequestFd();
 
 /// Returns when a stop is requested or ROS is shut down from elsewhere.

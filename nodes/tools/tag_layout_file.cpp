@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "calib/targets/board.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 #include "nodes/tools/yaml_map.hpp"
 
 namespace afterglow::nodes {
@@ -96,7 +96,7 @@ class LayoutFile {
     const Eigen::Vector2d right = tag.corners[1] - tag.corners[0];
     const Eigen::Vector2d down = tag.corners[3] - tag.corners[0];
     const Eigen::Vector2d rest = tag.corners[2] - tag.corners[1] - down;
-    // What measuring by hand may be off.
+    // The error of measuring by hand.
     const double tolerance = 0.05 * right.norm();
     const bool is_square = right.norm() > kLeastSize_m && rest.norm() < tolerance &&
                            std::abs(down.norm() - right.norm()) < tolerance &&

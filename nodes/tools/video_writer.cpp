@@ -48,7 +48,7 @@ VideoWriter::~VideoWriter() {
     waitForEncoder();
     std::remove(part_path_.c_str());
   }
-  closeFd(frames_fd_);
+  closeFd(images_fd_);
   closeFd(messages_fd_);
 }
 
@@ -62,14 +62,14 @@ void VideoWriter::start(int fps) {
   ProgramStart start;
   start.input = sockets[0];
   start.error = messages_fd_;
-  // Ctrl-C in a terminal must not end the encoder before the last frame.
+  // Ctrl-C in a terminal must not end the encoder before the last image.
   start.leader = ProgramStart::Leader::OfGroup;
-  frames_fd_ = sockets[1];
+  images_fd_ = sockets[1];
   try {
     encoder_ = startProgram(encoderCommand(fps), start);
   } catch (const std::system_error& error) {
     ::close(sockets[0]);
-    closeFd(frames_fd_);
+    closeFd(images_fd_);
     closeFd(messages_fd_);
     throw std::runtime_error(path_ + ": cannot start ffmpeg (package ffmpeg): " +
                              error.code().message());
@@ -118,19 +118,19 @@ void VideoWriter::write(const render::Image& image) {
                                             image.width, image.height, width_, height_));
   }
   for (std::size_t sent = 0; sent < size;) {
-    const ssize_t count = ::send(frames_fd_, image.rgb.data() + sent, size - sent, MSG_NOSIGNAL);
+    const ssize_t count = ::send(images_fd_, image.rgb.data() + sent, size - sent, MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) fail("the encoder stopped");
     sent += static_cast<std::size_t>(count);
   }
-  ++frames_;
+  ++images_;
 }
 
 void VideoWriter::close() {
-  closeFd(frames_fd_);
+  closeFd(images_fd_);
   const int status = waitForEncoder();
   if (status != 0) fail("the encoder failed");
-  if (frames_ == 0) fail("no frame to show");
+  if (images_ == 0) fail("no frame to show");
   std::error_code error;
   std::filesystem::rename(part_path_, path_, error);
   if (error) fail("cannot put the video in place: " + error.message());
@@ -143,7 +143,7 @@ int VideoWriter::waitForEncoder() {
 }
 
 void VideoWriter::fail(const std::string& what) {
-  closeFd(frames_fd_);
+  closeFd(images_fd_);
   waitForEncoder();
   std::remove(part_path_.c_str());
   const std::string message = encoderMessage();

@@ -1,5 +1,5 @@
 /// \file
-/// Pictures into an MP4 file, through the ffmpeg command (H.264, yuv420p: every player shows it).
+/// Images into an MP4 file, through the ffmpeg command (H.264, yuv420p: every player shows it).
 #pragma once
 
 #include <sys/types.h>
@@ -13,26 +13,26 @@
 
 namespace afterglow::nodes {
 
-/// Beside the path, with its ending, which tells ffmpeg the format: where a video grows.
+/// The path of the unfinished video: beside `path`, with its ending, which tells ffmpeg the format.
 std::string partPath(const std::string& path);
 
-/// Frames go to partPath(); close() gives the finished file its name, so
-/// `path` is either whole or untouched. Destroyed without close(), nothing is left behind.
-/// One thread at a time. Everything throws std::runtime_error with the path and ffmpeg's own words.
+/// Writes to partPath(); close() renames the finished file, so that `path` is either whole or
+/// untouched. Without close() no file is left. One thread at a time. Everything throws
+/// std::runtime_error with the path and ffmpeg's own words.
 class VideoWriter {
  public:
-  /// Frames of width x height pixels, `fps` a second (std::invalid_argument if one is not
+  /// For images of width x height pixels, `fps` a second (std::invalid_argument if one is not
   /// positive).
   VideoWriter(std::string path, int width, int height, int fps);
   ~VideoWriter();
   VideoWriter(const VideoWriter&) = delete;
   VideoWriter& operator=(const VideoWriter&) = delete;
 
-  /// The next frame; blocks while the encoder is behind. Throws std::invalid_argument for a picture
+  /// The next image; blocks while the encoder is behind. Throws std::invalid_argument for an image
   /// of another size.
   void write(const render::Image& image);
-  /// Waits for the encoder and puts the file in place; a video without a frame is an error. Call
-  /// once; write() no more after it.
+  /// Waits for the encoder and puts the file in place; a video without an image is an error. Call
+  /// it once, as the last.
   void close();
 
  private:
@@ -45,9 +45,9 @@ class VideoWriter {
   std::string path_;
   std::string part_path_;
   int width_, height_;
-  std::size_t frames_ = 0;
+  std::size_t images_ = 0;
   pid_t encoder_ = -1;
-  int frames_fd_ = -1;    ///< a socket, so that a dead encoder is an error here and no signal
+  int images_fd_ = -1;    ///< a socket, so that a dead encoder is an error here and no signal
   int messages_fd_ = -1;  ///< an unnamed file that catches ffmpeg's standard error
 };
 

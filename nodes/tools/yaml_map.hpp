@@ -1,5 +1,5 @@
 /// \file
-/// Strict reading of YAML maps: what is not understood is refused with file and line.
+/// Strict reading of YAML maps: unknown or wrong content is refused with file and line.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace afterglow::nodes {
 
 using calib::loadYaml;
 
-/// " (did you mean 'color'?)"-like advice: the nearest candidate, or all of them if none is near.
+/// "; did you mean 'color'?": the nearest candidate, or all of them if none is near.
 std::string advice(const std::string& wrong, const std::vector<std::string>& candidates);
 
 /// One map of a configuration file. `where` names it for people ("layer 2"); everything throws

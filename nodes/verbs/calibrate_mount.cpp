@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "calib/file_replacement.hpp"
-#include "calib/mount/mount_text.hpp"
+#include "calib/mount/mount.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "nodes/tools/mount_poses.hpp"
 #include "nodes/tools/yaml_map.hpp"

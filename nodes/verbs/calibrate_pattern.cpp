@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "calib/targets/pattern.hpp"
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 #include "calib/targets/target_files.hpp"
 
 namespace afterglow::nodes {

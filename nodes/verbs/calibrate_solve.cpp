@@ -129,7 +129,7 @@ void addCalibrateSolve(CLI::App& calibrate) {
   CLI::App* verb = calibrate.add_subcommand(
       "solve", "Calibrate from photographs: projector.yaml, T_camera_projector.yaml, report.html");
   verb->add_option("--images", options->images,
-                   "Folder of view_NN.png (pattern shown) and view_NN_plain.png (plain grey shown)")
+                   "Folder of view_NN.png (pattern shown) and view_NN_plain.png (plain gray shown)")
       ->required();
   verb->add_option("--board", options->board, "The board's board.yaml")->required();
   verb->add_option("--pattern", options->pattern, "The pattern's pattern.yaml")->required();

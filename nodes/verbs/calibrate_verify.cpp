@@ -187,7 +187,7 @@ void runVerify(const CalibrateVerifyOptions& options) {
 void addViewOptions(CLI::App& verb, CalibrateVerifyOptions& options) {
   verb.add_option("--images", options.images,
                   "Measure on the board: folder of fresh view_NN.png (pattern shown) and "
-                  "view_NN_plain.png (plain grey shown)");
+                  "view_NN_plain.png (plain gray shown)");
   verb.add_option("--board", options.board, "With --images: the board's board.yaml");
   verb.add_option("--pattern", options.pattern, "With --images: the pattern's pattern.yaml");
 }

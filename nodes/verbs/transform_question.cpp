@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 

@@ -1,6 +1,6 @@
 /// \file
 /// The photographs of board poses in a folder: view_NN.png while the projector shows the pattern,
-/// and view_NN_plain.png, if it is there, while it shows plain grey.
+/// and view_NN_plain.png, if it is there, while it shows plain gray.
 #pragma once
 
 #include <string>

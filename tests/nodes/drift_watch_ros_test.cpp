@@ -9,8 +9,8 @@
 #include <memory>
 #include <mutex>
 
+#include "nodes/conversion/camera_messages.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/projector/projector_messages.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_graph.hpp"
@@ -117,8 +117,8 @@ TEST_F(DriftWatchTest, saysInDiagnosticsWhetherTagsLieWhereTfHasThem) {
 
   auto infos = nh_->advertise<sensor_msgs::CameraInfo>("/camera/camera_info", 1, true);
   infos.publish(toCameraInfo(rig_.camera));
-  const calib::Picture grey = test::greyPicture(rig_.projector.width, rig_.projector.height);
-  const auto photograph = imageOf(test::photograph(rig_, pose_, grey, 1), "camera_optical_frame");
+  const calib::Picture gray = test::grayPicture(rig_.projector.width, rig_.projector.height);
+  const auto photograph = imageOf(test::photograph(rig_, pose_, gray, 1), "camera_optical_frame");
   auto images = nh_->advertise<sensor_msgs::Image>("/camera/image", 1, true);
   images.publish(photograph);
   EXPECT_TRUE(
@@ -138,9 +138,9 @@ TEST_F(DriftWatchTest, saysInDiagnosticsWhetherTagsLieWhereTfHasThem) {
       << drift;
 
   images.publish(
-      imageOf(test::greyPicture(rig_.camera.width, rig_.camera.height), "camera_optical_frame"));
+      imageOf(test::grayPicture(rig_.camera.width, rig_.camera.height), "camera_optical_frame"));
   EXPECT_TRUE(doctor.says("3 none of the ")) << doctor.newest();
-  images.publish(imageOf(test::greyPicture(640, 480), "camera_optical_frame"));
+  images.publish(imageOf(test::grayPicture(640, 480), "camera_optical_frame"));
   EXPECT_TRUE(doctor.says("3 /camera/image is of 640 x 480 pixels")) << doctor.newest();
   auto strange = photograph;
   strange.encoding = "yuv422";

@@ -1,5 +1,5 @@
 // Mesh files that were tampered with bring down the program that reads them, never this one.
-#include "nodes/conversion/mesh_reader.hpp"
+#include "nodes/conversion/mesh_library.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,9 +13,9 @@
 #include <string>
 
 #include "calib/lens.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/observer/timed_video.hpp"
-#include "nodes/projector/projector_messages.hpp"
 #include "nodes/tools/program.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"

@@ -10,7 +10,7 @@
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/player/world_anchor.hpp"
 #include "nodes/projector/projector_scene.hpp"
-#include "nodes/projector/transform_intake.hpp"
+#include "nodes/projector/transform_listener.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/player_world.hpp"
 #include "tests/support/referee.hpp"
@@ -113,7 +113,7 @@ struct WorldAnchorTest : test::PlayerWorld {
       anchor = std::make_unique<WorldAnchor>(
           *store, plan, settings, [this](const tf2_msgs::TFMessage& transforms) {
             for (const auto& transform : transforms.transforms) {
-              EXPECT_TRUE(takeTransform(today, transform, "player", false, ros::Time()).is_stored);
+              EXPECT_TRUE(storeTransform(today, transform, "player", false, ros::Time()).is_stored);
             }
           });
       options.anchor = anchor.get();

@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/projector/projector_messages.hpp"
+#include "nodes/conversion/camera_messages.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
@@ -97,9 +97,9 @@ class CalibrationRoom {
  private:
   static constexpr int kPoses = 11;                    // more than any test has views and discards
   static constexpr int kLag_frames = 2;                // until the camera shows what is projected
-  using Shown = std::pair<std::size_t, std::uint8_t>;  ///< pose, grey level of the first tag
+  using Shown = std::pair<std::size_t, std::uint8_t>;  ///< pose, gray level of the first tag
 
-  /// What is in front of the camera now. The pattern is told from grey by a pixel of its own.
+  /// What is in front of the camera now. The pattern is told from gray by a pixel of its own.
   Shown scene() {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::size_t moved = latest_status_.value("views", std::size_t{0}) +
@@ -114,8 +114,8 @@ class CalibrationRoom {
     const auto found = album_.find(shown);
     if (found != album_.end()) return found->second;
     const calib::Picture light =
-        shown.second == 255 ? patternPicture(rig_.pattern)
-                            : greyPicture(rig_.pattern.width, rig_.pattern.height, shown.second);
+        shown.second == 255 ? test::patternPicture(rig_.pattern)
+                            : grayPicture(rig_.pattern.width, rig_.pattern.height, shown.second);
     const auto seed = static_cast<std::uint32_t>(7 * shown.first + shown.second);
     return album_[shown] = photographer_.photograph(poses_[shown.first], light, seed);
   }

@@ -19,22 +19,22 @@
 
 namespace afterglow::nodes {
 
-/// The recording of one behavior. Starting and stopping are a thread's work; waiting for it is
-/// bounded by the options' timeout, so that no recorder, however slow, stalls a robot. A recording
-/// starts only when the recorder has answered all that this process asked before, so that an
-/// attempt never overlaps the one before it, and ends only after those below it. While an answer to
-/// a start is overdue nothing further is asked of that recorder.
+/// The recording of one behavior. A thread of its own starts and stops it; waiting for that thread
+/// is bounded by the options' timeout, so that a slow recorder does not stall a robot. A recording
+/// starts only when the recorder has answered all earlier requests of this process, so that an
+/// attempt never overlaps the one before it, and ends only after the recordings below it. While the
+/// answer to a start is overdue, that recorder gets no further requests.
 ///
 /// Move-only; used by one thread at a time. Not to be kept beyond ROS's shutdown: its end would not
 /// reach the recorder.
 class BehaviorRecording {
  public:
-  /// With options.wait it returns when the recording stands, or when it is known not to. Throws
-  /// std::runtime_error if that is so and options.required is set (with options.wait only).
+  /// With options.wait it returns when the recording has started, or has failed to. Throws
+  /// std::runtime_error if it has failed and options.required is set (with options.wait only).
   explicit BehaviorRecording(RecordingOptions options,
                              std::shared_ptr<RecorderClient> recorder = rosRecorder());
-  /// Ends it, if it has not ended: "exception" if that is why we are here, else "stopped". Waits
-  /// for the recorder's answer.
+  /// Ends the recording, if it has not ended: as "exception" while an exception is thrown, else as
+  /// "stopped". Waits for the recorder's answer.
   ~BehaviorRecording();
   BehaviorRecording(BehaviorRecording&&) noexcept = default;
   /// Ends and waits for what was recorded here, as the destructor does.
@@ -42,14 +42,14 @@ class BehaviorRecording {
 
   void succeed() { end("success"); }
   void fail() { end("failure"); }
-  /// Ends it with any word; does not wait. The first end counts.
+  /// Ends the recording with any outcome; does not wait. Only the first end counts.
   void end(const std::string& outcome);
 
-  /// The recording stands, or nobody waits for it any longer.
+  /// The recording has started, or is not waited for any longer.
   bool isSettled() const;
-  /// The recorder has answered everything, or will not be asked.
+  /// The recorder has answered all requests, or gets none.
   bool isDone() const;
-  /// 0 as long as there is none.
+  /// The behavior's id in the store; 0 until the recording has started.
   std::int64_t id() const;
   /// Why there is no recording (yet); empty if all is well.
   std::string problem() const;
@@ -68,8 +68,8 @@ class BehaviorRecording {
   int exceptions_ = 0;  ///< in flight when the recording was made
 };
 
-/// While it lives, recordings that this thread makes without a tree path lie below this one, which
-/// outlives it in its place.
+/// While it lives, recordings that this thread makes without a tree path lie below `recording`,
+/// which must outlive it and not be moved.
 class EnclosingRecording {
  public:
   explicit EnclosingRecording(const BehaviorRecording& recording);
@@ -77,7 +77,7 @@ class EnclosingRecording {
   EnclosingRecording(const EnclosingRecording&) = delete;
   EnclosingRecording& operator=(const EnclosingRecording&) = delete;
 
-  /// The innermost one's serial of this thread; 0: none.
+  /// The serial of this thread's innermost enclosing recording; 0: there is none.
   static std::uint64_t current();
 
  private:

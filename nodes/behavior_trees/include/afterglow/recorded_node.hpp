@@ -1,5 +1,5 @@
 /// \file
-/// The recordings of one node of a behavior tree, one after the other, whatever library ticks it.
+/// The recordings of one node of a behavior tree, one after the other, for any tree library.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace afterglow::nodes {
 
-/// Never waits, but where it is destroyed: until its recorder has heard of every end.
+/// Waits only in its destructor: until the recorder has answered every end.
 class RecordedNode {
  public:
   explicit RecordedNode(std::shared_ptr<RecorderClient> recorder);
@@ -22,12 +22,12 @@ class RecordedNode {
   /// An attempt of 0 is counted: up from 1 with every failure, until a success, a halt, or a new
   /// run of the enclosing recorded behavior.
   void begin(RecordingOptions options);
-  /// The recording stands, or is not waited for (any longer).
+  /// Whether the recording has started, or is not waited for (any longer).
   bool mayGo() const;
-  /// It had to be recorded, and is not.
+  /// Whether the recording is required and has failed.
   bool isRefused() const;
   const BehaviorRecording& running() const { return *running_; }
-  /// If none runs, only the count of attempts begins anew.
+  /// Ends the recording; without one, only resets the count of attempts.
   void end(const std::string& outcome);
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// What an observed behavior tree means for recordings, whatever library ticks it.
+/// Recordings of the nodes of an observed behavior tree, for any tree library.
 #pragma once
 
 #include <afterglow/TreeTransition.h>
@@ -17,22 +17,22 @@
 
 namespace afterglow::nodes {
 
-/// Records every node whose path matches, and no rule's before it.
+/// Records every node whose path matches and that no earlier rule matches.
 struct RecordRule {
   /// A glob: `?` is a character, `*` any but "/", `**` any, `**/` any number of names. Or, if it
   /// begins with "^", a regular expression (ECMAScript). Either must match the whole path.
   std::string path;
-  /// The node's name, path and attempt are filled in where empty; `required` is not heeded: an
-  /// observer changes no tree. With `wait` the node is held up as it begins, so that its first
-  /// messages are recorded; the library announces actions only after their first tick, so for these
-  /// add a pre-roll.
+  /// Empty name, path and attempt are the node's. `required` is ignored, because an observer
+  /// changes no tree. With `wait` the node is delayed when it begins, so that its first messages
+  /// are recorded; the library announces actions only after their first tick: add a pre-roll for
+  /// them.
   RecordingOptions recording = {};
 };
 
 using TransitionSink = std::function<void(const TreeTransition&)>;
 
 struct TreeWatchOptions {
-  std::string tree = {};  ///< what to call it; empty: its root's name
+  std::string tree = {};  ///< the tree's name; empty: its root's
   std::vector<RecordRule> record = {};
   std::shared_ptr<RecorderClient> recorder = rosRecorder();
   TransitionSink publish = {};  ///< empty: publishTransitions()
