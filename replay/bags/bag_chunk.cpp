@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kFirstStep = 1 << 20;
 
-/// What one step of unpacking did.
+/// The result of one step of unpacking.
 struct Progress {
   std::size_t read = 0, written = 0;
   bool is_end = false;
@@ -24,7 +24,7 @@ Bytes unpackInSteps(const Bytes& packed, std::size_t size, const Step& step) {
   Bytes bytes;
   std::size_t read = 0, written = 0;
   for (Progress done; !done.is_end; read += done.read, written += done.written) {
-    // One byte more than there should be, to see that there are more.
+    // Room for one byte more than expected, to notice too many bytes.
     if (written == bytes.size()) {
       bytes.resize(std::min(size + 1, std::max(kFirstStep, 2 * bytes.size())));
     }
@@ -65,7 +65,7 @@ Bytes unpackLz4(const Bytes& packed, std::size_t size) {
   });
 }
 
-/// Ends a stream of bzip2's, however that goes.
+/// Ends a bzip2 stream, in all cases.
 struct Bz2Stream : bz_stream {
   Bz2Stream() : bz_stream() {
     if (BZ2_bzDecompressInit(this, 0, 0) != BZ_OK) {

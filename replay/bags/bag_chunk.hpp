@@ -1,5 +1,5 @@
 /// \file
-/// What a bag's chunk holds, read without believing any length in it. Source of the format:
+/// The records in a bag's chunk, read without trusting any length in it. Source of the format:
 /// wiki.ros.org/Bags/Format/2.0. Internal to replay.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace afterglow::replay {
 
-/// Bytes that are not what the format has there; the text completes "the chunk at byte 4117 ...".
+/// Bytes that violate the format; the text completes "the chunk at byte 4117 ...".
 class BagDamage : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -36,9 +36,9 @@ class BagFields {
   /// Empty if the bytes are no fields.
   static std::optional<BagFields> parse(const std::uint8_t* bytes, std::size_t size);
 
-  /// Empty: there is no such field.
+  /// Empty if there is no such field.
   std::optional<std::string_view> find(std::string_view name) const;
-  /// Empty: there is no such field of this size.
+  /// Empty if there is no such field of this size.
   template <typename T>
   std::optional<T> number(std::string_view name) const {
     const auto value = find(name);
@@ -52,8 +52,8 @@ class BagFields {
 
 enum class BagPacking { None, Bz2, Lz4 };
 
-/// The `size` bytes that were packed. Memory grows with what comes out, not with what was promised.
-/// Throws BagDamage if it is not as many.
+/// The `size` bytes that were packed. Memory grows with the unpacked bytes, not with `size`. Throws
+/// BagDamage if their number is another one.
 Bytes unpack(BagPacking packing, Bytes packed, std::size_t size);
 
 /// An unpacked chunk: records that follow each other to its last byte.
@@ -68,7 +68,7 @@ class BagChunk {
   /// Throws BagDamage.
   explicit BagChunk(Bytes bytes);
 
-  /// Null: no message begins there.
+  /// Null if no message begins there.
   const Message* find(std::uint32_t offset) const;
   Bytes data(const Message& message) const;
   std::size_t size() const { return bytes_.size(); }

@@ -1,3 +1,4 @@
+#include <console_bridge/console.h>
 #include <fcntl.h>
 #include <rosbag/bag.h>
 #include <unistd.h>
@@ -8,16 +9,30 @@
 #include <set>
 
 #include "replay/bags/bag_file.hpp"
-#include "replay/bags/quiet_console.hpp"
 
 namespace afterglow::replay {
 namespace {
+
+/// Silences rosbag_storage, which logs to stderr what it also throws. Restores the log level when
+/// it goes.
+class QuietConsole {
+ public:
+  QuietConsole() : previous_(console_bridge::getLogLevel()) {
+    console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_NONE);
+  }
+  QuietConsole(const QuietConsole&) = delete;
+  QuietConsole& operator=(const QuietConsole&) = delete;
+  ~QuietConsole() { console_bridge::setLogLevel(previous_); }
+
+ private:
+  console_bridge::LogLevel previous_;
+};
 
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kProgressEvery = 1000;
 
-/// What rosbag::Bag::write() takes for a message: bytes with a type.
+/// A message for rosbag::Bag::write(): bytes with a type.
 struct RawMessage {
   const Channel& channel;
   const Bytes& bytes;
@@ -79,7 +94,7 @@ rosbag::CompressionType rosbagCompression(BagCompression compression) {
   return rosbag::compression::Uncompressed;
 }
 
-/// A bag under a name of its own until it is complete; gone if it never is.
+/// A bag under a temporary name until it is complete; removed if it is never completed.
 class BagWriter {
  public:
   BagWriter(const std::string& path, BagCompression compression)
@@ -117,9 +132,9 @@ class BagWriter {
   }
 
   const std::string& path() const { return path_; }
-  std::uint64_t size() const { return bag_->getSize(); }  ///< so far, about
+  std::uint64_t size() const { return bag_->getSize(); }  ///< approximately
 
-  /// Nothing can be written any more; publish() makes it the bag at path().
+  /// Ends writing; publish() then moves the bag to path().
   void close() {
     bag_->close();
     sync(partial_);
@@ -166,7 +181,7 @@ boost::shared_ptr<ros::M_string> connectionHeader(const Channel& channel) {
   return header;
 }
 
-/// The messages of several behaviors in one order; what several of them cover comes once.
+/// The messages of several behaviors in one order; a message of several behaviors comes once.
 class MergedMessages {
  public:
   MergedMessages(const Store& store, const std::vector<Behavior>& behaviors,

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One import: what it has seen of the bags.
+/// The state of one import.
 class Importer {
  public:
   Importer(const std::vector<std::string>& paths, Store& store, const BagImport& import)
@@ -26,7 +26,7 @@ class Importer {
       if (bags_.back()->entries().empty()) throw BagError(path + ": the bag holds no messages");
       total_ += bags_.back()->entries().size();
     }
-    // Parts of one recording, in whatever order a shell has listed them.
+    // Parts of one recording, in any order on the command line.
     std::stable_sort(bags_.begin(), bags_.end(),
                      [](const auto& a, const auto& b) { return beginOf(*a) < beginOf(*b); });
   }
@@ -67,7 +67,7 @@ class Importer {
     try {
       added.schema = Schema::parse(channel.type, channel.definition);
     } catch (const MessageError&) {
-      // Kept as bytes; its messages have no document and no header stamp.
+      // Its messages are kept as bytes, without document and header stamp.
     }
     return added;
   }
@@ -82,7 +82,7 @@ class Importer {
     try {
       if (channel.schema) message.header_stamp = headerStamp(*channel.schema, message.bytes);
     } catch (const MessageError&) {
-      // As above.
+      // The message is kept as bytes, too.
     }
     return message;
   }

@@ -154,7 +154,7 @@ void BagReader::visitChunk(const Record& record) {
   chunks_[record.at] = chunk;
 }
 
-/// Which messages of the chunk before it are of one connection.
+/// The index of one connection's messages in the chunk before it.
 void BagReader::visitIndex(const Record& record) {
   const std::uint64_t count = number<std::uint32_t>(record, "count");
   const bool is_known = number<std::uint32_t>(record, "ver") == 1 && !chunks_.empty();
@@ -206,7 +206,7 @@ void BagReader::checkPositions() const {
     fail("the bag is cut short: its index should be at byte " + std::to_string(index_position_) +
          ", the file has " + std::to_string(file_size_));
   }
-  // What is cut between two records looks whole, but for this: these records are the last.
+  // A file that was cut between two records shows it only here: these records are the last ones.
   if (chunk_infos_.size() != chunks_.size()) fail("the bag is cut short: its index is incomplete");
   if (index_position_ != file_size_ && kinds_.count(index_position_) == 0) {
     fail("the index that should be at byte " + std::to_string(index_position_) + " is not there");
@@ -223,7 +223,7 @@ void BagReader::checkPositions() const {
   }
 }
 
-/// A message that is named a million times would be stored as often.
+/// Otherwise a message that the index names a million times would be stored as often.
 void BagReader::sortEntries() {
   const auto place = [](const Entry& entry) { return std::tie(entry.chunk, entry.offset); };
   std::sort(entries_.begin(), entries_.end(),

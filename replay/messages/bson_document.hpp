@@ -17,15 +17,15 @@ namespace afterglow::replay {
 
 struct BsonOptions {
   /// Number arrays longer than this (uint8[] too) become {"type":..., "count":...}, which cannot be
-  /// read back: for messages whose bytes are kept elsewhere.
+  /// read back. Only for messages whose bytes are kept elsewhere.
   std::size_t longest_array = std::numeric_limits<std::size_t>::max();
 };
 
 /// Appends the fields of a decoded message to `bson`. Integers take int32 where they fit, as with
 /// pymongo, else int64; a uint64 beyond int64 is its two's complement. A bool that is neither 0 nor
-/// 1 is an int32. float32 is a double. All of it reads back bit for bit, but that a signaling NaN
-/// of float32 comes back quiet. Throws MessageError if `document` is no message, or if BSON's 2 GiB
-/// do not hold it; `bson` is then of no use.
+/// 1 is an int32. float32 is a double. All of it reads back bit for bit, except that a signaling
+/// NaN of float32 becomes a quiet one. Throws MessageError if `document` is no message or exceeds
+/// BSON's 2 GiB; `bson` is then unusable.
 void appendBson(const Value& document, bson_t& bson, const BsonOptions& options = {});
 
 struct BsonMessage {
@@ -37,9 +37,8 @@ struct BsonMessage {
 
 /// The message in a document of any writer: Afterglow, mongodb_log in Python and C++ (whose stamps
 /// are dates), message_store. Numbers may be the strings "nan", "inf" and "-inf". Types come from
-/// the schema; keys that it has not are passed over
-/// (_id, _meta). Nothing in `bson` is trusted. Throws MessageError, naming type and field, for a
-/// value that the field cannot hold and for damaged BSON.
+/// the schema; unknown keys (_id, _meta) are ignored. `bson` is not trusted. Throws MessageError,
+/// naming type and field, for a value that the field cannot hold and for damaged BSON.
 BsonMessage messageFromBson(const Schema& schema, const bson_t& bson);
 
 }  // namespace afterglow::replay

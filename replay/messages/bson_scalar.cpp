@@ -59,7 +59,7 @@ T integer(const bson_iter_t& at) {
 double real(const bson_iter_t& at) {
   if (BSON_ITER_HOLDS_DOUBLE(&at)) return bson_iter_double(&at);
   if (BSON_ITER_HOLDS_UTF8(&at)) {
-    // For servers that take no others: as in JSON.
+    // As in JSON, for servers that take no such numbers.
     const std::string_view word = bsonBytes(at, "a number");
     if (word == "nan") return std::numeric_limits<double>::quiet_NaN();
     if (word == "inf") return std::numeric_limits<double>::infinity();

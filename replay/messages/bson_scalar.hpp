@@ -1,6 +1,6 @@
 /// \file
-/// Values without fields, read from BSON: what any writer may have made of a type of ROS. Internal
-/// to replay/messages.
+/// Values without fields, read from BSON in all the forms that writers give the types of ROS.
+/// Internal to replay/messages.
 #pragma once
 
 #include <bson/bson.h>
@@ -12,8 +12,8 @@
 
 namespace afterglow::replay {
 
-/// What is at an iterator is not what the field's type asks for; the text goes on behind a field's
-/// name: "is a string instead of an integer". All functions here throw it.
+/// The BSON value does not fit the field's type. The text follows the field's name: "is a string
+/// instead of an integer". All functions here throw it.
 class BsonMismatch : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -25,14 +25,14 @@ class BsonMismatch : public std::runtime_error {
 /// True for types whose arrays are NumberArrays.
 bool isBsonNumber(FieldType type);
 
-/// Of any type but Message.
+/// A value of any type but Message.
 Value bsonScalar(FieldType type, const bson_iter_t& at);
 Value zeroScalar(FieldType type);
 
 /// Adds an element that is a number.
 void addBsonNumber(NumberArray& array, const bson_iter_t& at);
 
-/// Of a string or of binary data, which writers took for one another; valid while the document is.
+/// The bytes of a string or of binary data: writers use either. Valid as long as the document.
 std::string_view bsonBytes(const bson_iter_t& at, std::string_view expected);
 
 }  // namespace afterglow::replay

@@ -26,7 +26,7 @@ std::string strip(const std::string& text) {
   return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
 }
 
-/// One .msg file, as far as MD5 and contained types need it.
+/// The parts of a .msg file that MD5 and contained types need.
 struct Declarations {
   struct Field {
     std::string type;  ///< as written, with brackets
@@ -47,7 +47,7 @@ void addLine(const std::string& line, Declarations& declarations) {
     declarations.fields.push_back({type, rest});
     return;
   }
-  // What follows the '=' of a string is its value, '#' and all.
+  // The value of a string constant is all of the text behind '=', including '#'.
   const std::string value =
       type == "string" ? line.substr(line.find('=') + 1) : rest.substr(equals + 1);
   declarations.constants += type + " " + strip(rest.substr(0, equals)) + "=" + strip(value) + "\n";
@@ -91,7 +91,7 @@ std::map<std::string, Declarations> sectionsOf(const std::string& root, const st
       addLine(line, sections[type]);
     }
   }
-  // A header need not be brought along: Schema::parse().
+  // The text need not contain the header's definition: Schema::parse() knows it.
   sections.try_emplace("std_msgs/Header",
                        declarationsOf("uint32 seq\ntime stamp\nstring frame_id\n"));
   return sections;
@@ -149,7 +149,7 @@ std::optional<std::string> fileText(const fs::path& path) {
   return text;
 }
 
-/// Splits at any of `marks`, without the empty ones.
+/// Splits at any of `marks`, without empty parts.
 std::vector<std::string> split(const std::string& text, const char* marks) {
   std::vector<std::string> parts;
   for (std::size_t at = text.find_first_not_of(marks); at != std::string::npos;) {
@@ -219,7 +219,7 @@ std::optional<Definition> DefinitionFolders::find(const std::string& type) const
       }
       seen.push_back(contained);
       const auto contained_text = text(contained);
-      if (!contained_text) continue;  // Schema::parse() says so
+      if (!contained_text) continue;  // Schema::parse() reports it
       definition.text += kSeparator + "MSG: " + contained + "\n" + *contained_text + "\n";
       self(self, contained, *contained_text);
     }

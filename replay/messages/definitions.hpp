@@ -1,7 +1,7 @@
 /// \file
-/// Message definitions found on this machine, for messages that were stored without any: the full
-/// text and the MD5 that ROS's own tools make of the .msg files. Source of both rules: genmsg
-/// (compute_full_text, compute_md5_text).
+/// Message definitions found on this machine, for messages that were stored without a definition:
+/// the full text and the MD5, as ROS's own tools make them from .msg files. Source of both rules:
+/// genmsg (compute_full_text, compute_md5_text).
 #pragma once
 
 #include <optional>
@@ -18,14 +18,14 @@ struct Definition {
 /// MD5 of the type that the full text defines. Throws MessageError if Schema::parse() would.
 std::string definitionMd5(const std::string& type, const std::string& text);
 
-/// Folders in which packages have their messages: PACKAGE/msg/TYPE.msg, or where
-/// PACKAGE/cmake/PACKAGE-msg-paths.cmake of a catkin devel space says. Earlier ones come first.
+/// Folders of packages with messages: PACKAGE/msg/TYPE.msg, or the place that
+/// PACKAGE/cmake/PACKAGE-msg-paths.cmake of a catkin devel space names. Earlier folders come first.
 class DefinitionFolders {
  public:
   explicit DefinitionFolders(std::vector<std::string> folders) : folders_(std::move(folders)) {}
 
-  /// Empty if there is no such type. Throws MessageError for one that contains a type that is not
-  /// there, or cannot be understood.
+  /// Empty if there is no such type. Throws MessageError if its definition is malformed, or
+  /// contains a type that is not found.
   std::optional<Definition> find(const std::string& type) const;
 
  private:
@@ -34,8 +34,8 @@ class DefinitionFolders {
   std::vector<std::string> folders_;
 };
 
-/// Where this machine has definitions: what ROS_PACKAGE_PATH, CMAKE_PREFIX_PATH and
-/// AMENT_PREFIX_PATH name, the catkin space that this program is in, /usr/share.
+/// The folders with definitions on this machine: those that ROS_PACKAGE_PATH, CMAKE_PREFIX_PATH and
+/// AMENT_PREFIX_PATH name, the catkin space that this program is in, and /usr/share.
 DefinitionFolders installedDefinitions();
 
 }  // namespace afterglow::replay

@@ -1,19 +1,24 @@
 #include "replay/messages/document.hpp"
 
+#include <utf8.h>
+
 #include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-// Messages and arrays need not take bytes of their own, but take some hundred bytes of memory as a
-// tree of values. So many are decoded for nothing, and beyond them one in so many bytes; in real
-// messages one takes four bytes and more.
+// Messages and arrays may take no bytes, but take some hundred bytes of memory as a tree of values.
+// The first constant limits how many are decoded without bytes; beyond it, each has to be paid for
+// with the bytes of the second constant. In real messages each takes four bytes or more.
 constexpr std::size_t kFreeTrees = 65536;
 constexpr std::size_t kBytesOfTree = 2;
 
-// An element takes far more memory than its smallest message; a count is believed step by step.
+// An element takes far more memory than its bytes; memory for a count is reserved step by step.
 constexpr std::size_t kReserved = 1024;
 
 bool isNumber(FieldType type) {
@@ -248,12 +253,189 @@ class Encoder {
   std::vector<const std::string*> path_;
 };
 
+using nlohmann::json;
+
+std::string repairUtf8(std::string_view text) {
+  std::string repaired;
+  repaired.reserve(text.size());
+  for (auto at = text.begin(); at != text.end();) {
+    const auto bad = utf8::find_invalid(at, text.end());
+    repaired.append(at, bad);
+    if (bad == text.end()) break;
+    repaired += "\xEF\xBF\xBD";
+    at = bad + 1;
+  }
+  return repaired;
+}
+
+template <typename T>
+json numberToJson(T value) {
+  if constexpr (std::is_floating_point_v<T>) {
+    if (std::isnan(value)) return "nan";
+    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+  }
+  return value;
+}
+
+template <typename T>
+json elementsToJson(const NumberArray& array) {
+  json elements = json::array();
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    elements.push_back(numberToJson(loadNumber<T>(array.bytes.data() + i * sizeof(T))));
+  }
+  return elements;
+}
+
+json boolsToJson(const NumberArray& array) {
+  json elements = json::array();
+  for (const std::uint8_t byte : array.bytes) elements.push_back(byte != 0);
+  return elements;
+}
+
+json numbersToJson(const NumberArray& array) {
+  switch (array.type) {
+    case FieldType::Bool:
+      return boolsToJson(array);
+    case FieldType::Int8:
+      return elementsToJson<std::int8_t>(array);
+    case FieldType::UInt8:
+      return elementsToJson<std::uint8_t>(array);
+    case FieldType::Int16:
+      return elementsToJson<std::int16_t>(array);
+    case FieldType::UInt16:
+      return elementsToJson<std::uint16_t>(array);
+    case FieldType::Int32:
+      return elementsToJson<std::int32_t>(array);
+    case FieldType::UInt32:
+      return elementsToJson<std::uint32_t>(array);
+    case FieldType::Int64:
+      return elementsToJson<std::int64_t>(array);
+    case FieldType::UInt64:
+      return elementsToJson<std::uint64_t>(array);
+    case FieldType::Float32:
+      return elementsToJson<float>(array);
+    case FieldType::Float64:
+      return elementsToJson<double>(array);
+    default:
+      throw MessageError("an array of " + std::string(name(array.type)) + " holds no numbers");
+  }
+}
+
+class ToJson {
+ public:
+  explicit ToJson(const JsonOptions& options) : options_(options) {}
+
+  json operator()(BoolByte value) const { return value.byte != 0; }
+  json operator()(const std::string& value) const { return repairUtf8(value); }
+  json operator()(RosTime value) const { return {{"secs", value.sec}, {"nsecs", value.nsec}}; }
+  json operator()(RosDuration value) const { return {{"secs", value.sec}, {"nsecs", value.nsec}}; }
+
+  json operator()(const NumberArray& value) const {
+    if (fixedSize(value.type) > 0 && value.size() > options_.longest_array) {
+      return {{"type", name(value.type)}, {"count", value.size()}};
+    }
+    return numbersToJson(value);
+  }
+
+  json operator()(const Array& value) const {
+    if (value.size() > options_.longest_array) {
+      return {{"type", name(elementType(value.front()))}, {"count", value.size()}};
+    }
+    json elements = json::array();
+    for (const Value& element : value) elements.push_back(convert(element));
+    return elements;
+  }
+
+  json operator()(const Object& value) const {
+    json object = json::object();
+    for (const auto& [key, field] : value) object[key] = convert(field);
+    return object;
+  }
+
+  template <typename T>
+  json operator()(T value) const {
+    static_assert(std::is_arithmetic_v<T>);
+    return numberToJson(value);
+  }
+
+  json convert(const Value& value) const { return std::visit(*this, asVariant(value)); }
+
+ private:
+  static FieldType elementType(const Value& value) {
+    if (std::holds_alternative<std::string>(value)) return FieldType::String;
+    if (std::holds_alternative<RosTime>(value)) return FieldType::Time;
+    if (std::holds_alternative<RosDuration>(value)) return FieldType::Duration;
+    return FieldType::Message;
+  }
+
+  // std::visit of GCC 9 does not see through a class derived from a variant.
+  template <typename... T>
+  static const std::variant<T...>& asVariant(const std::variant<T...>& value) {
+    return value;
+  }
+
+  const JsonOptions& options_;
+};
+
 }  // namespace
 
 Value decode(const Schema& schema, const Bytes& bytes) { return Decoder(schema, bytes).decode(); }
 
 Bytes encode(const Schema& schema, const Value& document) {
   return Encoder(schema).encode(document);
+}
+
+const Value* findValue(const Value& message, const std::string& path) {
+  const auto* object = std::get_if<Object>(&message);
+  if (!object) {
+    return nullptr;
+  }
+  const std::size_t dot = path.find('.');
+  for (const auto& [name, value] : *object) {
+    if (path.compare(0, dot, name) == 0) {
+      return dot == std::string::npos ? &value : findValue(value, path.substr(dot + 1));
+    }
+  }
+  return nullptr;
+}
+
+Value* findValue(Value& message, const std::string& path) {
+  return const_cast<Value*>(findValue(static_cast<const Value&>(message), path));
+}
+
+Value& valueAt(Value& message, const std::string& path) {
+  if (Value* found = findValue(message, path)) return *found;
+  throw MessageError("no field " + path);
+}
+
+std::vector<double> numbersOf(const Value& value) {
+  const auto* array = std::get_if<NumberArray>(&value);
+  std::vector<double> numbers;
+  if (array && array->type == FieldType::Float64) {
+    numbers.resize(array->size());
+    if (!numbers.empty()) std::memcpy(numbers.data(), array->bytes.data(), array->bytes.size());
+  }
+  return numbers;
+}
+
+std::vector<double> numbersAt(const Value& message, const std::string& path) {
+  const Value* value = findValue(message, path);
+  return value ? numbersOf(*value) : std::vector<double>();
+}
+
+NumberArray numberArray(const std::vector<double>& numbers) {
+  NumberArray array{FieldType::Float64, Bytes(numbers.size() * sizeof(double))};
+  if (!numbers.empty()) std::memcpy(array.bytes.data(), numbers.data(), array.bytes.size());
+  return array;
+}
+
+RosDuration toRosDuration(std::int64_t ns) {
+  return {static_cast<std::int32_t>(ns / 1'000'000'000),
+          static_cast<std::int32_t>(ns % 1'000'000'000)};
+}
+
+json toJson(const Value& document, const JsonOptions& options) {
+  return ToJson(options).convert(document);
 }
 
 }  // namespace afterglow::replay

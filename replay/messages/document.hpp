@@ -46,11 +46,11 @@ class Value
   using variant::variant;
 };
 
-/// Decodes a whole message. Array counts are vetted against the bytes left before anything is
+/// Decodes a whole message. Array counts are checked against the remaining bytes before anything is
 /// allocated. Throws MessageError (truncated, trailing bytes, count beyond the message's end).
 Value decode(const Schema& schema, const Bytes& bytes);
 
-/// The inverse. Throws MessageError when the document does not have the schema's shape.
+/// The inverse of decode. Throws MessageError when the document does not have the schema's shape.
 Bytes encode(const Schema& schema, const Value& document);
 
 struct JsonOptions {
@@ -62,5 +62,20 @@ struct JsonOptions {
 /// {"secs","nsecs"}; numbers that JSON lacks are the strings "nan", "inf", "-inf"; strings that are
 /// no UTF-8 have each bad byte replaced by U+FFFD; uint8[] up to the limit is an array of numbers.
 nlohmann::json toJson(const Value& document, const JsonOptions& options = {});
+
+/// The value at a path ("goal.trajectory.header"); null if a name on the way is missing.
+const Value* findValue(const Value& message, const std::string& path);
+Value* findValue(Value& message, const std::string& path);
+
+/// As findValue, but throws MessageError if a name is missing.
+Value& valueAt(Value& message, const std::string& path);
+
+/// The elements of a float64[]; empty for every other value.
+std::vector<double> numbersOf(const Value& value);
+/// The elements of a field; empty if it is missing.
+std::vector<double> numbersAt(const Value& message, const std::string& path);
+NumberArray numberArray(const std::vector<double>& numbers);
+
+RosDuration toRosDuration(std::int64_t ns);
 
 }  // namespace afterglow::replay

@@ -46,35 +46,6 @@ FieldPath::Step parseStep(std::string_view part, std::string_view whole) {
   return step;
 }
 
-template <typename T>
-void writeAs(Bytes& bytes, const FieldSpan& span, double value) {
-  if constexpr (std::is_integral_v<T>) {
-    // The limits of 64-bit types round up in a double: 2^63 itself must be refused, so compare with
-    // the first power of two beyond the range.
-    const double beyond = std::ldexp(1.0, std::numeric_limits<T>::digits);
-    const double least = std::is_signed_v<T> ? -beyond : 0.0;
-    if (!(value >= least && value < beyond) || value != std::trunc(value)) {
-      throw MessageError(std::to_string(value) + " is no " + std::string(name(span.type)));
-    }
-  } else if (std::isfinite(value) && std::abs(value) > std::numeric_limits<T>::max()) {
-    throw MessageError(std::to_string(value) + " is too large for a " +
-                       std::string(name(span.type)));
-  }
-  storeNumber(bytes.data() + span.offset, static_cast<T>(value));
-}
-
-void collectTimeFields(const Schema& schema, std::size_t type_index, const std::string& prefix,
-                       std::vector<FieldPath>& found) {
-  for (const Field& field : schema.types()[type_index].fields) {
-    const bool array = field.arity != Field::Arity::Single;
-    const std::string path = prefix + field.name + (array ? "[]" : "");
-    if (field.type == FieldType::Time) found.push_back(FieldPath::parse(path));
-    if (field.type == FieldType::Message) {
-      collectTimeFields(schema, field.message, path + ".", found);
-    }
-  }
-}
-
 }  // namespace
 
 FieldPath FieldPath::parse(std::string_view text) {
@@ -122,40 +93,6 @@ void writeTime(Bytes& bytes, const FieldSpan& span, Stamp stamp) {
   storeNumber(at + 4, static_cast<std::uint32_t>(stamp.ns % kNanoseconds));
 }
 
-void writeNumber(Bytes& bytes, const FieldSpan& span, double value) {
-  check(bytes, span, span.type);
-  switch (span.type) {
-    case FieldType::Bool:
-      if (value != 0 && value != 1) {
-        throw MessageError(std::to_string(value) + " is no bool; expected 0 or 1");
-      }
-      return writeAs<std::uint8_t>(bytes, span, value);
-    case FieldType::Int8:
-      return writeAs<std::int8_t>(bytes, span, value);
-    case FieldType::UInt8:
-      return writeAs<std::uint8_t>(bytes, span, value);
-    case FieldType::Int16:
-      return writeAs<std::int16_t>(bytes, span, value);
-    case FieldType::UInt16:
-      return writeAs<std::uint16_t>(bytes, span, value);
-    case FieldType::Int32:
-      return writeAs<std::int32_t>(bytes, span, value);
-    case FieldType::UInt32:
-      return writeAs<std::uint32_t>(bytes, span, value);
-    case FieldType::Int64:
-      return writeAs<std::int64_t>(bytes, span, value);
-    case FieldType::UInt64:
-      return writeAs<std::uint64_t>(bytes, span, value);
-    case FieldType::Float32:
-      return writeAs<float>(bytes, span, value);
-    case FieldType::Float64:
-      return writeAs<double>(bytes, span, value);
-    default:
-      throw MessageError("field at byte " + std::to_string(span.offset) + " is of type " +
-                         std::string(name(span.type)) + ", no number");
-  }
-}
-
 std::size_t editStrings(Bytes& bytes, const std::vector<FieldSpan>& spans,
                         const std::function<std::string(const std::string&)>& edit) {
   Bytes edited;
@@ -188,12 +125,6 @@ std::size_t editStrings(const Schema& schema, Bytes& bytes, const FieldPath& pat
   return editStrings(bytes, findField(schema, bytes, path), edit);
 }
 
-std::vector<FieldPath> timeFields(const Schema& schema) {
-  std::vector<FieldPath> found;
-  collectTimeFields(schema, 0, "", found);
-  return found;
-}
-
 std::optional<Stamp> headerStamp(const Schema& schema, const Bytes& bytes) {
   if (schema.root().fields.empty()) return std::nullopt;
   const Field& first = schema.root().fields.front();
@@ -205,6 +136,199 @@ std::optional<Stamp> headerStamp(const Schema& schema, const Bytes& bytes) {
     throw MessageError(schema.root().name + ": ends within its header");
   }
   return readTime(bytes, {FieldType::Time, kStampOffset, 8});
+}
+
+/// The paths as a tree over the schema: the wanted fields of one message type at one place.
+struct FieldFinder::Node {
+  struct Branch {
+    std::size_t field = 0;
+    FieldPath::Step::Index index = FieldPath::Step::Index::None;
+    std::size_t at = 0;
+    std::vector<std::size_t> paths;  ///< indices of the paths that end here
+    std::unique_ptr<Node> below;     ///< of the paths that continue
+
+    bool names(std::size_t element) const {
+      return index != FieldPath::Step::Index::One || at == element;
+    }
+  };
+  std::vector<Branch> branches;
+
+  /// Puts the branches of one field together, so that a walk need not search.
+  void sort() {
+    std::stable_sort(branches.begin(), branches.end(),
+                     [](const Branch& a, const Branch& b) { return a.field < b.field; });
+    for (Branch& branch : branches) {
+      if (branch.below) branch.below->sort();
+    }
+  }
+
+  Branch& branch(std::size_t field, const FieldPath::Step& step) {
+    for (Branch& known : branches) {
+      if (known.field == field && known.index == step.index && known.at == step.at) return known;
+    }
+    branches.emplace_back();
+    branches.back().field = field;
+    branches.back().index = step.index;
+    branches.back().at = step.at;
+    return branches.back();
+  }
+};
+
+namespace {
+
+[[noreturn]] void refuse(const Schema& schema, const FieldPath& path, const std::string& what) {
+  throw MessageError("field path " + path.str() + " of " + schema.root().name + ": " + what);
+}
+
+/// Index of the field a step names in a type.
+std::size_t resolve(const Schema& schema, const FieldPath& path, const MessageType& type,
+                    const FieldPath::Step& step) {
+  const auto field = std::find_if(type.fields.begin(), type.fields.end(),
+                                  [&](const Field& f) { return f.name == step.name; });
+  if (field == type.fields.end()) refuse(schema, path, type.name + " has no field " + step.name);
+  const bool array = field->arity != Field::Arity::Single;
+  const bool indexed = step.index != FieldPath::Step::Index::None;
+  if (array && !indexed) {
+    refuse(schema, path, step.name + " is an array; expected " + step.name + "[] or an index");
+  }
+  if (!array && indexed) refuse(schema, path, step.name + " is no array");
+  return static_cast<std::size_t>(field - type.fields.begin());
+}
+
+/// Calls on_step(field index, step, last) for each step, resolved from the outermost type inwards.
+template <typename OnStep>
+void follow(const Schema& schema, const FieldPath& path, OnStep&& on_step) {
+  std::size_t type_index = 0;
+  for (std::size_t i = 0; i < path.steps().size(); ++i) {
+    const FieldPath::Step& step = path.steps()[i];
+    const MessageType& type = schema.types()[type_index];
+    const std::size_t index = resolve(schema, path, type, step);
+    const Field& field = type.fields[index];
+    const bool last = i + 1 == path.steps().size();
+    if (!last && field.type != FieldType::Message) {
+      refuse(schema, path,
+             step.name + " is a " + std::string(name(field.type)) + " and has no field " +
+                 path.steps()[i + 1].name);
+    }
+    on_step(index, step, last);
+    type_index = field.message;
+  }
+}
+
+/// One walk over one message along a tree of paths. Node is FieldFinder's private type.
+template <typename Node>
+class Walk {
+ public:
+  Walk(const Schema& schema, const Bytes& bytes, std::vector<std::vector<FieldSpan>>& found)
+      : schema_(schema), reader_(schema, bytes), found_(found) {}
+
+  void run(const Node& root) {
+    message(0, root);
+    reader_.finish();
+  }
+
+ private:
+  void message(std::size_t type_index, const Node& node) {
+    const std::vector<Field>& fields = schema_.types()[type_index].fields;
+    auto next = node.branches.begin();
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const auto first = next;
+      while (next != node.branches.end() && next->field == i) ++next;
+      if (first != next) {
+        elements(fields[i], first, next);
+      } else {
+        reader_.skipField(fields[i]);
+      }
+    }
+  }
+
+  template <typename Branches>
+  void elements(const Field& field, Branches first, Branches end) {
+    reader_.enter(field);
+    std::size_t count = reader_.count(field);
+    // Elements without bytes have no fields to be found, however many a message claims.
+    if (field.arity != Field::Arity::Single && field.type == FieldType::Message &&
+        schema_.minimumSize(field.message) == 0) {
+      count = 0;
+    }
+    for (std::size_t element = 0; element < count; ++element) {
+      reader_.atElement(element);
+      const std::size_t start = reader_.offset();
+      bool passed = false;
+      for (auto branch = first; branch != end; ++branch) {
+        if (!branch->names(element)) continue;
+        reader_.seek(start);  // two branches may name the same element
+        take(field, *branch);
+        passed = true;
+      }
+      if (!passed) reader_.skipElement(field);
+    }
+    reader_.leave();
+  }
+
+  template <typename Branch>
+  void take(const Field& field, const Branch& branch) {
+    const std::size_t start = reader_.offset();
+    if (branch.below) {
+      message(field.message, *branch.below);
+    } else {
+      reader_.skipElement(field);
+    }
+    for (const std::size_t path : branch.paths) {
+      found_[path].push_back({field.type, start, reader_.offset() - start});
+    }
+  }
+
+  const Schema& schema_;
+  WireReader reader_;
+  std::vector<std::vector<FieldSpan>>& found_;
+};
+
+}  // namespace
+
+FieldFinder::FieldFinder(Schema schema, const std::vector<FieldPath>& paths)
+    : schema_(std::move(schema)), path_count_(paths.size()), root_(std::make_unique<Node>()) {
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    Node* node = root_.get();
+    follow(schema_, paths[i], [&](std::size_t field, const FieldPath::Step& step, bool last) {
+      Node::Branch& branch = node->branch(field, step);
+      if (last) {
+        branch.paths.push_back(i);
+        return;
+      }
+      if (!branch.below) branch.below = std::make_unique<Node>();
+      node = branch.below.get();
+    });
+  }
+  root_->sort();
+}
+
+FieldFinder::FieldFinder(const Schema& schema, const FieldPath& path)
+    : FieldFinder(schema, std::vector<FieldPath>{path}) {}
+
+FieldFinder::~FieldFinder() = default;
+FieldFinder::FieldFinder(FieldFinder&&) noexcept = default;
+FieldFinder& FieldFinder::operator=(FieldFinder&&) noexcept = default;
+
+std::vector<std::vector<FieldSpan>> FieldFinder::find(const Bytes& bytes) const {
+  std::vector<std::vector<FieldSpan>> found(path_count_);
+  Walk<Node>(schema_, bytes, found).run(*root_);
+  return found;
+}
+
+std::vector<FieldSpan> findField(const Schema& schema, const Bytes& bytes, const FieldPath& path) {
+  return std::move(FieldFinder(schema, path).find(bytes).front());
+}
+
+bool fits(const Schema& schema, const Bytes& bytes) {
+  try {
+    WireReader reader(schema, bytes);
+    for (const Field& field : schema.root().fields) reader.skipField(field);
+    reader.finish();
+  } catch (const MessageError&) {
+    return false;
+  }
+  return true;
 }
 
 }  // namespace afterglow::replay

@@ -40,7 +40,7 @@ struct FieldSpan {
   std::size_t size = 0;  ///< for String: with its 4-byte length
 };
 
-/// Paths worked out once for a schema, to be looked up in many messages. Keeps a copy of the
+/// Finds fields in many messages of one schema; resolves their paths only once. Keeps a copy of the
 /// schema; safe from any thread.
 class FieldFinder {
  public:
@@ -62,42 +62,32 @@ class FieldFinder {
   std::unique_ptr<Node> root_;
 };
 
-/// Every place the path names, in order; none for an index beyond an array's end or empty arrays.
+/// All places that the path names, in order; empty for an index beyond an array's end.
 /// Throws MessageError if the schema has no such field, or the bytes do not fit the schema.
 std::vector<FieldSpan> findField(const Schema& schema, const Bytes& bytes, const FieldPath& path);
-
-/// True if the schema has the field (whatever a message holds).
-bool hasField(const Schema& schema, const FieldPath& path);
 
 /// The stamp a Time span holds; empty if the span is of another type.
 std::optional<Stamp> readTime(const Bytes& bytes, const FieldSpan& span);
 /// Throws MessageError if the span is no String.
 std::string readString(const Bytes& bytes, const FieldSpan& span);
 
-/// Overwrite in place. Throw MessageError when the span is of another type; writeTime also for a
-/// stamp that ROS time cannot hold (negative, or 2^32 s and later), writeNumber for a value that
-/// the field cannot hold exactly enough (an integer out of range or with a fraction, a float's
-/// overflow).
+/// Overwrites a time in place. Throws MessageError if the span is of another type, or for a stamp
+/// that ROS time cannot hold (negative, or 2^32 s and later).
 void writeTime(Bytes& bytes, const FieldSpan& span, Stamp stamp);
-void writeNumber(Bytes& bytes, const FieldSpan& span, double value);
 
 /// Replaces every string the path names by `edit`'s result; the message grows or shrinks.
-/// Returns how many changed.
+/// Returns how many strings changed.
 std::size_t editStrings(const Schema& schema, Bytes& bytes, const FieldPath& path,
                         const std::function<std::string(const std::string&)>& edit);
-/// The same for spans that were found in these bytes, in ascending order.
+/// The same for spans that were found in these bytes; in ascending order.
 std::size_t editStrings(Bytes& bytes, const std::vector<FieldSpan>& spans,
                         const std::function<std::string(const std::string&)>& edit);
 
 /// True if the bytes are a message of this schema, from the first to the last.
 bool fits(const Schema& schema, const Bytes& bytes);
 
-/// Every time field of a schema that is a stamp for replay's purposes: all `time` fields, nested
-/// and in arrays, as paths with [] ("transforms[].header.stamp"), in the definition's order.
-std::vector<FieldPath> timeFields(const Schema& schema);
-
-/// header.stamp of the outermost message, if its first field is a std_msgs/Header. Looks no further
-/// than that. Throws MessageError if the bytes end within it.
+/// The stamp of the outermost message's header, if its first field is a std_msgs/Header. Throws
+/// MessageError if the bytes end within it.
 std::optional<Stamp> headerStamp(const Schema& schema, const Bytes& bytes);
 
 }  // namespace afterglow::replay

@@ -1,6 +1,6 @@
 /// \file
-/// What is recorded and replayed: ROS messages as bytes, with everything that is needed to publish
-/// them again or to read their fields, and nothing else. No ROS header is involved.
+/// ROS messages as bytes, with everything that is needed to publish them again or to read their
+/// fields. Needs no ROS header.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ struct Channel {
 struct Message {
   std::int64_t channel = 0;  ///< the store's id of its Channel
   Stamp received;            ///< ROS time of arrival
-  /// Order of arrival within one recording, unique in it; equal stamps are told apart by it.
+  /// The order of arrival, unique within one recording; it orders messages of equal stamps.
   std::uint64_t sequence = 0;
   std::optional<Stamp> header_stamp;  ///< the message's own header.stamp, if it has a header
   Bytes bytes;

@@ -17,7 +17,7 @@ struct Builtin {
   FieldType type;
 };
 
-// The first name of a type is the one name() gives.
+// name() gives the first name of a type.
 constexpr std::array<Builtin, 16> kBuiltins{{{"bool", FieldType::Bool},
                                              {"int8", FieldType::Int8},
                                              {"uint8", FieldType::UInt8},
@@ -37,7 +37,7 @@ constexpr std::array<Builtin, 16> kBuiltins{{{"bool", FieldType::Bool},
 
 constexpr std::string_view kHeaderDefinition = "uint32 seq\ntime stamp\nstring frame_id\n";
 
-// Sizes saturate: a fixed array may claim more bytes than there are numbers.
+// Sizes saturate: those of nested fixed arrays may overflow.
 constexpr std::size_t kHuge = std::numeric_limits<std::size_t>::max() / 2;
 
 std::size_t add(std::size_t a, std::size_t b) { return a > kHuge - b ? kHuge : a + b; }
@@ -134,8 +134,8 @@ std::string_view name(FieldType type) {
   return "message";
 }
 
-/// Two steps: cut the text into sections, one a type; then follow the fields from the outermost
-/// type, so that only what a message contains is parsed and a cycle is met on the way.
+/// Two steps: cuts the text into sections, one for each type; then follows the fields from the
+/// outermost type, so that only contained types are parsed and cycles are noticed.
 class SchemaParser {
  public:
   SchemaParser(const std::string& type, std::string_view definition) : root_(type) {
@@ -192,14 +192,14 @@ class SchemaParser {
 
   void addSection(const std::string& type, Section&& section) {
     const std::size_t line = section.heading;
-    // try_emplace leaves its argument alone when the key is there already.
+    // try_emplace does not move from its argument when the key exists already.
     const auto [at, is_new] = sections_.try_emplace(type, std::move(section));
     if (!is_new && !sameText(at->second, section)) {
       fail(line, type + " is defined twice, differently");
     }
   }
 
-  /// Index of a type, with all it contains.
+  /// The index of a type; parses it and all that it contains.
   std::size_t addType(const std::string& type) {
     if (const auto known = indices_.find(type); known != indices_.end()) return known->second;
     const std::size_t index = schema_.types_.size();

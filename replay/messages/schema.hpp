@@ -1,5 +1,5 @@
 /// \file
-/// ROS message definitions, understood at run time: the tree of fields a definition text describes.
+/// ROS message definitions, parsed at run time: the tree of fields that a definition describes.
 /// Source of the grammar and of the concatenated form: genmsg (wiki.ros.org/msg), rosbag's
 /// message_definition connection header.
 #pragma once
@@ -61,23 +61,22 @@ struct MessageType {
 /// A parsed definition; a value, cheap to move, valid once constructed.
 class Schema {
  public:
-  /// Far beyond any real message; they keep a hostile definition from taking stack, memory or, with
-  /// each message, time: a message pays with its bytes for every field but those without any.
+  /// Limits far beyond any real message. They keep a hostile definition from taking stack, memory,
+  /// or time with each message: fields without bytes cost time although the message is short.
   static constexpr std::size_t kDeepest = 64;
   static constexpr std::size_t kMostFields = 8192;
   static constexpr std::size_t kMostEmptyFields = 64;
   static constexpr std::size_t kLongestPaths = 4 << 20;  ///< letters, of all fields' paths together
 
   /// `type` is "package/Type" of the outermost message, `definition` its full text with the
-  /// contained types behind lines of '='. Constants and comments are read over; `byte` and `char`
-  /// are int8 and uint8; `Header` is std_msgs/Header, and `Header header` in a definition that does
-  /// not bring it along is known all the same. Throws MessageError; also for a type that contains
-  /// itself or goes beyond the limits above.
+  /// contained types behind lines of '='. Constants and comments are ignored; `byte` and `char`
+  /// are int8 and uint8; `Header` is std_msgs/Header, also if the text does not contain it. Throws
+  /// MessageError; also for a type that contains itself or goes beyond the limits above.
   static Schema parse(const std::string& type, std::string_view definition);
 
   const std::vector<MessageType>& types() const { return types_; }
   const MessageType& root() const { return types_.front(); }
-  /// Fewest bytes a value of this type can take: what counts are vetted against.
+  /// The fewest bytes that a value of this type can take; array counts are checked against it.
   std::size_t minimumSize(std::size_t type_index) const { return minimum_sizes_[type_index]; }
   /// True if every value of this type takes exactly minimumSize bytes; always if that is 0.
   bool isFixedSize(std::size_t type_index) const { return fixed_sizes_[type_index]; }

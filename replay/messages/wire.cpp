@@ -69,7 +69,7 @@ void WireReader::skipField(const Field& field) {
   const bool same_size = field.type == FieldType::Message ? schema_.isFixedSize(field.message)
                                                           : field.type != FieldType::String;
   if (same_size) {
-    take(elements * minimumSize(field));  // count() has ruled out that this overflows
+    take(elements * minimumSize(field));  // cannot overflow after count()
   } else {
     for (std::size_t i = 0; i < elements; ++i) {
       atElement(i);

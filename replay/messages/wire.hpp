@@ -1,8 +1,7 @@
 /// \file
-/// Reading serialized ROS messages: a cursor that never leaves the bytes and knows, for its error
-/// texts, which field it is at. Internal to replay.
-/// Source of the wire format: wiki.ros.org/ROS/Technical%20Overview, genpy and
-/// roscpp_serialization.
+/// Reads serialized ROS messages: a cursor that never leaves the bytes and names the present field
+/// in error texts. Internal to replay. Source of the wire format:
+/// wiki.ros.org/ROS/Technical%20Overview, genpy and roscpp_serialization.
 #pragma once
 
 #include <cstring>
@@ -32,8 +31,8 @@ void storeNumber(std::uint8_t* to, T value) {
   std::memcpy(to, &value, sizeof(T));
 }
 
-/// Walks one message from its first byte to its last. Every method throws MessageError, naming
-/// type, field and offset, rather than read or allow for what is not there. Keeps references to
+/// Walks one message from its first byte to its last. Instead of reading or allocating beyond the
+/// bytes, every method throws MessageError naming type, field and offset. Keeps references to
 /// schema and bytes.
 class WireReader {
  public:
@@ -51,7 +50,7 @@ class WireReader {
     return loadNumber<T>(take(sizeof(T)));
   }
   std::string string();
-  /// How many elements the field holds here: read and vetted against the bytes left.
+  /// Reads how many elements the field has here, checked against the remaining bytes.
   std::size_t count(const Field& field);
 
   void skipField(const Field& field);
@@ -59,7 +58,7 @@ class WireReader {
   /// Refuses bytes behind the message.
   void finish() const;
 
-  /// What error texts name: the field that is read now, and the element of it.
+  /// Sets the field, and the element of it, that error texts name.
   void enter(const Field& field) { path_.push_back({&field, 0}); }
   void atElement(std::size_t index) { path_.back().index = index; }
   void leave() { path_.pop_back(); }

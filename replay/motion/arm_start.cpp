@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 
 namespace afterglow::replay {
 namespace {

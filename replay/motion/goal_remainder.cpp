@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
 
 namespace afterglow::replay {

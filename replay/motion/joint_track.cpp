@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 
 namespace afterglow::replay {
 namespace {

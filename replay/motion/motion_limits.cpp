@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "replay/clock/timeline.hpp"
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/velocity.hpp"

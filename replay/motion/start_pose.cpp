@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
 #include "replay/motion/track_reader.hpp"

@@ -7,7 +7,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// What projectors and rviz draw, by type.
+/// The types that projectors and rviz draw.
 bool isDrawn(const std::string& type) {
   constexpr const char* kTypes[] = {
       "sensor_msgs/PointCloud2",         "sensor_msgs/PointCloud",

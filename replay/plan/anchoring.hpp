@@ -1,7 +1,6 @@
 /// \file
-/// Where recorded light belongs when it is shown again: on the spot of the world where it was, or
-/// with the body. Says which topics are meant and where their messages name frames; the transforms
-/// themselves are the caller's.
+/// Where recorded light is shown again: at its place in the world, or relative to the robot. Tells
+/// which topics are anchored and where their messages name frames; the transforms are the caller's.
 #pragma once
 
 #include <map>
@@ -14,23 +13,23 @@
 namespace afterglow::replay {
 
 enum class Anchor {
-  World,  ///< where it was then, by the recorded tf
-  Body    ///< its frames as they are today
+  World,  ///< at its recorded place, by the recorded tf
+  Body    ///< in its frames as they are today
 };
 
 struct AnchorSettings {
-  std::string frame = "map";  ///< what stays where it is from one day to the next
+  std::string frame = "map";  ///< the tf frame that does not move between recording and replay
   Anchor anchor = Anchor::World;
   std::map<std::string, Anchor> topics;  ///< by recorded name
 
   /// "world", "body", "/topic=world", "/topic=body". Throws std::invalid_argument, one line.
   void add(const std::string& text);
-  /// World only for what is drawn (clouds, scans, markers, paths, maps and stamped geometry), and
-  /// what `topics` names.
+  /// World only for types that are drawn (clouds, scans, markers, paths, maps and stamped geometry)
+  /// and for the topics in `topics`.
   Anchor of(const Channel& channel) const;
 };
 
-/// "recorded/base_link": where a frame was, in today's tf. Without a leading slash.
+/// The name in today's tf of a frame's recorded place: "recorded/base_link".
 std::string recordedFrame(const std::string& frame);
 
 /// The headers of a type's messages, at any depth.
@@ -52,7 +51,7 @@ class HeaderFields {
   FieldFinder finder_;
 };
 
-/// Has a say in a message before it is rewritten to now. May throw: the message is not sent then.
+/// Changes a message before its stamps are rewritten. If it throws, the message is not sent.
 class MessageAnchor {
  public:
   virtual ~MessageAnchor() = default;

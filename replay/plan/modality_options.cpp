@@ -17,7 +17,7 @@ Modality modalityNamed(const std::string& word, const std::string& part) {
   throw std::invalid_argument("'" + part + "': write body=, ar= or speech=");
 }
 
-/// Calls with each "modality=value".
+/// Calls the function with each "modality=value".
 void eachSetting(const std::vector<std::string>& texts,
                  const std::function<void(Modality, const std::string&)>& take) {
   for (const std::string& text : texts) {

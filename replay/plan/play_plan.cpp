@@ -36,7 +36,7 @@ bool holdsName(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Which topics are asked for by name.
+/// The topics that are asked for by name.
 class NameFilter {
  public:
   explicit NameFilter(const PlanOptions& options)
@@ -81,7 +81,7 @@ class TopicChooser {
   }
 
  private:
-  /// By the name it is published by, unless it is motion that has no end under any name.
+  /// The class by the published name, unless the recorded name is endless motion.
   void classify(PlannedTopic& topic) const {
     const std::string& recorded = topic.channel.topic;
     TopicRole role = roleOf(recorded, topic.channel.type);
@@ -132,7 +132,7 @@ class TopicChooser {
     return topic.topic_class == TopicClass::Endless ? topic.why_class : std::string();
   }
 
-  /// The rest of the body would be played without it, though the recording was made for it.
+  /// Whether the body would be played without a topic that the recording was made for.
   bool isMissedMotion(const PlannedTopic& topic) const {
     return topic.topic_class == TopicClass::Endless && !options_.takes_all &&
            holdsName(requested_, topic.channel.topic) && wants(Modality::Body);
@@ -157,7 +157,7 @@ class TopicChooser {
                        [this](Modality modality) { return wants(modality); });
   }
 
-  /// By its modality, as far as it has one: what neither moves nor is shown has none.
+  /// Whether its modality is asked for; topics that neither move nor are shown have none.
   bool isUnasked(const PlannedTopic& topic) const {
     const bool has_modality =
         topic.modality != Modality::Ar || topic.topic_class == TopicClass::Shown;
@@ -188,7 +188,7 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
   return topic;
 }
 
-/// What is asked of a topic that is not there is a mistake.
+/// Options for topics that the behavior lacks are mistakes.
 void checkNames(const PlayPlan& plan, const PlanOptions& options) {
   std::vector<std::string> asked = options.topics;
   asked.insert(asked.end(), options.also.begin(), options.also.end());
@@ -232,7 +232,7 @@ void choosePart(PlayPlan& plan, const PlanOptions& options) {
   }
 }
 
-/// The first of them, and how many more there are.
+/// The first names, and the number of the others.
 std::string shortList(const std::vector<std::string>& names) {
   constexpr std::size_t kMostNames = 12;
   if (names.size() <= kMostNames) return fmt::format("{}", fmt::join(names, ", "));
@@ -285,7 +285,7 @@ std::string PlayPlan::leftOutText() const {
     if (topic.isPlayed()) continue;
     const auto& [name, type] = std::tie(topic.channel.topic, topic.channel.type);
     if (topic.is_nameable) {
-      // What can be drawn or heard is what most often was meant.
+      // Topics that can be drawn or heard are most often the ones that were meant.
       (roleOf(name, type).topic_class == TopicClass::Shown ? unnamed : others).push_back(name);
     }
     if (topic.topic_class == TopicClass::Endless) endless.push_back(name);

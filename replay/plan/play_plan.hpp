@@ -1,5 +1,5 @@
 /// \file
-/// What a replay will do, topic by topic, worked out before anything is published.
+/// The plan of a replay, topic by topic, made before anything is published.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@
 namespace afterglow::replay {
 
 struct PlannedTopic {
-  Channel channel;  ///< as the topic's first message came
-  /// The same under the name it is published by. Cancels follow their goal's.
+  Channel channel;  ///< of the topic's first message
+  /// The channel to publish on; cancels follow the remapping of their goals.
   Channel output;
   std::uint64_t count = 0;
   Modality modality = Modality::Ar;
-  TopicClass topic_class = TopicClass::Other;  ///< Shown only where somebody asked for it
+  TopicClass topic_class = TopicClass::Other;  ///< Shown only if a recording or layer asks for it
   std::string why_class;                       ///< one clause, for people
-  bool is_refused = false;  ///< asked for, and must not be: nothing is played until it is left out
-  bool is_nameable = false;  ///< not played, and would be if somebody named it
+  bool is_refused = false;  ///< asked for but forbidden: nothing is played until it is left out
+  bool is_nameable = false;  ///< not played, but would be played if it was named
   std::string why_not;       ///< empty: it is played
   std::vector<RewrittenField> rewrites;
 
@@ -41,34 +41,34 @@ struct PlayPlan {
   /// Seconds into the behavior are counted from its own begin: this is where the part ends.
   std::int64_t durationNs() const { return end.ns - behavior.begin.ns; }
   std::vector<std::string> playedTopics() const;
-  /// Those of the body that are played.
+  /// The played topics of the body.
   std::vector<std::string> motionTopics() const;
-  /// Why nothing may be played until something is left out, one line; empty if it may be.
+  /// Why nothing may be played until some topic is left out, one line; else empty.
   std::string refusal() const;
-  /// What a person must know before it is played: which inputs of others it sends.
+  /// Lines that a person must know before the replay: which inputs of other nodes it publishes.
   std::vector<std::string> warnings() const;
-  /// Which topics are not played, why, and how they are named; one line, empty if there is none.
+  /// Which topics are not played, why, and how to ask for them; one line, or empty.
   std::string leftOutText() const;
 };
 
 struct PlanOptions {
   std::set<Modality> only;                    ///< empty: all
   std::vector<std::string> topics, exclude;   ///< no `topics`: all that are played by themselves
-  std::vector<std::string> also;              ///< these as well, of whatever class and modality
-  /// Named once for all behaviors, by a setting: as `also`, where a behavior has them and they are
-  /// asked for.
+  std::vector<std::string> also;              ///< these as well, of any class and modality
+  /// As `also`, but from a setting for all behaviors: ignored if the behavior lacks the topic or
+  /// its modality is not asked for.
   std::vector<std::string> settled;
   std::string regex, exclude_regex;           ///< have to match a whole name; empty: none
   std::map<std::string, std::string> remap;   ///< recorded name to published name
   std::string prefix;                         ///< before every name that is not in `remap`
   double start_s = 0;                         ///< into the behavior
   std::optional<double> duration_s, until_s;  ///< from the start; into the behavior
-  /// What a running projector shows, by the names things are published by; empty: not known.
+  /// The published names of the topics that a running projector shows; empty: not known.
   std::optional<std::set<std::string>> layers;
   std::string emergency_stop;  ///< the topic that this replay obeys: never published
-  /// All but motion and control inputs, as rosbag play does: where no robot is.
+  /// All topics but motion and control inputs, as rosbag play does: for machines without a robot.
   bool takes_all = false;
-  bool leaves_motion = false;  ///< with takes_all: the body's, too
+  bool leaves_motion = false;  ///< with takes_all: motion as well
   RewriteSettings rewriting;
 };
 

@@ -19,7 +19,7 @@ std::vector<FieldPath> paths(const std::vector<RewrittenField>& rules) {
   return parsed;
 }
 
-// Far outside of ROS time either way, so that writeTime refuses what an addition cannot hold.
+// Far outside of ROS time in both directions, so that writeTime refuses sums that overflow.
 std::int64_t bounded(std::int64_t shift_ns) {
   constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max() / 2;
   return std::clamp(shift_ns, -kFar, kFar);
@@ -38,7 +38,7 @@ struct Goal {
   Stamp recorded, sent;
 };
 
-/// The rules for a type, worked out.
+/// The rules of a type, resolved to fields.
 struct Plan {
   Plan(const Schema& schema, const RewriteSettings& settings)
       : fields(rewriteRules(schema, settings)), finder(schema, paths(fields)) {
@@ -72,8 +72,8 @@ struct Rewriter::State {
     return known->second;
   }
 
-  /// Moved as everything else, but a goal that was covered then, and reached its server a little
-  /// later than planned, is covered now as well.
+  /// Shifted as all stamps, but not before the goals that it canceled in the recording, which may
+  /// have reached their server a little later this time.
   Stamp cancelStamp(Stamp recorded, const PublishMoment& moment) const {
     Stamp stamp = shifted(recorded, moment.shift_ns);
     for (const auto& [id, goal] : goals) {
@@ -82,7 +82,7 @@ struct Rewriter::State {
     return stamp;
   }
 
-  /// True if the field holds something else now. Texts are left to newText().
+  /// Returns whether the field has changed. Texts are left to newText().
   bool rewriteInPlace(RewriteRule rule, const FieldSpan& span, const PublishMoment& moment,
                       Bytes& bytes) const {
     if (rule == RewriteRule::Zero) {
@@ -109,7 +109,7 @@ struct Rewriter::State {
     return id;
   }
 
-  /// All texts at once, last of all: what lies behind them moves.
+  /// Rewrites all texts at once, as the last step, because the bytes behind them move.
   void rewriteTexts(const Plan& plan, const std::vector<std::vector<FieldSpan>>& spans,
                     const std::optional<std::string>& goal_id, std::vector<std::uint64_t>& edits,
                     Bytes& bytes) {
@@ -133,7 +133,7 @@ struct Rewriter::State {
     });
   }
 
-  /// What a goal's or a cancel's id becomes; empty if the message must not be published.
+  /// The new id of a goal or a cancel; empty if the message must not be published.
   std::optional<std::string> newId(const Plan& plan, const GoalId& recorded) {
     if (plan.is_goal) return fresh_id();
     if (recorded.id.empty()) return recorded.id;

@@ -1,6 +1,6 @@
 /// \file
-/// Makes a recorded message right to publish now: its stamps, its goal id, the start of its
-/// trajectory, its frames; by the rules of rewrite_rules.hpp.
+/// Rewrites a recorded message so that it can be published now: its stamps, its goal id, the start
+/// of its trajectory, its frames; by the rules of rewrite_rules.hpp.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace afterglow::replay {
 /// When a message is published.
 struct PublishMoment {
   Stamp now;                  ///< ROS time
-  std::int64_t shift_ns = 0;  ///< what recorded stamps have to be moved by; 0: left as they were
+  std::int64_t shift_ns = 0;  ///< added to recorded stamps; 0: they stay as they were
 };
 
 /// A goal and the id it was given, to follow it on the server's status and result topics.
@@ -28,7 +28,7 @@ struct SentGoal {
 };
 
 struct Rewritten {
-  /// False for the cancel of a goal that was not sent this time: the server would keep it in mind.
+  /// False for the cancel of a goal that was not sent this time: the server would remember it.
   bool publish = true;
   std::optional<SentGoal> goal;  ///< set if the message is an action goal
 };
@@ -43,9 +43,9 @@ class Rewriter {
   explicit Rewriter(FreshId fresh_id, RewriteSettings settings = {});
   ~Rewriter();
 
-  /// What will be done to the messages of this channel, and what was done on its topic so far.
-  /// Throws MessageError if its definition cannot be understood, std::invalid_argument if the
-  /// settings do not fit it.
+  /// The rules for the messages of this channel, with the counts of its topic so far. Throws
+  /// MessageError if its definition cannot be understood, std::invalid_argument if the settings do
+  /// not fit it.
   std::vector<RewrittenField> rules(const Channel& channel);
 
   /// Changes `bytes`. Throws MessageError if they do not fit the channel's definition or a stamp

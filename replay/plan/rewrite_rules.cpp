@@ -41,14 +41,14 @@ bool isActionGoal(const Schema& schema) {
          isGoalId(schema.types()[fieldNamed(root, "goal_id")->message]);
 }
 
-/// Fields of every kind a rule can be for, with what they would be rewritten to without settings.
+/// All fields that a rule can be for, with their rules without settings.
 struct Candidate {
   std::string path;
   FieldType type;
   std::optional<RewriteRule> rule;
 };
 
-/// What a user's rules ask, by full path.
+/// The user's rules by full path.
 using Asked = std::map<std::string, RewriteRule>;
 
 /// Walks over a schema.
@@ -62,15 +62,14 @@ class RuleCollector {
     const auto asked = settings_.rules.find(type.name);
     if (asked != settings_.rules.end()) {
       for (const auto& [path, rule] : asked->second) {
-        asked_.emplace(prefix + path, rule);  // the outer type's word counts
+        asked_.emplace(prefix + path, rule);  // the rule of the outer type counts
       }
     }
     for (const Field& field : type.fields) {
       const std::string path =
           prefix + field.name + (field.arity == Field::Arity::Single ? "" : "[]");
       if (field.type == FieldType::Message) {
-        // By the type and not by the topic: a trajectory is there to be executed, in whatever goal
-        // or command it travels.
+        // By the type, not by the topic: a trajectory is to be executed in any goal or command.
         collect(field.message, path + ".", isTrajectory(type.name) && field.name == "header");
       } else {
         found_.push_back({path, field.type, ruleOf(type, field, in_trajectory_header)});

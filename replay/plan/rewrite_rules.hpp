@@ -16,15 +16,15 @@
 
 namespace afterglow::replay {
 
-/// What is done to a field.
+/// How a field is rewritten.
 enum class RewriteRule {
   ShiftStamp,    ///< by the time since the recording; zero ("latest", "unknown") stays zero
   PublishStamp,  ///< becomes the time of publishing
   StartNow,      ///< becomes zero: a trajectory that starts when it arrives
   FreshGoalId,   ///< becomes an id that no server knows
-  SentGoalId,    ///< the recorded id becomes the one its goal was sent with this time
-  CancelStamp,   ///< shifted, but not before the goals it covered then
-  // The following only where settings ask for them.
+  SentGoalId,    ///< becomes the id with which its goal was sent this time
+  CancelStamp,   ///< shifted, but not before the goals that it canceled in the recording
+  // Only if settings ask for them:
   Zero,       ///< times, durations and numbers
   Keep,       ///< as it was recorded
   FreshId,    ///< a text becomes a fresh id, the same one for the same text; empty stays empty
@@ -37,12 +37,12 @@ std::string_view describe(RewriteRule rule);
 struct RewrittenField {
   std::string path;  ///< as in FieldPath
   RewriteRule rule;
-  std::uint64_t count = 0;  ///< how many values were rewritten, where they have been counted
+  std::uint64_t count = 0;  ///< how many values were rewritten so far
 };
 
 struct RewriteSettings {
-  /// By type and path in it; holds wherever the type is nested, before everything but the goal ids
-  /// of actions.
+  /// By type and path in it; also where the type is nested. Overrides every rule but those of the
+  /// goal ids of actions.
   std::map<std::string, std::map<std::string, RewriteRule>> rules;
   std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
   std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
@@ -56,9 +56,8 @@ std::optional<RewriteRule> parseRule(std::string_view word);
 
 /// The rules for one message type, in the order of its definition: every `time` field, in action
 /// goals and cancels the id, what the settings name, and where they rename frames every Header's
-/// frame_id and every child_frame_id. std_msgs/Header.seq is left as it was: nothing that receives
-/// looks at it. Throws std::invalid_argument for a rule whose field there is not, or is of a kind
-/// that it is not for.
+/// frame_id and every child_frame_id. std_msgs/Header.seq is not rewritten: receivers do not use
+/// it. Throws std::invalid_argument for a rule whose field is missing or of an unsuitable type.
 std::vector<RewrittenField> rewriteRules(const Schema& schema,
                                          const RewriteSettings& settings = {});
 

@@ -34,7 +34,7 @@ bool matches(std::string_view text, std::string_view pattern) {
   return false;
 }
 
-/// The last names of a topic: "base/cmd_vel" is that of /base/cmd_vel and of /robot/base/cmd_vel.
+/// Whether a topic ends with these names: "base/cmd_vel" fits /base/cmd_vel, /robot/base/cmd_vel.
 bool isCalled(std::string_view topic, std::string_view pattern) {
   for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
        slash = topic.find('/', slash + 1)) {
@@ -44,8 +44,8 @@ bool isCalled(std::string_view topic, std::string_view pattern) {
 }
 
 struct RoleRule {
-  std::vector<std::string_view> names;  ///< last names, as isCalled(); none: any
-  std::vector<std::string_view> types;  ///< none: any
+  std::vector<std::string_view> names;  ///< last names, as isCalled(); empty: any
+  std::vector<std::string_view> types;  ///< empty: any
   TopicRole role;
 
   bool holds(std::string_view topic, std::string_view type) const {
@@ -60,7 +60,7 @@ constexpr std::string_view kTwist = "geometry_msgs/Twist*";
 
 using Rules = std::vector<RoleRule>;
 
-/// Everybody's inputs: what a person, a safety device or the robot's own switches say.
+/// Inputs of a person, a safety device or the robot's own switches.
 const Rules& controlRules() {
   constexpr auto kControl = TopicClass::Control;
   static const Rules rules{
@@ -89,7 +89,7 @@ const Rules& controlRules() {
   return rules;
 }
 
-/// What has a type that moves, speaks or is drawn, and is something else.
+/// Topics of a type that moves, speaks or is drawn, but that do something else.
 const Rules& exceptionRules() {
   constexpr auto kOther = TopicClass::Other, kEndless = TopicClass::Endless;
   static const Rules rules{
@@ -122,7 +122,7 @@ const Rules& exceptionRules() {
   return rules;
 }
 
-/// What speaks or is drawn.
+/// Topics that speak or are drawn.
 const Rules& shownRules() {
   constexpr auto kShown = TopicClass::Shown;
   static const Rules rules{
@@ -138,7 +138,7 @@ const Rules& shownRules() {
   return rules;
 }
 
-/// What moves a robot, by how it is stopped.
+/// Topics that move a robot, by how they are stopped.
 const Rules& motionRules() {
   constexpr auto kBody = TopicClass::Body, kOther = TopicClass::Other;
   constexpr auto kEndless = TopicClass::Endless;
@@ -179,7 +179,7 @@ const Rules& motionRules() {
   return rules;
 }
 
-/// What somebody believes of the world or of the robot.
+/// Beliefs about the world or the robot.
 const Rules& stateRules() {
   constexpr auto kOther = TopicClass::Other;
   constexpr std::string_view kLog = "a log of nodes, evidence only";
@@ -258,8 +258,8 @@ std::string_view name(TopicClass topic_class) {
 }
 
 TopicRole roleOf(std::string_view topic, std::string_view type) {
-  // In this order: somebody's input is one whatever its type is, and a name that is known to be
-  // another thing counts before the type.
+  // In this order: inputs are inputs whatever their type is, and known names of other topics count
+  // before the type.
   for (const Rules* rules :
        {&controlRules(), &exceptionRules(), &shownRules(), &stateRules(), &motionRules()}) {
     for (const RoleRule& rule : *rules) {

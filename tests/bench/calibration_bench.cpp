@@ -2,7 +2,7 @@
 // whole solve.
 //
 // The bound on a corner's error is Cramer and Rao's for straight edges: an edge of contrast A
-// (grey), blurred by s (px) under noise n (grey) tells A^2 / (2 sqrt(pi) s n^2) about its place,
+// (gray), blurred by s (px) under noise n (gray) tells A^2 / (2 sqrt(pi) s n^2) about its place,
 // for every pixel of its length; a line fitted to a side of length L is sure of its end to
 // 2 / sqrt(I L). It knows nothing of the tag's inner edges, of which the refit makes use too.
 #include <benchmark/benchmark.h>
@@ -62,23 +62,23 @@ class CornerErrors {
  private:
   static double bound(const Picture& picture, const std::array<Eigen::Vector2d, 4>& corners) {
     constexpr double kBlur_px = 0.67,
-                     kNoise_grey = 1.5;  // lens and pixel; photographer and rounding
+                     kNoise_gray = 1.5;  // lens and pixel; photographer and rounding
     double side = 0;
     for (std::size_t i = 0; i < 4; ++i) side += (corners[(i + 1) % 4] - corners[i]).norm() / 4;
     const double contrast = contrastOf(picture, corners);
     const double information =
-        contrast * contrast / (2 * std::sqrt(3.14159265) * kBlur_px * kNoise_grey * kNoise_grey);
+        contrast * contrast / (2 * std::sqrt(3.14159265) * kBlur_px * kNoise_gray * kNoise_gray);
     return 2 / std::sqrt(information * side);
   }
-  /// Grey levels between the tag's dark frame and the white rim round it, by its middle edge.
+  /// Gray levels between the tag's dark frame and the white rim round it, by its middle edge.
   static double contrastOf(const Picture& picture, const std::array<Eigen::Vector2d, 4>& corners) {
     const Eigen::Vector2d middle = (corners[0] + corners[2]) / 2;
     const Eigen::Vector2d edge = (corners[0] + corners[1]) / 2;
-    const auto grey = [&](double outwards) {
+    const auto gray = [&](double outwards) {
       const Eigen::Vector2d at = middle + (edge - middle) * outwards;
       return double(picture.at(int(std::lround(at.x())), int(std::lround(at.y()))));
     };
-    return std::max(grey(1.125) - grey(0.875), 10.0);
+    return std::max(gray(1.125) - gray(0.875), 10.0);
   }
 
   double squares_ = 0, bound_squares_ = 0;

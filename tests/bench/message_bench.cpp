@@ -26,10 +26,10 @@ const Sample& cloud() {
     constexpr std::uint32_t kPoints = 640 * 480, kStep = 32;
     Sample cloud = sample("sensor_msgs/PointCloud2", test::kPointCloud2);
     Value document = test::zeroDocument(cloud.schema);
-    test::fieldAt(document, "header.stamp") = RosTime{100, 0};
-    test::fieldAt(document, "width") = kPoints;
-    test::fieldAt(document, "point_step") = kStep;
-    test::fieldAt(document, "data") = NumberArray{FieldType::UInt8, Bytes(kPoints * kStep)};
+    replay::valueAt(document, "header.stamp") = RosTime{100, 0};
+    replay::valueAt(document, "width") = kPoints;
+    replay::valueAt(document, "point_step") = kStep;
+    replay::valueAt(document, "data") = NumberArray{FieldType::UInt8, Bytes(kPoints * kStep)};
     cloud.bytes = encode(cloud.schema, document);
     return cloud;
   }();
@@ -43,10 +43,10 @@ const Sample& transforms() {
     tf.bytes.assign(4 + kLinks * tf.schema.minimumSize(1), 0);
     tf.bytes[0] = kLinks;
     Value document = decode(tf.schema, tf.bytes);
-    for (Value& transform : std::get<Array>(test::fieldAt(document, "transforms"))) {
-      test::fieldAt(transform, "header.stamp") = RosTime{100, 0};
-      test::fieldAt(transform, "header.frame_id") = std::string("torso_lift_link");
-      test::fieldAt(transform, "child_frame_id") = std::string("shoulder_pan_link");
+    for (Value& transform : std::get<Array>(replay::valueAt(document, "transforms"))) {
+      replay::valueAt(transform, "header.stamp") = RosTime{100, 0};
+      replay::valueAt(transform, "header.frame_id") = std::string("torso_lift_link");
+      replay::valueAt(transform, "child_frame_id") = std::string("shoulder_pan_link");
     }
     tf.bytes = encode(tf.schema, document);
     return tf;
@@ -69,7 +69,7 @@ BENCHMARK_CAPTURE(decodeMessage, TFMessage_20, transforms);
 
 void editStamps(benchmark::State& state, const Sample& (*make)()) {
   const Sample& of = make();
-  const FieldFinder finder(of.schema, timeFields(of.schema));
+  const FieldFinder finder(of.schema, test::timeFields(of.schema));
   Bytes bytes = of.bytes;
   for (auto _ : state) {
     const auto found = finder.find(bytes);

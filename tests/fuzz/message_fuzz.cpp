@@ -9,6 +9,7 @@
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/plan/rewrite.hpp"
+#include "tests/support/document_fields.hpp"
 
 namespace {
 
@@ -19,7 +20,7 @@ void require(bool condition) {
 }
 
 void readMessage(const Schema& schema, const Bytes& bytes) {
-  const FieldFinder finder(schema, timeFields(schema));
+  const FieldFinder finder(schema, afterglow::test::timeFields(schema));
   try {
     const Value document = decode(schema, bytes);
     require(encode(schema, document) == bytes);
@@ -38,7 +39,8 @@ void rewriteMessage(const Channel& channel, const Schema& schema, Bytes bytes) {
   Rewriter rewriter([] { return "fresh"; });
   try {
     if (rewriter.rewrite(channel, {{2'000'000'000}, 1'000'000'000}, bytes).publish) {
-      FieldFinder(schema, timeFields(schema)).find(bytes);  // still a message of the same type
+      // It is still a message of the same type.
+      FieldFinder(schema, afterglow::test::timeFields(schema)).find(bytes);
     }
   } catch (const MessageError&) {
     return;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 #include "tests/support/messages.hpp"
 
 namespace afterglow::replay::arm_start_test {

@@ -115,7 +115,7 @@ TEST(Document, refusesToEncodeAnotherShape) {
   EXPECT_EQ(encode(schema, good).size(), 16u);
   const auto refusalAfter = [&](const std::string& field, Value value) {
     Value bad = good;
-    test::fieldAt(bad, field) = std::move(value);
+    replay::valueAt(bad, field) = std::move(value);
     return refusal([&] { encode(schema, bad); });
   };
   EXPECT_EQ(refusalAfter("n", std::int64_t{1}), "document of a/B, field n: is not of type int32");
@@ -138,8 +138,8 @@ TEST(Document, saysWhereBytesDoNotFit) {
   Bytes bytes(4 + 2 * schema.minimumSize(1));
   bytes[0] = 2;
   Value document = decode(schema, bytes);
-  auto& transforms = std::get<Array>(test::fieldAt(document, "transforms"));
-  test::fieldAt(transforms[1], "child_frame_id") = std::string("laser_link");
+  auto& transforms = std::get<Array>(replay::valueAt(document, "transforms"));
+  replay::valueAt(transforms[1], "child_frame_id") = std::string("laser_link");
   bytes = encode(schema, document);
   bytes.resize(bytes.size() - 5);
   EXPECT_EQ(refusal([&] { decode(schema, bytes); }),

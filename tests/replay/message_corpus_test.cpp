@@ -8,6 +8,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
+#include "tests/support/document_fields.hpp"
 #include "tests/support/message_corpus.hpp"
 
 namespace afterglow::replay::message_corpus_test {
@@ -79,7 +80,7 @@ TEST_F(MessageCorpusTest, findsTheStampsThatRosWrote) {
 
 TEST_F(MessageCorpusTest, walksWholeMessagesToTheLastByte) {
   forEach([](const Schema& schema, const auto& sample) {
-    const FieldFinder finder(schema, timeFields(schema));
+    const FieldFinder finder(schema, test::timeFields(schema));
     ASSERT_NO_THROW(finder.find(sample.bytes));
     Bytes longer = sample.bytes;
     longer.push_back(0);
@@ -91,7 +92,7 @@ TEST_F(MessageCorpusTest, walksWholeMessagesToTheLastByte) {
 TEST_F(MessageCorpusTest, refusesEveryTruncation) {
   forEach([](const Schema& schema, const auto& sample) {
     if (sample.bytes.size() > kLongest) return;
-    const FieldFinder finder(schema, timeFields(schema));
+    const FieldFinder finder(schema, test::timeFields(schema));
     for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
       const Bytes cut(sample.bytes.begin(), sample.bytes.begin() + static_cast<int>(size));
       ASSERT_THROW(decode(schema, cut), MessageError) << "at " << size;

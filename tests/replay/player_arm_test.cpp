@@ -1,7 +1,7 @@
 // A replay whose goals begin where the arm is.
 #include <gtest/gtest.h>
 
-#include "replay/messages/document_access.hpp"
+#include "replay/messages/document.hpp"
 #include "replay/motion/arm_start.hpp"
 #include "tests/support/player_world.hpp"
 

@@ -27,13 +27,13 @@ class RewriteTest : public testing::Test {
   /// A trajectory goal, stamped at 100 s as its recorded sender did.
   Bytes trajectoryGoal(const std::string& id, RosTime trajectory_start) const {
     Value goal = test::zeroDocument(goal_schema_);
-    test::fieldAt(goal, "header.stamp") = RosTime{100, 1};
-    test::fieldAt(goal, "header.seq") = std::uint32_t{7};
-    test::fieldAt(goal, "goal_id.stamp") = RosTime{100, 2};
-    test::fieldAt(goal, "goal_id.id") = id;
-    test::fieldAt(goal, "goal.trajectory.header.stamp") = trajectory_start;
-    test::fieldAt(goal, "goal.trajectory.joint_names") = Array{std::string("elbow_flex_joint")};
-    test::fieldAt(goal, "goal.goal_time_tolerance") = RosDuration{5, 0};
+    replay::valueAt(goal, "header.stamp") = RosTime{100, 1};
+    replay::valueAt(goal, "header.seq") = std::uint32_t{7};
+    replay::valueAt(goal, "goal_id.stamp") = RosTime{100, 2};
+    replay::valueAt(goal, "goal_id.id") = id;
+    replay::valueAt(goal, "goal.trajectory.header.stamp") = trajectory_start;
+    replay::valueAt(goal, "goal.trajectory.joint_names") = Array{std::string("elbow_flex_joint")};
+    replay::valueAt(goal, "goal.goal_time_tolerance") = RosDuration{5, 0};
     return encode(goal_schema_, goal);
   }
 
@@ -82,8 +82,8 @@ TEST_F(RewriteTest, givesAGoalAFreshIdAndTheTimeOfPublishing) {
   EXPECT_EQ(result.goal->recorded_id, "/task-1-100.000");
   EXPECT_EQ(result.goal->id, "new-1");
   Value expected = decode(goal_schema_, trajectoryGoal("new-1", {0, 0}));
-  test::fieldAt(expected, "header.stamp") = RosTime{5000, 0};
-  test::fieldAt(expected, "goal_id.stamp") = RosTime{5000, 0};
+  replay::valueAt(expected, "header.stamp") = RosTime{5000, 0};
+  replay::valueAt(expected, "goal_id.stamp") = RosTime{5000, 0};
   EXPECT_EQ(bytes, encode(goal_schema_, expected));
 }
 
@@ -104,7 +104,7 @@ TEST_F(RewriteTest, letsNoStaleTrajectoryStampSurvive) {
       channel("/arm_controller/command", "trajectory_msgs/JointTrajectory", test::kBareTrajectory);
   const Schema schema = Schema::parse(commands.type, commands.definition);
   Value trajectory = test::zeroDocument(schema);
-  test::fieldAt(trajectory, "header.stamp") = RosTime{100, 0};
+  replay::valueAt(trajectory, "header.stamp") = RosTime{100, 0};
   Bytes bytes = encode(schema, trajectory);
   EXPECT_TRUE(rewrite(commands, bytes).publish);
   EXPECT_EQ(headerStamp(schema, bytes), Stamp{0});
@@ -115,7 +115,7 @@ TEST_F(RewriteTest, shiftsTheStampsInAGoal) {
                                 "control_msgs/PointHeadActionGoal", test::kPointHeadActionGoal);
   const Schema schema = Schema::parse(heads.type, heads.definition);
   Value goal = test::zeroDocument(schema);
-  test::fieldAt(goal, "goal.target.header.stamp") = RosTime{99, 0};
+  replay::valueAt(goal, "goal.target.header.stamp") = RosTime{99, 0};
   Bytes bytes = encode(schema, goal);
   EXPECT_TRUE(rewrite(heads, bytes).publish);
   EXPECT_EQ(test::stampsAt(schema, bytes, "goal.target.header.stamp"),

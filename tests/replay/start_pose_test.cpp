@@ -22,13 +22,6 @@ NumberArray numbers(const std::vector<double>& values) {
   return array;
 }
 
-std::vector<double> numbersOf(const Value& value) {
-  const auto& array = std::get<NumberArray>(value);
-  std::vector<double> values(array.size());
-  if (!values.empty()) std::memcpy(values.data(), array.bytes.data(), array.bytes.size());
-  return values;
-}
-
 /// A robot with an elbow, a wrist, a torso, a gripper and a base, and what was recorded of it.
 struct StartPoseOf : testing::Test {
   void record(const Channel& channel, std::int64_t at_ms, const Bytes& bytes) {

@@ -1,9 +1,7 @@
 /// \file
-/// Documents to fill field by field, and what a serialized message holds by path.
+/// Documents to fill, and the fields of serialized messages by path.
 #pragma once
 
-#include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,14 +15,20 @@ inline replay::Value zeroDocument(const replay::Schema& schema) {
   return decode(schema, replay::Bytes(schema.minimumSize(0)));
 }
 
-/// The field at "goal.trajectory.header"; throws std::out_of_range if there is none.
-inline replay::Value& fieldAt(replay::Value& document, const std::string& path) {
-  const std::size_t dot = std::min(path.find('.'), path.size());
-  for (auto& [name, value] : std::get<replay::Object>(document)) {
-    if (name != path.substr(0, dot)) continue;
-    return dot == path.size() ? value : fieldAt(value, path.substr(dot + 1));
+/// All `time` fields, nested and in arrays, as paths with [] ("transforms[].header.stamp"), in the
+/// definition's order.
+inline std::vector<replay::FieldPath> timeFields(const replay::Schema& schema,
+                                                 std::size_t type_index = 0,
+                                                 const std::string& prefix = {}) {
+  std::vector<replay::FieldPath> found;
+  for (const replay::Field& field : schema.types()[type_index].fields) {
+    const bool is_array = field.arity != replay::Field::Arity::Single;
+    const std::string path = prefix + field.name + (is_array ? "[]" : "");
+    if (field.type == replay::FieldType::Time) found.push_back(replay::FieldPath::parse(path));
+    if (field.type != replay::FieldType::Message) continue;
+    for (auto& inner : timeFields(schema, field.message, path + ".")) found.push_back(inner);
   }
-  throw std::out_of_range("no field " + path);
+  return found;
 }
 
 /// All stamps a path names, in ns.
