@@ -117,7 +117,7 @@ TEST_F(VerifyCommand, plansAThrowAndMeasuresIt) {
   const test::Photographer photographer(rig_);
   calib::savePicture(path("plain.png"),
                      photographer.photograph(
-                         pose, test::greyPicture(rig_.projector.width, rig_.projector.height), 1));
+                         pose, test::grayPicture(rig_.projector.width, rig_.projector.height), 1));
   const ProgramResult plan = calibrate(
       {"verify", "--plan", "--targets", path("floor.yaml"), "--photograph", path("plain.png"),
        "--camera", path("camera.yaml"), "--calibration", path("good"), "--out", path("throw.png")});

@@ -64,7 +64,7 @@ TEST(CameraPicture, leavesOutThePaddingOfRows) {
   EXPECT_EQ(toPicture(message).pixels, picture.pixels);
 }
 
-TEST(CameraPicture, turnsColorIntoGrey) {
+TEST(CameraPicture, turnsColorIntoGray) {
   for (const auto& [encoding, bytes, red_at] :
        {std::tuple("rgb8", 3U, 0U), {"bgr8", 3U, 2U}, {"rgba8", 4U, 0U}, {"bgra8", 4U, 2U}}) {
     sensor_msgs::Image message = image(encoding, bytes);

@@ -161,16 +161,8 @@ struct EverythingBag {
   std::string imported, requested;
 };
 
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 struct World {
-  Graph graph;
+  test::TestGraph graph;
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
   EverythingBag bag{store};

@@ -27,15 +27,6 @@ using State = actionlib::SimpleClientGoalState;
 
 const ros::Duration kPatience(20);
 
-/// A master, and this process on its graph.
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "fake_fetch", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 /// A graph, the robot and everything that listens to it, once for all tests.
 class World {
  public:
@@ -66,7 +57,7 @@ class World {
     return toIsometry(tf.lookupTransform("map", link, ros::Time(0), kPatience).transform);
   }
 
-  Graph graph;
+  test::TestGraph graph{"fake_fetch"};
   std::unique_ptr<ros::NodeHandle> node;
   std::optional<RobotModel> model;
   std::unique_ptr<FakeFetchNode> robot;

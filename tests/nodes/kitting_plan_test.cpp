@@ -4,23 +4,18 @@
 
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+
+#include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::kitting_plan_test {
 namespace {
-
-std::string textOf(const std::string& path) {
-  std::stringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
 
 /// A copy of a demo file with one passage replaced.
 class Edited {
  public:
   Edited(const std::string& path, const std::string& old_text, const std::string& new_text)
       : path_(testing::TempDir() + "kitting_plan_test.yaml") {
-    std::string text = textOf(path);
+    std::string text = test::fileBytes(path);
     text.replace(text.find(old_text), old_text.size(), new_text);
     std::ofstream(path_) << text;
   }

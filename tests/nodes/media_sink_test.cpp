@@ -103,10 +103,6 @@ struct MediaSinkTest : test::PlayerWorld {
   SoundRequest said(std::size_t index) {
     return *toMessage<SoundRequest>(sink.on("/robotsound").at(index).bytes);
   }
-  static std::string textOf(const std::string& path) {
-    std::ifstream file(path);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
 
   test::TempFolder cache;
   test::PlayReport report;
@@ -154,15 +150,15 @@ TEST_F(MediaSinkTest, takesFilesThatAreNotHereFromTheStore) {
             {"package://no_such_package/sounds/tone.wav", "another"},
             {"file://" + here.path("here.wav"), "as it was then"},
             {"package://no_such_package/part.stl", "solid"}});
-  EXPECT_EQ(textOf(said(0).arg), "tone");
+  EXPECT_EQ(test::fileBytes(said(0).arg), "tone");
   EXPECT_EQ(said(0).volume, 0.5f);
-  EXPECT_EQ(textOf(said(1).arg), "another");
+  EXPECT_EQ(test::fileBytes(said(1).arg), "another");
   EXPECT_EQ(said(1).arg2, "");
   EXPECT_EQ(std::filesystem::path(said(1).arg).extension(), ".wav");
   EXPECT_EQ(said(2).arg, here.path("here.wav"));
   const auto meshes = *toMessage<visualization_msgs::MarkerArray>(sink.on("/meshes").at(0).bytes);
   ASSERT_EQ(meshes.markers[1].mesh_resource.rfind("file:///", 0), 0u);
-  EXPECT_EQ(textOf(meshes.markers[1].mesh_resource.substr(7)), "solid");
+  EXPECT_EQ(test::fileBytes(meshes.markers[1].mesh_resource.substr(7)), "solid");
   EXPECT_EQ(meshes.markers[0].mesh_resource, "");
   EXPECT_EQ(meshes.markers[1].text, "part");
   EXPECT_EQ(notes.size(), 3u) << "what came from the store is said";

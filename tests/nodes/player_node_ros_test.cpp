@@ -51,15 +51,6 @@ std::int64_t recordCounting(const std::string& path) {
       test::sampleBehavior(recording, {"/say"}, 1000 * kSecond, 1060 * kSecond));
 }
 
-/// A master, and this process on its graph.
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 struct World {
   World() {
     node = std::make_unique<ros::NodeHandle>();
@@ -96,7 +87,7 @@ struct World {
     times.clear();
   }
 
-  Graph graph;
+  test::TestGraph graph;
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
   std::int64_t behavior = 0;

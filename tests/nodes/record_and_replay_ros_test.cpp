@@ -86,15 +86,6 @@ class Ear {
   ros::Subscriber subscriber_;
 };
 
-/// A master, and this process on its graph.
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 struct World {
   World() {
     node = std::make_unique<ros::NodeHandle>();
@@ -116,7 +107,7 @@ struct World {
   test::TempFolder folder;
   std::string storePath = folder.path("behaviors.db");
   std::string reports = folder.path("reports");
-  Graph graph;
+  test::TestGraph graph;
   std::unique_ptr<ros::NodeHandle> node;
   ros::AsyncSpinner spinner{3};
   std::unique_ptr<test::NodeProcess> recorder, player;

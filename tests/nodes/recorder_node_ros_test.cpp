@@ -39,15 +39,6 @@ std_msgs::String say(const std::string& text) {
   return message;
 }
 
-/// A master, and this process on its graph.
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 struct World {
   World() {
     test::writeFile(folder.path("projector.yaml"), "fx: 1000\n");
@@ -71,7 +62,7 @@ struct World {
 
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
-  Graph graph;
+  test::TestGraph graph;
   std::unique_ptr<ros::NodeHandle> node;
   ros::AsyncSpinner spinner{2};
   std::unique_ptr<test::NodeProcess> recorder;

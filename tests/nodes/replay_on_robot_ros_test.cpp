@@ -11,9 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -45,19 +43,6 @@ constexpr double kHeight = test::kTorsoHeight;
 constexpr double kSeconds = 3;  // to get there; as fast as the torso can it takes one
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
-std::string fileText(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 template <typename Service>
 typename Service::Response call(const std::string& name,
                                 const typename Service::Request& request = {}) {
@@ -71,7 +56,7 @@ typename Service::Response call(const std::string& name,
 struct World {
   World() {
     node = std::make_unique<ros::NodeHandle>();
-    node->setParam("/robot_description", fileText("assets/fetch.urdf"));
+    node->setParam("/robot_description", test::fileBytes("assets/fetch.urdf"));
     robot = start({AFTERGLOW_TEST_FAKE_FETCH_NODE});
     recorder = start({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + store});
     player = start({AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true",
@@ -95,7 +80,7 @@ struct World {
 
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
-  Graph graph;
+  test::TestGraph graph;
   std::unique_ptr<ros::NodeHandle> node;
   std::unique_ptr<test::NodeProcess> robot, recorder, player;
   std::unique_ptr<test::FetchWitness> witness;

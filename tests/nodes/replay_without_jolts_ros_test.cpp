@@ -15,10 +15,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <string>
@@ -54,11 +52,6 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 
 const ArmPose kTucked = {0.0, 1.32, 1.4, -0.2, 1.72, 0.0, 1.66, 0.0};
 const ArmPose kFar = {0.05, 0.32, 0.4, 0.3, 1.0, 0.4, 1.2, 0.4};  // about 1 rad from there
-
-std::string fileText(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 template <typename Service>
 typename Service::Response call(const std::string& name,
@@ -124,18 +117,10 @@ control_msgs::PointHeadGoal headGoal() {
   return goal;
 }
 
-struct Graph {
-  Graph() {
-    int argc = 0;
-    ros::init(argc, nullptr, "test", ros::init_options::NoSigintHandler);
-  }
-  test::RosMaster master;
-};
-
 struct World {
   World() {
     node = std::make_unique<ros::NodeHandle>();
-    node->setParam("/robot_description", fileText("assets/fetch.urdf"));
+    node->setParam("/robot_description", test::fileBytes("assets/fetch.urdf"));
     robot = start({AFTERGLOW_TEST_FAKE_FETCH_NODE});
     recorder = start({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + store});
     player = start({AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true",
@@ -162,7 +147,7 @@ struct World {
 
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
-  Graph graph;
+  test::TestGraph graph;
   std::unique_ptr<ros::NodeHandle> node;
   std::unique_ptr<test::NodeProcess> robot, recorder, player;
   std::unique_ptr<test::FetchWitness> witness;

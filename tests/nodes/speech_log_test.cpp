@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "tests/support/temp_folder.hpp"
@@ -22,8 +21,6 @@ std::string refusal(const Action& action) {
     return error.what();
   }
 }
-
-void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
 TEST(Sound, comesBackFromItsFile) {
   const test::TempFolder folder;
@@ -44,7 +41,7 @@ TEST(Sound, isSofterAtLowerVolume) {
 
 TEST(Sound, refusesWhatIsNoWavFile) {
   const test::TempFolder folder;
-  write(folder.path("text.wav"), "no sound at all");
+  test::writeFile(folder.path("text.wav"), "no sound at all");
   writeWav(folder.path("empty.wav"), Sound{8000, 1, {}});
   EXPECT_EQ(refusal([&] { readWav(folder.path("none.wav")); }),
             folder.path("none.wav") + ": no such file");
@@ -99,7 +96,7 @@ TEST(SpeechLog, survivesTextThatIsNoUtf8) {
 TEST(SpeechLog, refusesAFileThatIsNoLog) {
   const test::TempFolder folder;
   for (const char* text : {"", "{\"text\"", "[{\"text\": \"without the rest\"}]", "[1]"}) {
-    write(folder.path("speech.json"), text);
+    test::writeFile(folder.path("speech.json"), text);
     const std::string why = refusal([&] { SpeechLog{folder.path("")}; });
     EXPECT_EQ(why.rfind(folder.path("speech.json") + ": not a speech log: ", 0), 0u) << why;
   }

@@ -8,7 +8,6 @@
 
 #include "render/scene/outline.hpp"
 #include "tests/support/depth_image.hpp"
-#include "tests/support/labeled_cloud.hpp"
 #include "tests/support/real_data.hpp"
 
 namespace afterglow::render::plane_finder_test {

@@ -10,11 +10,9 @@
 #include <string>
 #include <vector>
 
-namespace afterglow::test {
+#include "tests/support/temp_folder.hpp"
 
-inline void writeFile(const std::string& path, const std::string& content) {
-  std::ofstream(path, std::ios::binary) << content;
-}
+namespace afterglow::test {
 
 inline std::vector<std::array<float, 3>> cubeCorners() {
   std::vector<std::array<float, 3>> corners;
@@ -77,7 +75,7 @@ inline std::string cubeObj(const std::string& materials = {}) {
   return out.str();
 }
 
-/// Of side 1 in metres, whatever the unit; the up axis is said to be y.
+/// Of side 1 in meters, whatever the unit; the up axis is said to be y.
 inline std::string cubeDae(double unit_m = 1) {
   std::ostringstream points, indices;
   for (const auto& p : cubeCorners()) {

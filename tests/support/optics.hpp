@@ -65,7 +65,7 @@ inline Eigen::Matrix3d randomRotation(std::mt19937& random) {
   return q.normalized().toRotationMatrix();
 }
 
-/// An optical frame at `eye` that looks at `target`, the image's top towards `up`.
+/// An optical frame at `eye` that looks at `target`, the image's top toward `up`.
 template <typename Frame>
 Rigid<World, Frame> lookAt(const Eigen::Vector3d& eye, const Eigen::Vector3d& target,
                            const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {

@@ -41,11 +41,11 @@ inline std::vector<Eigen::Vector3f> generatedPoints() {
     const double a = uniform(random), b = uniform(random);
     const bool is_lid = uniform(random) < 0.4;
     Eigen::Vector3d p;
-    if (points.size() % 2 == 0) {  // the carton: its lid, or the side towards the robot
+    if (points.size() % 2 == 0) {  // the carton: its lid, or the side toward the robot
       p = is_lid ? Eigen::Vector3d(kSide * a, kSide * b, kHeight)
                  : Eigen::Vector3d(0, kSide * b, kHeight * a);
       p += Eigen::Vector3d(0.5, -0.15, kTable);
-    } else {  // the can: its lid, or the half towards the robot
+    } else {  // the can: its lid, or the half toward the robot
       const double angle = M_PI * (is_lid ? 2 * a : 0.5 + a), r = is_lid ? std::sqrt(b) : 1;
       p = {kRadius * r * std::cos(angle), kRadius * r * std::sin(angle), is_lid ? 0.1 : 0.1 * b};
       p += Eigen::Vector3d(0.62, -0.05, kTable);

@@ -47,4 +47,13 @@ class RosMaster {
   std::optional<OwnServer> core_;
 };
 
+/// A master, and this process on its graph.
+struct TestGraph {
+  explicit TestGraph(const char* node = "test") {
+    int argc = 0;
+    ros::init(argc, nullptr, node, ros::init_options::NoSigintHandler);
+  }
+  RosMaster master;
+};
+
 }  // namespace afterglow::test

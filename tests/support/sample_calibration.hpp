@@ -13,7 +13,7 @@ namespace afterglow::test {
 /// which the last two are left out, one outlier. The same every time.
 calib::Calibration sampleCalibration();
 
-/// What a camera might have seen: grey gradients with the corners' squares. Names match the views.
+/// What a camera might have seen: gray gradients with the corners' squares. Names match the views.
 std::vector<calib::Photographs> samplePhotographs(const calib::Calibration& calibration);
 
 }  // namespace afterglow::test

@@ -2,12 +2,11 @@
 /// Small messages with small stamps for tests of stores and bags.
 #pragma once
 
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
 #include "replay/store/store.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace afterglow::test {
 
@@ -69,15 +68,6 @@ inline replay::Behavior sampleBehavior(std::int64_t recording, std::vector<std::
 /// What completes a recorded behavior (Recorder::end()) with this outcome.
 inline auto outcome(const std::string& word) {
   return [word](replay::Behavior& behavior, const auto&) { behavior.outcome = word; };
-}
-
-inline std::string fileBytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
-
-inline void writeFile(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
 }
 
 }  // namespace afterglow::test

@@ -7,7 +7,7 @@
 #include <random>
 #include <thread>
 
-#include "calib/targets/tag_family.hpp"
+#include "calib/targets/tag.hpp"
 #include "tests/support/synthetic_rig.hpp"
 
 namespace afterglow::test {
@@ -19,7 +19,7 @@ constexpr double kFloorAlbedo = 0.5, kFloorReach_m = 2, kFloorMiddle_m = 1.5;
 constexpr double kNothing = 0.02;  // light from where no surface is
 constexpr double kBoardPixel_m = 0.0004;
 
-/// Grey levels, row-major.
+/// Gray levels, row-major.
 struct Raster {
   int width = 0, height = 0;
   std::vector<float> values;
@@ -142,8 +142,8 @@ class Decoding {
       table_[i] = std::pow(double(i) / (255 * kFine), kGamma);
     }
   }
-  double operator()(double grey) const {
-    const double at = grey * kFine;
+  double operator()(double gray) const {
+    const double at = gray * kFine;
     const std::size_t i = std::min(static_cast<std::size_t>(at), table_.size() - 2);
     return table_[i] + (at - double(i)) * (table_[i + 1] - table_[i]);
   }
@@ -224,7 +224,7 @@ class Sheet {
   Eigen::Vector3d normal_;
 };
 
-/// Light towards the camera along one ray.
+/// Light toward the camera along one ray.
 double radiance(const Eigen::Vector3d& eye, const Eigen::Vector3d& direction, const Beam& beam,
                 const Sheet* sheet, double ambient) {
   Eigen::Vector2d on_board;
@@ -275,7 +275,7 @@ void blur(Raster& raster, double sigma) {
 }
 
 /// As a camera with automatic exposure writes it: the brightest half per cent above 85 %.
-calib::Picture develop(const Raster& light, double noise_grey, std::uint32_t seed) {
+calib::Picture develop(const Raster& light, double noise_gray, std::uint32_t seed) {
   std::vector<float> sorted = light.values;
   const auto bright = sorted.begin() + std::ptrdiff_t(sorted.size() * 995 / 1000);
   std::nth_element(sorted.begin(), bright, sorted.end());
@@ -284,12 +284,12 @@ calib::Picture develop(const Raster& light, double noise_grey, std::uint32_t see
   onRows(light.height, [&](int first, int last) {
     for (int y = first; y < last; ++y) {
       std::mt19937 random(seed * 100003u + static_cast<std::uint32_t>(y));
-      std::normal_distribution<double> noise(0, noise_grey);
+      std::normal_distribution<double> noise(0, noise_gray);
       for (int x = 0; x < light.width; ++x) {
         const double exposed = std::min(double(light.at(x, y)) * exposure, 1.0);
-        const double grey = 255 * std::pow(exposed, 1 / kGamma) + noise(random);
+        const double gray = 255 * std::pow(exposed, 1 / kGamma) + noise(random);
         picture.pixels[std::size_t(y) * std::size_t(light.width) + std::size_t(x)] =
-            static_cast<std::uint8_t>(std::lround(std::clamp(grey, 0.0, 255.0)));
+            static_cast<std::uint8_t>(std::lround(std::clamp(gray, 0.0, 255.0)));
       }
     }
   });
@@ -310,14 +310,14 @@ calib::Picture patternPicture(const calib::Pattern& pattern) {
   return picture;
 }
 
-calib::Picture greyPicture(int width, int height, std::uint8_t grey) {
-  return {width, height, std::vector<std::uint8_t>(std::size_t(width) * std::size_t(height), grey)};
+calib::Picture grayPicture(int width, int height, std::uint8_t gray) {
+  return {width, height, std::vector<std::uint8_t>(std::size_t(width) * std::size_t(height), gray)};
 }
 
 calib::Picture warped(const calib::Picture& shown, const Eigen::Matrix3d& H_shown_result) {
   Raster raster(shown.width, shown.height, 0);
   std::copy(shown.pixels.begin(), shown.pixels.end(), raster.values.begin());
-  calib::Picture result = greyPicture(shown.width, shown.height, 0);
+  calib::Picture result = grayPicture(shown.width, shown.height, 0);
   for (int y = 0; y < shown.height; ++y) {
     for (int x = 0; x < shown.width; ++x) {
       const Eigen::Vector2d at = (H_shown_result * Eigen::Vector3d(x, y, 1)).hnormalized();
@@ -341,8 +341,8 @@ struct Photographer::Impl {
       : rig(of),
         albedo(boardAlbedo(rig.board)),
         rays(rig.camera),
-        pattern(patternPicture(rig.pattern)),
-        plain(greyPicture(rig.projector.width, rig.projector.height)) {}
+        pattern(test::patternPicture(rig.pattern)),
+        plain(grayPicture(rig.projector.width, rig.projector.height)) {}
 };
 
 Photographer::Photographer(const SyntheticRig& rig) : impl_(std::make_unique<Impl>(rig)) {}
@@ -373,7 +373,7 @@ calib::Picture Photographer::photograph(const std::optional<BoardPose>& pose,
     }
   });
   blur(light, rig.blur_px);
-  return develop(light, rig.noise_grey, seed);
+  return develop(light, rig.noise_gray, seed);
 }
 
 calib::Photographs Photographer::photographs(const std::string& name, const BoardPose& pose,

@@ -28,7 +28,7 @@ struct SyntheticRig {
   Rigid<World, Projector> T_world_projector;
   calib::Board board;      ///< A2 by default
   calib::Pattern pattern;  ///< of the projector's resolution
-  double ambient = 0.25, projector_gain = 3, blur_px = 0.6, noise_grey = 1.5;
+  double ambient = 0.25, projector_gain = 3, blur_px = 0.6, noise_gray = 1.5;
 
   /// What a perfect calibration finds; covariance zero.
   calib::ProjectorEstimate truth() const;
@@ -42,12 +42,12 @@ SyntheticRig makeRig(RigKind kind, std::uint32_t seed, int camera_width = 1280);
 SyntheticRig makeSmallRig(std::uint32_t seed);
 
 /// Random poses in the beam, 1 to 1.8 m away, whole in the camera's picture, tilted up to 35
-/// degrees and turned towards the camera. Throws std::runtime_error if too few fit.
+/// degrees and turned toward the camera. Throws std::runtime_error if too few fit.
 std::vector<BoardPose> boardPoses(const SyntheticRig& rig, int count, std::uint32_t seed);
 
 /// What the projector shows.
 calib::Picture patternPicture(const calib::Pattern& pattern);
-calib::Picture greyPicture(int width, int height, std::uint8_t grey = 160);
+calib::Picture grayPicture(int width, int height, std::uint8_t gray = 160);
 /// `shown` seen through a homography of the projector's pixels (as keystone correction does):
 /// H_shown_from maps a pixel of the result to one of `shown`; black outside.
 calib::Picture warped(const calib::Picture& shown, const Eigen::Matrix3d& H_shown_result);

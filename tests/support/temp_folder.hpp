@@ -1,9 +1,11 @@
 /// \file
-/// A folder of a test's own, gone when the test is.
+/// A folder of a test's own, gone when the test is; and files in it.
 #pragma once
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
@@ -29,5 +31,15 @@ class TempFolder {
  private:
   std::filesystem::path path_;
 };
+
+/// Empty if there is no such file.
+inline std::string fileBytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+inline void writeFile(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 }  // namespace afterglow::test
