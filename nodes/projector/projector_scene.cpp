@@ -180,13 +180,15 @@ void ProjectorScene::takeSurface(std::size_t surface, const Finding& finding) {
   surfaces_.take(surface, finding);
 }
 
-SceneFrame ProjectorScene::frame(ros::Time now) {
-  SceneFrame frame;
+SceneSnapshot ProjectorScene::snapshot(ros::Time now) {
+  SceneSnapshot snapshot;
   std::vector<std::string> problems;
-  frame.scene = scene(now, problems);
-  if (!config_.projectors.empty()) frame.T_projector_world = projectorPose(0, now, frame.problems);
-  frame.problems.insert(frame.problems.end(), problems.begin(), problems.end());
-  return frame;
+  snapshot.scene = scene(now, problems);
+  if (!config_.projectors.empty()) {
+    snapshot.T_projector_world = projectorPose(0, now, snapshot.problems);
+  }
+  snapshot.problems.insert(snapshot.problems.end(), problems.begin(), problems.end());
+  return snapshot;
 }
 
 render::Scene ProjectorScene::scene(ros::Time now, std::vector<std::string>& problems) {

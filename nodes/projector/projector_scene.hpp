@@ -49,7 +49,7 @@ void withMessageType(LayerType type, Function&& f) {
 }
 
 /// What is to be shown at one moment. World is the configuration's fixed frame.
-struct SceneFrame {
+struct SceneSnapshot {
   render::Scene scene;
   /// Of the first projector. Empty while its pose is unknown or stale: it must then show nothing.
   std::optional<Rigid<Projector, World>> T_projector_world;
@@ -87,7 +87,7 @@ class ProjectorScene {
   std::optional<Rigid<Projector, World>> projectorPose(std::size_t projector, ros::Time now,
                                                        std::vector<std::string>& problems);
   /// scene() and projectorPose() of the first projector.
-  SceneFrame frame(ros::Time now);
+  SceneSnapshot snapshot(ros::Time now);
   /// Whether content waits for a transform, so that the next transform may show it.
   bool isWaiting() const;
   /// Forgets all content, but not the counts, because time has jumped.

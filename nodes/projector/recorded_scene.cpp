@@ -99,12 +99,12 @@ void RecordedScene::findSurfaces() {
   feedEarlierTransforms();
 }
 
-SceneFrame RecordedScene::at(replay::Stamp moment) {
+SceneSnapshot RecordedScene::at(replay::Stamp moment) {
   while (next_ && next_->received <= moment) {
     feed(*next_);
     next_ = cursor_->next();
   }
-  return scene_.frame(toTime(moment));
+  return scene_.snapshot(toTime(moment));
 }
 
 const replay::Channel& RecordedScene::channel(std::int64_t id) {

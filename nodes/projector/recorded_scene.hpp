@@ -29,7 +29,7 @@ class RecordedScene {
   /// The scene once everything up to and including this moment has arrived. Moments must not
   /// decrease. Throws replay::StoreError, and std::runtime_error for a topic that holds another
   /// type than the configuration says.
-  SceneFrame at(replay::Stamp moment);
+  SceneSnapshot at(replay::Stamp moment);
 
   /// As of the last at(); lives as long as this.
   const tf2::BufferCore& transforms() const { return transforms_; }

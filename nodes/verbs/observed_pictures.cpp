@@ -119,26 +119,26 @@ ObservedPictures::ObservedPictures(render::GlContext& context, const replay::Sto
       renderer_(context) {}
 
 std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
-                                                       const SceneFrame& frame) {
+                                                       const SceneSnapshot& snapshot) {
   std::vector<render::Drawable> all = room_view_.shell;
   const auto add = [&all](const std::vector<render::Drawable>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
   const Eigen::Vector3d p_world_projector =
-      frame.T_projector_world ? frame.T_projector_world->inverse().matrix().translation()
+      snapshot.T_projector_world ? snapshot.T_projector_world->inverse().matrix().translation()
                               : Eigen::Vector3d(room_view_.look.p_target);
-  add(surfaceSolids(room_view_.shell.empty() ? frame.scene : withoutFloors(frame.scene),
+  add(surfaceSolids(room_view_.shell.empty() ? snapshot.scene : withoutFloors(snapshot.scene),
                     p_world_projector));
   add(room_.solids(moment));
   return all;
 }
 
-render::Image ObservedPictures::see(replay::Stamp moment, const SceneFrame& frame,
+render::Image ObservedPictures::see(replay::Stamp moment, const SceneSnapshot& snapshot,
                                     const calib::Lens& lens, render::Image projected) {
   const render::ObserverView view = viewFrom(room_view_.look, room_view_.width, room_view_.height);
-  const std::vector<render::Drawable> all = solids(moment, frame);
-  if (!frame.T_projector_world) return renderer_.render(all, nullptr, view);
-  const render::ProjectedLight light{lens, *frame.T_projector_world, std::move(projected)};
+  const std::vector<render::Drawable> all = solids(moment, snapshot);
+  if (!snapshot.T_projector_world) return renderer_.render(all, nullptr, view);
+  const render::ProjectedLight light{lens, *snapshot.T_projector_world, std::move(projected)};
   return renderer_.render(all, &light, view);
 }
 

@@ -37,12 +37,12 @@ class ObservedPictures {
 
   int width() const { return room_view_.width; }
   int height() const { return room_view_.height; }
-  /// `projected` is what `frame` looks like through `lens`. Moments must not decrease.
-  render::Image see(replay::Stamp moment, const SceneFrame& frame, const calib::Lens& lens,
+  /// `projected` is what `snapshot` looks like through `lens`. Moments must not decrease.
+  render::Image see(replay::Stamp moment, const SceneSnapshot& snapshot, const calib::Lens& lens,
                     render::Image projected);
 
  private:
-  std::vector<render::Drawable> solids(replay::Stamp moment, const SceneFrame& frame);
+  std::vector<render::Drawable> solids(replay::Stamp moment, const SceneSnapshot& snapshot);
 
   RoomView room_view_;
   RecordedRoom room_;

@@ -49,9 +49,9 @@ bool isLit(const render::Image& image) {
                      [](std::uint8_t byte) { return byte != 0; });
 }
 
-/// Why it stays dark, from what the frame lacked and what the layers dropped.
-std::string darkReason(const SceneFrame& frame, const std::vector<LayerStatus>& layers) {
-  std::vector<std::string> reasons(frame.problems.begin(), frame.problems.end());
+/// Why the picture stays dark: the problems of the snapshot, and what the layers dropped.
+std::string darkReason(const SceneSnapshot& snapshot, const std::vector<LayerStatus>& layers) {
+  std::vector<std::string> reasons(snapshot.problems.begin(), snapshot.problems.end());
   bool has_received = false;
   for (const LayerStatus& layer : layers) {
     has_received = has_received || layer.received > 0;
@@ -106,37 +106,37 @@ class BehaviorPictures {
     }
     RecordedScene scene = start();
     const Stamp moment{begin_.ns + std::llround(seconds * 1e9)};
-    const SceneFrame frame = scene.at(moment);
-    render::Image image = draw(frame);
+    const SceneSnapshot snapshot = scene.at(moment);
+    render::Image image = draw(snapshot);
     if (!isLit(image)) {
-      std::cerr << "afterglow render: the picture is dark: " << darkReason(frame, scene.status())
+      std::cerr << "afterglow render: the picture is dark: " << darkReason(snapshot, scene.status())
                 << std::endl;
     }
-    return shown(moment, frame, std::move(image));
+    return shown(moment, snapshot, std::move(image));
   }
 
   /// The picture of the last moment at which anything was lit.
   render::Image lastLit() {
     if (const auto moment = lastMomentWithContent()) {
       RecordedScene scene = start();
-      const SceneFrame frame = scene.at(*moment);
-      render::Image image = draw(frame);
-      if (isLit(image)) return shown(*moment, frame, std::move(image));
+      const SceneSnapshot snapshot = scene.at(*moment);
+      render::Image image = draw(snapshot);
+      if (isLit(image)) return shown(*moment, snapshot, std::move(image));
     }
     // Content outside the picture at the end: every moment has to be looked at.
     std::optional<Stamp> last;
     RecordedScene scene = start();
-    SceneFrame frame;
+    SceneSnapshot snapshot;
     eachMoment(kSearchStepNs, [&](Stamp moment) {
-      frame = scene.at(moment);
-      if (hasContent(frame) && isLit(draw(frame))) last = moment;
+      snapshot = scene.at(moment);
+      if (hasContent(snapshot) && isLit(draw(snapshot))) last = moment;
     });
     if (last) {
-      frame = start().at(*last);
-      return shown(*last, frame, draw(frame));
+      snapshot = start().at(*last);
+      return shown(*last, snapshot, draw(snapshot));
     }
     throw std::runtime_error("nothing of " + source_.name +
-                             " is lit: " + darkReason(frame, scene.status()));
+                             " is lit: " + darkReason(snapshot, scene.status()));
   }
 
   /// What is odd about the lens's file, or empty.
@@ -149,17 +149,17 @@ class BehaviorPictures {
     Progress progress("rendering");
     const auto total = static_cast<std::uint64_t>(end_.ns - begin_.ns);
     bool is_dark = true;
-    SceneFrame frame;
+    SceneSnapshot snapshot;
     eachMoment(1'000'000'000 / fps, [&](Stamp moment) {
-      frame = scene.at(moment);
-      render::Image image = draw(frame);
+      snapshot = scene.at(moment);
+      render::Image image = draw(snapshot);
       is_dark = is_dark && !isLit(image);
-      video.write(shown(moment, frame, std::move(image)));
+      video.write(shown(moment, snapshot, std::move(image)));
       progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
     });
     video.close();
     if (is_dark) {
-      std::cerr << "afterglow render: the video is dark: " << darkReason(frame, scene.status())
+      std::cerr << "afterglow render: the video is dark: " << darkReason(snapshot, scene.status())
                 << std::endl;
     }
   }
@@ -173,22 +173,23 @@ class BehaviorPictures {
 
   RecordedScene start() const { return {*source_.store, source_.behavior, config_}; }
 
-  static bool hasContent(const SceneFrame& frame) {
-    return frame.T_projector_world &&
-           std::any_of(frame.scene.layers.begin(), frame.scene.layers.end(),
+  static bool hasContent(const SceneSnapshot& snapshot) {
+    return snapshot.T_projector_world &&
+           std::any_of(snapshot.scene.layers.begin(), snapshot.scene.layers.end(),
                        [](const render::Layer& layer) { return !layer.drawables.empty(); });
   }
 
-  render::Image draw(const SceneFrame& frame) {
+  render::Image draw(const SceneSnapshot& snapshot) {
     // An unknown projector draws the empty scene: black.
-    return frame.T_projector_world ? renderer_.render(frame.scene, *frame.T_projector_world)
+    return snapshot.T_projector_world
+               ? renderer_.render(snapshot.scene, *snapshot.T_projector_world)
                                    : renderer_.render({}, {});
   }
 
   /// What is to be seen of it: as it is sent to the projector, or as it falls on the room, where
   /// the projector's own ways have no part.
-  render::Image shown(Stamp moment, const SceneFrame& frame, render::Image image) {
-    if (observed_) return observed_->see(moment, frame, lens_, std::move(image));
+  render::Image shown(Stamp moment, const SceneSnapshot& snapshot, render::Image image) {
+    if (observed_) return observed_->see(moment, snapshot, lens_, std::move(image));
     light_.apply(image);
     return image;
   }

@@ -99,8 +99,8 @@ void messageToFrame(benchmark::State& state, const Case& c) {
                                        static_cast<std::uint32_t>(bytes.size()));
     ros::serialization::deserialize(stream, message);
     scene.add(0, message, ros::Time(1));
-    const nodes::SceneFrame frame = scene.frame(ros::Time(1));
-    renderer.render(frame.scene, *frame.T_projector_world, image);
+    const nodes::SceneSnapshot snapshot = scene.snapshot(ros::Time(1));
+    renderer.render(snapshot.scene, *snapshot.T_projector_world, image);
     const std::chrono::duration<double, std::milli> taken =
         std::chrono::steady_clock::now() - begin;
     times_ms.push_back(taken.count());

@@ -68,7 +68,7 @@ void setArm(tf2::BufferCore& transforms, double x, ros::Time stamp) {
   transforms.setTransform(transform, "bench");
 }
 
-/// One message and one frame a step, as at 60 Hz, with a frame that moves.
+/// One message and one image a step, as at 60 Hz, with a frame that moves.
 class MarkerStream {
  public:
   explicit MarkerStream(int count) {
@@ -83,13 +83,13 @@ class MarkerStream {
     scene_.emplace(config, transforms_);
   }
 
-  SceneFrame step() {
+  SceneSnapshot step() {
     now_ += ros::Duration(1.0 / 60);
     setArm(transforms_, 0.01, now_);
     ros::serialization::IStream stream(bytes_.data(), static_cast<std::uint32_t>(bytes_.size()));
     ros::serialization::deserialize(stream, message_);
     scene_->add(0, message_, now_);
-    return scene_->frame(now_);
+    return scene_->snapshot(now_);
   }
   std::size_t shown() const { return scene_->status()[0].shown; }
 
@@ -124,8 +124,8 @@ void markersToPicture(benchmark::State& state) {
   std::vector<double> times_ms;
   for (auto _ : state) {
     const auto begin = std::chrono::steady_clock::now();
-    const SceneFrame frame = stream.step();
-    renderer.render(frame.scene, T_projector_world, image);
+    const SceneSnapshot snapshot = stream.step();
+    renderer.render(snapshot.scene, T_projector_world, image);
     times_ms.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
             .count());
@@ -142,7 +142,7 @@ BENCHMARK(markersToPicture)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-/// A frame of markers that came before.
+/// A snapshot of markers that came before.
 void shownMarkersToScene(benchmark::State& state) {
   ProjectorConfig config;
   config.fixed_frame = "map";
@@ -157,7 +157,7 @@ void shownMarkersToScene(benchmark::State& state) {
     if (i % 12 != Marker::MESH_RESOURCE) message.markers.push_back(marker(i, ""));
   }
   scene.add(0, message, ros::Time(1000));
-  for (auto _ : state) benchmark::DoNotOptimize(scene.frame(ros::Time(1000)));
+  for (auto _ : state) benchmark::DoNotOptimize(scene.snapshot(ros::Time(1000)));
 }
 BENCHMARK(shownMarkersToScene)->Arg(2000)->Unit(benchmark::kMillisecond)->UseRealTime();
 

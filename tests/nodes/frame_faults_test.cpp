@@ -142,7 +142,7 @@ TEST_F(FrameFaults, aProjectorPutElsewhereIsNotThoughtToFly) {
   ProjectorScene scene(config, buffer_);
   for (int i = 0; i < 10; ++i) take(stamped("projector", 1, at(0.02 * i)), at(0.02 * i));
   take(stamped("projector", 5, at(0.2)), at(0.2));
-  const auto T_projector_world = scene.frame(at(0.2)).T_projector_world;
+  const auto T_projector_world = scene.snapshot(at(0.2)).T_projector_world;
   ASSERT_TRUE(T_projector_world);
   EXPECT_DOUBLE_EQ(T_projector_world->inverse().matrix().translation().x(), 5);
 }

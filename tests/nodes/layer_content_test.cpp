@@ -48,7 +48,7 @@ class LayerContentTest : public ::testing::Test {
 
   std::vector<render::Drawable> drawn(double now) {
     std::vector<std::string> problems;
-    return scene->frame(at(now)).scene.layers.at(0).drawables;
+    return scene->snapshot(at(now)).scene.layers.at(0).drawables;
   }
   /// All points of all clouds, in the fixed frame.
   std::vector<Eigen::Vector3d> points(double now) {

@@ -61,7 +61,7 @@ class ProjectorSceneTest : public ::testing::Test {
   void add(const Marker& marker, ros::Time now) { scene.add(kMarkers, marker, now); }
 
   std::vector<render::Drawable> drawn(std::size_t layer, ros::Time now) {
-    return scene.frame(now).scene.layers.at(layer).drawables;
+    return scene.snapshot(now).scene.layers.at(layer).drawables;
   }
   double firstX(ros::Time now) {
     const auto drawables = drawn(kMarkers, now);
@@ -163,9 +163,9 @@ TEST_F(ProjectorSceneTest, hidesAFrameLockedMarkerWhileItsFrameIsGone) {
   add(m, at(0));
   EXPECT_EQ(drawn(kMarkers, at(0)).size(), 1u);
   buffer.clear();
-  const SceneFrame frame = scene.frame(at(1));
-  EXPECT_TRUE(frame.scene.layers[kMarkers].drawables.empty());
-  EXPECT_EQ(frame.problems.back(), "/markers: no transform from 'arm' to 'map'");
+  const SceneSnapshot snapshot = scene.snapshot(at(1));
+  EXPECT_TRUE(snapshot.scene.layers[kMarkers].drawables.empty());
+  EXPECT_EQ(snapshot.problems.back(), "/markers: no transform from 'arm' to 'map'");
   transform("arm", 7, at(2));
   EXPECT_DOUBLE_EQ(firstX(at(2)), 7);
 }
@@ -176,9 +176,9 @@ TEST_F(ProjectorSceneTest, hidesWhatFollowsAFrameThatIsStale) {
   m.frame_locked = 1;
   add(m, at(0));
   EXPECT_EQ(drawn(kMarkers, at(2)).size(), 1u);
-  const SceneFrame frame = scene.frame(at(2.1));
-  EXPECT_TRUE(frame.scene.layers[kMarkers].drawables.empty());
-  EXPECT_EQ(frame.problems.back(), "/markers: the transform from 'arm' to 'map' is stale");
+  const SceneSnapshot snapshot = scene.snapshot(at(2.1));
+  EXPECT_TRUE(snapshot.scene.layers[kMarkers].drawables.empty());
+  EXPECT_EQ(snapshot.problems.back(), "/markers: the transform from 'arm' to 'map' is stale");
   transform("arm", 2, at(3));
   EXPECT_DOUBLE_EQ(firstX(at(3)), 2);
 }
@@ -315,22 +315,22 @@ TEST_F(ProjectorSceneTest, drawsPathsAndClearsThem) {
 // ----------------------------------------------------------------------------------------
 // projector
 TEST_F(ProjectorSceneTest, staysDarkWithoutTheProjectorsPose) {
-  SceneFrame frame = scene.frame(at(0));
-  EXPECT_FALSE(frame.T_projector_world);
-  EXPECT_EQ(frame.problems.at(0), "projector: no transform from 'projector' to 'map'");
+  SceneSnapshot snapshot = scene.snapshot(at(0));
+  EXPECT_FALSE(snapshot.T_projector_world);
+  EXPECT_EQ(snapshot.problems.at(0), "projector: no transform from 'projector' to 'map'");
   transform("projector", 2, at(0));
-  frame = scene.frame(at(1));
-  ASSERT_TRUE(frame.T_projector_world);
-  EXPECT_DOUBLE_EQ(frame.T_projector_world->matrix().translation().x(), -2);
-  EXPECT_TRUE(frame.problems.empty());
-  frame = scene.frame(at(2.1));
-  EXPECT_FALSE(frame.T_projector_world);
-  EXPECT_EQ(frame.problems.at(0), "projector: the transform from 'projector' to 'map' is stale");
+  snapshot = scene.snapshot(at(1));
+  ASSERT_TRUE(snapshot.T_projector_world);
+  EXPECT_DOUBLE_EQ(snapshot.T_projector_world->matrix().translation().x(), -2);
+  EXPECT_TRUE(snapshot.problems.empty());
+  snapshot = scene.snapshot(at(2.1));
+  EXPECT_FALSE(snapshot.T_projector_world);
+  EXPECT_EQ(snapshot.problems.at(0), "projector: the transform from 'projector' to 'map' is stale");
 }
 
 TEST_F(ProjectorSceneTest, trustsAStaticPoseForever) {
   transform("projector", 2, at(0), true);
-  EXPECT_TRUE(scene.frame(at(1e6)).T_projector_world);
+  EXPECT_TRUE(scene.snapshot(at(1e6)).T_projector_world);
 }
 
 TEST_F(ProjectorSceneTest, drawsAMovingProjectorForWhenItsLightLeaves) {
@@ -338,10 +338,10 @@ TEST_F(ProjectorSceneTest, drawsAMovingProjectorForWhenItsLightLeaves) {
   late.projectors[0].latency_ns = 100'000'000;
   ProjectorScene late_scene(late, buffer);
   for (int i = 0; i <= 10; ++i) transform("projector", i * 0.02, at(i * 0.01));  // 2 m/s
-  const auto T = late_scene.frame(at(0.12)).T_projector_world;
+  const auto T = late_scene.snapshot(at(0.12)).T_projector_world;
   ASSERT_TRUE(T);
   EXPECT_NEAR(T->inverse().matrix().translation().x(), 2 * 0.22, 1e-6);
-  EXPECT_NEAR(scene.frame(at(0.12)).T_projector_world->inverse().matrix().translation().x(), 0.2,
+  EXPECT_NEAR(scene.snapshot(at(0.12)).T_projector_world->inverse().matrix().translation().x(), 0.2,
               1e-9);  // without latency: the newest as it is
 }
 
@@ -409,10 +409,10 @@ TEST_F(TurningTurret, leavesLightOnTheFloorWhereItIs) {
   for (int frame = 0; frame < 60; ++frame) {
     const double now = 0.2 + frame * 0.0337;
     turnUntil(now - 0.008);
-    const auto T = late_scene.frame(at(now)).T_projector_world;
+    const auto T = late_scene.snapshot(at(now)).T_projector_world;
     ASSERT_TRUE(T);
     ASSERT_LT(miss(*T, now), 0.002) << now;
-    EXPECT_GT(miss(*prompt_scene.frame(at(now)).T_projector_world, now),
+    EXPECT_GT(miss(*prompt_scene.snapshot(at(now)).T_projector_world, now),
               0.04);  // what latency costs
   }
 }
@@ -422,10 +422,10 @@ TEST_F(TurningTurret, isDarkOnceNobodyKnowsHowItWentOn) {
   late.projectors[0].latency_ns = static_cast<std::int64_t>(kLatency * 1e9);
   ProjectorScene late_scene(late, buffer);
   turnUntil(1);
-  EXPECT_TRUE(late_scene.frame(at(1.4)).T_projector_world);
-  const SceneFrame frame = late_scene.frame(at(1.5));
-  EXPECT_FALSE(frame.T_projector_world);
-  EXPECT_EQ(frame.problems.at(0),
+  EXPECT_TRUE(late_scene.snapshot(at(1.4)).T_projector_world);
+  const SceneSnapshot snapshot = late_scene.snapshot(at(1.5));
+  EXPECT_FALSE(snapshot.T_projector_world);
+  EXPECT_EQ(snapshot.problems.at(0),
             "projector: it moves, and the transform from 'projector' to 'map' is too old to say "
             "where to");
 }
@@ -489,24 +489,24 @@ TEST(ProjectorSceneSurface, drawsALayerOnlyWhereItsSurfaceAndViewerAre) {
   on_table.layers[kMarkers].viewer = ViewerConfig{"map", {0, 0, 1.6}};
   tf2::BufferCore buffer;
   ProjectorScene scene(on_table, buffer);
-  SceneFrame frame = scene.frame(at(0));
-  EXPECT_EQ(frame.scene.layers.size(), 2u);
-  EXPECT_EQ(frame.problems.back(), "surface 'table': no transform from 'table_frame' to 'map'");
+  SceneSnapshot snapshot = scene.snapshot(at(0));
+  EXPECT_EQ(snapshot.scene.layers.size(), 2u);
+  EXPECT_EQ(snapshot.problems.back(), "surface 'table': no transform from 'table_frame' to 'map'");
   geometry_msgs::TransformStamped table;
   table.header.frame_id = "map";
   table.child_frame_id = "table_frame";
   table.transform.translation.z = 0.7;
   table.transform.rotation.w = 1;
   buffer.setTransform(table, "test", true);
-  frame = scene.frame(at(0));
-  ASSERT_EQ(frame.scene.layers.size(), 3u);
-  EXPECT_EQ(frame.scene.layers[kMarkers].p_viewer, Eigen::Vector3d(0, 0, 1.6));
-  EXPECT_EQ(frame.scene.layers[kMarkers].gain, 0.5f);
-  EXPECT_EQ(frame.scene.layers[kCloud].gain, 1);
+  snapshot = scene.snapshot(at(0));
+  ASSERT_EQ(snapshot.scene.layers.size(), 3u);
+  EXPECT_EQ(snapshot.scene.layers[kMarkers].p_viewer, Eigen::Vector3d(0, 0, 1.6));
+  EXPECT_EQ(snapshot.scene.layers[kMarkers].gain, 0.5f);
+  EXPECT_EQ(snapshot.scene.layers[kCloud].gain, 1);
   table.transform.translation.z = 1.7;  // over the viewer's head
   buffer.setTransform(table, "test", true);
-  frame = scene.frame(at(0));
-  EXPECT_EQ(frame.problems.back(), "viewer: not above surface 'table'");
+  snapshot = scene.snapshot(at(0));
+  EXPECT_EQ(snapshot.problems.back(), "viewer: not above surface 'table'");
 }
 
 TEST(ProjectorSceneSurface, laysTextForAReaderWhileHeIsKnown) {
@@ -519,19 +519,19 @@ TEST(ProjectorSceneSurface, laysTextForAReaderWhileHeIsKnown) {
   on_floor.layers[kMarkers].reader = ReaderConfig{"person", {0, 0, 1.6}, false};
   tf2::BufferCore buffer;
   ProjectorScene scene(on_floor, buffer);
-  SceneFrame frame = scene.frame(at(0));
-  EXPECT_EQ(frame.scene.layers.size(), 2u);
-  EXPECT_EQ(frame.problems.back(), "reader: no transform from 'person' to 'map'");
+  SceneSnapshot snapshot = scene.snapshot(at(0));
+  EXPECT_EQ(snapshot.scene.layers.size(), 2u);
+  EXPECT_EQ(snapshot.problems.back(), "reader: no transform from 'person' to 'map'");
   geometry_msgs::TransformStamped person;
   person.header.frame_id = "map";
   person.child_frame_id = "person";
   person.transform.translation.y = 2;
   person.transform.rotation.w = 1;
   buffer.setTransform(person, "test", true);
-  frame = scene.frame(at(0));
-  ASSERT_EQ(frame.scene.layers.size(), 3u);
-  ASSERT_TRUE(frame.scene.layers[kMarkers].reader);
-  EXPECT_EQ(frame.scene.layers[kMarkers].reader->p_world, Eigen::Vector3d(0, 2, 1.6));
+  snapshot = scene.snapshot(at(0));
+  ASSERT_EQ(snapshot.scene.layers.size(), 3u);
+  ASSERT_TRUE(snapshot.scene.layers[kMarkers].reader);
+  EXPECT_EQ(snapshot.scene.layers[kMarkers].reader->p_world, Eigen::Vector3d(0, 2, 1.6));
 }
 
 }  // namespace

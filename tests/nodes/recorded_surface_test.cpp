@@ -58,10 +58,10 @@ TEST(RecordedSurface, isFoundInTheRecordingsFirstCloudThatCanBePlaced) {
   config.layers[0].placement = render::Placement::Drape;
   config.layers[0].surface = 0;
   RecordedScene scene(*store, behavior, config);
-  const SceneFrame frame = scene.at(replay::Stamp{1'000'500'000'000});
-  ASSERT_EQ(frame.scene.layers.size(), 1u) << frame.problems.front();
-  EXPECT_EQ(frame.scene.layers[0].drawables.size(), 1u);
-  EXPECT_NEAR((frame.scene.surfaces[0].T_world_surface * Eigen::Vector3d::Zero()).z(),
+  const SceneSnapshot snapshot = scene.at(replay::Stamp{1'000'500'000'000});
+  ASSERT_EQ(snapshot.scene.layers.size(), 1u) << snapshot.problems.front();
+  EXPECT_EQ(snapshot.scene.layers[0].drawables.size(), 1u);
+  EXPECT_NEAR((snapshot.scene.surfaces[0].T_world_surface * Eigen::Vector3d::Zero()).z(),
               test::TableCloud::kHeight, 0.003);
   // The transforms of the search are forgotten: the camera is unknown until it is due.
   EXPECT_FALSE(scene.transforms().canTransform("map", "camera", ros::Time()));

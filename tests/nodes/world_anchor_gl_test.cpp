@@ -277,12 +277,12 @@ TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMetreAn
   config.layers[0].type = LayerType::Marker;
   ProjectorScene scene(config, today);
   scene.add(0, light, light.header.stamp);
-  const SceneFrame frame = scene.frame(light.header.stamp);
-  ASSERT_TRUE(frame.T_projector_world);
-  ASSERT_EQ(frame.scene.layers.at(0).drawables.size(), 1u);
+  const SceneSnapshot snapshot = scene.snapshot(light.header.stamp);
+  ASSERT_TRUE(snapshot.T_projector_world);
+  ASSERT_EQ(snapshot.scene.layers.at(0).drawables.size(), 1u);
 
   const render::Image image = render::ProjectorRenderer(*context, referee.lens)
-                                  .render(frame.scene, *frame.T_projector_world);
+                                  .render(snapshot.scene, *snapshot.T_projector_world);
   test::RefereeSurface floor{"floor", Eigen::Isometry3d::Identity(), 0.4, 0.4};
   floor.T_world_surface.translation() = spot;
   const cv::Mat top = referee.topView(image, {floor}, "floor");

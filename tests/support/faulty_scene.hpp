@@ -73,14 +73,14 @@ class FaultyScene : public ::testing::Test {
 
   /// What the faulty layer shows; the other one is checked on the way, and all triangles are.
   std::vector<render::Drawable> drawn(ros::Time now) {
-    const nodes::SceneFrame frame = scene_->frame(now);
-    EXPECT_EQ(frame.scene.layers.at(kRest).drawables.size(), 1u) << "the rest is gone";
-    for (const render::Drawable& drawable : frame.scene.layers.at(kMarkers).drawables) {
+    const nodes::SceneSnapshot snapshot = scene_->snapshot(now);
+    EXPECT_EQ(snapshot.scene.layers.at(kRest).drawables.size(), 1u) << "the rest is gone";
+    for (const render::Drawable& drawable : snapshot.scene.layers.at(kMarkers).drawables) {
       render::Tessellation shape;
       render::tessellate(drawable, {}, shape);
       for (const auto& p : shape.mesh.points) EXPECT_TRUE(p.allFinite());
     }
-    return frame.scene.layers.at(kMarkers).drawables;
+    return snapshot.scene.layers.at(kMarkers).drawables;
   }
 
   std::map<std::string, std::uint64_t> dropped() { return scene_->status().at(kMarkers).dropped; }
