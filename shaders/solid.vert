@@ -7,7 +7,7 @@ uniform mat4 P_clip_world;
 uniform vec3 p_world_observer;
 
 out vec3 point_world;
-out vec3 normal_world;  // towards the observer
+out vec3 normal_world;  // toward the observer
 out vec3 albedo;        // linear
 invariant gl_Position;  // two programs draw the same surface, the second where depths are equal
 

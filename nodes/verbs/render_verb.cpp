@@ -181,9 +181,8 @@ class BehaviorPictures {
 
   render::Image draw(const SceneSnapshot& snapshot) {
     // An unknown projector draws the empty scene: black.
-    return snapshot.T_projector_world
-               ? renderer_.render(snapshot.scene, *snapshot.T_projector_world)
-                                   : renderer_.render({}, {});
+    if (!snapshot.T_projector_world) return renderer_.render({}, {});
+    return renderer_.render(snapshot.scene, *snapshot.T_projector_world);
   }
 
   /// What is to be seen of it: as it is sent to the projector, or as it falls on the room, where

@@ -206,12 +206,12 @@ class PartProjector {
            toImage(p + x + y, corners[2]) && toImage(p - x + y, corners[3]);
   }
 
-  Vector3f towardsEye(const Vector3f& p) const {
+  Vector3f towardEye(const Vector3f& p) const {
     return shape_.eye_is_direction ? shape_.eye : Vector3f(shape_.eye - origin_ - p);
   }
 
   bool boxOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
-    const Vector3f eye = towardsEye(p);
+    const Vector3f eye = towardEye(p);
     std::size_t region = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const float face = shape_.eye_is_direction ? 0 : shape_.half[axis];
@@ -234,7 +234,7 @@ class PartProjector {
 
   /// The circle where lines of sight touch the ball; an ellipsoid is a ball in its own scale.
   bool ballOutline(const Vector3f& p, Corner* corners, Sprite& sprite) const {
-    const Vector3f eye = towardsEye(p).cwiseQuotient(shape_.half);
+    const Vector3f eye = towardEye(p).cwiseQuotient(shape_.half);
     const float distance = eye.norm();
     const float middle = shape_.eye_is_direction ? 0 : 1 / distance;
     if (!(middle < 1)) return false;  // the eye is within

@@ -26,7 +26,7 @@ struct SpriteShape {
   Eigen::Vector3f half = Eigen::Vector3f::Ones();
   Eigen::Vector3f right = Eigen::Vector3f::UnitX(), up = Eigen::Vector3f::UnitY();  ///< a square's
   Eigen::Vector3f eye = Eigen::Vector3f::UnitZ();  ///< whose outline is wanted
-  bool eye_is_direction = false;                   ///< towards the eye
+  bool eye_is_direction = false;                   ///< toward the eye
 };
 
 /// A drawable that is many small things alike. Points into the shape it was made of. Of `shape`,

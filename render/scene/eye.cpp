@@ -37,12 +37,12 @@ Eigen::Matrix3d axesOfLetters(const Eye& eye, const Eigen::Vector3d& p) {
     R.col(1) = up.normalized();
     R.col(0) = R.col(1).cross(n);
   } else if (eye.letters_face_it) {
-    const Eigen::Vector3d towards = (eye.p_world - p).normalized();
-    const Eigen::Vector3d right = n.cross(towards);
+    const Eigen::Vector3d toward = (eye.p_world - p).normalized();
+    const Eigen::Vector3d right = n.cross(toward);
     if (!(right.norm() > 1e-6)) return R;
     R.col(0) = right.normalized();
-    R.col(1) = towards.cross(R.col(0));
-    R.col(2) = towards;
+    R.col(1) = toward.cross(R.col(0));
+    R.col(2) = toward;
   }
   return R;
 }

@@ -26,11 +26,11 @@ struct Eye {
 };
 
 /// Direct: the projector. Drape and Viewer: flat things lie parallel to the surface, facing along
-/// its normal or towards the viewer.
+/// its normal or toward the viewer.
 Eye eyeOfLayer(const Layer& layer, const Rigid<Projector, World>& T_projector_world,
                double focal_px);
 
-/// Right, up and towards the eye, of letters at a place.
+/// Right, up and toward the eye, of letters at a place.
 Eigen::Matrix3d axesOfLetters(const Eye& eye, const Eigen::Vector3d& p_world);
 
 }  // namespace afterglow::render

@@ -6,8 +6,8 @@
 namespace afterglow::render {
 namespace {
 
-/// Unit vector from a point towards the eye.
-Eigen::Vector3d towards(const Eye& eye, const Eigen::Vector3d& p_world) {
+/// Unit vector from a point toward the eye.
+Eigen::Vector3d toward(const Eye& eye, const Eigen::Vector3d& p_world) {
   if (eye.parallel) return -eye.R_world_eye.col(2);
   return (eye.p_world - p_world).normalized();
 }
@@ -21,7 +21,7 @@ std::uint32_t add(Mesh& mesh, const Eigen::Vector3d& p, const Rgba& color) {
 /// Half the width, across the segment and across the line of sight; zero where they coincide.
 Eigen::Vector3d sideways(const Eye& eye, const Eigen::Vector3d& along, const Eigen::Vector3d& p,
                          double width) {
-  const Eigen::Vector3d side = along.cross(towards(eye, p));
+  const Eigen::Vector3d side = along.cross(toward(eye, p));
   const double length = side.norm();
   if (!(length > 1e-12 * along.norm())) return Eigen::Vector3d::Zero();
   return side * (0.5 * width / length);
@@ -47,7 +47,7 @@ void addJoin(const RibbonPoint& from, const RibbonPoint& point, const RibbonPoin
              const Eye& eye, Mesh& mesh) {
   if (!from.p_world.allFinite() || !point.p_world.allFinite() || !to.p_world.allFinite()) return;
   constexpr double kStep = M_PI / 6;
-  const Eigen::Vector3d n = towards(eye, point.p_world);
+  const Eigen::Vector3d n = toward(eye, point.p_world);
   Eigen::Vector3d a = sideways(eye, point.p_world - from.p_world, point.p_world, width);
   Eigen::Vector3d b = sideways(eye, to.p_world - point.p_world, point.p_world, width);
   const double turn = std::atan2(a.cross(b).dot(n), a.dot(b));

@@ -115,7 +115,7 @@ class EarClipper {
     return facing(best, m);
   }
 
-  /// Earlier bridges have left two corners in one place: the one that opens towards m.
+  /// Earlier bridges have left two corners in one place: the one that opens toward m.
   std::size_t facing(std::size_t best, const Point& m) const {
     const Point& p = points_[ring_[best]];
     for (std::size_t i = 0; i < ring_.size(); ++i) {

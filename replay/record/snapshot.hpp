@@ -3,7 +3,7 @@
 ///
 /// A JSON object; members that are not known are absent.
 ///   "frames": {"begin": {"map->odom": [x, y, z, qx, qy, qz, qw], ...}, "end": {...}}
-///             "A->B": the pose of frame B in frame A, metres and a unit quaternion, between
+///             "A->B": the pose of frame B in frame A, meters and a unit quaternion, between
 ///             neighbors of the configured anchors that tf connected then. What moved in between
 ///             is in the recorded /tf.
 ///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store

@@ -140,10 +140,10 @@ TEST(Guide, goesFromTheFirstViewToTheCheck) {
 
   Calibration calibration;
   calibration.held_out_rms_mm = 0.2;
-  ViewResult spoilt;
-  spoilt.name = "view_00";
-  spoilt.reason = "its pictures disagree: take it again";
-  calibration.views.push_back(spoilt);
+  ViewResult spoiled;
+  spoiled.name = "view_00";
+  spoiled.reason = "its pictures disagree: take it again";
+  calibration.views.push_back(spoiled);
   guide.solved(calibration);
   EXPECT_EQ(guide.phase(), GuidePhase::Verifying);
   const std::string said = allText(guide);

@@ -55,7 +55,7 @@ TEST(Lens, unprojectInvertsProject) {
   for (int i = 0; i < 200; ++i) {
     const Lens lens = randomLens(random, i % 2 == 0);
     for (int j = 0; j < 50; ++j) {
-      // Tangential distortion moves the true fold by a few per cent.
+      // Tangential distortion moves the true fold by a few percent.
       const Eigen::Vector3d p = randomPoint(random, std::min(1.0, 0.9 * lens.fold_radius));
       const auto pixel = project(lens, p);
       ASSERT_TRUE(pixel);

@@ -1,4 +1,4 @@
-// Calibrations from simulated pictures: two spoilt views of sixteen are found, named and left out
+// Calibrations from simulated pictures: two spoiled views of sixteen are found, named and left out
 // and do no harm; pictures without a plain one beside each do too.
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ struct Session {
 
 /// Sixteen poses. The camera's plain picture of view_04 still shows the pattern; the board of
 /// view_11 slips by 3 cm between its pictures.
-Session spoiltSession() {
+Session spoiledSession() {
   Session session;
   const test::SyntheticRig& rig = session.rig;
   const test::Photographer photographer(rig);
@@ -33,8 +33,8 @@ Session spoiltSession() {
   return session;
 }
 
-TEST(SpoiltViews, areNamedAndLeftOut) {
-  const Session session = spoiltSession();
+TEST(SpoiledViews, areNamedAndLeftOut) {
+  const Session session = spoiledSession();
   const test::SyntheticRig& rig = session.rig;
   const Calibration result =
       solvePhotographs(session.photographs, rig.board, rig.pattern, rig.camera);

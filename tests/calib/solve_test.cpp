@@ -202,10 +202,10 @@ TEST(Solve, namesAndLeavesOutTwoSpoiltViewsOfSixteen) {
   const std::vector<test::BoardPose> poses = test::boardPoses(rig, 16, 5);
   std::vector<View> views = thinned(test::cornerViews(rig, 16, kSigma_px, 5)), good = views;
   // The printed tags of one moment, the projected ones of another, 3 cm on.
-  for (std::size_t spoilt : {4u, 11u}) {
-    Eigen::Isometry3d moved = poses[spoilt].matrix();
+  for (std::size_t spoiled : {4u, 11u}) {
+    Eigen::Isometry3d moved = poses[spoiled].matrix();
     moved.translation() += Eigen::Vector3d(0.02, -0.03, 0.02);
-    views[spoilt].projected =
+    views[spoiled].projected =
         test::cornerView(rig, "", test::BoardPose(moved), kSigma_px, 1).projected;
   }
   good.erase(good.begin() + 11);

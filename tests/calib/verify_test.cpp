@@ -151,15 +151,15 @@ TEST(Verify, saysWhyAViewCannotBeMeasured) {
     return checkView(v, rig.board, rig.pattern, rig.camera, rig.truth()).fault;
   };
   EXPECT_EQ(faultOf(view), "");
-  View spoilt = view;
-  spoilt.projected.clear();
-  EXPECT_NE(faultOf(spoilt).find("no tag of the pattern lies on the board"), std::string::npos);
-  spoilt = view;
-  spoilt.board.resize(1);
-  EXPECT_NE(faultOf(spoilt).find("only 1 printed tags"), std::string::npos);
-  spoilt = view;
-  spoilt.faults = {"the picture is mirrored"};
-  EXPECT_EQ(faultOf(spoilt), "the picture is mirrored");
+  View spoiled = view;
+  spoiled.projected.clear();
+  EXPECT_NE(faultOf(spoiled).find("no tag of the pattern lies on the board"), std::string::npos);
+  spoiled = view;
+  spoiled.board.resize(1);
+  EXPECT_NE(faultOf(spoiled).find("only 1 printed tags"), std::string::npos);
+  spoiled = view;
+  spoiled.faults = {"the picture is mirrored"};
+  EXPECT_EQ(faultOf(spoiled), "the picture is mirrored");
 }
 
 class ThrownTargets : public testing::TestWithParam<test::RigKind> {};

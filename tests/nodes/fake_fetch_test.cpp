@@ -240,7 +240,7 @@ TEST(FakeFetch, leavesAMovingArmAloneWhenAnotherControllersGoalIsRefused) {
 }
 
 /// As PointHeadController reckons it.
-void expectHeadTowards(const FakeFetch& fetch, const Eigen::Vector3d& p_base) {
+void expectHeadToward(const FakeFetch& fetch, const Eigen::Vector3d& p_base) {
   const auto seenFrom = [&](const char* link) -> Eigen::Vector3d {
     return fetch.model().linkPose(link, fetch.jointPositions()).inverse() * p_base;
   };
@@ -255,7 +255,7 @@ TEST(FakeFetch, pointsItsHeadAtAPlace) {
   const Eigen::Vector3d p_base(0.9, 0.3, 0.72);
   fetch.pointHead(p_base, 1s, 0);
   run(fetch, 3s);
-  expectHeadTowards(fetch, p_base);
+  expectHeadToward(fetch, p_base);
   EXPECT_EQ(fetch.controller(kPointHeadController).status().phase, Phase::Succeeded);
   const Eigen::Isometry3d T = fetch.model().linkPose("head_camera_link", fetch.jointPositions());
   EXPECT_LT(T.linear().col(0).cross((p_base - T.translation()).normalized()).norm(), 0.15)

@@ -179,7 +179,7 @@ TEST(TrajectoryFollower, doesNotRefuseAStampInThePastButJumpsToWhereTheTrajector
   EXPECT_NEAR(late.shoulder(), 1, 1e-9) << "it goes there all the same";
 }
 
-TEST(TrajectoryFollower, movesAtOnceTowardsAStartInTheFuture) {
+TEST(TrajectoryFollower, movesAtOnceTowardAStartInTheFuture) {
   Rig rig;
   TrajectoryGoal goal = Rig::goalTo(1, 0, 1s);
   goal.stamp = kNow + 1s;

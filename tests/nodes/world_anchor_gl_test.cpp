@@ -240,7 +240,7 @@ struct WorldAnchorLightTest : WorldAnchorTest {
   std::unique_ptr<render::GlContext> context;
 };
 
-TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMetreAndTurned) {
+TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMeterAndTurned) {
   test::Referee referee("standard", 2);
   // The referee's world is today's map. Its projector is on the robot, in a place of today; then
   // the robot stood 0.5 m from there, turned by 40 degrees.

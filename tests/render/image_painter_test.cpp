@@ -52,7 +52,7 @@ class ImagePainterTest : public ::testing::Test {
   }
   int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
   int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }
-  /// Lit area in pixels, and its centre.
+  /// Lit area in pixels, and its center.
   Eigen::Vector3d redAreaAndCenter() const {
     Eigen::Vector3d sums = Eigen::Vector3d::Zero();
     for (int v = 0; v < kHeight; ++v) {
@@ -73,7 +73,7 @@ TEST_F(ImagePainterTest, givesEachPixelTheShareThatIsCovered) {
       paint({pointAt(at.x(), at.y(), 0xffffffff)}, size);
       const Eigen::Vector3d found = redAreaAndCenter();
       EXPECT_NEAR(found[0], static_cast<double>(size * size), 0.02 * std::max(1.f, size)) << size;
-      if (size != std::round(size)) continue;  // the pixels' raster keeps no other centres
+      if (size != std::round(size)) continue;  // the pixels' raster keeps no other centers
       EXPECT_NEAR(found[1], at.x(), 0.01) << size;
       EXPECT_NEAR(found[2], at.y(), 0.01) << size;
     }

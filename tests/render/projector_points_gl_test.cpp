@@ -18,7 +18,7 @@ using test::centroid;
 constexpr int kAllPoses = 200, kFewPoses = 50;
 constexpr double kApart = 9;  // px between points that are measured in the same image
 
-/// A pose from which the cloud's centre shows on a random pixel, 1 to 2 m away.
+/// A pose from which the cloud's center shows on a random pixel, 1 to 2 m away.
 Rigid<Projector, World> randomPose(const calib::Lens& lens, const Eigen::Vector3d& center,
                                    std::mt19937& random) {
   std::uniform_real_distribution<double> u(0.2 * lens.width, 0.8 * lens.width);

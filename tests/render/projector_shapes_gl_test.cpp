@@ -146,7 +146,7 @@ TEST_F(ProjectorShapes, contentThroughTheLensIsCutNotMirrored) {
 
 TEST_F(ProjectorShapes, contentBeyondTheFoldDoesNotComeBack) {
   const calib::Lens lens = test::lens(1280, 800, 700, 640, 400, {-0.35, 0, 0, 0, 0});
-  // r = 1.69 is projected to the image's centre by the bare model.
+  // r = 1.69 is projected to the image's center by the bare model.
   Cube cube;
   cube.size = Eigen::Vector3f::Constant(0.2f);
   PointCloud cloud;
@@ -154,10 +154,10 @@ TEST_F(ProjectorShapes, contentBeyondTheFoldDoesNotComeBack) {
   cloud.size = 9;
   cloud.points = {{1.69f, 0, 1}};
   EXPECT_EQ(test::litPixels(draw(lens, {{at({1.69, 0, 1}), cube, {}}, {{}, cloud, {}}})), 0);
-  // Within the square around the fold, but not within the fold: 371 px from the centre.
+  // Within the square around the fold, but not within the fold: 371 px from the center.
   cube.size = Eigen::Vector3f::Constant(0.05f);
   EXPECT_EQ(test::litPixels(draw(lens, {{at({0.92, 0.92, 1}), cube, {}}})), 0);
-  // A bar across the fold ends there: 455.5 px from the centre.
+  // A bar across the fold ends there: 455.5 px from the center.
   cube.size = {10, 0.02f, 0.02f};
   const Image image = draw(lens, {{at({0, 0, 1}), cube, {}}});
   EXPECT_GT(test::brightness(image, 640 + 450, 400), 0);

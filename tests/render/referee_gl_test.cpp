@@ -37,7 +37,7 @@ Outline hullOf(const Outline& points) {
   return outline;
 }
 
-/// More than 0 inside; metres.
+/// More than 0 inside; meters.
 double depthIn(const Outline& hull, const Eigen::Vector2d& p) {
   double depth = 1e9;
   for (std::size_t i = 0; i < hull.size(); ++i) {
@@ -231,11 +231,11 @@ class RefereeTest : public test::GlTest {
       worst = std::max(worst, worst_of_item);
       count += count_of_item;
     }
-    const double metres = worst * 1.5 / referee.lens.K(0, 0);
+    const double meters = worst * 1.5 / referee.lens.K(0, 0);
     std::printf(
         "%s, %zu things: outlines %.3f px off on average, %.3f at most (%.2f mm at 1.5 m)\n",
-        plane.surface.name.c_str(), plane.items.size(), sum / count, worst, 1e3 * metres);
-    EXPECT_LT(metres, kWorstAt) << "on the " << plane.surface.name;
+        plane.surface.name.c_str(), plane.items.size(), sum / count, worst, 1e3 * meters);
+    EXPECT_LT(meters, kWorstAt) << "on the " << plane.surface.name;
   }
 
   /// Two pixels away from all outlines nothing is lit.

@@ -84,7 +84,7 @@ TEST_F(ProjectedText, isAsHighAsItSaysWhereItSays) {
     EXPECT_NEAR(found.top, ends[0].y(), 0.3) << f;
     EXPECT_NEAR(found.bottom, ends[1].y(), 0.3) << f;
     EXPECT_NEAR((found.left + found.right) / 2, ends[0].x(), 0.02 * height * f) << f;
-    // The next line lies a pitch lower, and the block stays centred.
+    // The next line lies a pitch lower, and the block stays centered.
     const Extent lines = extentOf(gray(draw(lens, text(U"H\nH", height / 2), p)));
     EXPECT_NEAR((lines.top + lines.bottom) / 2, (ends[0].y() + ends[1].y()) / 2, 0.3) << f;
     EXPECT_NEAR((lines.bottom - lines.top) / (found.bottom - found.top), 0.5 * (1 + 1.164 / 0.729),
@@ -169,7 +169,7 @@ TEST_F(ProjectedText, liesOnTheFloorForItsReader) {
   layer.placement = Placement::Drape;
   layer.surface = SurfacePatch{"floor", {}, {}};
   layer.drawables = {{at({0, 0, 0.7}), text(U"T", 0.5), {}}};
-  const auto bar = [&] {  // from the middle of the picture towards the T's bar, in the world
+  const auto bar = [&] {  // from the middle of the picture toward the T's bar, in the world
     const auto found = test::centroid(draw(lens, layer, T), {200, 200}, 199);
     return Eigen::Vector2d(found->x() - 200, 200 - found->y()).normalized();
   };

@@ -274,7 +274,7 @@ void blur(Raster& raster, double sigma) {
   pass(other, raster, 0, 1);
 }
 
-/// As a camera with automatic exposure writes it: the brightest half per cent above 85 %.
+/// As a camera with automatic exposure writes it: the brightest half percent above 85 %.
 calib::Picture develop(const Raster& light, double noise_gray, std::uint32_t seed) {
   std::vector<float> sorted = light.values;
   const auto bright = sorted.begin() + std::ptrdiff_t(sorted.size() * 995 / 1000);
