@@ -103,7 +103,7 @@ void PlayerClient::waitUntilReady(double seconds) {
 ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
                                   const std::function<void(double)>& on_position) {
   ReplayGoal goal;
-  goal.name = name;
+  goal.behavior = name;
   const auto position = std::make_shared<ReplayPosition>();
   client_.sendGoal(goal, {}, {}, [position](const ReplayFeedbackConstPtr& feedback) {
     position->hear(feedback->position);

@@ -29,45 +29,7 @@ constexpr double kLongestApproach = 90;  // s
   throw std::runtime_error("motion is refused: " + why);
 }
 
-void readBaseOptions(const ros::NodeHandle& node, BaseOptions& base) {
-  node.param("open_loop", base.is_open_loop, base.is_open_loop);
-  node.param("base_topic", base.topic, base.topic);
-  node.param("base_frame/map", base.frames.map, base.frames.map);
-  node.param("base_frame/odom", base.frames.odometry, base.frames.odometry);
-  node.param("base_frame/base", base.frames.base, base.frames.base);
-  node.param("localization_noise/position", base.noise.position, base.noise.position);
-  node.param("localization_noise/yaw", base.noise.yaw, base.noise.yaw);
-  if (!(base.noise.position > 0 && base.noise.yaw > 0)) {
-    throw std::runtime_error("~localization_noise has to be above 0");
-  }
-}
-
 }  // namespace
-
-BodyOptions BodyOptions::read(const ros::NodeHandle& node) {
-  BodyOptions options;
-  bool moves_there = false, is_anywhere = false;
-  node.param("to_start", moves_there, moves_there);
-  node.param("any_start", is_anywhere, is_anywhere);
-  options.start = is_anywhere ? Start::Anywhere : moves_there ? Start::MoveThere : options.start;
-  for (const auto& [name, value] :
-       {std::pair<const char*, double*>{"turning", &options.tolerances.turning},
-        {"sliding", &options.tolerances.sliding},
-        {"gripper", &options.tolerances.gripper},
-        {"base", &options.tolerances.base},
-        {"base_turn", &options.tolerances.base_turn}}) {
-    node.param(std::string("start_tolerance/") + name, *value, *value);
-  }
-  readBaseOptions(node, options.base);
-  node.param("longest_stall", options.longest_stall_s, options.longest_stall_s);
-  if (!(options.longest_stall_s >= 0.04)) {  // two heartbeats
-    throw std::runtime_error("~longest_stall has to be at least 0.04 s");
-  }
-  node.param("estop_topic", options.emergency_stop.topic, options.emergency_stop.topic);
-  node.param("estop_longest_silence", options.emergency_stop.longest_silence_s,
-             options.emergency_stop.longest_silence_s);
-  return options;
-}
 
 void BodyGate::addTo(replay::PlayReport& report) const {
   report.notes.insert(report.notes.end(), notes_.begin(), notes_.end());

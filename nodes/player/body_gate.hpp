@@ -29,9 +29,6 @@ struct BodyOptions {
   double longest_stall_s = 0.06;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
   BaseOptions base;
-
-  /// Throws std::runtime_error, one line, for a value that is none.
-  static BodyOptions read(const ros::NodeHandle& private_node);
 };
 
 /// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there

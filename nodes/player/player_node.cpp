@@ -1,20 +1,18 @@
 #include "nodes/player/player_node.hpp"
 
-#include <optional>
+#include <fmt/format.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+
 #include <stdexcept>
 #include <utility>
 
 #include "nodes/player/live_graph.hpp"
+#include "nodes/player/play_options.hpp"
 #include "nodes/player/report_files.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
-
-/// Of a goal's field: 0 is not given.
-std::optional<double> given(double value) {
-  return value == 0 ? std::nullopt : std::optional<double>(value);
-}
 
 ReplayResult resultOf(const replay::PlayPlan& plan, const replay::PlayReport& report) {
   ReplayResult result;
@@ -24,43 +22,76 @@ ReplayResult resultOf(const replay::PlayPlan& plan, const replay::PlayReport& re
   return result;
 }
 
+/// A number, a text or true and false, as an option takes it.
+std::string textOf(const XmlRpc::XmlRpcValue& value) {
+  switch (value.getType()) {
+    case XmlRpc::XmlRpcValue::TypeBoolean:
+      return bool(value) ? "true" : "false";
+    case XmlRpc::XmlRpcValue::TypeInt:
+      return std::to_string(int(value));
+    case XmlRpc::XmlRpcValue::TypeDouble:
+      return fmt::format("{}", double(value));
+    case XmlRpc::XmlRpcValue::TypeString:
+      return std::string(value);
+    default:
+      return value.toXml();  // which is no value of any option
+  }
+}
+
+/// What a parameter says; an empty text or list says nothing: launch files have no other way.
+OptionTexts textsOf(const ros::NodeHandle& node, const std::string& name) {
+  XmlRpc::XmlRpcValue value;
+  if (!node.getParam(name, value)) return {};
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray) {
+    const std::string text = textOf(value);
+    return text.empty() ? OptionTexts() : OptionTexts{text};
+  }
+  OptionTexts texts;
+  for (int i = 0; i < value.size(); ++i) texts.push_back(textOf(value[i]));
+  return texts;
+}
+
+OptionTexts parameterTexts(const ros::NodeHandle& node, const PlayOption& option) {
+  if (option.keys.empty()) return textsOf(node, option.name);
+  OptionTexts texts;
+  for (const std::string& key : option.keys) {
+    for (const std::string& text : textsOf(node, option.name + "/" + key)) {
+      texts.push_back(key + "=" + text);
+    }
+  }
+  return texts;
+}
+
 }  // namespace
 
 PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   PlayerNodeOptions options;
   private_node.param("store", options.store, options.store);
-  private_node.param("allow_motion", options.allow_motion, options.allow_motion);
-  private_node.param("wait_for_subscribers", options.wait_for_subscribers_s,
-                     options.wait_for_subscribers_s);
-  options.needs_subscribers = parseUnheard(private_node.param("unheard", std::string()));
-  private_node.param("clear_projection", options.clear_projection, options.clear_projection);
-  private_node.param("hold", options.hold_s, options.hold_s);
-  private_node.param("goal_wait", options.goal_wait_s, options.goal_wait_s);
-  private_node.param("seek_lead", options.seek_lead_s, options.seek_lead_s);
-  int queue = 100;
-  private_node.param("queue", queue, queue);
-  if (queue < 1) throw std::runtime_error("~queue has to be above 0");
-  options.queue = static_cast<std::uint32_t>(queue);
-  private_node.param("realtime", options.realtime, options.realtime);
-  private_node.param("rules", options.rules, options.rules);
-  private_node.param("limits", options.limits, options.limits);
-  using Words = std::vector<std::string>;
-  options.also = private_node.param("also", Words());
-  options.latency_s = replay::parseLatency(private_node.param("latency", Words()));
-  options.on_failure = replay::parseOnFailure(private_node.param("on_failure", Words()));
   private_node.param("report_folder", options.report_folder, options.report_folder);
-  options.body = BodyOptions::read(private_node);
-  private_node.param("anchor_frame", options.anchors.frame, options.anchors.frame);
-  for (const std::string& anchor : private_node.param("anchor", std::vector<std::string>())) {
-    options.anchors.add(anchor);
+  for (const FormerOption& former : formerOptions()) {
+    if (private_node.hasParam(former.name)) {
+      throw std::runtime_error("~" + std::string(former.name) + " has become ~" + former.now +
+                               former.remark);
+    }
   }
+  ReplayRequest& replays = options.replays;
+  for (const PlayOption& option : playOptions()) {
+    try {
+      const OptionTexts texts = parameterTexts(private_node, option);
+      if (!texts.empty()) giveOption(replays, option, texts);
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error("~" + std::string(error.what()));
+    }
+  }
+  // Named for all behaviors, some of which do not have them.
+  replay::PlanOptions& plan = replays.plan;
+  plan.settled.insert(plan.settled.begin(), plan.also.begin(), plan.also.end());
+  plan.also.clear();
   return options;
 }
 
 PlayerNode::PlayerNode(const PlayerNodeOptions& options)
     : options_(options),
-      rules_(options.rules.empty() ? ReplayRules() : readRules(options.rules)),
-      limits_(options.limits.empty() ? replay::MotionLimits::fetch() : readLimits(options.limits)),
       server_(
           node_, "replay", [this](const ReplayGoalConstPtr& goal) { onGoal(goal); }, false) {
   status_ = private_node_.advertise<ReplayStatus>("status", 1, true);
@@ -92,73 +123,11 @@ void PlayerNode::close(const std::string& reason) {
 
 // ---------------------------------------------------------------------------------------- the goal
 
-replay::PlanOptions PlayerNode::planOf(const ReplayGoal& goal) const {
-  replay::PlanOptions plan;
-  plan.topics = goal.topics;
-  plan.exclude = goal.exclude;
-  plan.regex = goal.regex;
-  plan.exclude_regex = goal.exclude_regex;
-  plan.prefix = goal.prefix;
-  plan.remap = parseRenames(goal.remap);
-  plan.start_s = goal.start;
-  plan.duration_s = given(goal.duration);
-  plan.until_s = given(goal.until);
-  plan.also = goal.also;
-  plan.settled = options_.also;
-  plan.settled.insert(plan.settled.end(), rules_.also.begin(), rules_.also.end());
-  plan.layers = projectedTopics(deadlineIn(kMasterPatience));
-  plan.rewriting.rules = rules_.types;
-  plan.rewriting.frames = parseRenames(goal.remap_frame);
-  plan.rewriting.tf_prefix = goal.tf_prefix;
-  return plan;
-}
-
-replay::PlayOptions PlayerNode::playOf(const ReplayGoal& goal) const {
-  replay::PlayOptions play;
-  play.rate = given(goal.rate).value_or(1.0);
-  play.clear_projection = options_.clear_projection;
-  play.hold_s = options_.hold_s;
-  play.goal_wait_s = options_.goal_wait_s;
-  play.seek_lead_s = given(goal.seek_lead).value_or(options_.seek_lead_s);
-  play.latency_s = goal.latency.empty() ? options_.latency_s : replay::parseLatency(goal.latency);
-  play.on_failure =
-      goal.on_failure.empty() ? options_.on_failure : replay::parseOnFailure(goal.on_failure);
-  play.is_in_step = !goal.ungated;
-  play.is_looping = goal.loop;
-  play.is_immediate = goal.immediate;
-  play.starts_paused = goal.paused;
-  play.keeps_alive = goal.keep_alive;
-  play.skip_empty_s = given(goal.skip_empty);
-  play.pause_topics = {goal.pause_topics.begin(), goal.pause_topics.end()};
-  return play;
-}
-
 ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
-  ReplayRequest request;
-  request.behavior_id = goal.behavior_id;
-  request.name = goal.name;
-  request.selector = goal.selector;
-  request.only = goal.only;
-  request.allow_motion = options_.allow_motion;
-  request.everything = goal.everything;
-  request.wait_for_subscribers_s =
-      given(goal.wait_for_subscribers).value_or(options_.wait_for_subscribers_s);
-  request.needs_subscribers =
-      goal.unheard.empty() ? options_.needs_subscribers : parseUnheard(goal.unheard);
-  request.delay_s = goal.delay;
-  request.queue = options_.queue;
-  request.is_realtime = options_.realtime;
-  request.clock = parseReplayClock(goal.clock);
-  request.clock_hz = given(goal.hz).value_or(request.clock_hz);
-  request.rate_control.topic = goal.rate_control_topic;
-  request.rate_control.longest_delay_s =
-      given(goal.rate_control_max_delay).value_or(request.rate_control.longest_delay_s);
-  request.limits = limits_;
-  request.body = options_.body;
-  request.anchors = options_.anchors;
-  for (const std::string& anchor : goal.anchor) request.anchors.add(anchor);
-  request.plan = planOf(goal);
-  request.options = playOf(goal);
+  ReplayRequest request = options_.replays;
+  request.behavior = goal.behavior;
+  giveGoalOptions(request, goal.options);
+  request.plan.layers = projectedTopics(deadlineIn(kMasterPatience));
   return request;
 }
 

@@ -12,35 +12,18 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "nodes/player/player_services.hpp"
 #include "nodes/player/replay_session.hpp"
-#include "nodes/player/replay_words.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
 /// Private parameters of player_node.
 struct PlayerNodeOptions {
-  std::string store;                    ///< ~store, as openStore() takes it
-  bool allow_motion = false;            ///< ~allow_motion
-  double wait_for_subscribers_s = 2.0;  ///< ~wait_for_subscribers
-  bool needs_subscribers = false;       ///< ~unheard: "abort"; else "start"
-  bool clear_projection = true;         ///< ~clear_projection
-  double hold_s = 2.0;                  ///< ~hold: how long the light stays after the end
-  double goal_wait_s = 10.0;            ///< ~goal_wait: how long goals may take beyond the end
-  double seek_lead_s = 5.0;             ///< ~seek_lead: the arm's time to get to where it goes on
-  std::uint32_t queue = 100;            ///< ~queue, of each topic
-  bool realtime = true;                 ///< ~realtime: tries SCHED_FIFO
-  std::vector<std::string> also;        ///< ~also, a list of topics that are published, too
-  std::string rules, limits;            ///< ~rules, ~limits: files (replay_words.hpp)
-  replay::ModalityLatency latency_s;    ///< ~latency, a list: ["ar=0.05", "speech=0.2"]
-  replay::FailurePolicy on_failure;     ///< ~on_failure, a list: ["speech=stop"]
-  std::string report_folder;            ///< ~report_folder: for each replay's (report_files.hpp)
-  BodyOptions body;                     ///< as body_gate.hpp and replayed_base.hpp name them
-  /// ~anchor (a list of world, body, /topic=world, /topic=body), ~anchor_frame (map)
-  replay::AnchorSettings anchors;
+  std::string store;          ///< ~store, as openStore() takes it
+  std::string report_folder;  ///< ~report_folder: for each replay's (report_files.hpp)
+  ReplayRequest replays;      ///< what holds for all: the options of play_options.hpp, by name
 
   /// Throws std::runtime_error, one line, for a value that is none.
   static PlayerNodeOptions read(const ros::NodeHandle& private_node);
@@ -60,8 +43,6 @@ class PlayerNode {
   using Server = actionlib::SimpleActionServer<ReplayAction>;
   void onGoal(const ReplayGoalConstPtr& goal);
   ReplayRequest requestOf(const ReplayGoal& goal) const;
-  replay::PlanOptions planOf(const ReplayGoal& goal) const;
-  replay::PlayOptions playOf(const ReplayGoal& goal) const;
   void play(const ReplayRequest& request);
   void keepReport(const replay::PlayReport& report) const;
   void onTimer();
@@ -72,8 +53,6 @@ class PlayerNode {
   void setSession(std::shared_ptr<ReplaySession> session);
 
   const PlayerNodeOptions options_;
-  const ReplayRules rules_;
-  const replay::MotionLimits limits_;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

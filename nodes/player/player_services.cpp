@@ -109,14 +109,8 @@ PlayerServices::~PlayerServices() {
 bool PlayerServices::play(PlayBehavior::Request& request, PlayBehavior::Response& response) {
   ReplayActionGoal message;  // without an id: the server gives it one
   ReplayGoal& goal = message.goal;
-  goal.behavior_id = request.behavior_id;
-  goal.name = request.name;
-  goal.selector = request.selector;
-  goal.only = request.only;
-  goal.rate = request.rate;
-  goal.start = request.start;
-  goal.paused = request.paused;
-  goal.also = request.also;
+  goal.behavior = request.behavior;
+  goal.options = request.options;
   try {
     player_.check(goal);
     if (goals_.getNumSubscribers() == 0) throw std::runtime_error("the player is not up yet");

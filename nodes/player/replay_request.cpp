@@ -37,28 +37,6 @@ void refuseForBody(const replay::PlayPlan& plan, const ReplayRequest& request,
   }
 }
 
-replay::Behavior findRequested(const replay::Store& store, const ReplayRequest& request) {
-  if (request.behavior_id != 0) {
-    if (const auto behavior = store.behavior(request.behavior_id)) {
-      return *behavior;
-    }
-    throw std::runtime_error("there is no behavior " + std::to_string(request.behavior_id));
-  }
-  if (request.name.empty() && !request.selector.empty()) {
-    return replay::selectBehavior(store, request.selector);
-  }
-  if (request.name.empty()) {
-    throw std::runtime_error("no behavior is named: give its id or its name");
-  }
-  replay::BehaviorFilter filter;
-  filter.name = request.name;
-  const std::vector<replay::Behavior> found = store.behaviors(filter);
-  if (found.empty()) {
-    throw std::runtime_error("there is no behavior called '" + request.name + "'");
-  }
-  return found.front();
-}
-
 std::string calledText(const replay::Behavior& behavior) {
   return "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
 }
@@ -89,7 +67,7 @@ void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& req
 
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request) {
   checkNumbers(request);
-  const replay::Behavior behavior = findRequested(store, request);
+  const replay::Behavior behavior = replay::selectBehavior(store, request.behavior);
   const std::string called = calledText(behavior);
   replay::PlayPlan plan = makePlan(store, behavior, planOptions(request));
   if (plan.playedTopics().empty()) {

@@ -16,10 +16,9 @@
 
 namespace afterglow::nodes {
 
+/// Its options, with what holds if they are not given; play_options.hpp is how they are given.
 struct ReplayRequest {
-  std::int64_t behavior_id = 0;  ///< 0: the newest called `name`
-  std::string name;
-  std::string selector;       ///< else, words (replay/query/behavior_selector.hpp)
+  std::string behavior;       ///< its id, or words (replay/query/behavior_selector.hpp)
   std::string only;           ///< "body,ar,speech", any of them; empty: all
   bool allow_motion = false;  ///< without it a replay that would move the body is refused
   /// All but motion and control inputs, where no robot is live. A prefix has it so anywhere.

@@ -44,19 +44,6 @@ std::map<std::string, std::string> parseRenames(const std::vector<std::string>& 
   return renames;
 }
 
-ReplayClock parseReplayClock(const std::string& text) {
-  if (text.empty() || text == "live") return ReplayClock::Live;
-  if (text == "sim") return ReplayClock::Sim;
-  if (text == "follow") return ReplayClock::Follow;
-  throw std::runtime_error("'" + text + "' is no clock (live, sim, follow)");
-}
-
-bool parseUnheard(const std::string& text) {
-  if (text.empty() || text == "start") return false;
-  if (text == "abort") return true;
-  throw std::runtime_error("'" + text + "' is not what an unheard replay does (start, abort)");
-}
-
 ReplayRules readRules(const std::string& path) {
   ReplayRules rules;
   const calib::YamlSource source(path);

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/replay_request.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/rewrite_rules.hpp"
 
@@ -14,13 +13,6 @@ namespace afterglow::nodes {
 
 /// "a:=b". Throws std::runtime_error, one line.
 std::map<std::string, std::string> parseRenames(const std::vector<std::string>& texts);
-
-/// "live", "sim", "follow"; empty: live. Throws std::runtime_error, one line.
-ReplayClock parseReplayClock(const std::string& text);
-
-/// What becomes of a replay that nobody listens to: "abort" is true, "start" and nothing false.
-/// Throws std::runtime_error, one line.
-bool parseUnheard(const std::string& text);
 
 struct ReplayRules {
   std::map<std::string, std::map<std::string, replay::RewriteRule>> types;

@@ -97,6 +97,8 @@ class Help:
         for line, below in zip(lines[2:], lines[3:] + [""]):
             if line and not line.startswith(" "):
                 section = self.sections.setdefault(line.rstrip(":"), [])
+            elif "Example" in self.sections:  # the last section: lines as they are
+                section.append(Entry(line.strip(), ""))
             elif line.startswith(INDENT):
                 section[-1].text = line.strip()
             elif line.strip():
@@ -183,6 +185,9 @@ def verb_text(help_):
         told = [entry for entry in entries if entry.head != "-h,--help"]  # said once, of the command
         if title not in ("Options", "Positionals"):
             lines += [".PP", roff(title) + ":"]
+        if title == "Example":
+            lines += [".nf", *[roff(entry.head) for entry in told], ".fi"]
+            continue
         for entry in told:
             lines += entry_text(entry, title != "Positionals")
     return lines

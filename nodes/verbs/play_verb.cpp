@@ -23,8 +23,8 @@
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/tools/stop_signal.hpp"
+#include "nodes/verbs/play_command.hpp"
 #include "nodes/verbs/play_keys.hpp"
-#include "nodes/verbs/play_options.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
@@ -138,7 +138,7 @@ bool dependsOnLayers(const replay::PlayPlan& plan) {
 }
 
 replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
-  Keyboard keyboard(command.has_keys);
+  Keyboard keyboard(!command.has_no_keys);
   const bool has_line = !command.is_quiet && isatty(STDERR_FILENO) != 0;
   if (has_line && keyboard.isActive()) std::cerr << kPlayKeys << "\n";
   auto playing = std::async(std::launch::async, [&session] { return session.run(); });
@@ -177,15 +177,15 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
   return ids;
 }
 
-void showPlan(const replay::PlayPlan& plan, const PlayCommand& command) {
-  if (command.is_json) {
+void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request, bool is_json) {
+  if (is_json) {
     std::cout << dumpJson(toJson(plan), 2) << "\n";
   } else {
-    printPlan(plan, Stagehand::anchorsIn(plan, command.request.anchors));
+    printPlan(plan, Stagehand::anchorsIn(plan, request.anchors));
   }
   std::vector<std::string> remarks = plan.warnings();
   remarks.push_back(plan.refusal().empty() ? plan.leftOutText() : plan.refusal());
-  if (!command.request.plan.layers && dependsOnLayers(plan)) {
+  if (!request.plan.layers && dependsOnLayers(plan)) {
     remarks.push_back("no ROS master answers: what a running projector would show is not known");
   }
   for (const std::string& remark : remarks) {
@@ -207,16 +207,17 @@ std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
   }
 }
 
-void run(PlayCommand& command) {
-  readPlayOptions(command);
+void run(const PlayCommand& command) {
+  ReplayRequest request = command.request();
   const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
-  command.request.plan.layers = layersNow();
+  request.plan.layers = layersNow();
   std::vector<std::unique_ptr<ReplaySession>> sessions;  // all are looked at before one is played
   for (const std::int64_t id : chosen(*store, command)) {
-    command.request.behavior_id = id;
-    sessions.push_back(std::make_unique<ReplaySession>(*store, command.request));
+    request.behavior = std::to_string(id);
+    sessions.push_back(std::make_unique<ReplaySession>(*store, request));
     if (command.is_dry_run) {
-      showPlan(countRewrites(*store, sessions.back()->plan(), command.request.clock), command);
+      showPlan(countRewrites(*store, sessions.back()->plan(), request.clock), request,
+               command.is_json);
     } else {
       sessions.back()->checkMotionAllowed();
     }

@@ -171,8 +171,8 @@ class RecordAndReplay : public testing::Test {
   }
   static ReplayGoal goalOf(std::int64_t id, const std::string& only = "") {
     ReplayGoal goal;
-    goal.behavior_id = id;
-    goal.only = only;
+    goal.behavior = std::to_string(id);
+    if (!only.empty()) goal.options = {"only=" + only};
     return goal;
   }
 
@@ -253,7 +253,7 @@ TEST_F(RecordAndReplay, recordsByActionEverythingFromStartToStopAndReplaysItByte
     const Ear sign("/sign"), ticks("/ticks"), late("/late");
     ReplayResult result;
     ReplayGoal goal = goalOf(behavior.id, "ar");
-    goal.also = {"/sign", "/ticks", "/late"};
+    goal.options.push_back("also=/sign,/ticks,/late");
     const State state = replay(goal, &result);
     EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
     EXPECT_TRUE(result.completed);
@@ -366,8 +366,8 @@ TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
 
 TEST_F(RecordAndReplay, refusesWhatIsNotThereAndMotionThatIsNotAllowed) {
   ReplayGoal unknown;
-  unknown.name = "dance";
-  EXPECT_EQ(replay(unknown).getText(), "there is no behavior called 'dance'");
+  unknown.behavior = "dance";
+  EXPECT_EQ(replay(unknown).getText().find("there is no behavior \"dance\""), 0u);
   EXPECT_EQ(replay(goalOf(4711)).getText(), "there is no behavior 4711");
   EXPECT_EQ(replay({}).getText(), "no behavior is named: give its id or its name");
   const std::int64_t id = longDrive(1);

@@ -266,7 +266,7 @@ struct ReplayGuard : testing::Test {
     client = std::make_unique<Client>(name + "/replay", false);
     ASSERT_TRUE(client->waitForServer(ros::Duration(30))) << player->log();
     ReplayGoal goal;
-    goal.behavior_id = behavior;
+    goal.behavior = std::to_string(behavior);
     client->sendGoal(goal);
   }
   std::string resultText() {
@@ -362,7 +362,7 @@ TEST_F(ReplayGuard, letsTheEmergencyStopStopTheRobotAndKeepItFromMoving) {
   EXPECT_TRUE(eventually([&] { return world->robot->stopped() && world->robot->canceled(); }));
   EXPECT_FALSE(world->robot->drives());
   ReplayGoal again;
-  again.behavior_id = world->long_behavior;
+  again.behavior = std::to_string(world->long_behavior);
   client->sendGoal(again);
   EXPECT_EQ(resultText(), "motion is refused: the emergency stop is pressed (/estop)");
   EXPECT_FALSE(world->robot->drives());
@@ -377,7 +377,7 @@ TEST_F(ReplayGuard, demandsAnEmergencyStopThatIsAlive) {
     EXPECT_EQ(resultText(), "the emergency stop is silent (/live_estop)");
   }
   ReplayGoal again;
-  again.behavior_id = world->long_behavior;
+  again.behavior = std::to_string(world->long_behavior);
   client->sendGoal(again);
   EXPECT_EQ(resultText(),
             "motion is refused: nothing is heard of the emergency stop on /live_estop");
@@ -398,7 +398,7 @@ TEST_F(ReplayGuard, refusesControllersAndJointsThatAreNotThere) {
   EXPECT_EQ(resultText(),
             "motion is refused: nobody listens on /other_cmd_vel; there is no action server /wing");
   ReplayGoal other;
-  other.behavior_id = world->of_another_arm;
+  other.behavior = std::to_string(world->of_another_arm);
   client->sendGoal(other);
   EXPECT_EQ(resultText(), "motion is refused: this robot has no joint tail (/joint_states)");
 }

@@ -128,7 +128,7 @@ struct ReplayOnRobot : testing::Test {
 
   static ReplayGoal goalOf(std::int64_t behavior) {
     ReplayGoal goal;
-    goal.behavior_id = behavior;
+    goal.behavior = std::to_string(behavior);
     return goal;
   }
   /// How it ended; the result by `result`.
@@ -170,7 +170,7 @@ struct ReplayOnRobot : testing::Test {
                       "_longest_stall:=1", "_hold:=0"});
     ReplayResult result;
     ReplayGoal goal = goalOf(id);
-    goal.exclude = {"/cmd_vel"};
+    goal.options = {"exclude=/cmd_vel"};
     const State state = tryReplay(goal, &result, "/eager_replay");
     EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
     EXPECT_NE(result.report.find("the robot was moved to the start by " + kTorsoAction + "/goal"),
@@ -209,7 +209,7 @@ TEST_F(ReplayOnRobot, reachesTwiceInARowWithoutAJumpAndDrivesToWhereItHadDriven)
   for (const bool drives : {false, true}) {
     putBack();
     ReplayGoal goal = goalOf(behavior);
-    if (!drives) goal.exclude = {"/cmd_vel"};
+    if (!drives) goal.options = {"exclude=/cmd_vel"};
     const ReplayResult result = replay(goal);
     EXPECT_TRUE(result.completed);
     const auto report = nlohmann::json::parse(result.report);
@@ -292,11 +292,9 @@ TEST_F(ReplayOnRobot, movesNobodyWhereARobotOfThatNamespaceIsNotThereNorAtImposs
   const std::int64_t behavior = record({kTorsoAction + "/goal", "/cmd_vel"}, [this] { perform(); });
   putBack();
   ReplayGoal goal = goalOf(behavior);
-  goal.rate = 0.05;
+  goal.options = {"rate=0.05"};
   EXPECT_EQ(tryReplay(goal).getText(), "a body is played at rates from 0.1 to 10");
-  goal.rate = 0;
-  goal.prefix = "/robot2";
-  goal.wait_for_subscribers = 0.1;
+  goal.options = {"prefix=/robot2", "wait_for_subscribers=0.1"};
   const State state = tryReplay(goal);
   EXPECT_EQ(state, State::ABORTED);
   const std::string text = state.getText();
@@ -337,8 +335,7 @@ TEST_F(ReplayOnRobot, beginsOnAllTopicsTogetherWhenTheLastListenerHasCome) {
   actionlib::SimpleActionClient<ReplayAction> client("/replay", false);
   ASSERT_TRUE(client.waitForServer(kPatience));
   ReplayGoal goal = goalOf(behavior);
-  goal.also = topics;
-  goal.wait_for_subscribers = 30;
+  goal.options = {"also=/first", "also=/second", "wait_for_subscribers=30"};
   client.sendGoal(goal);
   ASSERT_TRUE(eventually([&] { return first.getNumPublishers() == 1; })) << "it is ready";
   const ros::Subscriber second = listen("/second");

@@ -211,8 +211,8 @@ struct ReplayWithoutJolts : testing::Test {
 
   static void play(std::int64_t behavior, double start = 0) {
     ReplayGoal goal;
-    goal.behavior_id = behavior;
-    goal.start = start;
+    goal.behavior = std::to_string(behavior);
+    goal.options = {"start=" + std::to_string(start)};
     world->replay->sendGoal(goal);
   }
   static State replayEnd() {
@@ -357,7 +357,7 @@ TEST_F(ReplayWithoutJolts, seeksInAPauseAndGoesThereSlowlyFirstIfItMay) {
   Player replay("/replay_there", false);
   ASSERT_TRUE(replay.waitForServer(kPatience));
   ReplayGoal goal;
-  goal.behavior_id = behavior;
+  goal.behavior = std::to_string(behavior);
   const double begin = witness().joint("shoulder_lift_joint");
   replay.sendGoal(goal);
   ASSERT_TRUE(eventually([&] {

@@ -97,7 +97,7 @@ struct StagehandTest : testing::Test {
     actionlib::SimpleActionClient<ReplayAction> replayer("/player_node/replay", true);
     if (!replayer.waitForServer(ros::Duration(20))) throw std::runtime_error("no player_node");
     ReplayGoal goal;
-    goal.behavior_id = id;
+    goal.behavior = std::to_string(id);
     replayer.sendGoalAndWait(goal, ros::Duration(30));
     EXPECT_EQ(replayer.getState().toString(), "SUCCEEDED") << replayer.getState().getText();
     return nlohmann::json::parse(replayer.getResult()->report);

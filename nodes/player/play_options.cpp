@@ -1,0 +1,603 @@
+#include "nodes/player/play_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "nodes/player/replay_words.hpp"
+#include "replay/query/nearest.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using Request = ReplayRequest;
+using Kind = PlayOption::Kind;
+using Complaint = std::function<std::string(const std::string&)>;
+
+constexpr const char* kForever = "forever";
+
+// -------------------------------------------------------------------------------- kinds of values
+
+std::optional<double> numberOf(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool is_number = !text.empty() && *end == 0 && std::isfinite(value);
+  return is_number ? std::optional<double>(value) : std::nullopt;
+}
+
+/// How a value is written, and what is refused.
+struct ValueKind {
+  Kind kind;
+  std::string shown;
+  Complaint complaint;
+  std::string alone;
+};
+
+ValueKind flag() {
+  return {Kind::Flag, "",
+          [](const std::string& text) {
+            const bool is_flag = text == "true" || text == "false";
+            return is_flag ? "" : text + " is neither true nor false";
+          },
+          "true"};
+}
+
+ValueKind text(const std::string& shown) { return {Kind::Value, shown, {}, ""}; }
+ValueKind list(const std::string& shown) { return {Kind::List, shown, {}, ""}; }
+
+std::string complaintAboutSeconds(const std::string& text) {
+  const auto value = numberOf(text);
+  return value && *value >= 0 ? "" : text + " is no number of seconds";
+}
+
+ValueKind seconds() { return {Kind::Value, "SECONDS", complaintAboutSeconds, ""}; }
+
+ValueKind secondsOrForever() {
+  return {Kind::Value, "SECONDS",
+          [](const std::string& text) {
+            return text == kForever ? "" : complaintAboutSeconds(text);
+          },
+          kForever};
+}
+
+ValueKind aboveZero(const std::string& shown) {
+  return {Kind::Value, shown,
+          [](const std::string& text) {
+            const auto value = numberOf(text);
+            const bool is_fit = value && *value > 0 && *value <= 1000;
+            return is_fit ? "" : text + " is no number above 0, up to 1000";
+          },
+          ""};
+}
+
+ValueKind range(const std::string& shown, double least, double most, bool is_count = false) {
+  return {Kind::Value, shown,
+          [=](const std::string& text) {
+            const auto value = numberOf(text);
+            const bool is_fit = value && *value >= least && *value <= most &&
+                                (!is_count || *value == std::floor(*value));
+            return is_fit ? ""
+                          : fmt::format("Value {} not in range {:.7g} to {:.7g}", text, least, most);
+          },
+          ""};
+}
+
+ValueKind choice(const std::vector<std::string>& words) {
+  return {Kind::Value, fmt::format("{}", fmt::join(words, "|")),
+          [words](const std::string& text) {
+            const bool is_known = std::find(words.begin(), words.end(), text) != words.end();
+            return is_known ? "" : fmt::format("{} not in {{{}}}", text, fmt::join(words, ","));
+          },
+          ""};
+}
+
+/// What a parser, which throws std::invalid_argument, understands.
+template <typename Parse>
+ValueKind understood(Kind kind, const std::string& shown, Parse parse) {
+  return {kind, shown,
+          [parse](const std::string& text) -> std::string {
+            try {
+              parse(text);
+              return "";
+            } catch (const std::invalid_argument& error) {
+              return error.what();
+            }
+          },
+          ""};
+}
+
+// ---------------------------------------------------------------- values of a request, and theirs
+
+void assign(bool& member, const OptionTexts& texts) { member = texts.front() == "true"; }
+void assign(double& member, const OptionTexts& texts) { member = *numberOf(texts.front()); }
+void assign(std::optional<double>& member, const OptionTexts& texts) {
+  member = numberOf(texts.front());
+}
+void assign(std::uint32_t& member, const OptionTexts& texts) {
+  member = static_cast<std::uint32_t>(*numberOf(texts.front()));
+}
+void assign(std::string& member, const OptionTexts& texts) { member = texts.front(); }
+void assign(std::vector<std::string>& member, const OptionTexts& texts) { member = texts; }
+void assign(std::set<std::string>& member, const OptionTexts& texts) {
+  member = {texts.begin(), texts.end()};
+}
+
+std::string shown(bool value) { return value ? "true" : ""; }
+std::string shown(double value) { return value == 0 ? "" : fmt::format("{:.3g}", value); }
+std::string shown(const std::string& value) { return value; }
+template <typename Other>  // a queue's length, or what is empty at first
+std::string shown(const Other& value) {
+  if constexpr (std::is_integral_v<Other>) return std::to_string(value);
+  return "";
+}
+
+/// An option by the function that sets it.
+PlayOption row(const std::string& name, const ValueKind& value, const std::string& help,
+               std::function<void(Request&, const OptionTexts&)> set,
+               const std::string& otherwise = "") {
+  PlayOption option;
+  option.kind = value.kind;
+  option.name = name;
+  option.value = value.shown;
+  option.alone = value.alone;
+  option.otherwise = otherwise;
+  option.help = help;
+  option.complaint = value.complaint;
+  option.set = std::move(set);
+  return option;
+}
+
+/// An option that is a member of the request, which says what holds if it is not given.
+template <typename Member>
+PlayOption member(const std::string& name, const ValueKind& value, const std::string& help,
+                  Member of) {
+  Request unasked;
+  return row(
+      name, value, help,
+      [of](Request& request, const OptionTexts& texts) { assign(of(request), texts); },
+      shown(of(unasked)));
+}
+
+/// An option of KEY=VALUE, each a member of the request.
+template <typename Value>
+PlayOption keyed(const std::string& name, const std::string& shown_value, const std::string& help,
+                 const std::vector<std::pair<std::string, Value& (*)(Request&)>>& members,
+                 const std::function<bool(const std::string&)>& is_value) {
+  using Member = Value& (*)(Request&);
+  const auto memberOf = [members](const std::string& text) -> Member {
+    for (const auto& [key, member] : members) {
+      if (text.rfind(key + "=", 0) == 0) return member;
+    }
+    return nullptr;
+  };
+  const auto valueOf = [](const std::string& text) { return text.substr(text.find('=') + 1); };
+  const auto complaint = [=](const std::string& text) {
+    const bool is_fit = memberOf(text) && is_value(valueOf(text));
+    return is_fit ? "" : "'" + text + "' is not understood; see --help";
+  };
+  const auto set = [=](Request& request, const OptionTexts& texts) {
+    for (const std::string& text : texts) assign(memberOf(text)(request), {valueOf(text)});
+  };
+  Request unasked;
+  std::vector<std::string> keys, defaults;
+  for (const auto& [key, member] : members) {
+    keys.push_back(key);
+    defaults.push_back(shown(member(unasked)));
+  }
+  PlayOption option = row(name, {Kind::List, shown_value, complaint, ""}, help, set,
+                          fmt::format("{}", fmt::join(defaults, " ")));
+  option.keys = keys;
+  return option;
+}
+
+PlayOption called(const std::string& aliases, PlayOption option) {
+  option.aliases = aliases;
+  return option;
+}
+
+PlayOption needing(const std::string& other, PlayOption option) {
+  option.needs = other;
+  return option;
+}
+
+PlayOption excluding(const std::string& other, PlayOption option) {
+  option.excludes = other;
+  return option;
+}
+
+// ------------------------------------------------------------------------------------- the options
+
+std::vector<PlayOption> whatIsPlayed() {
+  return {
+      member("only", understood(Kind::Value, "MODALITIES", replay::parseModalities),
+             "body,ar,speech: any of them; default all", [](Request& r) -> auto& { return r.only; }),
+      member("topics", list("TOPIC"), "Only these topics, whatever they are",
+             [](Request& r) -> auto& { return r.plan.topics; }),
+      member("also", list("TOPIC"),
+             "These topics as well: by itself only the body, and light and speech that somebody "
+             "asked for, are played",
+             [](Request& r) -> auto& { return r.plan.also; }),
+      member("everything", flag(),
+             "All but motion and control inputs, where no robot is live (so does --prefix)",
+             [](Request& r) -> auto& { return r.everything; }),
+      member("exclude", list("TOPIC"), "All but these topics",
+             [](Request& r) -> auto& { return r.plan.exclude; }),
+      called("-e", member("regex", text("REGEX"), "Only topics whose whole name matches",
+                          [](Request& r) -> auto& { return r.plan.regex; })),
+      called("-x", member("exclude_regex", text("REGEX"), "All but topics whose name matches",
+                          [](Request& r) -> auto& { return r.plan.exclude_regex; })),
+  };
+}
+
+std::vector<PlayOption> whichPart() {
+  return {
+      called("-s", member("start", seconds(), "Begin so many seconds into the behavior",
+                          [](Request& r) -> auto& { return r.plan.start_s; })),
+      called("-u", member("duration", aboveZero("SECONDS"), "Play so many seconds of it",
+                          [](Request& r) -> auto& { return r.plan.duration_s; })),
+      member("until", aboveZero("SECONDS"), "Play until so many seconds into it",
+             [](Request& r) -> auto& { return r.plan.until_s; }),
+  };
+}
+
+std::vector<PlayOption> howItIsPlayed() {
+  return {
+      called("-r", member("rate", aboveZero("FACTOR"),
+                          "Speed; velocities and trajectories go with it (0.1 to 10 for the body)",
+                          [](Request& r) -> auto& { return r.options.rate; })),
+      called("-l", member("loop", flag(), "Again and again (light and speech only)",
+                          [](Request& r) -> auto& { return r.options.is_looping; })),
+      called("-i", member("immediate", flag(), "All at once (light and speech only)",
+                          [](Request& r) -> auto& { return r.options.is_immediate; })),
+      member("pause", flag(), "Start paused",
+             [](Request& r) -> auto& { return r.options.starts_paused; }),
+      member("pause_topics", list("TOPIC"), "Pause before each message on these topics",
+             [](Request& r) -> auto& { return r.options.pause_topics; }),
+      member("skip_empty", aboveZero("SECONDS"),
+             "Play so many seconds of each time without messages",
+             [](Request& r) -> auto& { return r.options.skip_empty_s; }),
+      called("-k", member("keep_alive", flag(), "Stay at the end, with the light on",
+                          [](Request& r) -> auto& { return r.options.keeps_alive; })),
+      row("keep_light", flag(), "Leave the light on when it ends",
+          [](Request& r, const OptionTexts& texts) {
+            r.options.clear_projection = texts.front() == "false";
+          }),
+      member("hold", seconds(), "Seconds the light stays after the end",
+             [](Request& r) -> auto& { return r.options.hold_s; }),
+  };
+}
+
+std::vector<PlayOption> inStep() {
+  const auto parsesLatency = [](const std::string& word) { replay::parseLatency({word}); };
+  const auto parsesOnFailure = [](const std::string& word) { replay::parseOnFailure({word}); };
+  return {
+      row("ungated", flag(), "Light and speech do not wait for the body",
+          [](Request& r, const OptionTexts& texts) {
+            r.options.is_in_step = texts.front() == "false";
+          }),
+      row("latency", understood(Kind::List, "LATENCY", parsesLatency),
+          "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2",
+          [](Request& r, const OptionTexts& texts) {
+            r.options.latency_s = replay::parseLatency(texts);
+          }),
+      row("on_failure", understood(Kind::List, "REACTION", parsesOnFailure),
+          "stop or go_on when a modality fails",
+          [](Request& r, const OptionTexts& texts) {
+            r.options.on_failure = replay::parseOnFailure(texts);
+          },
+          "body=stop,ar=go_on,speech=go_on"),
+      member("goal_wait", seconds(),
+             "Seconds a goal may take longer than it did when it was recorded",
+             [](Request& r) -> auto& { return r.options.goal_wait_s; }),
+      member("seek_lead", seconds(),
+             "After a seek: seconds the arm has to get to where it goes on",
+             [](Request& r) -> auto& { return r.options.seek_lead_s; }),
+  };
+}
+
+std::vector<PlayOption> whoListens() {
+  return {
+      called("-d", member("delay", seconds(), "Wait so many seconds before the first message",
+                          [](Request& r) -> auto& { return r.delay_s; })),
+      row("wait_for_subscribers", secondsOrForever(),
+          "Seconds to wait for somebody to listen on every topic; alone: until they do",
+          [](Request& r, const OptionTexts& texts) {
+            r.wait_for_subscribers_s = numberOf(texts.front()).value_or(31'536'000);
+          },
+          shown(Request().wait_for_subscribers_s)),
+      row("unheard", choice({"start", "abort"}),
+          "If nobody listens on a topic by then: start (and tell), or abort",
+          [](Request& r, const OptionTexts& texts) {
+            r.needs_subscribers = texts.front() == "abort";
+          },
+          "start"),
+      member("rate_control_topic", text("TOPIC"),
+             "Wait until this topic's header stamps have come as far as what was played, but for "
+             "the longest delay (light and speech only)",
+             [](Request& r) -> auto& { return r.rate_control.topic; }),
+      needing("rate_control_topic",
+              member("rate_control_max_delay", seconds(), "That delay in seconds",
+                     [](Request& r) -> auto& { return r.rate_control.longest_delay_s; })),
+  };
+}
+
+/// A flag that chooses a clock.
+PlayOption clockRow(const std::string& name, const std::string& help, ReplayClock clock) {
+  return row(name, flag(), help, [clock](Request& r, const OptionTexts& texts) {
+    if (texts.front() == "true") {
+      r.clock = clock;
+    } else if (r.clock == clock) {
+      r.clock = ReplayClock::Live;
+    }
+  });
+}
+
+std::vector<PlayOption> whoseTime() {
+  return {
+      called("--clock", clockRow("sim",
+                                 "Give the recording's time on /clock; stamps stay as they were "
+                                 "(--clock: its name in rosbag play and ros2 bag play)",
+                                 ReplayClock::Sim)),
+      needing("sim", member("hz", aboveZero("HZ"), "How often a second",
+                            [](Request& r) -> auto& { return r.clock_hz; })),
+      excluding("sim", clockRow("follow_clock", "Go, wait and pause as another node's /clock",
+                                ReplayClock::Follow)),
+  };
+}
+
+std::vector<PlayOption> underWhichNames() {
+  return {
+      called("-p", member("prefix", text("NAMESPACE"),
+                          "Before every topic's name: another robot's namespace",
+                          [](Request& r) -> auto& { return r.plan.prefix; })),
+      called("-m", row("remap", list("RENAMING"), "Topics under other names: /a:=/b ...",
+                       [](Request& r, const OptionTexts& texts) {
+                         r.plan.remap = parseRenames(texts);
+                       })),
+      member("tf_prefix", text("PREFIX"), "Before every frame's name: robot2",
+             [](Request& r) -> auto& { return r.plan.rewriting.tf_prefix; }),
+      row("remap_frame", list("RENAMING"), "Frames under other names: map:=odom ...",
+          [](Request& r, const OptionTexts& texts) {
+            r.plan.rewriting.frames = parseRenames(texts);
+          }),
+      row("anchor", list("ANCHOR"),
+          "Where light belongs: world (default: where it was, by the recording's tf) or body (by "
+          "today's); for one topic: /topic=body",
+          [](Request& r, const OptionTexts& texts) {
+            for (const std::string& anchor : texts) r.anchors.add(anchor);
+          }),
+      member("anchor_frame", text("FRAME"), "What stays where it is from then to now",
+             [](Request& r) -> auto& { return r.anchors.frame; }),
+  };
+}
+
+/// A flag that chooses where the robot may stand when a replay begins.
+PlayOption startRow(const std::string& name, const std::string& help, BodyOptions::Start start) {
+  return row(name, flag(), help, [start](Request& r, const OptionTexts& texts) {
+    if (texts.front() == "true") {
+      r.body.start = start;
+    } else if (r.body.start == start) {
+      r.body.start = BodyOptions::Start::AsRecorded;
+    }
+  });
+}
+
+std::vector<PlayOption> theRobotsStart() {
+  return {
+      member("allow_motion", flag(), "The robot may move",
+             [](Request& r) -> auto& { return r.allow_motion; }),
+      startRow("to_start",
+               "Move slowly to the start, first: the base, if it is less than a meter away, then "
+               "arm, torso and gripper",
+               BodyOptions::Start::MoveThere),
+      excluding("to_start",
+                startRow("any_start",
+                         "Begin wherever the robot stands; default: only where it stood",
+                         BodyOptions::Start::Anywhere)),
+      keyed<double>("start_tolerance", "TOLERANCE",
+                    "How far it may stand from there: turning=RAD sliding=M gripper=M base=M "
+                    "base_turn=RAD",
+                    {{"turning", [](Request& r) -> auto& { return r.body.tolerances.turning; }},
+                     {"sliding", [](Request& r) -> auto& { return r.body.tolerances.sliding; }},
+                     {"gripper", [](Request& r) -> auto& { return r.body.tolerances.gripper; }},
+                     {"base", [](Request& r) -> auto& { return r.body.tolerances.base; }},
+                     {"base_turn",
+                      [](Request& r) -> auto& { return r.body.tolerances.base_turn; }}},
+                    [](const std::string& value) { return numberOf(value).value_or(-1) >= 0; }),
+  };
+}
+
+std::vector<PlayOption> theRobotsSafety() {
+  return {
+      row("limits", text("FILE"),
+          "How fast it may move, a YAML file; default: a Fetch's, or as fast as it did",
+          [](Request& r, const OptionTexts& texts) { r.limits = readLimits(texts.front()); }),
+      member("estop_topic", text("TOPIC"),
+             "An emergency stop to obey, std_msgs/Bool: true stops the robot",
+             [](Request& r) -> auto& { return r.body.emergency_stop.topic; }),
+      member("estop_longest_silence", range("SECONDS", 0.01, 60),
+             "It has to be repeated within so many seconds, 0.01 to 60; default: it need not be "
+             "there",
+             [](Request& r) -> auto& { return r.body.emergency_stop.longest_silence_s; }),
+      member("longest_stall", range("SECONDS", 0.04, 10),
+             "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
+             "10",
+             [](Request& r) -> auto& { return r.body.longest_stall_s; }),
+      row("rules", text("FILE"), "Rewriting rules by type and field, a YAML file",
+          [](Request& r, const OptionTexts& texts) {
+            const ReplayRules rules = readRules(texts.front());
+            r.plan.rewriting.rules = rules.types;
+            r.plan.settled = rules.also;
+          }),
+      member("queue", range("COUNT", 1, 1'000'000, true),
+             "Outgoing messages kept for each topic, 1 to 1000000",
+             [](Request& r) -> auto& { return r.queue; }),
+      member("realtime", flag(), "Do not try SCHED_FIFO",
+             [](Request& r) -> auto& { return r.is_realtime; }),
+  };
+}
+
+std::vector<PlayOption> theRobotsBase() {
+  return {
+      member("open_loop", flag(),
+             "Send the base's velocities as they were recorded; default: it is driven along its "
+             "recorded poses",
+             [](Request& r) -> auto& { return r.body.base.is_open_loop; }),
+      member("base_topic", text("TOPIC"), "Which of several velocity topics is the base's",
+             [](Request& r) -> auto& { return r.body.base.topic; }),
+      keyed<std::string>("base_frame", "FRAME",
+                         "Frames as they were recorded: map=FRAME odom=FRAME base=FRAME",
+                         {{"map", [](Request& r) -> auto& { return r.body.base.frames.map; }},
+                          {"odom", [](Request& r) -> auto& { return r.body.base.frames.odometry; }},
+                          {"base", [](Request& r) -> auto& { return r.body.base.frames.base; }}},
+                         [](const std::string& value) { return !value.empty(); }),
+      keyed<double>("localization_noise", "DEVIATION",
+                    "How exactly localization knows the base, standard deviations: position=M "
+                    "yaw=RAD",
+                    {{"position", [](Request& r) -> auto& { return r.body.base.noise.position; }},
+                     {"yaw", [](Request& r) -> auto& { return r.body.base.noise.yaw; }}},
+                    [](const std::string& value) { return numberOf(value).value_or(0) > 0; }),
+  };
+}
+
+std::vector<PlayOption> makeTable() {
+  std::vector<PlayOption> table;
+  const auto add = [&table](PlayGroup group, std::vector<PlayOption> options) {
+    for (PlayOption& option : options) {
+      option.group = group;
+      table.push_back(std::move(option));
+    }
+  };
+  add(PlayGroup::What, whatIsPlayed());
+  add(PlayGroup::Part, whichPart());
+  add(PlayGroup::How, howItIsPlayed());
+  add(PlayGroup::InStep, inStep());
+  add(PlayGroup::Listeners, whoListens());
+  add(PlayGroup::Time, whoseTime());
+  add(PlayGroup::Names, underWhichNames());
+  add(PlayGroup::Robot, theRobotsStart());
+  add(PlayGroup::Robot, theRobotsSafety());
+  add(PlayGroup::Robot, theRobotsBase());
+  return table;
+}
+
+// -------------------------------------------------------------------------------- what is given
+
+OptionTexts splitAtCommas(const std::string& text) {
+  OptionTexts parts;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/// "goal-wait" and "clock" are understood, too.
+const PlayOption& optionOfGoal(std::string name) {
+  for (const FormerOption& former : formerOptions()) {
+    if (name == former.name) {
+      throw std::invalid_argument(name + " has become " + former.now + former.remark);
+    }
+  }
+  const std::string alias = "--" + name;
+  std::replace(name.begin(), name.end(), '-', '_');
+  std::vector<std::string> names;
+  for (const PlayOption& option : playOptions()) {
+    if (option.name == name || option.aliases == alias) {
+      if (option.group != PlayGroup::Robot) return option;
+      throw std::invalid_argument(option.name + " is for the player's parameter ~" + option.name +
+                                  ", not for a goal");
+    }
+    if (option.group != PlayGroup::Robot) names.push_back(option.name);
+  }
+  throw std::invalid_argument("a replay has no option '" + name + "'" +
+                              replay::didYouMean(name, names));
+}
+
+}  // namespace
+
+const char* titleOf(PlayGroup group) {
+  constexpr const char* kTitles[] = {
+      "What is played",
+      "Which part of it",
+      "How it is played",
+      "In step with the body",
+      "Who listens",
+      "Whose time",
+      "Under which names, and where light belongs",
+      "The robot (for player_node by its parameters alone, not by a goal)"};
+  return kTitles[static_cast<std::size_t>(group)];
+}
+
+const std::vector<PlayOption>& playOptions() {
+  static const std::vector<PlayOption> table = makeTable();
+  return table;
+}
+
+const std::vector<FormerOption>& formerOptions() {
+  static const std::vector<FormerOption> former = {
+      {"clear_projection", "keep_light", ", which is true where that was false"},
+      {"namespace", "prefix", ""},
+      {"paused", "pause", ""}};
+  return former;
+}
+
+std::string complaintOf(const PlayOption& option, const std::string& text) {
+  if (!option.complaint) return "";
+  const bool is_list = option.kind == Kind::List;
+  for (const std::string& each : is_list ? splitAtCommas(text) : OptionTexts{text}) {
+    if (const std::string complaint = option.complaint(each); !complaint.empty()) return complaint;
+  }
+  return "";
+}
+
+void giveOption(ReplayRequest& request, const PlayOption& option, const OptionTexts& texts) {
+  if (option.kind != Kind::List && texts.size() != 1) {
+    throw std::invalid_argument(option.name + ": one value is needed");
+  }
+  OptionTexts all;
+  for (const std::string& text : texts) {
+    if (const std::string complaint = complaintOf(option, text); !complaint.empty()) {
+      throw std::invalid_argument(option.name + ": " + complaint);
+    }
+    const OptionTexts parts = option.kind == Kind::List ? splitAtCommas(text) : OptionTexts{text};
+    all.insert(all.end(), parts.begin(), parts.end());
+  }
+  option.set(request, all);
+}
+
+void giveGoalOptions(ReplayRequest& request, const std::vector<std::string>& options) {
+  std::map<const PlayOption*, OptionTexts> given;  // in the table's order
+  std::set<std::string> names;
+  for (const std::string& text : options) {
+    const std::size_t sign = text.find('=');
+    const PlayOption& option = optionOfGoal(text.substr(0, sign));
+    if (sign == std::string::npos && option.alone.empty()) {
+      throw std::invalid_argument(option.name + " needs a value: " + option.name + "=" +
+                                  option.value);
+    }
+    OptionTexts& texts = given[&option];
+    if (option.kind != Kind::List && !texts.empty()) {
+      throw std::invalid_argument(option.name + " is given twice");
+    }
+    texts.push_back(sign == std::string::npos ? option.alone : text.substr(sign + 1));
+    if (texts.back() != "false") names.insert(option.name);
+  }
+  for (const auto& [option, texts] : given) {
+    if (names.count(option->name) > 0 && names.count(option->excludes) > 0) {
+      throw std::invalid_argument(option->name + " excludes " + option->excludes);
+    }
+    giveOption(request, *option, texts);
+  }
+}
+
+}  // namespace afterglow::nodes

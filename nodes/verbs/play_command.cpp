@@ -1,0 +1,117 @@
+#include "nodes/verbs/play_command.hpp"
+
+#include <CLI/Error.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <utility>
+
+#include "nodes/verbs/verb_tools.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr const char* kOwnGroup = "The command";
+constexpr const char* kExample =
+    "Example:\n"
+    "  afterglow play last failed pick --dry-run\n"
+    "  afterglow play last failed pick --allow-motion --to-start --rate 0.5 --report pick.html\n"
+    "  The same by player_node, which has to be set to ~allow_motion and ~to_start:\n"
+    "  rosservice call /player_node/play \"{behavior: last failed pick, options: [rate=0.5]}\"\n";
+
+std::string isReportFile(const std::string& text) {
+  const std::string ending = std::filesystem::path(text).extension();
+  const bool is_known = ending == ".json" || ending == ".txt" || ending == ".html";
+  return is_known ? "" : text + " has to end with .json, .txt or .html";
+}
+
+/// "--goal-wait"; "--no-realtime" of a flag that is set anyway.
+std::string longName(const PlayOption& option) {
+  const bool is_set = option.kind == PlayOption::Kind::Flag && option.otherwise == "true";
+  std::string name = (is_set ? "--no-" : "--") + option.name;
+  std::replace(name.begin(), name.end(), '_', '-');
+  return name;
+}
+
+std::string longName(const std::string& name) {
+  const auto& all = playOptions();
+  return longName(*std::find_if(all.begin(), all.end(),
+                                [&](const PlayOption& option) { return option.name == name; }));
+}
+
+std::string namesOf(const PlayOption& option) {
+  const std::string name = longName(option);
+  if (option.aliases.empty()) return name;
+  const bool is_letter = option.aliases.size() == 2;
+  return is_letter ? option.aliases + "," + name : name + "," + option.aliases;
+}
+
+std::string helpOf(const PlayOption& option) {
+  const bool has_default = option.kind != PlayOption::Kind::Flag && !option.otherwise.empty();
+  return option.help + (has_default ? "; default " + option.otherwise : "");
+}
+
+CLI::Option* addOption(CLI::App& verb, const PlayOption& option, PlayCommand& command) {
+  const auto keep = [&option, &command](const OptionTexts& texts) {
+    command.given[&option] = texts;
+  };
+  const std::string names = namesOf(option), help = helpOf(option);
+  if (option.kind == PlayOption::Kind::Flag) {
+    const char* meant = option.otherwise == "true" ? "false" : "true";
+    return verb.add_flag_callback(names, [keep, meant] { keep({meant}); }, help);
+  }
+  CLI::Option* added =
+      option.kind == PlayOption::Kind::List
+          ? verb.add_option_function<OptionTexts>(names, keep, help)
+          : verb.add_option_function<std::string>(
+                names, [keep](const std::string& text) { keep({text}); }, help);
+  added->type_name(option.value);
+  added->check(
+      CLI::Validator([&option](std::string& text) { return complaintOf(option, text); }, ""));
+  if (!option.alone.empty()) added->expected(0, 1)->default_str(option.alone);
+  return added;
+}
+
+void addTable(CLI::App& verb, PlayCommand& command) {
+  for (const PlayOption& option : playOptions()) {
+    CLI::Option* added = addOption(verb, option, command)->group(titleOf(option.group));
+    if (!option.needs.empty()) added->needs(verb.get_option(longName(option.needs)));
+    if (!option.excludes.empty()) added->excludes(verb.get_option(longName(option.excludes)));
+  }
+  for (const FormerOption& former : formerOptions()) {  // not in --help
+    const auto refuse = [&former](const std::string&) {
+      throw CLI::ValidationError(std::string("--") + former.name,
+                                 "has become " + longName(former.now) + former.remark);
+    };
+    verb.add_option_function<std::string>(std::string("--") + former.name, refuse)->group("");
+  }
+}
+
+}  // namespace
+
+ReplayRequest PlayCommand::request() const {
+  ReplayRequest request;
+  for (const auto& [option, texts] : given) giveOption(request, *option, texts);
+  return request;
+}
+
+void addPlayOptions(CLI::App& verb, PlayCommand& c) {
+  verb.add_option("behavior", c.behaviors,
+                  std::string(kBehaviorHelp) + "; several ids are played one after the other")
+      ->required();
+  addTable(verb, c);
+  verb.option_defaults()->group(kOwnGroup);
+  addStoreOption(verb, c.store);
+  auto* dry_run = verb.add_flag("--dry-run", c.is_dry_run, "Show the plan; needs no ROS master");
+  verb.add_flag("--json", c.is_json, "The plan of --dry-run as JSON")->needs(dry_run);
+  verb.add_option("--report", c.report_file,
+                  "Write what was measured: FILE.json, FILE.txt or, with plots, FILE.html")
+      ->check(isReportFile);
+  verb.add_flag("-q,--quiet", c.is_quiet, "No status line, no table at the end");
+  verb.add_flag("--no-keys", c.has_no_keys, "Leave the keyboard alone");
+  verb.set_help_flag("-h,--help", "Print this help message and exit")  // anew: as the last
+      ->group(kOwnGroup);
+  verb.footer(kExample);
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,146 @@
+#include "nodes/player/play_options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes::play_options_test {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+ReplayRequest asked(const Texts& options) {
+  ReplayRequest request;
+  giveGoalOptions(request, options);
+  return request;
+}
+
+/// Why a goal's options are refused; empty: they are not.
+std::string refusal(const Texts& options) {
+  try {
+    asked(options);
+    return "";
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+
+TEST(PlayOptions, haveANameEachThatNoOtherHasAndAValueThatIsExplained) {
+  std::set<std::string> names;
+  for (const PlayOption& option : playOptions()) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    const bool is_taken = !option.aliases.empty() && !names.insert(option.aliases).second;
+    EXPECT_FALSE(is_taken) << option.name;
+    EXPECT_EQ(option.value.empty(), option.kind == PlayOption::Kind::Flag) << option.name;
+    EXPECT_FALSE(option.help.empty()) << option.name;
+  }
+  for (const FormerOption& former : formerOptions()) {
+    EXPECT_EQ(names.count(former.name), 0u);
+    EXPECT_EQ(names.count(former.now), 1u);
+  }
+}
+
+TEST(PlayOptions, ofAGoalSetWhatTheyName) {
+  const ReplayRequest request =
+      asked({"only=ar,speech", "start=1.5", "rate=0.5", "pause", "loop=true", "ungated",
+             "keep_light", "unheard=abort", "latency=ar=0.05,speech=0.2", "remap=/a:=/b",
+             "anchor=/path=body", "sim", "hz=50"});
+  EXPECT_EQ(request.only, "ar,speech");
+  EXPECT_EQ(request.plan.start_s, 1.5);
+  EXPECT_EQ(request.options.rate, 0.5);
+  EXPECT_TRUE(request.options.starts_paused);
+  EXPECT_TRUE(request.options.is_looping);
+  EXPECT_FALSE(request.options.is_in_step);
+  EXPECT_FALSE(request.options.clear_projection);
+  EXPECT_TRUE(request.needs_subscribers);
+  EXPECT_EQ(request.options.latency_s, replay::parseLatency({"ar=0.05", "speech=0.2"}));
+  EXPECT_EQ(request.plan.remap.at("/a"), "/b");
+  EXPECT_EQ(request.anchors.topics.at("/path"), replay::Anchor::Body);
+  EXPECT_EQ(request.clock, ReplayClock::Sim);
+  EXPECT_EQ(request.clock_hz, 50);
+}
+
+TEST(PlayOptions, thatAreNotGivenStayAsTheyWereAndZeroIsAValue) {
+  ReplayRequest request;
+  request.options.seek_lead_s = 3;
+  request.options.goal_wait_s = 4;
+  request.wait_for_subscribers_s = 5;
+  request.options.keeps_alive = true;
+  giveGoalOptions(request, {"seek_lead=0", "wait-for-subscribers=0", "keep_alive=false"});
+  EXPECT_EQ(request.options.seek_lead_s, 0);
+  EXPECT_EQ(request.wait_for_subscribers_s, 0);
+  EXPECT_FALSE(request.options.keeps_alive);
+  EXPECT_EQ(request.options.goal_wait_s, 4);
+  EXPECT_FALSE(request.plan.duration_s);
+  EXPECT_EQ(refusal({"duration=0"}), "duration: 0 is no number above 0, up to 1000");
+  EXPECT_EQ(refusal({"rate=0"}), "rate: 0 is no number above 0, up to 1000");
+}
+
+TEST(PlayOptions, thatAreListsComeTogetherOrOneByOne) {
+  EXPECT_EQ(asked({"also=/a,/b", "also=/c"}).plan.also, (Texts{"/a", "/b", "/c"}));
+  EXPECT_TRUE(asked({"also="}).plan.also.empty());
+}
+
+TEST(PlayOptions, areCalledAsOnTheCommandLineOfRosbagToo) {
+  EXPECT_EQ(asked({"clock"}).clock, ReplayClock::Sim);
+  EXPECT_EQ(asked({"follow-clock"}).clock, ReplayClock::Follow);
+}
+
+TEST(PlayOptions, ofAGoalAreRefusedInOneLine) {
+  EXPECT_EQ(refusal({"ratte=2"}), "a replay has no option 'ratte'; did you mean rate?");
+  EXPECT_EQ(refusal({"only=ar", "speech"}), "a replay has no option 'speech'");
+  EXPECT_EQ(refusal({"paused"}), "paused has become pause");
+  EXPECT_EQ(refusal({"rate"}), "rate needs a value: rate=FACTOR");
+  EXPECT_EQ(refusal({"rate=1", "rate=2"}), "rate is given twice");
+  EXPECT_EQ(refusal({"rate=quick"}), "rate: quick is no number above 0, up to 1000");
+  EXPECT_EQ(refusal({"pause=yes"}), "pause: yes is neither true nor false");
+  EXPECT_EQ(refusal({"only=light"}), "only: 'light' is no modality (body, ar, speech)");
+  EXPECT_EQ(refusal({"unheard=never"}), "unheard: never not in {start,abort}");
+  EXPECT_EQ(refusal({"sim", "follow_clock"}), "follow_clock excludes sim");
+  EXPECT_EQ(refusal({"sim=false", "follow_clock"}), "");
+}
+
+TEST(PlayOptions, ofTheRobotAreNotForGoals) {
+  EXPECT_EQ(refusal({"allow_motion"}),
+            "allow_motion is for the player's parameter ~allow_motion, not for a goal");
+  for (const PlayOption& option : playOptions()) {
+    if (option.group != PlayGroup::Robot) continue;
+    EXPECT_NE(refusal({option.name + "=1"}).find("not for a goal"), std::string::npos);
+  }
+}
+
+TEST(PlayOptions, ofKeysSetOneOfThemEach) {
+  ReplayRequest request;
+  for (const PlayOption& option : playOptions()) {
+    if (option.name != "start_tolerance") continue;
+    EXPECT_EQ(option.otherwise, "0.05 0.02 0.01 0.05 0.0524");
+    giveOption(request, option, {"base=0.1", "gripper=0"});
+    EXPECT_THROW(giveOption(request, option, {"arm=1"}), std::invalid_argument);
+    EXPECT_THROW(giveOption(request, option, {"base=-1"}), std::invalid_argument);
+  }
+  EXPECT_EQ(request.body.tolerances.base, 0.1);
+  EXPECT_EQ(request.body.tolerances.gripper, 0);
+  EXPECT_EQ(request.body.tolerances.turning, 0.05);
+}
+
+TEST(PlayOptions, thatAreFlagsCanBeTakenBack) {
+  ReplayRequest request;
+  const auto give = [&](const std::string& name, const std::string& text) {
+    for (const PlayOption& option : playOptions()) {
+      if (option.name == name) giveOption(request, option, {text});
+    }
+  };
+  give("to_start", "true");
+  give("any_start", "false");
+  EXPECT_EQ(request.body.start, BodyOptions::Start::MoveThere);
+  give("to_start", "false");
+  EXPECT_EQ(request.body.start, BodyOptions::Start::AsRecorded);
+  give("realtime", "false");
+  EXPECT_FALSE(request.is_realtime);
+}
+
+}  // namespace
+}  // namespace afterglow::nodes::play_options_test
