@@ -83,8 +83,8 @@ ValueKind range(const std::string& shown, double least, double most, bool is_cou
             const auto value = numberOf(text);
             const bool is_fit = value && *value >= least && *value <= most &&
                                 (!is_count || *value == std::floor(*value));
-            return is_fit ? ""
-                          : fmt::format("Value {} not in range {:.7g} to {:.7g}", text, least, most);
+            if (is_fit) return std::string();
+            return fmt::format("Value {} not in range {:.7g} to {:.7g}", text, least, most);
           },
           ""};
 }
@@ -217,7 +217,8 @@ PlayOption excluding(const std::string& other, PlayOption option) {
 std::vector<PlayOption> whatIsPlayed() {
   return {
       member("only", understood(Kind::Value, "MODALITIES", replay::parseModalities),
-             "body,ar,speech: any of them; default all", [](Request& r) -> auto& { return r.only; }),
+             "body,ar,speech: any of them; default all",
+             [](Request& r) -> auto& { return r.only; }),
       member("topics", list("TOPIC"), "Only these topics, whatever they are",
              [](Request& r) -> auto& { return r.plan.topics; }),
       member("also", list("TOPIC"),

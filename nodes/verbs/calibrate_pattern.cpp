@@ -1,4 +1,4 @@
-#include "nodes/verbs/calibrate_pattern.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <CLI/Validators.hpp>
 #include <iostream>

@@ -1,4 +1,4 @@
-#include "nodes/verbs/calibrate_solve.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

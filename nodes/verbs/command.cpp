@@ -4,15 +4,45 @@
 
 #include <CLI/Config.hpp>  // this and Formatter.hpp: what CLI::App's destructor needs to be linked
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <string>
 
 namespace afterglow::nodes {
 namespace {
+
+struct Verb {
+  const char* name;
+  const char* help;
+  const char* program;
+};
+
+// As --help lists them.
+constexpr Verb kVerbs[] = {
+    {"import", "Import bags, one behavior each, or a database of mongodb_log", "afterglow_store"},
+    {"list", "List behaviors, newest first", "afterglow_store"},
+    {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
+    {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
+    {"play", "Replay a behavior into the running robot", "afterglow_play"},
+    {"export", "Export behaviors as a bag", "afterglow_store"},
+    {"render", "Draw what a projector showed during a behavior, without a ROS master",
+     "afterglow_render"},
+    {"store", "Look after a store in a SQLite file", "afterglow_store"},
+    {"sync", "Copy behaviors from one store to another; repeat it to go on where it broke off",
+     "afterglow_store"},
+    {"calibrate", "Calibrate a projector with printed and projected tags", "afterglow_calibrate"},
+};
+
+const Verb* findVerb(const std::string& name) {
+  const auto* found = std::find_if(std::begin(kVerbs), std::end(kVerbs),
+                                   [&](const Verb& verb) { return name == verb.name; });
+  return found == std::end(kVerbs) ? nullptr : found;
+}
 
 void printFailure(const CLI::App& app, std::string text) {
   for (char& c : text) {
@@ -48,7 +78,20 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   return 1;
 }
 
-int becomeProgram(const char* name, const char* verb, char** argv) {
+const char* programOf(const std::string& verb) {
+  const Verb* found = findVerb(verb);
+  return found ? found->program : nullptr;
+}
+
+void addVerbNames(CLI::App& app) {
+  for (const Verb& verb : kVerbs) app.add_subcommand(verb.name, verb.help);
+}
+
+CLI::App* addVerb(CLI::App& app, const std::string& name) {
+  return app.add_subcommand(name, findVerb(name)->help);
+}
+
+int becomeProgram(const char* name, const std::string& verb, char** argv) {
   std::error_code ignored;
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", ignored);
   const std::string path = own.parent_path() / name;

@@ -1,4 +1,4 @@
-#include "nodes/verbs/export_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -102,7 +102,7 @@ void runExport(const ExportOptions& options) {
 
 void addExportVerb(CLI::App& app) {
   auto options = std::make_shared<ExportOptions>();
-  CLI::App* verb = app.add_subcommand("export", kExportHelp);
+  CLI::App* verb = addVerb(app, "export");
   verb->add_option("behavior", options->behaviors,
                    std::string(kBehaviorHelp) + "; several ids, or several such in quotes")
       ->required()

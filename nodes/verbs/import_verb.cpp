@@ -1,4 +1,4 @@
-#include "nodes/verbs/import_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <CLI/Error.hpp>
 #include <algorithm>
@@ -162,7 +162,7 @@ void runImport(const ImportOptions& options) {
 
 void addImportVerb(CLI::App& app) {
   auto options = std::make_shared<ImportOptions>();
-  CLI::App* verb = app.add_subcommand("import", kImportHelp);
+  CLI::App* verb = addVerb(app, "import");
   verb->add_option("source", options->sources,
                    "FILE.bag ..., or mongodb://HOST[:PORT]/DATABASE as mongodb_log or the paper's "
                    "action server wrote it")

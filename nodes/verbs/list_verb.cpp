@@ -1,4 +1,4 @@
-#include "nodes/verbs/list_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 
@@ -91,7 +91,7 @@ void runList(const ListOptions& options) {
 
 void addListVerb(CLI::App& app) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* verb = app.add_subcommand("list", kListHelp);
+  CLI::App* verb = addVerb(app, "list");
   verb->add_option("--name", options->name, "Only of this name");
   verb->add_option("--outcome", options->outcome, "Only with this outcome (success, failure, ...)");
   verb->add_option("--topic", options->topic, "Only with messages on this topic");

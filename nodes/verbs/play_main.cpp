@@ -1,5 +1,4 @@
 // `afterglow play`.
-#include "nodes/verbs/play_verb.hpp"
 #include "nodes/verbs/command.hpp"
 
 int main(int argc, char** argv) {

@@ -1,4 +1,4 @@
-#include "nodes/verbs/play_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 #include <ros/network.h>
@@ -245,7 +245,7 @@ void run(const PlayCommand& command) {
 
 void addPlayVerb(CLI::App& app) {
   const auto command = std::make_shared<PlayCommand>();
-  CLI::App* verb = app.add_subcommand("play", kPlayHelp);
+  CLI::App* verb = addVerb(app, "play");
   addPlayOptions(*verb, *command);
   verb->callback([command] { run(*command); });
 }

@@ -1,5 +1,4 @@
 // `afterglow render`.
-#include "nodes/verbs/render_verb.hpp"
 #include "nodes/verbs/command.hpp"
 
 int main(int argc, char** argv) {

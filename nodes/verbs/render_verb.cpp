@@ -1,4 +1,4 @@
-#include "nodes/verbs/render_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 
@@ -245,7 +245,7 @@ void runRender(const RenderOptions& options) {
 
 void addRenderVerb(CLI::App& app) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* verb = app.add_subcommand("render", kRenderHelp);
+  CLI::App* verb = addVerb(app, "render");
   verb->add_option("what", options->what, std::string(kBehaviorHelp) + "; or FILE.bag")->required();
   verb->add_option("--config", options->config, "What is projected where (assets/projector.yaml)")
       ->required();

@@ -1,4 +1,4 @@
-#include "nodes/verbs/said_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <iostream>
 #include <map>
@@ -150,7 +150,7 @@ void runSaid(const SaidOptions& options) {
 
 void addSaidVerb(CLI::App& app) {
   auto options = std::make_shared<SaidOptions>();
-  CLI::App* verb = app.add_subcommand("said", kSaidHelp);
+  CLI::App* verb = addVerb(app, "said");
   verb->add_option("--before", options->before,
                    "Only before a behavior began (\"3\", \"last failed pick\") or before a time");
   verb->add_option("--since", options->since, "Only from this time on");

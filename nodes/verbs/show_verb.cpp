@@ -1,4 +1,4 @@
-#include "nodes/verbs/show_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 
@@ -214,7 +214,7 @@ void runShow(const ShowOptions& options) {
 
 void addShowVerb(CLI::App& app) {
   auto options = std::make_shared<ShowOptions>();
-  CLI::App* verb = app.add_subcommand("show", kShowHelp);
+  CLI::App* verb = addVerb(app, "show");
   verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
   CLI::Option* json = verb->add_flag("--json", options->json,
                                      "As JSON: list's object and recording, calibration, "

@@ -1,4 +1,4 @@
-#include "nodes/verbs/store_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
 
@@ -228,7 +228,7 @@ CLI::App* addAction(CLI::App& verb, const std::string& name, const std::string& 
 
 void addStoreVerb(CLI::App& app) {
   auto options = std::make_shared<StoreOptions>();
-  CLI::App* verb = app.add_subcommand("store", kStoreHelp);
+  CLI::App* verb = addVerb(app, "store");
   verb->require_subcommand(1);
   addAction(*verb, "check",
             "Read everything and compare its checksums; a line for each problem, and exit status 1 "

@@ -1,4 +1,4 @@
-#include "nodes/verbs/sync_verb.hpp"
+#include "nodes/verbs/command.hpp"
 
 #include <CLI/Error.hpp>
 #include <iostream>
@@ -61,7 +61,7 @@ void runSync(const SyncOptions& options) {
 
 void addSyncVerb(CLI::App& app) {
   auto options = std::make_shared<SyncOptions>();
-  CLI::App* verb = app.add_subcommand("sync", kSyncHelp);
+  CLI::App* verb = addVerb(app, "sync");
   verb->add_option("--from", options->from, "The store to copy from (PATH or mongodb://...)")
       ->required();
   verb->add_option("--to", options->to, "The store to copy to")->required();
