@@ -1,8 +1,10 @@
 #include "calib/picture.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <vector>
 
@@ -37,6 +39,12 @@ std::string physicalSizeChunk(double pixels_per_m_x, double pixels_per_m_y) {
   return bigEndian(static_cast<std::uint32_t>(body.size() - 4)) + body + bigEndian(crc32(body));
 }
 
+/// OpenCV's header wants a mutable pointer; it is only read.
+cv::Mat asMat(const Picture& picture) {
+  return cv::Mat(picture.height, picture.width, CV_8UC1,
+                 const_cast<std::uint8_t*>(picture.pixels.data()));
+}
+
 }  // namespace
 
 Picture loadPicture(const std::string& path) {
@@ -55,12 +63,9 @@ Picture loadPicture(const std::string& path) {
 }
 
 void savePicture(const std::string& path, const Picture& picture) {
-  // OpenCV does not change the pixels.
-  const cv::Mat image(picture.height, picture.width, CV_8UC1,
-                      const_cast<std::uint8_t*>(picture.pixels.data()));
   bool is_written = false;
   try {
-    is_written = cv::imwrite(path, image);
+    is_written = cv::imwrite(path, asMat(picture));
   } catch (const cv::Exception&) {
     // An ending OpenCV does not know.
   }
@@ -68,10 +73,8 @@ void savePicture(const std::string& path, const Picture& picture) {
 }
 
 std::string encodePng(const Picture& picture, const Eigen::Vector2d& size_m) {
-  const cv::Mat pixels(picture.height, picture.width, CV_8UC1,
-                       const_cast<std::uint8_t*>(picture.pixels.data()));
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", pixels, bytes) || bytes.size() < kAfterHeader) {
+  if (!cv::imencode(".png", asMat(picture), bytes) || bytes.size() < kAfterHeader) {
     throw std::runtime_error("a picture of " + std::to_string(picture.width) + " x " +
                              std::to_string(picture.height) + " pixels cannot be written as PNG");
   }
@@ -81,6 +84,19 @@ std::string encodePng(const Picture& picture, const Eigen::Vector2d& size_m) {
                physicalSizeChunk(picture.width / size_m.x(), picture.height / size_m.y()));
   }
   return png;
+}
+
+std::vector<std::uint8_t> jpegOf(const Picture& picture, int widest) {
+  cv::Mat image = asMat(picture);
+  if (picture.width > widest) {
+    const int height = std::max(1, picture.height * widest / picture.width);
+    cv::Mat small;
+    cv::resize(image, small, cv::Size(widest, height), 0, 0, cv::INTER_AREA);
+    image = small;
+  }
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, 80});
+  return bytes;
 }
 
 }  // namespace afterglow::calib

@@ -41,6 +41,21 @@ std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
                      1000 * longestHalfAxis(*J * predicted->covariance * J->transpose())};
 }
 
+UncertaintyGrid uncertaintyGrid(const ProjectorEstimate& estimate, double distance_m) {
+  UncertaintyGrid grid;
+  grid.columns = 4 * Coverage::kColumns;
+  grid.rows = 4 * Coverage::kRows;
+  grid.distance_m = distance_m;
+  grid.cell_px = Eigen::Vector2d(double(estimate.projector.width) / grid.columns,
+                                 double(estimate.projector.height) / grid.rows);
+  for (int i = 0; i < grid.columns * grid.rows; ++i) {
+    const Eigen::Vector2d center(i % grid.columns + 0.5, i / grid.columns + 0.5);
+    grid.cells.push_back(uncertaintyAt(
+        estimate, grid.cell_px.cwiseProduct(center) - Eigen::Vector2d(0.5, 0.5), distance_m));
+  }
+  return grid;
+}
+
 std::optional<LightShift> shiftBetween(const ProjectorEstimate& before,
                                        const ProjectorEstimate& after, double distance_m) {
   constexpr int kSteps = 8;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "calib/solver/calibration.hpp"
 
@@ -19,6 +20,20 @@ struct Uncertainty {
 /// axis. Empty if no ray within the lens's model reaches the pixel.
 std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
                                          const Eigen::Vector2d& pixel, double distance_m);
+
+/// uncertaintyAt over the projector's picture, cell by cell.
+struct UncertaintyGrid {
+  int columns = 0, rows = 0;
+  double distance_m = 0;
+  Eigen::Vector2d cell_px;                        ///< size of a cell in the projector's pixels
+  std::vector<std::optional<Uncertainty>> cells;  ///< row-major, at the cells' centers
+
+  const std::optional<Uncertainty>& at(int column, int row) const {
+    return cells.at(static_cast<std::size_t>(row * columns + column));
+  }
+};
+/// Four cells across and down for each one of Coverage.
+UncertaintyGrid uncertaintyGrid(const ProjectorEstimate& estimate, double distance_m);
 
 /// How far the light for fixed points in the camera's frame moves from one calibration to another,
 /// root mean square over the projector's picture.

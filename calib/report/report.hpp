@@ -1,32 +1,46 @@
 /// \file
-/// report.html: the evidence for a calibration, one file that opens without a network.
+/// The evidence for a calibration as data: what a report tells of it, in figures and words.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "calib/detection/observe.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "calib/solver/calibration.hpp"
 
 namespace afterglow::calib {
 
-/// What the page says beside the calibration itself; what is not known is not mentioned.
+/// What a report says beside the calibration itself; what is not known is not mentioned.
 struct ReportFacts {
   CalibrationNames names;
   std::optional<Board> board;
   std::optional<Pattern> pattern;
 };
 
-/// The page's text. `photographs` match calibration.views by name; those missing have no picture.
-/// `history` is what calibrationHistory gives, before or after this calibration was saved.
-std::string reportPage(const Calibration& calibration, const std::vector<Photographs>& photographs,
-                       const std::vector<CalibrationRecord>& history, const std::string& date,
-                       const ReportFacts& facts = {});
+/// `history` is what calibrationHistory gives, before or after this calibration was saved. Keys:
+/// - date, projector_name, camera_frame, projector_frame; camera, projector and, where it was
+///   given, camera_info: {width, height, fx, fy, cx, cy, is_equidistant, distortion}; camera_text
+///   (what became of camera_info); board {width_mm, height_mm, tags, family, tag_mm}, pattern
+///   {width, height, tags, family};
+/// - held_out {rms_mm, rms_px, view_count, nearest_m, farthest_m}, null if no view was kept back;
+///   training_rms_px, board_rms_px, predicted_mm, is_camera_held, used_count, view_count, coverage
+///   (0 to 1), left_out [{name, reason}], warnings [those about other things];
+/// - views [viewData];
+/// - lens {throw_ratio, wide_deg, shift (share of the height), shift_side, pixel_mm (at 1 m),
+///   parameters}, pose {apart_mm (from the camera's lens), parameters, trade_off {across, down}
+///   (correlations; null: held fixed)}; parameters [{name, value, deviation (null: held fixed),
+///   meaning}];
+/// - history [{date, view_count, held_out_px, held_out_mm, moved {px, mm, largest_mm} since the one
+///   before (null: another resolution), is_first}], this calibration last.
+nlohmann::ordered_json reportData(const Calibration& calibration,
+                                  const std::vector<CalibrationRecord>& history,
+                                  const std::string& date, const ReportFacts& facts = {});
 
-/// The page for what was refused: reasons, advice, and each view's picture with what was seen.
-std::string refusalPage(const CalibrationRefused& refused,
-                        const std::vector<Photographs>& photographs, const std::string& date);
+/// name, is_used, reason, printed, projected (corners); of a used view also outliers, distance_m,
+/// tilt_deg, turned (view_facts.hpp), training_px, training_mm, held_out_px, held_out_mm (null: not
+/// measured).
+nlohmann::ordered_json viewData(const ViewResult& view, const ProjectorEstimate& estimate);
 
 }  // namespace afterglow::calib

@@ -57,7 +57,6 @@ ViewFacts factsOf(const ViewResult& view, const ProjectorEstimate& estimate) {
   facts.tilt_deg = std::acos(std::clamp(-board.n_projector.z(), -1.0, 1.0)) * kDegrees;
   if (facts.tilt_deg >= kFacing_deg) facts.turned = arrow(board.n_projector);
   for (const CornerResidual& corner : view.residuals) {
-    ++(corner.is_projected ? facts.projected : facts.printed);
     facts.outliers += corner.is_outlier ? 1 : 0;
   }
   const auto scale = mmPerPixel(view, estimate.projector, board);

@@ -13,8 +13,8 @@ struct ViewFacts {
   double distance_m = 0;  ///< from the projector's lens to the board's middle
   double tilt_deg = 0;    ///< between the board's normal and the projector's axis
   std::string turned;  ///< where the board's face is turned to, seen from the projector: an arrow
-  int printed = 0, projected = 0, outliers = 0;  ///< corners
-  std::optional<double> training_mm;             ///< projected_rms_px as millimeters on the board
+  int outliers = 0;    ///< corners
+  std::optional<double> training_mm;  ///< projected_rms_px as millimeters on the board
 };
 
 /// Of a view with a pose (one that has residuals).

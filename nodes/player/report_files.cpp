@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calib/file_replacement.hpp"
-#include "nodes/player/replay_page.hpp"
+#include "nodes/pages/replay_page.hpp"
 #include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {

@@ -7,6 +7,7 @@
 
 #include "calib/file_replacement.hpp"
 #include "calib/report/calibration_yaml.hpp"
+#include "nodes/pages/calibration_page.hpp"
 #include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
@@ -64,12 +65,12 @@ void CalibrationFolder::save(const calib::Calibration& calibration,
   std::vector<std::string> problems;
   const auto history = calib::calibrationHistory(path_, problems);
   calib::replaceFile(path_ + "/report.html",
-                     calib::reportPage(calibration, photographs, history, date, facts));
+                     calibrationPage(calibration, photographs, history, date, facts));
 }
 
 void CalibrationFolder::saveRefusal(const calib::CalibrationRefused& refused,
                                     const std::vector<calib::Photographs>& photographs) const {
-  calib::replaceFile(path_ + "/report.html", calib::refusalPage(refused, photographs, dateNow()));
+  calib::replaceFile(path_ + "/report.html", refusalPage(refused, photographs, dateNow()));
 }
 
 void CalibrationFolder::saveCheck(const calib::ErrorSummary& errors,

@@ -17,8 +17,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
-#include "nodes/player/replay_page.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
 #include "nodes/player/stagehand.hpp"

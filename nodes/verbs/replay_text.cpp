@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "nodes/player/page_numbers.hpp"
+#include "nodes/pages/page_numbers.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {

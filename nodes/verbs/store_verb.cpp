@@ -7,7 +7,7 @@
 #include <iostream>
 #include <memory>
 
-#include "nodes/player/page_numbers.hpp"
+#include "nodes/pages/page_numbers.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"

@@ -1,161 +1,71 @@
+// What a report tells of a calibration, before anybody makes a page of it.
 #include "calib/report/report.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <locale>
-#include <string>
-#include <vector>
+#include <nlohmann/json.hpp>
 
-#include "calib/number_text.hpp"
 #include "calib/report/certainty.hpp"
-#include "calib/report/heat_map.hpp"
-#include "calib/report/html.hpp"
-#include "tests/support/markup.hpp"
 #include "tests/support/sample_calibration.hpp"
 
 namespace afterglow::calib::report_test {
 namespace {
 
-using test::markupProblem;
-
 constexpr const char* kDate = "2026-11-21T04:30:00Z";
 
-std::size_t occurrences(const std::string& text, const std::string& part) {
-  std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
-  return count;
+std::vector<CalibrationRecord> historyOf(const Calibration& calibration) {
+  CalibrationRecord first{"2026-08-03T10:00:00Z", calibration.estimate, 0.31, 0.22, 12};
+  CalibrationRecord second{"2026-10-11T16:45:00Z", calibration.estimate, 0.26, 0.17, 16};
+  first.estimate.projector.K(0, 2) += 2;  // light moves by two pixels to the next
+  return {first, second};
 }
 
-/// Pictures' letters spell anything.
-std::string withoutPictures(std::string page) {
-  const std::string start = "data:image/jpeg;base64,";
-  for (auto at = page.find(start); at != std::string::npos; at = page.find(start, at)) {
-    page.erase(at, page.find('"', at) - at);
-  }
-  return page;
+TEST(Report, tellsTheHeldOutErrorAndWhatWasLeftOut) {
+  const Calibration calibration = test::sampleCalibration();
+  const auto data = reportData(calibration, {}, kDate);
+  EXPECT_EQ(data["held_out"]["rms_mm"], calibration.held_out_rms_mm);
+  EXPECT_EQ(data["held_out"]["view_count"], 14);
+  EXPECT_EQ(data["used_count"], 14);
+  EXPECT_EQ(data["view_count"], 16);
+  ASSERT_EQ(data["left_out"].size(), 2u);
+  EXPECT_EQ(data["left_out"][0]["name"], "view_14");
+  EXPECT_EQ(data["views"][0]["held_out_px"], *calibration.views[0].held_out_px);
+  EXPECT_EQ(data["views"][3]["outliers"], 1);
+  Calibration empty;
+  empty.estimate.projector = calibration.estimate.projector;
+  EXPECT_TRUE(reportData(empty, {}, kDate)["held_out"].is_null());
 }
 
-/// To look at a page: AFTERGLOW_SAVE_REPORT=FOLDER build/bin/report_test
-void saveForPeople(const std::string& name, const std::string& page) {
-  const char* folder = std::getenv("AFTERGLOW_SAVE_REPORT");
-  if (folder != nullptr) std::ofstream(std::string(folder) + "/" + name) << page;
+TEST(Report, givesParametersTwoDigitsOfTheirDeviation) {
+  const auto data = reportData(test::sampleCalibration(), {}, kDate);
+  const auto& fx = data["lens"]["parameters"][0];
+  EXPECT_EQ(fx["name"], "fx");
+  EXPECT_EQ(fx["value"].get<std::string>().rfind("1903.", 0), 0u);
+  EXPECT_EQ(fx["deviation"].get<std::string>().rfind("± ", 0), 0u);
+  EXPECT_EQ(data["pose"]["parameters"].size(), 6u);
 }
 
-class ReportTest : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    calibration_ = new Calibration(test::sampleCalibration());
-    page_ = new std::string(
-        reportPage(*calibration_, test::samplePhotographs(*calibration_), history(), kDate));
-    saveForPeople("report.html", *page_);
-  }
-  static void TearDownTestSuite() {
-    delete calibration_;
-    delete page_;
-  }
-  static std::vector<CalibrationRecord> history() {
-    CalibrationRecord first{"2026-08-03T10:00:00Z", calibration_->estimate, 0.31, 0.22, 12};
-    CalibrationRecord second{"2026-10-11T16:45:00Z", calibration_->estimate, 0.26, 0.17, 16};
-    first.estimate.projector.K(0, 2) += 2;  // light moves by two pixels to the next
-    return {first, second};
-  }
-  static void expectIn(const std::string& page, const std::string& part) {
-    EXPECT_NE(page.find(part), std::string::npos) << part;
-  }
-
-  static const Calibration* calibration_;
-  static const std::string* page_;
-};
-const Calibration* ReportTest::calibration_ = nullptr;
-const std::string* ReportTest::page_ = nullptr;
-
-TEST_F(ReportTest, leadsWithTheHeldOutError) {
-  const std::size_t large = page_->find("<div class=\"big\">0.13<small> mm</small></div>");
-  const std::size_t training = page_->find("0.163 px");
-  ASSERT_NE(large, std::string::npos);
-  ASSERT_NE(training, std::string::npos);
-  EXPECT_LT(large, training);
-  expectIn(*page_, "0.203 px of the projector");
+TEST(Report, tellsHowFarLightMovedSinceTheLast) {
+  const Calibration calibration = test::sampleCalibration();
+  const auto history = reportData(calibration, historyOf(calibration), kDate)["history"];
+  ASSERT_EQ(history.size(), 3u);
+  EXPECT_TRUE(history[0]["moved"].is_null());
+  EXPECT_NEAR(history[1]["moved"]["px"].get<double>(), 2, 1e-6);
+  EXPECT_NEAR(history[1]["moved"]["mm"].get<double>(), 2 * 2000 / 1903.27, 0.05);
+  EXPECT_NEAR(history[2]["moved"]["px"].get<double>(), 0, 1e-6);
+  EXPECT_EQ(history[2]["date"], kDate);
 }
 
-TEST_F(ReportTest, showsEveryViewWithItsErrors) {
-  for (const ViewResult& view : calibration_->views) {
-    expectIn(*page_, "<h3>" + view.name);
-    if (!view.is_used) continue;
-    expectIn(*page_, "<td class=\"n\">" + fixedText(view.projected_rms_px, 3) + "</td>");
-    expectIn(*page_, "<td class=\"n\">" + fixedText(*view.held_out_px, 3) + "</td>");
-    expectIn(*page_, "<td class=\"n\">" + fixedText(*view.held_out_mm, 3) + "</td>");
-  }
-  EXPECT_EQ(occurrences(*page_, "data:image/jpeg;base64,"), calibration_->views.size());
+TEST(Report, countsACalibrationThatIsSavedAlreadyOnce) {
+  const Calibration calibration = test::sampleCalibration();
+  std::vector<CalibrationRecord> saved = historyOf(calibration);
+  saved.push_back({kDate, calibration.estimate, 0.2034, 0.1261, 14});
+  EXPECT_EQ(reportData(calibration, saved, kDate)["history"].size(), 3u);
 }
 
-TEST_F(ReportTest, saysWhatWasLeftOutAndWhy) {
-  for (const ViewResult& view : calibration_->views) {
-    if (!view.is_used) expectIn(*page_, view.name + "</strong>: " + escaped(view.reason));
-  }
-  expectIn(*page_, escaped(calibration_->warnings.front()));
-  expectIn(*page_, "14 of 16");
-}
-
-TEST_F(ReportTest, needsNothingFromOutside) {
-  const std::string page = withoutPictures(*page_);
-  for (const char* what : {"http", "<script", "<link", "@import", "src="}) {
-    EXPECT_EQ(page.find(what), std::string::npos) << what;
-  }
-  std::size_t pictures = 0;
-  for (auto at = page.find("href=\""); at != std::string::npos; at = page.find("href=\"", at + 1)) {
-    const char first = page[at + 6];
-    EXPECT_TRUE(first == '#' || first == '"') << page.substr(at, 80);
-    pictures += first == '"' ? 1 : 0;
-  }
-  EXPECT_EQ(pictures, calibration_->views.size());
-}
-
-TEST_F(ReportTest, isWellFormedAndHoldsOnlyNumbers) {
-  EXPECT_EQ(markupProblem(*page_), "");
-  const std::string page = withoutPictures(*page_);
-  EXPECT_EQ(page.find("nan"), std::string::npos);
-  EXPECT_EQ(page.find("inf"), std::string::npos);
-  EXPECT_EQ(markupProblem("\n<a><b></a>"), "closes none: a");
-}
-
-TEST_F(ReportTest, isTheSameWhereDecimalsHaveCommas) {
-  struct CommaDecimals : std::numpunct<char> {
-    char do_decimal_point() const override { return ','; }
-    char do_thousands_sep() const override { return '.'; }
-    std::string do_grouping() const override { return "\3"; }
-  };
-  const std::locale before =
-      std::locale::global(std::locale(std::locale::classic(), new CommaDecimals));
-  const std::string elsewhere =
-      reportPage(*calibration_, test::samplePhotographs(*calibration_), history(), kDate);
-  std::locale::global(before);
-  EXPECT_TRUE(elsewhere == *page_);
-}
-
-TEST_F(ReportTest, escapesNamesAndReasons) {
-  Calibration calibration = *calibration_;
-  calibration.views[0].name = "<b>\"x\" & y</b>";
-  calibration.views[15].reason = "a < b\x01\xff";
-  const std::string page = reportPage(calibration, {}, {}, kDate);
-  EXPECT_EQ(page.find("<b>\"x\""), std::string::npos);
-  expectIn(page, "&lt;b&gt;&quot;x&quot; &amp; y&lt;/b&gt;");
-  expectIn(page, "a &lt; b\xEF\xBF\xBD\xEF\xBF\xBD");
-  EXPECT_EQ(markupProblem(page), "");
-}
-
-TEST_F(ReportTest, marksOutliersAndStatesTheMagnification) {
-  EXPECT_EQ(occurrences(*page_, "<circle"),
-            2u);  // in the photograph and over the projector's picture
-  expectIn(*page_, " times</strong> in every picture");
-  expectIn(*page_, "</i>outlier</span>");
-}
-
-TEST_F(ReportTest, drawsWhatPredictPixelSays) {
-  const ProjectorEstimate& estimate = calibration_->estimate;
+TEST(UncertaintyGrid, holdsWhatPredictPixelSays) {
+  const ProjectorEstimate estimate = test::sampleCalibration().estimate;
   const UncertaintyGrid grid = uncertaintyGrid(estimate, 2);
   const int column = grid.columns / 2, row = grid.rows / 2;
   const Eigen::Vector2d pixel((column + 0.5) * grid.cell_px.x() - 0.5,
@@ -174,85 +84,6 @@ TEST_F(ReportTest, drawsWhatPredictPixelSays) {
   // Near the axis a pixel is z / f wide, but for a few percent of distortion.
   const double mm = 1000 * radius_px * 2 / estimate.projector.K(0, 0);
   EXPECT_NEAR(grid.at(column, row)->mm, mm, 0.05 * mm);
-  const std::string map =
-      heatMap(grid, HeatUnit::kPixels, calibration_->coverage, estimate.projector);
-  expectIn(map, ">" + twoDigits(radius_px) + "</text>");
-  expectIn(*page_, map);
-}
-
-TEST_F(ReportTest, hatchesWhatWasNotMeasured) {
-  const UncertaintyGrid grid = uncertaintyGrid(calibration_->estimate, 1);
-  Coverage coverage;
-  const auto hatched = [&] {
-    return occurrences(
-        heatMap(grid, HeatUnit::kMillimeters, coverage, calibration_->estimate.projector),
-        "url(#hatch-mm-1)");
-  };
-  EXPECT_EQ(hatched(), 160u);
-  coverage.corners[17] = 3;
-  EXPECT_EQ(hatched(), 159u);
-}
-
-TEST_F(ReportTest, tellsHowFarLightMovedSinceTheLast) {
-  const auto drift = shiftBetween(history()[0].estimate, history()[1].estimate, 2);
-  ASSERT_TRUE(drift);
-  EXPECT_NEAR(drift->rms_px, 2, 1e-6);
-  EXPECT_NEAR(drift->rms_mm, 2 * 2000 / 1903.27, 0.05);
-  const auto none = shiftBetween(history()[1].estimate, calibration_->estimate, 2);
-  ASSERT_TRUE(none);
-  EXPECT_NEAR(none->rms_px, 0, 1e-6);
-  expectIn(*page_,
-           "<td>2026-10-11 16:45</td><td class=\"n\">16</td><td class=\"n\">0.260</td>"
-           "<td class=\"n\">0.170</td><td class=\"n\">2.00</td>");
-  expectIn(*page_, "<td>2026-11-21 04:30</td><td class=\"n\">14</td>");
-}
-
-TEST_F(ReportTest, countsACalibrationThatIsSavedAlreadyOnce) {
-  std::vector<CalibrationRecord> saved = history();
-  saved.push_back({kDate, calibration_->estimate, 0.2034, 0.1261, 14});
-  const std::string page = reportPage(*calibration_, {}, saved, kDate);
-  EXPECT_EQ(occurrences(page, "<td>2026-11-21 04:30</td>"), 1u);
-}
-
-TEST_F(ReportTest, mentionsBoardAndPatternWhereTheyAreKnown) {
-  ReportFacts facts;
-  facts.names.projector_name = "beamer & co";
-  facts.board = Board{};
-  facts.board->size_m = {0.594, 0.42};
-  facts.pattern = Pattern{};
-  facts.pattern->width = 1280;
-  const std::string page = reportPage(*calibration_, {}, {}, kDate, facts);
-  expectIn(page, "beamer &amp; co");
-  expectIn(page, "594 × 420 mm");
-  expectIn(page, "This is the first calibration kept in this folder.");
-}
-
-TEST_F(ReportTest, worksWithNothingToShow) {
-  Calibration empty;
-  empty.estimate.projector = calibration_->estimate.projector;
-  empty.camera = calibration_->camera;
-  const std::string page = reportPage(empty, {}, {}, kDate);
-  EXPECT_EQ(markupProblem(page), "");
-  expectIn(page, "not measured");
-  expectIn(page, "has no covariance");
-}
-
-TEST_F(ReportTest, refusesWithReasonsFirstAndEveryViewAfter) {
-  std::vector<ViewResult> views(calibration_->views.begin(), calibration_->views.begin() + 3);
-  for (ViewResult& view : views) view.is_used = false;
-  views[1].reason = "only 3 projected tags < 6; bring the board nearer";
-  const CalibrationRefused refused({"all boards are parallel; tilt them", "scale & print"}, views);
-  const auto photographs = test::samplePhotographs(*calibration_);
-  const std::string page =
-      refusalPage(refused, {photographs.begin(), photographs.begin() + 4}, kDate);
-  saveForPeople("refusal.html", page);
-  expectIn(page, "<li>all boards are parallel; tilt them</li><li>scale &amp; print</li>");
-  EXPECT_LT(page.find("all boards are parallel"), page.find("view_00"));
-  expectIn(page, "only 3 projected tags &lt; 6; bring the board nearer");
-  expectIn(page, "view_03");
-  EXPECT_EQ(occurrences(page, "data:image/jpeg;base64,"), 4u);
-  EXPECT_EQ(markupProblem(page), "");
-  EXPECT_EQ(withoutPictures(page).find("http"), std::string::npos);
 }
 
 }  // namespace

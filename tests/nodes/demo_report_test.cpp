@@ -100,8 +100,8 @@ TEST(DemoReport, pageSaysWhatThePlayerMeasured) {
   DemoReport measured = report();
   const std::string row =
       "<td class=\"n\">1.2 s</td><td class=\"n\">4.4 ms</td><td class=\"n\">-</td>"
-      "<td class=\"n\">5.0 cm</td><td class=\"n\">1.2 cm, 0.5&deg;</td>"
-      "<td class=\"n\">elbow_flex_joint -5.73&deg;</td>";
+      "<td class=\"n\">5.0 cm</td><td class=\"n\">1.2 cm, 0.5°</td>"
+      "<td class=\"n\">elbow_flex_joint -5.73°</td>";
   EXPECT_NE(reportHtml(measured, story()).find(row), std::string::npos)
       << reportHtml(measured, story());
   measured.behaviors[0].player_report.erase("body");

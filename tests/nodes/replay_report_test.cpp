@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "nodes/player/end_pose.hpp"
-#include "nodes/player/replay_page.hpp"
+#include "nodes/pages/replay_page.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "tests/support/made_up_replay.hpp"
 #include "tests/support/markup.hpp"
@@ -34,7 +34,7 @@ TEST(ReplayPage, showsWhatWasMeasured) {
   for (const char* part :
        {"What was sent when", "Lateness", "In step", "The body's end", "Topics", "Not played",
         "Rewritten", "p99 1.24 ms on /points", "points: 12 bytes are missing", "2.50 s",
-        "driven along its track", "of 479 messages, 5 skipped", "0.8 cm, 0.3&#176;", "-0.69&#176;",
+        "driven along its track", "of 479 messages, 5 skipped", "0.8 cm, 0.3°", "-0.69°",
         "+2.0 mm", "states are never replayed", "shifted to now",
         "nobody was there for /robotsound", "at most 4.3 cm off it"}) {
     EXPECT_TRUE(has(page, part)) << part;

@@ -1,4 +1,4 @@
-#include "nodes/player/replay_plots.hpp"
+#include "nodes/pages/replay_plots.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "nodes/player/time_plot.hpp"
+#include "nodes/pages/time_plot.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -19,9 +19,13 @@ using replay::TopicReport;
 
 constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
 constexpr double kLane = 44, kLabel = 18, kRow = 9, kGap = 2;
-constexpr const char* kRecorded = "#9aa4af";
+/// Where the base was not measured for so long there is no line: s.
+constexpr double kLineGap = 1;
+constexpr const char* kRecorded = "recorded";
 constexpr double kPlotHeight = 200;
 constexpr double kLeastLateMs = 0.001, kLeastTopMs = 1;
+
+std::string lookOf(Modality modality) { return std::string(name(modality)); }
 
 double endOfPlot(const PlayReport& report) {
   double end = static_cast<double>(std::max(report.planned_ns, report.actual_ns)) * 1e-9;
@@ -55,7 +59,7 @@ std::vector<const std::pair<PlannedTopic, TopicReport>*> lanesOf(const PlayRepor
 
 /// True if the topic has goals whose ends are known: bars say more than ticks.
 bool addGoals(const PlayReport& report, const std::string& topic, double top,
-              const std::string& color, TimePlot& plot) {
+              const std::string& look, TimePlot& plot) {
   bool has_any = false;
   for (const GoalSpan& goal : report.goal_spans) {
     if (goal.topic != topic) continue;
@@ -64,22 +68,21 @@ bool addGoals(const PlayReport& report, const std::string& topic, double top,
     plot.bar(begin, goal.recorded_end_s ? unhindered(report, *goal.recorded_end_s) : begin, top,
              kRow, kRecorded);
     plot.bar(goal.played_begin_s, goal.played_end_s.value_or(goal.played_begin_s),
-             top + kRow + kGap, kRow, color);
+             top + kRow + kGap, kRow, look);
   }
   return has_any;
 }
 
 void addLane(const PlayReport& report, const PlannedTopic& planned, const TopicReport& topic,
              double top, TimePlot& plot) {
-  const std::string color = colorOf(planned.modality);
+  const std::string look = lookOf(planned.modality);
   const bool is_driven =
       report.base && report.base->driven && report.base->topic == planned.channel.topic;
-  plot.text(plot.x(0) + 6, top + 13, planned.channel.topic, "");
-  plot.text(TimePlot::kWidth - 20, top + 13,
+  plot.text("soft", plot.x(0) + 6, top + 13, planned.channel.topic);
+  plot.text("soft end", TimePlot::kWidth - 20, top + 13,
             is_driven ? "driven along its track"
-                      : std::to_string(topic.published) + " of " + std::to_string(planned.count),
-            "text-anchor=\"end\"");
-  if (addGoals(report, planned.channel.topic, top + kLabel, color, plot)) return;
+                      : std::to_string(topic.published) + " of " + std::to_string(planned.count));
+  if (addGoals(report, planned.channel.topic, top + kLabel, look, plot)) return;
   const replay::Samples& moments = is_driven ? report.base->deviation : topic.moments;
   std::vector<double> recorded, played;
   for (const replay::Sample& sample : moments.kept()) {
@@ -87,7 +90,7 @@ void addLane(const PlayReport& report, const PlannedTopic& planned, const TopicR
     played.push_back(sample.played_s);
   }
   plot.ticks(recorded, top + kLabel, kRow, kRecorded);
-  plot.ticks(played, top + kLabel + kRow + kGap, kRow, color);
+  plot.ticks(played, top + kLabel + kRow + kGap, kRow, look);
 }
 
 double highest(const replay::Samples& samples) {
@@ -102,6 +105,23 @@ bool isMostlyEarly(const replay::Samples& samples) {
   double sum = 0;
   for (const replay::Sample& sample : samples.kept()) sum += sample.value;
   return sum < 0;
+}
+
+PageData plotData(const TimePlot& plot, const PageData& legend = PageData::array()) {
+  return {{"drawing", plot.data()}, {"legend", legend}};
+}
+
+PageData laneLegend(const PlayReport& report) {
+  PageData legend = PageData::array({legendEntry(kRecorded, "recorded")});
+  for (const Modality modality : kModalities) {
+    const bool is_there =
+        std::any_of(report.topics.begin(), report.topics.end(), [&](const auto& topic) {
+          return topic.first.isPlayed() && topic.first.modality == modality;
+        });
+    if (is_there) legend.push_back(legendEntry(lookOf(modality), lookOf(modality)));
+  }
+  if (!report.in_step.waits.empty()) legend.push_back(legendEntry("wait", "waited for the body"));
+  return legend;
 }
 
 std::string inMs(double ns) { return fmt::format("{:.3g} ms", ns * 1e-6); }
@@ -120,10 +140,11 @@ const std::pair<PlannedTopic, TopicReport>* latest(const PlayReport& report, Mod
 
 }  // namespace
 
-std::string lanePlot(const PlayReport& report) {
+PageData lanePlot(const PlayReport& report) {
   const auto lanes = lanesOf(report);
-  if (lanes.empty()) return "";
-  TimePlot plot(endOfPlot(report), kLane * static_cast<double>(lanes.size()));
+  if (lanes.empty()) return nullptr;
+  TimePlot plot(endOfPlot(report), kLane * static_cast<double>(lanes.size()),
+                "What was recorded and what was sent, topic by topic");
   shadeWaits(report, plot);
   double top = 0;
   for (const auto* lane : lanes) {
@@ -131,64 +152,64 @@ std::string lanePlot(const PlayReport& report) {
     top += kLane;
     if (lane != lanes.back()) plot.rule(top);
   }
-  return plot.figure("What was recorded and what was sent, topic by topic");
+  return plotData(plot, laneLegend(report));
 }
 
-std::string latenessPlot(const PlayReport& report) {
+PageData latenessPlot(const PlayReport& report) {
   double high = kLeastTopMs;
   bool has_any = false;
   for (const auto& [planned, topic] : report.topics) {
     high = std::max(high, highest(topic.moments));
     has_any = has_any || topic.moments.count() > 0;
   }
-  if (!has_any) return "";
-  TimePlot plot(endOfPlot(report), kPlotHeight);
+  if (!has_any) return nullptr;
+  TimePlot plot(endOfPlot(report), kPlotHeight, "How late each message was sent");
   shadeWaits(report, plot);
   plot.setLogarithmic(kLeastLateMs, high, "late, ms");
   for (const auto& [planned, topic] : report.topics) {
-    plot.dots(topic.moments, colorOf(planned.modality));
+    plot.dots(topic.moments, lookOf(planned.modality));
   }
   for (const Modality modality : kModalities) {
     const auto* worst = latest(report, modality);
     if (!worst) continue;
     const auto p99 = static_cast<double>(worst->second.lateness.quantile(0.99));
-    plot.level(p99 * 1e-6, colorOf(modality),
+    plot.level(p99 * 1e-6, lookOf(modality),
                "p99 " + inMs(p99) + " on " + worst->first.channel.topic);
   }
-  return plot.figure("How late each message was sent");
+  return plotData(plot);
 }
 
-std::string skewPlot(const PlayReport& report) {
+PageData skewPlot(const PlayReport& report) {
   double high = 0;
   for (const auto& [modality, skew] : report.in_step.skew) {
     high = std::max(high, highest(skew.samples));
   }
-  if (report.in_step.skew.empty()) return "";
+  if (report.in_step.skew.empty()) return nullptr;
   high = std::max(high * 1.1, kLeastTopMs);
-  TimePlot plot(endOfPlot(report), kPlotHeight);
+  TimePlot plot(endOfPlot(report), kPlotHeight, "How far light and speech were from the body");
   shadeWaits(report, plot);
   plot.setLinear(-high, high, "after the body, ms");
   for (const auto& [modality, skew] : report.in_step.skew) {
-    plot.dots(skew.samples, colorOf(modality));
+    plot.dots(skew.samples, lookOf(modality));
     const auto p95 = static_cast<double>(skew.size.quantile(0.95));
-    plot.level(isMostlyEarly(skew.samples) ? -p95 * 1e-6 : p95 * 1e-6, colorOf(modality),
+    plot.level(isMostlyEarly(skew.samples) ? -p95 * 1e-6 : p95 * 1e-6, lookOf(modality),
                "p95 " + inMs(p95) + ", " + std::string(name(modality)));
   }
-  return plot.figure("How far light and speech were from the body");
+  return plotData(plot);
 }
 
-std::string deviationPlot(const PlayReport& report) {
-  if (!report.base || report.base->deviation.count() == 0) return "";
+PageData deviationPlot(const PlayReport& report) {
+  if (!report.base || report.base->deviation.count() == 0) return nullptr;
   replay::Samples centimeters;
   for (replay::Sample sample : report.base->deviation.kept()) {
     sample.value *= 100;
     centimeters.add(sample);
   }
-  TimePlot plot(endOfPlot(report), kPlotHeight);
+  TimePlot plot(endOfPlot(report), kPlotHeight, "How far off its recorded way the base was");
   shadeWaits(report, plot);
   plot.setLinear(0, std::max(1.0, highest(centimeters) * 1.1), "off its way, cm");
-  plot.line(centimeters, colorOf(Modality::Body));
-  return plot.figure("How far off its recorded way the base was");
+  plot.line(centimeters, lookOf(Modality::Body), kLineGap);
+  return plotData(plot);
 }
 
 }  // namespace afterglow::nodes

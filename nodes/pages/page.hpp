@@ -1,0 +1,62 @@
+/// \file
+/// Pages for people, made from data and the templates in assets/pages: the one place that makes
+/// HTML.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace afterglow::calib {
+struct Picture;
+}
+
+namespace afterglow::nodes {
+
+using PageData = nlohmann::ordered_json;
+
+/// A page that needs no network and no script, well-formed as XML. `data` has to hold `page_title`;
+/// `version` is added. The template is Mustache, in which a name can be followed by how its value
+/// is written:
+///   {{mm:.2f}}          by fmt's format
+///   {{mm:.2f mm}}       with a unit
+///   {{m:100*.1f}}       multiplied before
+///   {{mm:two}}          with two digits: 0.034, 3.4, 34
+///   {{mm:.2f|-}}        a text for a value that is not there
+///   {{#count:any}}      a section of what is not 0, "" or empty
+///   {{#topics:each}}    a section of each member of an object; `key` is its name
+/// null, false, "" and empty lists are left out, as names are that no data holds.
+/// Throws std::logic_error for a template that does not exist or is malformed.
+std::string makePage(const std::string& name, PageData data);
+
+/// As it may stand in a page's text and attributes. Control characters, which no page may hold,
+/// become U+FFFD, and so do bytes that are no UTF-8.
+std::string escaped(const std::string& text);
+
+/// The picture as JPEG in a data URI, at most `widest` pixels wide.
+std::string imageUri(const calib::Picture& picture, int widest);
+
+/// "0.0034", "0.034", "0.34", "3.4", "34".
+std::string twoDigits(double value);
+
+/// For notice.html.
+struct NoticeItem {
+  std::string subject, text;  ///< the subject can be empty
+};
+PageData notice(const std::string& heading, const std::vector<NoticeItem>& items, bool is_bad);
+
+/// For figure.html: a drawing of drawing.hpp with its heading, its caption and what its looks mean.
+PageData figure(const std::string& heading, const PageData& drawing, const std::string& caption,
+                const PageData& legend = PageData::array());
+
+/// For legend.html: what a look of style.css stands for.
+PageData legendEntry(const std::string& look, const std::string& meaning);
+
+/// The templates and the style sheet, by file name.
+struct EmbeddedPage {
+  const char* name;  ///< nullptr ends the list
+  const char* text;
+};
+extern const EmbeddedPage kEmbeddedPages[];
+
+}  // namespace afterglow::nodes
