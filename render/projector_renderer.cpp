@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "render/compose/light_composer.hpp"
-#include "render/gl/gl_drawer.hpp"
+#include "render/gl/gl_context.hpp"
 #include "render/paint/cpu_drawer.hpp"
 
 namespace afterglow::render {

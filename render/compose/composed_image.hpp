@@ -4,10 +4,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "render/scene/eye.hpp"
+#include "render/scene/image.hpp"
 #include "render/scene/relief_placer.hpp"
 #include "render/scene/scene.hpp"
 
@@ -49,6 +51,36 @@ struct ComposedLayer {
 struct ComposedImage {
   std::vector<ComposedMask> masks;
   std::vector<ComposedLayer> layers;
+};
+
+/// A step as the back end draws it.
+struct Piece {
+  enum class Kind {
+    Triangles,  ///< of a translucent piece each pixel takes the nearest only
+    Outlines,   ///< the same
+    Points,     ///< blended by how much of each pixel they cover, farthest first
+  };
+  Kind kind;
+  bool is_opaque;              ///< points: never
+  std::uint32_t first, count;  ///< of the back end's list of that kind
+  double mean_depth;           ///< as LightVertex::depth
+};
+
+struct ExpandedLayer {
+  int mask = -1;           ///< as ComposedLayer has it
+  bool flattened = false;  ///< as Placed has it
+  std::vector<Piece> pieces;
+};
+
+/// Opaque pieces in any order, neighboring triangles as one; then the others, farthest first.
+void sortForDrawing(std::vector<Piece>& pieces);
+
+/// Draws composed images: the CPU (paint/cpu_drawer.hpp) or OpenGL (gl/gl_context.hpp).
+class ImageDrawer {
+ public:
+  virtual ~ImageDrawer() = default;
+  /// Draws all pixels of `image`, which has the lens's size; black where there is no content.
+  virtual void draw(const ComposedImage& composed, Image& image) = 0;
 };
 
 }  // namespace afterglow::render

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene/thin_lines.hpp"
-
 namespace afterglow::render {
 namespace {
 
@@ -24,6 +22,58 @@ LightOutline addFan(const SeenOutline& outline, LightTriangles& out) {
   }
   added.count = static_cast<std::uint32_t>(out.indices.size()) - added.first;
   return added;
+}
+
+/// Cuts the part behind the lens off the end at `to`.
+bool clipEnd(const CutVertex& from, CutVertex& to) {
+  const auto distance = [](const CutVertex& v) {
+    return v.p_optical.z() - LensDomain::kNear * v.p_optical.w();
+  };
+  const double at_from = distance(from), at_to = distance(to);
+  if (at_to >= 0) return true;
+  if (at_from < 0) return false;
+  to = mixed(from, to, at_from / (at_from - at_to));
+  return true;
+}
+
+CutVertex moved(const CutVertex& vertex, const Eigen::Vector2d& by) {
+  CutVertex out = vertex;
+  out.p_optical.head<2>() += by * vertex.p_optical.z();
+  return out;
+}
+
+void addPiece(const LensDomain& domain, const CutVertex& from, const CutVertex& to, double width_px,
+              int depth, std::vector<CutVertex>& out) {
+  constexpr int kMostHalvings = 12;
+  const Eigen::Vector2d a = normalized(from), b = normalized(to);
+  if (depth < kMostHalvings && !domain.isStraight(a, b)) {
+    const double za = from.p_optical.z(), zb = to.p_optical.z();
+    const CutVertex middle = mixed(from, to, za / (za + zb));  // half-way on the image
+    addPiece(domain, from, middle, width_px, depth + 1, out);
+    addPiece(domain, middle, to, width_px, depth + 1, out);
+    return;
+  }
+  Eigen::Vector2d along = (b - a).cwiseProduct(domain.focal());
+  along = along.norm() > 1e-9 ? along.normalized() : Eigen::Vector2d::UnitX();
+  const Eigen::Vector2d half = (0.5 * width_px * along).cwiseQuotient(domain.focal());
+  const Eigen::Vector2d side =
+      (0.5 * width_px * Eigen::Vector2d(-along.y(), along.x())).cwiseQuotient(domain.focal());
+  const CutVertex corners[] = {moved(from, -half - side), moved(to, half - side),
+                               moved(to, half + side), moved(from, -half + side)};
+  for (const int i : {0, 1, 2, 0, 2, 3}) out.push_back(corners[i]);
+}
+
+/// A line as a ribbon that the lens shows so many pixels wide all along, half a width longer at
+/// both ends so that it meets its neighbors. Appends triangles, three vertices each, w = 1, which
+/// may reach out of the domain.
+void addBand(const LensDomain& domain, const CutVertex& from, const CutVertex& to, double width_px,
+             std::vector<CutVertex>& out) {
+  CutVertex a = from, b = to;
+  if (!(a.p_optical.w() > 0 && b.p_optical.w() > 0)) return;  // seen along the surface
+  if (!clipEnd(a, b) || !clipEnd(b, a)) return;
+  a.p_optical /= a.p_optical.w();
+  b.p_optical /= b.p_optical.w();
+  addPiece(domain, a, b, width_px, 0, out);
 }
 
 }  // namespace
@@ -148,7 +198,7 @@ void TriangleProjector::addThinLine(const ThinLine& line, LightTriangles& out) {
   auto from = at(0);
   for (int i = 1; i <= pieces; ++i) {
     auto to = at(i);
-    if (from && to) render::addThinLine(domain_, *from, *to, line.width_px, thin_);
+    if (from && to) addBand(domain_, *from, *to, line.width_px, thin_);
     from = to;
   }
   for (std::size_t i = 0; i < thin_.size(); i += 3) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "render/compose/composed_image.hpp"
-#include "render/compose/piece.hpp"
 #include "render/scene/cut.hpp"
 #include "render/scene/mesh.hpp"
 #include "render/scene/tessellate.hpp"

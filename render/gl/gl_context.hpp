@@ -6,6 +6,9 @@
 #include <memory>
 #include <string>
 
+#include "calib/lens.hpp"
+#include "render/compose/composed_image.hpp"
+
 namespace afterglow::render {
 
 /// EGL: surfaceless, then device, then default platform. The context is made when it is first used,
@@ -26,5 +29,9 @@ class GlContext {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Draws composed images by OpenGL, four samples a pixel. Throws std::runtime_error where OpenGL
+/// cannot be used, and why.
+std::unique_ptr<ImageDrawer> makeGlDrawer(GlContext& context, const calib::Lens& lens);
 
 }  // namespace afterglow::render

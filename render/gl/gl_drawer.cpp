@@ -1,5 +1,4 @@
-#include "render/gl/gl_drawer.hpp"
-
+// Composed images drawn by OpenGL.
 #include <algorithm>
 #include <cstddef>
 #include <optional>
@@ -7,9 +6,9 @@
 #include <vector>
 
 #include "render/compose/triangle_projector.hpp"
+#include "render/gl/gl_context.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
-#include "render/gl/vertex_layout.hpp"
 
 namespace afterglow::render {
 namespace {

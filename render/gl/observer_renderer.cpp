@@ -6,10 +6,9 @@
 #include <stdexcept>
 
 #include "render/gl/glm_eigen.hpp"
+#include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
-#include "render/gl/smoothed_target.hpp"
 #include "render/gl/thrown_light.hpp"
-#include "render/gl/vertex_layout.hpp"
 #include "render/scene/shaded_mesh.hpp"
 
 namespace afterglow::render {

@@ -1,5 +1,5 @@
 /// \file
-/// An image to draw into with four samples a pixel, and to read back.
+/// Images to draw into and to read back.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -9,6 +9,7 @@
 
 namespace afterglow::render {
 
+/// Four samples a pixel.
 class RenderTarget {
  public:
   /// Throws std::runtime_error if the driver cannot make it.
@@ -27,6 +28,29 @@ class RenderTarget {
   Framebuffer samples_ = Framebuffer::make(), resolved_ = Framebuffer::make();
   Renderbuffer color_ = Renderbuffer::make(), depth_ = Renderbuffer::make();
   Renderbuffer resolved_color_ = Renderbuffer::make();
+};
+
+/// The same with one sample a pixel, whose edges are softened when it is read.
+class SmoothedTarget {
+ public:
+  /// Throws std::runtime_error if the driver cannot make it.
+  SmoothedTarget(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  /// Clears the target; drawing goes into it from now on.
+  void begin(const glm::vec3& background_rgb);
+  /// As RenderTarget::read.
+  Image read();
+
+ private:
+  int width_, height_;
+  Texture color_ = Texture::make(GL_TEXTURE_2D);
+  Renderbuffer depth_ = Renderbuffer::make(), smoothed_color_ = Renderbuffer::make();
+  Framebuffer drawn_ = Framebuffer::make(), smoothed_ = Framebuffer::make();
+  VertexArray no_vertices_ = VertexArray::make();
+  Program program_;
 };
 
 /// Throws std::runtime_error if the driver cannot draw into it.

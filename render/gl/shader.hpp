@@ -1,12 +1,16 @@
 /// \file
-/// The shaders of shaders/, embedded at build, compiled into programs.
+/// The shaders of shaders/, embedded at build, compiled into programs; their uniforms, and how
+/// vertices lie in their buffers.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "calib/lens.hpp"
@@ -20,8 +24,8 @@ struct EmbeddedShader {
 };
 extern const EmbeddedShader kEmbeddedShaders[];
 
-/// One stage made of several files, in order: a file may use those before it. The
-/// files hold no #version; it is 4.5 core.
+/// One stage made of several files, in order: a file may use those before it. The files hold no
+/// #version; it is 4.5 core.
 struct ShaderStage {
   GLenum stage;
   std::vector<std::string> files;
@@ -41,5 +45,33 @@ void setUniform(const Program& program, const char* name, const glm::vec2& value
 void setUniform(const Program& program, const char* name, const glm::vec3& value);
 void setUniform(const Program& program, const char* name, const glm::vec4& value);
 void setUniform(const Program& program, const char* name, const glm::mat4& value);
+
+// ---------------------------------------------------------------------------------- vertices
+template <typename Vertex>
+VertexArray makeVertexArray(const Buffer& vertices) {
+  VertexArray array = VertexArray::make();
+  glVertexArrayVertexBuffer(array.id(), 0, vertices.id(), 0, sizeof(Vertex));
+  return array;
+}
+
+/// The shader's input `index` is the member of that type (float, glm::vec3, glm::u8vec4 ...) and
+/// offset. Bytes arrive as 0 to 1.
+template <typename Member>
+void setAttribute(const VertexArray& array, GLuint index, std::size_t offset) {
+  constexpr bool is_bytes = std::is_same_v<Member, glm::u8vec4>;
+  static_assert(is_bytes || sizeof(Member) % sizeof(float) == 0);
+  constexpr GLint count = is_bytes ? 4 : static_cast<GLint>(sizeof(Member) / sizeof(float));
+  glEnableVertexArrayAttrib(array.id(), index);
+  glVertexArrayAttribFormat(array.id(), index, count, is_bytes ? GL_UNSIGNED_BYTE : GL_FLOAT,
+                            is_bytes, static_cast<GLuint>(offset));
+  glVertexArrayAttribBinding(array.id(), index, 0);
+}
+
+/// Replaces what the buffer held.
+template <typename T>
+void upload(const Buffer& buffer, const std::vector<T>& values) {
+  glNamedBufferData(buffer.id(), static_cast<GLsizeiptr>(values.size() * sizeof(T)), values.data(),
+                    GL_STREAM_DRAW);
+}
 
 }  // namespace afterglow::render

@@ -2,17 +2,64 @@
 /// A projector's light as the shaders of a lit room need it: image, lens, depths, and where it is.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <vector>
 
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/lit_mask.hpp"
 #include "render/gl/observer_renderer.hpp"
-#include "render/gl/shadow_map.hpp"
 
 namespace afterglow::render {
 
+/// How far a projector's light reaches: depths of the room from the projector's place.
+class ShadowMap {
+ public:
+  ShadowMap();
+
+  /// Pinhole frustum around all that the lens shows; distortion is left to the look-up of the
+  /// light.
+  static glm::dmat4 clipFromOptical(const calib::Lens& lens);
+  /// Size of a texel at a meter, meters.
+  static double texelSize(const calib::Lens& lens);
+
+  /// Empties the map; drawing goes into it from now on.
+  void begin();
+  const Texture& texture() const { return depth_; }
+
+ private:
+  static constexpr int kSize = 768;
+  Texture depth_ = Texture::make(GL_TEXTURE_2D);
+  Framebuffer framebuffer_ = Framebuffer::make();
+};
+
+/// Roughly where a projected image is not black, as the room meets it before the lens: a cheap
+/// look-up that spares most of the room the costly one.
+class LitMask {
+ public:
+  static constexpr int kWidth = 128, kHeight = 80;  ///< cells
+
+  explicit LitMask(const calib::Lens& lens);
+
+  /// Cells of ShadowMap::clipFromOptical's square, rows from y = -1 up: 255 where light may be.
+  /// The image's size must be the lens's. Valid until the next call.
+  const std::vector<std::uint8_t>& mark(const Image& image);
+
+ private:
+  static constexpr int kBlock = 16;  // px
+  struct Cells {
+    Eigen::Array2i low, high;  ///< empty where high < low: no ray reaches the block
+  };
+  bool isLit(const Image& image, int column, int row) const;
+
+  int columns_, rows_;
+  std::vector<Cells> cells_of_;  ///< by block of the image
+  std::vector<std::uint8_t> mask_;
+};
+
+/// Image, lens, depths and pose of a projector.
 class ThrownLight {
  public:
   /// Texture units that it takes.

@@ -2,7 +2,7 @@
 // OpenGL is refused, and the CPU draws.
 #include <stdexcept>
 
-#include "render/gl/gl_drawer.hpp"
+#include "render/gl/gl_context.hpp"
 #include "render/gl/observer_renderer.hpp"
 #include "render/gl/window.hpp"
 

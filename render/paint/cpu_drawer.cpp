@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "render/paint/packed_color.hpp"
+#include "render/paint/screen_point.hpp"
 
 namespace afterglow::render {
 namespace {

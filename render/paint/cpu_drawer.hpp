@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "render/compose/image_drawer.hpp"
+#include "render/compose/composed_image.hpp"
 #include "render/paint/image_painter.hpp"
 #include "render/paint/outline_projector.hpp"
 

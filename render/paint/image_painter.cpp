@@ -2,7 +2,6 @@
 
 #include <atomic>
 
-#include "render/paint/packed_color.hpp"
 
 namespace afterglow::render {
 namespace {

@@ -7,7 +7,6 @@
 #include <map>
 #include <vector>
 
-#include "render/compose/piece.hpp"
 #include "render/compose/triangle_projector.hpp"
 #include "render/paint/band_bins.hpp"
 #include "render/paint/canvas.hpp"

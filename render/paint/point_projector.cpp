@@ -7,7 +7,6 @@
 
 #include "render/compose/composed_image.hpp"
 #include "render/paint/float_lens.hpp"
-#include "render/paint/packed_color.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "render/paint/float_lens.hpp"
-#include "render/paint/packed_color.hpp"
+#include "render/paint/screen_point.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "calib/lens.hpp"
-#include "render/compose/piece.hpp"
+#include "render/compose/composed_image.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/point_projector.hpp"
 #include "render/paint/polygon_coverage.hpp"

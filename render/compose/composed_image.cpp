@@ -1,4 +1,4 @@
-#include "render/compose/piece.hpp"
+#include "render/compose/composed_image.hpp"
 
 #include <algorithm>
 #include <cstddef>
