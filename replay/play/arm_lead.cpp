@@ -10,7 +10,7 @@ double ArmLead::leadFor(const std::vector<std::optional<double>>& needed) {
   double lead_s = 0;
   for (const std::optional<double>& seconds : needed) {
     const bool takes_lead = is_expected && seconds != 0.0;
-    lead_s = std::max({lead_s, seconds.value_or(0), takes_lead ? options_.seek_lead_s : 0});
+    lead_s = std::max({lead_s, seconds.value_or(0), takes_lead ? play_.options.seek_lead_s : 0});
   }
   return lead_s;
 }
@@ -19,31 +19,31 @@ void ArmLead::give(double seconds, Stamp at) {
   if (seconds <= 0) {
     return;
   }
-  end_ = clock_.now().after(static_cast<std::int64_t>(seconds * 1e9));
-  transport_.change([&](Timeline& timeline) { timeline.moveTo(at, end_); });
+  end_ = play_.clock.now().after(static_cast<std::int64_t>(seconds * 1e9));
+  play_.transport.change([&](Timeline& timeline) { timeline.moveTo(at, end_); });
 }
 
 std::int64_t ArmLead::leftNs() const {
-  return std::max<std::int64_t>(0, end_.ns - clock_.now().ns);
+  return std::max<std::int64_t>(0, end_.ns - play_.clock.now().ns);
 }
 
 std::optional<double> ArmLead::leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const {
-  return hasArm() ? options_.arm_start->leadOf(channel, bytes, at) : std::nullopt;
+  return hasArm() ? play_.options.arm_start->leadOf(channel, bytes, at) : std::nullopt;
 }
 
 Bytes ArmLead::begin(const Channel& channel, const Bytes& bytes, Stamp at) const {
-  return options_.arm_start->begin(channel, bytes, at, static_cast<double>(leftNs()) * 1e-9);
+  return play_.options.arm_start->begin(channel, bytes, at, static_cast<double>(leftNs()) * 1e-9);
 }
 
 void ArmLead::lookAtHalted() {
   look_ = SteadyTime::forever();
-  if (hasArm()) options_.arm_start->halted();
+  if (hasArm()) play_.options.arm_start->halted();
 }
 
 void ArmLead::forget() {
   end_ = {};
   look_ = SteadyTime::forever();
-  if (hasArm()) options_.arm_start->forgetHalted();
+  if (hasArm()) play_.options.arm_start->forgetHalted();
 }
 
 }  // namespace afterglow::replay

@@ -6,9 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/arm_start.hpp"
-#include "replay/play/transport.hpp"
+#include "replay/play/play_context.hpp"
 
 namespace afterglow::replay {
 
@@ -16,11 +15,10 @@ namespace afterglow::replay {
 /// the same. For the thread that plays. Everything given outlives it.
 class ArmLead {
  public:
-  ArmLead(const PlayOptions& options, Transport& transport, Clock& clock)
-      : options_(options), transport_(transport), clock_(clock) {}
+  explicit ArmLead(const PlayContext& play) : play_(play) {}
 
   /// Whether the live joints are known.
-  bool hasArm() const { return options_.arm_start != nullptr; }
+  bool hasArm() const { return play_.options.arm_start != nullptr; }
   /// The motions that go on next may find their joints elsewhere.
   void expectElsewhere() { is_elsewhere_expected_ = true; }
   /// The same, if the joints are still on their way in a lead.
@@ -30,7 +28,7 @@ class ArmLead {
   double leadFor(const std::vector<std::optional<double>>& needed);
   /// The timeline stands at `at` for so long; 0: it goes on.
   void give(double seconds, Stamp at);
-  bool isGiven() const { return clock_.now() < end_; }
+  bool isGiven() const { return play_.clock.now() < end_; }
   /// The rest of the lead.
   std::int64_t leftNs() const;
 
@@ -51,9 +49,7 @@ class ArmLead {
  private:
   static constexpr std::int64_t kHaltNs = 500'000'000;  ///< an arm takes so long to stand
 
-  const PlayOptions& options_;
-  Transport& transport_;
-  Clock& clock_;
+  const PlayContext& play_;
   bool is_elsewhere_expected_ = false;
   SteadyTime end_;
   SteadyTime look_ = SteadyTime::forever();

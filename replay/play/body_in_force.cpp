@@ -35,16 +35,16 @@ bool BodyInForce::sendAs(Outbox::Outgoing message, Recorded whole) {
 }
 
 void BodyInForce::addGoal(const std::string& output, GoalBook::Entry entry) {
-  entry.sent_at = clock_.now();
+  entry.sent_at = play_.clock.now();
   const auto end = milestones_.of(entry.channel.topic, entry.recorded_at);
-  if (end && end->at > transport_.timeline().recorded(entry.sent_at)) entry.milestone = end;
-  ledger_.addGoal(entry, end);
+  if (end && end->at > play_.timeline().recorded(entry.sent_at)) entry.milestone = end;
+  play_.ledger.addGoal(entry, end);
   goals_.add(output, std::move(entry));
 }
 
 void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Recorded& whole,
                            std::int64_t lead_ns) {
-  const Stamp at = transport_.timeline().recorded(clock_.now());
+  const Stamp at = play_.timeline().recorded(play_.clock.now());
   bool was_sent = false;
   try {
     // The lead of an arm that is looked at comes with its start.
@@ -54,8 +54,8 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
   } catch (const MessageError& error) {
     topic.report.problem = error.what();
   }
-  if (!was_sent && !transport_.isStopped()) {
-    ledger_.note("the rest of a motion on " + channel.topic +
+  if (!was_sent && !play_.transport.isStopped()) {
+    play_.ledger.note("the rest of a motion on " + channel.topic +
                  " was not sent: " + topic.report.problem);
   }
 }
@@ -91,12 +91,12 @@ std::optional<GoalBook::Ended> BodyInForce::followEnds() {
 /// Fetch's head controller may take a goal for reached because the goal before it was: a goal that
 /// ended long before its shortest duration is sent again.
 bool BodyInForce::repeatHeadGoal(const GoalBook::Ended& ended) {
-  if (options_.gaze_frame.empty() || !isHeadGoal(ended.channel) ||
+  if (play_.options.gaze_frame.empty() || !isHeadGoal(ended.channel) ||
       ended.outcome != GoalOutcome::Succeeded) {
     return false;
   }
   const double planned = static_cast<double>(shortestDurationNs(ended.channel, ended.recorded)) /
-                         transport_.timeline().rate();
+                         play_.timeline().rate();
   const bool was_done = static_cast<double>(ended.at.ns - ended.sent_at.ns) > planned / 2;
   int& repeats = head_repeats_[{ended.channel.topic, ended.recorded_at.ns}];
   if (was_done || repeats == kMostHeadRepeats) {
@@ -109,7 +109,7 @@ bool BodyInForce::repeatHeadGoal(const GoalBook::Ended& ended) {
 }
 
 void BodyInForce::followEnd(const GoalBook::Ended& ended) {
-  ledger_.endGoal(ended);
+  play_.ledger.endGoal(ended);
   const std::string& topic = ended.channel.topic;
   const auto recorded = milestones_.of(topic, ended.recorded_at);
   const bool failed_then = recorded && recorded->outcome != GoalOutcome::Succeeded;
@@ -118,7 +118,7 @@ void BodyInForce::followEnd(const GoalBook::Ended& ended) {
                             ended.milestone && ended.milestone->is_awaited;
   if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {
     const Modality modality = outbox_.topic(topic).planned.modality;  // sound_play's is speech
-    transport_.fail(modality,
+    play_.transport.fail(modality,
                     "a goal on " + topic +
                         (was_canceled ? " was canceled" : " was aborted, rejected or lost") +
                         (recorded ? ", and was not when it was recorded" : ""));
@@ -160,7 +160,7 @@ void BodyInForce::haltCommands() {
 void BodyInForce::giveUpGoals() {
   for (const GoalBook::Ended& ended : goals_.takeEnded()) followEnd(ended);
   sendCancels(goals_.giveUp());
-  ledger_.cancelGoals();
+  play_.ledger.cancelGoals();
 }
 
 void BodyInForce::sendCancels(const std::vector<GoalBook::Entry>& goals) {
@@ -172,10 +172,11 @@ void BodyInForce::sendCancels(const std::vector<GoalBook::Entry>& goals) {
 }
 
 void BodyInForce::holdGaze(const std::vector<GoalBook::Entry>& goals) {
+  const std::string& gaze_frame = play_.options.gaze_frame;
   for (const GoalBook::Entry& goal : goals) {
-    if (options_.gaze_frame.empty() || !isHeadGoal(goal.channel)) continue;
+    if (gaze_frame.empty() || !isHeadGoal(goal.channel)) continue;
     outbox_.send(outbox_.topic(goal.channel.topic).planned.output,
-                 presentGaze(goal.channel, goal.recorded, options_.gaze_frame, goal.id + "-gaze"));
+                 presentGaze(goal.channel, goal.recorded, gaze_frame, goal.id + "-gaze"));
   }
 }
 
@@ -194,17 +195,17 @@ void BodyInForce::setTargets(std::vector<std::pair<Channel, Message>> targets) {
 void BodyInForce::proceed() {
   outbox_.forgetShift();
   if (lead_.nextLook() < SteadyTime::forever()) lead_.lookAtHalted();
-  const Stamp at = transport_.timeline().recorded(clock_.now());
+  const Stamp at = play_.timeline().recorded(play_.clock.now());
   const std::vector<GoalBook::Entry> goals = goals_.takeSuspended();
   try {
     lead_.give(leadToProceed(goals, at), at);
   } catch (const ArmElsewhere& error) {
-    transport_.stop(std::string("it does not go on: ") + error.what());
+    play_.transport.stop(std::string("it does not go on: ") + error.what());
   }
   const auto lead_ns = static_cast<std::int64_t>(static_cast<double>(lead_.leftNs()) *
-                                                 transport_.timeline().rate());
+                                                 play_.timeline().rate());
   for (const GoalBook::Entry& goal : goals) {
-    if (transport_.isStopped()) return;
+    if (play_.transport.isStopped()) return;
     sendRest(outbox_.topic(goal.channel.topic), goal.channel, {goal.recorded, goal.recorded_at},
              lead_ns);
   }
@@ -213,7 +214,7 @@ void BodyInForce::proceed() {
     if (command == commands_.end()) {
       continue;
     }
-    if (transport_.isStopped()) return;
+    if (play_.transport.isStopped()) return;
     const Recorded whole = command->second;
     if (!topic.is_velocity) {
       sendRest(topic, topic.planned.channel, whole, lead_ns);
@@ -244,7 +245,7 @@ std::optional<double> BodyInForce::leadOf(const Channel& channel, const Recorded
   }
   try {
     Bytes rest = remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns);
-    outbox_.topic(channel.topic).scaling.apply(rest, transport_.timeline().rate());
+    outbox_.topic(channel.topic).scaling.apply(rest, play_.timeline().rate());
     return lead_.leadOf(channel, rest, at);
   } catch (const MessageError&) {
     return 0;  // nor can it be sent

@@ -10,14 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
 #include "replay/play/arm_lead.hpp"
-#include "replay/play/ledger.hpp"
 #include "replay/play/outbox.hpp"
+#include "replay/play/play_context.hpp"
 #include "replay/play/step_gate.hpp"
-#include "replay/play/transport.hpp"
 
 namespace afterglow::replay {
 
@@ -25,18 +23,14 @@ namespace afterglow::replay {
 /// outlives it.
 class BodyInForce {
  public:
-  BodyInForce(const PlayOptions& options, const Milestones& milestones, Clock& clock,
-              Transport& transport, Outbox& outbox, ArmLead& lead, const StepGate& gate,
-              GoalBook& goals, Ledger& ledger)
-      : options_(options),
+  BodyInForce(const PlayContext& play, const Milestones& milestones, GoalBook& goals,
+              Outbox& outbox, ArmLead& lead, const StepGate& gate)
+      : play_(play),
         milestones_(milestones),
-        clock_(clock),
-        transport_(transport),
+        goals_(goals),
         outbox_(outbox),
         lead_(lead),
-        gate_(gate),
-        goals_(goals),
-        ledger_(ledger) {}
+        gate_(gate) {}
 
   /// Publishes a message. A command or goal is in force from then on.
   void send(Outbox::Outgoing message);
@@ -80,15 +74,12 @@ class BodyInForce {
   double leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at);
   std::optional<double> leadOf(const Channel& channel, const Recorded& whole, Stamp at);
 
-  const PlayOptions& options_;
+  const PlayContext& play_;
   const Milestones& milestones_;
-  Clock& clock_;
-  Transport& transport_;
+  GoalBook& goals_;
   Outbox& outbox_;
   ArmLead& lead_;
   const StepGate& gate_;
-  GoalBook& goals_;
-  Ledger& ledger_;
   /// Velocities and trajectory commands, by recorded topic.
   std::map<std::string, Recorded> commands_;
   std::map<std::pair<std::string, std::int64_t>, int> head_repeats_;  ///< of goals

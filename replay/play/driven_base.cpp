@@ -10,17 +10,13 @@ constexpr std::int64_t kStepNs = 20'000'000;
 
 }  // namespace
 
-DrivenBase::DrivenBase(const PlayPlan& plan, const PlayOptions& options, Clock& clock,
-                       std::function<Stamp()> ros_now, Transport& transport, Outbox& outbox,
-                       const StepGate& gate, Ledger& ledger)
-    : end_(plan.end),
-      drive_(options.base_drive),
-      clock_(clock),
+DrivenBase::DrivenBase(const PlayContext& play, std::function<Stamp()> ros_now, Outbox& outbox,
+                       const StepGate& gate)
+    : play_(play),
       ros_now_(std::move(ros_now)),
-      transport_(transport),
       outbox_(outbox),
       gate_(gate),
-      ledger_(ledger) {}
+      drive_(play.options.base_drive) {}
 
 void DrivenBase::enter(Stamp at) {
   next_step_ = {};
@@ -28,22 +24,22 @@ void DrivenBase::enter(Stamp at) {
 }
 
 void DrivenBase::step() {
-  const SteadyTime now = clock_.now();
+  const SteadyTime now = play_.clock.now();
   if (!drive_ || now < next_step_) {
     return;
   }
   next_step_ = std::max(next_step_.after(kStepNs), now.after(kStepNs / 2));
-  const Timeline& timeline = transport_.timeline();
-  const Stamp at = std::min(timeline.recorded(now), end_);
+  const Timeline& timeline = play_.timeline();
+  const Stamp at = std::min(timeline.recorded(now), play_.plan.end);
   if (!drive_->isBusy(at)) {
     return;
   }
   const Stamp ros_now = ros_now_();
   const BaseDrive::Step step = drive_->step(at, gate_.isHeldByGoal(), timeline.rate(), ros_now);
   if (step.command) outbox_.sendDriven(drive_->message(*step.command, ros_now));
-  ledger_.addBase(at, now, drive_->progress(), drive_->deviation());
+  play_.ledger.addBase(at, now, drive_->progress(), drive_->deviation());
   if (!drive_->failure().empty()) {
-    transport_.fail(Modality::Body, "the base: " + drive_->failure());
+    play_.transport.fail(Modality::Body, "the base: " + drive_->failure());
   }
 }
 

@@ -4,7 +4,6 @@
 
 #include <functional>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/base_drive.hpp"
 #include "replay/play/outbox.hpp"
 #include "replay/play/step_gate.hpp"
@@ -15,9 +14,8 @@ namespace afterglow::replay {
 /// given outlives it.
 class DrivenBase {
  public:
-  DrivenBase(const PlayPlan& plan, const PlayOptions& options, Clock& clock,
-             std::function<Stamp()> ros_now, Transport& transport, Outbox& outbox,
-             const StepGate& gate, Ledger& ledger);
+  DrivenBase(const PlayContext& play, std::function<Stamp()> ros_now, Outbox& outbox,
+             const StepGate& gate);
 
   /// The replay begins at this recorded moment, or goes on there.
   void enter(Stamp at);
@@ -29,14 +27,11 @@ class DrivenBase {
   bool isBusy(Stamp at) const { return drive_ && drive_->isBusy(at); }
 
  private:
-  const Stamp end_;
-  BaseDrive* const drive_;
-  Clock& clock_;
+  const PlayContext& play_;
   const std::function<Stamp()> ros_now_;
-  Transport& transport_;
   Outbox& outbox_;
   const StepGate& gate_;
-  Ledger& ledger_;
+  BaseDrive* const drive_;
   SteadyTime next_step_;
 };
 

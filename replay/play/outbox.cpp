@@ -37,21 +37,18 @@ OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, 
       is_driven(options.base_drive && options.base_drive->topic() == topic.channel.topic),
       latency_s(latencyOf(options.latency_s, topic.modality)) {}
 
-Outbox::Outbox(const PlayPlan& plan, const PlayOptions& options, MessageSink& sink, Clock& clock,
-               std::function<Stamp()> ros_now, Rewriter::FreshId ids, Transport& transport,
-               ArmLead& lead, Ledger& ledger)
-    : options_(options),
-      sink_(sink),
-      clock_(clock),
-      ros_now_(std::move(ros_now)),
-      rewriter_(std::move(ids), plan.rewriting),
-      transport_(transport),
+Outbox::Outbox(const PlayContext& play, ArmLead& lead, MessageSink& sink,
+               std::function<Stamp()> ros_now, Rewriter::FreshId ids)
+    : play_(play),
       lead_(lead),
-      ledger_(ledger) {
-  for (const PlannedTopic& planned : plan.topics) {
+      sink_(sink),
+      ros_now_(std::move(ros_now)),
+      rewriter_(std::move(ids), play.plan.rewriting) {
+  const PlayOptions& options = play.options;
+  for (const PlannedTopic& planned : play.plan.topics) {
     const std::string& name = planned.channel.topic;
     if (planned.isPlayed()) {
-      topics_.try_emplace(name, planned, options, ledger.topic(name));
+      topics_.try_emplace(name, planned, options, play.ledger.topic(name));
     }
   }
   if (options.base_drive) topics_.at(options.base_drive->topic());  // has to be played
@@ -89,18 +86,19 @@ std::optional<Outbox::Sent> Outbox::publish(Outgoing message) {
     sent = tryPublish(message);
   } catch (const ArmElsewhere& error) {
     refuse(message, error.what());
-    transport_.stop("nothing more is sent on " + topic.planned.output.topic + ": " + error.what());
+    const std::string& output = topic.planned.output.topic;
+    play_.transport.stop("nothing more is sent on " + output + ": " + error.what());
   } catch (const std::exception& error) {
     refuse(message, error.what());
     if (modality != Modality::Body) {
-      transport_.fail(modality, message.channel.topic + ": " + error.what());
+      play_.transport.fail(modality, message.channel.topic + ": " + error.what());
     }
   }
   if (!sent) {
     return sent;
   }
   if (modality != Modality::Body && !sent->was_heard) {
-    transport_.fail(modality, "nobody listened on " + topic.planned.output.topic);
+    play_.transport.fail(modality, "nobody listened on " + topic.planned.output.topic);
   }
   if (modality == Modality::Ar) topic.last = std::move(message.bytes);
   ++published_;
@@ -118,11 +116,11 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
   if (topic.is_velocity && !isFinite(velocityOf(message.bytes))) {
     throw MessageError("a velocity that is no number");
   }
-  const double rate = transport_.timeline().rate();
+  const double rate = play_.timeline().rate();
   topic.scaling.apply(message.bytes, rate);
   beginWhereJointsAre(message);
-  if (options_.anchor) {
-    options_.anchor->anchor(channel, message.recorded, moment, message.bytes);
+  if (play_.options.anchor) {
+    play_.options.anchor->anchor(channel, message.recorded, moment, message.bytes);
   }
   const Rewritten rewritten = rewriter_.rewrite(channel, moment, message.bytes);
   if (!rewritten.publish) {
@@ -130,18 +128,18 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
   }
   topic.has_moved = topic.has_moved || topic.is_velocity;
   topic.report.was_heard = sink_.publish(topic.planned.output, message.bytes);
-  const SteadyTime now = clock_.now();
+  const SteadyTime now = play_.clock.now();
   const std::int64_t late_ns = std::min(message.late_ns, now.ns - message.released.ns);
-  ledger_.addSent(topic.planned, {message.recorded, now, std::max<std::int64_t>(0, late_ns),
+  play_.ledger.addSent(topic.planned, {message.recorded, now, std::max<std::int64_t>(0, late_ns),
                                   topic.latency_s, rate});
   return Sent{topic.report.was_heard, rewritten.goal};
 }
 
 PublishMoment Outbox::momentOf(const Outgoing& message) {
-  if (options_.has_recorded_time) {
+  if (play_.options.has_recorded_time) {
     return {message.at, 0};
   }
-  const double rate = transport_.timeline().rate();
+  const double rate = play_.timeline().rate();
   const std::int64_t early_ns = earlyNs(message.topic.latency_s, rate);
   const Stamp now = ros_now_();
   const std::int64_t shift = now.ns - message.late_ns - (message.at.ns - early_ns);
@@ -180,7 +178,7 @@ void Outbox::refuse(const Outgoing& message, const std::string& why) {
 // -------------------------------------------------------------------- messages of the player's own
 
 void Outbox::sendDriven(const Bytes& velocity) {
-  OutboxTopic& topic = topics_.at(options_.base_drive->topic());
+  OutboxTopic& topic = topics_.at(play_.options.base_drive->topic());
   topic.has_moved = true;
   topic.report.was_heard = sink_.publish(topic.planned.output, velocity);
   ++topic.report.published;
@@ -191,12 +189,12 @@ void Outbox::send(const Channel& channel, const Bytes& bytes) {
   try {
     sink_.publish(channel, bytes);
   } catch (const std::exception& error) {
-    ledger_.note(channel.topic + ": " + error.what());
+    play_.ledger.note(channel.topic + ": " + error.what());
   }
 }
 
 void Outbox::sendZeroVelocities() {
-  if (options_.base_drive) options_.base_drive->rest();
+  if (play_.options.base_drive) play_.options.base_drive->rest();
   for (const auto& [name, topic] : topics_) sendZeroVelocity(topic);
 }
 

@@ -10,14 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/motion_rate.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/rewrite.hpp"
 #include "replay/play/arm_lead.hpp"
-#include "replay/play/ledger.hpp"
-#include "replay/play/transport.hpp"
+#include "replay/play/play_context.hpp"
 
 namespace afterglow::replay {
 
@@ -50,9 +48,8 @@ struct OutboxTopic {
 class Outbox {
  public:
   /// Throws MessageError for a definition that is none.
-  Outbox(const PlayPlan& plan, const PlayOptions& options, MessageSink& sink, Clock& clock,
-         std::function<Stamp()> ros_now, Rewriter::FreshId ids, Transport& transport, ArmLead& lead,
-         Ledger& ledger);
+  Outbox(const PlayContext& play, ArmLead& lead, MessageSink& sink,
+         std::function<Stamp()> ros_now, Rewriter::FreshId ids);
 
   /// By their recorded names.
   std::map<std::string, OutboxTopic>& topics() { return topics_; }
@@ -108,14 +105,11 @@ class Outbox {
   void refuse(const Outgoing& message, const std::string& why);
   void sendZeroVelocity(const OutboxTopic& topic);
 
-  const PlayOptions& options_;
+  const PlayContext& play_;
+  ArmLead& lead_;
   MessageSink& sink_;
-  Clock& clock_;
   const std::function<Stamp()> ros_now_;
   Rewriter rewriter_;
-  Transport& transport_;
-  ArmLead& lead_;
-  Ledger& ledger_;
   std::map<std::string, OutboxTopic> topics_;
   std::optional<std::int64_t> shift_ns_;  ///< what recorded stamps are moved by
   std::atomic<std::uint64_t> published_{0};

@@ -24,18 +24,18 @@ Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& opti
                Rewriter::FreshId ids)
     : plan_(plan),
       options_(checked(options, plan)),
-      clock_(clock),
       milestones_(options.has_recorded_time ? Milestones() : Milestones::read(store, plan)),
       goals_(options.goals ? *options.goals : own_goals_),
       transport_(plan, options_, clock),
       ledger_(plan),
-      lead_(options_, transport_, clock),
-      outbox_(plan, options_, sink, clock, ros_now, std::move(ids), transport_, lead_, ledger_),
-      gate_(plan, options_, milestones_, clock, transport_, goals_, ledger_),
-      base_(plan, options_, clock, ros_now, transport_, outbox_, gate_, ledger_),
-      body_(options_, milestones_, clock, transport_, outbox_, lead_, gate_, goals_, ledger_),
-      scheduler_({store, plan, options_, hasMotion(plan), clock, ros_now, transport_, ledger_,
-                  goals_, outbox_, lead_, gate_, base_, body_}) {
+      play_{plan, options_, clock, transport_, ledger_},
+      lead_(play_),
+      outbox_(play_, lead_, sink, ros_now, std::move(ids)),
+      gate_(play_, milestones_, goals_),
+      base_(play_, ros_now, outbox_, gate_),
+      body_(play_, milestones_, goals_, outbox_, lead_, gate_),
+      scheduler_(play_, {store, hasMotion(plan), ros_now, goals_, outbox_, lead_, gate_, base_,
+                         body_}) {
   for (const std::string& note : milestones_.notes) ledger_.note(note);
 }
 
@@ -66,8 +66,8 @@ PlayReport Player::run() {
 }
 
 void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
-  if (goals_.finish(id, outcomeOf(goal_status), clock_.now())) {
-    clock_.wake();
+  if (goals_.finish(id, outcomeOf(goal_status), play_.clock.now())) {
+    play_.clock.wake();
   }
 }
 

@@ -93,12 +93,12 @@ class Player {
  private:
   const PlayPlan& plan_;
   const PlayOptions options_;
-  Clock& clock_;
   const Milestones milestones_;
   GoalBook own_goals_;  ///< unless the options give one
   GoalBook& goals_;
   Transport transport_;
   Ledger ledger_;
+  const PlayContext play_;
   ArmLead lead_;
   Outbox outbox_;
   StepGate gate_;

@@ -10,16 +10,14 @@
 #include <optional>
 #include <vector>
 
-#include "replay/clock/clock.hpp"
 #include "replay/play/arm_lead.hpp"
 #include "replay/play/body_in_force.hpp"
 #include "replay/play/driven_base.hpp"
-#include "replay/play/ledger.hpp"
 #include "replay/play/message_lanes.hpp"
 #include "replay/play/outbox.hpp"
+#include "replay/play/play_context.hpp"
 #include "replay/play/scene_at.hpp"
 #include "replay/play/step_gate.hpp"
-#include "replay/play/transport.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -27,13 +25,8 @@ namespace afterglow::replay {
 /// The parts of a player, which outlive its scheduler.
 struct PlayerParts {
   const Store& store;
-  const PlayPlan& plan;
-  const PlayOptions& options;
   bool has_motion;
-  Clock& clock;
   std::function<Stamp()> ros_now;
-  Transport& transport;
-  Ledger& ledger;
   const GoalBook& goals;
   Outbox& outbox;
   ArmLead& lead;
@@ -45,7 +38,7 @@ struct PlayerParts {
 /// Used once: play(), then finish(). One thread.
 class Scheduler {
  public:
-  explicit Scheduler(PlayerParts parts) : parts_(std::move(parts)) {}
+  Scheduler(const PlayContext& play, PlayerParts parts) : play_(play), parts_(std::move(parts)) {}
 
   /// To the end, or a stop. Throws what ends a replay early.
   void play();
@@ -90,6 +83,7 @@ class Scheduler {
   Wake endRound();
   const Channel& channelOf(std::int64_t id);
 
+  const PlayContext& play_;
   const PlayerParts parts_;
   std::unique_ptr<MessageLanes> lanes_;
   std::map<std::int64_t, Channel> channels_;

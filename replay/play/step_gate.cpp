@@ -12,29 +12,29 @@ namespace afterglow::replay {
 
 /// In real time, the wait that the leap to a milestone makes good.
 std::int64_t StepGate::marginNow() const {
-  return std::llround(static_cast<double>(kMilestoneMarginNs) / transport_.timeline().rate());
+  return std::llround(static_cast<double>(kMilestoneMarginNs) / play_.timeline().rate());
 }
 
 std::int64_t StepGate::longestWait() const {
-  return marginNow() + static_cast<std::int64_t>(options_.goal_wait_s * 1e9);
+  return marginNow() + static_cast<std::int64_t>(play_.options.goal_wait_s * 1e9);
 }
 
 bool StepGate::isHeldByGoal() const {
-  return is_goal_limit_ && transport_.timeline().isHeld(clock_.now());
+  return is_goal_limit_ && play_.timeline().isHeld(play_.clock.now());
 }
 
 bool StepGate::isWaitedFor(const std::optional<Milestone>& milestone) const {
-  const Stamp at = transport_.timeline().recorded(clock_.now());
+  const Stamp at = play_.timeline().recorded(play_.clock.now());
   return milestone && milestone->is_awaited && isHeldByGoal() && at < milestone->at &&
          milestone->at.ns - kMilestoneMarginNs <= at.ns;
 }
 
 SteadyTime StepGate::deadlineOf(Stamp recorded, std::int64_t early_ns) const {
-  const SteadyTime own = transport_.timeline().deadline(recorded);
+  const SteadyTime own = play_.timeline().deadline(recorded);
   if (early_ns == 0 || own == SteadyTime::forever()) {
     return own;
   }
-  const SteadyTime due = transport_.timeline().deadline({recorded.ns - early_ns});
+  const SteadyTime due = play_.timeline().deadline({recorded.ns - early_ns});
   return recorded > lifted_from_ ? std::max(due, std::min(own, lifted_at_)) : due;
 }
 
@@ -42,7 +42,7 @@ SteadyTime StepGate::nextLook() const {
   if (!is_goal_limit_) {
     return SteadyTime::forever();
   }
-  const Timeline& timeline = transport_.timeline();
+  const Timeline& timeline = play_.timeline();
   const SteadyTime held_since = timeline.deadline(*timeline.limit());
   return held_since.after(is_standing_ ? longestWait() : marginNow());
 }
@@ -62,10 +62,10 @@ std::optional<Stamp> StepGate::limitAfter(std::optional<Stamp> limit, const std:
 StepGate::Move StepGate::moveLimit(const std::optional<GoalBook::Ended>& reached) {
   std::optional<Stamp> limit;
   const auto goal = isGated() ? goals_.nextMilestone() : std::nullopt;
-  if (goal && goal->second.at.ns - kMilestoneMarginNs < plan_.end.ns) {
+  if (goal && goal->second.at.ns - kMilestoneMarginNs < play_.plan.end.ns) {
     limit = Stamp{goal->second.at.ns - kMilestoneMarginNs};
   }
-  const BaseDrive* drive = isGated() ? options_.base_drive : nullptr;
+  const BaseDrive* drive = isGated() ? play_.options.base_drive : nullptr;
   const bool is_goal = limit && !(drive && drive->limit() < *limit);
   if (drive && !is_goal) limit = drive->limit();
   if (limit == asked_limit_ && !reached) {
@@ -80,15 +80,15 @@ StepGate::Move StepGate::moveLimit(const std::optional<GoalBook::Ended>& reached
 /// If the timeline stood, it goes on from there, or from the milestone that was reached.
 std::optional<Stamp> StepGate::setLimit(std::optional<Stamp> limit,
                                         const std::optional<GoalBook::Ended>& reached) {
-  const Timeline& timeline = transport_.timeline();
-  const SteadyTime now = clock_.now();
+  const Timeline& timeline = play_.timeline();
+  const SteadyTime now = play_.clock.now();
   const bool was_held = timeline.isHeld(now);
   const Stamp from = timeline.recorded(now);
   const SteadyTime since = was_held ? timeline.deadline(from) : now;
   const SteadyTime when = reached ? std::max(reached->at, timeline.resumedAt()) : now;
   Stamp to = reached ? reached->milestone->at : from;
   if (limit) to = std::max(from, std::min(to, *limit));
-  transport_.change([&](Timeline& changed) {
+  play_.transport.change([&](Timeline& changed) {
     changed.setLimit(limit, now);
     if (reached) changed.moveTo(to, when);
   });
@@ -100,7 +100,7 @@ std::optional<Stamp> StepGate::setLimit(std::optional<Stamp> limit,
   lifted_at_ = when;
   const double leapt_ns = static_cast<double>(to.ns - from.ns) / timeline.rate();
   const double stood_ns = static_cast<double>(when.ns - since.ns);
-  ledger_.addWait(from, since, 1e-9 * (stood_ns - leapt_ns), awaited_);
+  play_.ledger.addWait(from, since, 1e-9 * (stood_ns - leapt_ns), awaited_);
   const bool goes_on = !timeline.isHeld(now) && std::exchange(is_standing_, false);
   return goes_on ? std::optional(from) : std::nullopt;
 }
@@ -109,14 +109,14 @@ StepGate::Stand StepGate::stand() {
   if (!isHeldByGoal()) {
     return {};
   }
-  const Stamp limit = *transport_.timeline().limit();
-  const std::int64_t held_ns = clock_.now().ns - transport_.timeline().deadline(limit).ns;
+  const Stamp limit = *play_.timeline().limit();
+  const std::int64_t held_ns = play_.clock.now().ns - play_.timeline().deadline(limit).ns;
   Stand stand;
   stand.begins = held_ns >= marginNow() && !std::exchange(is_standing_, true);
   if (held_ns >= longestWait()) {
     stand.too_long =
         fmt::format("a goal on {} took {:.4g} s longer than it did when it was recorded", awaited_,
-                    options_.goal_wait_s);
+                    play_.options.goal_wait_s);
     goals_.giveUpWaiting({limit.ns + kMilestoneMarginNs});
   }
   return stand;
@@ -131,14 +131,14 @@ bool StepGate::pause() {
 }
 
 void StepGate::interrupt() {
-  const Timeline& timeline = transport_.timeline();
-  const SteadyTime now = clock_.now();
+  const Timeline& timeline = play_.timeline();
+  const SteadyTime now = play_.clock.now();
   if (timeline.isHeld(now)) {
     const Stamp at = *timeline.limit();
     const SteadyTime since = timeline.deadline(at);
-    ledger_.addWait(at, since, 1e-9 * static_cast<double>(now.ns - since.ns), awaited_);
+    play_.ledger.addWait(at, since, 1e-9 * static_cast<double>(now.ns - since.ns), awaited_);
   }
-  ledger_.restartSkew();
+  play_.ledger.restartSkew();
 }
 
 void StepGate::enter() {

@@ -6,11 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/milestones.hpp"
-#include "replay/play/ledger.hpp"
-#include "replay/play/transport.hpp"
+#include "replay/play/play_context.hpp"
 
 namespace afterglow::replay {
 
@@ -19,18 +17,11 @@ namespace afterglow::replay {
 /// plays. Everything given outlives it.
 class StepGate {
  public:
-  StepGate(const PlayPlan& plan, const PlayOptions& options, const Milestones& milestones,
-           Clock& clock, Transport& transport, GoalBook& goals, Ledger& ledger)
-      : plan_(plan),
-        options_(options),
-        milestones_(milestones),
-        clock_(clock),
-        transport_(transport),
-        goals_(goals),
-        ledger_(ledger) {}
+  StepGate(const PlayContext& play, const Milestones& milestones, GoalBook& goals)
+      : play_(play), milestones_(milestones), goals_(goals) {}
 
   /// False: nothing waits, because the options say so or the robot's time is the replay's.
-  bool isGated() const { return options_.is_in_step && !options_.has_recorded_time; }
+  bool isGated() const { return play_.options.is_in_step && !play_.options.has_recorded_time; }
 
   struct Move {
     bool has_moved = false;
@@ -77,13 +68,9 @@ class StepGate {
   std::int64_t marginNow() const;
   std::int64_t longestWait() const;
 
-  const PlayPlan& plan_;
-  const PlayOptions& options_;
+  const PlayContext& play_;
   const Milestones& milestones_;
-  Clock& clock_;
-  Transport& transport_;
   GoalBook& goals_;
-  Ledger& ledger_;
   std::optional<Stamp> asked_limit_;  ///< of the timeline, which may have passed it
   bool is_goal_limit_ = false;        ///< it is a goal's, not the base's
   std::string awaited_;               ///< the topic that sets it

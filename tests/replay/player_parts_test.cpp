@@ -44,8 +44,9 @@ struct PlayerParts : testing::Test {
   GoalBook goals;
   Transport transport{plan, options, clock};
   Ledger ledger{plan};
-  StepGate gate{plan, options, milestones, clock, transport, goals, ledger};
-  ArmLead lead{options, transport, clock};
+  PlayContext play{plan, options, clock, transport, ledger};
+  StepGate gate{play, milestones, goals};
+  ArmLead lead{play};
 };
 
 // ----------------------------------------------------------------------------------- the goal book
@@ -201,8 +202,8 @@ struct PlayerOutbox : PlayerParts {
     plays(kCloud, Modality::Ar);
     begin();
     const auto ros_now = [this] { return Stamp{clock.now().ns + 2 * kBegin}; };
-    outbox = std::make_unique<Outbox>(plan, options, sink, clock, ros_now,
-                                      [] { return std::string("fresh"); }, transport, lead, ledger);
+    outbox = std::make_unique<Outbox>(play, lead, sink, ros_now,
+                                      [] { return std::string("fresh"); });
   }
   Outbox::Outgoing due(const Channel& channel, Bytes bytes, std::int64_t late_ms = 0) {
     return {outbox->topic(channel.topic), channel,           recordedAt(0), recordedAt(0),
@@ -258,7 +259,7 @@ struct PlayerBody : PlayerOutbox {
     body.send({outbox->topic(channel.topic), channel, recordedAt(at_ms), recordedAt(at_ms),
                std::move(bytes)});
   }
-  BodyInForce body{options, milestones, clock, transport, *outbox, lead, gate, goals, ledger};
+  BodyInForce body{play, milestones, goals, *outbox, lead, gate};
 };
 
 TEST_F(PlayerBody, isSuspendedAndToldAgainWhatIsLeft) {

@@ -1,0 +1,23 @@
+/// \file
+/// The objects that all parts of a player share.
+#pragma once
+
+#include "replay/clock/clock.hpp"
+#include "replay/play/ledger.hpp"
+#include "replay/play/play_options.hpp"
+#include "replay/play/transport.hpp"
+
+namespace afterglow::replay {
+
+/// They outlive every part.
+struct PlayContext {
+  const PlayPlan& plan;
+  const PlayOptions& options;
+  Clock& clock;
+  Transport& transport;
+  Ledger& ledger;
+
+  const Timeline& timeline() const { return transport.timeline(); }
+};
+
+}  // namespace afterglow::replay
