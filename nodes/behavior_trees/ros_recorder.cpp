@@ -13,23 +13,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kLookEvery{50};
 
-StartRecording::Request toRequest(const RecordingOptions& options) {
-  StartRecording::Request request;
-  request.name = options.name;
-  request.topics = options.topics;
-  request.regexes = options.regexes;
-  request.all = options.all;
-  request.exclude = options.exclude;
-  request.limits = options.limits;
-  request.tree_path = options.tree_path;
-  request.parameters = options.parameters;
-  request.tags = options.tags;
-  request.attempt = options.attempt;
-  request.pre_roll = options.pre_roll_s;
-  request.keep_if = options.keep_if;
-  return request;
-}
-
 class RosRecorder : public RecorderClient {
  public:
   explicit RosRecorder(std::string node) : node_(std::move(node)) {}
@@ -38,7 +21,7 @@ class RosRecorder : public RecorderClient {
     const std::string service = node_ + "/start_recording";
     await(service, was_absent_ ? 0.0 : options.timeout_s);
     StartRecording call;
-    call.request = toRequest(options);
+    copyRecordingFields(options, call.request);
     ask(service, call);
     if (!call.response.message.empty()) {
       ROS_WARN_STREAM("recording '" << options.name << "': " << call.response.message);

@@ -3,6 +3,7 @@
 #include <ros/names.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
@@ -60,6 +61,31 @@ std::set<std::string> outcomes(const std::string& list) {
     words.insert(word);
   }
   return words;
+}
+
+RecordingRequest checkedRequest(const RecordingOptions& asked) {
+  RecordingRequest request;
+  replay::Behavior& behavior = request.behavior;
+  behavior.name = asked.name;
+  behavior.topics = asked.topics;
+  behavior.tree_path = asked.tree_path;
+  behavior.parameters = asked.parameters;
+  behavior.tags = asked.tags;
+  behavior.attempt = std::max(0, asked.attempt);
+  behavior = checkedBehavior(std::move(behavior));
+  request.choice = {asked.regexes, asked.exclude, asked.all};
+  if (behavior.topics.empty() && !request.choice.isOpen()) {
+    throw std::invalid_argument("no topics are named");
+  }
+  for (const std::string& limit : asked.limits) {
+    request.terms.limits.push_back(replay::TopicLimit::parse(limit));
+  }
+  if (!(asked.pre_roll_s >= 0 && asked.pre_roll_s <= 3600)) {
+    throw std::invalid_argument("pre_roll must be 0 to 3600 seconds");
+  }
+  request.terms.pre_roll_ns = std::llround(asked.pre_roll_s * 1e9);
+  request.keep_if = outcomes(asked.keep_if);
+  return request;
 }
 
 }  // namespace afterglow::nodes

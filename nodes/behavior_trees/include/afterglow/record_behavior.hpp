@@ -6,18 +6,11 @@
 ///       <SubTree ID="PickGearboxBottom"/>
 ///     </RecordBehavior>
 ///
-/// The behavior is called as the decorator, or, without a name, as its child. Ports, all optional:
-///   topics      names, separated by spaces, commas or semicolons
-///   regexes     and topics that one of these matches as a whole; spaces or semicolons between
-///   all         true: every topic
-///   exclude     of regexes and all, none that one of these matches
-///   limits      "/points max_hz=2; /scan every=5"; semicolons between
-///   tree_path   place in the tree; empty: below the enclosing <RecordBehavior>, by name
-///   parameters  a JSON object as it stands, or the blackboard entry {key} that holds one
-///   tags        as topics
-///   attempt     0 (default): counted, up with every failure
-///   pre_roll    seconds to begin earlier
-///   keep_if     outcomes to keep, e.g. "failure,halted"; empty: all
+/// The behavior is called as the decorator, or, without a name, as its child. Ports, all optional,
+/// are what a recording can be asked for: visitRecordingFields() (recorder_client.hpp) explains them
+/// and what may stand between the words of a list. `parameters` is a JSON object as it stands, or
+/// the blackboard entry {key} that holds one; `attempt` counts up with every failure unless it is
+/// given. Beside them:
 ///   wait        false: the child need not wait for the recording to stand (default true)
 ///   timeout     seconds after which the child goes on without its recording (default 5)
 ///   required    true: FAILURE, child not ticked, if it cannot be recorded (default false)
@@ -30,6 +23,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,21 +38,19 @@ class RecordBehavior : public BT::DecoratorNode {
       : BT::DecoratorNode(name, config), recorded_(std::move(recorder)) {}
 
   static BT::PortsList providedPorts() {
-    const auto text = [](const char* port) { return BT::InputPort<std::string>(port, ""); };
-    return {text("topics"),
-            text("regexes"),
-            BT::InputPort<bool>("all", "record every topic"),
-            text("exclude"),
-            text("limits"),
-            text("tree_path"),
-            text("parameters"),
-            text("tags"),
-            BT::InputPort<int>("attempt", "0: counted"),
-            BT::InputPort<double>("pre_roll", "seconds"),
-            text("keep_if"),
-            BT::InputPort<bool>("wait", "until the recording stands"),
-            BT::InputPort<double>("timeout", "seconds"),
-            BT::InputPort<bool>("required", "no behavior without its recording")};
+    BT::PortsList ports = {
+        BT::InputPort<bool>("wait", "until the recording stands"),
+        BT::InputPort<double>("timeout", "seconds"),
+        BT::InputPort<bool>("required", "no behavior without its recording")};
+    visitRecordingFields(
+        [&ports](const RecordingField& field, const auto& value) {
+          using Value = std::decay_t<decltype(value)>;
+          using Port = std::conditional_t<std::is_arithmetic<Value>::value, Value, std::string>;
+          if (field.name == std::string("name")) return;  // the node's
+          ports.insert(BT::InputPort<Port>(field.name, field.help));
+        },
+        RecordingOptions());
+    return ports;
   }
 
   void halt() override {
@@ -110,25 +102,35 @@ class RecordBehavior : public BT::DecoratorNode {
     }
   }
 
+  /// A field from its port.
+  struct ReadPort {
+    const RecordBehavior& node;
+
+    void operator()(const RecordingField& field, std::vector<std::string>& words) const {
+      words = node.words(field.name, field.separators);
+    }
+    void operator()(const RecordingField& field, std::string& text) const {
+      const std::string port = field.name;
+      if (port != "name") text = port == "parameters" ? node.parameters() : node.text(port);
+    }
+    template <typename Number>
+    void operator()(const RecordingField& field, Number& number) const {
+      number = node.input<Number>(field.name, number);
+    }
+  };
+
   RecordingOptions options() const {
     RecordingOptions options;
+    options.attempt = 0;
+    visitRecordingFields(ReadPort{*this}, options);
     options.name = name() == registrationName() ? child_node_->name() : name();
-    options.topics = words("topics", " \t\r\n,;");
-    options.regexes = words("regexes", " \t\r\n;");
-    options.all = input<bool>("all", options.all);
-    options.exclude = words("exclude", " \t\r\n;");
-    options.limits = words("limits", ";");
-    options.tree_path = input<std::string>("tree_path", {});
-    options.parameters = parameters();
-    options.tags = words("tags", " \t\r\n,;");
-    options.attempt = input<int>("attempt", 0);
-    options.pre_roll_s = input<double>("pre_roll", options.pre_roll_s);
-    options.keep_if = input<std::string>("keep_if", {});
     options.wait = input<bool>("wait", options.wait);
     options.timeout_s = input<double>("timeout", options.timeout_s);
     options.required = input<bool>("required", options.required);
     return options;
   }
+
+  std::string text(const std::string& port) const { return input<std::string>(port, {}); }
 
   template <typename Value>
   Value input(const std::string& port, Value absent) const {
@@ -149,11 +151,11 @@ class RecordBehavior : public BT::DecoratorNode {
         (written->second.find('"') != std::string::npos || written->second == "{}")) {
       return written->second;
     }
-    return input<std::string>("parameters", {});
+    return text("parameters");
   }
 
   std::vector<std::string> words(const std::string& port, const std::string& separators) const {
-    const std::string text = input<std::string>(port, {});
+    const std::string text = this->text(port);
     const std::string blank = separators + " \t\r\n";
     std::vector<std::string> words;
     std::size_t begin = text.find_first_not_of(blank);

@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// One behavior to record. Sources: srv/StartRecording.srv for what the recorder does with it.
+/// One behavior to record; visitRecordingFields() names and explains what a recorder is told of it.
 struct RecordingOptions {
   std::string name = {};                  ///< "pick"
   std::vector<std::string> topics = {};   ///< absolute names; they need not be announced yet
@@ -34,6 +34,49 @@ struct RecordingOptions {
   /// No behavior without its recording. Otherwise it goes on unrecorded, with a warning.
   bool required = false;
 };
+
+/// A field of what a recording can be asked for.
+struct RecordingField {
+  const char* name;             ///< in messages and as a port of <RecordBehavior>
+  const char* help;
+  const char* separators = "";  ///< of a list that is written as one text
+};
+
+template <typename Message>
+auto& preRollOf(Message& message) {
+  return message.pre_roll;
+}
+inline double& preRollOf(RecordingOptions& options) { return options.pre_roll_s; }
+inline const double& preRollOf(const RecordingOptions& options) { return options.pre_roll_s; }
+
+/// The one table of these fields: visit(field, request.FIELD...) for each of them, of one or several
+/// requests. Requests are RecordingOptions, RecordBehavior goals and StartRecording requests.
+template <typename Visit, typename... Requests>
+void visitRecordingFields(const Visit& visit, Requests&&... requests) {
+  using Field = RecordingField;
+  visit(Field{"name", "what the behavior is called"}, requests.name...);
+  visit(Field{"topics", "names; they need not be announced yet", " \t\r\n,;"}, requests.topics...);
+  visit(Field{"regexes", "and topics that one of these matches as a whole", " \t\r\n;"},
+        requests.regexes...);
+  visit(Field{"all", "true: every topic but /clock, /rosout and /rosout_agg"}, requests.all...);
+  visit(Field{"exclude", "of regexes and all, none that one of these matches", " \t\r\n;"},
+        requests.exclude...);
+  visit(Field{"limits", "\"/points max_hz=2; /scan every=5\"", ";"}, requests.limits...);
+  visit(Field{"tree_path", "place in the tree; empty: below the enclosing recording, by name"},
+        requests.tree_path...);
+  visit(Field{"parameters", "a JSON object"}, requests.parameters...);
+  visit(Field{"tags", "words to find it by", " \t\r\n,;"}, requests.tags...);
+  visit(Field{"attempt", "1 for the first try; 0: counted"}, requests.attempt...);
+  visit(Field{"pre_roll", "seconds to begin earlier"}, preRollOf(requests)...);
+  visit(Field{"keep_if", "outcomes to keep, e.g. \"failure,halted\"; empty: all"},
+        requests.keep_if...);
+}
+
+template <typename From, typename To>
+void copyRecordingFields(const From& from, To& to) {
+  visitRecordingFields(
+      [](const RecordingField&, const auto& asked, auto& copy) { copy = asked; }, from, to);
+}
 
 /// There is no recorder to ask.
 class RecorderAbsent : public std::runtime_error {
