@@ -13,7 +13,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/recorder/referred_files.hpp"
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
 namespace {

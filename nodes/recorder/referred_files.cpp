@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
 namespace {

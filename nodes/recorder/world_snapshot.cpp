@@ -6,7 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
 namespace {

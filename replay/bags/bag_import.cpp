@@ -8,7 +8,6 @@
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/bag_reader.hpp"
 #include "replay/messages/field_edit.hpp"
-#include "replay/store/append_batch.hpp"
 #include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {

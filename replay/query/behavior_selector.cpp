@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <map>
 #include <set>
 #include <sstream>
@@ -23,12 +22,6 @@ const std::map<std::string, std::string> kOutcomes = {
 const Words kCounts = {"second",  "third",  "fourth", "fifth", "sixth",
                        "seventh", "eighth", "ninth",  "tenth"};
 
-std::string lowered(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 Words wordsOf(const std::string& text) {
   std::istringstream stream(text);
   Words words;
@@ -40,7 +33,7 @@ bool isOneOf(const std::string& word, const Words& words) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-/// "second", "2nd": 2; 0: no such word.
+/// "second", "2nd": 2; 0: not an ordinal.
 std::size_t countOf(const std::string& word) {
   const auto known = std::find(kCounts.begin(), kCounts.end(), word);
   if (known != kCounts.end()) return static_cast<std::size_t>(known - kCounts.begin()) + 2;
@@ -50,7 +43,7 @@ std::size_t countOf(const std::string& word) {
   return is_ordinal ? std::stoul(word.substr(0, digits)) : 0;
 }
 
-/// What the words ask for.
+/// The meaning of the words.
 struct Selection {
   std::size_t count = 1;
   bool from_oldest = false;
@@ -61,13 +54,13 @@ struct Selection {
 /// Takes "second last" from the front of the words.
 void takeOrder(Words& words, Selection& selection) {
   if (words.empty()) return;
-  if (const std::size_t count = countOf(lowered(words.front())); count > 0) {
+  if (const std::size_t count = countOf(lowerCase(words.front())); count > 0) {
     selection.count = count;
     selection.from_oldest = true;
     words.erase(words.begin());
   }
   if (words.empty()) return;
-  const std::string word = lowered(words.front());
+  const std::string word = lowerCase(words.front());
   const bool is_newest = isOneOf(word, {"last", "latest", "newest"});
   const bool is_oldest = isOneOf(word, {"first", "oldest", "earliest"});
   if (!is_newest && !is_oldest) return;
@@ -77,10 +70,10 @@ void takeOrder(Words& words, Selection& selection) {
 
 Selection selectionOf(Words words, const std::set<std::string>& outcomes) {
   Selection selection;
-  if (!words.empty() && lowered(words.front()) == "the") words.erase(words.begin());
+  if (!words.empty() && lowerCase(words.front()) == "the") words.erase(words.begin());
   takeOrder(words, selection);
   if (!words.empty()) {
-    const std::string word = lowered(words.front());
+    const std::string word = lowerCase(words.front());
     const auto known = kOutcomes.find(word);
     const bool is_outcome =
         outcomes.count(word) > 0 || isOneOf(word, {"failure", "success", kIncomplete, "stopped"});
@@ -90,7 +83,7 @@ Selection selectionOf(Words words, const std::set<std::string>& outcomes) {
     }
   }
   const bool ends_empty =
-      !words.empty() && isOneOf(lowered(words.back()), {"one", "behavior", "behaviour"});
+      !words.empty() && isOneOf(lowerCase(words.back()), {"one", "behavior", "behaviour"});
   if (ends_empty) words.pop_back();
   selection.name = fmt::format("{}", fmt::join(words, " "));
   return selection;
@@ -104,13 +97,13 @@ std::string listed(const std::vector<std::string>& names) {
                      count > kMost ? ", ..." : "");
 }
 
-/// The name in the store that is meant; throws if none or several are.
+/// The name in the store that is meant; throws if no name fits, or several do.
 std::string nameMeant(const std::string& asked, const Words& names) {
   if (isOneOf(asked, names)) return asked;
   Words same, containing;
   for (const std::string& name : names) {
-    if (lowered(name) == lowered(asked)) same.push_back(name);
-    if (lowered(name).find(lowered(asked)) != std::string::npos) containing.push_back(name);
+    if (lowerCase(name) == lowerCase(asked)) same.push_back(name);
+    if (lowerCase(name).find(lowerCase(asked)) != std::string::npos) containing.push_back(name);
   }
   const Words& fitting = same.empty() ? containing : same;
   if (fitting.size() == 1) return fitting.front();
@@ -161,7 +154,7 @@ Behavior selectBehavior(const Store& store, const std::string& text) {
   std::set<std::string> name_set, outcomes;
   for (const Behavior& behavior : behaviors) {
     name_set.insert(behavior.name);
-    if (!behavior.outcome.empty()) outcomes.insert(lowered(behavior.outcome));
+    if (!behavior.outcome.empty()) outcomes.insert(lowerCase(behavior.outcome));
   }
   const Words names(name_set.begin(), name_set.end());
   if (name_set.count(words) > 0) return newestOf(store, words);
@@ -169,7 +162,7 @@ Behavior selectBehavior(const Store& store, const std::string& text) {
   if (!selection.name.empty()) selection.name = nameMeant(selection.name, names);
   const auto is_other = [&](const Behavior& behavior) {
     const bool has_outcome =
-        selection.outcome.empty() || lowered(behavior.outcome) == selection.outcome;
+        selection.outcome.empty() || lowerCase(behavior.outcome) == selection.outcome;
     return !has_outcome || (!selection.name.empty() && behavior.name != selection.name);
   };
   behaviors.erase(std::remove_if(behaviors.begin(), behaviors.end(), is_other), behaviors.end());

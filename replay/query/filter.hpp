@@ -1,6 +1,6 @@
 /// \file
-/// Filters in MongoDB's query language, over behaviors and over messages. They are the last judge
-/// in every store, so that all stores give the same answers.
+/// Filters in MongoDB's query language, over behaviors and over messages. In every store they decide
+/// in the end, whatever its indexes say, so that all stores give the same answers.
 ///
 /// Operators: $eq $ne $gt $gte $lt $lte $in $nin $exists $regex ($options i, m, s, x) $not
 /// $elemMatch on a field; $and $or $nor $not around filters. Several fields, and several operators
@@ -10,15 +10,15 @@
 /// Semantics, MongoDB's (mongodb.com/docs/manual/tutorial/query-arrays, .../query-for-null-fields,
 /// .../reference/bson-type-comparison-order):
 /// - A condition holds for an array if it holds for an element or for the array as a whole; a path
-///   goes through every element of the arrays on its way. $ne, $nin and $not hold where $eq, $in,
-///   and what is negated, do not.
-/// - Only like is compared with like: numbers of every kind with numbers (exactly), strings with
-///   strings (byte by byte), booleans with booleans (false < true).
-/// - null equals null and what is not there. {"$exists": false} holds where the path leads nowhere.
+///   goes through every element of the arrays on its way. $ne, $nin and $not hold where $eq, $in
+///   and the negated condition do not.
+/// - Values are compared with values of their kind only: numbers of every type with numbers
+///   (exactly), strings with strings (byte by byte), booleans with booleans (false < true).
+/// - null equals null and a missing value. {"$exists": false} holds where the path leads nowhere.
 /// - NaN equals NaN, and is neither less nor greater than anything.
-/// What differs: JSON has no NaN and no infinities, so documents and filters have them as the
-/// strings "nan", "inf" and "-inf": such a string is that number, and that string as well. Objects
-/// are equal whatever the order of their fields. $gt, $gte, $lt, $lte take no arrays and objects.
+/// Differences to MongoDB: JSON has no NaN and no infinities, so documents and filters have them as
+/// the strings "nan", "inf" and "-inf", which count as that number and as that string. Objects are
+/// equal whatever the order of their fields. $gt, $gte, $lt, $lte take no arrays and objects.
 ///
 /// Over a message the document is messageDocument()'s. Over a behavior it is behaviorDocument()'s,
 /// and a field that begins with "/" is a topic: {"/cmd_vel": {"linear.x": {"$gt": 0.5}}} holds if
@@ -40,7 +40,7 @@
 
 namespace afterglow::replay {
 
-/// A text that is no filter; one line that says where and what.
+/// A text that is no filter; one line with the place in it and the reason.
 class FilterError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -49,8 +49,8 @@ class FilterError : public std::runtime_error {
 /// Arrays longer than this are {"type", "count"} in the documents that filters see.
 constexpr std::size_t kLongestQueriedArray = 64;
 
-/// A node of a filter: what is asked of one document. A value; stores look into it to answer from
-/// their indexes.
+/// A node of a filter: a condition on one document. A value; stores read it to answer from their
+/// indexes.
 struct Condition {
   enum class Kind {
     All,    ///< every part holds
@@ -62,11 +62,11 @@ struct Condition {
   enum class Op { Equal, Less, LessEqual, Greater, GreaterEqual, In, Exists, Matches, Element };
 
   Kind kind = Kind::All;
-  std::vector<Condition> parts;  ///< of Op::Element one: what an array's element must match
+  std::vector<Condition> parts;  ///< Op::Element has one, which an element of the array must match
   std::string path;
   Op op = Op::Equal;
-  /// What is compared with; In: an array of such. Of a Topic: the filter over messages, as it was
-  /// written.
+  /// The value to compare with; In: an array of values. Of a Topic: the filter over messages, as it
+  /// was written.
   nlohmann::json operand;
   std::shared_ptr<const TextPattern> pattern;  ///< of Op::Matches
 
@@ -74,7 +74,7 @@ struct Condition {
   bool matches(const nlohmann::json& document) const;
 };
 
-/// A filter, understood.
+/// A parsed filter.
 class Filter {
  public:
   enum class Over { Behaviors, Messages };
@@ -84,8 +84,7 @@ class Filter {
   /// Over a message's document; of a filter over messages.
   bool matches(const nlohmann::json& document) const { return root_.matches(document); }
 
-  /// True if a message on the topic, in the interval and the recording of the behavior that is
-  /// looked at, matches.
+  /// Whether a message on the topic, in the interval and the recording of the behavior, matches.
   using AnyMessage = std::function<bool(const std::string& topic, const Condition& condition)>;
   /// Over a behavior. Its own fields are looked at first: `any_message` is asked only if they leave
   /// the answer open.
@@ -97,7 +96,7 @@ class Filter {
  private:
   std::string text_;
   Condition root_;
-  std::set<std::string> fields_;  ///< those of a behavior that it looks at
+  std::set<std::string> fields_;  ///< the fields of a behavior that it reads
 };
 
 /// A behavior's fields as filters see them: id, key, recording, name, tree_path, parent, attempt,

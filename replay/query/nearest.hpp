@@ -1,5 +1,5 @@
 /// \file
-/// What somebody may have meant: the known word nearest to an unknown one.
+/// The known word that is most like an unknown one, for error messages.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,9 @@
 #include <vector>
 
 namespace afterglow::replay {
+
+/// The text with small letters for its capitals (ASCII).
+std::string lowerCase(std::string text);
 
 /// How many letters have to be inserted, dropped or changed to make one word of the other
 /// (Levenshtein, Soviet Physics Doklady 1966), capitals aside.

@@ -1,5 +1,5 @@
 /// \file
-/// A regular expression as MongoDB has them: Perl's, by the same library (PCRE2).
+/// A regular expression of MongoDB's kind: Perl's, by the same library (PCRE2).
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ class TextPattern {
   /// not part of it). Throws FilterError, with the place in the pattern.
   TextPattern(const std::string& pattern, const std::string& options);
 
-  /// True if it is found in the text. Throws FilterError for a pattern that takes too long on it
-  /// (nested repetitions do).
+  /// True if the text has a match. Throws FilterError for a pattern that takes too long, as nested
+  /// repetitions do.
   bool isIn(const std::string& text) const;
 
  private:

@@ -1,13 +1,18 @@
 /// \file
-/// The checksum of stored bytes. Internal to replay/store.
+/// Checksums of stored bytes.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include <string>
+
+#include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
-/// XXH3, 64 bits, seed 0, as SQLite's signed integer. Faster than the memory it reads.
+/// Of a message or a piece of it: XXH3, 64 bits, seed 0, as SQLite's signed integer. Faster than
+/// the memory it reads.
 std::int64_t checksumOf(const std::uint8_t* bytes, std::size_t size);
+
+/// Of a file, which the store keeps by this name: SHA-256, 64 hex digits.
+std::string sha256(const Bytes& contents);
 
 }  // namespace afterglow::replay

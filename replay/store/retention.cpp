@@ -24,7 +24,7 @@ bool isTooLarge(const Store& store, const RetentionPolicy& policy) {
   return *used > *policy.most_bytes;
 }
 
-/// Ends a transaction that was only to see what would happen.
+/// Thrown to undo a transaction.
 struct Undo {};
 
 }  // namespace
@@ -55,7 +55,7 @@ std::vector<Behavior> pruneWould(Store& store, const RetentionPolicy& policy) {
       throw Undo{};
     });
   } catch (const Undo&) {
-    // Nothing has happened.
+    // The store is as it was.
   }
   return gone;
 }

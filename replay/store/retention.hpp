@@ -1,5 +1,5 @@
 /// \file
-/// Old behaviors make room.
+/// Removes old behaviors to make room.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,20 @@ namespace afterglow::replay {
 
 /// Unset members keep everything.
 struct RetentionPolicy {
-  std::optional<Stamp> ended_before;        ///< these go
-  std::optional<std::uint64_t> most_bytes;  ///< of the store; the oldest go until it has no more
-  std::vector<std::string> keep_tags;       ///< behaviors with one of these stay, whatever happens
+  std::optional<Stamp> ended_before;        ///< behaviors that ended before this go
+  std::optional<std::uint64_t> most_bytes;  ///< the oldest go until the store has no more than this
+  std::vector<std::string> keep_tags;       ///< behaviors with one of these stay in any case
 };
 
-/// Removes whole behaviors, oldest first (by begin), and returns them. Those that run stay. A
-/// message goes with the last behavior that covers it. What was removed is room for new messages;
-/// Store::compact() gives it back to the disk. Throws StoreError, also if the size matters and the
-/// store does not know its own.
+/// Removes whole behaviors, oldest first (by begin), and returns them. Running behaviors stay. A
+/// message goes with the last behavior that covers it. The room is used for new messages;
+/// Store::compact() gives it back to the disk. Throws StoreError, also if `most_bytes` is set and
+/// the store does not know its size.
 std::vector<Behavior> prune(Store& store, const RetentionPolicy& policy,
                             const std::function<void(const Behavior&)>& removed = {});
 
-/// What prune() would remove. Other writers wait meanwhile if the size matters: it is removed and
-/// put back.
+/// What prune() would remove. It is removed and put back, in a transaction for which other writers
+/// wait.
 std::vector<Behavior> pruneWould(Store& store, const RetentionPolicy& policy);
 
 }  // namespace afterglow::replay

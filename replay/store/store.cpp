@@ -81,16 +81,6 @@ void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_
   behavior.remarks.emplace_back("Its recorder died; it ends with the last message stored.");
 }
 
-void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome) {
-  store.transaction([&] {
-    std::optional<Behavior> behavior = store.behavior(id);
-    if (!behavior) throw StoreError("there is no behavior " + std::to_string(id));
-    behavior->end = end;
-    behavior->outcome = outcome;
-    store.updateBehavior(*behavior);
-  });
-}
-
 std::string newKey() {
   constexpr const char* kDigits = "0123456789abcdef";
   std::random_device random;

@@ -25,14 +25,15 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Somebody else has kept the store from being written for too long. Nothing of it has happened;
-/// tried again later it may.
+/// Another process has kept the store locked for too long. Nothing was written; a later attempt may
+/// succeed.
 class StoreBusy : public StoreError {
  public:
   using StoreError::StoreError;
 };
 
-/// One message that no store takes. Nothing of its batch was stored; the others may be.
+/// A message that no store takes. Nothing of its batch was stored; the others can be appended
+/// without it.
 class MessageRefused : public StoreError {
  public:
   MessageRefused(const std::string& text, std::size_t place) : StoreError(text), place_(place) {}
@@ -70,8 +71,7 @@ struct Behavior {
   std::vector<std::string> topics;  ///< the topics that belong to it, heard or not
   /// JSON object: what replay needs later: frames, files, urdf, request (record/snapshot).
   std::string snapshot = "{}";
-  /// What a reader must know of how it was recorded, one sentence each: drops, clock jumps, a
-  /// crash.
+  /// What went wrong in its recording, one sentence each: drops, clock jumps, a crash.
   std::vector<std::string> remarks;
 };
 
@@ -124,7 +124,7 @@ struct SpoolStatus {
 /// What append() does with a message that its recording has already.
 enum class Duplicates { Refuse, Skip };
 
-/// A message that reading had to leave out: its bytes are not those that were stored.
+/// A message that was left out in reading, as its bytes are not those that were stored.
 struct DamagedMessage {
   std::int64_t channel = 0;
   Stamp received;
@@ -138,7 +138,7 @@ class MessageCursor {
  public:
   virtual ~MessageCursor() = default;
   virtual std::optional<Message> next() = 0;  ///< empty at the end
-  /// What was left out so far.
+  /// Messages that were left out so far.
   virtual std::vector<DamagedMessage> damaged() const { return {}; }
 };
 
@@ -151,16 +151,16 @@ class Store {
   /// A new part of the log, its id ignored; an empty key is made. The one there is if the key is
   /// known.
   virtual std::int64_t addRecording(const Recording& recording) = 0;
-  /// A new recording, its key made, whose messages come in many appends and count for something
-  /// only once finishImport() was called: should the one who calls this die before,
-  /// dropUnfinished() drops it. In between no behavior is of it, so nobody finds it.
+  /// A new recording with a new key, whose messages come in many appends. Until finishImport() it
+  /// has no behavior, so that nobody finds it; if the caller's program dies before that,
+  /// dropUnfinished() drops it.
   virtual std::int64_t beginImport(const Recording& recording) = 0;
   /// To be called in the transaction that adds the import's behaviors.
   virtual void finishImport(std::int64_t recording) = 0;
-  /// Drops a recording that no behavior is of, with its messages and channels; in slices, with
-  /// others in between. What was appended to it before may not be appended to after.
+  /// Drops a recording without behaviors, with its messages and channels; in slices, between which
+  /// others can write. Nothing may be appended to its channels afterwards.
   virtual void dropRecording(std::int64_t recording) = 0;
-  /// Drops what imports left that were begun and whose programs have died; returns how many.
+  /// Drops the recordings of imports whose programs have died before the end; returns how many.
   virtual std::size_t dropUnfinished() = 0;
   /// Id of this channel in this recording, stored on first sight; definitions are stored once.
   virtual std::int64_t addChannel(std::int64_t recording, const Channel& channel) = 0;
@@ -181,28 +181,28 @@ class Store {
   /// whole when it throws; the exception goes on. Other threads and processes wait to write, and
   /// read what was there before.
   virtual void transaction(const std::function<void()>& work) = 0;
-  /// Gives the disk back what removing freed, which else is used again. Refused while somebody
-  /// records into the store.
+  /// Gives the room that removing freed back to the disk, instead of using it for new messages.
+  /// Refused while somebody records into the store.
   virtual void compact() {}
 
   // ---------------------------------------------------------------------------------- reading
   virtual std::vector<Recording> recordings() const = 0;  ///< by id
   /// Newest first (by begin, then id).
   virtual std::vector<Behavior> behaviors(const BehaviorFilter& filter) const = 0;
-  /// How behaviors(filter) goes about it, a line a step: index or scan, and how many it looked at.
+  /// How behaviors(filter) works, a line for each step: index or scan, and how many it looked at.
   virtual std::vector<std::string> explain(const BehaviorFilter& filter) const = 0;
   virtual std::optional<Behavior> behavior(std::int64_t id) const = 0;
   virtual std::optional<Behavior> behaviorOfKey(const std::string& key) const = 0;
   /// What was heard on its own topics, by topic, then type.
   virtual std::vector<TopicSummary> topics(const Behavior& behavior) const = 0;
-  /// What its recording holds on other topics in its interval.
+  /// What was heard on other topics of its recording in its interval.
   virtual std::vector<TopicSummary> contextTopics(const Behavior& behavior) const = 0;
   virtual Channel channel(std::int64_t id) const = 0;
   virtual std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
                                                   const MessageRange& range) const = 0;
   /// Contents of a file; empty if there is none of that SHA-256.
   virtual std::optional<Bytes> file(const std::string& sha256) const = 0;
-  /// Bytes of what it holds, without space to be used again; empty if it cannot say.
+  /// Size in bytes, without room for new messages; empty if the store does not know it.
   virtual std::optional<std::uint64_t> usedBytes() const { return std::nullopt; }
   /// Empty if writes reach the store at once.
   virtual std::optional<SpoolStatus> spoolStatus() const { return std::nullopt; }
@@ -216,26 +216,23 @@ void checkObjects(const Behavior& behavior, const std::string& store);
 /// remarks on it.
 void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_ns);
 
-/// Sets a behavior's end and outcome; StoreError if there is none of that id.
-void endBehavior(Store& store, std::int64_t id, Stamp end, const std::string& outcome);
-
 /// 32 random hex digits: a key that no other recording or behavior has.
 std::string newKey();
 
-/// What a store is opened for. ReadOnly demands an existing one, the others make what is not there.
-/// Record is for a recorder, of which a file has one at a time: behaviors that the last one left
-/// open are marked kIncomplete. (store/open/open_store.hpp opens one.)
+/// What a store is opened for (by store/open/open_store.hpp). ReadOnly demands an existing store,
+/// the others make a new one. Record is for a recorder, of which a store has one at a time:
+/// behaviors that the last one left open are marked kIncomplete.
 enum class OpenMode { ReadOnly, ReadWrite, Record };
 
 /// The URI in full, defaults filled in: "sqlite:PATH" for a plain path too; empty:
-/// $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db. Throws StoreError for a kind of
-/// store that there is not.
+/// $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db. Throws StoreError for an unknown
+/// kind of store.
 std::string fullStoreUri(const std::string& uri);
 
 /// Whether a full URI is a MongoDB server's.
 bool isServerUri(const std::string& uri);
 
-/// fullStoreUri(), a server's without user, password and options: what messages call the store.
+/// fullStoreUri(), a server's without user, password and options: the store's name in messages.
 std::string storeUri(const std::string& uri);
 
 /// The file of a store's URI; throws StoreError for a server's.

@@ -1,16 +1,21 @@
 /// \file
-/// An import into a store: many appends that show together, or not at all. Internal to replay.
+/// An import into a store: many appends that become visible together, or not at all. Internal to
+/// replay.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "replay/store/store.hpp"
+#include "replay/store/writing_turns.hpp"
 
 namespace afterglow::replay {
 
-/// Takes back what was appended if it goes before finish() has returned. One whose program dies is
-/// taken back by the next one.
+/// Drops the recording if it is destroyed before finish() has returned. The recording of a program
+/// that dies is dropped by the next import.
 class StoreImport {
  public:
   StoreImport(Store& store, const std::string& source) : store_(store) {
@@ -43,6 +48,48 @@ class StoreImport {
   Store& store_;
   std::int64_t recording_ = 0;
   bool is_finished_ = false;
+};
+
+/// Many messages into a store, in appends of a good size, with pauses in which others can write.
+class AppendBatch {
+ public:
+  /// `appended` is called after each append, with the number of messages appended so far. The store
+  /// must outlive it.
+  AppendBatch(Store& store, std::function<void(std::uint64_t)> appended,
+              Duplicates duplicates = Duplicates::Refuse)
+      : store_(store), appended_(std::move(appended)), duplicates_(duplicates) {}
+
+  void add(Message&& message) {
+    bytes_ += message.bytes.size();
+    messages_.push_back(std::move(message));
+    if (messages_.size() >= kMostMessages || bytes_ >= kMostBytes) flush();
+  }
+
+  /// To be called when all are added.
+  void flush() {
+    store_.append(messages_, duplicates_);
+    turns_.next();
+    done_ += messages_.size();
+    messages_.clear();
+    bytes_ = 0;
+    if (appended_) appended_(done_);
+  }
+
+  std::uint64_t done() const { return done_; }
+
+ private:
+  /// An append ends with the message that reaches one of these: about a tenth of a second's work,
+  /// behind which others wait.
+  static constexpr std::size_t kMostMessages = 5000;
+  static constexpr std::size_t kMostBytes = 8 << 20;
+
+  Store& store_;
+  WritingTurns turns_;
+  std::function<void(std::uint64_t)> appended_;
+  const Duplicates duplicates_;
+  std::vector<Message> messages_;
+  std::size_t bytes_ = 0;
+  std::uint64_t done_ = 0;
 };
 
 }  // namespace afterglow::replay

@@ -4,7 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "replay/store/append_batch.hpp"
+#include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -87,7 +87,8 @@ class Sync {
     return channels_there_[id] = to_.addChannel(recordingThere(recording), from_.channel(id));
   }
 
-  /// Its messages and files. One whose recorder died gets its end here, behind the last message.
+  /// Its messages and files. A behavior whose recorder died gets its end here, behind the last
+  /// message.
   void copyContents(Behavior& behavior) {
     MessageRange all;
     all.with_all_topics = true;

@@ -12,24 +12,23 @@
 namespace afterglow::replay {
 
 struct SyncReport {
-  std::size_t copied = 0;     ///< behaviors that the other store had not
+  std::size_t copied = 0;     ///< behaviors that the other store did not have
   std::size_t completed = 0;  ///< that it had without their end or parent
   std::size_t present = 0;    ///< that it had
-  std::size_t open = 0;       ///< that still run: left for later
+  std::size_t open = 0;       ///< that still run: left for a later sync
   std::uint64_t messages = 0;
   std::size_t files = 0;
   std::size_t damaged = 0;  ///< messages that could not be read any more
 };
 
-/// Called with every behavior begun, and after every batch of messages.
+/// Called at the begin of every behavior, and after every batch of messages.
 using SyncProgress = std::function<void(std::size_t done, std::size_t all, const SyncReport&)>;
 
 /// Copies the behaviors of `from` that `filter` names, oldest first, each with all messages of its
-/// recording in its interval, their channels, and the files that its snapshot names. Recordings and
-/// behaviors are the same in both stores by their keys, ids differ; a parent is set where `to` has
-/// it. A behavior comes after its messages: where a sync breaks off, the next one goes on, and a
-/// sync of what is there changes nothing, also where the two have come to differ (tags, remarks).
-/// Throws StoreError.
+/// recording in its interval, their channels, and the files that its snapshot names. A recording or
+/// behavior has the same key in both stores, ids differ; a parent is set if `to` has it. A behavior
+/// is added after its messages: if a sync breaks off, the next one goes on from there. Behaviors
+/// that `to` has are not changed, even if the two differ (tags, remarks). Throws StoreError.
 SyncReport syncBehaviors(const Store& from, Store& to, const BehaviorFilter& filter,
                          const SyncProgress& progress = {});
 

@@ -1,5 +1,5 @@
 /// \file
-/// One that writes much lets others write in between. Internal to replay.
+/// Pauses of a long write, in which others can write. Internal to replay.
 #pragma once
 
 #include <chrono>
@@ -7,8 +7,8 @@
 
 namespace afterglow::replay {
 
-/// Whoever waits for a SQLite store looks every 2 ms whether it is free (sqlite.cpp), so that a
-/// pause of this length lets them in, also on a busy machine.
+/// Whoever waits for a SQLite store looks every 2 ms whether it is free (sqlite.cpp): a pause of
+/// 10 ms lets them in, also on a busy machine.
 class WritingTurns {
  public:
   /// To be called between two transactions.

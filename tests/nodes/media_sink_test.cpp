@@ -10,7 +10,7 @@
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/conversion/typed_message.hpp"
 #include "replay/record/snapshot.hpp"
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 #include "tests/support/player_world.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -19,7 +19,7 @@
 
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"

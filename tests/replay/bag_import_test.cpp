@@ -12,9 +12,7 @@
 #include "replay/record/recorder.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
-#include "replay/store/sqlite/store_check.hpp"
-#include "replay/store/sqlite/store_repair.hpp"
-#include "replay/store/sqlite/store_stats.hpp"
+#include "replay/store/sqlite/store_care.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
-#include "replay/query/field_index.hpp"
+#include "replay/store/sqlite/field_blocks.hpp"
 #include "tests/support/message_definitions.hpp"
 
 namespace {
@@ -142,7 +142,7 @@ TEST(HostileMessage, ofAnyNumberOfNothingIsReadAtOnce) {
     EXPECT_TRUE(findField(schema, bytes, FieldPath::parse("x[]")).empty());
     FieldBlockWriter block(std::make_shared<const FieldSlots>(schema));
     block.add(bytes);
-    EXPECT_EQ(block.finish().values, Bytes()) << "no answers";
+    EXPECT_EQ(block.finish().bloom, Bytes()) << "no answers";
   }
 }
 

@@ -11,7 +11,7 @@
 #include "replay/record/snapshot.hpp"
 #include "replay/record/topic_choice.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "replay/store/sha256.hpp"
+#include "replay/store/checksum.hpp"
 #include "tests/support/store_samples.hpp"
 
 namespace afterglow::replay::recording_terms_test {

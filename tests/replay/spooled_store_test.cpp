@@ -14,6 +14,7 @@ namespace afterglow::replay::spooled_store_test {
 namespace {
 
 using namespace std::chrono_literals;
+using test::endBehavior;
 using test::sampleBehavior;
 using test::stringChannel;
 using test::stringMessage;

@@ -85,7 +85,8 @@ TEST_F(SqliteStoreTest, endsABehaviorOnce) {
   endBehavior(*store_, id, Stamp{30}, "success");
   EXPECT_EQ(store_->behavior(id)->end, Stamp{30});
   EXPECT_EQ(store_->behavior(id)->outcome, "success");
-  EXPECT_NE(errorOf([&] { endBehavior(*store_, 99, Stamp{1}, ""); }).find("no behavior 99"),
+  behavior.id = 99;
+  EXPECT_NE(errorOf([&] { store_->updateBehavior(behavior); }).find("no behavior 99"),
             std::string::npos);
 }
 

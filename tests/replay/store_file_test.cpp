@@ -13,7 +13,7 @@
 
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
-#include "replay/store/sqlite/store_check.hpp"
+#include "replay/store/sqlite/store_care.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/faulty_disk.hpp"
 #include "tests/support/store_samples.hpp"

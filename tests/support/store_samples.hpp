@@ -70,4 +70,13 @@ inline auto outcome(const std::string& word) {
   return [word](replay::Behavior& behavior, const auto&) { behavior.outcome = word; };
 }
 
+/// Sets a behavior's end and outcome.
+inline void endBehavior(replay::Store& store, std::int64_t id, replay::Stamp end,
+                        const std::string& outcome) {
+  replay::Behavior behavior = store.behavior(id).value();
+  behavior.end = end;
+  behavior.outcome = outcome;
+  store.updateBehavior(behavior);
+}
+
 }  // namespace afterglow::test

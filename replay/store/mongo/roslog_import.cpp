@@ -7,7 +7,6 @@
 
 #include "replay/messages/bson_document.hpp"
 #include "replay/messages/field_edit.hpp"
-#include "replay/store/append_batch.hpp"
 #include "replay/store/mongo/mongo_client.hpp"
 #include "replay/store/mongo/mongo_layout.hpp"
 #include "replay/store/mongo/roslog_document.hpp"

@@ -16,8 +16,8 @@
 #include <functional>
 #include <mutex>
 
-#include "replay/store/sqlite/recorder_lock.hpp"
 #include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/sqlite/store_locks.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {

@@ -3,6 +3,36 @@
 #include <algorithm>
 
 namespace afterglow::replay {
+namespace {
+
+/// A row for each topic and type; `counts` yields channel, count, first_ns and last_ns.
+std::string byTopic(const std::string& counts) {
+  return "SELECT topic, type, sum(count), min(first_ns), max(last_ns) FROM (" + counts +
+         ") JOIN channels ON channels.id = channel JOIN definitions ON definitions.id = definition "
+         "GROUP BY topic, type ORDER BY topic, type";
+}
+
+SqliteStatement& countsOf(SqliteConnection& connection, const Behavior& behavior) {
+  SqliteStatement& known = connection.prepared(
+      "SELECT 1 FROM behaviors WHERE id = ?1 AND recording = ?2 AND begin_ns = ?3 AND end_ns IS "
+      "?4");
+  const StatementScope scope(known);
+  known.bind(1, behavior.id).bind(2, behavior.recording).bind(3, behavior.begin.ns);
+  if (behavior.end) known.bind(4, behavior.end->ns);
+  if (known.step()) {
+    return connection.prepared(byTopic("SELECT * FROM behavior_counts WHERE behavior = ?1"))
+        .bind(1, behavior.id);
+  }
+  return connection
+      .prepared(byTopic("SELECT channel, count(*) AS count, min(received_ns) AS first_ns, "
+                        "max(received_ns) AS last_ns FROM messages WHERE recording = ?1 "
+                        "AND received_ns >= ?2 AND received_ns < ?3 GROUP BY channel"))
+      .bind(1, behavior.recording)
+      .bind(2, behavior.begin.ns)
+      .bind(3, behavior.end ? behavior.end->ns : kForEver_ns);
+}
+
+}  // namespace
 
 BatchCounts::BatchCounts(SqliteConnection& connection, Stamp first, Stamp last)
     : connection_(connection), first_(first), last_(last) {}
@@ -52,6 +82,21 @@ void countBehavior(SqliteConnection& connection, std::int64_t behavior) {
           "WHERE b.id = ?1 GROUP BY channel")
       .bind(1, behavior)
       .run();
+}
+
+std::vector<TopicSummary> topicSummaries(SqliteConnection& connection, const Behavior& behavior,
+                                         bool own) {
+  SqliteStatement& query = countsOf(connection, behavior);
+  const StatementScope scope(query);
+  std::vector<TopicSummary> found;
+  while (query.step()) {
+    TopicSummary summary{query.text(0), query.text(1), static_cast<std::uint64_t>(query.integer(2)),
+                         Stamp{query.integer(3)}, Stamp{query.integer(4)}};
+    const auto& names = behavior.topics;
+    const bool is_own = std::find(names.begin(), names.end(), summary.topic) != names.end();
+    if (is_own == own) found.push_back(std::move(summary));
+  }
+  return found;
 }
 
 }  // namespace afterglow::replay

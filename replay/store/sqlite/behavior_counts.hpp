@@ -1,6 +1,6 @@
 /// \file
-/// Keeps what each behavior holds on each channel counted, so that listing behaviors need not look
-/// at their messages. Internal to replay/store.
+/// How many messages each behavior has on each channel, kept in a table so that listing behaviors
+/// does not read messages. Internal to replay/store.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace afterglow::replay {
 
-/// What one batch of messages adds to the behaviors that cover them. Used within the batch's
-/// transaction, under the lock of its connection.
+/// Adds one batch of messages to the counts of the behaviors that cover them. Used within the
+/// batch's transaction, under the lock of its connection.
 class BatchCounts {
  public:
   /// No message of the batch lies outside of [first, last].
@@ -36,7 +36,13 @@ class BatchCounts {
   std::map<std::pair<std::int64_t, std::int64_t>, Count> additions_;  ///< by behavior and channel
 };
 
-/// Counts anew what a behavior holds: when it is new, and when its interval changes.
+/// Counts a behavior's messages anew: when it is new, and when its interval changes.
 void countBehavior(SqliteConnection& connection, std::int64_t behavior);
+
+/// What lies in a behavior's interval, by topic, then type: of those topics that the behavior names
+/// (`own`), or of the others. From the counts, or from the messages where the behavior is not in
+/// the store with this interval.
+std::vector<TopicSummary> topicSummaries(SqliteConnection& connection, const Behavior& behavior,
+                                         bool own);
 
 }  // namespace afterglow::replay

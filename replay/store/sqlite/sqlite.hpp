@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,20 +38,25 @@ class SqliteConstraint : public StoreError {
 
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 
-/// The end of what has none.
+/// The end of an interval without an end.
 constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
 
 class SqliteStatement;
+using SqliteLock = std::unique_lock<std::recursive_mutex>;
 
-/// One connection, used by one thread at a time. Throws StoreError with the store's name in front.
-/// After an input/output error in writing it refuses to write on until it is made anew.
+/// One connection, used by one thread at a time: whoever shares it with other threads holds its
+/// lock() meanwhile. Throws StoreError with the store's name in front. After an input/output error
+/// in writing, it refuses to write until a new connection is made.
 class SqliteConnection {
  public:
-  /// `path` ":memory:" makes a database of its own in memory.
+  /// `path` ":memory:": a database in memory, which nobody else sees.
   SqliteConnection(const std::string& path, SqliteAccess access);
   SqliteConnection(const SqliteConnection&) = delete;
   SqliteConnection& operator=(const SqliteConnection&) = delete;
   ~SqliteConnection();
+
+  /// A thread may lock it again: the work of a transaction calls other methods of the store.
+  SqliteLock lock() { return SqliteLock(mutex_); }
 
   void execute(const std::string& sql);
   std::int64_t integer(const std::string& sql);  ///< the one number that `sql` yields
@@ -59,15 +65,17 @@ class SqliteConnection {
   bool isInTransaction() const;
   const std::string& name() const { return name_; }
 
-  /// A statement that is kept with the connection, reset. One user at a time has it.
+  /// The statement of this text, reset; kept with the connection. One caller at a time uses it.
   SqliteStatement& prepared(std::string_view sql);
 
   /// From now on the log of commits (WAL) is folded into the database when it is longer than `fold`
   /// pages; readers that keep it from being reused are waited for beyond `longest`.
   void foldLog(int fold, int longest);
 
-  /// Throws what SQLite says about the last call; `doing` completes "cannot ...".
+  /// Throws SQLite's reason for the failure of the last call; `doing` completes "cannot ...".
   [[noreturn]] void fail(const std::string& doing);
+  /// Throws StoreError with this text behind the store's name.
+  [[noreturn]] void refuse(const std::string& text) const { throw StoreError(name_ + ": " + text); }
 
  private:
   friend class SqliteStatement;
@@ -77,14 +85,16 @@ class SqliteConnection {
   void requireWritable() const;
   void noteFailure(int code);
 
+  std::recursive_mutex mutex_;
   sqlite3* connection_ = nullptr;
   std::string name_;  ///< "sqlite:PATH", as errors say it
   std::map<std::string, std::unique_ptr<SqliteStatement>, std::less<>> prepared_;
   std::chrono::milliseconds busy_timeout_{0};
   std::chrono::steady_clock::time_point busy_since_;
   int fold_pages_ = 0, longest_log_ = 0, next_wait_ = 0;
-  /// What the disk said when it lost something that was written. What it holds of the pages that
-  /// this connection knows is uncertain then, and an fsync that is repeated says nothing.
+  /// The error with which the disk lost a write; empty: none. After it nobody knows which of the
+  /// pages that this connection has in memory are on the disk, and a repeated fsync may report
+  /// success although they are not.
   std::string lost_;
 };
 

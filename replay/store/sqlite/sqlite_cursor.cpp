@@ -1,8 +1,9 @@
 #include "replay/store/sqlite/sqlite_cursor.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <nlohmann/json.hpp>
+
+#include "replay/store/checksum.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -13,11 +14,66 @@ constexpr std::size_t kReadBytes = 4 << 20;
 
 }  // namespace
 
-SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex,
-                           SqliteFieldIndex& index, const Behavior& behavior,
-                           const MessageRange& range)
+SqliteMessageReader::SqliteMessageReader(SqliteConnection& connection)
+    : row_(connection, "SELECT header_stamp_ns, size, checksum, bytes FROM messages WHERE id = ?1"),
+      chunks_(connection,
+              "SELECT number, checksum, bytes FROM chunks WHERE message = ?1 ORDER BY number") {}
+
+SqliteMessageReader::Contents SqliteMessageReader::read(std::int64_t message) {
+  Contents contents;
+  try {
+    readRow(message, contents);
+    if (is_chunked_ && contents.problem.empty()) readChunks(message, contents);
+  } catch (const SqliteDamage& damage) {
+    contents.problem = damage.reason();
+  }
+  if (!contents.problem.empty()) return contents;
+  if (contents.bytes.size() != size_) {
+    contents.problem =
+        std::to_string(contents.bytes.size()) + " of " + std::to_string(size_) + " bytes are there";
+  } else if (checksumOf(contents.bytes.data(), size_) != checksum_) {
+    contents.problem = "the checksum is another";
+  }
+  return contents;
+}
+
+void SqliteMessageReader::readRow(std::int64_t message, Contents& contents) {
+  const StatementScope scope(row_);
+  if (!row_.bind(1, message).step()) {
+    contents.problem = "its row is missing";
+    is_chunked_ = false;
+    return;
+  }
+  if (const auto stamp = row_.optionalInteger(0)) contents.header_stamp = Stamp{*stamp};
+  size_ = static_cast<std::size_t>(row_.integer(1));
+  checksum_ = row_.integer(2);
+  is_chunked_ = row_.isNull(3);
+  if (!is_chunked_) contents.bytes = row_.bytes(3);
+}
+
+void SqliteMessageReader::readChunks(std::int64_t message, Contents& contents) {
+  const StatementScope scope(chunks_);
+  chunks_.bind(1, message);
+  for (std::int64_t number = 0; chunks_.step(); ++number) {
+    const std::uint8_t* bytes = chunks_.data(2);
+    const std::size_t size = chunks_.size(2);
+    if (chunks_.integer(0) != number) {
+      contents.problem = "chunk " + std::to_string(number) + " is missing";
+      return;
+    }
+    if (checksumOf(bytes, size) != chunks_.integer(1)) {
+      contents.problem = "the checksum of chunk " + std::to_string(number) + " is another";
+      return;
+    }
+    contents.bytes.insert(contents.bytes.end(), bytes, bytes + size);
+  }
+}
+
+// ----------------------------------------------------------------------------------------- cursor
+
+SqliteCursor::SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index,
+                           const Behavior& behavior, const MessageRange& range)
     : connection_(connection),
-      mutex_(mutex),
       index_(index),
       where_(range.where),
       recording_(behavior.recording) {
@@ -25,10 +81,10 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& m
   if (!range.with_all_topics) {
     topics_ = topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
-  const Stamp last{std::numeric_limits<std::int64_t>::max()};
+  const Stamp last{kForEver_ns};
   end_ns_ = std::min(behavior.end.value_or(last), range.end.value_or(last)).ns;
   received_ns_ = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
-  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  const SqliteLock lock = connection_.lock();
   // The unary + keeps the planner from walking channel by channel, which would mean sorting.
   query_ = std::make_unique<SqliteStatement>(
       connection,
@@ -41,7 +97,7 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, std::recursive_mutex& m
 }
 
 SqliteCursor::~SqliteCursor() {
-  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  const SqliteLock lock = connection_.lock();
   query_.reset();
   reader_.reset();
 }
@@ -64,7 +120,7 @@ ChannelAnswers& SqliteCursor::answersOf(std::int64_t channel) {
 }
 
 void SqliteCursor::readPage() {
-  const std::lock_guard<std::recursive_mutex> lock(mutex_);
+  const SqliteLock lock = connection_.lock();
   const StatementScope scope(*query_);
   query_->bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
   query_->bind(5, end_ns_).bind(6, topics_);

@@ -1,25 +1,46 @@
 /// \file
-/// Reads a behavior's messages from a SqliteStore. Internal to replay.
+/// Reads messages of a SQLite store. Internal to replay/store.
 #pragma once
 
 #include <deque>
 #include <map>
-#include <mutex>
 
-#include "replay/store/sqlite/channel_answers.hpp"
-#include "replay/store/sqlite/sqlite_message_reader.hpp"
-#include "replay/store/store.hpp"
+#include "replay/store/sqlite/sqlite_field_index.hpp"
 
 namespace afterglow::replay {
 
-/// Fetches a page at a time and remembers the key of the last message, not an open query: between
-/// pages it holds no lock and no snapshot, so writers go on and the log's WAL can be folded in.
-/// What is appended behind that key meanwhile is read too.
+/// Reads the bytes of one stored message and checks them. Used under the lock of its connection,
+/// which it does not outlive.
+class SqliteMessageReader {
+ public:
+  struct Contents {
+    Bytes bytes;
+    std::optional<Stamp> header_stamp;
+    std::string problem;  ///< why the bytes are not those that were stored; empty: they are
+  };
+
+  explicit SqliteMessageReader(SqliteConnection& connection);
+  Contents read(std::int64_t message);
+
+ private:
+  void readRow(std::int64_t message, Contents& contents);
+  void readChunks(std::int64_t message, Contents& contents);
+
+  SqliteStatement row_, chunks_;
+  std::size_t size_ = 0;
+  std::int64_t checksum_ = 0;
+  bool is_chunked_ = false;
+};
+
+/// Reads a behavior's messages. Fetches a page at a time and remembers the key of the last message,
+/// not an open query: between pages it holds no lock and no snapshot, so writers go on and the log
+/// of commits can be folded into the database. Messages that are appended behind that key meanwhile
+/// are read, too.
 class SqliteCursor final : public MessageCursor {
  public:
-  /// Connection, mutex and index must outlive it.
-  SqliteCursor(SqliteConnection& connection, std::recursive_mutex& mutex, SqliteFieldIndex& index,
-               const Behavior& behavior, const MessageRange& range);
+  /// Connection and index must outlive it.
+  SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index, const Behavior& behavior,
+               const MessageRange& range);
   SqliteCursor(const SqliteCursor&) = delete;
   SqliteCursor& operator=(const SqliteCursor&) = delete;
   ~SqliteCursor() override;
@@ -32,11 +53,10 @@ class SqliteCursor final : public MessageCursor {
   ChannelAnswers& answersOf(std::int64_t channel);
 
   SqliteConnection& connection_;
-  std::recursive_mutex& mutex_;
   SqliteFieldIndex& index_;
   std::shared_ptr<const Filter> where_;             ///< null: all
   std::map<std::int64_t, ChannelAnswers> answers_;  ///< by channel, with a filter
-  /// The order comes from the index alone, so damage to a message's row costs that message only.
+  /// Answered by the index of the table alone: damage to a message's row costs that message only.
   std::unique_ptr<SqliteStatement> query_;
   std::unique_ptr<SqliteMessageReader> reader_;
   std::int64_t recording_;

@@ -12,6 +12,14 @@ std::int64_t newId() {
   return static_cast<std::int64_t>(random() >> 1);
 }
 
+std::string_view viewOf(const SqliteStatement& row, int column) {
+  return {reinterpret_cast<const char*>(row.data(column)), row.size(column)};
+}
+
+bool asksForNothing(const Condition& condition) {
+  return condition.kind == Condition::Kind::All && condition.parts.empty();
+}
+
 }  // namespace
 
 std::shared_ptr<const FieldSlots> SqliteFieldIndex::slotsOf(std::int64_t channel) {
@@ -49,7 +57,7 @@ void SqliteFieldIndex::add(std::int64_t recording, const Message& message) {
   OpenBlock& block = blockOf(recording, message.channel);
   if (!block.writer) return;
   const std::int64_t received_ns = message.received.ns;
-  if (block.writer->messages() == 0) {
+  if (block.isEmpty()) {
     begin(message.channel, block, received_ns);
   } else if (received_ns < block.first_ns) {
     moveBegin(message.channel, block, received_ns);
@@ -97,19 +105,18 @@ void SqliteFieldIndex::end(std::int64_t channel, OpenBlock& block) {
       .bind(3, block.id)
       .bind(4, block.last_ns)
       .bind(5, made.ranges)
-      .bind(6, made.values)
+      .bind(6, made.bloom)
       .run();
 }
 
 void SqliteFieldIndex::cut(std::int64_t recording) {
   for (auto& [channel, block] : blocks_) {
-    const bool is_open = block.writer && block.writer->messages() > 0;
-    if (is_open && block.recording == recording) end(channel, block);
+    if (block.recording == recording && !block.isEmpty()) end(channel, block);
   }
 }
 
-/// What a writer that died, or a transaction that was undone, left open ends with the messages that
-/// are there; it keeps having no answers.
+/// A block that a writer which died, or a transaction that was undone, left open ends with the last
+/// message of its channel; it still has no answers.
 void SqliteFieldIndex::endAbandoned(std::int64_t recording, std::int64_t channel) {
   connection_
       .prepared(
@@ -123,14 +130,13 @@ void SqliteFieldIndex::endAbandoned(std::int64_t recording, std::int64_t channel
 }
 
 bool SqliteFieldIndex::hasOpenBlocks() const {
-  return std::any_of(blocks_.begin(), blocks_.end(), [](const auto& entry) {
-    return entry.second.writer && entry.second.writer->messages() > 0;
-  });
+  return std::any_of(blocks_.begin(), blocks_.end(),
+                     [](const auto& entry) { return !entry.second.isEmpty(); });
 }
 
 void SqliteFieldIndex::cutAll() {
   for (auto& [channel, block] : blocks_) {
-    if (block.writer && block.writer->messages() > 0) end(channel, block);
+    if (!block.isEmpty()) end(channel, block);
   }
 }
 
@@ -145,7 +151,12 @@ void SqliteFieldIndex::remove(std::int64_t recording, std::int64_t begin_ns, std
   }
 }
 
-void SqliteFieldIndex::forget(std::int64_t recording) {
+void SqliteFieldIndex::removeAll(std::int64_t recording) {
+  SqliteStatement(connection_,
+                  "DELETE FROM field_blocks WHERE channel IN (SELECT id FROM channels "
+                  "WHERE recording = ?1)")
+      .bind(1, recording)
+      .run();
   for (auto block = blocks_.begin(); block != blocks_.end();) {
     block = block->second.recording == recording ? blocks_.erase(block) : std::next(block);
   }
@@ -155,6 +166,53 @@ void SqliteFieldIndex::forget(std::int64_t recording) {
 void SqliteFieldIndex::forget() {
   blocks_.clear();
   slots_.clear();
+}
+
+// ----------------------------------------------------------------------------------------- answers
+
+ChannelAnswers::ChannelAnswers(SqliteConnection& connection, SqliteFieldIndex& index,
+                               std::int64_t channel, const Condition& condition,
+                               std::int64_t begin_ns, std::int64_t end_ns)
+    : condition_(condition), slots_(index.slotsOf(channel)) {
+  if (!slots_) return;
+  FieldQuestion question(*slots_, condition);
+  SqliteStatement& rows = connection.prepared(
+      "SELECT first_ns, last_ns, is_whole, ranges, bloom FROM field_blocks "
+      "WHERE channel = ?1 AND first_ns < ?3 AND last_ns >= ?2 ORDER BY first_ns");
+  const StatementScope scope(rows);
+  rows.bind(1, channel).bind(2, begin_ns).bind(3, end_ns);
+  while (rows.step()) {
+    Answer answer = question.ask(viewOf(rows, 3), viewOf(rows, 4));
+    const bool is_whole = rows.integer(2) != 0;
+    if (!is_whole && answer != Answer::None) answer = Answer::Maybe;
+    blocks_.push_back({rows.integer(0), rows.integer(1), answer});
+    latest_.push_back(std::max(blocks_.back().last_ns,
+                               latest_.empty() ? blocks_.back().last_ns : latest_.back()));
+  }
+}
+
+std::size_t ChannelAnswers::firstBlock(std::int64_t begin_ns) const {
+  const auto first = std::lower_bound(latest_.begin(), latest_.end(), begin_ns);
+  return static_cast<std::size_t>(first - latest_.begin());
+}
+
+bool ChannelAnswers::isRuledOut(Stamp received) const {
+  bool has_block = false, is_ruled_out = true;
+  forBlocks(received.ns, received.ns + 1, [&](const Block& block) {
+    has_block = true;
+    is_ruled_out = is_ruled_out && block.answer == Answer::None;
+  });
+  return has_block && is_ruled_out;
+}
+
+bool ChannelAnswers::matches(const Message& message) const {
+  if (asksForNothing(condition_)) return true;
+  if (!slots_) return false;
+  try {
+    return condition_.matches(messageDocument(slots_->schema(), message));
+  } catch (const MessageError&) {
+    return false;
+  }
 }
 
 }  // namespace afterglow::replay

@@ -8,8 +8,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "replay/store/sqlite/sqlite_migration.hpp"
-
 namespace afterglow::replay {
 namespace {
 
@@ -92,6 +90,8 @@ CREATE TABLE field_blocks (
 CREATE TABLE files (sha256 TEXT PRIMARY KEY, contents BLOB NOT NULL);
 )";
 
+void makeSqliteTables(SqliteConnection& connection) { connection.execute(kSqliteTables); }
+
 /// The first 100 bytes of a database file; SQLite file format, "The Database Header".
 struct FileHeader {
   std::array<unsigned char, 100> bytes{};
@@ -125,8 +125,8 @@ FileHeader readHeader(const fs::path& file) {
   throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
 }
 
-/// Looked at without SQLite, which may leave -wal and -shm files beside a database that it opens.
-/// Tables are made before WAL mode is entered, so the file itself always tells.
+/// Reads the file without SQLite, which may leave -wal and -shm files beside a database that it
+/// opens. The file itself always has the version: tables are made before WAL mode is entered.
 void checkFile(const std::string& path, OpenMode mode) {
   const fs::path file(path);
   std::error_code error;
@@ -168,8 +168,8 @@ void makeFolder(const std::string& path) {
   }
 }
 
-/// On a read-only medium SQLite cannot make the -shm file that a WAL database needs; with nobody to
-/// write and no WAL left to read, none is needed.
+/// On a read-only medium SQLite cannot make the -shm file that a WAL database needs. It opens the
+/// database without that file where nobody can write and no WAL is left to read.
 bool isFrozen(const std::string& path) {
   std::error_code error;
   const auto wal_size = fs::file_size(path + "-wal", error);
@@ -177,6 +177,85 @@ bool isFrozen(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   return faccessat(AT_FDCWD, folder.empty() ? "." : folder.c_str(), W_OK, AT_EACCESS) != 0;
 }
+
+// ------------------------------------------------------------------------ version 1 to version 2
+
+constexpr const char* kSetAside = R"(
+DROP INDEX definitions_by_md5;
+DROP INDEX messages_in_order;
+DROP INDEX behaviors_by_begin;
+ALTER TABLE definitions RENAME TO old_definitions;
+ALTER TABLE recordings RENAME TO old_recordings;
+ALTER TABLE channels RENAME TO old_channels;
+ALTER TABLE messages RENAME TO old_messages;
+ALTER TABLE behaviors RENAME TO old_behaviors;
+)";
+
+/// The robot of a recording is that of its behaviors. Version 1 did not keep the wall clock of a
+/// behavior's begin.
+constexpr const char* kCopy = R"(
+INSERT INTO definitions SELECT id, type, md5, text FROM old_definitions;
+INSERT INTO recordings SELECT id, lower(hex(randomblob(16))), source,
+  coalesce((SELECT max(robot) FROM old_behaviors b WHERE b.recording = r.id), '')
+  FROM old_recordings r;
+INSERT INTO channels SELECT id, recording, topic, definition, latching, caller_id
+  FROM old_channels;
+INSERT INTO behaviors SELECT id, lower(hex(randomblob(16))), recording, name, tree_path, parent,
+  attempt, outcome, begin_ns, end_ns, 0, robot, parameters, tags, calibration, topics, '{}', '[]'
+  FROM old_behaviors;
+)";
+
+constexpr const char* kDropOld = R"(
+DROP TABLE old_behaviors;
+DROP TABLE old_messages;
+DROP TABLE old_channels;
+DROP TABLE old_recordings;
+DROP TABLE old_definitions;
+)";
+
+void copyMessages(SqliteConnection& connection) {
+  const std::string chunk = std::to_string(kSqliteChunkBytes);
+  connection.execute(
+      "INSERT INTO messages SELECT id, recording, channel, received_ns, sequence, header_stamp_ns, "
+      "length(bytes), checksum(bytes), iif(length(bytes) > " +
+      chunk +
+      ", NULL, bytes) "
+      "FROM old_messages");
+  connection.execute(
+      "INSERT INTO chunks (message, number, checksum, bytes) "
+      "WITH RECURSIVE piece (message, number) AS ("
+      "  SELECT id, 0 FROM messages WHERE bytes IS NULL UNION ALL "
+      "  SELECT message, number + 1 FROM piece "
+      "  JOIN messages ON id = message WHERE (number + 1) * " +
+      chunk +
+      " < size) "
+      "SELECT message, number, checksum(substr(bytes, number * " +
+      chunk + " + 1, " + chunk +
+      ")), "
+      "substr(bytes, number * " +
+      chunk + " + 1, " + chunk +
+      ") "
+      "FROM piece JOIN old_messages ON id = message");
+}
+
+/// Makes the tables of version 2 of those of version 1, in the transaction that is open; the caller
+/// sets the version. Recordings and behaviors are given keys. Needs as much space again as the
+/// store has.
+void migrateFromVersion1(SqliteConnection& connection) {
+  connection.execute(kSetAside);
+  makeSqliteTables(connection);
+  connection.execute(kCopy);
+  copyMessages(connection);
+  connection.execute(
+      "INSERT INTO behavior_counts SELECT b.id, channel, count(*), min(received_ns), "
+      "max(received_ns) FROM behaviors b JOIN messages m ON m.recording = b.recording "
+      "AND received_ns >= begin_ns AND received_ns < coalesce(end_ns, 9223372036854775807) "
+      "GROUP BY b.id, channel");
+  leaveFieldsUnindexed(connection);
+  connection.execute(kDropOld);
+}
+
+// ----------------------------------------------------------------------------------------- opening
 
 /// Makes an empty file a store, and an older store one of this version.
 void makeCurrent(SqliteConnection& connection) {
@@ -193,7 +272,7 @@ void makeCurrent(SqliteConnection& connection) {
   transaction.commit();
 }
 
-/// Nothing that could run as a store is read: triggers, views, tables that are programs.
+/// A store has nothing in it that could run when it is read: triggers, views, virtual tables.
 void refuseForeignObjects(SqliteConnection& connection, const std::string& path) {
   SqliteStatement query(connection,
                         "SELECT type, name FROM sqlite_schema WHERE type IN ('trigger', 'view') "
@@ -201,8 +280,8 @@ void refuseForeignObjects(SqliteConnection& connection, const std::string& path)
   if (query.step()) refuse(path, "it holds the " + query.text(0) + " " + query.text(1));
 }
 
-/// A recorder does not write into what is damaged. Larger stores would take too long to look at:
-/// what is damaged there is found when it is read.
+/// A recorder does not write into a damaged store. Checking a larger one would take too long: its
+/// damage is found when it is read.
 void refuseDamage(SqliteConnection& connection, const std::string& path) {
   std::error_code error;
   if (fs::file_size(path, error) > kQuicklyChecked || error) return;
@@ -219,19 +298,23 @@ void configure(SqliteConnection& connection, const std::string& path, OpenMode m
   refuseForeignObjects(connection, path);
   if (mode == OpenMode::ReadOnly) return;
   if (mode == OpenMode::Record) refuseDamage(connection, path);
-  // For a file that is made now. Of pages of 4 KiB a second's messages are so many that writing
-  // them takes twice as long; larger ones gain little and make small commits large.
+  // Takes effect in a new file. With pages of 4 KiB, writing a second's messages takes twice as
+  // long; pages larger than these gain little and make small commits large.
   connection.execute("PRAGMA page_size = 16384");
   if (connection.integer("PRAGMA user_version") != kStoreVersion) makeCurrent(connection);
   connection.execute("PRAGMA journal_mode = WAL");
-  // A batch that append() returned from survives a loss of power, not just of the process.
+  // A batch whose append() has returned survives a loss of power, not only the end of the process.
   connection.execute("PRAGMA synchronous = FULL");
   connection.execute("PRAGMA journal_size_limit = 67108864");
 }
 
 }  // namespace
 
-void makeSqliteTables(SqliteConnection& connection) { connection.execute(kSqliteTables); }
+void leaveFieldsUnindexed(SqliteConnection& connection) {
+  connection.execute(
+      "INSERT INTO field_blocks SELECT id, -9223372036854775808, 0, 9223372036854775807, 0, x'', "
+      "x'' FROM channels");
+}
 
 std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode) {
   const bool is_file = path != ":memory:";

@@ -27,18 +27,19 @@
 ///     the recording's last message), wall_begin_ns (wall clock, 0: unknown), robot, parameters
 ///     (JSON object), tags (JSON array of strings), calibration (JSON object), topics (JSON array:
 ///     the topics that belong to it, heard or not), snapshot (JSON object: record/snapshot.hpp),
-///     remarks (JSON array of sentences) Its messages are those of its recording in [begin_ns,
-///     end_ns) on its topics; others on other topics are context (/tf, /tf_static, ...).
-///   behavior_counts  what a behavior's interval holds of each channel; follows from messages
+///     remarks (JSON array of sentences). Its messages are those of its recording in [begin_ns,
+///     end_ns) on its topics; those on other topics are its context (/tf, /tf_static, ...).
+///   behavior_counts  how many messages of each channel lie in a behavior's interval; made from
+///                    messages
 ///     behavior, channel, count, first_ns, last_ns
-///   field_blocks  the field index (field_index.hpp), for queries; follows from messages. Every
-///                 message of a channel lies in the time of one of its blocks
-///     channel, first_ns, id (random), last_ns (the last int64: its writer has not ended it, and it
-///     reaches as far as the channel does), is_whole (0: some of its messages were removed),
-///     ranges, bloom (field_block.hpp; empty: it has no answers)
-///   imports       recordings that are being imported: no behavior is of them yet. The table comes
-///                 with the first import; without it none is. Whether an import's program lives is
-///                 told by a lock on byte `recording` of the file PATH.imports (import_lock.hpp)
+///   field_blocks  the field index for queries; made from messages (sqlite_field_index.hpp). The
+///                 time of every message lies in a block of its channel
+///     channel, first_ns, id (random), last_ns (the last int64: the block is open and reaches to
+///     the channel's last message), is_whole (0: some of its messages were removed),
+///     ranges, bloom (field_blocks.hpp; empty: the block has no answers)
+///   imports       recordings that are being imported and have no behavior yet. The table is made
+///                 by the first import. A lock on byte `recording` of the file PATH.imports tells
+///                 that an import's program lives (store_locks.hpp)
 ///     recording
 ///   files         contents of files that behaviors refer to
 ///     sha256 (64 hex digits), contents
@@ -59,8 +60,8 @@ namespace afterglow::replay {
 constexpr int kStoreVersion = 2;
 constexpr std::size_t kSqliteChunkBytes = 4 << 20;
 
-/// Makes the tables of kStoreVersion, in the transaction that is open.
-void makeSqliteTables(SqliteConnection& connection);
+/// Of a store whose messages were copied into it: queries read all of them.
+void leaveFieldsUnindexed(SqliteConnection& connection);
 
 /// A connection to the store in the file `path` (":memory:": a new one in memory). ReadWrite makes
 /// file, folders and tables where there are none, and a store of this version of an older one.

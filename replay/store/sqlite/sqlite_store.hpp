@@ -2,14 +2,8 @@
 /// The store in one SQLite file. What is in the file: replay/store/sqlite/sqlite_schema.hpp.
 #pragma once
 
-#include <map>
-#include <mutex>
-
-#include "replay/store/sqlite/import_lock.hpp"
-#include "replay/store/sqlite/recorder_lock.hpp"
-#include "replay/store/sqlite/sqlite.hpp"
-#include "replay/store/sqlite/sqlite_field_index.hpp"
-#include "replay/store/store.hpp"
+#include "replay/store/sqlite/sqlite_behaviors.hpp"
+#include "replay/store/sqlite/sqlite_imports.hpp"
 
 namespace afterglow::replay {
 
@@ -22,10 +16,11 @@ struct SqliteLimits {
   int longest_log_pages = 8 * 2048;
 };
 
-/// One connection behind one lock. Several stores, in this process or others, may be open on one
-/// file: one writes at a time, readers never wait for it. What append() returned from is on disk.
-/// A behavior without an end in a store that is opened ReadOnly, and that nobody records into, is
-/// given out as kIncomplete: its recorder died.
+/// One connection behind one lock, and an object for each part of the store that shares them.
+/// Several stores, in this process or others, may be open on one file: one writes at a time,
+/// readers never wait for it. A message is on disk when append() has returned. A behavior without
+/// an end in a store that is opened ReadOnly, and that nobody records into, is given out as
+/// kIncomplete: its recorder died.
 class SqliteStore final : public Store {
  public:
   SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});
@@ -62,43 +57,15 @@ class SqliteStore final : public Store {
   std::optional<std::uint64_t> usedBytes() const override;
 
  private:
-  using Lock = std::unique_lock<std::recursive_mutex>;
-  struct Interval {
-    std::int64_t begin_ns, end_ns;
-  };
-
-  [[noreturn]] void fail(const std::string& text) const;
-  void requireRecording(std::int64_t id);
-  bool hasBehaviors(std::int64_t recording);
-  bool isUnfinished(std::int64_t recording);
-  std::int64_t definitionId(const Channel& channel);
-  std::int64_t recordingOf(std::int64_t channel);
-  void checkMessages(const std::vector<Message>& messages) const;
-  bool insert(SqliteStatement& statement, const Message& message);
-  void insertChunks(std::int64_t message, const Bytes& bytes);
-  void checkObjects(const Behavior& behavior) const;
-  std::vector<Interval> coveredOnlyBy(const Behavior& behavior) const;
-  std::int64_t sliceEnd(std::int64_t recording, Interval interval) const;
-  void removeMessages(const Behavior& behavior, Interval interval);
-  void endAbandonedBehaviors();
-  bool areOpenOnesAbandoned() const;
-  std::optional<Behavior> behaviorOf(SqliteStatement& query) const;
-  std::string candidatesSql(const BehaviorFilter& filter) const;
-  std::vector<Behavior> candidates(const BehaviorFilter& filter) const;
-  std::vector<Behavior> find(const BehaviorFilter& filter, std::vector<std::string>* steps) const;
-  std::string accessOf(const BehaviorFilter& filter) const;
-  std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
-  SqliteStatement& countsOf(const Behavior& behavior) const;
-
-  const std::string path_;
+  const std::string path_;  ///< empty: in memory
   const OpenMode mode_;
-  const SqliteLimits limits_;
   std::optional<RecorderLock> recorder_lock_;
-  mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
   std::unique_ptr<SqliteConnection> connection_;
-  std::unique_ptr<SqliteFieldIndex> field_index_;
-  std::map<std::int64_t, std::int64_t> recordings_;  ///< of channels appended to
-  std::map<std::int64_t, ImportLock> import_locks_;  ///< of this object's imports, by recording
+  SqliteFieldIndex index_;
+  SqliteRecordings recordings_;
+  SqliteMessages messages_;
+  SqliteImports imports_;
+  SqliteBehaviors behaviors_;
 };
 
 }  // namespace afterglow::replay

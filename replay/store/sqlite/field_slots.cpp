@@ -1,4 +1,4 @@
-#include "replay/query/field_slots.hpp"
+#include "replay/store/sqlite/field_slots.hpp"
 
 #include <algorithm>
 
@@ -43,10 +43,10 @@ FieldSlots::Step FieldSlots::stepOf(const Field& field, const std::string& path)
   const bool is_array = field.arity != Field::Arity::Single;
   if (is_full_) return step;
   if (field.type == FieldType::Message) {
-    groups_[path] = is_array;
+    groups_.insert(path);
     step.below = stepsOf(field.message, path + ".");
   } else if (isTime(field)) {
-    groups_[path] = is_array;
+    groups_.insert(path);
     step.slot = slotOf(path + ".secs", false);
     slotOf(path + ".nsecs", false);
   } else {

@@ -1,29 +1,30 @@
 /// \file
-/// The scalar fields of a message type, numbered in the definition's order: what the field index
-/// keeps of each message. Internal to replay/store.
+/// The scalar fields of a message type that the field index knows, numbered in the order of the
+/// definition. Internal to replay/store.
 #pragma once
 
 #include <limits>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "replay/messages/schema.hpp"
 
 namespace afterglow::replay {
 
-/// The numbers are part of what is on disk: they change only with the format's version.
+/// The numbers are on disk: they change only with the version of the format.
 class FieldSlots {
  public:
-  /// Fields behind so many are not indexed.
+  /// Only the first so many scalar fields are indexed.
   static constexpr std::size_t kMost = 256;
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-  /// A field of a message: where its values go. Times have two slots, secs and nsecs.
+  /// A field of a message and the slots of its values. Times have two slots, secs and nsecs.
   struct Step {
     const Field* field = nullptr;
     std::size_t slot = kNone;  ///< of a scalar; kNone: not indexed
-    /// Of an array too long for a document, which has {"type", "count"} instead.
+    /// Of an array that is too long for a document, which has {"type", "count"} instead.
     std::size_t type_slot = kNone, count_slot = kNone;
     std::vector<Step> below;  ///< of a message; empty: not indexed
   };
@@ -40,10 +41,10 @@ class FieldSlots {
   struct Found {
     Place place;  ///< Nowhere: no document has a value there
     std::size_t slot = kNone;
-    bool is_array = false;   ///< an array of scalars: it is there even when it is empty
-    bool has_index = false;  ///< the path asks for one element of an array
+    bool is_array = false;   ///< an array of scalars: it exists even if it has no values
+    bool has_index = false;  ///< the path names one element of an array
   };
-  /// Of a filter's path, in which indices count for nothing.
+  /// The slot of a filter's path; indices in it are ignored.
   Found find(const std::string& path) const;
 
  private:
@@ -57,7 +58,7 @@ class FieldSlots {
   };
   Schema schema_;
   std::unordered_map<std::string, Slot> slots_;
-  std::unordered_map<std::string, bool> groups_;  ///< paths of what is no scalar
+  std::unordered_set<std::string> groups_;  ///< paths of messages and times
   bool is_full_ = false;
   std::vector<Step> steps_;
 };

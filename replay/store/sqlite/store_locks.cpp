@@ -1,0 +1,108 @@
+#include "replay/store/sqlite/store_locks.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "replay/store/store.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+/// Of `size` bytes; 0: all. The commands F_OFD_* make it a lock of the open file, not of the
+/// process: two stores in one process exclude each other, a lock can be asked about without being
+/// taken, and NFS knows it.
+struct flock bytesFrom(std::int64_t begin, std::int64_t size) {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  lock.l_start = begin;
+  lock.l_len = size;
+  return lock;
+}
+
+bool isHeld(const LockFile& file, struct flock lock) {
+  return fcntl(file.descriptor(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
+std::string recorderPath(const std::string& store) { return store + ".lock"; }
+std::string importsPath(const std::string& store) { return store + ".imports"; }
+
+[[noreturn]] void fail(const std::string& store, const char* doing, const std::string& path) {
+  throw StoreError("sqlite:" + store + ": cannot " + doing + " " + path + ": " +
+                   std::strerror(errno));
+}
+
+LockFile openLockFile(const std::string& store, const std::string& path) {
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) fail(store, "make", path);
+  return LockFile(file);
+}
+
+std::string holderIn(const LockFile& file) {
+  std::array<char, 200> text{};
+  const auto size = pread(file.descriptor(), text.data(), text.size(), 0);
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
+}
+
+std::string ownName() {
+  std::array<char, 100> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return "process " + std::to_string(getpid()) + " on " + host.data();
+}
+
+}  // namespace
+
+LockFile::LockFile(LockFile&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+
+LockFile::~LockFile() {
+  if (file_ >= 0) close(file_);
+}
+
+RecorderLock::RecorderLock(const std::string& store)
+    : file_(openLockFile(store, recorderPath(store))) {
+  struct flock lock = bytesFrom(0, 0);
+  if (fcntl(file_.descriptor(), F_OFD_SETLK, &lock) != 0) {
+    const bool is_held = errno == EAGAIN || errno == EACCES;
+    const std::string why = is_held ? holderIn(file_) + " records into it" : std::strerror(errno);
+    throw StoreError("sqlite:" + store + ": cannot record: " + why);
+  }
+  // The holder's name is only for people: a failure to write it is no reason not to record.
+  const std::string name = ownName();
+  if (ftruncate(file_.descriptor(), 0) != 0 ||
+      pwrite(file_.descriptor(), name.data(), name.size(), 0) < 0) {
+    return;
+  }
+}
+
+std::optional<std::string> recorderOf(const std::string& store) {
+  const LockFile file(open(recorderPath(store).c_str(), O_RDONLY | O_CLOEXEC));
+  if (!isHeld(file, bytesFrom(0, 0))) return std::nullopt;
+  return holderIn(file);
+}
+
+ImportLock::ImportLock(const std::string& store, std::int64_t recording)
+    : file_(openLockFile(store, importsPath(store))) {
+  struct flock lock = bytesFrom(recording, 1);
+  while (fcntl(file_.descriptor(), F_OFD_SETLKW, &lock) != 0) {
+    if (errno != EINTR) fail(store, "lock", importsPath(store));
+  }
+}
+
+std::optional<ImportLock> ImportLock::ofDead(const std::string& store, std::int64_t recording) {
+  LockFile file = openLockFile(store, importsPath(store));
+  struct flock lock = bytesFrom(recording, 1);
+  if (fcntl(file.descriptor(), F_OFD_SETLK, &lock) == 0) return ImportLock(std::move(file));
+  if (errno != EAGAIN && errno != EACCES) fail(store, "lock", importsPath(store));
+  return std::nullopt;
+}
+
+bool isImporting(const std::string& store, std::int64_t recording) {
+  const LockFile file(open(importsPath(store).c_str(), O_RDONLY | O_CLOEXEC));
+  return isHeld(file, bytesFrom(recording, 1));
+}
+
+}  // namespace afterglow::replay

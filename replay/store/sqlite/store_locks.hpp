@@ -1,0 +1,57 @@
+/// \file
+/// Locks beside a store's file: which recorder has it open, which imports run. Held while the
+/// object lives and gone with its process, however that ends; the locked files stay, and that they
+/// are there says nothing. Readers need no lock. Internal to replay/store.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace afterglow::replay {
+
+/// An open file, closed with the object; locks that were taken on it end with that.
+class LockFile {
+ public:
+  explicit LockFile(int file) : file_(file) {}
+  LockFile(LockFile&& other) noexcept;
+  LockFile& operator=(LockFile&&) = delete;
+  ~LockFile();
+  int descriptor() const { return file_; }
+
+ private:
+  int file_;
+};
+
+/// Of several recorders one at a time writes to a store: a lock on the file PATH.lock.
+class RecorderLock {
+ public:
+  /// Throws StoreError, naming the process that holds it.
+  explicit RecorderLock(const std::string& store);
+
+ private:
+  LockFile file_;
+};
+
+/// "process 4711 on fetch21" if a recorder has this store open now.
+std::optional<std::string> recorderOf(const std::string& store);
+
+/// The program of an import lives: a lock on one byte of the file PATH.imports, the one whose
+/// offset is the number of the recording. Throws StoreError.
+class ImportLock {
+ public:
+  /// Waits for a process that is about to drop an earlier recording of that number.
+  ImportLock(const std::string& store, std::int64_t recording);
+  /// The lock of an import whose program has died; empty if it runs, or another process drops it.
+  static std::optional<ImportLock> ofDead(const std::string& store, std::int64_t recording);
+
+ private:
+  explicit ImportLock(LockFile file) : file_(std::move(file)) {}
+  LockFile file_;
+};
+
+/// Whether the program of this import runs; takes no lock and writes nothing.
+bool isImporting(const std::string& store, std::int64_t recording);
+
+}  // namespace afterglow::replay
