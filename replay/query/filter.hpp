@@ -1,6 +1,6 @@
 /// \file
-/// Filters in MongoDB's query language, over behaviors and over messages. In every store they decide
-/// in the end, whatever its indexes say, so that all stores give the same answers.
+/// Filters in MongoDB's query language, over behaviors and over messages. They decide in every
+/// store, whatever its indexes say, so that all stores give the same answers.
 ///
 /// Operators: $eq $ne $gt $gte $lt $lte $in $nin $exists $regex ($options i, m, s, x) $not
 /// $elemMatch on a field; $and $or $nor $not around filters. Several fields, and several operators
