@@ -9,8 +9,8 @@
 ///   Warehousing. VLDB 1998 ("zone maps"),
 /// and a filter that tells which values do not occur, with one wrong "may occur" in a hundred:
 ///   B. H. Bloom: Space/Time Trade-offs in Hash Coding with Allowable Errors. CACM 13(7), 1970.
-/// Without the filter, the messages of every block would be read whose range holds the value: 700 ms
-/// instead of 14 for a value that no message of a thousand behaviors has (where_absent_1M of
+/// Without the filter, the messages of every block whose range holds the value would be read: 700
+/// instead of 14 ms for a value that no message of a thousand behaviors has (where_absent_1M of
 /// tests/bench/query_bench).
 ///
 /// Two byte strings, numbers little endian:
