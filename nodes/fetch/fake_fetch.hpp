@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/fetch/diff_drive.hpp"
-#include "nodes/fetch/fake_localization.hpp"
-#include "nodes/fetch/head_pointer.hpp"
+#include "nodes/fetch/fake_base.hpp"
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/fetch/trajectory_follower.hpp"
 

@@ -11,7 +11,6 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
-#include "nodes/fetch/trajectory_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -29,6 +28,66 @@ const std::vector<std::string> kBodyJoints = {
     "upperarm_roll_joint", "elbow_flex_joint",    "forearm_roll_joint",  "wrist_flex_joint",
     "wrist_roll_joint",    "projector_pan_joint", "projector_tilt_joint"};
 
+std::vector<JointTolerance> toTolerances(
+    const std::vector<control_msgs::JointTolerance>& messages) {
+  std::vector<JointTolerance> tolerances;
+  for (const auto& message : messages) tolerances.push_back({message.name, message.position});
+  return tolerances;
+}
+
+void append(trajectory_msgs::JointTrajectoryPoint& point, double position, double velocity) {
+  point.positions.push_back(position);
+  point.velocities.push_back(velocity);
+}
+
+Nanoseconds toNanoseconds(const ros::Time& time) {
+  return Nanoseconds(static_cast<std::int64_t>(time.toNSec()));
+}
+Nanoseconds toNanoseconds(const ros::Duration& duration) { return Nanoseconds(duration.toNSec()); }
+
+ros::Time toRosTime(Nanoseconds time) {
+  ros::Time result;
+  result.fromNSec(static_cast<std::uint64_t>(time.count()));
+  return result;
+}
+
+TrajectoryGoal toGoal(const control_msgs::FollowJointTrajectoryGoal& message) {
+  TrajectoryGoal goal;
+  goal.stamp = toNanoseconds(message.trajectory.header.stamp);
+  goal.joints = message.trajectory.joint_names;
+  for (const auto& point : message.trajectory.points)
+    goal.points.push_back({point.positions, point.velocities, point.accelerations,
+                           toNanoseconds(point.time_from_start)});
+  goal.path_tolerance = toTolerances(message.path_tolerance);
+  goal.goal_tolerance = toTolerances(message.goal_tolerance);
+  goal.goal_time_tolerance = toNanoseconds(message.goal_time_tolerance);
+  return goal;
+}
+
+control_msgs::FollowJointTrajectoryResult toResult(const TrajectoryStatus& status) {
+  control_msgs::FollowJointTrajectoryResult result;
+  result.error_code = static_cast<std::int32_t>(status.error);
+  result.error_string = status.text;
+  return result;
+}
+
+control_msgs::FollowJointTrajectoryFeedback toFeedback(const JointController& controller,
+                                                       const JointStates& actual, Nanoseconds now) {
+  control_msgs::FollowJointTrajectoryFeedback feedback;
+  feedback.header.stamp = toRosTime(now);
+  const JointStates desired = controller.desired();
+  for (const Joint& joint : controller.joints()) {
+    const auto wanted = desired.find(joint.name);
+    const JointState is = actual.at(joint.name);
+    const JointState should = wanted != desired.end() ? wanted->second : is;
+    feedback.joint_names.push_back(joint.name);
+    append(feedback.desired, should.position, should.velocity);
+    append(feedback.actual, is.position, is.velocity);
+    append(feedback.error, should.position - is.position, should.velocity - is.velocity);
+  }
+  return feedback;
+}
+
 geometry_msgs::TransformStamped stamped(const std::string& parent, const std::string& child,
                                         const Eigen::Isometry3d& T_parent_child,
                                         const ros::Time& stamp) {
@@ -37,6 +96,15 @@ geometry_msgs::TransformStamped stamped(const std::string& parent, const std::st
   message.header.frame_id = parent;
   message.child_frame_id = child;
   message.transform = toTransform(T_parent_child);
+  return message;
+}
+
+geometry_msgs::Pose poseMessage(const PlanarPose& pose) {
+  const geometry_msgs::Transform transform = toTransform(toIsometry(pose));
+  geometry_msgs::Pose message;
+  message.position.x = transform.translation.x;
+  message.position.y = transform.translation.y;
+  message.orientation = transform.rotation;
   return message;
 }
 
@@ -152,8 +220,7 @@ FakeFetchNode::~FakeFetchNode() {
 
 bool FakeFetchNode::isOpen() const { return ros::ok() && !is_closing_; }
 
-// --------------------------------------------------------------------------------- joint
-// trajectories
+// ------------------------------------------------------------------------------ joint trajectories
 void FakeFetchNode::addTrajectoryServer(const std::string& controller) {
   const std::size_t index = trajectory_servers_.size();
   trajectory_servers_.push_back(std::make_unique<TrajectoryServer>(
@@ -164,44 +231,43 @@ void FakeFetchNode::addTrajectoryServer(const std::string& controller) {
       false));
 }
 
-void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controller,
-                           const control_msgs::FollowJointTrajectoryGoal& goal) {
-  const auto status = [&] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return robot_.controller(controller).status();
-  };
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    robot_.step(toNanoseconds(ros::Time::now()));
-    robot_.follow(controller, toGoal(goal));
-  }
-  while (status().phase == Phase::Running && !server.isPreemptRequested() && isOpen()) {
-    sendFeedback(server, controller);
+TrajectoryStatus FakeFetchNode::waitForEnd(const std::string& controller,
+                                           const std::function<bool()>& is_canceled,
+                                           const std::function<void()>& each_time) {
+  for (;;) {
+    const TrajectoryStatus status =
+        locked([&](FakeFetch& robot) { return robot.controller(controller).status(); });
+    if (status.phase != Phase::Running) return status;
+    if (is_canceled() || !isOpen()) break;
+    each_time();
     waitABit();
   }
-  const TrajectoryStatus end = status();
+  return locked([&](FakeFetch& robot) {
+    const TrajectoryStatus status = robot.controller(controller).status();
+    robot.cancel(controller);
+    return status;
+  });
+}
+
+void FakeFetchNode::follow(TrajectoryServer& server, const std::string& controller,
+                           const control_msgs::FollowJointTrajectoryGoal& goal) {
+  locked([&](FakeFetch& robot) {
+    robot.step(toNanoseconds(ros::Time::now()));
+    robot.follow(controller, toGoal(goal));
+  });
+  const TrajectoryStatus end = waitForEnd(
+      controller, [&] { return server.isPreemptRequested(); },
+      [&] {
+        server.publishFeedback(locked([&](FakeFetch& robot) {
+          return toFeedback(robot.controller(controller), robot.joints(), robot.now());
+        }));
+      });
   if (end.phase == Phase::Succeeded) return server.setSucceeded(toResult(end), end.text);
   if (end.phase != Phase::Running) return server.setAborted(toResult(end), end.text);
-  cancel(controller);
   server.setPreempted(toResult(end), "preempted");
 }
 
-void FakeFetchNode::cancel(const std::string& controller) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  robot_.cancel(controller);
-}
-
-void FakeFetchNode::sendFeedback(TrajectoryServer& server, const std::string& controller) {
-  control_msgs::FollowJointTrajectoryFeedback feedback;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    feedback = toFeedback(robot_.controller(controller), robot_.joints(), robot_.now());
-  }
-  server.publishFeedback(feedback);
-}
-
-// --------------------------------------------------------------------------------- head and
-// gripper
+// -------------------------------------------------------------------------------- head and gripper
 bool FakeFetchNode::startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem) {
   Eigen::Vector3d p_base(goal.target.point.x, goal.target.point.y, goal.target.point.z);
   try {
@@ -214,44 +280,32 @@ bool FakeFetchNode::startPointing(const control_msgs::PointHeadGoal& goal, std::
     *problem = error.what();
     return false;
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  robot_.step(toNanoseconds(ros::Time::now()));
   *problem = "the target is not finite";
-  if (p_base.allFinite())
-    robot_.pointHead(p_base, toNanoseconds(goal.min_duration), goal.max_velocity);
-  return p_base.allFinite();
+  if (!p_base.allFinite()) return false;
+  locked([&](FakeFetch& robot) {
+    robot.step(toNanoseconds(ros::Time::now()));
+    robot.pointHead(p_base, toNanoseconds(goal.min_duration), goal.max_velocity);
+  });
+  return true;
 }
 
 void FakeFetchNode::pointHead(const control_msgs::PointHeadGoal& goal) {
   std::string problem;
   if (!startPointing(goal, &problem))
     return point_head_server_.setAborted(control_msgs::PointHeadResult(), problem);
-  const auto status = [&] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return robot_.controller(kPointHeadController).status();
-  };
-  while (status().phase == Phase::Running && !point_head_server_.isPreemptRequested() && isOpen())
-    waitABit();
-  const TrajectoryStatus end = status();
+  const TrajectoryStatus end = waitForEnd(
+      kPointHeadController, [this] { return point_head_server_.isPreemptRequested(); }, [] {});
   if (end.phase == Phase::Succeeded) return point_head_server_.setSucceeded();
-  if (end.phase != Phase::Running)
-    return point_head_server_.setAborted(control_msgs::PointHeadResult(), end.text);
-  cancel(kPointHeadController);
-  point_head_server_.setPreempted();
+  if (end.phase == Phase::Running) return point_head_server_.setPreempted();
+  point_head_server_.setAborted(control_msgs::PointHeadResult(), end.text);
 }
 
 void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
   control_msgs::GripperCommandResult result;
   if (!std::isfinite(goal.command.position))
     return gripper_server_.setAborted(result, "position is not finite");
-  const auto look = [&] {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return robot_.gripper();
-  };
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    robot_.moveGripper(goal.command.position);
-  }
+  const auto look = [this] { return locked([](FakeFetch& robot) { return robot.gripper(); }); };
+  locked([&](FakeFetch& robot) { robot.moveGripper(goal.command.position); });
   while (!look().is_done && !gripper_server_.isPreemptRequested() && isOpen()) {
     control_msgs::GripperCommandFeedback feedback;
     feedback.position = look().gap;
@@ -266,8 +320,7 @@ void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
   gripper_server_.setPreempted(result);  // the fingers go on
 }
 
-// ------------------------------------------------------------------------------------ base and
-// reset
+// ---------------------------------------------------------------------------------- base and reset
 void FakeFetchNode::onTwist(const geometry_msgs::Twist& twist) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!robot_.drive(twist.linear.x, twist.angular.z))
@@ -294,8 +347,7 @@ bool FakeFetchNode::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Resp
   return true;
 }
 
-// ------------------------------------------------------------------------------------ what it
-// tells
+// ----------------------------------------------------------------------------------- what it tells
 void FakeFetchNode::onTimer() {
   const std::lock_guard<std::mutex> lock(mutex_);
   robot_.step(toNanoseconds(ros::Time::now()));
@@ -356,27 +408,21 @@ void FakeFetchNode::publishCommands(const ros::Time& stamp) {
 
 void FakeFetchNode::publishOdometry(const ros::Time& stamp) {
   const DiffDrive& base = robot_.base();
-  const auto transform = toTransform(toIsometry(base.odometry()));
   nav_msgs::Odometry message;
   message.header.stamp = stamp;
   message.header.frame_id = "odom";
   message.child_frame_id = robot_.model().rootLink();
-  message.pose.pose.position.x = transform.translation.x;
-  message.pose.pose.position.y = transform.translation.y;
-  message.pose.pose.orientation = transform.rotation;
+  message.pose.pose = poseMessage(base.odometry());
   message.twist.twist.linear.x = base.linear();
   message.twist.twist.angular.z = base.angular();
   odometry_publisher_.publish(message);
 }
 
 void FakeFetchNode::publishTruth(const ros::Time& stamp) {
-  const auto transform = toTransform(toIsometry(robot_.base().truePose()));
   geometry_msgs::PoseStamped message;
   message.header.stamp = stamp;
   message.header.frame_id = "map";
-  message.pose.position.x = transform.translation.x;
-  message.pose.position.y = transform.translation.y;
-  message.pose.orientation = transform.rotation;
+  message.pose = poseMessage(robot_.base().truePose());
   truth_publisher_.publish(message);
 }
 

@@ -57,13 +57,21 @@ class FakeFetchNode {
   using GripperServer = actionlib::SimpleActionServer<control_msgs::GripperCommandAction>;
 
   void addTrajectoryServer(const std::string& controller);
+  /// Until a controller's goal has ended; one that is canceled is still running.
+  TrajectoryStatus waitForEnd(const std::string& controller,
+                              const std::function<bool()>& is_canceled,
+                              const std::function<void()>& each_time);
   void follow(TrajectoryServer& server, const std::string& controller,
               const control_msgs::FollowJointTrajectoryGoal& goal);
-  void sendFeedback(TrajectoryServer& server, const std::string& controller);
-  void cancel(const std::string& controller);
   void pointHead(const control_msgs::PointHeadGoal& goal);
   bool startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem);
   void moveGripper(const control_msgs::GripperCommandGoal& goal);
+  /// What `ask` says of the robot, with the lock held.
+  template <typename Ask>
+  auto locked(const Ask& ask) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return ask(robot_);
+  }
 
   bool isOpen() const;  ///< goals go on
 
@@ -79,8 +87,8 @@ class FakeFetchNode {
   void publishFixedLinks();
   void publishTruth(const ros::Time& stamp);
 
-  std::mutex
-      mutex_;  ///< guards robot_; never held while calling actionlib, which has its own locks
+  /// Guards robot_; never held while calling actionlib, which has its own locks.
+  std::mutex mutex_;
   FakeFetch robot_;
   ros::Time published_;
   std::atomic<bool> is_closing_{false};

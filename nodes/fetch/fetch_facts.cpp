@@ -22,11 +22,4 @@ JointPositions tuckedArm() {
           {"wrist_flex_joint", 1.66},    {"wrist_roll_joint", 0.0}};
 }
 
-JointPositions armOverTable() {
-  return {{"torso_lift_joint", 0.3},        {"shoulder_pan_joint", 0.0},
-          {"shoulder_lift_joint", -0.6233}, {"upperarm_roll_joint", 0.0},
-          {"elbow_flex_joint", 0.8317},     {"forearm_roll_joint", 0.0},
-          {"wrist_flex_joint", 1.3624},     {"wrist_roll_joint", 0.0}};
-}
-
 }  // namespace afterglow::nodes

@@ -1,6 +1,6 @@
 /// \file
 /// What everybody who moves the Fetch of assets/fetch.urdf has to know: its controllers' joints,
-/// its turrets, and two arm poses. Source: fetch_description and the robot's default controllers.
+/// its turrets, and how its arm is tucked. Source: fetch_description and the robot's default controllers.
 #pragma once
 
 #include <string>
@@ -24,7 +24,6 @@ extern const PanTilt kProjectorTurret;
 /// Points directions given in head_camera_link (x forward).
 extern const PanTilt kHeadTurret;
 
-JointPositions tuckedArm();     ///< folded beside the torso, as a Fetch drives; torso down
-JointPositions armOverTable();  ///< gripper down, 0.2 m above a 0.72 m table, 0.75 m ahead
+JointPositions tuckedArm();  ///< folded beside the torso, as a Fetch drives; torso down
 
 }  // namespace afterglow::nodes

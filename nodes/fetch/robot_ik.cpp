@@ -135,23 +135,6 @@ std::optional<Eigen::Vector2d> refineAim(const Miss& missAt, Eigen::Vector2d q) 
   return std::nullopt;
 }
 
-/// Where the joints are, then a grid over what they can do.
-std::vector<Eigen::Vector2d> aimStarts(const Joint& pan, const Joint& tilt,
-                                       const JointPositions& positions) {
-  const auto at = [&](const Joint& joint) {
-    const auto found = positions.find(joint.name);
-    return found != positions.end() ? found->second : 0.0;
-  };
-  const auto spread = [](const Joint& joint, double part) {
-    const double lower = std::max(joint.lower, -kPi), upper = std::min(joint.upper, kPi);
-    return lower + part * (upper - lower);
-  };
-  std::vector<Eigen::Vector2d> starts = {{at(pan), at(tilt)}};
-  for (const double a : {0.5, 0.3, 0.7, 0.1, 0.9})
-    for (const double b : {0.5, 0.2, 0.8}) starts.emplace_back(spread(pan, a), spread(tilt, b));
-  return starts;
-}
-
 }  // namespace
 
 std::optional<JointPositions> RobotModel::solveIk(const std::string& tip_link,
@@ -179,20 +162,18 @@ std::optional<JointPositions> RobotModel::aim(const PanTilt& turret,
                                               const Eigen::Vector3d& direction,
                                               const Eigen::Vector3d& p_root,
                                               const JointPositions& positions) const {
-  const Joint* joints[2] = {&joint(turret.pan_joint), &joint(turret.tilt_joint)};
+  const Joint *pan = &joint(turret.pan_joint), *tilt = &joint(turret.tilt_joint);
   const auto missAt = [&](const Eigen::Vector2d& q) {
     JointPositions all = positions;
-    for (int i = 0; i < 2; ++i) all[joints[i]->name] = q[i];
+    all[pan->name] = q[0], all[tilt->name] = q[1];
     return missOf(linkPose(turret.frame, all), direction, p_root);
   };
-  const auto within = [&](const Eigen::Vector2d& q) {
-    return q[0] >= joints[0]->lower && q[0] <= joints[0]->upper && q[1] >= joints[1]->lower &&
-           q[1] <= joints[1]->upper;
-  };
-  for (const Eigen::Vector2d& start : aimStarts(*joints[0], *joints[1], positions)) {
+  const Eigen::Vector2d lower(pan->lower, tilt->lower), upper(pan->upper, tilt->upper);
+  const Eigen::Vector2d now(positionOf(*pan, positions), positionOf(*tilt, positions));
+  for (const Eigen::Vector2d& start : {now, Eigen::Vector2d(0, 0)}) {
     const std::optional<Eigen::Vector2d> q = refineAim(missAt, start);
-    if (q && within(*q))
-      return JointPositions{{joints[0]->name, (*q)[0]}, {joints[1]->name, (*q)[1]}};
+    if (q && (q->array() >= lower.array()).all() && (q->array() <= upper.array()).all())
+      return JointPositions{{pan->name, (*q)[0]}, {tilt->name, (*q)[1]}};
   }
   return std::nullopt;
 }

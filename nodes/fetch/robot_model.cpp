@@ -124,7 +124,6 @@ RobotModel RobotModel::fromXml(const std::string& xml, const std::string& name,
   const urdf::ModelInterfaceSharedPtr source = urdf::parseURDF(xml);
   if (!source || !source->getRoot()) throw std::runtime_error(name + ": not a URDF robot");
   RobotModel model;
-  model.xml_ = xml;
   model.root_ = source->getRoot()->name;
   std::vector<urdf::LinkConstSharedPtr> open = {source->getRoot()};
   for (std::size_t i = 0; i < open.size(); ++i) {  // breadth first: parents before children
@@ -146,26 +145,16 @@ const Joint& RobotModel::joint(const std::string& name) const {
   throw std::out_of_range("the robot has no joint " + name);
 }
 
-JointPositions RobotModel::restPositions() const {
-  JointPositions positions;
-  for (const Joint& joint : joints_)
-    if (joint.moves()) positions[joint.name] = std::clamp(0.0, joint.lower, joint.upper);
-  return positions;
-}
-
-namespace {
 double positionOf(const Joint& joint, const JointPositions& positions) {
   const auto found = positions.find(joint.name);
   return found != positions.end() ? found->second : std::clamp(0.0, joint.lower, joint.upper);
 }
-}  // namespace
 
-LinkPoses RobotModel::linkPoses(const JointPositions& positions) const {
-  LinkPoses T_root_link = {{root_, Eigen::Isometry3d::Identity()}};
+JointPositions RobotModel::restPositions() const {
+  JointPositions positions;
   for (const Joint& joint : joints_)
-    T_root_link[joint.child] =
-        T_root_link.at(joint.parent) * joint.T_parent_child(positionOf(joint, positions));
-  return T_root_link;
+    if (joint.moves()) positions[joint.name] = positionOf(joint, {});
+  return positions;
 }
 
 std::vector<const Joint*> RobotModel::chainTo(const std::string& link) const {

@@ -32,7 +32,10 @@ struct Joint {
   Eigen::Isometry3d T_parent_child(double position) const;
 };
 
-/// One shape of a link, in its colour.
+/// A joint that `positions` lacks rests: at 0, or at its limit nearest to 0.
+double positionOf(const Joint& joint, const JointPositions& positions);
+
+/// One shape of a link, in its color.
 struct LinkVisual {
   std::string link;
   Eigen::Isometry3d T_link_shape = Eigen::Isometry3d::Identity();
@@ -58,18 +61,16 @@ class RobotModel {
   static RobotModel fromXml(const std::string& xml, const std::string& name = "robot_description",
                             const MeshReader& read_mesh = {});
 
-  const std::string& xml() const { return xml_; }  ///< what it was made from
   const std::string& rootLink() const { return root_; }
   /// Every joint, a parent's before its children's.
   const std::vector<Joint>& joints() const { return joints_; }
   /// Throws std::out_of_range naming the joint if there is none.
   const Joint& joint(const std::string& name) const;
-  /// Every moving joint at 0, or at its limit nearest to 0.
+  /// Of every moving joint.
   JointPositions restPositions() const;
 
-  /// Forward kinematics. Joints missing from `positions` rest, unknown names are ignored.
-  LinkPoses linkPoses(const JointPositions& positions) const;
-  /// One link's pose in the root. Throws std::out_of_range naming the link if there is none.
+  /// A link's pose in the root. Joints missing from `positions` rest, unknown names are ignored.
+  /// Throws std::out_of_range naming the link if there is none.
   Eigen::Isometry3d linkPose(const std::string& link, const JointPositions& positions) const;
 
   const std::vector<LinkVisual>& visuals() const { return visuals_; }
@@ -89,7 +90,7 @@ class RobotModel {
   /// frame, any length) hit `p_root`; `positions` says where the other joints are and seeds the
   /// search. Empty if the limits do not allow it. Throws std::out_of_range for unknown names.
   ///
-  /// To centre a projector's picture on a point, whatever its lens shift:
+  /// To center a projector's image on a point, whatever its lens shift:
   ///   aim(kProjectorTurret, *calib::unproject(lens, image_centre_px), p_base, positions)
   std::optional<JointPositions> aim(const PanTilt& turret, const Eigen::Vector3d& direction,
                                     const Eigen::Vector3d& p_root,
@@ -99,7 +100,7 @@ class RobotModel {
   /// Joints from the root to a link.
   std::vector<const Joint*> chainTo(const std::string& link) const;
 
-  std::string xml_, root_;
+  std::string root_;
   std::vector<Joint> joints_;
   std::vector<LinkVisual> visuals_;
 };

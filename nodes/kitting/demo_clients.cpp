@@ -1,128 +1,139 @@
 #include "nodes/kitting/demo_clients.hpp"
 
-#include <afterglow/StopRecording.h>
-
-#include <atomic>
-#include <exception>
-#include <memory>
-#include <mutex>
-#include <optional>
-
-#include "nodes/kitting/kitting_robot.hpp"
+#include <afterglow/ReplayActionGoal.h>
+#include <afterglow/StartRecording.h>
+#include <std_msgs/String.h>
+#include <std_srvs/Trigger.h>
 
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kAnswer = 15;   // seconds: recorder and player answer sooner or not at all
 constexpr double kOverrun = 60;  // seconds that a replay may take longer than its recording
 
-template <typename Client>
-void waitForServer(Client& client, const std::string& who, double seconds) {
-  if (!client.waitForServer(ros::Duration(seconds))) throw TaskError(who + " is not there");
-}
-
-/// Where a replay is, as it last said: it stands while it waits for the body.
-class ReplayPosition {
- public:
-  void hear(double position_s) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    position_s_ = position_s;
-  }
-  std::optional<double> last() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return position_s_;
-  }
-
- private:
-  mutable std::mutex mutex_;
-  std::optional<double> position_s_;
-};
-
-}  // namespace
-
-DemoRecorder::DemoRecorder()
-    : client_("record_behavior", false),
-      stop_(node_.serviceClient<StopRecording>("/recorder_node/stop_recording")) {}
-
-void DemoRecorder::waitUntilReady(double seconds) {
-  waitForServer(client_, "recorder_node", seconds);
-}
-
-RecordBehaviorResult DemoRecorder::record(const DemoRecording& request,
-                                            const std::function<void()>& behavior) {
-  RecordBehaviorGoal goal;
-  goal.name = request.name;
-  goal.tree_path = request.tree_path;
-  goal.topics = request.topics;
-  // Shared: a last feedback may come when this function has returned.
-  const auto id = std::make_shared<std::atomic<std::int64_t>>(0);
-  client_.sendGoal(goal, {}, {}, [id](const RecordBehaviorFeedbackConstPtr& feedback) {
-    *id = feedback->behavior_id;
-  });
-  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kAnswer);
-  while (*id == 0) {
-    if (client_.getState().isDone() || ros::WallTime::now() > deadline) {
-      throw TaskError("recorder_node does not record '" + request.name +
-                      "': " + client_.getState().getText());
-    }
-    sleepFor(0.01);
-  }
-  try {
-    behavior();
-  } catch (...) {
-    const std::exception_ptr problem = std::current_exception();
-    try {
-      stop(*id, "failure");
-    } catch (const TaskError&) {
-      // What went wrong first is what people need to know.
-    }
-    std::rethrow_exception(problem);
-  }
-  stop(*id, "success");
-  if (!client_.waitForResult(ros::Duration(kAnswer))) {
-    throw TaskError("recorder_node did not finish '" + request.name + "'");
-  }
-  return *client_.getResult();
-}
-
-void DemoRecorder::stop(std::int64_t id, const std::string& outcome) {
+StopRecordingResponse stopRecording(std::int64_t id, const std::string& outcome) {
   StopRecording call;
   call.request.behavior_id = id;
   call.request.outcome = outcome;
-  if (!stop_.call(call) || !call.response.success) {
+  if (!ros::service::call("/recorder_node/stop_recording", call) || !call.response.success) {
     throw TaskError("recorder_node did not stop recording: " + call.response.message);
   }
+  return call.response;
 }
 
-PlayerClient::PlayerClient() : client_("replay", false) {}
+void publishText(const ros::Publisher& publisher, const std::string& text) {
+  std_msgs::String message;
+  message.data = text;
+  publisher.publish(message);
+}
+
+}  // namespace
+
+StopRecordingResponse recordBehavior(const std::string& name,
+                                     const std::vector<std::string>& topics,
+                                     const std::function<void()>& behavior) {
+  StartRecording call;
+  call.request.name = name;
+  call.request.tree_path = "kitting/" + name;
+  call.request.topics = topics;
+  if (!ros::service::call("/recorder_node/start_recording", call) || !call.response.success) {
+    throw TaskError("recorder_node does not record '" + name + "': " + call.response.message);
+  }
+  try {
+    behavior();
+  } catch (const std::exception&) {
+    try {
+      stopRecording(call.response.behavior_id, "failure");
+    } catch (const TaskError&) {
+      // What went wrong first is what people need to know.
+    }
+    throw;
+  }
+  return stopRecording(call.response.behavior_id, "success");
+}
+
+PlayerClient::PlayerClient()
+    : client_(ActionClient::of<ReplayActionGoal>("player_node", "/replay")) {
+  ros::NodeHandle node;
+  feedback_ = node.subscribe<ReplayActionFeedback>(
+      "/replay/feedback", 10, [this](const ReplayActionFeedbackConstPtr& feedback) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        position_s_ = feedback->feedback.position;
+      });
+  results_ = node.subscribe<ReplayActionResult>(
+      "/replay/result", 10, [this](const ReplayActionResultConstPtr& result) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        result_ = result->result;
+      });
+}
 
 void PlayerClient::waitUntilReady(double seconds) {
-  waitForServer(client_, "player_node", seconds);
+  const auto is_ready = [this] { return client_.isServed() && results_.getNumPublishers() > 0; };
+  if (!waitUntil(is_ready, seconds)) throw TaskError("player_node is not there");
 }
 
 ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
                                   const std::function<void(double)>& on_position) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    position_s_.reset();
+    result_.reset();
+  }
   ReplayGoal goal;
   goal.behavior = name;
-  const auto position = std::make_shared<ReplayPosition>();
-  client_.sendGoal(goal, {}, {}, [position](const ReplayFeedbackConstPtr& feedback) {
-    position->hear(feedback->position);
-  });
-  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(duration_s + kOverrun);
-  while (!client_.getState().isDone()) {
-    if (ros::WallTime::now() > deadline) {
-      client_.cancelGoal();
-      throw TaskError("player_node did not finish '" + name + "'");
+  client_.send<ReplayActionGoal>(goal);
+  const auto is_over = [&] {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const auto position = position_s_;
+    const bool has_result = result_.has_value();
+    lock.unlock();
+    if (position) on_position(*position);
+    return has_result;
+  };
+  waitUntil(is_over, duration_s + kOverrun);
+  client_.expectSuccess(1);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!result_ || !result_->completed) {
+    throw TaskError("player_node did not replay '" + name + "' to its end");
+  }
+  return *result_;
+}
+
+Bystander::Bystander()
+    : look_(node_.advertise<std_msgs::String>("look", 10)),
+      caption_(node_.advertise<std_msgs::String>("caption", 10)),
+      key_frame_(node_.advertise<std_msgs::String>("key_frame", 10)) {}
+
+void Bystander::waitUntilReady(double seconds) {
+  const auto is_heard = [this] {
+    return look_.getNumSubscribers() > 0 && caption_.getNumSubscribers() > 0 &&
+           key_frame_.getNumSubscribers() > 0;
+  };
+  if (!waitUntil(is_heard, seconds)) throw TaskError("observer_node is not there");
+}
+
+void Bystander::look(const std::string& place) { publishText(look_, place); }
+
+void Bystander::caption(const std::string& tag, const std::string& text) {
+  publishText(caption_, tag + "|" + text);
+}
+
+void Bystander::takeImage(const std::string& name) { publishText(key_frame_, name); }
+
+void Bystander::finishFilm() {
+  std_srvs::Trigger finish;
+  if (!ros::service::call("/observer_node/finish", finish) || !finish.response.success) {
+    throw TaskError("observer_node did not finish the film: " + finish.response.message);
+  }
+}
+
+void expectAllNodes() {
+  for (const char* node : {"/fake_fetch", "/projector_node", "/recorder_node", "/player_node",
+                           "/speaker_node", "/observer_node"}) {
+    // Every node of roscpp has this service.
+    if (!ros::service::exists(std::string(node) + "/get_loggers", false)) {
+      throw TaskError(std::string(node) + " is not there any more");
     }
-    if (const auto last = position->last()) on_position(*last);
-    sleepFor(0.02);
   }
-  const ReplayResultConstPtr result = client_.getResult();
-  if (!result || !result->completed) {
-    throw TaskError("player_node did not replay '" + name +
-                    "' to its end: " + client_.getState().getText());
-  }
-  return *result;
 }
 
 }  // namespace afterglow::nodes

@@ -1,211 +1,218 @@
 #include "nodes/kitting/demo_director.hpp"
 
 #include <fmt/format.h>
+#include <sound_play/SoundRequest.h>
 #include <std_srvs/Trigger.h>
 #include <sys/utsname.h>
 
 #include <algorithm>
-#include <ctime>
-#include <filesystem>
+#include <iostream>
+#include <optional>
 #include <thread>
 
 #include "calib/camera_info_file.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
-constexpr double kBeat = 0.5;    // seconds after a behavior, for its last picture
-constexpr double kTypical = 13;  // seconds of a behavior, for the progress bar
+constexpr double kBeat = 0.2;     // seconds after a behavior, until tf tells its end
 
 // The nodes may still be starting.
 RobotModel robotDescription() {
   std::string xml;
-  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(kStartUp);
-  while (!ros::param::get("/robot_description", xml)) {
-    if (ros::WallTime::now() > deadline) {
-      throw TaskError("the parameter /robot_description is not set");
-    }
-    sleepFor(0.05);
+  if (!waitUntil([&] { return ros::param::get("/robot_description", xml); }, kStartUp)) {
+    throw TaskError("the parameter /robot_description is not set");
   }
   return RobotModel::fromXml(xml);
 }
 
-std::string utcNow() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%d %H:%M", &utc);
-  return text;
-}
-
 // What people need to know to compare two runs.
 std::vector<std::pair<std::string, std::string>> versions() {
-  std::vector<std::pair<std::string, std::string>> result = {{"afterglow", AFTERGLOW_VERSION}};
-  std::string distro, version;
-  ros::param::get("/rosdistro", distro);
-  ros::param::get("/rosversion", version);
-  const auto trimmed = [](std::string text) {
-    text.erase(std::remove(text.begin(), text.end(), '\n'), text.end());
-    return text;
-  };
-  result.emplace_back("ROS", trimmed(distro) + " " + trimmed(version));
+  std::string ros = ros::param::param<std::string>("/rosdistro", "") + " " +
+                    ros::param::param<std::string>("/rosversion", "");
+  ros.erase(std::remove(ros.begin(), ros.end(), '\n'), ros.end());
   utsname system{};
-  if (uname(&system) == 0) {
-    result.emplace_back(system.sysname, std::string(system.release) + " " + system.machine);
-  }
-  result.emplace_back("processors", std::to_string(std::thread::hardware_concurrency()));
-  return result;
+  uname(&system);
+  return {{"afterglow", AFTERGLOW_VERSION},
+          {"ROS", ros},
+          {system.sysname, std::string(system.release) + " " + system.machine},
+          {"processors", std::to_string(std::thread::hardware_concurrency())}};
 }
+
+std::string imageName(const std::string& behavior, const std::string& moment, const char* run) {
+  std::string name = behavior + "_" + moment + "_" + run;
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+/// While it lives its name stands on the terminal; then a line that says how it went.
+class Stage {
+ public:
+  explicit Stage(const std::string& name) : name_(name), waiting_(std::in_place, name) {}
+  ~Stage() { end("FAILED", ""); }
+
+  /// It went well; `detail` says what came of it.
+  void done(const std::string& detail) { end("done", detail); }
+
+ private:
+  void end(const char* mark, const std::string& detail) {
+    if (!waiting_) return;
+    waiting_.reset();
+    std::cout << fmt::format("{:<6} {:<46} {:>5.1f} s  {}", mark, name_,
+                             (ros::WallTime::now() - begin_).toSec(), detail)
+              << std::endl;
+  }
+
+  const std::string name_;
+  const ros::WallTime begin_ = ros::WallTime::now();
+  std::optional<Waiting> waiting_;  ///< empty when it is over
+};
 
 }  // namespace
 
-DemoDirector::DemoDirector(const DemoFiles& files, DemoProgress& progress)
-    : files_(files),
-      progress_(progress),
-      story_(loadDemoStory(files.assets + "/story.yaml")),
-      plan_(loadKittingPlan(files.assets + "/task.yaml")),
+DemoDirector::DemoDirector(const DemoFolders& folders)
+    : folders_(folders),
+      story_(loadDemoStory(folders.assets + "/story.yaml")),
       robot_(robotDescription(),
-             calib::loadCameraInfo(files.assets + "/projector_camera_info.yaml").lens),
-      room_(loadRoom(files.assets + "/room.yaml")),
-      task_(plan_, robot_, room_, [this](const std::string& moment) { onMoment(moment); }),
-      bystander_({files.out + "/parts/silent.mp4", files.out + "/speech/speech.json"}) {}
+             calib::loadCameraInfo(folders.assets + "/projector_camera_info.yaml").lens),
+      room_(loadThings(folders.assets + "/room.urdf")),
+      task_(robot_, room_,
+            {[this](const std::string& moment) { onMoment(moment); },
+             [this] { solids_.publish(room_.markers()); }, [this] { say(); }}),
+      solids_(ros::NodeHandle().advertise<visualization_msgs::MarkerArray>("/room/solids", 1,
+                                                                           true)) {
+  static_tf_.sendTransform(room_.surfaces());
+}
 
 DemoReport DemoDirector::run() {
-  begin_ = ros::WallTime::now();
-  report_.date = utcNow();
+  const ros::WallTime begin = ros::WallTime::now();
+  report_.date = replay::dateNow();
   report_.versions = versions();
+  report_.video = "demo.mp4";
+  report_.store = "demo.db";
   waitUntilReady();
   for (const BehaviorStory& behavior : story_.behaviors) record(behavior);
   removeObjects();
   for (std::size_t i = 0; i < story_.behaviors.size(); ++i) {
     replay(report_.behaviors.at(i), story_.behaviors[i]);
   }
-  robot_.waitUntilReady(1);  // whoever died on the way took part of the demo with them
+  expectAllNodes();
   finishFilm();
-  report_.wall_s = (ros::WallTime::now() - begin_).toSec();
+  report_.wall_s = (ros::WallTime::now() - begin).toSec();
   return report_;
 }
 
 void DemoDirector::waitUntilReady() {
-  progress_.begin("Starting robot, projector, recorder, player", 4);
+  Stage stage("Starting robot, projector, recorder, player");
   robot_.waitUntilReady(kStartUp);
-  recorder_.waitUntilReady(kStartUp);
   player_.waitUntilReady(kStartUp);
   bystander_.waitUntilReady(kStartUp);
+  if (!ros::service::waitForService("/recorder_node/start_recording", ros::Duration(kStartUp))) {
+    throw TaskError("recorder_node is not there");
+  }
   bystander_.caption(story_.title, story_.subtitle);
-  room_.show();
+  solids_.publish(room_.markers());
   task_.prepare();
-  progress_.done("ready");
-}
-
-std::string DemoDirector::sayingOf(const std::string& behavior) const {
-  if (behavior == "pick") return plan_.pick.says;
-  if (behavior == "drive") return plan_.drive.says;
-  return plan_.place.says;
-}
-
-void DemoDirector::doBehavior(const std::string& name) {
-  if (name == "pick") return task_.pick();
-  if (name == "drive") return task_.drive();
-  if (name == "place") return task_.place();
-  throw TaskError("the story tells of '" + name + "', which the robot cannot do");
+  stage.done("ready");
 }
 
 EndPose DemoDirector::endPose() const {
-  return {robot_.floorPose(), robot_.T_map_link(kGripperLink).translation()};
-}
-
-std::string DemoDirector::pictureName(const std::string& behavior, const std::string& moment,
-                                      const char* run) {
-  std::string name = behavior + "_" + moment + "_" + run;
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name;
+  return {toPlanarPose(robot_.T_map_base()), robot_.T_map_link(kGripperLink).translation()};
 }
 
 // ---------------------------------------------------------------------------------------- done
 
 void DemoDirector::record(const BehaviorStory& behavior) {
-  progress_.begin("Doing and recording '" + behavior.name + "'", kTypical);
+  Stage stage("Doing and recording '" + behavior.name + "'");
   bystander_.look(behavior.name);
   bystander_.caption(story_.live_tag, behavior.caption);
-  report_.behaviors.emplace_back();
-  recording_ = &report_.behaviors.back();
-  recording_->says = sayingOf(behavior.name);
-  const DemoRecording request{behavior.name, "kitting/" + behavior.name, kittingTopics()};
-  const RecordBehaviorResult result = recorder_.record(request, [&] {
+  MeasuredBehavior& measured = report_.behaviors.emplace_back();
+  measured.says = behavior.says;
+  const auto result = recordBehavior(behavior.name, kittingTopics(), [&] {
     recording_began_ = ros::WallTime::now();
-    doBehavior(behavior.name);
+    recorded_ = &behavior;
+    task_.run(behavior.name);
+    recorded_ = nullptr;
   });
   sleepFor(kBeat);
-  recording_->live_end = endPose();
-  recording_->behavior.id = result.behavior_id;
-  recording_->messages = result.messages;
-  recording_->dropped = result.dropped;
-  recording_ = nullptr;
-  progress_.done(std::to_string(result.messages) + " messages on " +
-                 std::to_string(kittingTopics().size() - result.silent_topics.size()) + " topics");
+  measured.live_end = endPose();
+  measured.behavior.id = result.behavior_id;
+  measured.messages = result.messages;
+  measured.dropped = result.dropped;
+  readStore(measured);
+  const auto heard = std::count_if(measured.topics.begin(), measured.topics.end(),
+                                   [](const auto& topic) { return topic.count > 0; });
+  stage.done(fmt::format("{} messages on {} topics", result.messages, heard));
 }
 
 void DemoDirector::onMoment(const std::string& moment) {
-  const BehaviorStory& behavior = story_.behaviors.at(report_.behaviors.size() - 1);
-  for (const auto& [name, words] : behavior.moments) {
-    if (name != moment || recording_ == nullptr) continue;
-    KeyFrame frame;
-    frame.moment = moment;
-    frame.offset_s = (ros::WallTime::now() - recording_began_).toSec();
-    frame.live = pictureName(behavior.name, moment, "recorded");
-    frame.replay = pictureName(behavior.name, moment, "replayed");
-    bystander_.takePicture(frame.live);
-    recording_->key_frames.push_back(frame);
+  if (recorded_ == nullptr) return;
+  const auto& told = recorded_->moments;
+  if (std::none_of(told.begin(), told.end(), [&](const auto& m) { return m.first == moment; })) {
+    return;
+  }
+  KeyFrame frame;
+  frame.moment = moment;
+  frame.offset_s = (ros::WallTime::now() - recording_began_).toSec();
+  frame.live = imageName(recorded_->name, moment, "recorded");
+  frame.replay = imageName(recorded_->name, moment, "replayed");
+  bystander_.takeImage(frame.live);
+  report_.behaviors.back().key_frames.push_back(frame);
+}
+
+void DemoDirector::say() {
+  sound_play::SoundRequest request;
+  request.sound = sound_play::SoundRequest::SAY;
+  request.command = sound_play::SoundRequest::PLAY_ONCE;
+  request.volume = 1;
+  request.arg = recorded_->says;
+  request.arg2 = "en-us";
+  robot_.out().speech.publish(request);
+}
+
+// What the recorder wrote, read back as anybody would.
+void DemoDirector::readStore(MeasuredBehavior& measured) const {
+  const auto store =
+      replay::openStore(folders_.out + "/" + report_.store, replay::OpenMode::ReadOnly);
+  const auto behavior = store->behavior(measured.behavior.id);
+  if (!behavior) {
+    throw TaskError("the store lacks behavior " + std::to_string(measured.behavior.id));
+  }
+  measured.behavior = *behavior;
+  for (const replay::TopicSummary& topic : store->topics(*behavior)) {
+    const auto& own = behavior->topics;
+    if (std::count(own.begin(), own.end(), topic.topic)) measured.topics.push_back(topic);
   }
 }
 
 // ------------------------------------------------------------------------------------ replayed
 
 void DemoDirector::removeObjects() {
-  progress_.begin("Taking the objects away, the robot back to start", 6);
+  Stage stage("Taking the objects away, the robot back to start");
   bystander_.look("");
   bystander_.caption("", story_.later);
   room_.removeObjects();
+  solids_.publish(room_.markers());
   std_srvs::Trigger reset;
   if (!ros::service::call("/fake_fetch/reset", reset) || !reset.response.success) {
     throw TaskError("the robot was not put back to its start: " + reset.response.message);
   }
   sleepFor(0.3);
   bystander_.look(story_.behaviors.front().name);
-  const ros::WallTime card = ros::WallTime::now();
   task_.prepare();
-  sleepFor(kCardSeconds - (ros::WallTime::now() - card).toSec());
-  readStore();
-  progress_.done("");
-}
-
-// What the recorder wrote, read back as anybody would.
-void DemoDirector::readStore() {
-  const auto store = replay::openStore(files_.store, replay::OpenMode::ReadOnly);
-  for (MeasuredBehavior& measured : report_.behaviors) {
-    const auto behavior = store->behavior(measured.behavior.id);
-    if (!behavior) {
-      throw TaskError("the store lacks behavior " + std::to_string(measured.behavior.id));
-    }
-    measured.behavior = *behavior;
-    for (const replay::TopicSummary& topic : store->topics(*behavior)) {
-      const auto& own = behavior->topics;
-      if (std::count(own.begin(), own.end(), topic.topic)) measured.topics.push_back(topic);
-    }
-  }
+  robot_.leaveGraph();
+  stage.done("");
 }
 
 void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behavior) {
-  progress_.begin("Finding and replaying '" + behavior.name + "'",
-                  durationOf(measured.behavior) + 1);
+  Stage stage("Finding and replaying '" + behavior.name + "'");
   bystander_.look(behavior.name);
   bystander_.caption(story_.replay_tag, behavior.question);
   std::size_t next = 0;
@@ -214,7 +221,7 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   const ReplayResult result =
       player_.replay(behavior.name, durationOf(measured.behavior), [&](double position) {
         if (next < frames.size() && position >= frames[next].offset_s) {
-          bystander_.takePicture(frames[next++].replay);
+          bystander_.takeImage(frames[next++].replay);
         }
       });
   measured.replay_s = (ros::WallTime::now() - begin).toSec();
@@ -224,23 +231,17 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   if (result.behavior_id != measured.behavior.id) {
     throw TaskError("the name '" + behavior.name + "' found another behavior");
   }
-  progress_.done(
+  stage.done(
       fmt::format("p99 lateness {:.2f} ms", latenessOf(measured.player_report).p99_ms));
 }
 
 void DemoDirector::finishFilm() {
-  progress_.begin("Putting video and speech together", 6);
+  Stage stage("Putting video and speech together");
   bystander_.caption(story_.title, story_.subtitle);
   bystander_.look("");
   sleepFor(kCardSeconds);
-  report_.video = "demo.mp4";
-  report_.store = fs::path(files_.store).filename().string();
-  report_.folder = files_.typed_out;
-  report_.assets = files_.typed_assets;
-  report_.command = files_.typed_command;
-  bystander_.finish(files_.out + "/" + report_.video);
-  fs::remove_all(files_.out + "/parts");
-  progress_.done(report_.video);
+  bystander_.finishFilm();
+  stage.done(report_.video);
 }
 
 }  // namespace afterglow::nodes

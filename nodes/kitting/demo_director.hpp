@@ -3,31 +3,27 @@
 /// behavior is found by name and replayed; a bystander's view films it all.
 #pragma once
 
-#include <string>
-#include <vector>
+#include <tf2_ros/static_transform_broadcaster.h>
 
-#include "nodes/kitting/bystander.hpp"
+#include <string>
+
 #include "nodes/kitting/demo_clients.hpp"
-#include "nodes/kitting/demo_progress.hpp"
 #include "nodes/kitting/demo_report.hpp"
 #include "nodes/kitting/demo_story.hpp"
 #include "nodes/kitting/kitting_task.hpp"
 
 namespace afterglow::nodes {
 
-/// Files and folders of one run.
-struct DemoFiles {
-  std::string assets;  ///< folder of the scenario's YAML files
-  std::string out;     ///< folder to fill
-  std::string store;   ///< file in it that the recorder was told to use
-  std::string typed_out, typed_assets, typed_command;  ///< and the afterglow command, as typed
+/// Folder of the scenario's YAML files, folder to fill.
+struct DemoFolders {
+  std::string assets, out;
 };
 
-/// Runs in the caller's thread; needs a running spinner. Throws TaskError or std::runtime_error,
-/// one line, when a step fails.
+/// Runs in the caller's thread and tells standard output of each stage; needs a running spinner.
+/// Throws TaskError or std::runtime_error, one line, when a stage fails.
 class DemoDirector {
  public:
-  DemoDirector(const DemoFiles& files, DemoProgress& progress);
+  explicit DemoDirector(const DemoFolders& folders);
 
   /// Returns what was measured, the report's files not yet written.
   DemoReport run();
@@ -38,28 +34,23 @@ class DemoDirector {
   void record(const BehaviorStory& behavior);
   void removeObjects();
   void replay(MeasuredBehavior& measured, const BehaviorStory& behavior);
-  void onMoment(const std::string& moment);
-  void readStore();
   void finishFilm();
-  std::string sayingOf(const std::string& behavior) const;
-  static std::string pictureName(const std::string& behavior, const std::string& moment,
-                                 const char* run);
+  void onMoment(const std::string& moment);
+  void say();
+  void readStore(MeasuredBehavior& measured) const;
   EndPose endPose() const;
-  void doBehavior(const std::string& name);
 
-  DemoFiles files_;
-  DemoProgress& progress_;
+  DemoFolders folders_;
   DemoStory story_;
-  KittingPlan plan_;
   KittingRobot robot_;
   KittingRoom room_;
   KittingTask task_;
-  DemoRecorder recorder_;
   PlayerClient player_;
   Bystander bystander_;
+  ros::Publisher solids_;
+  tf2_ros::StaticTransformBroadcaster static_tf_;
   DemoReport report_;
-  ros::WallTime begin_;
-  MeasuredBehavior* recording_ = nullptr;  ///< while a behavior is done
+  const BehaviorStory* recorded_ = nullptr;  ///< the behavior that is being done
   ros::WallTime recording_began_;
 };
 

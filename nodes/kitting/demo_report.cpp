@@ -73,11 +73,9 @@ json behaviorJson(const MeasuredBehavior& measured) {
 }  // namespace
 
 EndError endError(const EndPose& recorded, const EndPose& replayed) {
-  EndError error;
-  error.base_cm = distance(recorded.base, replayed.base) * 100;
-  error.heading_deg = std::abs(turnBetween(recorded.base.yaw, replayed.base.yaw)) * 180 / M_PI;
-  error.gripper_cm = (recorded.p_gripper - replayed.p_gripper).norm() * 100;
-  return error;
+  const replay::PlanarPose base = between(recorded.base, replayed.base);
+  return {std::hypot(base.x, base.y) * 100, std::abs(base.yaw) * replay::kDegreesPerRadian,
+          (recorded.p_gripper - replayed.p_gripper).norm() * 100};
 }
 
 ReplayLateness latenessOf(const json& player_report) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "nodes/kitting/demo_story.hpp"
-#include "nodes/kitting/kitting_path.hpp"
+#include "replay/motion/planar_pose.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -24,7 +24,7 @@ struct KeyFrame {
 
 /// Where a behavior left the robot.
 struct EndPose {
-  PlanarPose base;                                      ///< map
+  replay::PlanarPose base;                                      ///< map
   Eigen::Vector3d p_gripper = Eigen::Vector3d::Zero();  ///< map
 };
 

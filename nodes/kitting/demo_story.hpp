@@ -11,8 +11,9 @@ namespace afterglow::nodes {
 struct BehaviorStory {
   std::string name;  ///< of the behavior: "pick"
   std::string title, caption, question, explanation;
-  /// Moments worth a picture, by name, in order, and what happens at each.
+  /// Moments worth an image, by name, in order, and what happens at each.
   std::vector<std::pair<std::string, std::string>> moments;
+  std::string says;  ///< the robot, aloud
 };
 
 struct DemoStory {

@@ -1,128 +1,147 @@
 #include "nodes/kitting/kitting_drive.hpp"
 
-#include <visualization_msgs/MarkerArray.h>
+#include <geometry_msgs/Twist.h>
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/kitting/kitting_messages.hpp"
+#include "nodes/player/base_poses.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
+const Eigen::Vector2d kGoal(0.0, 2.8);  // of base_link; it faces along x there
+constexpr double kClearance = 0.52;    // m from the robot's center to every obstacle point
+constexpr double kPerceive = 1.4;      // s that it looks at obstacle and path before it drives
+constexpr double kSaysAfter = 2.6;     // s into the behavior
+constexpr double kHeadTilt = 0.7, kHeadSeconds = 1.0;                          // rad, s
+constexpr double kCommandPeriod = 0.04, kScanPeriod = 0.1, kPathPeriod = 2.0;  // s
+constexpr double kAimPeriod = 0.5;     // s between two aimings of the turret
+constexpr double kAimAhead = 1.15;     // m along the path
+constexpr double kAimWidest = 0.61;    // rad: the light points no further to the side than this
 constexpr double kNearestLight = 0.9;  // m ahead: the turret does not point at the robot's own feet
-constexpr double kHeadSeconds = 1.0;
+
+/// This robot knows where it is: it stands at the end without looking again.
+replay::TrackerOptions trackerOptions() {
+  replay::TrackerOptions options;
+  options.noise.position = options.noise.yaw = 0.005;
+  options.approach.most_attempts = 0;
+  options.approach.longest_stand = options.approach.shortest_stand;
+  return options;
+}
+
+bool isDriving(const replay::BaseTracker& tracker) {
+  return tracker.state() == replay::BaseState::Following ||
+         tracker.state() == replay::BaseState::Approaching;
+}
+
+/// Whether it is time; the next time is a period later.
+bool isDue(ros::Time& next, double period) {
+  if (ros::Time::now() < next) return false;
+  next = ros::Time::now() + ros::Duration(period);
+  return true;
+}
+
+geometry_msgs::Twist twist(const PlanarVelocity& velocity) {
+  geometry_msgs::Twist message;
+  message.linear.x = velocity.forward;
+  message.angular.z = velocity.turn;
+  return message;
+}
 
 }  // namespace
 
-KittingDrive::KittingDrive(const DrivePlan& plan, KittingRobot& robot, const World& world,
-                           Callbacks callbacks)
-    : plan_(plan), robot_(robot), world_(world), callbacks_(std::move(callbacks)) {}
+KittingDrive::KittingDrive(KittingRobot& robot, const KittingRoom& room, Callbacks callbacks)
+    : robot_(robot), room_(room), callbacks_(std::move(callbacks)) {}
 
 void KittingDrive::run() {
-  robot_.startHead(0, plan_.head_tilt, kHeadSeconds);
+  robot_.startHead(0, kHeadTilt, kHeadSeconds);
   perceiveAndPlan();
   begin_ = ros::Time::now();
-  PlanarVelocity command;
-  ros::Time tick = begin_;
-  while (follower_->phase() != PathFollower::Phase::Done) {
-    const PlanarPose pose = robot_.floorPose();
-    const PathFollower::Phase before = follower_->phase();
-    if (elapsed() >= plan_.perceive) command = follower_->step(pose, 1 / plan_.command_hz);
-    robot_.drive(command);
-    if (follower_->phase() != before) tellOfPhase(before);
-    tellWhatIsDue(pose);
+  BasePoses poses{replay::TrackFrames{}};
+  replay::BaseTracker tracker(drive_->track, trackerOptions());
+  for (ros::Time tick = begin_; isDriving(tracker);) {
+    const replay::BaseInput input = poses.look(stampNow());
+    const bool drives = (ros::Time::now() - begin_).toSec() >= kPerceive;
+    robot_.out().wheels.publish(twist(drives ? tracker.update(input) : PlanarVelocity()));
+    tellWhatIsDue(tracker);
     showWhatIsDue();
-    aimAhead(command);
-    tick += ros::Duration(1 / plan_.command_hz);
+    aimAhead(tracker);
+    tick += ros::Duration(kCommandPeriod);
     sleepFor((tick - ros::Time::now()).toSec());
   }
-  robot_.stop();
+  robot_.out().wheels.publish(geometry_msgs::Twist());
+  if (tracker.state() == replay::BaseState::Lost) throw TaskError(tracker.reason());
+  callbacks_.on_moment("reach orientation");
 }
 
 void KittingDrive::perceiveAndPlan() {
   const Eigen::Isometry3d T_map_laser = robot_.T_map_link("laser_link");
-  const std::vector<float> ranges = scanObstacles(world_, T_map_laser, laser_);
   std::vector<Eigen::Vector2d> obstacle;
-  for (const Eigen::Vector3d& p : scanPoints(ranges, T_map_laser, laser_)) {
+  for (const Eigen::Vector3d& p : scanPoints(room_.scan(T_map_laser), T_map_laser)) {
     obstacle.push_back(p.head<2>());
     p_obstacle_ += p.head<2>();
   }
   if (obstacle.empty()) throw TaskError("the laser sees nothing to drive round");
   p_obstacle_ /= static_cast<double>(obstacle.size());
+  const PlanarPose start = toPlanarPose(robot_.T_map_base());
   try {
-    path_ = planDetour(positionOf(robot_.floorPose()), positionOf(plan_.goal), obstacle,
-                       plan_.clearance);
+    path_ = planDetour(positionOf(start), kGoal, obstacle, kClearance);
   } catch (const std::invalid_argument& error) {
     throw TaskError(error.what());
   }
-  follower_.emplace(path_, plan_.goal.yaw, plan_.limits);
+  drive_ = timedDrive(path_, start, 0, stampNow());
 }
 
-void KittingDrive::tellOfPhase(PathFollower::Phase before) {
-  using Phase = PathFollower::Phase;
-  if (before == Phase::TurnToPath) callbacks_.on_moment("rotate");
-  if (before == Phase::Follow) callbacks_.on_moment("reach position");
-  if (before == Phase::TurnToGoal) callbacks_.on_moment("reach orientation");
-  next_aim_ = ros::Time::now();
-}
-
-void KittingDrive::tellWhatIsDue(const PlanarPose& pose) {
-  if (!has_spoken_ && elapsed() >= plan_.says_after) {
+void KittingDrive::tellWhatIsDue(const replay::BaseTracker& tracker) {
+  if (!has_spoken_ && (ros::Time::now() - begin_).toSec() >= kSaysAfter) {
     has_spoken_ = true;
     callbacks_.say();
   }
-  if (!has_passed_ &&
-      nearestAlong(path_, positionOf(pose)) > nearestAlong(path_, path_.back()) / 2) {
+  if (!has_turned_ && tracker.progress() >= drive_->turned) {
+    has_turned_ = true;
+    callbacks_.on_moment("rotate");
+  }
+  const double along = nearestAlong(path_, positionOf(drive_->track.at(tracker.progress())));
+  if (!has_passed_ && along > lengthOf(path_) / 2) {
     has_passed_ = true;
     callbacks_.on_moment("detour");
   }
 }
 
 void KittingDrive::showWhatIsDue() {
-  const ros::Time now = ros::Time::now();
-  if (now >= next_scan_) {
-    next_scan_ = now + ros::Duration(1 / plan_.scan_hz);
-    const auto ranges = scanObstacles(world_, robot_.T_map_link("laser_link"), laser_);
-    robot_.projectScan(laserScan("laser_link", now, laser_, ranges));
+  if (isDue(next_scan_, kScanPeriod)) {
+    robot_.out().scan.publish(room_.scan(robot_.T_map_link("laser_link")));
   }
-  if (now >= next_path_) {
-    next_path_ = now + ros::Duration(plan_.path_seconds);
-    robot_.projectPath(pathMarkers("map", path_, plan_.arrows));
-  }
+  if (isDue(next_path_, kPathPeriod)) robot_.out().path.publish(pathMarkers(path_));
 }
 
 // Points where the robot will want to light when the turret gets there.
-void KittingDrive::aimAhead(const PlanarVelocity& command) {
-  if (ros::Time::now() < next_aim_) return;
-  next_aim_ = ros::Time::now() + ros::Duration(plan_.aim_seconds);
-  const PlanarPose pose = robot_.floorPose();
-  const double yaw = pose.yaw + command.turn * plan_.aim_seconds;
-  const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
-  const Eigen::Vector2d position =
-      positionOf(pose) + forward * command.forward * plan_.aim_seconds;
-  const Eigen::Vector2d way = pointToLight(position) - position;
+void KittingDrive::aimAhead(const replay::BaseTracker& tracker) {
+  if (!isDue(next_aim_, kAimPeriod)) return;
+  const auto ahead_ns = static_cast<std::int64_t>(kAimPeriod * 1e9);
+  const PlanarPose pose = drive_->track.at({tracker.progress().ns + ahead_ns});
+  const Eigen::Vector2d way = pointToLight(positionOf(pose)) - positionOf(pose);
   const double distance = std::max(kNearestLight, way.norm());
-  const double bearing = way.norm() < 0.1 ? 0 : turnBetween(yaw, std::atan2(way.y(), way.x()));
-  robot_.aimProjector({distance * std::cos(bearing), distance * std::sin(bearing), 0},
-                      plan_.aim_seconds, plan_.aim_widest);
+  const double bearing = way.norm() < 0.1 ? 0 : replay::wrapAngle(headingOf(way) - pose.yaw);
+  robot_.aimProjector({distance * std::cos(bearing), distance * std::sin(bearing), 0}, kAimPeriod,
+                      kAimWidest);
 }
 
 // The path ahead and, until it is passed, the obstacle beside it.
 Eigen::Vector2d KittingDrive::pointToLight(const Eigen::Vector2d& position) const {
   const double along = nearestAlong(path_, position);
-  const Eigen::Vector2d ahead = pointAlong(path_, along + plan_.aim_ahead);
+  const Eigen::Vector2d ahead = pointAlong(path_, along + kAimAhead);
   const bool is_passed = nearestAlong(path_, p_obstacle_) < along + kNearestLight / 2;
   return is_passed ? ahead : Eigen::Vector2d((2 * ahead + p_obstacle_) / 3);
 }
 
 void KittingDrive::clearLight() {
-  visualization_msgs::MarkerArray none;
-  none.markers.resize(1);
-  none.markers[0].header.frame_id = "map";
-  none.markers[0].action = visualization_msgs::Marker::DELETEALL;
-  robot_.projectPath(none);
-  robot_.projectScan(laserScan("laser_link", ros::Time::now(), laser_, {}));
+  robot_.out().path.publish(noMarkers());
+  robot_.out().scan.publish(noScan());
   robot_.startHead(0, 0, kHeadSeconds);
 }
 

@@ -1,6 +1,6 @@
 /// \file
 /// The demo's second behavior: the robot sees an obstacle on the floor, shows it and its way round
-/// it, and drives there.
+/// it, and drives there, led by the tracker that leads replayed drives.
 #pragma once
 
 #include <ros/time.h>
@@ -9,8 +9,10 @@
 #include <optional>
 #include <string>
 
-#include "nodes/kitting/kitting_plan.hpp"
+#include "nodes/kitting/kitting_path.hpp"
 #include "nodes/kitting/kitting_robot.hpp"
+#include "nodes/kitting/kitting_room.hpp"
+#include "replay/motion/base_tracker.hpp"
 
 namespace afterglow::nodes {
 
@@ -19,12 +21,11 @@ namespace afterglow::nodes {
 class KittingDrive {
  public:
   struct Callbacks {
-    std::function<void(const std::string&)>
-        on_moment;              ///< "rotate", "detour", "reach position", ...
-    std::function<void()> say;  ///< when it is time for the sentence
+    std::function<void(const std::string&)> on_moment;  ///< "rotate", "detour", ...
+    std::function<void()> say;                          ///< when it is time for the sentence
   };
 
-  KittingDrive(const DrivePlan& plan, KittingRobot& robot, const World& world, Callbacks callbacks);
+  KittingDrive(KittingRobot& robot, const KittingRoom& room, Callbacks callbacks);
 
   /// Until it has arrived; obstacle and way stay lit.
   void run();
@@ -32,23 +33,19 @@ class KittingDrive {
 
  private:
   void perceiveAndPlan();
+  void tellWhatIsDue(const replay::BaseTracker& tracker);
   void showWhatIsDue();
-  void aimAhead(const PlanarVelocity& command);
+  void aimAhead(const replay::BaseTracker& tracker);
   Eigen::Vector2d pointToLight(const Eigen::Vector2d& position) const;
-  void tellWhatIsDue(const PlanarPose& pose);
-  void tellOfPhase(PathFollower::Phase before);
-  double elapsed() const { return (ros::Time::now() - begin_).toSec(); }
 
-  const DrivePlan& plan_;
   KittingRobot& robot_;
-  const World& world_;
+  const KittingRoom& room_;
   Callbacks callbacks_;
-  const ScanGeometry laser_;
   FloorPath path_;
+  std::optional<TimedDrive> drive_;
   Eigen::Vector2d p_obstacle_ = Eigen::Vector2d::Zero();  ///< middle of what the laser saw
-  std::optional<PathFollower> follower_;
   ros::Time begin_, next_scan_, next_path_, next_aim_;
-  bool has_spoken_ = false, has_passed_ = false;
+  bool has_spoken_ = false, has_turned_ = false, has_passed_ = false;
 };
 
 }  // namespace afterglow::nodes

@@ -2,7 +2,7 @@
 
 #include <sensor_msgs/point_cloud2_iterator.h>
 
-#include <cmath>
+#include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -10,95 +10,45 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-geometry_msgs::Point toPoint(const Eigen::Vector3d& p) {
-  geometry_msgs::Point point;
-  point.x = p.x(), point.y = p.y(), point.z = p.z();
-  return point;
-}
+constexpr double kSpacing = 0.12;  // m: an arrow's length, and the gap to the next
+constexpr double kShaft = 0.06, kHead = 0.10, kGoalSize = 0.14;  // m; diameters
 
-geometry_msgs::Vector3 toVector(const Eigen::Vector3d& v) {
-  geometry_msgs::Vector3 vector;
-  vector.x = v.x(), vector.y = v.y(), vector.z = v.z();
-  return vector;
-}
-
-geometry_msgs::Pose toPose(const Eigen::Isometry3d& T) {
-  const Eigen::Quaterniond q(T.linear());
-  geometry_msgs::Pose pose;
-  pose.position = toPoint(T.translation());
-  pose.orientation.x = q.x(), pose.orientation.y = q.y();
-  pose.orientation.z = q.z(), pose.orientation.w = q.w();
-  return pose;
-}
-
-std_msgs::ColorRGBA color(float r, float g, float b) {
-  std_msgs::ColorRGBA result;
-  result.r = r, result.g = g, result.b = b, result.a = 1;
-  return result;
-}
-
-Marker partMarker(const Part& part) {
+Marker pathMarker(int id, int type) {
   Marker marker;
-  marker.color = color(part.paint.r, part.paint.g, part.paint.b);
-  if (part.shape != Part::Shape::Prism) {
-    marker.type = part.shape == Part::Shape::Box ? Marker::CUBE : Marker::CYLINDER;
-    marker.scale = toVector(part.size);
-    return marker;
-  }
-  marker.type = Marker::TRIANGLE_LIST;
-  marker.scale = toVector(Eigen::Vector3d::Ones());
-  for (const Triangle& triangle : partTriangles(part)) {
-    for (const Eigen::Vector3d& p : triangle) marker.points.push_back(toPoint(p));
-  }
-  return marker;
-}
-
-Marker pathMarker(const std::string& frame, int id, int type) {
-  Marker marker;
-  marker.header.frame_id = frame;
+  marker.header.frame_id = "map";
   marker.id = id;
   marker.type = type;
   marker.lifetime = ros::Duration(10);
   return marker;  // orientation stays all zero, as the authors' does
 }
 
-Eigen::Vector3d onFloor(const Eigen::Vector2d& p) { return {p.x(), p.y(), 0}; }
+geometry_msgs::Point onFloor(const Eigen::Vector2d& p) { return toPointMessage({p.x(), p.y(), 0}); }
 
 }  // namespace
 
-MarkerArray solidMarkers(const Thing& thing, const std::string& frame,
-                         const Eigen::Isometry3d& T_frame_thing) {
-  MarkerArray array;
-  for (const Part& part : thing.parts) {
-    Marker marker = partMarker(part);
-    marker.header.frame_id = frame;
-    marker.ns = thing.name;
-    marker.id = static_cast<int>(array.markers.size());
-    marker.pose = toPose(T_frame_thing * part.T_thing_part);
-    marker.frame_locked = true;  // what is carried moves with the gripper
-    array.markers.push_back(marker);
-  }
-  return array;
+geometry_msgs::Point toPointMessage(const Eigen::Vector3d& p) {
+  geometry_msgs::Point point;
+  point.x = p.x(), point.y = p.y(), point.z = p.z();
+  return point;
 }
 
-MarkerArray removedMarkers(const Thing& thing, const std::string& frame) {
-  MarkerArray array;
-  for (std::size_t i = 0; i < thing.parts.size(); ++i) {
-    Marker marker;
-    marker.header.frame_id = frame;
-    marker.ns = thing.name;
-    marker.id = static_cast<int>(i);
-    marker.action = Marker::DELETE;
-    array.markers.push_back(marker);
-  }
-  return array;
+geometry_msgs::Pose toPoseMessage(const Eigen::Isometry3d& T_parent_child) {
+  geometry_msgs::Pose pose;
+  pose.position = toPointMessage(T_parent_child.translation());
+  pose.orientation = toTransform(T_parent_child).rotation;
+  return pose;
 }
 
-sensor_msgs::PointCloud2 pointCloud(const std::string& frame, const ros::Time& stamp,
-                                    const std::vector<Eigen::Vector3d>& points) {
+void setLook(Marker& marker, const Eigen::Vector3d& size, const render::Color& color) {
+  marker.scale.x = size.x(), marker.scale.y = size.y(), marker.scale.z = size.z();
+  marker.color.r = color.r, marker.color.g = color.g, marker.color.b = color.b;
+  marker.color.a = color.a;
+}
+
+sensor_msgs::PointCloud2 pointCloud(const std::vector<Eigen::Vector3d>& points) {
   sensor_msgs::PointCloud2 cloud;
-  cloud.header.frame_id = frame;
-  cloud.header.stamp = stamp;
+  cloud.header.frame_id = "base_link";
+  cloud.header.stamp = ros::Time::now();
   cloud.height = 1;
   cloud.is_dense = true;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
@@ -112,75 +62,38 @@ sensor_msgs::PointCloud2 pointCloud(const std::string& frame, const ros::Time& s
   return cloud;
 }
 
-sensor_msgs::LaserScan laserScan(const std::string& frame, const ros::Time& stamp,
-                                 const ScanGeometry& geometry, const std::vector<float>& ranges) {
-  sensor_msgs::LaserScan scan;
-  scan.header.frame_id = frame;
-  scan.header.stamp = stamp;
-  scan.angle_min = static_cast<float>(geometry.angle_min);
-  scan.angle_increment = static_cast<float>(geometry.angle_increment);
-  scan.angle_max =
-      static_cast<float>(geometry.angle_min + (geometry.beams - 1) * geometry.angle_increment);
-  scan.range_min = 0.05f;
-  scan.range_max = static_cast<float>(geometry.range_max);
-  scan.ranges = ranges;
-  return scan;
-}
-
-MarkerArray pathMarkers(const std::string& frame, const FloorPath& path,
-                        const PathMarkerStyle& style) {
+MarkerArray pathMarkers(const FloorPath& path) {
   MarkerArray array;
   const double length = lengthOf(path);
-  for (double along = 0; along + style.spacing <= length; along += 2 * style.spacing) {
-    Marker arrow = pathMarker(frame, static_cast<int>(array.markers.size()), Marker::ARROW);
-    arrow.points = {toPoint(onFloor(pointAlong(path, along))),
-                    toPoint(onFloor(pointAlong(path, along + style.spacing)))};
-    arrow.scale.x = style.shaft, arrow.scale.y = style.head;
-    arrow.color = color(1, 0, 1);
+  for (double along = 0; along + kSpacing <= length; along += 2 * kSpacing) {
+    Marker arrow = pathMarker(static_cast<int>(array.markers.size()), Marker::ARROW);
+    arrow.points = {onFloor(pointAlong(path, along)), onFloor(pointAlong(path, along + kSpacing))};
+    setLook(arrow, {kShaft, kHead, 0}, {1, 0, 1});
     array.markers.push_back(arrow);
   }
-  Marker goal = pathMarker(frame, static_cast<int>(array.markers.size()), Marker::SPHERE);
-  goal.pose.position = toPoint(onFloor(path.back()));
-  goal.scale = toVector(Eigen::Vector3d::Constant(style.goal));
-  goal.color = color(0, 1, 0);
+  Marker goal = pathMarker(static_cast<int>(array.markers.size()), Marker::SPHERE);
+  goal.pose.position = onFloor(path.back());
+  setLook(goal, {kGoalSize, kGoalSize, kGoalSize}, {0, 1, 0});
   array.markers.push_back(goal);
   return array;
 }
 
-Marker sectionMarker(const std::string& frame, const Eigen::Isometry3d& pose,
-                     const Eigen::Vector3d& size) {
+Marker sectionMarker(const Eigen::Isometry3d& T_base_section, const Eigen::Vector3d& size) {
   Marker marker;
-  marker.header.frame_id = frame;
+  marker.header.frame_id = "base_link";
   marker.type = Marker::CUBE;
-  marker.pose = toPose(pose);
-  marker.scale = toVector(size);
-  marker.color = color(255, 255, 255);
+  marker.pose = toPoseMessage(T_base_section);
+  setLook(marker, size, {255, 255, 255});
   marker.lifetime = ros::Duration(60);
   return marker;
 }
 
-Marker removedSectionMarker(const std::string& frame) {
-  Marker marker;
-  marker.header.frame_id = frame;
-  marker.action = Marker::DELETE;
-  return marker;
-}
-
-geometry_msgs::Twist twist(const PlanarVelocity& command) {
-  geometry_msgs::Twist message;
-  message.linear.x = command.forward;
-  message.angular.z = command.turn;
-  return message;
-}
-
-sound_play::SoundRequest sayRequest(const std::string& text, const std::string& voice) {
-  sound_play::SoundRequest request;
-  request.sound = sound_play::SoundRequest::SAY;
-  request.command = sound_play::SoundRequest::PLAY_ONCE;
-  request.volume = 1;
-  request.arg = text;
-  request.arg2 = voice;
-  return request;
+MarkerArray noMarkers() {
+  MarkerArray none;
+  none.markers.resize(1);
+  none.markers[0].header.frame_id = "map";
+  none.markers[0].action = Marker::DELETEALL;
+  return none;
 }
 
 }  // namespace afterglow::nodes

@@ -7,11 +7,12 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kStep = 0.05;           // m between path points
-constexpr double kGrow = 0.02;           // m by which a detour is widened until it is clear
-constexpr double kWidest = 3.0;          // m; a detour wider than this is none
-constexpr double kTurnedEnough = 0.012;  // rad
-constexpr double kNearEnough = 0.015;    // m
+constexpr double kStep = 0.05;      // m between path points
+constexpr double kGrow = 0.02;      // m by which a detour is widened until it is clear
+constexpr double kWidest = 3.0;     // m; a detour wider than this is none
+constexpr double kTurnStep = 0.05;  // rad between the poses of a turn
+constexpr double kSpeed = 0.6, kAcceleration = 0.5;          // m/s, m/s^2
+constexpr double kTurnSpeed = 1.3, kTurnAcceleration = 2.0;  // rad/s, rad/s^2
 
 // sin^2 leaves and reaches the straight line without a corner.
 FloorPath bent(const Eigen::Vector2d& start, const Eigen::Vector2d& goal, double offset) {
@@ -37,8 +38,27 @@ bool isClear(const FloorPath& path, const std::vector<Eigen::Vector2d>& obstacle
   return true;
 }
 
-double approach(double from, double to, double step) {
-  return from + std::clamp(to - from, -step, step);
+using Samples = std::vector<replay::PoseTrack::Sample>;
+
+/// Goes on through these poses, one every `step` (m or rad), as fast as a motion from rest to rest
+/// with these limits is there.
+void append(Samples& samples, const std::vector<PlanarPose>& poses, double step, double speed,
+            double acceleration) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto from_rest = static_cast<double>(std::min(i, poses.size() - 1 - i)) + 0.5;
+    const double now = std::min(speed, std::sqrt(2 * acceleration * step * from_rest));
+    const auto passed_ns = static_cast<std::int64_t>(step / now * 1e9);
+    samples.push_back({{samples.back().stamp.ns + passed_ns}, poses[i]});
+  }
+}
+
+void appendTurn(Samples& samples, double yaw) {
+  const PlanarPose from = samples.back().pose;
+  const double way = replay::wrapAngle(yaw - from.yaw);
+  const int count = static_cast<int>(std::ceil(std::abs(way) / kTurnStep));
+  std::vector<PlanarPose> poses;
+  for (int i = 1; i <= count; ++i) poses.push_back({from.x, from.y, from.yaw + way * i / count});
+  append(samples, poses, count > 0 ? std::abs(way) / count : 0, kTurnSpeed, kTurnAcceleration);
 }
 
 }  // namespace
@@ -87,61 +107,18 @@ double nearestAlong(const FloorPath& path, const Eigen::Vector2d& position) {
   return best_along;
 }
 
-PathFollower::PathFollower(FloorPath path, double final_yaw, const DriveLimits& limits)
-    : path_(std::move(path)), length_(lengthOf(path_)), final_yaw_(final_yaw), limits_(limits) {
-  if (path_.size() < 2) throw std::invalid_argument("a path needs two points");
-}
-
-PlanarVelocity PathFollower::step(const PlanarPose& pose, double period) {
-  switch (phase_) {
-    case Phase::TurnToPath: {
-      const Eigen::Vector2d heading = pointAlong(path_, limits_.look_ahead) - path_.front();
-      last_ = turnTo(std::atan2(heading.y(), heading.x()), pose, period, Phase::Follow);
-      break;
-    }
-    case Phase::Follow:
-      last_ = follow(pose, period);
-      break;
-    case Phase::TurnToGoal:
-      last_ = turnTo(final_yaw_, pose, period, Phase::Done);
-      break;
-    case Phase::Done:
-      last_ = {};
-      break;
+TimedDrive timedDrive(const FloorPath& path, const PlanarPose& start, double final_yaw,
+                      replay::Stamp begin) {
+  Samples samples = {{begin, start}};
+  appendTurn(samples, headingOf(path[1] - path[0]));
+  const replay::Stamp turned = samples.back().stamp;
+  std::vector<PlanarPose> poses;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    poses.push_back({path[i].x(), path[i].y(), headingOf(path[i] - path[i - 1])});
   }
-  return last_;
-}
-
-PlanarVelocity PathFollower::turnTo(double yaw, const PlanarPose& pose, double period, Phase next) {
-  const double left = turnBetween(pose.yaw, yaw);
-  if (std::abs(left) < kTurnedEnough) {
-    phase_ = next;
-    return {};
-  }
-  // Fast enough to brake in time, with half the braking in reserve for the delay of the loop.
-  const double fastest =
-      std::min(limits_.turn_speed, std::sqrt(limits_.turn_acceleration * std::abs(left)));
-  const double wanted = std::copysign(fastest, left);
-  return {0, approach(last_.turn, wanted, limits_.turn_acceleration * period)};
-}
-
-PlanarVelocity PathFollower::follow(const PlanarPose& pose, double period) {
-  const double along = nearestAlong(path_, positionOf(pose));
-  const double remaining = length_ - along;
-  if (remaining < kNearEnough) {
-    phase_ = Phase::TurnToGoal;
-    return {};
-  }
-  const Eigen::Vector2d to_target =
-      pointAlong(path_, along + limits_.look_ahead) - positionOf(pose);
-  const double bearing = turnBetween(pose.yaw, std::atan2(to_target.y(), to_target.x()));
-  const double wanted = std::min(limits_.speed, std::sqrt(limits_.acceleration * remaining));
-  const double forward = approach(last_.forward, wanted, limits_.acceleration * period);
-  // Pure pursuit: the arc through the point ahead. Near the end the point is close: turn no
-  // sharper.
-  const double reach = std::max(to_target.norm(), 0.5 * limits_.look_ahead);
-  const double turn = 2 * forward * std::sin(bearing) / reach;
-  return {forward, std::clamp(turn, -limits_.turn_speed, limits_.turn_speed)};
+  append(samples, poses, lengthOf(path) / static_cast<double>(poses.size()), kSpeed, kAcceleration);
+  appendTurn(samples, final_yaw);
+  return {replay::PoseTrack(std::move(samples), "map", true), turned};
 }
 
 }  // namespace afterglow::nodes

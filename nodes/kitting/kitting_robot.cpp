@@ -1,13 +1,26 @@
 #include "nodes/kitting/kitting_robot.hpp"
 
+#include <control_msgs/FollowJointTrajectoryActionGoal.h>
+#include <control_msgs/GripperCommandActionGoal.h>
+#include <control_msgs/PointHeadActionGoal.h>
+#include <fmt/format.h>
+#include <geometry_msgs/Twist.h>
+#include <sensor_msgs/LaserScan.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <sound_play/SoundRequest.h>
+#include <visualization_msgs/MarkerArray.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/kitting/kitting_messages.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+using control_msgs::FollowJointTrajectoryActionGoal;
 
 constexpr double kRaised = -0.7;  // rad of the shoulder: the upper arm points up
 constexpr double kLate = 5;       // seconds that a motion may take longer than asked
@@ -27,15 +40,9 @@ control_msgs::FollowJointTrajectoryGoal trajectory(const std::vector<std::string
   return goal;
 }
 
-template <typename Client>
-void expectSuccess(Client& client, const std::string& who, double timeout) {
-  if (!client.waitForResult(ros::Duration(timeout))) {
-    throw TaskError(who + " did not finish within " + std::to_string(timeout) + " s");
-  }
-  if (client.getState() != actionlib::SimpleClientGoalState::SUCCEEDED) {
-    throw TaskError(who + " gave up: " + client.getState().toString() + " " +
-                    client.getState().getText());
-  }
+ActionClient followerOf(const std::string& who, const std::string& controller) {
+  return ActionClient::of<FollowJointTrajectoryActionGoal>(
+      who, "/" + controller + "/follow_joint_trajectory");
 }
 
 double distance(const JointPositions& a, const JointPositions& b) {
@@ -46,29 +53,25 @@ double distance(const JointPositions& a, const JointPositions& b) {
 
 }  // namespace
 
-void sleepFor(double seconds) {
-  if (seconds > 0) ros::Duration(seconds).sleep();
-  if (!ros::ok()) throw TaskError("interrupted");
-}
-
 KittingRobot::KittingRobot(const RobotModel& model, const calib::Lens& projector)
     : model_(model),
       projector_(projector),
-      tf_listener_(tf_),
-      arm_("/arm_with_torso_controller/follow_joint_trajectory", false),
-      torso_("/torso_controller/follow_joint_trajectory", false),
-      head_("/head_controller/follow_joint_trajectory", false),
-      turret_("/projector/follow_joint_trajectory", false),
-      point_head_("/head_controller/point_head", false),
-      gripper_("/gripper_controller/gripper_action", false) {
-  joint_states_ = node_.subscribe("/joint_states", 20, &KittingRobot::onJointState, this);
-  wheels_ = node_.advertise<geometry_msgs::Twist>("/cmd_vel", 10);
-  white_ = node_.advertise<sensor_msgs::PointCloud2>("/projector/white_points", 10);
-  green_ = node_.advertise<sensor_msgs::PointCloud2>("/projector/green_points", 10);
-  section_ = node_.advertise<visualization_msgs::Marker>("/gearbox_compartment_marker", 10);
-  path_ = node_.advertise<visualization_msgs::MarkerArray>("/projector/nav/path", 10);
-  scan_ = node_.advertise<sensor_msgs::LaserScan>("/base_scan_obstacles_only", 10);
-  speech_ = node_.advertise<sound_play::SoundRequest>("/robotsound", 10);
+      joint_states_(node_.subscribe("/joint_states", 20, &KittingRobot::onJointState, this)),
+      arm_(followerOf("the arm", "arm_with_torso_controller")),
+      torso_(followerOf("the torso", "torso_controller")),
+      head_(followerOf("the head", "head_controller")),
+      turret_(followerOf("the projector's turret", "projector")),
+      point_head_(ActionClient::of<control_msgs::PointHeadActionGoal>(
+          "the head that looks at points", "/head_controller/point_head")),
+      gripper_(ActionClient::of<control_msgs::GripperCommandActionGoal>(
+          "the gripper", "/gripper_controller/gripper_action")) {
+  out_.wheels = node_.advertise<geometry_msgs::Twist>("/cmd_vel", 10);
+  out_.white = node_.advertise<sensor_msgs::PointCloud2>("/projector/white_points", 10);
+  out_.green = node_.advertise<sensor_msgs::PointCloud2>("/projector/green_points", 10);
+  out_.section = node_.advertise<visualization_msgs::Marker>("/gearbox_compartment_marker", 10);
+  out_.path = node_.advertise<visualization_msgs::MarkerArray>("/projector/nav/path", 10);
+  out_.scan = node_.advertise<sensor_msgs::LaserScan>("/base_scan_obstacles_only", 10);
+  out_.speech = node_.advertise<sound_play::SoundRequest>("/robotsound", 10);
 }
 
 void KittingRobot::onJointState(const sensor_msgs::JointState& state) {
@@ -78,31 +81,29 @@ void KittingRobot::onJointState(const sensor_msgs::JointState& state) {
   }
 }
 
-void KittingRobot::waitUntilReady(double seconds) {
-  const ros::WallTime deadline = ros::WallTime::now() + ros::WallDuration(seconds);
-  const auto missing = [&]() -> std::string {
-    if (joints().empty()) return "/joint_states";
-    if (!tf_.canTransform("map", "projector_optical_frame", ros::Time(0))) {
-      return "the transform from map to projector_optical_frame";
-    }
-    if (!arm_.isServerConnected()) return "the arm's action server";
-    if (!torso_.isServerConnected()) return "the torso's action server";
-    if (!head_.isServerConnected()) return "the head's trajectory action server";
-    if (!turret_.isServerConnected()) return "the projector turret's action server";
-    if (!point_head_.isServerConnected()) return "the head's point action server";
-    if (!gripper_.isServerConnected()) return "the gripper's action server";
-    for (const ros::Publisher* publisher :
-         {&wheels_, &white_, &green_, &section_, &path_, &scan_, &speech_}) {
-      if (publisher->getNumSubscribers() == 0) return "listener on " + publisher->getTopic();
-    }
-    return "";
-  };
-  while (!missing().empty()) {
-    if (ros::WallTime::now() > deadline) {
-      throw TaskError("the robot is not ready; missing: " + missing());
-    }
-    sleepFor(0.02);
+std::string KittingRobot::missing() const {
+  if (joints().empty()) return "/joint_states";
+  if (!tf_.canTransform("map", "projector_optical_frame", ros::Time(0))) {
+    return "the transform from map to projector_optical_frame";
   }
+  for (const ActionClient* client : clients_) {
+    if (!client->isServed()) return "the action server of " + client->who();
+  }
+  for (const ros::Publisher* publisher : publishers_) {
+    if (publisher->getNumSubscribers() == 0) return "listener on " + publisher->getTopic();
+  }
+  return "";
+}
+
+void KittingRobot::waitUntilReady(double seconds) {
+  if (!waitUntil([this] { return missing().empty(); }, seconds)) {
+    throw TaskError("the robot is not ready; missing: " + missing());
+  }
+}
+
+void KittingRobot::leaveGraph() {
+  for (ActionClient* client : clients_) client->leave();
+  for (ros::Publisher* publisher : publishers_) publisher->shutdown();
 }
 
 JointPositions KittingRobot::joints() const {
@@ -117,8 +118,6 @@ Eigen::Isometry3d KittingRobot::T_map_link(const std::string& link) const {
     throw TaskError("where is " + link + "? " + error.what());
   }
 }
-
-PlanarPose KittingRobot::floorPose() const { return toPlanarPose(T_map_base()); }
 
 Eigen::Isometry3d KittingRobot::gripperDown(const Eigen::Vector3d& p_map, double yaw) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -142,8 +141,8 @@ JointPositions KittingRobot::reach(const Eigen::Isometry3d& T_map_gripper,
   }
   if (!best) {
     const Eigen::Vector3d p = (T_base_map * T_map_gripper).translation();
-    throw TaskError("the arm cannot reach (" + std::to_string(p.x()) + ", " +
-                    std::to_string(p.y()) + ", " + std::to_string(p.z()) + ") of base_link");
+    throw TaskError(fmt::format("the arm cannot reach ({:.3f}, {:.3f}, {:.3f}) of base_link", p.x(),
+                                p.y(), p.z()));
   }
   return *best;
 }
@@ -169,38 +168,30 @@ void KittingRobot::unfoldArm(const Eigen::Isometry3d& T_map_gripper, double tors
 }
 
 void KittingRobot::sendArm(const std::vector<JointPositions>& points, double seconds) {
-  arm_.sendGoal(trajectory(kArmWithTorsoJoints, points, seconds));
+  arm_.send<FollowJointTrajectoryActionGoal>(trajectory(kArmWithTorsoJoints, points, seconds));
   arm_seconds_ = seconds;
 }
 
-void KittingRobot::finishArm() { expectSuccess(arm_, "the arm", arm_seconds_ + kLate); }
+void KittingRobot::finishArm() { arm_.expectSuccess(arm_seconds_ + kLate); }
 
 void KittingRobot::moveTorso(double height, double seconds) {
-  torso_.sendGoal(trajectory({"torso_lift_joint"}, {{{"torso_lift_joint", height}}}, seconds));
-  expectSuccess(torso_, "the torso", seconds + kLate);
+  torso_.send<FollowJointTrajectoryActionGoal>(
+      trajectory({"torso_lift_joint"}, {{{"torso_lift_joint", height}}}, seconds));
+  torso_.expectSuccess(seconds + kLate);
 }
 
 void KittingRobot::startHead(double pan, double tilt, double seconds) {
-  head_.sendGoal(
+  head_.send<FollowJointTrajectoryActionGoal>(
       trajectory(kHeadJoints, {{{kHeadJoints[0], pan}, {kHeadJoints[1], tilt}}}, seconds));
 }
 
-void KittingRobot::lookAt(const Eigen::Vector3d& p_base, double seconds) {
-  control_msgs::PointHeadGoal goal;
-  goal.target.header.frame_id = "base_link";
-  goal.target.point.x = p_base.x(), goal.target.point.y = p_base.y();
-  goal.target.point.z = p_base.z();
-  goal.min_duration = ros::Duration(seconds);
-  point_head_.sendGoal(goal);
-}
-
-void KittingRobot::finishHead(double seconds) { expectSuccess(head_, "the head", seconds + kLate); }
+void KittingRobot::finishHead(double seconds) { head_.expectSuccess(seconds + kLate); }
 
 void KittingRobot::setGripper(double gap, double timeout) {
   control_msgs::GripperCommandGoal goal;
   goal.command.position = gap;
-  gripper_.sendGoal(goal);
-  expectSuccess(gripper_, "the gripper", timeout);
+  gripper_.send<control_msgs::GripperCommandActionGoal>(goal);
+  gripper_.expectSuccess(timeout);
 }
 
 void KittingRobot::aimProjector(const Eigen::Vector3d& p_base, double seconds, double widest) {
@@ -212,32 +203,19 @@ void KittingRobot::aimProjector(const Eigen::Vector3d& p_base, double seconds, d
   const auto aimed =
       direction ? model_.aim(kProjectorTurret, *direction, p, joints()) : std::nullopt;
   if (!aimed) throw TaskError("the projector cannot be aimed there");
-  turret_.sendGoal(trajectory(kProjectorJoints, {*aimed}, seconds));
+  turret_.send<FollowJointTrajectoryActionGoal>(
+      trajectory(kProjectorJoints, {*aimed}, seconds));
 }
 
-void KittingRobot::waitForHeadAndProjector(double seconds) {
-  expectSuccess(turret_, "the projector's turret", seconds + kLate);
-  expectSuccess(point_head_, "the head", seconds + kLate);
-}
-
-void KittingRobot::drive(const PlanarVelocity& command) { wheels_.publish(twist(command)); }
-
-void KittingRobot::projectClusters(const sensor_msgs::PointCloud2& white,
-                                   const sensor_msgs::PointCloud2& green) {
-  white_.publish(white);
-  green_.publish(green);
-}
-
-void KittingRobot::projectSection(const visualization_msgs::Marker& marker) {
-  section_.publish(marker);
-}
-
-void KittingRobot::projectPath(const visualization_msgs::MarkerArray& path) { path_.publish(path); }
-
-void KittingRobot::projectScan(const sensor_msgs::LaserScan& scan) { scan_.publish(scan); }
-
-void KittingRobot::say(const std::string& text, const std::string& voice) {
-  speech_.publish(sayRequest(text, voice));
+void KittingRobot::attend(const Eigen::Vector3d& p_base, double seconds) {
+  control_msgs::PointHeadGoal goal;
+  goal.target.header.frame_id = "base_link";
+  goal.target.point = toPointMessage(p_base);
+  goal.min_duration = ros::Duration(seconds);
+  point_head_.send<control_msgs::PointHeadActionGoal>(goal);
+  aimProjector(p_base, seconds);
+  turret_.expectSuccess(seconds + kLate);
+  point_head_.expectSuccess(seconds + kLate);
 }
 
 }  // namespace afterglow::nodes

@@ -1,62 +1,224 @@
 #include "nodes/kitting/kitting_room.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/fetch/robot_model.hpp"
 #include "nodes/kitting/kitting_messages.hpp"
+#include "render/scene/tessellate.hpp"
 
 namespace afterglow::nodes {
+namespace {
 
-KittingRoom::KittingRoom(World world)
-    : world_(std::move(world)),
-      solids_(node_.advertise<visualization_msgs::MarkerArray>("/room/solids", 1, true)) {
-  announceSurfaces();
-}
+using visualization_msgs::Marker;
 
-void KittingRoom::announceSurfaces() {
-  std::vector<geometry_msgs::TransformStamped> frames;
-  for (const Thing& thing : world_.things()) {
-    if (!thing.surface) continue;
-    geometry_msgs::TransformStamped frame;
-    frame.header.stamp = ros::Time::now();
-    frame.header.frame_id = "map";
-    frame.child_frame_id = thing.name;
-    frame.transform = toTransform(thing.T_map_thing *
-                                  Eigen::Translation3d(Eigen::Vector3d(0, 0, *thing.surface)));
-    frames.push_back(frame);
+constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows
+constexpr std::size_t kBeams = 662;
+constexpr double kFirstAngle = -1.92, kAngleStep = 0.0058, kRange = 25;  // rad, rad, m
+
+Marker markerOf(const render::Drawable& part) {
+  Marker marker;
+  marker.type = Marker::CUBE;
+  if (const auto* cylinder = std::get_if<render::Cylinder>(&part.shape)) {
+    marker.type = Marker::CYLINDER;
+    setLook(marker, cylinder->size.cast<double>(), part.color);
+  } else {
+    setLook(marker, std::get<render::Cube>(part.shape).size.cast<double>(), part.color);
   }
-  static_tf_.sendTransform(frames);
+  return marker;
 }
 
-void KittingRoom::show() {
-  visualization_msgs::MarkerArray room;
-  room.markers.emplace_back();
-  room.markers.back().header.frame_id = "map";
-  room.markers.back().action = visualization_msgs::Marker::DELETEALL;
-  for (const Thing& thing : world_.things()) {
-    const auto carried = carried_.find(thing.name);
-    const auto solids = carried == carried_.end() ? solidMarkers(thing, "map", thing.T_map_thing)
-                                                  : solidMarkers(thing, carried->second.link,
-                                                                 carried->second.T_link_thing);
-    room.markers.insert(room.markers.end(), solids.markers.begin(), solids.markers.end());
-  }
-  solids_.publish(room);
+// Moeller and Trumbore: distance in units of `direction`; empty if the ray misses.
+std::optional<double> hit(const std::array<Eigen::Vector3d, 3>& t, const Eigen::Vector3d& origin,
+                          const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d edge1 = t[1] - t[0], edge2 = t[2] - t[0];
+  const Eigen::Vector3d p = direction.cross(edge2);
+  const double determinant = edge1.dot(p);
+  if (std::abs(determinant) < 1e-14) return std::nullopt;
+  const Eigen::Vector3d s = origin - t[0];
+  const double u = s.dot(p) / determinant;
+  if (u < 0 || u > 1) return std::nullopt;
+  const Eigen::Vector3d q = s.cross(edge1);
+  const double v = direction.dot(q) / determinant;
+  if (v < 0 || u + v > 1) return std::nullopt;
+  const double distance = edge2.dot(q) / determinant;
+  if (distance <= 0) return std::nullopt;
+  return distance;
 }
+
+/// Of the laser's frame.
+Eigen::Vector3d beam(std::size_t index) {
+  const double angle = kFirstAngle + static_cast<double>(index) * kAngleStep;
+  return {std::cos(angle), std::sin(angle), 0};
+}
+
+}  // namespace
+
+std::vector<Thing> loadThings(const std::string& path) {
+  const RobotModel room = RobotModel::fromFile(path);
+  std::vector<Thing> things;
+  for (const Joint& joint : room.joints()) {
+    Thing thing;
+    thing.name = joint.child;
+    thing.is_furniture = joint.parent == room.rootLink();
+    thing.is_low = joint.parent == "obstacles";
+    thing.T_map_thing = room.linkPose(joint.child, {});
+    thing.parts = room.drawables({{joint.child, Eigen::Isometry3d::Identity()}});
+    if (!thing.parts.empty()) things.push_back(std::move(thing));
+  }
+  return things;
+}
+
+KittingRoom::KittingRoom(std::vector<Thing> things) : things_(std::move(things)) {
+  std::set<std::string> names;
+  for (const Thing& thing : things_) {
+    if (!names.insert(thing.name).second) {
+      throw std::invalid_argument("two things in the room are called '" + thing.name + "'");
+    }
+    surfaces_.push_back(trianglesOf(thing));
+  }
+}
+
+std::vector<KittingRoom::Triangle> KittingRoom::trianglesOf(const Thing& thing) {
+  std::vector<Triangle> triangles;
+  render::Tessellation made;
+  for (render::Drawable part : thing.parts) {
+    part.pose = Rigid<World, World>(thing.T_map_thing * part.pose.matrix());
+    render::tessellate(part, {}, made);
+    const auto& p = made.mesh.points;
+    for (const auto& t : made.mesh.triangles) triangles.push_back({p[t[0]], p[t[1]], p[t[2]]});
+  }
+  return triangles;
+}
+
+std::size_t KittingRoom::indexOf(const std::string& name) const {
+  const auto found = std::find_if(things_.begin(), things_.end(),
+                                  [&](const Thing& thing) { return thing.name == name; });
+  if (found == things_.end()) throw std::invalid_argument("there is no '" + name + "' in the room");
+  return static_cast<std::size_t>(found - things_.begin());
+}
+
+const Thing& KittingRoom::thing(const std::string& name) const { return things_[indexOf(name)]; }
 
 void KittingRoom::carry(const std::string& name, const std::string& link,
                         const Eigen::Isometry3d& T_link_thing) {
-  carried_[name] = {link, T_link_thing};
-  show();
+  Thing& thing = things_[indexOf(name)];
+  thing.carrier = link;
+  thing.T_carrier_thing = T_link_thing;
 }
 
 void KittingRoom::putDown(const std::string& name, const Eigen::Isometry3d& T_map_thing) {
-  carried_.erase(name);
-  world_.place(name, T_map_thing);
-  show();
+  Thing& thing = things_[indexOf(name)];
+  thing.carrier.clear();
+  thing.T_map_thing = T_map_thing;
+  surfaces_[indexOf(name)] = trianglesOf(thing);
 }
 
 void KittingRoom::removeObjects() {
-  carried_.clear();
-  world_.removeObjects();
-  show();
+  std::vector<Thing> furniture;
+  for (const Thing& thing : things_) {
+    if (thing.is_furniture) furniture.push_back(thing);
+  }
+  *this = KittingRoom(std::move(furniture));
+}
+
+visualization_msgs::MarkerArray KittingRoom::markers() const {
+  visualization_msgs::MarkerArray array = noMarkers();
+  for (const Thing& thing : things_) {
+    const bool is_carried = !thing.carrier.empty();
+    for (std::size_t i = 0; i < thing.parts.size(); ++i) {
+      Marker marker = markerOf(thing.parts[i]);
+      marker.header.frame_id = is_carried ? thing.carrier : "map";
+      marker.ns = thing.name;
+      marker.id = static_cast<int>(i);
+      marker.pose = toPoseMessage((is_carried ? thing.T_carrier_thing : thing.T_map_thing) *
+                                  thing.parts[i].pose.matrix());
+      marker.frame_locked = true;  // what is carried moves with the gripper
+      array.markers.push_back(marker);
+    }
+  }
+  return array;
+}
+
+std::vector<geometry_msgs::TransformStamped> KittingRoom::surfaces() const {
+  std::vector<geometry_msgs::TransformStamped> frames;
+  for (const Thing& thing : things_) {
+    if (!thing.is_furniture) continue;
+    frames.emplace_back();
+    frames.back().header.stamp = ros::Time::now();
+    frames.back().header.frame_id = "map";
+    frames.back().child_frame_id = thing.name;
+    frames.back().transform = toTransform(thing.T_map_thing);
+  }
+  return frames;
+}
+
+std::optional<KittingRoom::Hit> KittingRoom::castRay(const Eigen::Vector3d& p_origin,
+                                                     const Eigen::Vector3d& direction,
+                                                     bool only_low) const {
+  std::optional<Hit> nearest;
+  for (std::size_t i = 0; i < things_.size(); ++i) {
+    if (only_low && !things_[i].is_low) continue;
+    for (const Triangle& triangle : surfaces_[i]) {
+      const std::optional<double> distance = hit(triangle, p_origin, direction);
+      if (distance && (!nearest || *distance < nearest->distance)) nearest = Hit{*distance, i};
+    }
+  }
+  return nearest;
+}
+
+std::vector<Eigen::Vector3d> KittingRoom::visiblePoints(const std::string& name,
+                                                        const Eigen::Vector3d& p_eye,
+                                                        double spacing) const {
+  const std::size_t wanted = indexOf(name);
+  const Eigen::Vector3d ahead = things_[wanted].T_map_thing.translation() - p_eye;
+  const Eigen::Vector3d right = ahead.cross(Eigen::Vector3d::UnitZ()).normalized();
+  const Eigen::Vector3d up = right.cross(ahead).normalized();
+  std::vector<Eigen::Vector3d> visible;
+  for (double u = -kHalfView; u <= kHalfView; u += spacing) {
+    for (double v = -kHalfView; v <= kHalfView; v += spacing) {
+      const Eigen::Vector3d direction = (ahead + u * right + v * up).normalized();
+      const std::optional<Hit> first = castRay(p_eye, direction, false);
+      if (first && first->thing == wanted) visible.push_back(p_eye + first->distance * direction);
+    }
+  }
+  return visible;
+}
+
+sensor_msgs::LaserScan KittingRoom::scan(const Eigen::Isometry3d& T_map_laser) const {
+  sensor_msgs::LaserScan scan = noScan();
+  for (std::size_t i = 0; i < kBeams; ++i) {
+    const auto first = castRay(T_map_laser.translation(), T_map_laser.linear() * beam(i), true);
+    const bool is_seen = first && first->distance <= kRange;
+    scan.ranges.push_back(is_seen ? static_cast<float>(first->distance)
+                                  : std::numeric_limits<float>::infinity());
+  }
+  return scan;
+}
+
+sensor_msgs::LaserScan noScan() {
+  sensor_msgs::LaserScan scan;
+  scan.header.frame_id = "laser_link";
+  scan.header.stamp = ros::Time::now();
+  scan.angle_min = static_cast<float>(kFirstAngle);
+  scan.angle_increment = static_cast<float>(kAngleStep);
+  scan.angle_max = static_cast<float>(kFirstAngle + static_cast<double>(kBeams - 1) * kAngleStep);
+  scan.range_min = 0.05f;
+  scan.range_max = static_cast<float>(kRange);
+  return scan;
+}
+
+std::vector<Eigen::Vector3d> scanPoints(const sensor_msgs::LaserScan& scan,
+                                        const Eigen::Isometry3d& T_map_laser) {
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    if (std::isfinite(scan.ranges[i])) points.push_back(T_map_laser * (scan.ranges[i] * beam(i)));
+  }
+  return points;
 }
 
 }  // namespace afterglow::nodes

@@ -15,10 +15,7 @@ int main(int argc, char** argv) {
     catchStopSignals();
     const ros::NodeHandle own("~");
     ObserverNode node(ObserverNodeOptions::read(own));
-    ros::AsyncSpinner spinner(1);
-    spinner.start();
     node.run([] { return isStopRequested() || !ros::ok(); });
-    spinner.stop();
   } catch (const std::exception& error) {
     std::cerr << "observer_node: " << error.what() << "\n";
     return 1;

@@ -1,6 +1,7 @@
 #include "nodes/observer/observer_node.hpp"
 
 #include <sensor_msgs/Image.h>
+#include <std_msgs/String.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -15,9 +16,9 @@ namespace {
 
 constexpr double kLongestNap_s = 0.02;  // so that a stop is noticed soon
 constexpr double kWalk_s = 1.2;         // from one place to another
+constexpr std::size_t kMostKeyFrames = 100;
 
-/// The moments at which pictures are due, ROS time: multiples of the frame's duration after the
-/// first, however long each takes.
+/// The moments at which images are due, ROS time: evenly after the first, however long each takes.
 class Pace {
  public:
   Pace(std::int64_t start_ns, int fps) : start_ns_(start_ns), fps_(fps) {}
@@ -65,6 +66,7 @@ ObserverNodeOptions ObserverNodeOptions::read(const ros::NodeHandle& own) {
     throw std::runtime_error("~view is missing: the YAML file of the bystander's view");
   }
   own.param("video", options.video, options.video);
+  own.param("speech", options.speech, options.speech);
   own.param("folder", options.folder, options.folder);
   own.param("fps", options.fps, options.fps);
   own.param("inset", options.inset, options.inset);
@@ -85,11 +87,37 @@ ObserverNode::ObserverNode(const ObserverNodeOptions& options, const RoomView& r
       look_to_(room.look),
       scene_(room, tf_),
       painter_(options.font),
-      image_publisher_(own_.advertise<sensor_msgs::Image>("image", 1)),
-      inbox_(ros::NodeHandle(), own_) {
+      image_publisher_(own_.advertise<sensor_msgs::Image>("image", 1)) {
   if (!options_.folder.empty()) std::filesystem::create_directories(options_.folder);
-  if (options_.video.empty()) return;
-  video_ = std::make_unique<TimedVideo>(options_.video, room_.width, room_.height, options_.fps);
+  if (!options_.video.empty()) {
+    film_ = std::make_unique<Film>(options_.video, room_.width, room_.height, options_.fps,
+                                   options_.speech);
+  }
+  subscribe();
+  finish_ = own_.advertiseService("finish", &ObserverNode::onFinish, this);
+}
+
+void ObserverNode::subscribe() {
+  ros::NodeHandle node;
+  const auto hears = [this](ros::NodeHandle& from, const char* topic, std::uint32_t queue,
+                            std::function<void(const std::string&)> take) {
+    subscribers_.push_back(from.subscribe<std_msgs::String>(
+        topic, queue, [take = std::move(take)](const auto& text) { take(text->data); }));
+  };
+  hears(own_, "caption", 10, [this](const std::string& text) {
+    caption_ = {parseCaption(text).tag, parseCaption(text).text, caption_.speech};
+  });
+  hears(node, "/speaker_node/state", 10, [this](const auto& text) { caption_.speech = text; });
+  hears(own_, "look", 10, [this](const std::string& name) { onLook(name); });
+  hears(own_, "key_frame", 100, [this](const std::string& name) { onKeyFrame(name); });
+  subscribers_.push_back(node.subscribe<visualization_msgs::MarkerArray>(
+      "/room/solids", 100,
+      [this](const auto& solids) { scene_.addSolids(*solids, ros::Time::now()); }));
+  subscribers_.push_back(node.subscribe<sensor_msgs::CameraInfo>(
+      "/projector/camera_info", 2, [this](const auto& info) { scene_.setLens(*info); }));
+  subscribers_.push_back(node.subscribe<sensor_msgs::Image>(
+      "/projector/image", 4, [this](const auto& image) { scene_.addImage(*image); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay()));
 }
 
 void ObserverNode::run(const std::function<bool()>& is_stopped) {
@@ -102,55 +130,53 @@ void ObserverNode::run(const std::function<bool()>& is_stopped) {
     if (isWatched()) show(ros::Time::now());  // no earlier than what was heard
     deadline_ns = pace.nextAfter(toNs(ros::Time::now()));
   }
-  if (video_) video_->close(toNs(ros::Time::now()));
+  if (film_) film_->close(toNs(ros::Time::now()));
+}
+
+bool ObserverNode::onFinish(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  is_filming_ = false;
+  try {
+    if (!film_) throw std::runtime_error("there is no film");
+    std::exchange(film_, nullptr)->close(toNs(ros::Time::now()));
+    response.success = true;
+  } catch (const std::runtime_error& error) {
+    response.message = error.what();
+  }
+  return true;
 }
 
 bool ObserverNode::isWatched() const {
-  return filming_ || !key_frames_.empty() || image_publisher_.getNumSubscribers() > 0;
+  return is_filming_ || !key_frames_.empty() || image_publisher_.getNumSubscribers() > 0;
 }
 
 void ObserverNode::hearNews() {
   lookForRobot();
-  const ros::Time now = ros::Time::now();
   const std::size_t drops_before = dropsOf(scene_.status());
-  const ObserverNews news = inbox_.take();
-  for (const auto& solids : news.solids) scene_.addSolids(*solids, now);
-  if (news.camera_info) scene_.setLens(*news.camera_info);
-  for (const auto& image : news.images) scene_.addImage(*image);
+  ros::spinOnce();
   if (dropsOf(scene_.status()) > drops_before) {
     const auto reasons = scene_.status().dropped;
     ROS_WARN_THROTTLE(10, "something is not shown: %s", reasons.begin()->first.c_str());
   }
-  if (news.caption) {
-    Caption caption = parseCaption(*news.caption);
-    caption.speech = caption_.speech;
-    caption_ = std::move(caption);
-  }
-  if (news.speech) caption_.speech = *news.speech;
-  if (news.look) hearLook(*news.look, now);
-  hearKeyFrames(news.key_frames);
-  filming_ = video_ && (filming_ || scene_.isFurnished());
+  is_filming_ = film_ && (is_filming_ || scene_.isFurnished());
 }
 
-void ObserverNode::hearKeyFrames(const std::deque<std::string>& names) {
-  for (const std::string& name : names) {
-    if (isFileName(name)) {
-      key_frames_.push_back(name);
-    } else {
-      ROS_ERROR("a key frame's name should be letters, digits, '-', '_' and '.'");
-    }
+void ObserverNode::onKeyFrame(const std::string& name) {
+  if (!isFileName(name)) {
+    ROS_ERROR("a key frame's name should be letters, digits, '-', '_' and '.'");
+  } else if (key_frames_.size() < kMostKeyFrames) {
+    key_frames_.push_back(name);
   }
 }
 
-void ObserverNode::hearLook(const std::string& name, ros::Time now) {
+void ObserverNode::onLook(const std::string& name) {
   const auto other = room_.others.find(name);
   if (other == room_.others.end() && !name.empty()) {
     ROS_ERROR("%s has no place '%s' to look from", options_.view.c_str(), name.c_str());
     return;
   }
-  look_from_ = lookAt(now);
+  look_from_ = lookAt(ros::Time::now());
   look_to_ = name.empty() ? room_.look : other->second;
-  look_changed_ = now;
+  look_changed_ = ros::Time::now();
 }
 
 // Starting and stopping gently.
@@ -191,7 +217,7 @@ void ObserverNode::show(ros::Time now) {
     message.header.frame_id = "observer_optical_frame";
     image_publisher_.publish(message);
   }
-  if (filming_) video_->add(toNs(now), std::move(picture));
+  if (is_filming_) film_->add(toNs(now), std::move(picture));
 }
 
 void ObserverNode::saveKeyFrames(const render::Image& picture) {

@@ -4,26 +4,26 @@
 /// Subscribes to /room/solids (MarkerArray), /projector/image and /projector/camera_info, /tf,
 /// ~caption (std_msgs/String: "TEXT" or "TAG|TEXT"), /speaker_node/state (what is being said),
 /// ~look (std_msgs/String: goes over to that place of the view's `others`, empty: back),
-/// ~key_frame (std_msgs/String: saves the next picture as FOLDER/NAME.png and the projector's as
-/// FOLDER/NAME_projector.png). Publishes ~image (rgb8, while somebody listens). The robot comes
-/// from the parameter /robot_description, as soon as it is there.
+/// ~key_frame (std_msgs/String: saves the next image as FOLDER/NAME.png and the projector's as
+/// FOLDER/NAME_projector.png). Publishes ~image (rgb8, while somebody listens). Service ~finish
+/// (std_srvs/Trigger): ends the film; it answers when the film is in place. The robot comes from
+/// the parameter /robot_description, as soon as it is there.
 #pragma once
 
 #include <ros/ros.h>
+#include <std_srvs/Trigger.h>
 #include <tf2_ros/buffer.h>
 
-#include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nodes/observer/caption.hpp"
-#include "nodes/observer/observer_inbox.hpp"
+#include "nodes/observer/film.hpp"
 #include "nodes/observer/observer_scene.hpp"
 #include "nodes/observer/room_view.hpp"
-#include "nodes/observer/timed_video.hpp"
 #include "nodes/projector/transform_listener.hpp"
 #include "render/gl/observer_renderer.hpp"
 
@@ -32,18 +32,18 @@ namespace afterglow::nodes {
 /// Parameters of the same names.
 struct ObserverNodeOptions {
   std::string view;    ///< loadRoomView's file
-  std::string video;   ///< MP4 to write, VIDEO.json beside it; empty: none
+  std::string video;   ///< MP4 to write; empty: none
+  std::string speech;  ///< speaker_node's speech.json, for the video's sound; empty: silent
   std::string folder;  ///< for key frames; empty: the current one
   int fps = 12;
-  bool inset = true;  ///< the projector's picture in a corner
+  bool inset = true;  ///< the projector's image in a corner
   std::string font = CaptionPainter::defaultFont();
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
   static ObserverNodeOptions read(const ros::NodeHandle& own);
 };
 
-/// Drawing, encoding and files in the thread that constructs and runs it; ROS callbacks in the
-/// caller's spinner.
+/// Everything in the thread that constructs and runs it; no spinner is needed.
 class ObserverNode {
  public:
   /// Throws std::runtime_error: view, font, OpenGL or ffmpeg, and why.
@@ -56,9 +56,11 @@ class ObserverNode {
 
  private:
   ObserverNode(const ObserverNodeOptions& options, const RoomView& room);
+  void subscribe();
+  void onKeyFrame(const std::string& name);
+  void onLook(const std::string& name);
+  bool onFinish(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void hearNews();
-  void hearKeyFrames(const std::deque<std::string>& names);
-  void hearLook(const std::string& name, ros::Time now);
   Look lookAt(ros::Time now) const;
   void lookForRobot();
   bool isWatched() const;
@@ -69,7 +71,7 @@ class ObserverNode {
   ObserverNodeOptions options_;
   ros::NodeHandle own_{"~"};
   tf2_ros::Buffer tf_;
-  TransformListener tf_inbox_{tf_};
+  TransformListener tf_listener_{tf_};
   render::GlContext context_;
   render::ObserverRenderer renderer_{context_};
   RoomView room_;
@@ -77,13 +79,14 @@ class ObserverNode {
   ros::Time look_changed_;
   ObserverScene scene_;
   CaptionPainter painter_;
-  std::unique_ptr<TimedVideo> video_;  ///< empty without one
-  bool filming_ = false;               ///< the video has begun
+  std::unique_ptr<Film> film_;  ///< empty without one, or when it is finished
+  bool is_filming_ = false;     ///< the video has begun
   Caption caption_;
-  std::deque<std::string> key_frames_;  ///< to save with the next picture
+  std::vector<std::string> key_frames_;  ///< to save with the next image
   ros::WallTime next_robot_look_;
   ros::Publisher image_publisher_;
-  ObserverInbox inbox_;
+  std::vector<ros::Subscriber> subscribers_;
+  ros::ServiceServer finish_;
 };
 
 }  // namespace afterglow::nodes

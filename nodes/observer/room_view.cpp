@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 
-#include "nodes/tools/yaml_map.hpp"
+#include "nodes/projector/color_config.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -16,25 +16,8 @@ constexpr double kJoint_m = 0.006;         // between tiles
 constexpr int kMostPixels = 4096;          // in one direction
 constexpr double kMostTiles = 40'000;
 
-Eigen::Vector3d pointOf(const YamlMap& map, const std::string& key) {
-  const auto p = map.numbers(map.at(key), "'" + key + "'", 3);
-  return {p[0], p[1], p[2]};
-}
-
-Eigen::Vector2d pairOf(const YamlMap& map, const std::string& key) {
-  const auto p = map.numbers(map.at(key), "'" + key + "'", 2);
-  return {p[0], p[1]};
-}
-
-render::Color colorOf(const YamlMap& map, const std::string& key) {
-  const std::string text = map.text(key);
-  const bool hex = text.size() == 7 && text[0] == '#' &&
-                   text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-  if (!hex) map.fail(map.at(key), "'" + key + "' should be a color like \"#a0b0c0\"");
-  const auto part = [&text](std::size_t at) {
-    return static_cast<float>(std::stoi(text.substr(at, 2), nullptr, 16)) / 255.0f;
-  };
-  return {part(1), part(3), part(5), 1};
+std::vector<double> numbersOf(const YamlMap& map, const std::string& key, std::size_t count) {
+  return map.numbers(map.at(key), "'" + key + "' of " + map.where(), count);
 }
 
 /// The eye's optical frame: z towards the target, y down.
@@ -49,8 +32,8 @@ Rigid<World, Observer> eyeAt(const Eigen::Vector3d& p_eye, const Eigen::Vector3d
 
 Look lookOf(const YamlMap& map) {
   Look look;
-  look.p_eye = pointOf(map, "eye");
-  look.p_target = pointOf(map, "target");
+  look.p_eye = Eigen::Vector3d(numbersOf(map, "eye", 3).data());
+  look.p_target = Eigen::Vector3d(numbersOf(map, "target", 3).data());
   if ((look.p_target - look.p_eye).head<2>().norm() < 1e-3) {
     map.fail(map.at("target"), "'target' should not be straight above or below 'eye'");
   }
@@ -59,7 +42,7 @@ Look lookOf(const YamlMap& map) {
 }
 
 void readSize(const YamlMap& map, RoomView& room) {
-  const Eigen::Vector2d size = pairOf(map, "size");
+  const Eigen::Vector2d size(numbersOf(map, "size", 2).data());
   if (size.minCoeff() < 16 || size.maxCoeff() > kMostPixels ||
       size != size.array().round().matrix()) {
     map.fail(map.at("size"), "'size' should be two whole numbers of pixels from 16 to 4096");
@@ -112,7 +95,8 @@ render::Drawable tiles(const Eigen::Vector2d& corner, const Eigen::Vector2d& siz
 }
 
 void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
-  const Eigen::Vector2d center = pairOf(map, "center"), size = pairOf(map, "size");
+  const Eigen::Vector2d center(numbersOf(map, "center", 2).data());
+  const Eigen::Vector2d size(numbersOf(map, "size", 2).data());
   if (size.minCoeff() <= 0 || size.maxCoeff() > kFarthest_m) {
     map.fail(map.at("size"), "the floor's 'size' should be two lengths of up to 100 m");
   }
@@ -123,12 +107,13 @@ void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
   // What shows between the tiles lies a little lower.
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << center, -kShellThickness_m / 2 - 0.003;
-  shell.push_back(box(pose, {size.x(), size.y(), kShellThickness_m}, colorOf(map, "joint_color")));
-  shell.push_back(tiles(center - size / 2, size, edge, colorOf(map, "color")));
+  const render::Color joints = readPlainColor(map, "joint_color");
+  shell.push_back(box(pose, {size.x(), size.y(), kShellThickness_m}, joints));
+  shell.push_back(tiles(center - size / 2, size, edge, readPlainColor(map, "color")));
 }
 
 void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
-  const Eigen::Vector2d from = pairOf(map, "from"), to = pairOf(map, "to");
+  const Eigen::Vector2d from(numbersOf(map, "from", 2).data()), to(numbersOf(map, "to", 2).data());
   const Eigen::Vector2d along = to - from;
   if (along.norm() < 0.01 || along.norm() > kFarthest_m) {
     map.fail(map.at("to"), "a wall should be 0.01 to 100 m long");
@@ -137,7 +122,8 @@ void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << (from + to) / 2, height / 2;
   pose.rotate(Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
-  shell.push_back(box(pose, {along.norm(), kShellThickness_m, height}, colorOf(map, "color")));
+  const Eigen::Vector3d wall(along.norm(), kShellThickness_m, height);
+  shell.push_back(box(pose, wall, readPlainColor(map, "color")));
 }
 
 }  // namespace

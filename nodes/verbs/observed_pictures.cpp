@@ -115,7 +115,9 @@ ObservedPictures::ObservedPictures(render::GlContext& context, const replay::Sto
                                    const replay::Behavior& behavior, const ProjectorConfig& config,
                                    const ObserverOptions& options)
     : room_view_(roomViewOf(config, options)),
-      room_(store, behavior, config.fixed_frame, robotOf(config, options.urdf)),
+      room_(store, behavior, roomSolidsConfig(config.fixed_frame)),
+      frames_(room_.transforms(), config.fixed_frame),
+      robot_(robotOf(config, options.urdf)),
       renderer_(context) {}
 
 std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
@@ -129,7 +131,9 @@ std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
                               : Eigen::Vector3d(room_view_.look.p_target);
   add(surfaceSolids(room_view_.shell.empty() ? snapshot.scene : withoutFloors(snapshot.scene),
                     p_world_projector));
-  add(room_.solids(moment));
+  add(solidsOf(room_.at(moment).scene));
+  frames_.forget();
+  if (robot_) add(robotSolids(*robot_, frames_));
   return all;
 }
 

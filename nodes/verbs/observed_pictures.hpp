@@ -4,11 +4,13 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "nodes/observer/recorded_room.hpp"
+#include "nodes/fetch/robot_model.hpp"
 #include "nodes/observer/room_view.hpp"
+#include "nodes/projector/recorded_scene.hpp"
 #include "render/gl/observer_renderer.hpp"
 
 namespace afterglow::nodes {
@@ -45,7 +47,9 @@ class ObservedPictures {
   std::vector<render::Drawable> solids(replay::Stamp moment, const SceneSnapshot& snapshot);
 
   RoomView room_view_;
-  RecordedRoom room_;
+  RecordedScene room_;  ///< /room/solids, and tf for the robot
+  FrameLookup frames_;
+  std::optional<RobotModel> robot_;
   render::ObserverRenderer renderer_;
 };
 

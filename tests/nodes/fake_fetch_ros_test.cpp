@@ -6,13 +6,16 @@
 
 #include <atomic>
 #include <chrono>
+#include <fstream>
 #include <map>
 #include <mutex>
+#include <sstream>
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fake_fetch_node.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "tests/support/fetch_poses.hpp"
 #include "tests/support/ros_master.hpp"
 
 namespace afterglow::nodes::fake_fetch_ros_test {
@@ -32,8 +35,9 @@ class World {
  public:
   World() {
     node = std::make_unique<ros::NodeHandle>();
-    const RobotModel file = RobotModel::fromFile("assets/fetch.urdf");
-    node->setParam("/robot_description", file.xml());
+    std::stringstream urdf;
+    urdf << std::ifstream("assets/fetch.urdf").rdbuf();
+    node->setParam("/robot_description", urdf.str());
     node->setParam("/fake_fetch/x", 1.0);
     node->setParam("/fake_fetch/yaw", 0.5);
     model = readRobotDescription(*node);
@@ -135,7 +139,7 @@ TEST_F(FakeFetchNodeTest, offersEveryLinkFromMapWhereItsModelHasIt) {
   }
   const Eigen::Isometry3d T_map_base = world->T_map("base_link");
   EXPECT_NEAR(T_map_base.translation().x(), 1, 1e-6);
-  for (const auto& [link, T_base_link] : world->model->linkPoses(positions))
+  for (const auto& [link, T_base_link] : test::linkPoses(*world->model, positions))
     EXPECT_TRUE(world->T_map(link).isApprox(T_map_base * T_base_link, 1e-4)) << link;
 }
 
@@ -199,7 +203,7 @@ TEST_F(FakeFetchNodeTest, abortsAGoalForJointsThatAnotherControllerIsBusyWith) {
   goal.trajectory.points.resize(1);
   for (const std::string& name : kArmWithTorsoJoints) {
     goal.trajectory.joint_names.push_back(name);
-    goal.trajectory.points[0].positions.push_back(armOverTable().at(name));
+    goal.trajectory.points[0].positions.push_back(test::armOverTable().at(name));
   }
   goal.trajectory.points[0].time_from_start = ros::Duration(60);
   arm.sendGoal(goal);

@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "nodes/fetch/fetch_facts.hpp"
+#include "tests/support/fetch_poses.hpp"
 
 namespace afterglow::nodes::fake_fetch_test {
 namespace {
 
 using namespace std::chrono_literals;
+using test::armOverTable;
 using Phase = TrajectoryStatus::Phase;
 
 constexpr Nanoseconds kNow = 1000s;

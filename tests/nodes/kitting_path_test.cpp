@@ -41,45 +41,24 @@ TEST(KittingPath, measuresAlongThePath) {
   EXPECT_NEAR(nearestAlong(path, {-3, 0}), 0, 1e-12);
 }
 
-TEST(KittingPath, turnsTheShortWay) {
-  EXPECT_NEAR(turnBetween(3, -3), 2 * M_PI - 6, 1e-12);
-  EXPECT_NEAR(turnBetween(0, M_PI), M_PI, 1e-12);
-}
-
-// A base that obeys at once.
-PlanarPose moved(PlanarPose pose, const PlanarVelocity& command, double period) {
-  pose.yaw += command.turn * period / 2;
-  pose.x += command.forward * period * std::cos(pose.yaw);
-  pose.y += command.forward * period * std::sin(pose.yaw);
-  pose.yaw += command.turn * period / 2;
-  return pose;
-}
-
-TEST(PathFollower, arrivesWhereAndAsWanted) {
-  const DriveLimits limits;
-  PathFollower follower(planDetour({0, 0}, {0, 2.8}, {{0.1, 1.4}}, 0.5), 0, limits);
-  PlanarPose pose;
-  PlanarVelocity before;
-  const double period = 0.04;
-  int steps = 0;
-  while (follower.phase() != PathFollower::Phase::Done && steps < 1000) {
-    const PlanarVelocity command = follower.step(pose, period);
-    EXPECT_LE(command.forward, limits.speed + 1e-9);
-    EXPECT_LE(command.forward - before.forward, limits.acceleration * period + 1e-9);
-    EXPECT_LE(std::abs(command.turn), limits.turn_speed + 1e-9);
-    EXPECT_GE((positionOf(pose) - Vector2d(0.1, 1.4)).norm(), 0.42);
-    pose = moved(pose, command, period);
-    before = command;
-    ++steps;
+TEST(KittingPath, isDrivenFromRestToRestInTurnPathAndTurn) {
+  const FloorPath path = planDetour({0, 0}, {0, 2.8}, {{0.1, 1.4}}, 0.5);
+  const replay::Stamp begin{1'000'000'000};
+  const TimedDrive drive = timedDrive(path, {0, 0, 0}, 0, begin);
+  EXPECT_EQ(drive.track.begin().ns, begin.ns);
+  const PlanarPose turned = drive.track.at(drive.turned);
+  EXPECT_NEAR(turned.yaw, M_PI / 2, 0.05);
+  EXPECT_NEAR(positionOf(turned).norm(), 0, 1e-9);
+  EXPECT_LT((positionOf(drive.track.endPose()) - Vector2d(0, 2.8)).norm(), 1e-9);
+  EXPECT_NEAR(drive.track.endPose().yaw, 0, 1e-9);
+  double fastest = 0;
+  for (replay::Stamp at = begin; at < drive.track.end(); at.ns += 50'000'000) {
+    fastest = std::max(fastest, drive.track.velocityAt(at).forward);
+    EXPECT_GE((positionOf(drive.track.at(at)) - Vector2d(0.1, 1.4)).norm(), 0.5 - 1e-3);
   }
-  EXPECT_LT(steps * period, 14);
-  EXPECT_LT((positionOf(pose) - Vector2d(0, 2.8)).norm(), 0.03);
-  EXPECT_NEAR(pose.yaw, 0, 0.02);
-  EXPECT_EQ(follower.step(pose, period).forward, 0);
-}
-
-TEST(PathFollower, needsAPath) {
-  EXPECT_THROW(PathFollower({{0, 0}}, 0, {}), std::invalid_argument);
+  EXPECT_NEAR(fastest, 0.6, 0.08);
+  EXPECT_LT(drive.track.velocityAt({drive.turned.ns + 100'000'000}).forward, 0.3);
+  EXPECT_LT(replay::secondsBetween(begin, drive.track.end()), 12);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "nodes/fetch/fetch_facts.hpp"
 #include "render/gl/observer_renderer.hpp"
+#include "tests/support/fetch_poses.hpp"
 #include "tests/support/gl_context.hpp"
 
 namespace afterglow::nodes::robot_view_gl_test {
@@ -38,7 +39,7 @@ Rigid<World, Observer> looking(const Eigen::Vector3d& from, const Eigen::Vector3
 }
 
 std::vector<Drawable> robot(const JointPositions& positions) {
-  return fetch().drawables(fetch().linkPoses(positions));
+  return fetch().drawables(test::linkPoses(fetch(), positions));
 }
 
 void keepPicture(const render::Image& image, const std::string& name) {
@@ -70,7 +71,7 @@ int pixelsInItsLight(render::GlContext& context, const JointPositions& positions
   render::ObserverRenderer renderer(context);
   // Its own lens is in its eye.
   std::vector<Drawable> solids;
-  const LinkPoses poses = fetch().linkPoses(positions);
+  const LinkPoses poses = test::linkPoses(fetch(), positions);
   for (const LinkVisual& visual : fetch().visuals())
     if (visual.link != "projector_link")
       solids.push_back({Rigid<World, World>(poses.at(visual.link) * visual.T_link_shape),
@@ -113,8 +114,8 @@ TEST_F(RobotView, showsARobotInItsColors) {
     keepPicture(image, name);
     return image;
   };
-  picture(armOverTable(), {2.6, -1.6, 1.7}, {0.3, 0, 0.75}, "arm_over_table");
-  picture(armOverTable(), {0.6, 2.8, 1.4}, {0.4, 0, 0.75}, "arm_from_left");
+  picture(test::armOverTable(), {2.6, -1.6, 1.7}, {0.3, 0, 0.75}, "arm_over_table");
+  picture(test::armOverTable(), {0.6, 2.8, 1.4}, {0.4, 0, 0.75}, "arm_from_left");
   room.pop_back();
   picture(tuckedArm(), {1.8, -1.8, 1.4}, {0, 0, 0.65}, "tucked_right");
   picture(tuckedArm(), {2.2, 1.3, 1.5}, {0, 0, 0.65}, "tucked_left");

@@ -104,7 +104,8 @@ TEST_F(RoomViewTest, refusesWhatItDoesNotUnderstand) {
             ":3: 'target' should not be straight above or below 'eye'");
   EXPECT_EQ(refusal(edited("[160, 90]", "[160.5, 90]")),
             ":5: 'size' should be two whole numbers of pixels from 16 to 4096");
-  EXPECT_EQ(refusal(edited("#ff8000", "orange")), ":8: 'color' should be a color like \"#a0b0c0\"");
+  EXPECT_EQ(refusal(edited("#ff8000", "orange")),
+            ":8: 'color' of the floor should be \"#rrggbb\" or [r, g, b]");
   EXPECT_EQ(refusal(edited("tile: 1", "tile: 0.001")).rfind(":8: 'tile' of the floor", 0), 0u);
   EXPECT_EQ(refusal(edited("to: [0, 4]", "to: [0, 0]")),
             ":10: a wall should be 0.01 to 100 m long");

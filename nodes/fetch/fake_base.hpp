@@ -1,7 +1,11 @@
 /// \file
-/// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes and where its wheels
-/// think it went. Source of limits: fetch_bringup's base_controller and robot_controllers'
-/// DiffDriveBaseController. Metres, radians, nanoseconds of robot time.
+/// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes, where its wheels think
+/// it went and where its localization thinks it is. Source of limits: fetch_bringup's
+/// base_controller and robot_controllers' DiffDriveBaseController. Metres, radians, nanoseconds of
+/// robot time.
+///
+/// It is what replays are judged by: it shares no code with what they are led by (replay/motion:
+/// tracker, localizer, approach). The pose itself and the arithmetic of poses are common.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +18,6 @@
 namespace afterglow::nodes {
 
 using replay::PlanarPose;
-
-/// Of mean 0 and deviation 1: twelve uniform numbers make a good bell, and
-/// std::normal_distribution differs between libraries.
-double bell(std::mt19937& random);
 
 /// What the base does wrong. The same seed drives the same way.
 struct DriveErrors {
@@ -67,6 +67,45 @@ class DiffDrive {
   double linear_ = 0, angular_ = 0;
   double left_wheel_ = 0, right_wheel_ = 0;
   Nanoseconds last_command_{0};
+};
+
+struct LocalizationErrors {
+  /// Standard deviations of a measured pose of the base.
+  double position = 0;  ///< m, in x and in y
+  double yaw = 0;       ///< rad
+  std::uint32_t seed = 2;
+  /// What the wheels have to go or turn before it measures again. Without both it measures five
+  /// times a second, and if it is exact as well it always knows.
+  double distance = 0.1, turn = 0.25;
+};
+
+/// Where the robot thinks its odometry's origin lies in map. Measured as AMCL does, on a Fetch after
+/// 0.1 m or 0.25 rad of motion only, known 0.1 s later, each time a little beside if told so, and
+/// errors that follow each other are alike.
+class FakeLocalization {
+ public:
+  FakeLocalization(const LocalizationErrors& errors, const DiffDrive& base);
+  /// To be called at each of the base's steps.
+  void step(Nanoseconds now, const DiffDrive& base);
+  /// Somebody tells it where it stands.
+  void relocate(const DiffDrive& base);
+  const PlanarPose& mapToOdom() const { return known_; }
+
+ private:
+  bool isDue(Nanoseconds now, const DiffDrive& base) const;
+  PlanarPose measure(const DiffDrive& base);
+
+  struct Measured {
+    Nanoseconds known;  ///< from then on
+    PlanarPose map_to_odom;
+  };
+  LocalizationErrors errors_;
+  std::mt19937 random_;
+  PlanarPose error_;  ///< of the latest measurement
+  Nanoseconds next_{0};
+  PlanarPose measured_at_;  ///< odometry of the latest measurement
+  std::deque<Measured> measured_;
+  PlanarPose known_;
 };
 
 }  // namespace afterglow::nodes
