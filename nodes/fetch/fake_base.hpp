@@ -1,6 +1,6 @@
 /// \file
-/// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes, where its wheels think
-/// it went and where its localization thinks it is. Source of limits: fetch_bringup's
+/// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes, where its wheels
+/// think it went and where its localization thinks it is. Source of limits: fetch_bringup's
 /// base_controller and robot_controllers' DiffDriveBaseController. Metres, radians, nanoseconds of
 /// robot time.
 ///
@@ -79,9 +79,9 @@ struct LocalizationErrors {
   double distance = 0.1, turn = 0.25;
 };
 
-/// Where the robot thinks its odometry's origin lies in map. Measured as AMCL does, on a Fetch after
-/// 0.1 m or 0.25 rad of motion only, known 0.1 s later, each time a little beside if told so, and
-/// errors that follow each other are alike.
+/// Where the robot thinks its odometry's origin lies in map. Measured as AMCL does, on a Fetch
+/// after 0.1 m or 0.25 rad of motion only, known 0.1 s later, each time a little beside if told so,
+/// and errors that follow each other are alike.
 class FakeLocalization {
  public:
   FakeLocalization(const LocalizationErrors& errors, const DiffDrive& base);

@@ -1,6 +1,7 @@
 /// \file
 /// What everybody who moves the Fetch of assets/fetch.urdf has to know: its controllers' joints,
-/// its turrets, and how its arm is tucked. Source: fetch_description and the robot's default controllers.
+/// its turrets, and how its arm is tucked. Source: fetch_description and the robot's default
+/// controllers.
 #pragma once
 
 #include <string>

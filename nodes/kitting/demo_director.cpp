@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
-constexpr double kBeat = 0.2;     // seconds after a behavior, until tf tells its end
+constexpr double kBeat = 0.2;  // seconds after a behavior, until tf tells its end
 
 // The nodes may still be starting.
 RobotModel robotDescription() {

@@ -19,7 +19,7 @@ namespace afterglow::nodes {
 struct KeyFrame {
   std::string moment;
   double offset_s = 0;       ///< into the behavior
-  std::string live, replay;  ///< pictures, frames/NAME.png and frames/NAME_projector.png
+  std::string live, replay;  ///< images, frames/NAME.png and frames/NAME_projector.png
 };
 
 /// Where a behavior left the robot.
@@ -72,7 +72,7 @@ std::vector<std::string> commandsToTry(const DemoReport& report);
 
 nlohmann::json summaryJson(const DemoReport& report);
 
-/// One page that needs no network and no script; video and pictures lie beside it.
+/// One page that needs no network and no script; video and images lie beside it.
 std::string reportHtml(const DemoReport& report, const DemoStory& story);
 
 }  // namespace afterglow::nodes

@@ -13,7 +13,7 @@ struct BehaviorStory {
   std::string title, caption, question, explanation;
   /// Moments worth an image, by name, in order, and what happens at each.
   std::vector<std::pair<std::string, std::string>> moments;
-  std::string says;  ///< the robot, aloud
+  std::string says = {};  ///< the robot, aloud
 };
 
 struct DemoStory {

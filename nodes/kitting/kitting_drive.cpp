@@ -14,9 +14,9 @@ namespace afterglow::nodes {
 namespace {
 
 const Eigen::Vector2d kGoal(0.0, 2.8);  // of base_link; it faces along x there
-constexpr double kClearance = 0.52;    // m from the robot's center to every obstacle point
-constexpr double kPerceive = 1.4;      // s that it looks at obstacle and path before it drives
-constexpr double kSaysAfter = 2.6;     // s into the behavior
+constexpr double kClearance = 0.52;     // m from the robot's center to every obstacle point
+constexpr double kPerceive = 1.4;       // s that it looks at obstacle and path before it drives
+constexpr double kSaysAfter = 2.6;      // s into the behavior
 constexpr double kHeadTilt = 0.7, kHeadSeconds = 1.0;                          // rad, s
 constexpr double kCommandPeriod = 0.04, kScanPeriod = 0.1, kPathPeriod = 2.0;  // s
 constexpr double kAimPeriod = 0.5;     // s between two aimings of the turret

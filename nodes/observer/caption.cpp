@@ -23,7 +23,7 @@ cv::Scalar tagColor(const std::string& tag) {
   return tag == "replay" ? cv::Scalar(236, 110, 20) : cv::Scalar(30, 120, 190);
 }
 
-/// One line, without what a font has no picture for.
+/// One line, without what a font has no glyph for.
 std::string printableLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
@@ -91,17 +91,17 @@ CaptionPainter::CaptionPainter(const std::string& font) : impl_(std::make_unique
 
 CaptionPainter::~CaptionPainter() = default;
 
-void CaptionPainter::paint(render::Image& picture, const Caption& caption) {
+void CaptionPainter::paint(render::Image& image, const Caption& caption) {
   const std::string text = printableLine(caption.text), tag = printableLine(caption.tag);
   const std::string speech =
       caption.speech.empty() ? "" : "“" + printableLine(caption.speech) + "”";
   const int lines = (text.empty() && tag.empty() ? 0 : 1) + (speech.empty() ? 0 : 1);
   if (lines == 0) return;
-  cv::Mat pixels = pixelsOf(picture);
-  const int height = std::max(10, picture.height / 30);
-  const int line = 2 * height, bar = std::min(picture.height, lines * line + height / 2);
-  darken(pixels.rowRange(picture.height - bar, picture.height), kBarOpacity);
-  cv::Point origin(height, picture.height - bar + line - height / 3);
+  cv::Mat pixels = pixelsOf(image);
+  const int height = std::max(10, image.height / 30);
+  const int line = 2 * height, bar = std::min(image.height, lines * line + height / 2);
+  darken(pixels.rowRange(image.height - bar, image.height), kBarOpacity);
+  cv::Point origin(height, image.height - bar + line - height / 3);
   if (!text.empty() || !tag.empty()) {
     cv::Point after_tag = origin;
     if (!tag.empty()) after_tag.x = impl_->writeTag(pixels, tag, origin, height * 4 / 5);
@@ -111,22 +111,22 @@ void CaptionPainter::paint(render::Image& picture, const Caption& caption) {
   if (!speech.empty()) impl_->writeLine(pixels, speech, origin, height, kPale);
 }
 
-void CaptionPainter::paintInset(render::Image& picture, const render::Image& inset,
+void CaptionPainter::paintInset(render::Image& image, const render::Image& inset,
                                 const std::string& label) {
-  const int margin = std::max(4, picture.height / 45), text = std::max(8, picture.height / 50);
-  const int width = picture.width * 23 / 100;
+  const int margin = std::max(4, image.height / 45), text = std::max(8, image.height / 50);
+  const int width = image.width * 23 / 100;
   const int height = width * inset.height / std::max(1, inset.width);
-  const cv::Rect frame(picture.width - margin - width, margin, width, height + 2 * text);
-  const cv::Rect whole(0, 0, picture.width, picture.height);
-  if (width < 16 || height < 16 || (frame & whole) != frame) return;
-  cv::Mat pixels = pixelsOf(picture);
-  darken(pixels(frame), 0.8);
+  const cv::Rect box(image.width - margin - width, margin, width, height + 2 * text);
+  const cv::Rect whole(0, 0, image.width, image.height);
+  if (width < 16 || height < 16 || (box & whole) != box) return;
+  cv::Mat pixels = pixelsOf(image);
+  darken(pixels(box), 0.8);
   const cv::Mat source(inset.height, inset.width, CV_8UC3,
                        const_cast<std::uint8_t*>(inset.rgb.data()));
-  cv::resize(source, pixels(cv::Rect(frame.tl(), cv::Size(width, height))), {width, height}, 0, 0,
+  cv::resize(source, pixels(cv::Rect(box.tl(), cv::Size(width, height))), {width, height}, 0, 0,
              cv::INTER_AREA);
-  cv::rectangle(pixels, frame, {120, 125, 135}, 1);
-  impl_->write(pixels, label, {frame.x + text / 2, frame.br().y - text / 2}, text, {205, 210, 220});
+  cv::rectangle(pixels, box, {120, 125, 135}, 1);
+  impl_->write(pixels, label, {box.x + text / 2, box.br().y - text / 2}, text, {205, 210, 220});
 }
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// Words on the pictures of a video, so that a stranger understands what is going on.
+/// Words on the images of a video, so that a stranger understands what is going on.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace afterglow::nodes {
 
-/// UTF-8, one line each, drawn smaller where the picture is too narrow. Empty parts are left out.
+/// UTF-8, one line each, drawn smaller where the image is too narrow. Empty parts are left out.
 struct Caption {
   std::string tag;     ///< a word or two in a colored field before the text: "live", "replay"
   std::string text;    ///< what is being shown
@@ -19,7 +19,7 @@ struct Caption {
 /// "TAG|TEXT" or "TEXT" as it comes in one message.
 Caption parseCaption(const std::string& message);
 
-/// Text is as large as the picture asks for. One thread at a time.
+/// Text is as large as the image asks for. One thread at a time.
 class CaptionPainter {
  public:
   /// Throws std::runtime_error naming the font file that cannot be read.
@@ -27,9 +27,9 @@ class CaptionPainter {
   ~CaptionPainter();
 
   /// A dark, translucent bar along the bottom; nothing if the caption is empty.
-  void paint(render::Image& picture, const Caption& caption);
-  /// A small framed picture with its label in the upper right corner.
-  void paintInset(render::Image& picture, const render::Image& inset, const std::string& label);
+  void paint(render::Image& image, const Caption& caption);
+  /// A small image in a box with its label in the upper right corner.
+  void paintInset(render::Image& image, const render::Image& inset, const std::string& label);
 
   /// DejaVu Sans where Debian and Ubuntu keep it.
   static std::string defaultFont();

@@ -199,34 +199,34 @@ void ObserverNode::lookForRobot() {
 
 render::Image ObserverNode::draw(ros::Time now) {
   const render::ObserverView view = viewFrom(lookAt(now), room_.width, room_.height);
-  render::Image picture = renderer_.render(scene_.solids(now), scene_.light(now), view);
+  render::Image image = renderer_.render(scene_.solids(now), scene_.light(now), view);
   const render::Image* projector = scene_.projectorImage();
   if (options_.inset && projector != nullptr) {
-    painter_.paintInset(picture, *projector, "projector image");
+    painter_.paintInset(image, *projector, "projector image");
   }
-  painter_.paint(picture, caption_);
-  return picture;
+  painter_.paint(image, caption_);
+  return image;
 }
 
 void ObserverNode::show(ros::Time now) {
-  render::Image picture = draw(now);
-  saveKeyFrames(picture);
+  render::Image image = draw(now);
+  saveKeyFrames(image);
   if (image_publisher_.getNumSubscribers() > 0) {
-    sensor_msgs::Image message = toImage(picture);
+    sensor_msgs::Image message = toImage(image);
     message.header.stamp = now;
     message.header.frame_id = "observer_optical_frame";
     image_publisher_.publish(message);
   }
-  if (is_filming_) film_->add(toNs(now), std::move(picture));
+  if (is_filming_) film_->add(toNs(now), std::move(image));
 }
 
-void ObserverNode::saveKeyFrames(const render::Image& picture) {
+void ObserverNode::saveKeyFrames(const render::Image& image) {
   for (const std::string& name : std::exchange(key_frames_, {})) {
     const std::string stem = (std::filesystem::path(options_.folder) / name).string();
     try {
-      render::writePng(stem + ".png", picture);
-      if (const auto* image = scene_.projectorImage()) {
-        render::writePng(stem + "_projector.png", *image);
+      render::writePng(stem + ".png", image);
+      if (const auto* projected = scene_.projectorImage()) {
+        render::writePng(stem + "_projector.png", *projected);
       }
     } catch (const std::runtime_error& error) {
       ROS_ERROR("%s", error.what());

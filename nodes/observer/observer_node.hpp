@@ -1,5 +1,5 @@
 /// \file
-/// observer_node: the room as a bystander sees it, as a video, pictures and an image topic.
+/// observer_node: the room as a bystander sees it, as a video, as image files and on a topic.
 ///
 /// Subscribes to /room/solids (MarkerArray), /projector/image and /projector/camera_info, /tf,
 /// ~caption (std_msgs/String: "TEXT" or "TAG|TEXT"), /speaker_node/state (what is being said),
@@ -66,7 +66,7 @@ class ObserverNode {
   bool isWatched() const;
   render::Image draw(ros::Time now);
   void show(ros::Time now);
-  void saveKeyFrames(const render::Image& picture);
+  void saveKeyFrames(const render::Image& image);
 
   ObserverNodeOptions options_;
   ros::NodeHandle own_{"~"};

@@ -11,29 +11,29 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::int64_t kDarkAfterNs = 2'000'000'000;  // without a new picture
+constexpr std::int64_t kDarkAfterNs = 2'000'000'000;  // without a new image
 constexpr std::size_t kMostWaiting = 8;
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
 
 /// Rows without their padding. Empty if it is not rgb8 or its sizes do not fit.
-std::optional<render::Image> toPicture(const sensor_msgs::Image& image) {
-  const std::size_t row = std::size_t{image.width} * 3;
-  const bool fits = image.encoding == sensor_msgs::image_encodings::RGB8 && image.width > 0 &&
-                    image.height > 0 && image.step >= row &&
-                    image.data.size() >= std::size_t{image.step} * image.height;
+std::optional<render::Image> imageOf(const sensor_msgs::Image& message) {
+  const std::size_t row = std::size_t{message.width} * 3;
+  const bool fits = message.encoding == sensor_msgs::image_encodings::RGB8 && message.width > 0 &&
+                    message.height > 0 && message.step >= row &&
+                    message.data.size() >= std::size_t{message.step} * message.height;
   if (!fits) return std::nullopt;
-  render::Image picture{static_cast<int>(image.width), static_cast<int>(image.height), {}};
-  picture.rgb.reserve(row * image.height);
-  for (std::size_t y = 0; y < image.height; ++y) {
-    const auto begin = image.data.begin() + static_cast<std::ptrdiff_t>(y * image.step);
-    picture.rgb.insert(picture.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+  render::Image image{static_cast<int>(message.width), static_cast<int>(message.height), {}};
+  image.rgb.reserve(row * message.height);
+  for (std::size_t y = 0; y < message.height; ++y) {
+    const auto begin = message.data.begin() + static_cast<std::ptrdiff_t>(y * message.step);
+    image.rgb.insert(image.rgb.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
   }
-  return picture;
+  return image;
 }
 
-/// Negative focal lengths are those of a picture that is sent mirrored (projector_node): what
-/// mirror it is seen by, and K becomes that of the picture behind it.
+/// Negative focal lengths are those of a image that is sent mirrored (projector_node): what
+/// mirror it is seen by, and K becomes that of the image behind it.
 render::Mirror takeMirror(const sensor_msgs::CameraInfo& info, Eigen::Matrix3d& K) {
   const bool columns = K(0, 0) < 0, rows = K(1, 1) < 0;
   if (columns) K.row(0) = Eigen::RowVector3d(0, 0, info.width - 1.0) - K.row(0);
@@ -66,9 +66,9 @@ void ObserverScene::setLens(const sensor_msgs::CameraInfo& info) {
 }
 
 void ObserverScene::addImage(const sensor_msgs::Image& image) {
-  auto picture = toPicture(image);
-  if (!picture) return drop("the projector's image is not rgb8 or its size is wrong");
-  newest_image_ = std::make_shared<const render::Image>(std::move(*picture));
+  auto pixels = imageOf(image);
+  if (!pixels) return drop("the projector's image is not rgb8 or its size is wrong");
+  newest_image_ = std::make_shared<const render::Image>(std::move(*pixels));
   waiting_.push_back({image.header, newest_image_});
   if (waiting_.size() > kMostWaiting) waiting_.pop_front();
 }
@@ -93,7 +93,7 @@ const render::ProjectedLight* ObserverScene::light(ros::Time now) {
     const auto pose = frames_.at(frameName(header.frame_id), header.stamp);
     if (!pose) continue;
     throwLight(waiting_[i], *pose);
-    // Newer pictures wait on for their transform.
+    // Newer images wait on for their transform.
     waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     break;
   }
@@ -101,13 +101,14 @@ const render::ProjectedLight* ObserverScene::light(ros::Time now) {
   return lit ? &light_ : nullptr;
 }
 
-void ObserverScene::throwLight(const Picture& picture, const Eigen::Isometry3d& T_world_projector) {
-  if (picture.image->width != lens_->width || picture.image->height != lens_->height) {
+void ObserverScene::throwLight(const ProjectedImage& projected,
+                               const Eigen::Isometry3d& T_world_projector) {
+  if (projected.image->width != lens_->width || projected.image->height != lens_->height) {
     return drop("the projector's image has not the size of its lens");
   }
-  light_ = {*lens_, Rigid<World, Projector>(T_world_projector).inverse(), *picture.image};
+  light_ = {*lens_, Rigid<World, Projector>(T_world_projector).inverse(), *projected.image};
   mirror_.apply(light_.image);
-  light_ns_ = toNs(picture.header.stamp);
+  light_ns_ = toNs(projected.header.stamp);
 }
 
 LayerStatus ObserverScene::status() const { return solids_.status().front(); }

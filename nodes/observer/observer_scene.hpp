@@ -32,29 +32,29 @@ class ObserverScene {
   void setRobot(RobotModel robot) { robot_ = std::move(robot); }
   bool hasRobot() const { return robot_.has_value(); }
   void setLens(const sensor_msgs::CameraInfo& info);
-  /// The projector's picture, rgb8.
+  /// The projector's image, rgb8.
   void addImage(const sensor_msgs::Image& image);
 
   /// Something stands in the room besides floor and walls.
   bool isFurnished();
   /// Floor, walls, solids, and the robot's links where tf has them now.
   std::vector<render::Drawable> solids(ros::Time now);
-  /// The newest picture that tf has the projector's pose for, thrown from there; nullptr: no light,
-  /// as after two seconds without a picture. Valid until the next call of anything here.
+  /// The newest image that tf has the projector's pose for, thrown from there; nullptr: no light,
+  /// as after two seconds without a image. Valid until the next call of anything here.
   const render::ProjectedLight* light(ros::Time now);
-  /// The projector's newest picture, light or not; nullptr: none yet.
+  /// The projector's newest image, light or not; nullptr: none yet.
   const render::Image* projectorImage() const { return newest_image_.get(); }
 
-  /// Of the solids; its `dropped` also tells of bad pictures and lenses.
+  /// Of the solids; its `dropped` also tells of bad images and lenses.
   LayerStatus status() const;
 
  private:
-  struct Picture {
+  struct ProjectedImage {
     std_msgs::Header header;
     std::shared_ptr<const render::Image> image;
   };
 
-  void throwLight(const Picture& picture, const Eigen::Isometry3d& T_world_projector);
+  void throwLight(const ProjectedImage& projected, const Eigen::Isometry3d& T_world_projector);
   void drop(const std::string& reason) { solids_.drop(0, reason); }
 
   RoomView room_;
@@ -63,10 +63,10 @@ class ObserverScene {
   std::optional<RobotModel> robot_;
   std::optional<calib::Lens> lens_;
   render::LightOutput mirror_{{}};  ///< that the projector is seen by
-  std::deque<Picture> waiting_;     ///< for the projector's pose, oldest first
+  std::deque<ProjectedImage> waiting_;  ///< for the projector's pose, oldest first
   std::shared_ptr<const render::Image> newest_image_;
   render::ProjectedLight light_;
-  std::int64_t light_ns_ = 0;  ///< the picture's stamp; 0: none
+  std::int64_t light_ns_ = 0;  ///< the image's stamp; 0: none
 };
 
 }  // namespace afterglow::nodes

@@ -23,7 +23,7 @@ Look between(const Look& from, const Look& to, double share);
 
 struct RoomView {
   std::string fixed_frame;
-  int width = 1280, height = 720;       ///< of the pictures, pixels
+  int width = 1280, height = 720;       ///< of the images, pixels
   Look look;                            ///< where a bystander stands at first
   std::map<std::string, Look> others;   ///< other places, by name
   std::vector<render::Drawable> shell;  ///< floor and walls
