@@ -9,7 +9,7 @@
 
 #include "calib/file_replacement.hpp"
 #include "nodes/kitting/demo_director.hpp"
-#include "nodes/tools/master_check.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace {
 
