@@ -136,8 +136,7 @@ void SqliteBehaviors::endAbandoned() {
     SqliteStatement last(connection_,
                          "SELECT max(received_ns) FROM messages WHERE recording = ?1");
     last.bind(1, behavior.recording).step();
-    const auto last_ns = last.optionalInteger(0);
-    endIncomplete(behavior, last_ns ? std::optional(Stamp{*last_ns}) : std::nullopt);
+    endIncomplete(behavior, last.optionalInteger(0));
     update(behavior);
   }
   transaction.commit();
