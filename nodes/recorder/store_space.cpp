@@ -3,29 +3,14 @@
 #include <ros/ros.h>
 
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 #include <optional>
 
 #include "replay/store/retention.hpp"
 
 namespace afterglow::nodes {
-namespace {
-
-/// The folder in which the store grows; of a server's, its spool.
-std::string folderOf(const std::string& store) {
-  if (replay::storeUri(store).compare(0, 7, "sqlite:") == 0) {
-    return std::filesystem::absolute(replay::storePath(store)).parent_path();
-  }
-  if (const char* spool = std::getenv("AFTERGLOW_SPOOL"); spool && *spool) return spool;
-  const char* home = std::getenv("HOME");
-  return home ? std::string(home) + "/.local/share/afterglow" : std::string();
-}
-
-}  // namespace
 
 StoreSpace::StoreSpace(const RecorderNodeOptions& options, replay::Store& store)
-    : options_(options), store_(store), folder_(folderOf(options.store)) {}
+    : options_(options), store_(store), folder_(store.folder()) {}
 
 replay::DiskState StoreSpace::disk() const {
   const auto min_space = static_cast<std::uint64_t>(options_.min_space_megabytes) << 20;

@@ -9,8 +9,7 @@ bool isKept(const Behavior& behavior, const RetentionPolicy& policy) {
   const auto hasTag = [&](const std::string& tag) {
     return std::find(behavior.tags.begin(), behavior.tags.end(), tag) != behavior.tags.end();
   };
-  const bool is_running = !behavior.end && behavior.outcome.empty();
-  return is_running || std::any_of(policy.keep_tags.begin(), policy.keep_tags.end(), hasTag);
+  return isOpen(behavior) || std::any_of(policy.keep_tags.begin(), policy.keep_tags.end(), hasTag);
 }
 
 bool isTooOld(const Behavior& behavior, const RetentionPolicy& policy) {

@@ -204,6 +204,8 @@ class Store {
   virtual std::optional<Bytes> file(const std::string& sha256) const = 0;
   /// Size in bytes, without room for new messages; empty if the store does not know it.
   virtual std::optional<std::uint64_t> usedBytes() const { return std::nullopt; }
+  /// The folder on this machine's disk in which it grows; empty if it grows elsewhere.
+  virtual std::string folder() const { return {}; }
   /// Empty if writes reach the store at once.
   virtual std::optional<SpoolStatus> spoolStatus() const { return std::nullopt; }
 };
@@ -215,6 +217,9 @@ void checkObjects(const Behavior& behavior, const std::string& store);
 /// Ends a behavior whose recorder died, behind the last message of its recording if it has one, and
 /// remarks on it.
 void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_ns);
+
+/// Its recorder runs, or died.
+inline bool isOpen(const Behavior& behavior) { return !behavior.end && behavior.outcome.empty(); }
 
 /// 32 random hex digits: a key that no other recording or behavior has.
 std::string newKey();

@@ -33,7 +33,7 @@ class Sync {
   }
 
   void copy(Behavior behavior) {
-    if (!behavior.end && behavior.outcome.empty()) {
+    if (isOpen(behavior)) {
       ++report_.open;
       return;
     }

@@ -31,29 +31,41 @@ CREATE TABLE ids (next INTEGER NOT NULL, last INTEGER NOT NULL);
 INSERT INTO ids VALUES (1, 0);
 )";
 
-}  // namespace
-
-Spool::Spool(const std::string& path, std::uint64_t most_bytes) : most_bytes_(most_bytes) {
+/// Makes the spool's folder first.
+RecorderLock lockSpool(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   std::error_code error;
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   if (error) throw StoreError(path + ": cannot make the spool's folder: " + error.message());
-  recorder_ = std::make_unique<RecorderLock>(path);
-  connection_ = std::make_unique<SqliteConnection>(path, SqliteAccess::ReadWriteCreate);
-  const std::int64_t version = connection_->integer("PRAGMA user_version");
-  if (version > kSpoolVersion) throw StoreError(connection_->name() + ": a newer program's spool");
-  if (version == 0) connection_->execute("PRAGMA page_size = 16384");
-  if (version == 0) connection_->execute("PRAGMA auto_vacuum = INCREMENTAL");
-  connection_->execute("PRAGMA journal_mode = WAL");
-  connection_->execute("PRAGMA synchronous = FULL");
-  connection_->execute("PRAGMA wal_autocheckpoint = 4096");  // pages: 64 MiB
-  connection_->execute("PRAGMA journal_size_limit = 67108864");
+  return RecorderLock(path);
+}
+
+std::unique_ptr<SqliteConnection> openSpool(const std::string& path) {
+  auto connection = std::make_unique<SqliteConnection>(path, SqliteAccess::ReadWriteCreate);
+  const std::int64_t version = connection->integer("PRAGMA user_version");
+  if (version > kSpoolVersion) connection->refuse("a newer program's spool");
+  if (version == 0) connection->execute("PRAGMA page_size = 16384");
+  if (version == 0) connection->execute("PRAGMA auto_vacuum = INCREMENTAL");
+  connection->execute("PRAGMA journal_mode = WAL");
+  connection->execute("PRAGMA synchronous = FULL");
+  connection->execute("PRAGMA wal_autocheckpoint = 4096");  // pages: 64 MiB
+  connection->execute("PRAGMA journal_size_limit = 67108864");
   if (version == 0) {
-    SqliteTransaction transaction(*connection_);
-    connection_->execute(kTables);
-    connection_->execute("PRAGMA user_version = " + std::to_string(kSpoolVersion));
+    SqliteTransaction transaction(*connection);
+    connection->execute(kTables);
+    connection->execute("PRAGMA user_version = " + std::to_string(kSpoolVersion));
     transaction.commit();
   }
+  return connection;
+}
+
+}  // namespace
+
+Spool::Spool(const std::string& path, std::uint64_t most_bytes)
+    : most_bytes_(most_bytes),
+      recorder_(lockSpool(path)),
+      connection_(openSpool(path)),
+      recordings_(*connection_) {
   count();
   tidy();
   closeOpenBehaviors();
@@ -96,9 +108,9 @@ void Spool::closeOpenBehaviors() {
 
 void Spool::add(Kind kind, std::uint64_t messages, const Bytes& payload) {
   if (unsent_.unsent_bytes + payload.size() > most_bytes_) {
-    throw StoreError(connection_->name() +
-                     ": the spool is full: " + std::to_string(unsent_.unsent_bytes) +
-                     " bytes wait for the server, at most " + std::to_string(most_bytes_) + " may");
+    connection_->refuse("the spool is full: " + std::to_string(unsent_.unsent_bytes) +
+                        " bytes wait for the server, at most " + std::to_string(most_bytes_) +
+                        " may");
   }
   SqliteStatement insert(*connection_,
                          "INSERT INTO outbox (kind, messages, payload) VALUES (?1, ?2, ?3)");
@@ -109,31 +121,23 @@ void Spool::add(Kind kind, std::uint64_t messages, const Bytes& payload) {
 }
 
 void Spool::transaction(const std::function<void()>& work) {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   try {
     SqliteTransaction transaction(*connection_);
     work();
     transaction.commit();
   } catch (...) {
+    recordings_.forget();  // ids that were given out in there will be given out again
     if (!connection_->isInTransaction()) count();
     throw;
   }
 }
 
-std::int64_t Spool::addRecording(const Recording& recording) {
-  const Lock lock(mutex_);
-  const std::string key = recording.key.empty() ? newKey() : recording.key;
-  SqliteStatement query(*connection_, "SELECT id FROM recordings WHERE key = ?1");
-  if (query.bind(1, key).step()) return query.integer(0);
-  SqliteStatement insert(*connection_,
-                         "INSERT INTO recordings (key, source, robot) VALUES (?1, ?2, ?3)");
-  insert.bind(1, key).bind(2, recording.source).bind(3, recording.robot).run();
-  return connection_->lastInsertedId();
-}
+std::int64_t Spool::addRecording(const Recording& recording) { return recordings_.add(recording); }
 
 std::int64_t Spool::addChannel(std::int64_t recording, const Channel& channel) {
-  const Lock lock(mutex_);
-  this->recording(recording);
+  const SqliteLock lock = connection_->lock();
+  recordings_.require(recording);
   {
     SqliteStatement query(*connection_,
                           "SELECT id, type, md5, definition, latching, caller_id FROM channels "
@@ -208,51 +212,45 @@ void Spool::addFile(const std::string& sha256, const Bytes& contents) {
 // ---------------------------------------------------------------------------------------- reading
 
 Recording Spool::recording(std::int64_t id) const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement query(*connection_, "SELECT key, source, robot FROM recordings WHERE id = ?1");
   if (!query.bind(1, id).step()) {
-    throw StoreError(connection_->name() + ": there is no recording " + std::to_string(id));
+    connection_->refuse("there is no recording " + std::to_string(id));
   }
   return {id, query.text(0), query.text(1), query.text(2)};
 }
 
-std::int64_t Spool::recordingOf(std::int64_t channel) const {
-  const Lock lock(mutex_);
-  SqliteStatement query(*connection_, "SELECT recording FROM channels WHERE id = ?1");
-  if (!query.bind(1, channel).step()) {
-    throw StoreError(connection_->name() + ": there is no channel " + std::to_string(channel));
-  }
-  return query.integer(0);
+std::int64_t Spool::recordingOf(std::int64_t channel) {
+  const SqliteLock lock = connection_->lock();
+  return recordings_.ofChannel(channel);
 }
 
 Channel Spool::channel(std::int64_t id) const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement query(*connection_,
                         "SELECT topic, type, md5, definition, latching, caller_id FROM channels "
                         "WHERE id = ?1");
-  if (!query.bind(1, id).step()) {
-    throw StoreError(connection_->name() + ": there is no channel " + std::to_string(id));
-  }
+  if (!query.bind(1, id).step()) connection_->refuse("there is no channel " + std::to_string(id));
   return {query.text(0), query.text(1),         query.text(2),
           query.text(3), query.integer(4) != 0, query.text(5)};
 }
 
 std::optional<Behavior> Spool::behavior(std::int64_t id) const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE id = ?1");
   if (!query.bind(1, id).step()) return std::nullopt;
   return unpackBehavior(query.bytes(0));
 }
 
 std::optional<Behavior> Spool::behaviorOfKey(const std::string& key) const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement query(*connection_, "SELECT state FROM behaviors WHERE key = ?1");
   if (!query.bind(1, key).step()) return std::nullopt;
   return unpackBehavior(query.bytes(0));
 }
 
 std::int64_t Spool::takeBehaviorId() {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   if (idsLeft() > 0) {
     connection_->execute("UPDATE ids SET next = next + 1");
     return connection_->integer("SELECT next - 1 FROM ids");
@@ -263,12 +261,12 @@ std::int64_t Spool::takeBehaviorId() {
 }
 
 std::int64_t Spool::idsLeft() const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   return connection_->integer("SELECT last - next + 1 FROM ids");
 }
 
 void Spool::giveIds(std::int64_t first, std::int64_t count) {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement(*connection_, "UPDATE ids SET next = ?1, last = ?2")
       .bind(1, first)
       .bind(2, first + count - 1)
@@ -276,7 +274,7 @@ void Spool::giveIds(std::int64_t first, std::int64_t count) {
 }
 
 std::vector<Spool::Entry> Spool::front(std::size_t bytes) const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement query(*connection_, "SELECT id, kind, messages, payload FROM outbox ORDER BY id");
   std::vector<Entry> entries;
   std::size_t taken = 0;
@@ -292,7 +290,7 @@ std::vector<Spool::Entry> Spool::front(std::size_t bytes) const {
 }
 
 void Spool::confirm(const std::vector<Entry>& entries) {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   SqliteStatement(*connection_, "DELETE FROM outbox WHERE id <= ?1")
       .bind(1, entries.back().id)
       .run();
@@ -305,7 +303,7 @@ void Spool::confirm(const std::vector<Entry>& entries) {
 }
 
 SpoolStatus Spool::unsent() const {
-  const Lock lock(mutex_);
+  const SqliteLock lock = connection_->lock();
   return unsent_;
 }
 

@@ -14,9 +14,10 @@
 #pragma once
 
 #include <functional>
-#include <mutex>
+#include <memory>
 
 #include "replay/store/sqlite/sqlite.hpp"
+#include "replay/store/sqlite/sqlite_recordings.hpp"
 #include "replay/store/sqlite/store_locks.hpp"
 #include "replay/store/store.hpp"
 
@@ -49,7 +50,7 @@ class Spool {
   void transaction(const std::function<void()>& work);
 
   Recording recording(std::int64_t id) const;
-  std::int64_t recordingOf(std::int64_t channel) const;
+  std::int64_t recordingOf(std::int64_t channel);
   Channel channel(std::int64_t id) const;
   std::optional<Behavior> behavior(std::int64_t id) const;
   std::optional<Behavior> behaviorOfKey(const std::string& key) const;
@@ -68,17 +69,15 @@ class Spool {
   SpoolStatus unsent() const;
 
  private:
-  using Lock = std::lock_guard<std::recursive_mutex>;
-
   void add(Kind kind, std::uint64_t messages, const Bytes& payload);
   void count();
   void closeOpenBehaviors();
   void tidy();
 
   const std::uint64_t most_bytes_;
-  mutable std::recursive_mutex mutex_;  ///< recursive: a transaction's work calls other methods
-  std::unique_ptr<RecorderLock> recorder_;
-  std::unique_ptr<SqliteConnection> connection_;
+  const RecorderLock recorder_;
+  const std::unique_ptr<SqliteConnection> connection_;
+  SqliteRecordings recordings_;
   SpoolStatus unsent_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <filesystem>
 
 #include "replay/store/checksum.hpp"
 #include "replay/store/mongo/mongo_open.hpp"
@@ -37,7 +38,8 @@ std::unique_ptr<Store> openMongoStore(const std::string& uri, OpenMode mode) {
 }
 
 SpooledStore::SpooledStore(const std::string& uri, const SpoolOptions& options)
-    : spool_(options.path.empty() ? defaultPath(uri) : options.path, options.most_bytes),
+    : path_(options.path.empty() ? defaultPath(uri) : options.path),
+      spool_(path_, options.most_bytes),
       sender_(spool_, uri, options.farewell, options.pause) {}
 
 // ---------------------------------------------------------------------------------------- writing
@@ -102,6 +104,10 @@ void SpooledStore::addFile(const std::string& sha256, const Bytes& contents) {
 }
 
 void SpooledStore::transaction(const std::function<void()>& work) { spool_.transaction(work); }
+
+std::string SpooledStore::folder() const {
+  return std::filesystem::absolute(path_).parent_path();
+}
 
 std::optional<SpoolStatus> SpooledStore::spoolStatus() const {
   SpoolStatus status = spool_.unsent();

@@ -63,12 +63,14 @@ class SpooledStore final : public Store {
                                           const MessageRange& range) const override;
   std::optional<Bytes> file(const std::string& sha256) const override;
 
+  std::string folder() const override;
   std::optional<SpoolStatus> spoolStatus() const override;
 
  private:
   Behavior asOnServer(const Behavior& behavior) const;
   void requireBehavior(std::int64_t id) const;
 
+  const std::string path_;  ///< the spool's
   Spool spool_;
   SpoolSender sender_;  ///< last: its thread uses the spool
 };

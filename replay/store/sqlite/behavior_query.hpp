@@ -14,9 +14,6 @@ std::string selectBehaviors(const std::string& conditions);
 
 Behavior readBehavior(const SqliteStatement& row);
 
-/// Its recorder runs, or died.
-inline bool isOpen(const Behavior& behavior) { return !behavior.end && behavior.outcome.empty(); }
-
 /// As Store::behaviors(): the indexes of the tables and of the messages' fields narrow the choice,
 /// the filter decides. `open_are_incomplete`: those without an end are given out as kIncomplete.
 /// `steps`, if given, gets a line for each step: index or scan, and how many it looked at. Under

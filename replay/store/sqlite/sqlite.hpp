@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -39,7 +38,7 @@ class SqliteConstraint : public StoreError {
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 
 /// The end of an interval without an end.
-constexpr std::int64_t kForEver_ns = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kForEver_ns = kEndOfTime.ns;
 
 class SqliteStatement;
 using SqliteLock = std::unique_lock<std::recursive_mutex>;

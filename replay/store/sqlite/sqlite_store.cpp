@@ -1,5 +1,7 @@
 #include "replay/store/sqlite/sqlite_store.hpp"
 
+#include <filesystem>
+
 #include "replay/store/sqlite/behavior_counts.hpp"
 #include "replay/store/sqlite/sqlite_schema.hpp"
 
@@ -55,6 +57,10 @@ void SqliteStore::compact() {
   }
   connection_->execute("VACUUM");
   connection_->execute("PRAGMA wal_checkpoint(TRUNCATE)");
+}
+
+std::string SqliteStore::folder() const {
+  return path_.empty() ? "" : std::filesystem::absolute(path_).parent_path();
 }
 
 std::optional<std::uint64_t> SqliteStore::usedBytes() const {

@@ -55,6 +55,7 @@ class SqliteStore final : public Store {
                                           const MessageRange& range) const override;
   std::optional<Bytes> file(const std::string& sha256) const override;
   std::optional<std::uint64_t> usedBytes() const override;
+  std::string folder() const override;
 
  private:
   const std::string path_;  ///< empty: in memory
