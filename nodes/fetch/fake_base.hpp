@@ -1,7 +1,7 @@
 /// \file
 /// A Fetch's base, simulated: what /cmd_vel does to it, where it really goes, where its wheels
 /// think it went and where its localization thinks it is. Source of limits: fetch_bringup's
-/// base_controller and robot_controllers' DiffDriveBaseController. Metres, radians, nanoseconds of
+/// base_controller and robot_controllers' DiffDriveBaseController. Meters, radians, nanoseconds of
 /// robot time.
 ///
 /// It is what replays are judged by: it shares no code with what they are led by (replay/motion:

@@ -55,13 +55,13 @@ class FakeFetch {
   /// A controller that shares joints and is busy with them keeps them: the new goal fails. One
   /// that only holds them gives them up.
   void follow(const std::string& controller, const TrajectoryGoal& goal);
-  /// Turns the head towards p_base as PointHeadController reckons it: pan about the torso's frame,
+  /// Turns the head toward p_base as PointHeadController reckons it: pan about the torso's frame,
   /// tilt about head_pan_link's, and the camera, which sits beside both, is not asked.
   void pointHead(const Eigen::Vector3d& p_base, Nanoseconds duration, double max_velocity);
   void cancel(const std::string& controller);
   const JointController& controller(const std::string& name) const;
 
-  /// Opens or closes to `gap` metres, clamped to 0..0.1. Nothing but another goal stops it: on a
+  /// Opens or closes to `gap` meters, clamped to 0..0.1. Nothing but another goal stops it: on a
   /// cancel the fingers go on.
   void moveGripper(double gap);
   GripperStatus gripper() const;

@@ -2,7 +2,7 @@
 /// What Fetch's controllers of joints have in common, simulated: a goal, a command in every cycle,
 /// a cancel, and the controller manager's word. Semantics of robot_controllers (melodic-devel) and
 /// its faults, which a player has to bear: issue 33, a goal that follows a cancel begins at the
-/// last command and its old time. Radians, metres, nanoseconds of robot time.
+/// last command and its old time. Radians, meters, nanoseconds of robot time.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 /// \file
-/// What a simulated controller commands its joints over time. Radians, metres, nanoseconds of robot
+/// What a simulated controller commands its joints over time. Radians, meters, nanoseconds of robot
 /// time. Manners of Fetch's robot_controllers (melodic-devel): SplineTrajectorySampler,
 /// windupTrajectory.
 #pragma once

@@ -66,7 +66,7 @@ KDL::JntArray makeStart(const KdlChain& chain, const KDL::JntArray& seed, int at
   return start;
 }
 
-/// Turns revolute joints by whole turns towards the seed and checks the limits.
+/// Turns revolute joints by whole turns toward the seed and checks the limits.
 bool settle(const KdlChain& chain, const KDL::JntArray& seed, KDL::JntArray& q) {
   for (std::size_t i = 0; i < chain.joints.size(); ++i) {
     const Joint& joint = *chain.joints[i];
@@ -79,7 +79,7 @@ bool settle(const KdlChain& chain, const KDL::JntArray& seed, KDL::JntArray& q) 
   return true;
 }
 
-/// The largest move of one joint, a metre of torso counted as ten radians (it is as slow).
+/// The largest move of one joint, a meter of torso counted as ten radians (it is as slow).
 double effort(const KdlChain& chain, const KDL::JntArray& from, const KDL::JntArray& to) {
   double worst = 0;
   for (std::size_t i = 0; i < chain.joints.size(); ++i) {

@@ -1,6 +1,6 @@
 /// \file
 /// A robot from its URDF: where every link is, what it looks like, and how to reach a pose or point
-/// something at a place. Metres, radians. Source of semantics: http://wiki.ros.org/urdf/XML.
+/// something at a place. Meters, radians. Source of semantics: http://wiki.ros.org/urdf/XML.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -91,7 +91,7 @@ class RobotModel {
   /// search. Empty if the limits do not allow it. Throws std::out_of_range for unknown names.
   ///
   /// To center a projector's image on a point, whatever its lens shift:
-  ///   aim(kProjectorTurret, *calib::unproject(lens, image_centre_px), p_base, positions)
+  ///   aim(kProjectorTurret, *calib::unproject(lens, image_center_px), p_base, positions)
   std::optional<JointPositions> aim(const PanTilt& turret, const Eigen::Vector3d& direction,
                                     const Eigen::Vector3d& p_root,
                                     const JointPositions& positions) const;

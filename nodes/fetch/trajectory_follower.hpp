@@ -1,7 +1,7 @@
 /// \file
 /// One joint trajectory controller, simulated: what a FollowJointTrajectory goal does to its
 /// joints. Semantics of robot_controllers' FollowJointTrajectoryController (melodic-devel), as
-/// impolite as it is. Radians, metres, nanoseconds of robot time.
+/// impolite as it is. Radians, meters, nanoseconds of robot time.
 #pragma once
 
 #include <string>

@@ -51,7 +51,7 @@ struct DemoReport {
   double wall_s = 0;         ///< the whole demo
 };
 
-/// How far two ends are apart: centimetres on the floor, degrees of heading, centimetres between
+/// How far two ends are apart: centimeters on the floor, degrees of heading, centimeters between
 /// the grippers.
 struct EndError {
   double base_cm = 0, heading_deg = 0, gripper_cm = 0;

@@ -1,6 +1,6 @@
 /// \file
 /// The demo's navigation: a path round what the laser saw, and when to be where on it. Pure, no
-/// ROS. Frame: `map`; metres, radians, seconds.
+/// ROS. Frame: `map`; meters, radians, seconds.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 /// \file
 /// The demo's hands: a Fetch (simulated or real) through its usual action servers and topics, and
-/// what it projects and says. Poses are asked of tf. Metres, radians, seconds.
+/// what it projects and says. Poses are asked of tf. Meters, radians, seconds.
 #pragma once
 
 #include <ros/ros.h>

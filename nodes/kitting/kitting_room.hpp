@@ -1,6 +1,6 @@
 /// \file
 /// The demo's room: what stands in it, and what a robot's camera and laser would see of it. No ROS
-/// master is involved. Frames: `map` (z up, floor at z = 0) unless named; metres, radians.
+/// master is involved. Frames: `map` (z up, floor at z = 0) unless named; meters, radians.
 #pragma once
 
 #include <geometry_msgs/TransformStamped.h>

@@ -1,6 +1,6 @@
 /// \file
 /// The paper's kitting task in three behaviors: pick an object that was taken for another, drive
-/// round an obstacle, place into a section that was taken for another. Metres, seconds.
+/// round an obstacle, place into a section that was taken for another. Meters, seconds.
 #pragma once
 
 #include <sensor_msgs/PointCloud2.h>

@@ -20,7 +20,7 @@ std::vector<double> numbersOf(const YamlMap& map, const std::string& key, std::s
   return map.numbers(map.at(key), "'" + key + "' of " + map.where(), count);
 }
 
-/// The eye's optical frame: z towards the target, y down.
+/// The eye's optical frame: z toward the target, y down.
 Rigid<World, Observer> eyeAt(const Eigen::Vector3d& p_eye, const Eigen::Vector3d& p_target) {
   const Eigen::Vector3d forward = (p_target - p_eye).normalized();
   const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
