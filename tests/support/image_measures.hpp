@@ -2,6 +2,7 @@
 /// What tests ask of an image.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
