@@ -81,7 +81,7 @@ std::vector<render::Drawable> ObserverScene::solids(ros::Time now) {
   const auto add = [&all](const std::vector<render::Drawable>& more) {
     all.insert(all.end(), more.begin(), more.end());
   };
-  add(solidsOf(solids_.frame(now).scene));
+  add(solidsOf(solids_.snapshot(now).scene));
   if (robot_) add(robotSolids(*robot_, frames_));
   return all;
 }
