@@ -122,8 +122,10 @@ void KittingDrive::showWhatIsDue() {
 // Points where the robot will want to light when the turret gets there.
 void KittingDrive::aimAhead(const replay::BaseTracker& tracker) {
   if (!isDue(next_aim_, kAimPeriod)) return;
-  const auto ahead_ns = static_cast<std::int64_t>(kAimPeriod * 1e9);
-  const PlanarPose pose = drive_->track.at({tracker.progress().ns + ahead_ns});
+  const replay::Stamp now = tracker.progress();
+  const bool drives = now > drive_->track.begin();
+  const auto ahead_ns = static_cast<std::int64_t>(drives ? kAimPeriod * 1e9 : 0);
+  const PlanarPose pose = drive_->track.at({now.ns + ahead_ns});
   const Eigen::Vector2d way = pointToLight(positionOf(pose)) - positionOf(pose);
   const double distance = std::max(kNearestLight, way.norm());
   const double bearing = way.norm() < 0.1 ? 0 : replay::wrapAngle(headingOf(way) - pose.yaw);
