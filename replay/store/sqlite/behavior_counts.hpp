@@ -39,9 +39,9 @@ class BatchCounts {
 /// Counts a behavior's messages anew: when it is new, and when its interval changes.
 void countBehavior(SqliteConnection& connection, std::int64_t behavior);
 
-/// What lies in a behavior's interval, by topic, then type: of those topics that the behavior names
-/// (`own`), or of the others. From the counts, or from the messages where the behavior is not in
-/// the store with this interval.
+/// Messages in a behavior's interval, by topic, then type: on the topics that the behavior names
+/// (`own`), or on the others. Taken from the counts; a behavior that is not in the store with this
+/// interval has its messages counted.
 std::vector<TopicSummary> topicSummaries(SqliteConnection& connection, const Behavior& behavior,
                                          bool own);
 

@@ -14,7 +14,7 @@ using nlohmann::json;
 using Op = Condition::Op;
 using Step = FieldSlots::Step;
 
-/// What kinds of values a slot has, and whether in every message.
+/// The kinds of values that a slot has, and whether it has one in every message.
 enum Kind : std::uint8_t {
   kNumber = 1,  ///< finite; others are "nan", "inf" and "-inf", as in the documents of filters
   kText = 4,
@@ -430,7 +430,7 @@ Answer FieldQuestion::answer(const Condition& condition, const std::string& pref
     case Condition::Kind::Value: {
       const bool is_inner = !prefix.empty() && !condition.path.empty();
       const Answer value = answerValue(condition, prefix + (is_inner ? "." : "") + condition.path);
-      // What holds for an element holds for its message, but not for every element of it.
+      // A sure answer about all elements is no sure answer about the one that the path names.
       const bool is_partial = in_element || found_.at(&condition).has_index;
       return is_partial && value != Answer::None ? Answer::Maybe : value;
     }

@@ -83,13 +83,14 @@ class FieldBlockWriter {
 
 /// How many messages of a block match a condition.
 enum class Answer {
-  None,   ///< surely
+  None,   ///< surely none
   Maybe,  ///< unknown: the messages must be read
-  Some,   ///< at least one, surely
-  All     ///< surely
+  Some,   ///< surely at least one
+  All     ///< surely all
 };
 
-/// A condition over messages of one type, to be asked of many blocks. Keeps references to both.
+/// A condition over messages of one type, which many blocks answer. Keeps references to both
+/// arguments.
 class FieldQuestion {
  public:
   FieldQuestion(const FieldSlots& slots, const Condition& condition)
@@ -99,7 +100,7 @@ class FieldQuestion {
   Answer ask(std::string_view ranges, std::string_view bloom);
 
  private:
-  /// What a block tells of a slot.
+  /// The part of a block about one slot.
   struct Range {
     std::size_t slot = 0;
     std::uint8_t kinds = 0;

@@ -11,8 +11,8 @@ namespace {
 
 /// How long one process waits for another's transaction; readers never wait.
 constexpr int kBusyTimeout_ms = 10'000;
-/// How often it looks whether that has ended. SQLite's own handler soon looks every 100 ms only,
-/// and then misses the pauses of one that writes much (writing_turns.hpp).
+/// How often it looks whether that has ended. SQLite's own handler soon looks only every 100 ms,
+/// and then misses the pauses of a process that writes much (writing_turns.hpp).
 constexpr std::chrono::milliseconds kBusyPoll{2};
 /// How long a commit waits for readers when the log has grown too long.
 constexpr int kReaderTimeout_ms = 200;
@@ -145,9 +145,9 @@ int SqliteConnection::onBusy(void* self, int times) {
 int SqliteConnection::onCommit(void* self, sqlite3* connection, const char* database, int pages) {
   auto& store = *static_cast<SqliteConnection*>(self);
   if (pages < store.fold_pages_) return SQLITE_OK;
-  // Folding needs no reader to stand aside, beginning the log anew does. Readers of this program
-  // read in short pages, so a short wait is enough; whoever else reads for long makes the log grow,
-  // and is waited for only now and then.
+  // The log can be folded while others read, but begun anew only when nobody reads. Readers of this
+  // program read in short pages, so a short wait is enough. Another program that reads for long
+  // makes the log grow, and a commit waits for it only now and then.
   const bool must_wait = pages >= store.next_wait_;
   if (pages < store.longest_log_) store.next_wait_ = store.longest_log_;
   if (must_wait) store.next_wait_ = pages + store.longest_log_;
@@ -155,7 +155,7 @@ int SqliteConnection::onCommit(void* self, sqlite3* connection, const char* data
   const int mode = must_wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE;
   const int code = sqlite3_wal_checkpoint_v2(connection, database, mode, nullptr, nullptr);
   store.busy_timeout_ = std::chrono::milliseconds(kBusyTimeout_ms);
-  // Another's folding and a full disk leave what was committed safe in the log.
+  // If another process is folding, or the disk is full, the commits stay safe in the log.
   if ((code & 0xff) != SQLITE_IOERR) return SQLITE_OK;
   store.noteFailure(code);
   return code;

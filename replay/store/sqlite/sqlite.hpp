@@ -18,7 +18,7 @@ struct sqlite3_stmt;
 
 namespace afterglow::replay {
 
-/// A page or row of the file is not what SQLite wrote.
+/// A page or row of the file is damaged.
 class SqliteDamage : public StoreError {
  public:
   SqliteDamage(const std::string& text, std::string reason)
@@ -67,8 +67,9 @@ class SqliteConnection {
   /// The statement of this text, reset; kept with the connection. One caller at a time uses it.
   SqliteStatement& prepared(std::string_view sql);
 
-  /// From now on the log of commits (WAL) is folded into the database when it is longer than `fold`
-  /// pages; readers that keep it from being reused are waited for beyond `longest`.
+  /// From now on a commit folds the log of commits (WAL) into the database when it is longer than
+  /// `fold` pages. Beyond `longest` pages it waits for readers, which keep the log from being begun
+  /// anew.
   void foldLog(int fold, int longest);
 
   /// Throws SQLite's reason for the failure of the last call; `doing` completes "cannot ...".

@@ -12,7 +12,7 @@
 namespace afterglow::replay {
 namespace {
 
-/// What is removed in one transaction, about; a tenth of a second's work.
+/// About as much as one transaction removes: a tenth of a second's work.
 constexpr int kSliceMessages = 5000;
 constexpr std::int64_t kSliceBytes = 32 << 20;
 

@@ -1,5 +1,5 @@
 /// \file
-/// What a store is on disk, version 2. This page is the format; a change to it is a new version.
+/// The format of a store on disk, version 2. A change of it is a new version.
 ///
 /// One SQLite 3 database in WAL mode, pages of 16 KiB. application_id is 0x4167776c ("Agwl"),
 /// user_version the version. All stamps are int64 nanoseconds since the epoch, of ROS time unless
@@ -64,8 +64,8 @@ constexpr std::size_t kSqliteChunkBytes = 4 << 20;
 void leaveFieldsUnindexed(SqliteConnection& connection);
 
 /// A connection to the store in the file `path` (":memory:": a new one in memory). ReadWrite makes
-/// file, folders and tables where there are none, and a store of this version of an older one.
-/// Throws StoreError, and leaves the file as it was, if it is something else than a store.
+/// a missing file with its folders and tables, and brings an older store to this version. Throws
+/// StoreError, and leaves the file as it was, if it is not a store.
 std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode);
 
 }  // namespace afterglow::replay

@@ -1,5 +1,5 @@
 /// \file
-/// The store in one SQLite file. What is in the file: replay/store/sqlite/sqlite_schema.hpp.
+/// The store in one SQLite file, whose format replay/store/sqlite/sqlite_schema.hpp describes.
 #pragma once
 
 #include "replay/store/sqlite/sqlite_behaviors.hpp"
@@ -8,18 +8,18 @@
 namespace afterglow::replay {
 
 struct SqliteLimits {
-  /// Larger messages are refused; it is ROS's own limit.
+  /// Larger messages are refused, as ROS does.
   std::size_t largest_message = 1'000'000'000;
-  /// Pages of the log of commits at which it is folded into the database (32 MiB), and at which
-  /// readers are waited for (256 MiB).
+  /// Length of the log of commits, in pages, from which on it is folded into the database (32 MiB),
+  /// and from which on a commit waits for readers to do so (256 MiB).
   int fold_log_pages = 2048;
   int longest_log_pages = 8 * 2048;
 };
 
 /// One connection behind one lock, and an object for each part of the store that shares them.
 /// Several stores, in this process or others, may be open on one file: one writes at a time,
-/// readers never wait for it. A message is on disk when append() has returned. A behavior without
-/// an end in a store that is opened ReadOnly, and that nobody records into, is given out as
+/// readers never wait for it. A message is on disk when append() has returned. In a store that is
+/// opened ReadOnly, and that nobody records into, a behavior without an end has the outcome
 /// kIncomplete: its recorder died.
 class SqliteStore final : public Store {
  public:

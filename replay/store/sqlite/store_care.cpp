@@ -68,7 +68,7 @@ std::string channelName(SqliteConnection& connection, std::int64_t channel) {
       return "recording " + std::to_string(query.integer(0)) + ", " + query.text(1);
     }
   } catch (const SqliteDamage&) {
-    // Its row is among what is damaged.
+    // Its row is damaged, too.
   }
   return "channel " + std::to_string(channel);
 }
@@ -345,7 +345,7 @@ class Repair {
     if (refused > 0) repair_.lost.push_back(std::to_string(refused) + " damaged " + table);
   }
 
-  /// The next import, or prune(), drops what they left.
+  /// The next import, or prune(), drops these recordings.
   void copyImports() {
     if (from_.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'imports'") == 0) return;
     to_.execute("CREATE TABLE imports (recording INTEGER PRIMARY KEY)");
