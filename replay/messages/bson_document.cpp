@@ -49,30 +49,8 @@ class Appender {
   void operator()(const NumberArray& value) const {
     if (value.size() > options_.longest_array) return summary(value);
     if (value.type == FieldType::UInt8) return binary(value.bytes.data(), value.bytes.size());
-    switch (value.type) {
-      case FieldType::Bool:
-        return numbers<BoolByte>(value);
-      case FieldType::Int8:
-        return numbers<std::int8_t>(value);
-      case FieldType::Int16:
-        return numbers<std::int16_t>(value);
-      case FieldType::UInt16:
-        return numbers<std::uint16_t>(value);
-      case FieldType::Int32:
-        return numbers<std::int32_t>(value);
-      case FieldType::UInt32:
-        return numbers<std::uint32_t>(value);
-      case FieldType::Int64:
-        return numbers<std::int64_t>(value);
-      case FieldType::UInt64:
-        return numbers<std::uint64_t>(value);
-      case FieldType::Float32:
-        return numbers<float>(value);
-      case FieldType::Float64:
-        return numbers<double>(value);
-      default:
-        throw MessageError("an array of numbers cannot hold " + std::string(name(value.type)));
-    }
+    if (value.type == FieldType::Bool) return numbers<BoolByte>(value);
+    withNumber(value.type, [&](auto zero) { numbers<decltype(zero)>(value); });
   }
 
   void operator()(const Array& value) const {

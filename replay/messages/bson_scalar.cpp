@@ -70,6 +70,15 @@ double real(const bson_iter_t& at) {
 }
 
 template <typename T>
+T numberOf(const bson_iter_t& at) {
+  if constexpr (std::is_floating_point_v<T>) {
+    return static_cast<T>(real(at));
+  } else {
+    return integer<T>(at);
+  }
+}
+
+template <typename T>
 T part(const bson_iter_t& at, const char* key) {
   if (!BSON_ITER_HOLDS_DOCUMENT(&at)) failBsonType(at, "{secs, nsecs}");
   bson_iter_t child;
@@ -123,26 +132,6 @@ Value bsonScalar(FieldType type, const bson_iter_t& at) {
   switch (type) {
     case FieldType::Bool:
       return BoolByte{integer<std::uint8_t>(at)};
-    case FieldType::Int8:
-      return integer<std::int8_t>(at);
-    case FieldType::UInt8:
-      return integer<std::uint8_t>(at);
-    case FieldType::Int16:
-      return integer<std::int16_t>(at);
-    case FieldType::UInt16:
-      return integer<std::uint16_t>(at);
-    case FieldType::Int32:
-      return integer<std::int32_t>(at);
-    case FieldType::UInt32:
-      return integer<std::uint32_t>(at);
-    case FieldType::Int64:
-      return integer<std::int64_t>(at);
-    case FieldType::UInt64:
-      return integer<std::uint64_t>(at);
-    case FieldType::Float32:
-      return static_cast<float>(real(at));
-    case FieldType::Float64:
-      return real(at);
     case FieldType::String: {
       const std::string_view text = bsonBytes(at, "a string");
       return std::string(text);
@@ -152,61 +141,21 @@ Value bsonScalar(FieldType type, const bson_iter_t& at) {
     case FieldType::Duration:
       return RosDuration{part<std::int32_t>(at, "secs"), part<std::int32_t>(at, "nsecs")};
     case FieldType::Message:
-      break;
+      throw std::logic_error("a message is no scalar");
+    default:
+      return withNumber(type, [&](auto zero) -> Value { return numberOf<decltype(zero)>(at); });
   }
-  throw std::logic_error("a message is no scalar");
 }
 
 void addBsonNumber(NumberArray& array, const bson_iter_t& at) {
-  switch (array.type) {
-    case FieldType::Bool:
-    case FieldType::UInt8:
-      return addNumber(array, integer<std::uint8_t>(at));
-    case FieldType::Int8:
-      return addNumber(array, integer<std::int8_t>(at));
-    case FieldType::Int16:
-      return addNumber(array, integer<std::int16_t>(at));
-    case FieldType::UInt16:
-      return addNumber(array, integer<std::uint16_t>(at));
-    case FieldType::Int32:
-      return addNumber(array, integer<std::int32_t>(at));
-    case FieldType::UInt32:
-      return addNumber(array, integer<std::uint32_t>(at));
-    case FieldType::Int64:
-      return addNumber(array, integer<std::int64_t>(at));
-    case FieldType::UInt64:
-      return addNumber(array, integer<std::uint64_t>(at));
-    case FieldType::Float32:
-      return addNumber(array, static_cast<float>(real(at)));
-    default:
-      return addNumber(array, real(at));
-  }
+  const FieldType type = array.type == FieldType::Bool ? FieldType::UInt8 : array.type;
+  withNumber(type, [&](auto zero) { addNumber(array, numberOf<decltype(zero)>(at)); });
 }
 
 Value zeroScalar(FieldType type) {
   switch (type) {
     case FieldType::Bool:
       return BoolByte{};
-    case FieldType::Int8:
-      return std::int8_t{};
-    case FieldType::UInt8:
-      return std::uint8_t{};
-    case FieldType::Int16:
-      return std::int16_t{};
-    case FieldType::UInt16:
-      return std::uint16_t{};
-    case FieldType::Int32:
-      return std::int32_t{};
-    case FieldType::UInt32:
-      return std::uint32_t{};
-    case FieldType::Int64:
-      return std::int64_t{};
-    case FieldType::UInt64:
-      return std::uint64_t{};
-    case FieldType::Float32:
-      return float{};
-    case FieldType::Float64:
-      return double{};
     case FieldType::String:
     case FieldType::Message:
       return std::string();
@@ -214,8 +163,9 @@ Value zeroScalar(FieldType type) {
       return RosTime{};
     case FieldType::Duration:
       return RosDuration{};
+    default:
+      return withNumber(type, [](auto zero) { return Value(zero); });
   }
-  return {};
 }
 
 }  // namespace afterglow::replay

@@ -82,26 +82,6 @@ class Decoder {
     switch (field.type) {
       case FieldType::Bool:
         return BoolByte{reader_.number<std::uint8_t>()};
-      case FieldType::Int8:
-        return reader_.number<std::int8_t>();
-      case FieldType::UInt8:
-        return reader_.number<std::uint8_t>();
-      case FieldType::Int16:
-        return reader_.number<std::int16_t>();
-      case FieldType::UInt16:
-        return reader_.number<std::uint16_t>();
-      case FieldType::Int32:
-        return reader_.number<std::int32_t>();
-      case FieldType::UInt32:
-        return reader_.number<std::uint32_t>();
-      case FieldType::Int64:
-        return reader_.number<std::int64_t>();
-      case FieldType::UInt64:
-        return reader_.number<std::uint64_t>();
-      case FieldType::Float32:
-        return reader_.number<float>();
-      case FieldType::Float64:
-        return reader_.number<double>();
       case FieldType::String:
         return reader_.string();
       case FieldType::Time: {
@@ -113,9 +93,12 @@ class Decoder {
         return RosDuration{sec, reader_.number<std::int32_t>()};
       }
       case FieldType::Message:
-        break;
+        return message(field.message);
+      default:
+        return withNumber(field.type, [&](auto zero) -> Value {
+          return reader_.number<decltype(zero)>();
+        });
     }
-    return message(field.message);
   }
 
   const Schema& schema_;
@@ -207,26 +190,6 @@ class Encoder {
     switch (field.type) {
       case FieldType::Bool:
         return number(as<BoolByte>(value, type).byte);
-      case FieldType::Int8:
-        return number(as<std::int8_t>(value, type));
-      case FieldType::UInt8:
-        return number(as<std::uint8_t>(value, type));
-      case FieldType::Int16:
-        return number(as<std::int16_t>(value, type));
-      case FieldType::UInt16:
-        return number(as<std::uint16_t>(value, type));
-      case FieldType::Int32:
-        return number(as<std::int32_t>(value, type));
-      case FieldType::UInt32:
-        return number(as<std::uint32_t>(value, type));
-      case FieldType::Int64:
-        return number(as<std::int64_t>(value, type));
-      case FieldType::UInt64:
-        return number(as<std::uint64_t>(value, type));
-      case FieldType::Float32:
-        return number(as<float>(value, type));
-      case FieldType::Float64:
-        return number(as<double>(value, type));
       case FieldType::String: {
         const auto& text = as<std::string>(value, type);
         size(text.size());
@@ -245,6 +208,8 @@ class Encoder {
       }
       case FieldType::Message:
         return message(field.message, value);
+      default:
+        withNumber(field.type, [&](auto zero) { number(as<decltype(zero)>(value, type)); });
     }
   }
 
@@ -286,39 +251,14 @@ json elementsToJson(const NumberArray& array) {
   return elements;
 }
 
-json boolsToJson(const NumberArray& array) {
+json numbersToJson(const NumberArray& array) {
+  if (array.type != FieldType::Bool) {
+    return withNumber(array.type,
+                      [&](auto zero) { return elementsToJson<decltype(zero)>(array); });
+  }
   json elements = json::array();
   for (const std::uint8_t byte : array.bytes) elements.push_back(byte != 0);
   return elements;
-}
-
-json numbersToJson(const NumberArray& array) {
-  switch (array.type) {
-    case FieldType::Bool:
-      return boolsToJson(array);
-    case FieldType::Int8:
-      return elementsToJson<std::int8_t>(array);
-    case FieldType::UInt8:
-      return elementsToJson<std::uint8_t>(array);
-    case FieldType::Int16:
-      return elementsToJson<std::int16_t>(array);
-    case FieldType::UInt16:
-      return elementsToJson<std::uint16_t>(array);
-    case FieldType::Int32:
-      return elementsToJson<std::int32_t>(array);
-    case FieldType::UInt32:
-      return elementsToJson<std::uint32_t>(array);
-    case FieldType::Int64:
-      return elementsToJson<std::int64_t>(array);
-    case FieldType::UInt64:
-      return elementsToJson<std::uint64_t>(array);
-    case FieldType::Float32:
-      return elementsToJson<float>(array);
-    case FieldType::Float64:
-      return elementsToJson<double>(array);
-    default:
-      throw MessageError("an array of " + std::string(name(array.type)) + " holds no numbers");
-  }
 }
 
 class ToJson {

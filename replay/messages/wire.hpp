@@ -31,6 +31,36 @@ void storeNumber(std::uint8_t* to, T value) {
   std::memcpy(to, &value, sizeof(T));
 }
 
+/// Returns f(T()) for the C++ type T of a field type's numbers. Throws MessageError for bool, which
+/// is a number only on the wire, and for types that are no numbers.
+template <typename F>
+auto withNumber(FieldType type, const F& f) {
+  switch (type) {
+    case FieldType::Int8:
+      return f(std::int8_t{});
+    case FieldType::UInt8:
+      return f(std::uint8_t{});
+    case FieldType::Int16:
+      return f(std::int16_t{});
+    case FieldType::UInt16:
+      return f(std::uint16_t{});
+    case FieldType::Int32:
+      return f(std::int32_t{});
+    case FieldType::UInt32:
+      return f(std::uint32_t{});
+    case FieldType::Int64:
+      return f(std::int64_t{});
+    case FieldType::UInt64:
+      return f(std::uint64_t{});
+    case FieldType::Float32:
+      return f(float{});
+    case FieldType::Float64:
+      return f(double{});
+    default:
+      throw MessageError(std::string(name(type)) + " is no type of numbers");
+  }
+}
+
 /// Walks one message from its first byte to its last. Instead of reading or allocating beyond the
 /// bytes, every method throws MessageError naming type, field and offset. Keeps references to
 /// schema and bytes.

@@ -116,28 +116,8 @@ std::size_t putBloom(Bytes& to, const std::vector<std::uint64_t>& hashes) {
 }
 
 double numberOf(WireReader& reader, FieldType type) {
-  switch (type) {
-    case FieldType::Int8:
-      return reader.number<std::int8_t>();
-    case FieldType::UInt8:
-      return reader.number<std::uint8_t>();
-    case FieldType::Int16:
-      return reader.number<std::int16_t>();
-    case FieldType::UInt16:
-      return reader.number<std::uint16_t>();
-    case FieldType::Int32:
-      return reader.number<std::int32_t>();
-    case FieldType::UInt32:
-      return reader.number<std::uint32_t>();
-    case FieldType::Int64:
-      return static_cast<double>(reader.number<std::int64_t>());
-    case FieldType::UInt64:
-      return static_cast<double>(reader.number<std::uint64_t>());
-    case FieldType::Float32:
-      return reader.number<float>();
-    default:
-      return reader.number<double>();
-  }
+  return withNumber(
+      type, [&](auto zero) { return static_cast<double>(reader.number<decltype(zero)>()); });
 }
 
 // ----------------------------------------------------------------------------------------- answers
