@@ -19,7 +19,7 @@ class Drawing {
           const std::string& label);
 
   void box(const std::string& look, double x, double y, double width, double height);
-  /// `d`: SVG's path data, for which moveTo() and its like are. Nothing is drawn if it is empty.
+  /// `d`: SVG's path data, made with point() and dotAt(). Nothing is drawn if it is empty.
   void path(const std::string& look, const std::string& d);
   void text(const std::string& look, double x, double y, const std::string& words);
   /// The words are shown when it is pointed at.
@@ -41,7 +41,7 @@ class Drawing {
 std::string coordinate(double value);
 /// "x y"
 std::string point(const Eigen::Vector2d& value);
-/// Of path data: a dot, a line from a place, a line on from there.
+/// Path data of a dot: a line of no length with round ends.
 inline std::string dotAt(const Eigen::Vector2d& at) { return "M" + point(at) + "h0"; }
 
 /// 1, 2 or 5 times a power of ten, not above the value (> 0).
