@@ -231,7 +231,7 @@ class BsonReader {
   }
 
   Value array(const Field& field, const bson_iter_t& at) {
-    if (isBsonNumber(field.type)) return numbers(field, at);
+    if (isNumber(field.type)) return numbers(field, at);
     Array elements;
     forEach(field, at,
             [&](const bson_iter_t& element) { elements.push_back(single(field, element)); });
@@ -276,7 +276,7 @@ class BsonReader {
     if (field.arity == Field::Arity::Single) return zeroElement(field);
     const std::size_t length = field.arity == Field::Arity::FixedArray ? field.length : 0;
     countMissing(length);
-    if (isBsonNumber(field.type))
+    if (isNumber(field.type))
       return NumberArray{field.type, Bytes(length * fixedSize(field.type))};
     Array elements;
     for (std::size_t i = 0; i < length; ++i) elements.push_back(zeroElement(field));

@@ -111,10 +111,6 @@ void failBsonType(const bson_iter_t& at, std::string_view expected) {
   fail("is " + typeName(bson_iter_type(&at)) + " instead of " + std::string(expected));
 }
 
-bool isBsonNumber(FieldType type) {
-  return fixedSize(type) > 0 && type != FieldType::Time && type != FieldType::Duration;
-}
-
 std::string_view bsonBytes(const bson_iter_t& at, std::string_view expected) {
   std::uint32_t size = 0;
   if (BSON_ITER_HOLDS_UTF8(&at)) {

@@ -22,9 +22,6 @@ class BsonMismatch : public std::runtime_error {
 /// "is ... instead of `expected`".
 [[noreturn]] void failBsonType(const bson_iter_t& at, std::string_view expected);
 
-/// True for types whose arrays are NumberArrays.
-bool isBsonNumber(FieldType type);
-
 /// A value of any type but Message.
 Value bsonScalar(FieldType type, const bson_iter_t& at);
 Value zeroScalar(FieldType type);

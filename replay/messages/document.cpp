@@ -21,11 +21,6 @@ constexpr std::size_t kBytesOfTree = 2;
 // An element takes far more memory than its bytes; memory for a count is reserved step by step.
 constexpr std::size_t kReserved = 1024;
 
-bool isNumber(FieldType type) {
-  return type != FieldType::String && type != FieldType::Time && type != FieldType::Duration &&
-         type != FieldType::Message;
-}
-
 class Decoder {
  public:
   Decoder(const Schema& schema, const Bytes& bytes)

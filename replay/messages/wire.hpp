@@ -31,6 +31,11 @@ void storeNumber(std::uint8_t* to, T value) {
   std::memcpy(to, &value, sizeof(T));
 }
 
+/// True for numbers and bool, whose arrays are NumberArrays in a document.
+inline bool isNumber(FieldType type) {
+  return fixedSize(type) > 0 && type != FieldType::Time && type != FieldType::Duration;
+}
+
 /// Returns f(T()) for the C++ type T of a field type's numbers. Throws MessageError for bool, which
 /// is a number only on the wire, and for types that are no numbers.
 template <typename F>

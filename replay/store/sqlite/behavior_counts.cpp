@@ -29,7 +29,7 @@ SqliteStatement& countsOf(SqliteConnection& connection, const Behavior& behavior
                         "AND received_ns >= ?2 AND received_ns < ?3 GROUP BY channel"))
       .bind(1, behavior.recording)
       .bind(2, behavior.begin.ns)
-      .bind(3, behavior.end ? behavior.end->ns : kForEver_ns);
+      .bind(3, behavior.end ? behavior.end->ns : kEndOfTime.ns);
 }
 
 }  // namespace

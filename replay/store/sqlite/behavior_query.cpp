@@ -244,7 +244,7 @@ void filterBehaviors(SqliteConnection& connection, SqliteFieldIndex& index,
                      std::vector<std::string>* steps) {
   std::int64_t end_ns = found.front().begin.ns;
   for (const Behavior& behavior : found) {
-    end_ns = std::max(end_ns, behavior.end ? behavior.end->ns : kForEver_ns);
+    end_ns = std::max(end_ns, behavior.end ? behavior.end->ns : kEndOfTime.ns);
   }
   BehaviorMatcher matcher(connection, index, *filter.where, found.back().begin.ns, end_ns);
   std::size_t looked_at = 0, matching = 0;

@@ -37,9 +37,6 @@ class SqliteConstraint : public StoreError {
 
 enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 
-/// The end of an interval without an end.
-constexpr std::int64_t kForEver_ns = kEndOfTime.ns;
-
 class SqliteStatement;
 using SqliteLock = std::unique_lock<std::recursive_mutex>;
 

@@ -88,11 +88,11 @@ void SqliteBehaviors::update(const Behavior& behavior) {
 /// to messages there.
 std::vector<SqliteMessages::Interval> SqliteBehaviors::coveredOnlyBy(
     const Behavior& behavior) const {
-  const std::int64_t end_ns = behavior.end ? behavior.end->ns : kForEver_ns;
+  const std::int64_t end_ns = behavior.end ? behavior.end->ns : kEndOfTime.ns;
   SqliteStatement others(connection_,
                          "SELECT begin_ns, coalesce(end_ns, ?3) FROM behaviors "
                          "WHERE recording = ?1 AND id <> ?2 ORDER BY begin_ns");
-  others.bind(1, behavior.recording).bind(2, behavior.id).bind(3, kForEver_ns);
+  others.bind(1, behavior.recording).bind(2, behavior.id).bind(3, kEndOfTime.ns);
   std::vector<SqliteMessages::Interval> uncovered;
   bool is_only = true;
   std::int64_t at_ns = behavior.begin.ns;

@@ -81,8 +81,7 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index
   if (!range.with_all_topics) {
     topics_ = topics.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
-  const Stamp last{kForEver_ns};
-  end_ns_ = std::min(behavior.end.value_or(last), range.end.value_or(last)).ns;
+  end_ns_ = std::min(behavior.end.value_or(kEndOfTime), range.end.value_or(kEndOfTime)).ns;
   received_ns_ = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
   const SqliteLock lock = connection_.lock();
   // The unary + keeps the planner from walking channel by channel, which would mean sorting.

@@ -77,7 +77,7 @@ void SqliteFieldIndex::begin(std::int64_t channel, OpenBlock& block, std::int64_
       .bind(1, channel)
       .bind(2, received_ns)
       .bind(3, block.id)
-      .bind(4, kForEver_ns)
+      .bind(4, kEndOfTime.ns)
       .run();
 }
 
@@ -125,7 +125,7 @@ void SqliteFieldIndex::endAbandoned(std::int64_t recording, std::int64_t channel
           "WHERE channel = ?2 AND last_ns = ?3")
       .bind(1, recording)
       .bind(2, channel)
-      .bind(3, kForEver_ns)
+      .bind(3, kEndOfTime.ns)
       .run();
 }
 

@@ -83,7 +83,7 @@ void SqliteImports::dropRecording(std::int64_t recording) {
   SqliteLock lock = connection_.lock();
   requireNoBehaviors(recording);
   lock.unlock();
-  messages_.remove(recording, {std::numeric_limits<std::int64_t>::min(), kForEver_ns});
+  messages_.remove(recording, {std::numeric_limits<std::int64_t>::min(), kEndOfTime.ns});
   lock.lock();
   SqliteTransaction transaction(connection_);
   requireNoBehaviors(recording);
