@@ -34,13 +34,14 @@ std::size_t occurrences(const std::string& text, const std::string& part) {
   return count;
 }
 
-/// Pictures' letters spell anything.
+/// What pictures' letters and the style sheet's words spell is not the page's text.
 std::string withoutPictures(std::string page) {
   const std::string start = "data:image/jpeg;base64,";
   for (auto at = page.find(start); at != std::string::npos; at = page.find(start, at)) {
     page.erase(at, page.find('"', at) - at);
   }
-  return page;
+  const auto style = page.find("<style>");
+  return page.erase(style, page.find("</style>") - style);
 }
 
 /// To look at a page: AFTERGLOW_SAVE_REPORT=FOLDER build/bin/calibration_page_test
