@@ -26,7 +26,7 @@ constexpr double kUnfold = 3.5, kRetreat = 2.2;  // s, from tucked and from the 
 // The first two are shown in white, the third in green: the robot takes it for another of them.
 const std::vector<std::string> kRecognized = {"gearbox_bottom_left", "gearbox_bottom_right"};
 const std::string kGrasped = "wood_chip", kCaddy = "caddy";
-constexpr double kPointSpacing = 0.004;
+constexpr double kPointSpacing = 0.003;
 constexpr double kGraspHeight = 0.036;  // of gripper_link over the table: fingers are 31 mm longer
 constexpr double kAboveGrasp = 0.13, kLift = 0.16;
 constexpr double kOpen = 0.10, kHeld = 0.052;  // gaps between the fingers
