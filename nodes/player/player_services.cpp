@@ -6,6 +6,7 @@
 #include <afterglow/ReplayActionGoal.h>
 #include <afterglow/Seek.h>
 #include <afterglow/SetRate.h>
+#include <fmt/format.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -20,6 +21,19 @@ namespace {
 std::string setPaused(ReplaySession& session, bool pauses) {
   pauses ? session.pause() : session.resume();
   return pauses ? "paused" : "resumed";
+}
+
+/// As the service has it: an empty field, and 0, is not given.
+ReplayGoal goalOf(const PlayBehavior::Request& request) {
+  ReplayGoal goal;
+  goal.behavior = request.name.empty() ? request.selector : request.name;
+  if (request.behavior_id != 0) goal.behavior = std::to_string(request.behavior_id);
+  if (!request.only.empty()) goal.options.push_back("only=" + request.only);
+  if (request.rate != 0) goal.options.push_back(fmt::format("rate={}", request.rate));
+  if (request.start != 0) goal.options.push_back(fmt::format("start={}", request.start));
+  if (request.paused) goal.options.push_back("pause");
+  for (const std::string& topic : request.also) goal.options.push_back("also=" + topic);
+  return goal;
 }
 
 }  // namespace
@@ -108,11 +122,9 @@ PlayerServices::~PlayerServices() {
 
 bool PlayerServices::play(PlayBehavior::Request& request, PlayBehavior::Response& response) {
   ReplayActionGoal message;  // without an id: the server gives it one
-  ReplayGoal& goal = message.goal;
-  goal.behavior = request.behavior;
-  goal.options = request.options;
+  message.goal = goalOf(request);
   try {
-    player_.check(goal);
+    player_.check(message.goal);
     if (goals_.getNumSubscribers() == 0) throw std::runtime_error("the player is not up yet");
     goals_.publish(message);
     response.success = true;

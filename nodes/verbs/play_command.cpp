@@ -17,7 +17,7 @@ constexpr const char* kExample =
     "  afterglow play last failed pick --dry-run\n"
     "  afterglow play last failed pick --allow-motion --to-start --rate 0.5 --report pick.html\n"
     "  The same by player_node, which has to be set to ~allow_motion and ~to_start:\n"
-    "  rosservice call /player_node/play \"{behavior: last failed pick, options: [rate=0.5]}\"\n";
+    "  rosservice call /player_node/play \"{selector: last failed pick, rate: 0.5}\"\n";
 
 std::string isReportFile(const std::string& text) {
   const std::string ending = std::filesystem::path(text).extension();

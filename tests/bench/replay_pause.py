@@ -87,7 +87,7 @@ def main():
             path.taken()
             world.node('player_node', store=world.store, allow_motion='true', hold=0,
                        longest_stall=0.5)
-            world.call('/player_node/play', PlayBehavior, behavior=str(behavior))
+            world.call('/player_node/play', PlayBehavior, behavior_id=behavior)
             wait_until(lambda: len(path.points) > 5, 'the arm to move')
             time.sleep(PAUSED_AFTER_S)
             world.call('/player_node/pause', Trigger)

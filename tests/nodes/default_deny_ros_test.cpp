@@ -368,12 +368,13 @@ TEST_F(DefaultDeny, holdsForThePlayersServicesToo) {
                             "_allow_motion:=true", "_realtime:=false"});
   ASSERT_TRUE(ros::service::waitForService("/player_node/play", ros::Duration(30)));
   PlayBehavior call;
-  call.request.behavior = world->bag.imported;
-  call.request.options = {"only=ar", "also=/ackermann_cmd"};
+  call.request.behavior_id = std::stoll(world->bag.imported);
+  call.request.only = "ar";
+  call.request.also = {"/ackermann_cmd"};
   ASSERT_TRUE(ros::service::call("/player_node/play", call));
   EXPECT_FALSE(call.response.success);
   EXPECT_TRUE(contains(call.response.message, "/ackermann_cmd")) << call.response.message;
-  call.request.options = {"only=ar"};
+  call.request.also.clear();
   std::mutex mutex;
   bool is_heard = false;
   const ros::Subscriber voice = world->node.subscribe<std_msgs::String>(

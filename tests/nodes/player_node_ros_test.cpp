@@ -139,15 +139,17 @@ World* PlayerNodeRos::world = nullptr;
 TEST_F(PlayerNodeRos, isCommandedByServices) {
   EXPECT_FALSE(trigger("pause")) << "nothing is played";
   PlayBehavior::Request wrong;
-  wrong.behavior = "dance";
+  wrong.name = "dance";
   EXPECT_EQ(call<PlayBehavior>("play", wrong).message,
             "there is no behavior \"dance\"; there are: pick");
-  wrong.behavior = "pick";
-  wrong.options = {"paused"};
-  EXPECT_EQ(call<PlayBehavior>("play", wrong).message, "paused has become pause");
+  wrong.name = "pick";
+  wrong.rate = -1;
+  EXPECT_EQ(call<PlayBehavior>("play", wrong).message,
+            "rate: -1 is no number above 0, up to 1000");
   PlayBehavior::Request play;
-  play.behavior = "the last pick";
-  play.options = {"start=10", "pause"};
+  play.selector = "the last pick";
+  play.start = 10;
+  play.paused = true;
   const auto begun = call<PlayBehavior>("play", play);
   ASSERT_TRUE(begun.success) << begun.message;
   ASSERT_TRUE(eventually([] { return state() == ReplayStatus::PAUSED; }));
@@ -185,7 +187,7 @@ TEST_F(PlayerNodeRos, isCommandedByServices) {
 
 TEST_F(PlayerNodeRos, saysTenTimesASecondWhereItIsAndStopsWhenTold) {
   PlayBehavior::Request play;
-  play.behavior = std::to_string(world->behavior);
+  play.behavior_id = world->behavior;
   ASSERT_TRUE(call<PlayBehavior>("play", play).success);
   ASSERT_TRUE(eventually([] { return world->seen(world->statuses).size() > 15; }));
   const auto statuses = world->seen(world->statuses);
