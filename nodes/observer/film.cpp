@@ -130,13 +130,12 @@ void Film::close(std::int64_t ros_ns) {
   writer_.close();
   if (speech_log_.empty()) return;
   const double seconds = static_cast<double>(count_) / fps_;
-  const std::vector<Clip> clips = clipsOf(speech_log_, begin_ns_, seconds);
-  if (clips.empty()) return fs::rename(silent_path_, path_);
   try {
+    const std::vector<Clip> clips = clipsOf(speech_log_, begin_ns_, seconds);
+    if (clips.empty()) return fs::rename(silent_path_, path_);
     addSound(silent_path_, clips, seconds, path_);
-  } catch (...) {
-    fs::remove(silent_path_);
-    throw;
+  } catch (const std::exception& error) {
+    throw std::runtime_error(error.what() + ("; without sound the film is " + silent_path_));
   }
   fs::remove(silent_path_);
 }

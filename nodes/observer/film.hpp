@@ -23,7 +23,8 @@ class Film {
   /// std::runtime_error if ROS time has jumped ahead by more than an hour.
   void add(std::int64_t ros_ns, render::Image image);
   /// Repeats the last image until `ros_ns` and finishes the film, which is either whole or not
-  /// there. A film without an image is an error.
+  /// there. A film without an image is an error. Where its sound cannot be made, the error says
+  /// where the film without sound is: what was filmed cannot be filmed again.
   void close(std::int64_t ros_ns);
 
  private:

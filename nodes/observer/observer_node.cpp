@@ -35,14 +35,10 @@ class Pace {
 
 std::int64_t toNs(ros::Time time) { return static_cast<std::int64_t>(time.toNSec()); }
 
-/// Whether it is time; false if stopped before.
-bool waitUntil(std::int64_t deadline_ns, const std::function<bool()>& is_stopped) {
-  while (!is_stopped()) {
-    const double left_s = static_cast<double>(deadline_ns - toNs(ros::Time::now())) * 1e-9;
-    if (left_s <= 0) return true;
-    ros::WallDuration(std::min(left_s, kLongestNap_s)).sleep();
-  }
-  return false;
+/// Until then, or a moment: ROS time may stand while news come.
+void napUntil(std::int64_t deadline_ns) {
+  const double left_s = static_cast<double>(deadline_ns - toNs(ros::Time::now())) * 1e-9;
+  if (left_s > 0) ros::WallDuration(std::min(left_s, kLongestNap_s)).sleep();
 }
 
 bool isFileName(const std::string& name) {
@@ -125,9 +121,12 @@ void ObserverNode::run(const std::function<bool()>& is_stopped) {
   const std::int64_t start_ns = toNs(ros::Time::now());
   const Pace pace(start_ns, options_.fps);
   std::int64_t deadline_ns = start_ns;
-  while (waitUntil(deadline_ns, is_stopped)) {
+  while (!is_stopped()) {
+    napUntil(deadline_ns);
     hearNews();
-    if (isWatched()) show(ros::Time::now());  // no earlier than what was heard
+    const ros::Time now = ros::Time::now();  // no earlier than what was heard
+    if (toNs(now) < deadline_ns) continue;
+    if (isWatched()) show(now);
     deadline_ns = pace.nextAfter(toNs(ros::Time::now()));
   }
   if (film_) film_->close(toNs(ros::Time::now()));

@@ -42,7 +42,9 @@ void PictureSchedule::awaitDue(Time drawn_at, bool is_waiting) {
   const Time regular = regularDue(drawn_at, is_waiting);
   woken_.wait_until(lock, regular, [this] { return is_stopped_ || has_news_; });
   if (has_news_) {
-    woken_.wait_until(lock, news_drawn_at_ + period_ / 2, [this] { return is_stopped_; });
+    const Time soonest = news_drawn_at_ + period_ / 2;
+    // GCC 9 subtracts the clock from what it waits for, which overflows before the first picture.
+    if (soonest > Clock::now()) woken_.wait_until(lock, soonest, [this] { return is_stopped_; });
     news_drawn_at_ = Clock::now();
   }
   has_news_ = false;

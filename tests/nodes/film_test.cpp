@@ -160,7 +160,7 @@ TEST_F(FilmTest, staysSilentWithoutSpeech) {
   EXPECT_EQ(probe(output, "stream=codec_name"), "h264\n");
 }
 
-TEST_F(FilmTest, leavesNothingHalfBehind) {
+TEST_F(FilmTest, keepsTheImagesWhereItsSoundCannotBeMade) {
   say(1, 1, 0.3);
   std::filesystem::remove(readSpeechLog(log)[0].file);
   try {
@@ -171,9 +171,21 @@ TEST_F(FilmTest, leavesNothingHalfBehind) {
         << error.what();
     EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
   }
-  for (const char* name : {"film.mp4", "film.part.mp4", "film.silent.mp4"}) {
-    EXPECT_FALSE(std::filesystem::exists(folder.path(name))) << name;
+  EXPECT_FALSE(std::filesystem::exists(output));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("film.part.mp4")));
+  EXPECT_EQ(probe(folder.path("film.silent.mp4"), "stream=codec_name,nb_read_frames"),
+            "h264,48\n");
+}
+
+TEST_F(FilmTest, saysWhereTheImagesAreIfItsSpeechLogCannotBeRead) {
+  try {
+    film();
+    FAIL() << "not refused";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(error.what(), log + ": cannot read; without sound the film is " +
+                                folder.path("film.silent.mp4"));
   }
+  EXPECT_TRUE(std::filesystem::exists(folder.path("film.silent.mp4")));
 }
 
 }  // namespace

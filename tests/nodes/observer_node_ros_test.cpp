@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Clock.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
 #include <std_msgs/String.h>
@@ -257,6 +258,24 @@ TEST_F(ObserverNodeTest, refusesWhatItCannotObey) {
             "observer_node: /no/font: cannot read the font (package fonts-dejavu-core)\n");
   EXPECT_EQ(refusal({"__name:=e", "_view:=" + view, "__master:=http://localhost:1"}),
             "observer_node: no ROS master at http://localhost:1\n");
+}
+
+TEST_F(ObserverNodeTest, finishesItsFilmWhereTheClockStands) {
+  if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  struct SimulatedTime {
+    SimulatedTime() { ros::param::set("/use_sim_time", true); }
+    ~SimulatedTime() { ros::param::del("/use_sim_time"); }
+  } simulated;
+  ros::NodeHandle node;
+  ros::Publisher publisher = node.advertise<rosgraph_msgs::Clock>("/clock", 1, true);
+  rosgraph_msgs::Clock clock;
+  clock.clock = ros::Time(100);
+  publisher.publish(clock);
+  Running observer(arguments());
+  ASSERT_TRUE(ros::service::waitForService("/observer_node/finish", ros::Duration(20)));
+  std_srvs::Trigger finish;
+  ASSERT_TRUE(ros::service::call("/observer_node/finish", finish));
+  EXPECT_NE(finish.response.message, "") << "nothing was filmed";
 }
 
 }  // namespace
