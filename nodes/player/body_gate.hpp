@@ -15,6 +15,7 @@
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/start_pose.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -29,6 +30,7 @@ struct BodyOptions {
   double longest_stall_s = 0.06;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
   BaseOptions base;
+  replay::RobotProfile robot;  ///< [~robot]
 };
 
 /// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there

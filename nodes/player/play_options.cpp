@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "nodes/player/replay_words.hpp"
+#include "nodes/player/robot_file.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::nodes {
@@ -415,6 +416,25 @@ std::vector<PlayOption> theRobotsStart() {
   };
 }
 
+/// What a profile says holds where no other option, which are all set later, says more.
+void setRobot(Request& request, const std::string& name_or_file) {
+  request.robot = findRobotProfile(name_or_file);
+  request.body.robot = request.robot;
+  const replay::RobotProfile::Base& base = request.robot.base;
+  replay::TrackFrames& frames = request.body.base.frames;
+  if (!base.map_frame.empty()) frames.map = base.map_frame;
+  if (!base.odom_frame.empty()) frames.odometry = base.odom_frame;
+  if (!base.base_frame.empty()) frames.base = base.base_frame;
+}
+
+std::vector<PlayOption> whichRobot() {
+  return {
+      row("robot", text("NAME|FILE"),
+          "What is known of this robot: fetch, or a file (assets/README.md); default: nothing",
+          [](Request& r, const OptionTexts& texts) { setRobot(r, texts.front()); }),
+  };
+}
+
 std::vector<PlayOption> theRobotsSafety() {
   return {
       row("limits", text("FILE"),
@@ -483,6 +503,7 @@ std::vector<PlayOption> makeTable() {
   add(PlayGroup::Listeners, whoListens());
   add(PlayGroup::Time, whoseTime());
   add(PlayGroup::Names, underWhichNames());
+  add(PlayGroup::Robot, whichRobot());
   add(PlayGroup::Robot, theRobotsStart());
   add(PlayGroup::Robot, theRobotsSafety());
   add(PlayGroup::Robot, theRobotsBase());

@@ -11,6 +11,7 @@
 #include "nodes/player/replay_time.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/anchoring.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "replay/play/player.hpp"
 #include "replay/store/store.hpp"
 
@@ -36,6 +37,7 @@ struct ReplayRequest {
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
   replay::MotionLimits limits = replay::MotionLimits::fetch();
+  replay::RobotProfile robot;  ///< BodyOptions::robot is the same
   BodyOptions body;
 };
 

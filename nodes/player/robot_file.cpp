@@ -1,0 +1,153 @@
+#include "nodes/player/robot_file.hpp"
+
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+#include "nodes/tools/yaml_map.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::RobotProfile;
+
+constexpr double kMost = 1000;  // of what is measured here
+
+const std::vector<std::string>& topicClasses() {
+  static const std::vector<std::string> classes{"body", "shown", "control", "endless", "other"};
+  return classes;
+}
+
+/// The value, or none.
+std::string textIn(const YamlMap& map, const std::string& key) {
+  return map.has(key) ? map.text(key) : std::string();
+}
+
+double numberIn(const YamlMap& map, const std::string& key) { return map.number(key, 0, kMost, 0); }
+
+/// A list of names; none if the key is missing.
+std::vector<std::string> textsIn(const YamlMap& map, const std::string& key) {
+  std::vector<std::string> texts;
+  if (!map.has(key)) return texts;
+  const YAML::Node list = map.at(key);
+  if (!list.IsSequence()) map.fail(list, "'" + key + "' of " + map.where() + " should be a list");
+  for (const auto& entry : list) {
+    if (!entry.IsScalar() || entry.Scalar().empty()) {
+      map.fail(entry, "each of '" + key + "' of " + map.where() + " should be a text");
+    }
+    texts.push_back(entry.Scalar());
+  }
+  return texts;
+}
+
+/// A name that begins with a slash, as --prefix and --remap take it.
+std::string topicIn(const YamlMap& map, const std::string& key) {
+  const std::string topic = textIn(map, key);
+  if (!topic.empty() && (topic.size() < 2 || topic[0] != '/')) {
+    map.fail(map.at(key), "'" + topic + "' should be a topic, /NAME");
+  }
+  return topic;
+}
+
+void readTopics(const YamlMap& map, RobotProfile& robot) {
+  for (const std::string& of_class : topicClasses()) {
+    if (map.has(of_class)) robot.topics[of_class] = textsIn(map, of_class);
+  }
+}
+
+void readFootprint(const YamlMap& map, RobotProfile::Base& base) {
+  if (!map.has("footprint")) return;
+  const YAML::Node corners = map.at("footprint");
+  if (!corners.IsSequence() || corners.size() < 3) {
+    map.fail(corners, "'footprint' should be a list of at least 3 corners, [x, y] in m");
+  }
+  for (const auto& corner : corners) {
+    const std::vector<double> xy = map.numbers(corner, "a corner of 'footprint'", 2);
+    base.footprint.push_back({xy[0], xy[1]});
+  }
+}
+
+void readBase(const YamlMap& map, RobotProfile::Base& base) {
+  base.velocity_topic = topicIn(map, "velocity_topic");
+  base.take_over_topics = textsIn(map, "take_over_topics");
+  base.output_topic = topicIn(map, "output_topic");
+  base.odometry_topic = topicIn(map, "odometry_topic");
+  if (map.has("frames")) {
+    const YamlMap frames = map.map(map.at("frames"), "frames", {"map", "odom", "base"});
+    base.map_frame = textIn(frames, "map");
+    base.odom_frame = textIn(frames, "odom");
+    base.base_frame = textIn(frames, "base");
+  }
+  readFootprint(map, base);
+  base.deceleration = numberIn(map, "deceleration");
+  base.command_timeout_s = numberIn(map, "command_timeout");
+  base.fastest = numberIn(map, "fastest");
+  base.fastest_turn = numberIn(map, "fastest_turn");
+}
+
+void readEmergencyStop(const YamlMap& map, RobotProfile::EmergencyStop& stop) {
+  stop.topic = topicIn(map, "topic");
+  stop.field = textIn(map, "field");
+  if (map.has("stops_when")) stop.stops_when = map.choice("stops_when", {"false", "true"}) == 1;
+}
+
+void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robot) {
+  if (!joints.IsMap()) map.fail(joints, "'joints' should be a map of joints");
+  for (const auto& joint : joints) {
+    const auto name = joint.first.as<std::string>();
+    const YamlMap limits = map.map(joint.second, "joint " + name, {"speed", "acceleration"});
+    if (limits.has("speed")) robot.joint_speeds[name] = numberIn(limits, "speed");
+    if (limits.has("acceleration")) {
+      robot.joint_accelerations[name] = numberIn(limits, "acceleration");
+    }
+  }
+}
+
+RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
+  const YamlMap map(path, root, "the robot",
+                    {"name", "topics", "base", "scan_topic", "emergency_stop", "joints",
+                     "gripper_joints", "gaze_frame"});
+  RobotProfile robot;
+  robot.name = map.text("name");
+  if (map.has("topics")) {
+    readTopics(map.map(map.at("topics"), "topics", topicClasses()), robot);
+  }
+  if (map.has("base")) {
+    readBase(map.map(map.at("base"), "base",
+                     {"velocity_topic", "take_over_topics", "output_topic", "odometry_topic",
+                      "frames", "footprint", "deceleration", "command_timeout", "fastest",
+                      "fastest_turn"}),
+             robot.base);
+  }
+  robot.scan_topic = topicIn(map, "scan_topic");
+  if (map.has("emergency_stop")) {
+    readEmergencyStop(map.map(map.at("emergency_stop"), "emergency_stop",
+                              {"topic", "field", "stops_when"}),
+                      robot.emergency_stop);
+  }
+  if (map.has("joints")) readJoints(map, map.at("joints"), robot);
+  robot.gripper_joints = textsIn(map, "gripper_joints");
+  robot.gaze_frame = textIn(map, "gaze_frame");
+  return robot;
+}
+
+}  // namespace
+
+RobotProfile readRobotProfile(const std::string& path) { return profileOf(path, loadYaml(path)); }
+
+RobotProfile findRobotProfile(const std::string& name_or_file) {
+  const bool is_file = name_or_file.find('/') != std::string::npos ||
+                       std::filesystem::path(name_or_file).extension() == ".yaml";
+  if (is_file) return readRobotProfile(name_or_file);
+  std::vector<std::string> names;
+  for (const EmbeddedRobot* robot = kEmbeddedRobots; robot->name; ++robot) {
+    names.push_back(std::filesystem::path(robot->name).stem());
+    if (names.back() == name_or_file) {
+      return profileOf("assets/robots/" + std::string(robot->name), YAML::Load(robot->text));
+    }
+  }
+  throw std::runtime_error("no robot '" + name_or_file + "' is known" +
+                           advice(name_or_file, names) + " (a file has a slash or ends in .yaml)");
+}
+
+}  // namespace afterglow::nodes

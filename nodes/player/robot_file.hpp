@@ -1,0 +1,26 @@
+/// \file
+/// Robots' profiles: those of assets/robots, which are built in, and files of the same kind.
+#pragma once
+
+#include <string>
+
+#include "replay/plan/robot_profile.hpp"
+
+namespace afterglow::nodes {
+
+/// A file, as assets/README.md explains it. Throws std::runtime_error with file and line.
+replay::RobotProfile readRobotProfile(const std::string& path);
+
+/// A file if the text has a slash or ends with ".yaml", else the robot of that name in
+/// assets/robots. Throws as readRobotProfile(), and std::runtime_error, one line, for names that
+/// are none.
+replay::RobotProfile findRobotProfile(const std::string& name_or_file);
+
+/// The profiles that are built in, by file name.
+struct EmbeddedRobot {
+  const char* name;  ///< "fetch.yaml"; nullptr ends the list
+  const char* text;
+};
+extern const EmbeddedRobot kEmbeddedRobots[];
+
+}  // namespace afterglow::nodes
