@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kSpeechSeconds = 3.6;  // a behavior ends no sooner after its sentence began
 constexpr double kSettle = 0.7;         // s that a projection stands before the robot goes on
+constexpr double kTail = 0.2;           // s that a behavior goes on after its light is cleared
 constexpr double kLook = 1.0;           // s that turning head and projector takes
 constexpr double kGripperPatience = 6;  // s
 constexpr int kStraightSteps = 4;       // poses of a straight way
@@ -157,7 +158,7 @@ void KittingTask::pick() {
   waitUntilSaid();
   robot_.out().white.publish(pointCloud({}));
   robot_.out().green.publish(pointCloud({}));
-  sleepFor(kSettle);
+  sleepFor(kTail);
 }
 
 void KittingTask::grasp(const Eigen::Isometry3d& T_map_grasp) {
@@ -185,7 +186,7 @@ void KittingTask::drive() {
   sleepFor(kSettle);
   drive.clearLight();
   robot_.finishHead(1);  // a behavior ends at rest
-  sleepFor(kSettle);
+  sleepFor(kTail);
 }
 
 // ----------------------------------------------------------------------------------------- place
@@ -205,7 +206,7 @@ void KittingTask::place() {
   waitUntilSaid();
   cube.action = visualization_msgs::Marker::DELETE;
   robot_.out().section.publish(cube);
-  sleepFor(kSettle);
+  sleepFor(kTail);
 }
 
 void KittingTask::release(const Eigen::Isometry3d& T_map_section) {
