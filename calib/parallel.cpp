@@ -12,6 +12,7 @@ namespace afterglow::calib {
 void forEachIndex(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
+  std::size_t failed = count;
   std::exception_ptr failure;
   const auto run = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
@@ -19,7 +20,8 @@ void forEachIndex(std::size_t count, int threads, const std::function<void(std::
         work(i);
       } catch (...) {
         const std::lock_guard<std::mutex> lock(mutex);
-        if (!failure) failure = std::current_exception();
+        if (i < failed) failure = std::current_exception();
+        failed = std::min(failed, i);
         next = count;
       }
     }
