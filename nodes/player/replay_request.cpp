@@ -44,6 +44,7 @@ std::string calledText(const replay::Behavior& behavior) {
 replay::PlanOptions planOptions(const ReplayRequest& request) {
   replay::PlanOptions options = request.plan;
   options.only = replay::parseModalities(request.only);
+  options.robot = request.robot;
   options.emergency_stop = request.body.emergency_stop.topic;
   options.takes_all = request.everything || !options.prefix.empty();
   options.leaves_motion = request.everything || !request.allow_motion;

@@ -32,7 +32,7 @@ struct ReplayRequest {
   ReplayClock clock = ReplayClock::Live;
   double clock_hz = 100;  ///< of the /clock that is given
   RateControlOptions rate_control;
-  /// Its `only`, `emergency_stop`, `takes_all` and `leaves_motion` are not looked at.
+  /// Its `only`, `emergency_stop`, `takes_all`, `leaves_motion` and `robot` are not looked at.
   replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;

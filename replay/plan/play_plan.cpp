@@ -10,6 +10,9 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "replay/plan/nested_goals.hpp"
+#include "replay/plan/recorded_drivers.hpp"
+#include "replay/plan/robot_topics.hpp"
 #include "replay/record/snapshot.hpp"
 
 namespace afterglow::replay {
@@ -72,10 +75,17 @@ std::string outputName(const std::string& topic, const PlanOptions& options) {
 class TopicChooser {
  public:
   TopicChooser(const Behavior& behavior, const PlanOptions& options)
-      : options_(options), names_(options), requested_(requestedTopics(behavior)) {}
+      : options_(options),
+        names_(options),
+        robot_(options.robot),
+        requested_(requestedTopics(behavior)),
+        nodes_(recordedNodes(behavior)) {}
+
+  const RecordedNodes& nodes() const { return nodes_; }
 
   void choose(PlannedTopic& topic, const std::string& type) const {
     classify(topic);
+    if (topic.topic_class == TopicClass::Body) heedNodes(topic);
     topic.why_not = topic.channel.type == type ? whyNot(topic)
                                                : "the topic began with type " + topic.channel.type;
   }
@@ -102,11 +112,32 @@ class TopicChooser {
     }
   }
 
+  TopicRole roleOf(const std::string& topic, const std::string& type) const {
+    return robot_.roleOf(topic, type);
+  }
+
+  /// Who sent and heard it when it was recorded never permits more.
+  void heedNodes(PlannedTopic& topic) const {
+    const std::string& recorded = topic.channel.topic;
+    topic.is_by_name = isByName(topic.output.topic, topic.channel.type);
+    if (const auto driver = isVelocity(topic.channel) ? driverOf(recorded, nodes_) : std::nullopt) {
+      topic.topic_class = driver->topic_class;
+      topic.why_class = driver->why;
+    } else if (wasUnheard(recorded, nodes_)) {
+      topic.why_class += "; nobody heard it when it was recorded";
+    }
+  }
+
   std::string whyNot(PlannedTopic& topic) const {
     const std::string& recorded = topic.channel.topic;
     const bool is_added = holdsName(options_.also, recorded);
     if (names_.leavesOut(recorded) || !(is_added || names_.takes(recorded))) {
       return "the topic is not asked for";
+    }
+    if (std::string contradiction = robot_.refusal(topic.output.topic, topic.channel.type);
+        !contradiction.empty()) {
+      topic.is_refused = wants(Modality::Body);
+      return contradiction;
     }
     const bool is_named = is_added || holdsName(options_.topics, recorded) ||
                           holdsName(options_.settled, recorded);
@@ -118,8 +149,13 @@ class TopicChooser {
     if (!is_added && isUnasked(topic)) {
       return std::string(name(topic.modality)) + " is not asked for";
     }
+    topic.is_named = is_named;
     if (is_named) return {};
     if (options_.takes_all) return whyNotOfAll(topic);
+    if (topic.is_by_name) {
+      topic.is_nameable = true;
+      return topic.why_class;
+    }
     topic.is_nameable =
         topic.topic_class == TopicClass::Other || topic.topic_class == TopicClass::Control;
     return topic.is_nameable ? topic.why_class : std::string();
@@ -140,7 +176,7 @@ class TopicChooser {
 
   std::string whyNotOfAll(PlannedTopic& topic) const {
     const bool moves = topic.modality == Modality::Body;
-    const bool is_body = topic.topic_class == TopicClass::Body;
+    const bool is_body = topic.topic_class == TopicClass::Body && !topic.is_by_name;
     const bool is_part = is_body || topic.topic_class == TopicClass::Shown || wantsAll();
     topic.is_nameable =
         topic.topic_class == TopicClass::Control || (moves && !is_body) || !is_part;
@@ -166,7 +202,9 @@ class TopicChooser {
 
   const PlanOptions& options_;
   const NameFilter names_;
+  const RobotTopics robot_;
   const std::vector<std::string> requested_;
+  const RecordedNodes nodes_;
 };
 
 PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
@@ -333,6 +371,7 @@ PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOption
       plan.end = std::max(plan.end, Stamp{summary.last.ns + 1});  // the last message counts, too
     }
   }
+  leaveOutNested(plan.topics, chooser.nodes());
   checkNames(plan, options);
   choosePart(plan, options);
   return plan;

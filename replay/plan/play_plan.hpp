@@ -11,6 +11,7 @@
 
 #include "replay/messages/message.hpp"
 #include "replay/plan/rewrite.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "replay/plan/topic_role.hpp"
 #include "replay/store/store.hpp"
 
@@ -24,6 +25,8 @@ struct PlannedTopic {
   Modality modality = Modality::Ar;
   TopicClass topic_class = TopicClass::Other;  ///< Shown only if a recording or layer asks for it
   std::string why_class;                       ///< one clause, for people
+  bool is_by_name = false;  ///< TopicRow::is_by_name
+  bool is_named = false;    ///< by whoever replays
   bool is_refused = false;  ///< asked for but forbidden: nothing is played until it is left out
   bool is_nameable = false;  ///< not played, but would be played if it was named
   std::string why_not;       ///< empty: it is played
@@ -70,6 +73,7 @@ struct PlanOptions {
   bool takes_all = false;
   bool leaves_motion = false;  ///< with takes_all: motion as well
   RewriteSettings rewriting;
+  RobotProfile robot;  ///< its `topics` and `base` tell classes of topics
 };
 
 /// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
@@ -77,7 +81,8 @@ std::set<Modality> parseModalities(const std::string& text);
 
 /// Plays of the behavior's own topics the body's, those to be shown (drawable or speech, and named
 /// in the recording's request or a projector's layer) and those that are named by whoever replays;
-/// of these modalities. A pattern names nothing. Throws StoreError, and std::invalid_argument, one
+/// of these modalities. A pattern names nothing. Of what made another topic's messages, and that
+/// topic, one is played (nested_goals.hpp). Throws StoreError, and std::invalid_argument, one
 /// line, for what is asked of topics that the behavior has not, names that are none or meet,
 /// patterns, and a part that is empty.
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);

@@ -34,30 +34,10 @@ bool matches(std::string_view text, std::string_view pattern) {
   return false;
 }
 
-/// Whether a topic ends with these names: "base/cmd_vel" fits /base/cmd_vel, /robot/base/cmd_vel.
-bool isCalled(std::string_view topic, std::string_view pattern) {
-  for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
-       slash = topic.find('/', slash + 1)) {
-    if (matches(topic.substr(slash + 1), pattern)) return true;
-  }
-  return false;
-}
-
-struct RoleRule {
-  std::vector<std::string_view> names;  ///< last names, as isCalled(); empty: any
-  std::vector<std::string_view> types;  ///< empty: any
-  TopicRole role;
-
-  bool holds(std::string_view topic, std::string_view type) const {
-    const auto is_name = [&](std::string_view pattern) { return isCalled(topic, pattern); };
-    const auto is_type = [&](std::string_view pattern) { return matches(type, pattern); };
-    return (names.empty() || std::any_of(names.begin(), names.end(), is_name)) &&
-           (types.empty() || std::any_of(types.begin(), types.end(), is_type));
-  }
-};
-
 constexpr std::string_view kTwist = "geometry_msgs/Twist*";
+constexpr std::string_view kPose = "geometry_msgs/Pose*";
 
+using RoleRule = TopicRow;
 using Rules = std::vector<RoleRule>;
 
 /// Inputs of a person, a safety device or the robot's own switches.
@@ -69,11 +49,18 @@ const Rules& controlRules() {
       {{"*runstop*", "*estop*", "*e_stop*", "*emergency*", "*motors_halted"},
        {},
        {kControl, "an emergency stop: it would stop the robot, or let it go"}},
+      {{"*stop*"}, {"std_msgs/*"}, {kControl, "by its name a stop, or what lets the robot go"}},
+      {{"*error_recovery/*", "*clear_faults", "*reset_faults", "*unlock_protective_stop"},
+       {},
+       {kControl, "it lets a stopped robot move again"}},
       {{"joy_priority", "joy_priority_action/*", "joy_turbo_*", "pause_navigation",
         "stop_closing_loop"},
        {},
        {kControl, "a lock of the robot's inputs"}},
-      {{"motor_power", "*breaker*"}, {}, {kControl, "it switches motors on or off"}},
+      {{"motor_power", "*breaker*", "*set_super_enable", "*motors_enable*", "*enable_motors",
+        "*enable_drives"},
+       {},
+       {kControl, "it switches motors on or off"}},
       {{"initialpose"}, {}, {kControl, "it moves the robot's estimate of where it stands"}},
       {{"clock"}, {}, {kControl, "time is not replayed: every running node would go by it"}},
       {{}, {"rosgraph_msgs/Clock"}, {kControl, "time is not replayed"}},
@@ -81,11 +68,12 @@ const Rules& controlRules() {
       {{},
        {"visualization_msgs/InteractiveMarkerFeedback"},
        {kControl, "a person's hand on a marker: marker servers drive by it"}},
-      {{"teleop*", "teleop/cmd_vel", "joy_vel", "key_vel", "tab_vel", "phone_vel", "marker_vel",
-        "rviz_joy_vel", "input_joy/cmd_vel", "input/teleop", "input/switch"},
+      {{"*teleop*", "*joy*", "*keyboard*", "key_vel", "tab_vel", "phone_vel", "marker_vel",
+        "*twist_marker*", "*rviz*", "*manual*", "input/switch"},
        {kTwist},
        {kControl, "a person's velocities, which override others"}},
-      {{"input/safety_controller"}, {}, {kControl, "the safety controller's velocities"}}};
+      {{"input/safety_controller"}, {}, {kControl, "the safety controller's velocities"}},
+      {{"*safety*"}, {kTwist}, {kControl, "the safety controller's velocities"}}};
   return rules;
 }
 
@@ -93,18 +81,34 @@ const Rules& controlRules() {
 const Rules& exceptionRules() {
   constexpr auto kOther = TopicClass::Other, kEndless = TopicClass::Endless;
   static const Rules rules{
-      {{"cmd_vel_mux/active", "cmd_vel_out", "cmd_vel_rc100"},
+      {{"cmd_vel_mux/active", "cmd_vel_mux/selected", "*cmd_vel_out", "cmd_vel_rc100"},
        {},
        {kOther, "an output of the base"}},
-      {{"mobile_base_controller/cmd_vel", "mobile_base/commands/velocity", "servoing_cmd_vel",
-        "base_controller/command"},
-       {kTwist},
-       {kOther, "the base behind its multiplexer: nobody could override it"}},
       {{"*twist_controller/command", "*cartesian_twist/*", "*delta_twist_cmds"},
        {},
        {kEndless, "an arm's velocity: a zero does not leave it where it is"}},
+      {{"*arm/*", "*arm_controller/*", "*cartesian*", "*servo_server/*", "*manipulator*",
+        "*gripper*", "*end_effector*", "*jog_*"},
+       {kTwist},
+       {kEndless, "an arm's velocity: a zero does not leave it where it is"}},
+      {{"*mavros/setpoint_*", "*setpoint_velocity/*", "*drone*/cmd_vel", "*uav*/cmd_vel",
+        "*copter*/cmd_vel", "*quadrotor*/cmd_vel", "bebop/cmd_vel", "tello/cmd_vel",
+        "ardrone/cmd_vel"},
+       {},
+       {kEndless, "a flying robot's: a zero leaves it in the air"}},
+      {{"mobile_base/commands/velocity", "servoing_cmd_vel", "base_controller/command",
+        "*_controller/cmd_vel", "twist_mux/*", "*mux/output*", "*mux/cmd_vel*"},
+       {kTwist},
+       {kOther, "the base behind its multiplexer: nobody could override it"}},
+      {{"local_position/*", "gps/*", "imu/*", "*odom*", "*estimate*", "*measured*", "*actual*",
+        "*feedback*", "*state*", "fix_velocity", "vel"},
+       {"geometry_msgs/TwistStamped", "geometry_msgs/TwistWithCovariance*"},
+       {kOther, "a velocity that was measured"}},
       {{"*safe_command", "*joint_speed"},
        {},
+       {kEndless, "what stops it is not known to the player"}},
+      {{"dynamixel_workbench/*", "set_joint_trajectory*"},
+       {"trajectory_msgs/*"},
        {kEndless, "what stops it is not known to the player"}},
       {{"*scan", "*scan_raw", "*scan_filtered"},
        {"sensor_msgs/LaserScan"},
@@ -122,6 +126,37 @@ const Rules& exceptionRules() {
   return rules;
 }
 
+/// What drivers of arms, hands and flying robots obey, by messages of their own.
+const Rules& driverRules() {
+  constexpr auto kEndless = TopicClass::Endless;
+  constexpr std::string_view kDriver = "its driver goes on with it, whoever is gone";
+  static const Rules rules{
+      {{},
+       {"kinova_msgs/JointVelocity", "kinova_msgs/PoseVelocity*", "kinova_msgs/JointTorque",
+        "kinova_msgs/CartesianForce", "kortex_driver/TwistCommand",
+        "kortex_driver/Base_JointSpeeds", "baxter_core_msgs/*Command", "intera_core_msgs/*Command",
+        "naoqi_bridge_msgs/JointAngles*", "*/*_robot_output", "*/*RobotOutput", "mav_msgs/*",
+        "mavros_msgs/*Target", "mavros_msgs/*Control", "hector_uav_msgs/*Command",
+        "dbw_*_msgs/*Cmd", "autoware_msgs/*Command*", "autoware_msgs/VehicleCmd"},
+       {kEndless, kDriver}},
+      {{"command/*"}, {"iiwa_msgs/*", "geometry_msgs/*", "std_msgs/Float*"}, {kEndless, kDriver}},
+      {{"commands/*"}, {"std_msgs/Float*"}, {kEndless, kDriver}},
+      {{"*command", "*commands", "*_cmd", "*goal", "*target", "*setpoint"},
+       {"sensor_msgs/JointState"},
+       {kEndless, kDriver}},
+      {{"*pwm*", "*throttle*", "*motor_speed*", "*motor_cmd*"},
+       {"std_msgs/*"},
+       {kEndless, "motors go on with it, whoever is gone"}},
+      {{"*equilibrium_pose", "*target_frame", "*setpoint_position/*", "*cmd_pose", "*pose_cmd",
+        "*go_to_pose", "*goto_pose"},
+       {kPose},
+       {kEndless, "who is sent there goes on when the player is gone"}},
+      {{"takeoff", "land", "dock", "undock"},
+       {"std_msgs/*"},
+       {kEndless, "what it begins goes on when the player is gone"}}};
+  return rules;
+}
+
 /// Topics that speak or are drawn.
 const Rules& shownRules() {
   constexpr auto kShown = TopicClass::Shown;
@@ -135,6 +170,16 @@ const Rules& shownRules() {
        {kShown, "it can be drawn"}},
       {{"current_goal"}, {"geometry_msgs/PoseStamped"}, {kShown, "it can be drawn"}},
       {{"footprint"}, {"geometry_msgs/PolygonStamped"}, {kShown, "it can be drawn"}}};
+  return rules;
+}
+
+/// Goals of the body whose servers send goals of their own to its controllers.
+const Rules& byNameRules() {
+  static const Rules rules{
+      {{"execute_trajectory/goal", "play_motion/goal"},
+       {"*ActionGoal"},
+       {TopicClass::Body, "it has controllers sent goals of their own, which are played instead"},
+       true}};
   return rules;
 }
 
@@ -195,7 +240,17 @@ const Rules& stateRules() {
       {{}, {"rosgraph_msgs/*", "diagnostic_msgs/*"}, {kOther, kLog}},
       {{"joint_states"}, {}, {kOther, "the robot's state then; it has another now"}},
       {{}, {"nav_msgs/Odometry"}, {kOther, "the robot's state then; it has another now"}},
+      {{"robot_state", "gripper_state", "battery_state", "power_board/state", "power_status",
+        "dashboard_agg", "robot_status", "robot_program_running", "robot_mode", "safety_mode"},
+       {},
+       {kOther, "the robot's state then; guards go by it"}},
       {{}, {"nav_msgs/OccupancyGrid", "map_msgs/*"}, {kOther, "planners go by it"}},
+      {{"planning_scene", "planning_scene_world", "collision_object", "attached_collision_object"},
+       {},
+       {kOther, "planners go by it"}},
+      {{"reset", "*reset_odometry"}, {"std_msgs/*"}, {kOther, "odometry would jump"}},
+      {{"parameter_updates", "parameter_descriptions"}, {}, {kOther, "a node's settings then"}},
+      {{}, {"kobuki_msgs/*"}, {kOther, "a switch or a state of the base"}},
       {{}, {"sensor_msgs/*"}, {kOther, "a live sensor's"}}};
   return rules;
 }
@@ -212,6 +267,13 @@ constexpr std::array<std::string_view, 7> kMotionTypes{"geometry_msgs/Twist",
 // Last names of topics that make a robot move, whatever they carry (a Float64 for one joint's
 // controller, a PoseStamped for move_base_simple): `--only ar` must not move anything.
 constexpr std::array<std::string_view, 4> kMotionTopics{"command", "commands", "cmd_vel", "goal"};
+
+/// The first row that fits; null: none does.
+const TopicRow* rowIn(const Rules& rows, std::string_view topic, std::string_view type) {
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [&](const TopicRow& one) { return one.holds(topic, type); });
+  return row != rows.end() ? &*row : nullptr;
+}
 
 bool speaks(std::string_view topic, std::string_view type) {
   // sound_play has an action too; its goal speaks, and its cancel is known by the topic alone.
@@ -237,7 +299,8 @@ std::string_view name(Modality modality) {
 Modality modalityOf(std::string_view topic, std::string_view type) {
   if (speaks(topic, type)) return Modality::Speech;
   const bool moves = endsWith(type, "ActionGoal") || startsWith(type, "control_msgs/") ||
-                     isOneOf(type, kMotionTypes) || isOneOf(lastName(topic), kMotionTopics);
+                     isOneOf(type, kMotionTypes) || isOneOf(lastName(topic), kMotionTopics) ||
+                     roleOf(topic, type).topic_class == TopicClass::Endless;
   return moves ? Modality::Body : Modality::Ar;
 }
 
@@ -257,16 +320,49 @@ std::string_view name(TopicClass topic_class) {
   return "";
 }
 
-TopicRole roleOf(std::string_view topic, std::string_view type) {
+bool isCalled(std::string_view topic, std::string_view pattern) {
+  if (pattern.substr(0, 1) == "/") return matches(topic, pattern);
+  for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
+       slash = topic.find('/', slash + 1)) {
+    if (matches(topic.substr(slash + 1), pattern)) return true;
+  }
+  return false;
+}
+
+bool TopicRow::holds(std::string_view topic, std::string_view type) const {
+  const auto is_name = [&](std::string_view pattern) { return isCalled(topic, pattern); };
+  const auto is_type = [&](std::string_view pattern) { return matches(type, pattern); };
+  return (names.empty() || std::any_of(names.begin(), names.end(), is_name)) &&
+         (types.empty() || std::any_of(types.begin(), types.end(), is_type));
+}
+
+const std::vector<TopicRow>& topicTable() {
   // In this order: inputs are inputs whatever their type is, and known names of other topics count
   // before the type.
-  for (const Rules* rules :
-       {&controlRules(), &exceptionRules(), &shownRules(), &stateRules(), &motionRules()}) {
-    for (const RoleRule& rule : *rules) {
-      if (rule.holds(topic, type)) return rule.role;
+  static const std::vector<TopicRow> table = [] {
+    std::vector<TopicRow> rows;
+    for (const Rules* rules : {&controlRules(), &exceptionRules(), &driverRules(), &shownRules(),
+                               &stateRules(), &byNameRules(), &motionRules()}) {
+      rows.insert(rows.end(), rules->begin(), rules->end());
     }
-  }
-  return {TopicClass::Other, "what acts on it is not known"};
+    return rows;
+  }();
+  return table;
+}
+
+TopicRole roleOf(std::string_view topic, std::string_view type) {
+  const TopicRow* row = rowIn(topicTable(), topic, type);
+  return row ? row->role : TopicRole{TopicClass::Other, "what acts on it is not known"};
+}
+
+bool isByName(std::string_view topic, std::string_view type) {
+  const TopicRow* row = rowIn(topicTable(), topic, type);
+  return row && row->is_by_name;
+}
+
+bool hasKnownStop(std::string_view topic, std::string_view type) {
+  const TopicRow* row = rowIn(motionRules(), topic, type);
+  return (row && row->role.topic_class == TopicClass::Body) || endsWith(type, "ActionGoal");
 }
 
 }  // namespace afterglow::replay

@@ -9,6 +9,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace afterglow::replay {
 
@@ -38,7 +39,32 @@ struct TopicRole {
   std::string_view why;  ///< one clause, for people
 };
 
-/// Topics that are drawn or heard are Shown, asked for or not; the plan decides about that.
+/// Topics by their last names and their types.
+struct TopicRow {
+  std::vector<std::string_view> names;  ///< as of isCalled(); empty: any
+  std::vector<std::string_view> types;  ///< "package/Type", * for any characters; empty: any
+  TopicRole role;
+  bool is_by_name = false;  ///< of the body, but played only if whoever replays names it
+
+  bool holds(std::string_view topic, std::string_view type) const;
+};
+
+/// Whether a topic ends with these names, in which * stands for any characters, slashes too:
+/// "base/cmd_vel" fits /base/cmd_vel and /robot/base/cmd_vel, "/base/cmd_vel" the first alone.
+bool isCalled(std::string_view topic, std::string_view pattern);
+
+/// The table of all robots: the first row that fits counts. Plan, player, `afterglow play
+/// --classes` and the README have their classes from here.
+const std::vector<TopicRow>& topicTable();
+
+/// By that table. Topics that are drawn or heard are Shown, asked for or not; the plan decides
+/// about that. Of a certain robot: RobotTopics.
 TopicRole roleOf(std::string_view topic, std::string_view type);
+
+/// TopicRow::is_by_name.
+bool isByName(std::string_view topic, std::string_view type);
+
+/// Whether it is known how motion on such a topic is stopped, whatever its class is.
+bool hasKnownStop(std::string_view topic, std::string_view type);
 
 }  // namespace afterglow::replay

@@ -3,6 +3,18 @@
 #include <nlohmann/json.hpp>
 
 namespace afterglow::replay {
+namespace {
+
+std::set<std::string> textsOf(const nlohmann::json& object, const char* key) {
+  std::set<std::string> texts;
+  if (!object.contains(key)) return texts;
+  for (const auto& text : object[key]) {
+    if (text.is_string()) texts.insert(text.get<std::string>());
+  }
+  return texts;
+}
+
+}  // namespace
 
 std::string Snapshot::toJson() const {
   nlohmann::json json = nlohmann::json::object();
@@ -11,6 +23,13 @@ std::string Snapshot::toJson() const {
   if (!urdf.empty()) json["urdf"] = urdf;
   if (!files.empty()) json["files"] = files;
   if (!requested.empty()) json["request"]["topics"] = requested;
+  for (const auto& [topic, around] : nodes) {
+    nlohmann::json& noted = json["nodes"][topic];
+    noted = nlohmann::json::object();
+    if (!around.type.empty()) noted["type"] = around.type;
+    if (!around.publishers.empty()) noted["publishers"] = around.publishers;
+    if (!around.subscribers.empty()) noted["subscribers"] = around.subscribers;
+  }
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -23,6 +42,28 @@ std::vector<std::string> requestedTopics(const Behavior& behavior) {
     if (topic.is_string()) topics.push_back(topic.get<std::string>());
   }
   return topics;
+}
+
+RecordedNodes recordedNodes(const Behavior& behavior) {
+  const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  RecordedNodes nodes;
+  if (!json.is_object() || !json.contains("nodes") || !json["nodes"].is_object()) return nodes;
+  for (const auto& [topic, noted] : json["nodes"].items()) {
+    if (!noted.is_object()) continue;
+    const auto type = noted.find("type");
+    nodes[topic] = {type != noted.end() && type->is_string() ? type->get<std::string>() : "",
+                    textsOf(noted, "publishers"), textsOf(noted, "subscribers")};
+  }
+  return nodes;
+}
+
+void addNodes(RecordedNodes& nodes, const RecordedNodes& others) {
+  for (const auto& [topic, other] : others) {
+    TopicNodes& own = nodes[topic];
+    if (own.type.empty()) own.type = other.type;
+    own.publishers.insert(other.publishers.begin(), other.publishers.end());
+    own.subscribers.insert(other.subscribers.begin(), other.subscribers.end());
+  }
 }
 
 }  // namespace afterglow::replay

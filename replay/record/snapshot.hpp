@@ -11,16 +11,30 @@
 ///             messages refer to, as they were; files of the store
 ///   "request": {"topics": ["/cmd_vel", ...]}: those that the recording's request named one by one,
 ///             and not by a pattern or as all; absent in imports, and in recordings of before
+///   "nodes":  {"/cmd_vel": {"type": "geometry_msgs/Twist", "publishers": ["/move_base"],
+///             "subscribers": ["/base"]}, ...}: who sent on a topic (if nothing came: who announced
+///             it), and who heard it at the begin or the end, without the recorder; of recorded
+///             topics, and of others that tell who drove. Imports know the senders alone, and
+///             recordings of before nothing.
 #pragma once
 
 #include <array>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
+
+/// The nodes around a topic when it was recorded.
+struct TopicNodes {
+  std::string type;  ///< empty: not known
+  std::set<std::string> publishers, subscribers;
+};
+/// By topic.
+using RecordedNodes = std::map<std::string, TopicNodes>;
 
 struct Snapshot {
   using Pose = std::array<double, 7>;  ///< x, y, z, qx, qy, qz, qw
@@ -30,11 +44,18 @@ struct Snapshot {
   std::string urdf;
   std::map<std::string, std::string> files;
   std::vector<std::string> requested;
+  RecordedNodes nodes;
 
   std::string toJson() const;
 };
 
 /// The topics that the recording's request named one by one: Snapshot::requested.
 std::vector<std::string> requestedTopics(const Behavior& behavior);
+
+/// Snapshot::nodes; empty: nothing was noted.
+RecordedNodes recordedNodes(const Behavior& behavior);
+
+/// Adds the nodes of the others.
+void addNodes(RecordedNodes& nodes, const RecordedNodes& others);
 
 }  // namespace afterglow::replay

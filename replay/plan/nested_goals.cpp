@@ -1,0 +1,150 @@
+#include "replay/plan/nested_goals.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <string>
+
+#include "replay/plan/recorded_drivers.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+using Names = std::set<std::string>;
+
+/// Last names of a goal, and behind the same namespace of what it is known to cause.
+struct KnownNesting {
+  const char* higher;
+  const char* lower;
+  bool is_velocity;
+};
+
+constexpr KnownNesting kKnown[] = {
+    {"move_base/goal", "*", true},
+    {"execute_trajectory/goal", "*follow_joint_trajectory/goal", false},
+    {"execute_trajectory/goal", "*gripper_action/goal", false},
+    {"execute_trajectory/goal", "*gripper_cmd/goal", false},
+    {"move_group/goal", "*follow_joint_trajectory/goal", false},
+    {"move_group/goal", "*gripper_cmd/goal", false},
+    {"pickup/goal", "*follow_joint_trajectory/goal", false},
+    {"pickup/goal", "*gripper_*/goal", false},
+    {"place/goal", "*follow_joint_trajectory/goal", false},
+    {"place/goal", "*gripper_*/goal", false},
+    {"play_motion/goal", "*follow_joint_trajectory/goal", false},
+    {"parallel_gripper_controller/follow_joint_trajectory/goal",
+     "gripper_controller/follow_joint_trajectory/goal", false},
+    {"point_head_action/goal", "command", false},
+    {"joint_trajectory_action/goal", "command", false},
+    {"position_joint_action/goal", "command", false},
+    {"gripper_action/goal", "command", false}};
+
+bool hasEnding(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// "/arm/follow_joint_trajectory/" of its goal.
+std::string actionOf(const std::string& goal) { return goal.substr(0, goal.rfind('/') + 1); }
+
+bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {
+  const std::string& goal = higher.channel.topic;
+  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](const KnownNesting& known) {
+    if (!hasEnding(goal, std::string("/") + known.higher)) return false;
+    const std::string place = goal.substr(0, goal.size() - std::string(known.higher).size());
+    return isVelocity(lower.channel) == known.is_velocity &&
+           isCalled(lower.channel.topic, place + known.lower);
+  });
+}
+
+/// The nodes that serve a goal's action. A program that sends the goals, too, tells nothing.
+Names serversOf(const std::string& goal, const RecordedNodes& nodes) {
+  const auto around = [&](const std::string& topic) {
+    const auto noted = nodes.find(topic);
+    return noted == nodes.end() ? TopicNodes() : noted->second;
+  };
+  Names servers = around(goal).subscribers;
+  for (const char* answer : {"status", "feedback", "result"}) {
+    const Names tellers = around(actionOf(goal) + answer).publishers;
+    servers.insert(tellers.begin(), tellers.end());
+  }
+  for (const std::string& client : around(goal).publishers) servers.erase(client);
+  return servers;
+}
+
+Names sendersOf(const PlannedTopic& topic, const RecordedNodes& nodes) {
+  const std::string& name = topic.channel.topic;
+  if (isVelocity(topic.channel)) return driversBehind(name, nodes);
+  const auto noted = nodes.find(name);
+  return noted == nodes.end() ? Names() : noted->second.publishers;
+}
+
+bool meet(const Names& some, const Names& others) {
+  return std::any_of(some.begin(), some.end(),
+                     [&](const std::string& name) { return others.count(name) != 0; });
+}
+
+/// Plays its own controller, not others' goals.
+bool isOfController(const PlannedTopic& topic) {
+  return topic.topic_class == TopicClass::Body && !topic.is_by_name;
+}
+
+/// Whether the one may have been sent because of the other at all.
+bool isPair(const PlannedTopic& higher, const PlannedTopic& lower) {
+  const bool is_motion = lower.topic_class == TopicClass::Body &&
+                         lower.modality == Modality::Body &&
+                         lower.channel.type != "actionlib_msgs/GoalID";
+  const bool is_arm_and_base = isOfController(higher) && isVelocity(lower.channel);
+  return &higher != &lower && isGoal(higher.channel) && is_motion && !is_arm_and_base &&
+         higher.modality == Modality::Body;
+}
+
+bool hasCaused(const PlannedTopic& higher, const PlannedTopic& lower, const RecordedNodes& nodes) {
+  const Names servers = serversOf(higher.channel.topic, nodes), senders = sendersOf(lower, nodes);
+  const bool is_noted = !servers.empty() && !senders.empty();
+  return is_noted ? meet(servers, senders) : isKnownNesting(higher, lower);
+}
+
+/// Without the goals, their cancels cancel nothing.
+void leaveOut(PlannedTopic& topic, const std::string& why, std::vector<PlannedTopic>& topics) {
+  topic.why_not = why;
+  topic.is_nameable = true;
+  if (!isGoal(topic.channel)) return;
+  const std::string cancel = actionOf(topic.channel.topic) + "cancel";
+  for (PlannedTopic& other : topics) {
+    if (other.channel.topic == cancel && other.isPlayed() && !other.is_named) other.why_not = why;
+  }
+}
+
+void choose(PlannedTopic& higher, PlannedTopic& lower, std::vector<PlannedTopic>& topics) {
+  const std::string& goal = higher.channel.topic;
+  const std::string& sent = lower.channel.topic;
+  const std::string why_not_higher = "the robot sent " + sent + " for it, which is played instead";
+  if (!higher.isPlayed()) {
+    if (higher.is_nameable) higher.why_not = why_not_higher;
+    return;
+  }
+  if (higher.is_named && lower.is_named) {
+    higher.is_refused = true;
+    higher.why_not = "the robot sends " + sent + " for it, which is played, too: one of the two";
+    return;
+  }
+  const bool is_bare_command = isOfController(higher) && !isGoal(lower.channel);
+  const bool keeps_higher = higher.is_named || (is_bare_command && !lower.is_named);
+  if (keeps_higher) {
+    leaveOut(lower, "the robot sent it for " + goal + ", which is played", topics);
+  } else {
+    leaveOut(higher, why_not_higher, topics);
+  }
+}
+
+}  // namespace
+
+void leaveOutNested(std::vector<PlannedTopic>& topics, const RecordedNodes& nodes) {
+  for (PlannedTopic& higher : topics) {
+    for (PlannedTopic& lower : topics) {
+      const bool is_pair = lower.isPlayed() && isPair(higher, lower);
+      if (is_pair && hasCaused(higher, lower, nodes)) choose(higher, lower, topics);
+    }
+  }
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,112 @@
+#include "replay/plan/recorded_drivers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace afterglow::replay {
+namespace {
+
+using Names = std::set<std::string>;
+
+/// A multiplexer behind a smoother behind a planner.
+constexpr int kMostBehind = 3;
+
+bool isVelocityType(const std::string& type) {
+  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped";
+}
+
+bool isJoystickType(const std::string& type) { return type == "sensor_msgs/Joy"; }
+
+/// The topics of such a type that a node hears.
+std::vector<std::string> heardBy(const std::string& node, bool (*is_type)(const std::string&),
+                                 const RecordedNodes& nodes) {
+  std::vector<std::string> topics;
+  for (const auto& [topic, around] : nodes) {
+    if (is_type(around.type) && around.subscribers.count(node) != 0) topics.push_back(topic);
+  }
+  return topics;
+}
+
+bool hasWord(const std::string& node, const std::vector<std::string>& words) {
+  const std::string last = node.substr(node.rfind('/') + 1);
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+    return last.find(word) != std::string::npos;
+  });
+}
+
+bool isPersons(const std::string& node, const RecordedNodes& nodes) {
+  return hasWord(node, {"teleop", "joy", "keyboard"}) ||
+         !heardBy(node, isJoystickType, nodes).empty();
+}
+
+/// The velocities of which a node makes those on this topic; a player hears its own topic, too, to
+/// know who else drives.
+std::vector<std::string> mixedInto(const std::string& topic, const std::string& node,
+                                   const RecordedNodes& nodes) {
+  const std::vector<std::string> heard = heardBy(node, isVelocityType, nodes);
+  const bool is_own = std::find(heard.begin(), heard.end(), topic) != heard.end();
+  return is_own ? std::vector<std::string>() : heard;
+}
+
+bool isMultiplexer(const std::string& topic, const std::string& node, const RecordedNodes& nodes) {
+  return hasWord(node, {"mux"}) || !mixedInto(topic, node, nodes).empty();
+}
+
+/// Its own process is not who obeys: a program that sends and hears it all is no robot.
+bool isObeyedByAnother(const TopicNodes& around) {
+  return around.subscribers.empty() ||
+         !std::includes(around.publishers.begin(), around.publishers.end(),
+                        around.subscribers.begin(), around.subscribers.end());
+}
+
+void addDriversBehind(const std::string& topic, const RecordedNodes& nodes, int depth,
+                      Names& drivers) {
+  const auto noted = nodes.find(topic);
+  if (noted == nodes.end() || depth == 0) return;
+  for (const std::string& node : noted->second.publishers) {
+    drivers.insert(node);
+    for (const std::string& other : mixedInto(topic, node, nodes)) {
+      addDriversBehind(other, nodes, depth - 1, drivers);
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes) {
+  const auto noted = nodes.find(topic);
+  if (noted == nodes.end() || noted->second.publishers.empty()) return std::nullopt;
+  const Names& senders = noted->second.publishers;
+  const std::string names = fmt::format("{}", fmt::join(senders, ", "));
+  const auto isPerson = [&](const std::string& node) { return isPersons(node, nodes); };
+  if (std::all_of(senders.begin(), senders.end(), isPerson)) {
+    return RecordedDriver{TopicClass::Control,
+                          "a person's velocities: " + names + " alone sent them"};
+  }
+  const auto isMixer = [&](const std::string& node) { return isMultiplexer(topic, node, nodes); };
+  if (isObeyedByAnother(noted->second) && std::all_of(senders.begin(), senders.end(), isMixer)) {
+    return RecordedDriver{TopicClass::Other, "the base behind its multiplexer, " + names +
+                                                 ": nobody could override it"};
+  }
+  return std::nullopt;
+}
+
+bool wasUnheard(const std::string& topic, const RecordedNodes& nodes) {
+  const auto noted = nodes.find(topic);
+  const bool is_noted = noted != nodes.end() && noted->second.subscribers.empty();
+  return is_noted && std::any_of(nodes.begin(), nodes.end(), [](const auto& around) {
+           return !around.second.subscribers.empty();
+         });
+}
+
+std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes) {
+  Names drivers;
+  addDriversBehind(topic, nodes, kMostBehind, drivers);
+  return drivers;
+}
+
+bool tellsWhoDrove(const std::string& type) { return isVelocityType(type) || isJoystickType(type); }
+
+}  // namespace afterglow::replay

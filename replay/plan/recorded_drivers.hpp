@@ -1,0 +1,37 @@
+/// \file
+/// What the nodes around a topic tell of it: who drove by a velocity topic when it was recorded, a
+/// program, a person or a multiplexer. It never permits more than the topic's name and type do.
+/// Source: what teleop_twist_joy, twist_mux, yocs_cmd_vel_mux, topic_tools mux and velocity
+/// smoothers subscribe to.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+
+#include "replay/plan/topic_role.hpp"
+#include "replay/record/snapshot.hpp"
+
+namespace afterglow::replay {
+
+struct RecordedDriver {
+  TopicClass topic_class;  ///< Control or Other
+  std::string why;         ///< one clause, for people
+};
+
+/// Of a velocity topic. Control if only nodes sent on it by which a person drives: called so
+/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear other
+/// velocities and not this one: behind them nobody can override a replay. Else empty, as for topics
+/// that nothing was noted of.
+std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes);
+
+/// Whether it was noted that no node heard it; not in imports, which know the senders alone.
+bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
+
+/// Those that sent a velocity, and behind smoothers and multiplexers those that sent theirs.
+std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes);
+
+/// Velocities and joysticks: topics that tell who drove, recorded or not.
+bool tellsWhoDrove(const std::string& type);
+
+}  // namespace afterglow::replay
