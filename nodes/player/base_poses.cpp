@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::uint32_t kPoseQueue = 100;
 constexpr std::int64_t kTimeWentBack = 1'000'000'000;
+constexpr std::int64_t kOldestOdometry = 500'000'000;
 
 /// Seen from above; empty if it is none.
 std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& transform) {
@@ -48,11 +49,19 @@ replay::BaseInput BasePoses::look(replay::Stamp now) {
 replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
                                   const std::function<bool()>& is_stopped) {
   const Deadline deadline = deadlineIn(patience_s);
-  const auto lacks = [&] { return !T_odom_base_ || (for_localization && !T_map_odom_); };
+  // One alone may be a latched word of a node that is gone.
+  const auto isAlive = [&] {
+    const replay::BaseInput input = look(stampNow());
+    return odometry_count_ > 1 && input.now.ns - input.T_odom_base->stamp.ns <= kOldestOdometry;
+  };
+  const auto lacks = [&] { return !isAlive() || (for_localization && !T_map_odom_); };
   while (lacks() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
     queue_.callAvailable(ros::WallDuration(0.02));
   }
-  return look(stampNow());
+  const bool is_alive = isAlive();
+  replay::BaseInput input = look(stampNow());
+  if (!is_alive) input.T_odom_base.reset();
+  return input;
 }
 
 void BasePoses::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event) {
@@ -78,6 +87,8 @@ void BasePoses::onOdometry(const geometry_msgs::TransformStamped& transform,
   const bool is_first =
       !T_odom_base_ || stamp.ns < T_odom_base_->stamp.ns - kTimeWentBack;  // and began anew
   if (!is_first && stamp < T_odom_base_->stamp) return;
+  if (is_first) odometry_count_ = 0;
+  if (odometry_count_ < 2 && (is_first || stamp.ns > T_odom_base_->stamp.ns)) ++odometry_count_;
   delay_ns_ = is_first ? delay_ns : std::min(delay_ns_, delay_ns);
   T_odom_base_ = replay::StampedPose{stamp, *pose};
 }

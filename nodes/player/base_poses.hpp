@@ -26,7 +26,8 @@ class BasePoses {
   /// Stamps are in ROS time here: odometry's own, moved by the shortest delay seen, so that another
   /// machine's clock does no harm; localization's when it came, because it is dated ahead.
   replay::BaseInput look(replay::Stamp now);
-  /// The same after waiting for both, or for odometry alone.
+  /// The same after waiting for both, or for odometry alone. Odometry has to be alive: without a
+  /// second pose that is newer, and with one that is older than half a second, there is none.
   replay::BaseInput wait(bool for_localization, double patience_s,
                          const std::function<bool()>& is_stopped);
 
@@ -39,6 +40,7 @@ class BasePoses {
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
   std::optional<replay::StampedPose> T_odom_base_;  ///< by its own clock
+  int odometry_count_ = 0;                          ///< of stamps that rose, up to 2
   std::optional<replay::StampedPose> T_map_odom_;
   std::int64_t delay_ns_ = 0;  ///< of odometry, the shortest; its clock's difference is in it
 };

@@ -78,7 +78,10 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
   if (emergency_stop_) emergency_stop_->check();
   const replay::MovedParts parts = movedParts(store_, plan_);
-  if (parts.moves_base) base_.emplace(store_, plan_, options_.base, limits_);
+  if (parts.moves_base) {
+    base_.emplace(store_, plan_, options_.base, limits_);
+    if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
+  }
   if (parts.moves_joints) listenToJoints(is_stopped);
   replay::StartPose then;
   if (options_.start != BodyOptions::Start::Anywhere) {

@@ -421,6 +421,7 @@ void setRobot(Request& request, const std::string& name_or_file) {
   request.robot = findRobotProfile(name_or_file);
   request.body.robot = request.robot;
   const replay::RobotProfile::Base& base = request.robot.base;
+  request.body.base.usual_topic = base.velocity_topic;
   replay::TrackFrames& frames = request.body.base.frames;
   if (!base.map_frame.empty()) frames.map = base.map_frame;
   if (!base.odom_frame.empty()) frames.odometry = base.odom_frame;
@@ -468,9 +469,13 @@ std::vector<PlayOption> theRobotsSafety() {
 std::vector<PlayOption> theRobotsBase() {
   return {
       member("open_loop", flag(),
-             "Send the base's velocities as they were recorded; default: it is driven along its "
-             "recorded poses",
+             "Send the base's velocities as they were recorded, wherever they lead; default: it is "
+             "driven along its recorded poses, or refused",
              [](Request& r) -> auto& { return r.body.base.is_open_loop; }),
+      member("odometry_only", flag(),
+             "Without localization, then or now, follow the base's odometry from where it stands; "
+             "default: it is refused",
+             [](Request& r) -> auto& { return r.body.base.is_odometry_enough; }),
       member("base_topic", text("TOPIC"), "Which of several velocity topics is the base's",
              [](Request& r) -> auto& { return r.body.base.topic; }),
       keyed<std::string>("base_frame", "FRAME",

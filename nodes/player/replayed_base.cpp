@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -18,6 +19,9 @@ constexpr std::chrono::milliseconds kBaseStep(20);
 constexpr double kPosesPatience = 3;    // s
 constexpr double kFarthestStart = 1.0;  // m; nobody expects a replay to drive farther on its own
 constexpr double kLongestDrive = 60;    // s
+/// What a base may do unseen in its recording: s before its first and after its last pose, and m
+/// and rad in a gap between two.
+constexpr double kUnseen = 0.5, kUnseenWay = 0.1, kUnseenTurn = 0.25;
 
 replay::TrackFrames liveFrames(const replay::TrackFrames& recorded, const replay::PlayPlan& plan) {
   const auto& settings = plan.rewriting;
@@ -49,19 +53,16 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
   }
   played_topics_ = fmt::format("{}", fmt::join(played, ", "));
   topic_ = chooseTopic();
-  if (!topic_) {
-    why_open_loop_ = "velocities are played on " + played_topics_ +
-                     ", and it was not said which are the base's (--base-topic, ~base_topic)";
-    return;
-  }
-  const auto first = store.messages(plan.behavior, {{topic_->channel.topic}, {}, {}})->next();
-  if (first) sample_ = first->bytes;
-  replay::Rewriter rewriter([] { return std::string(); }, plan.rewriting);
-  (void)rewriter.rewrite(topic_->channel, {}, sample_);
+  readVelocities();
   if (options.is_open_loop) {
     why_open_loop_ = "that was asked for";
+  } else if (!first_motion_) {
+    why_open_loop_ = "its recorded velocities are zeros";
+  } else if (!topic_) {
+    why_not_ = "velocities are played on " + played_topics_ +
+               ", and it was not said which are the base's (--base-topic, ~base_topic)";
   } else if (options.has_recorded_time) {
-    why_open_loop_ = "the recording's time is played, which the robot's poses do not keep";
+    why_not_ = "the recording's time is played, which the robot's poses do not keep";
   } else {
     readTrack();
   }
@@ -69,20 +70,90 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
 
 const replay::PlannedTopic* ReplayedBase::chooseTopic() const {
   const std::vector<const replay::PlannedTopic*> all = velocityTopics(plan_);
-  if (options_.topic.empty()) return all.size() == 1 ? all.front() : nullptr;
+  const bool is_said = !options_.topic.empty();
+  if (!is_said && all.size() == 1) return all.front();
+  const std::string& wanted = is_said ? options_.topic : options_.usual_topic;
   for (const replay::PlannedTopic* topic : all) {
-    const bool is_named =
-        options_.topic == topic->channel.topic || options_.topic == topic->output.topic;
-    if (is_named) return topic;
+    if (wanted == topic->channel.topic || wanted == topic->output.topic) return topic;
   }
+  if (!is_said) return nullptr;
   throw std::runtime_error("no velocities are played on " + options_.topic +
                            ", the base's topic; there are " + played_topics_);
 }
 
+/// Of all that are played: as long as it is not known which are the base's, all may be.
+void ReplayedBase::readVelocities() {
+  for (const replay::PlannedTopic* topic : velocityTopics(plan_)) {
+    if (topic_ && topic != topic_) continue;
+    const auto messages =
+        store_.messages(plan_.behavior, {{topic->channel.topic}, plan_.begin, plan_.end});
+    while (const auto message = messages->next()) {
+      if (sample_.empty()) sample_ = message->bytes;
+      if (replay::isZero(replay::velocityOf(message->bytes))) continue;
+      if (!first_motion_) first_motion_ = message->received;
+      first_motion_ = std::min(*first_motion_, message->received);
+      last_motion_ = std::max(last_motion_.value_or(message->received), message->received);
+    }
+  }
+  if (!topic_) return;
+  replay::Rewriter rewriter([] { return std::string(); }, plan_.rewriting);
+  (void)rewriter.rewrite(topic_->channel, {}, sample_);
+}
+
 void ReplayedBase::readTrack() {
-  std::string why;
-  track_ = readPoseTrack(store_, plan_.behavior, options_.frames, options_.noise, why);
-  if (!track_) why_open_loop_ = why;
+  track_ = readPoseTrack(store_, plan_.behavior, options_.frames, options_.noise, why_not_);
+  if (track_) why_not_ = missingThen();
+}
+
+/// Of the poses of the part that is played.
+std::string ReplayedBase::missingThen() const {
+  using replay::secondsBetween;
+  if (!track_->isLocalized() && !options_.is_odometry_enough) {
+    return "it was recorded without localization (" + options_.frames.map + " -> " +
+           options_.frames.odometry + "); --odometry-only follows its odometry, from where it is";
+  }
+  if (secondsBetween(*first_motion_, track_->begin()) > kUnseen) {
+    return fmt::format("its poses were recorded only {:.1f} s after its first velocity",
+                       secondsBetween(*first_motion_, track_->begin()));
+  }
+  if (secondsBetween(track_->end(), *last_motion_) > kUnseen) {
+    return fmt::format("its poses end {:.1f} s before its last velocity",
+                       secondsBetween(track_->end(), *last_motion_));
+  }
+  for (const replay::TrackGap& gap : track_->gaps) {
+    if (gap.to < plan_.begin || gap.from > plan_.end) continue;
+    const replay::PlanarPose way = between(track_->at(gap.from), track_->at(gap.to));
+    const double distance = std::hypot(way.x, way.y);
+    if (distance > kUnseenWay || std::abs(way.yaw) > kUnseenTurn) {
+      return fmt::format(
+          "no pose was recorded for {:.1f} s in which it went {:.2f} m and turned {:.0f} deg",
+          secondsBetween(gap.from, gap.to), distance,
+          std::abs(way.yaw) * replay::kDegreesPerRadian);
+    }
+  }
+  return "";
+}
+
+std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
+  const bool is_localized = track_->isLocalized();
+  const replay::BaseInput live = poses_.wait(is_localized, kPosesPatience, is_stopped);
+  if (!live.T_odom_base) {
+    return "nobody tells where it is now (tf's " + live_frames_.odometry + " -> " +
+           live_frames_.base + ")";
+  }
+  if (is_localized && !live.T_map_odom && !options_.is_odometry_enough) {
+    return "nobody localizes it now (tf's " + live_frames_.map + " -> " + live_frames_.odometry +
+           "); --odometry-only follows its odometry, from where it is";
+  }
+  return "";
+}
+
+std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
+  if (!why_open_loop_.empty()) return "";
+  const std::string why = why_not_.empty() ? missingNow(is_stopped) : why_not_;
+  if (why.empty() || is_stopped()) return "";
+  return "the base cannot follow its recorded poses: " + why +
+         "; --open-loop (~open_loop) sends its recorded velocities, wherever they lead";
 }
 
 replay::TrackerOptions ReplayedBase::trackerOptions() const {
@@ -146,11 +217,6 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
 void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   if (!track_) return;
   const replay::BaseInput live = poses_.wait(track_->isLocalized(), kPosesPatience, is_stopped);
-  if (!live.T_odom_base) {
-    why_open_loop_ = "nobody tells where the base is now (tf's " + live_frames_.odometry + " -> " +
-                     live_frames_.base + ")";
-    return;
-  }
   replay::TrackerOptions options = trackerOptions();
   options.with_localization = live.T_map_odom.has_value();
   auto drive = std::make_unique<replay::BaseDrive>(
@@ -158,8 +224,7 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
       // Not the player's time: poses are dated by ros::Time, which a followed clock need not be.
       [this](replay::Stamp) { return poses_.look(stampNow()); });
   if (!drive->hasDrives()) {
-    why_open_loop_ = "the base stood still when it was recorded";
-    return;
+    notes_.push_back("the base stood still when it was recorded: its velocities are not sent");
   }
   if (track_->isLocalized() && !live.T_map_odom) {
     notes_.push_back("nobody localizes the robot now (tf's " + live_frames_.map + " -> " +
@@ -172,10 +237,12 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
 void ReplayedBase::addTo(replay::PlayReport& report) const {
   std::vector<std::string> notes = notes_;
   if (!why_open_loop_.empty()) {
-    notes.push_back(
-        "the base was driven in open loop, by its recorded velocities, and ended "
-        "wherever they led: " +
-        why_open_loop_);
+    if (first_motion_) {
+      notes.push_back(
+          "the base was driven in open loop, by its recorded velocities, and ended wherever they "
+          "led: " +
+          why_open_loop_);
+    }
     report.base.emplace();
     report.base->topic = played_topics_;
     report.base->why_open_loop = why_open_loop_;

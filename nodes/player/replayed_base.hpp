@@ -1,6 +1,7 @@
 /// \file
-/// What drives the base in a replay: the recorded pose track in closed loop, wherever poses were
-/// recorded and are told now; else the recorded velocities, with a warning.
+/// What drives the base in a replay: the recorded pose track in closed loop. Where poses were not
+/// recorded or are not told now, the base is refused; its recorded velocities are sent if that is
+/// asked for.
 #pragma once
 
 #include <functional>
@@ -21,8 +22,11 @@ namespace afterglow::nodes {
 
 /// ROS parameters of the same meaning are named in brackets.
 struct BaseOptions {
-  bool is_open_loop = false;       ///< recorded velocities, as they were [~open_loop]
+  bool is_open_loop = false;  ///< recorded velocities, as they were [~open_loop]
+  /// Without localization, then or now, it follows its odometry from where it is [~odometry_only].
+  bool is_odometry_enough = false;
   std::string topic;               ///< which of several velocity topics is the base's [~base_topic]
+  std::string usual_topic;         ///< which it is if that is not said: the profile's
   bool has_recorded_time = false;  ///< the clock is the recording's
   replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
@@ -38,6 +42,9 @@ class ReplayedBase {
 
   /// The frames of this robot, which may be another one's: as the plan renames them.
   const replay::TrackFrames& frames() const { return live_frames_; }
+  /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
+  /// today's poses, at most 3 s. Nothing is refused where only zeros would be sent.
+  std::string refusal(const std::function<bool()>& is_stopped);
   /// Where it stands by the mean of what localization says for a while; empty if nothing says.
   std::optional<replay::PlanarPose> measure(double seconds,
                                             const std::function<bool()>& is_stopped);
@@ -46,8 +53,7 @@ class ReplayedBase {
   std::string driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                       const std::function<bool()>& is_stopped);
 
-  /// Waits for today's poses, at most 3 s, and decides. Before that and in open loop drive() is
-  /// none.
+  /// After refusal() has allowed it. Before that and in open loop drive() is none.
   void prepare(const std::function<bool()>& is_stopped);
   replay::BaseDrive* drive() { return drive_.get(); }
   /// What is to be known of it, and in open loop why; the player tells of the drives.
@@ -55,7 +61,10 @@ class ReplayedBase {
 
  private:
   const replay::PlannedTopic* chooseTopic() const;
+  void readVelocities();
   void readTrack();
+  std::string missingThen() const;
+  std::string missingNow(const std::function<bool()>& is_stopped);
   replay::TrackerOptions trackerOptions() const;
 
   const replay::Store& store_;
@@ -67,9 +76,11 @@ class ReplayedBase {
   const replay::PlannedTopic* topic_ = nullptr;  ///< none: it is not known which is the base's
   std::string played_topics_;
   replay::Bytes sample_;  ///< its first message
+  std::optional<replay::Stamp> first_motion_, last_motion_;  ///< its first and last other than zero
   std::optional<replay::PoseTrack> track_;
   std::unique_ptr<replay::BaseDrive> drive_;
-  std::string why_open_loop_;
+  std::string why_open_loop_;  ///< empty: it follows its track
+  std::string why_not_;        ///< it cannot, as far as the recording says
   std::vector<std::string> notes_;
 };
 

@@ -1,10 +1,12 @@
 #include "replay/motion/track_reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include "replay/messages/field_edit.hpp"
@@ -16,6 +18,9 @@ namespace {
 
 constexpr std::size_t kMostPairs = 12;              // that a refusal lists
 constexpr std::int64_t kStanding = 10'000'000'000;  // ns after the end that may tell of it
+// Names that these frames have on other robots, too: on TIAGo and TurtleBots, on PR2.
+constexpr std::array<std::string_view, 2> kOdometryFrames{"odom", "odom_combined"};
+constexpr std::array<std::string_view, 2> kBaseFrames{"base_link", "base_footprint"};
 
 const std::vector<FieldPath>& transformPaths() {
   static const std::vector<FieldPath> kPaths = [] {
@@ -29,6 +34,11 @@ const std::vector<FieldPath>& transformPaths() {
     return paths;
   }();
   return kPaths;
+}
+
+template <std::size_t n>
+bool isAmong(const std::array<std::string_view, n>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 std::string bare(const std::string& frame) {
@@ -96,7 +106,8 @@ class TrackReading {
 
   std::optional<PoseTrack> finish(const std::string& topic, std::string& why) {
     if (!builder_.hasOdometry()) {
-      why = "no " + odometry_ + " -> " + base_ + " was recorded on " + topic + pairsSeen();
+      why = "no " + odometry_ + " -> " + base_ + " was recorded on " + topic + pairsSeen() +
+            framesAdvice();
       return {};
     }
     PoseTrack track = builder_.build(map_, odometry_, delay_);
@@ -113,6 +124,9 @@ class TrackReading {
     const bool is_odometry = parent == odometry_ && child == base_;
     if (!is_odometry && !(parent == map_ && child == odometry_)) {
       if (pairs_.size() < kMostPairs) pairs_.insert(parent + " -> " + child);
+      if (isAmong(kOdometryFrames, parent) && isAmong(kBaseFrames, child)) {
+        likely_.insert("odom=" + parent + " base=" + child);
+      }
       return;
     }
     const std::optional<PlanarPose> pose = transforms.pose(i);
@@ -136,6 +150,14 @@ class TrackReading {
     return text;
   }
 
+  std::string framesAdvice() const {
+    std::string text;
+    for (const std::string& frames : likely_) {
+      text += (text.empty() ? "; perhaps --base-frame " : " or ") + frames;
+    }
+    return text;
+  }
+
   const FieldFinder* finderOf(std::int64_t channel) {
     const auto known = finders_.find(channel);
     if (known != finders_.end()) return known->second ? &*known->second : nullptr;
@@ -154,6 +176,7 @@ class TrackReading {
   TrackBuilder builder_;
   std::map<std::int64_t, std::optional<FieldFinder>> finders_;
   std::set<std::string> pairs_;
+  std::set<std::string> likely_;  ///< as --base-frame takes them
   std::int64_t delay_ = std::numeric_limits<std::int64_t>::max();  ///< the shortest seen
   std::uint64_t unreadable_ = 0;
   bool is_ended_ = false, has_moved_on_ = false;

@@ -260,7 +260,8 @@ struct ReplayGuard : testing::Test {
     name = "/player_" + std::to_string(++count);
     std::vector<std::string> arguments = {
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name.substr(1), "replay:=" + name + "/replay",
-        "_store:=" + world->store,  "_allow_motion:=true",       "_hold:=0"};
+        "_store:=" + world->store,  "_allow_motion:=true",       "_open_loop:=true",
+        "_hold:=0"};
     arguments.insert(arguments.end(), parameters.begin(), parameters.end());
     player = std::make_unique<test::NodeProcess>(arguments);
     client = std::make_unique<Client>(name + "/replay", false);

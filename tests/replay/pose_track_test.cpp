@@ -240,7 +240,9 @@ TEST(TrackReader, saysWhatThereIsWhenTheBaseIsNot) {
   log.add({"odom", "base_footprint", 1, {}});
   log.add({"map", "odom", 1.1, {}});
   EXPECT_FALSE(log.read());
-  EXPECT_EQ(log.why, "no odom -> base_link was recorded on /tf; there are odom -> base_footprint");
+  EXPECT_EQ(log.why,
+            "no odom -> base_link was recorded on /tf; there are odom -> base_footprint; perhaps "
+            "--base-frame odom=odom base=base_footprint");
   TrackFrames frames;
   frames.base = "/base_footprint";
   EXPECT_TRUE(log.read(frames));
