@@ -12,7 +12,8 @@ PageData worstJointText(const nlohmann::json& player_report) {
       player_report.value(nlohmann::json::json_pointer("/body/worst"), nlohmann::json::object());
   if (!worst.contains("joint")) return nullptr;
   const auto joint = worst.at("joint").get<std::string>();
-  return joint + " " + jointErrorText(joint, worst.at("error").get<double>(), "°");
+  const bool is_sliding = replay::RobotJoints().isSliding(joint);
+  return joint + " " + jointErrorText(is_sliding, worst.at("error").get<double>(), "°");
 }
 
 /// A replayed moment in the middle of the first behavior.

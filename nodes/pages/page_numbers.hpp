@@ -36,9 +36,8 @@ inline std::string counted(std::uint64_t count, const std::string& thing) {
 }
 
 /// Of a joint, in mm or degrees, with its sign; `degree` is how that is written there.
-inline std::string jointErrorText(const std::string& joint, double error,
-                                  const std::string& degree) {
-  return replay::isSlidingJoint(joint)
+inline std::string jointErrorText(bool is_sliding, double error, const std::string& degree) {
+  return is_sliding
              ? fmt::format("{:+.1f} mm", error * 1000)
              : fmt::format("{:+.2f}", error * replay::kDegreesPerRadian) + degree;
 }

@@ -73,7 +73,8 @@ void addEnds(const PlayReport& report, PageData& facts) {
   }
   const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
   if (worst) {
-    facts.push_back(fact("Joint farthest off", jointErrorText(worst->first, worst->second, "°"),
+    const bool is_sliding = report.body_end->sliding.count(worst->first) > 0;
+    facts.push_back(fact("Joint farthest off", jointErrorText(is_sliding, worst->second, "°"),
                          worst->first));
   }
 }
@@ -150,7 +151,8 @@ PageData joints(const PlayReport& report) {
   PageData rows = PageData::array();
   if (!report.body_end) return rows;
   for (const auto& [joint, error] : report.body_end->joints) {
-    rows.push_back({{"joint", joint}, {"error", jointErrorText(joint, error, "°")}});
+    const bool is_sliding = report.body_end->sliding.count(joint) > 0;
+    rows.push_back({{"joint", joint}, {"error", jointErrorText(is_sliding, error, "°")}});
   }
   return rows;
 }

@@ -77,7 +77,8 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
   if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
   if (emergency_stop_) emergency_stop_->check();
-  const replay::MovedParts parts = movedParts(store_, plan_);
+  replay::MovedParts parts = movedParts(store_, plan_);
+  parts.robot = options_.joints;
   if (parts.moves_base) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
@@ -111,12 +112,28 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
 }
 
 void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
-  joints_.emplace();
+  if (!options_.joints.isDescribed()) {
+    notes_.push_back(
+        "no robot_description was recorded, and there is none now: joints are taken to turn, or to "
+        "slide, by their names, and none without an end");
+  }
+  joints_.emplace(options_.joint_topics);
   const Deadline deadline = deadlineIn(kLivePatience);
   while (joints_->positions().empty() && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(kGoalLook);
   }
+}
+
+/// A joint that only follows another one need not be told of.
+std::optional<replay::LiveJoint> BodyGate::lookAt(const std::string& joint) const {
+  const auto live = joints_->find(joint);
+  const replay::MimicJoint* mimic = options_.joints.mimicOf(joint);
+  if (live || !mimic) return live;
+  const auto other = joints_->find(mimic->other);
+  if (!other) return std::nullopt;
+  return replay::LiveJoint{mimic->factor * other->position + mimic->offset,
+                           mimic->factor * other->velocity};
 }
 
 /// From now on goals begin where the joints are.
@@ -130,15 +147,14 @@ void BodyGate::watchArm() {
   options.tolerances = options_.tolerances;
   options.speed = options_.speed;
   options.limits = limits_;
-  options.continuous = continuousJoints();
+  options.robot = options_.joints;
   arm_.emplace(replay::JointTrack::read(store_, plan_.behavior, plan_.begin, plan_.end),
-               [this](const std::string& joint) { return joints_->find(joint); }, options);
+               [this](const std::string& joint) { return lookAt(joint); }, options);
 }
 
-/// The Fetch's: of heads with other controllers no fault is known.
 std::string BodyGate::gazeFrame() const {
-  const bool is_known = joints_ && joints_->find("head_tilt_joint");
-  return is_known ? plan_.rewriting.frame("head_tilt_link") : "";
+  const std::string& frame = options_.robot.gaze_frame;
+  return joints_ && !frame.empty() ? plan_.rewriting.frame(frame) : "";
 }
 
 void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
@@ -187,6 +203,7 @@ replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::
   question.joints = parts.joints();
   for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
   question.asks_base = then.base.has_value();
+  question.joint_topics = options_.joint_topics;
   if (base_) {
     question.map = base_->frames().map;
     question.base = base_->frames().base;
@@ -198,10 +215,12 @@ replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::
 void BodyGate::checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const {
   std::vector<std::string> unknown;
   for (const std::string& joint : parts.joints()) {
-    if (now.joints.count(joint) == 0) unknown.push_back(joint);
+    const bool is_told = now.joints.count(joint) > 0 || options_.joints.mimicOf(joint);
+    if (!is_told) unknown.push_back(joint);
   }
   if (unknown.empty()) return;
-  refuse(fmt::format("this robot has no joint {} (/joint_states)", fmt::join(unknown, ", ")));
+  refuse(fmt::format("this robot has no joint {} ({})", fmt::join(unknown, ", "),
+                     fmt::join(options_.joint_topics, ", ")));
 }
 
 // ----------------------------------------------------------------------------------- to the start

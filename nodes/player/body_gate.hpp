@@ -30,7 +30,10 @@ struct BodyOptions {
   double longest_stall_s = 0.06;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
   BaseOptions base;
-  replay::RobotProfile robot;  ///< [~robot]
+  bool is_any_map_right = false;  ///< another map than the recorded one will do [~any_map]
+  replay::RobotProfile robot;     ///< [~robot]
+  replay::RobotJoints joints;  ///< by its description; its limits are bounded by it
+  std::vector<std::string> joint_topics = {"/joint_states"};
 };
 
 /// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there
@@ -74,6 +77,7 @@ class BodyGate {
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
   void listenToJoints(const std::function<bool()>& is_stopped);
+  std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
   void watchArm();
   void holdGaze(const std::function<bool()>& is_stopped);
   replay::GoalOutcome perform(const replay::Channel& output, const replay::Bytes& goal,

@@ -30,7 +30,8 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
     if (live == now.joints.end()) {
       end.remarks.push_back("nobody told where " + joint + " was at the end");
     } else {
-      end.joints[joint] = replay::jointError(joint, position, live->second);
+      end.joints[joint] = then.robot.way(joint, position, live->second);
+      if (then.robot.isSliding(joint)) end.sliding.insert(joint);
     }
   }
   if (then.base && now.base) {
@@ -43,10 +44,12 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 }
 
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report, const replay::TrackFrames& frames,
+                           const replay::PlayReport& report, const BodyOptions& options,
                            const std::function<bool()>& is_stopped) {
+  const replay::TrackFrames& frames = options.base.frames;
   std::vector<std::string> remarks;
   replay::MovedParts parts = movedParts(store, plan);
+  parts.robot = options.joints;
   // The drive has looked for longer than this would.
   parts.moves_base = parts.moves_base && !baseEnd(report);
   const replay::StartPose then =
@@ -54,6 +57,7 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
   PoseQuestion question;
   for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
   question.asks_base = then.base.has_value();
+  question.joint_topics = options.joint_topics;
   question.map = plan.rewriting.frame(frames.map);
   question.base = plan.rewriting.frame(frames.base);
   const bool asks = question.asks_base || !question.joints.empty();

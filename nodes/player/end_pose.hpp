@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "nodes/player/body_gate.hpp"
 #include "replay/motion/start_pose.hpp"
 #include "replay/play/play_report.hpp"
 #include "replay/store/store.hpp"
@@ -15,9 +16,9 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,
 /// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
-/// if nobody answers, at most until `is_stopped`. `frames` are as recorded. Throws StoreError.
+/// if nobody answers, at most until `is_stopped`. Throws StoreError.
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
-                           const replay::PlayReport& report, const replay::TrackFrames& frames,
+                           const replay::PlayReport& report, const BodyOptions& options,
                            const std::function<bool()>& is_stopped);
 
 }  // namespace afterglow::nodes

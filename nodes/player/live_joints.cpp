@@ -1,7 +1,5 @@
 #include "nodes/player/live_joints.hpp"
 
-#include <urdf_parser/urdf_parser.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -12,15 +10,17 @@ constexpr std::chrono::milliseconds kFresh(500);
 
 }  // namespace
 
-LiveJoints::LiveJoints() : spinner_(1, &queue_) {
+LiveJoints::LiveJoints(const std::vector<std::string>& topics) : spinner_(1, &queue_) {
   node_.setCallbackQueue(&queue_);
-  subscriber_ = node_.subscribe<sensor_msgs::JointState>(
-      "/joint_states", 100, [this](const auto& message) { onJoints(*message); });
+  for (const std::string& topic : topics) {
+    subscribers_.push_back(node_.subscribe<sensor_msgs::JointState>(
+        topic, 100, [this](const auto& message) { onJoints(*message); }));
+  }
   spinner_.start();
 }
 
 LiveJoints::~LiveJoints() {
-  subscriber_.shutdown();
+  for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
   spinner_.stop();
 }
 
@@ -47,20 +47,6 @@ void LiveJoints::onJoints(const sensor_msgs::JointState& message) {
     const double velocity = i < message.velocity.size() ? message.velocity[i] : 0;
     joints_[message.name[i]] = {{message.position[i], std::isfinite(velocity) ? velocity : 0}, now};
   }
-}
-
-std::set<std::string> continuousJoints() {
-  std::set<std::string> joints;
-  std::string description;
-  if (!ros::param::get("/robot_description", description)) {
-    return joints;
-  }
-  if (const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(description)) {
-    for (const auto& [name, joint] : model->joints_) {
-      if (joint->type == urdf::Joint::CONTINUOUS) joints.insert(name);
-    }
-  }
-  return joints;
 }
 
 }  // namespace afterglow::nodes

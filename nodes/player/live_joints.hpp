@@ -1,5 +1,5 @@
 /// \file
-/// Where the robot's joints are now: /joint_states.
+/// Where the robot's joints are now: /joint_states, or where a robot with a namespace has it.
 #pragma once
 
 #include <ros/callback_queue.h>
@@ -10,8 +10,8 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "replay/motion/arm_start.hpp"
 
@@ -21,7 +21,8 @@ namespace afterglow::nodes {
 /// thread.
 class LiveJoints {
  public:
-  LiveJoints();
+  /// On one topic or several, each with some of the joints.
+  explicit LiveJoints(const std::vector<std::string>& topics = {"/joint_states"});
   ~LiveJoints();
   LiveJoints(const LiveJoints&) = delete;
   LiveJoints& operator=(const LiveJoints&) = delete;
@@ -42,11 +43,8 @@ class LiveJoints {
   std::map<std::string, Told> joints_;
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
-  ros::Subscriber subscriber_;
+  std::vector<ros::Subscriber> subscribers_;
   ros::AsyncSpinner spinner_;
 };
-
-/// Joints that turn without an end, by the robot_description on the parameter server; none without.
-std::set<std::string> continuousJoints();
 
 }  // namespace afterglow::nodes

@@ -19,8 +19,8 @@ namespace {
 /// Listens while it lives; one thread.
 class PoseListener {
  public:
-  explicit PoseListener(bool asks_base) {
-    if (asks_base) transforms_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
+  explicit PoseListener(const PoseQuestion& question) : joints_(question.joint_topics) {
+    if (question.asks_base) transforms_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
   }
 
   void listen() {
@@ -51,7 +51,7 @@ class PoseListener {
 
 replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
                               const std::function<bool()>& is_stopped) {
-  PoseListener listener(question.asks_base);
+  PoseListener listener(question);
   const Deadline deadline = deadlineIn(patience_s);
   while (!listener.knows(question) && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {

@@ -14,9 +14,10 @@ struct PoseQuestion {
   std::vector<std::string> joints;
   bool asks_base = false;
   std::string map = "map", base = "base_link";  ///< its frames
+  std::vector<std::string> joint_topics = {"/joint_states"};
 };
 
-/// All joints on /joint_states, and the base if the question asks for it. Waits for the parts that
+/// All joints on these topics, and the base if the question asks for it. Waits for the parts that
 /// are asked for, at most `patience_s` or until `is_stopped`; parts that are unknown then are left
 /// out.
 replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,

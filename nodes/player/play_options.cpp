@@ -433,13 +433,18 @@ std::vector<PlayOption> whichRobot() {
       row("robot", text("NAME|FILE"),
           "What is known of this robot: fetch, or a file (assets/README.md); default: nothing",
           [](Request& r, const OptionTexts& texts) { setRobot(r, texts.front()); }),
+      member("any_map", flag(),
+             "Another map than it was recorded on will do; default: base and light stay where they "
+             "are",
+             [](Request& r) -> auto& { return r.body.is_any_map_right; }),
   };
 }
 
 std::vector<PlayOption> theRobotsSafety() {
   return {
       row("limits", text("FILE"),
-          "How fast it may move, a YAML file; default: a Fetch's, or as fast as it did",
+          "How fast it may move, a YAML file; what it does not say is as the robot's description "
+          "and --robot have it, or as fast as it did",
           [](Request& r, const OptionTexts& texts) { r.limits = readLimits(texts.front()); }),
       member("estop_topic", text("TOPIC"),
              "An emergency stop to obey, std_msgs/Bool: true stops the robot",

@@ -36,7 +36,7 @@ struct ReplayRequest {
   replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
-  replay::MotionLimits limits = replay::MotionLimits::fetch();
+  replay::MotionLimits limits;
   replay::RobotProfile robot;  ///< BodyOptions::robot is the same
   BodyOptions body;
 };

@@ -1,5 +1,6 @@
 #include "nodes/player/replay_session.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
@@ -7,7 +8,10 @@
 
 #include "nodes/player/end_pose.hpp"
 #include "nodes/player/live_graph.hpp"
+#include "nodes/player/live_map.hpp"
 #include "nodes/player/realtime.hpp"
+#include "nodes/player/robot_description.hpp"
+#include "nodes/player/robot_file.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/tools/stop_signal.hpp"
@@ -22,6 +26,30 @@ std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay
                                         const ReplayRequest& request) {
   const bool is_needed = request.limits.is_strict || !plan.motionTopics().empty();
   return is_needed ? motionPeaks(store, plan, request.limits) : std::vector<replay::MotionPeak>{};
+}
+
+/// What the robot's description and profile say, as far as that needs no master.
+const ReplayRequest& describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
+                                   ReplayRequest& request) {
+  if (plan.motionTopics().empty()) return request;
+  BodyOptions& body = request.body;
+  body.joints = recordedJoints(store, plan.behavior, request.robot);
+  body.joint_topics = jointTopics(store, plan.behavior, request.plan);
+  request.limits = boundedBy(request.limits, body.joints, request.robot);
+  return request;
+}
+
+/// The same by today's description if none was recorded. Without a profile, a robot that one is
+/// known of by its description's name has its gaze kept, too: without that its head jumps.
+void describeRobotNow(ReplayRequest& request) {
+  BodyOptions& body = request.body;
+  if (!body.joints.isDescribed()) {
+    body.joints = liveDescription(request.robot);
+    request.limits = boundedBy(request.limits, body.joints, request.robot);
+  }
+  if (!body.robot.name.empty()) return;
+  const auto known = builtInRobot(body.joints.robotName());
+  if (known) body.robot.gaze_frame = known->gaze_frame;
 }
 
 std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
@@ -39,7 +67,7 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
     : store_(store),
       request_(request),
       plan_(planReplay(store, request)),
-      peaks_(peaksOf(store, plan_, request)),
+      peaks_(peaksOf(store, plan_, describeRobot(store, plan_, request_))),
       is_paused_(request.options.starts_paused) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
@@ -82,11 +110,34 @@ void ReplaySession::checkPlayable() const {
 
 // ---------------------------------------------------------------------------------------- playing
 
+/// By the base's poses, or by light that is anchored there.
+bool ReplaySession::isPlacedOnMap() const {
+  const replay::AnchorSettings anchors = Stagehand::anchorsIn(plan_, request_.anchors);
+  const bool is_lit_there = anchors.frame == request_.body.base.frames.map;
+  const bool is_driven_there = !request_.body.base.is_open_loop;
+  return std::any_of(plan_.topics.begin(), plan_.topics.end(), [&](const auto& topic) {
+    if (!topic.isPlayed() || topic.count == 0) return false;
+    return (is_lit_there && anchors.of(topic.channel) == replay::Anchor::World) ||
+           (is_driven_there && isVelocity(topic.channel));
+  });
+}
+
+void ReplaySession::refuseOtherMap() const {
+  if (request_.body.is_any_map_right || !isPlacedOnMap()) return;
+  const auto renamed = request_.plan.remap.find("/map");
+  const std::string topic = renamed == request_.plan.remap.end() ? "/map" : renamed->second;
+  const std::string why = whyOtherMap(plan_.behavior, topic, [this] { return isStopped(); });
+  if (!why.empty()) {
+    throw std::runtime_error(why + ": base and light would be anywhere (--any-map, ~any_map)");
+  }
+}
+
 replay::PlayReport ReplaySession::run() {
   checkPlayable();
   for (const std::string& warning : plan_.warnings()) ROS_WARN_STREAM(warning);
   if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
   refuseLivePublishers(plan_, [this] { return isStopped(); });
+  refuseOtherMap();
   time_ = std::make_unique<ReplayTime>(request_.clock);
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
@@ -183,8 +234,8 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
 
 void ReplaySession::addEnd(replay::PlayReport& report) const {
   try {
-    report.body_end = measureEnd(store_, plan_, report, request_.body.base.frames,
-                                 [this] { return isStopped(); });
+    report.body_end =
+        measureEnd(store_, plan_, report, request_.body, [this] { return isStopped(); });
   } catch (const std::exception& error) {
     report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
   }
@@ -192,6 +243,7 @@ void ReplaySession::addEnd(replay::PlayReport& report) const {
 
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
                              const std::function<void()>& on_threads_begun) {
+  describeRobotNow(request_);
   auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, request_.limits, sink, clock,
                                          [this](const std::string& reason) { stop(reason); });
   {

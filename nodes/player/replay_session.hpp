@@ -30,11 +30,11 @@ class ReplaySession {
   void checkPlayable() const;
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
-  /// move the robot and may not or has nothing to play, if no master answers within 2 s, if another
-  /// node publishes the same (live_graph.hpp), or if it should give /clock and another node does;
-  /// before anything is sent, for topics that nobody hears, if that is asked
-  /// for, and for what BodyGate refuses. Stops, before or while it plays, when another node sends
-  /// velocities on a topic that is played.
+  /// move the robot and may not or has nothing to play, if base or light were recorded on another
+  /// map, if no master answers within 2 s, if another node publishes the same (live_graph.hpp), or
+  /// if it should give /clock and another node does; before anything is sent, for topics that
+  /// nobody hears, if that is asked for, and for what BodyGate refuses. Stops, before or while it
+  /// plays, when another node sends velocities on a topic that is played.
   replay::PlayReport run();
 
   void stop(const std::string& reason);
@@ -49,6 +49,8 @@ class ReplaySession {
   replay::PlayProgress progress() const;
 
  private:
+  bool isPlacedOnMap() const;
+  void refuseOtherMap() const;
   replay::PlayReport play(RosSink& sink);
   void openGate(RosSink& sink, replay::Clock& clock, const std::function<void()>& on_threads_begun);
   void closeGate();

@@ -135,16 +135,22 @@ RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
 
 RobotProfile readRobotProfile(const std::string& path) { return profileOf(path, loadYaml(path)); }
 
+std::optional<RobotProfile> builtInRobot(const std::string& name) {
+  for (const EmbeddedRobot* robot = kEmbeddedRobots; robot->name; ++robot) {
+    if (name + ".yaml" != robot->name) continue;
+    return profileOf("assets/robots/" + std::string(robot->name), YAML::Load(robot->text));
+  }
+  return std::nullopt;
+}
+
 RobotProfile findRobotProfile(const std::string& name_or_file) {
   const bool is_file = name_or_file.find('/') != std::string::npos ||
                        std::filesystem::path(name_or_file).extension() == ".yaml";
   if (is_file) return readRobotProfile(name_or_file);
+  if (const auto robot = builtInRobot(name_or_file)) return *robot;
   std::vector<std::string> names;
   for (const EmbeddedRobot* robot = kEmbeddedRobots; robot->name; ++robot) {
     names.push_back(std::filesystem::path(robot->name).stem());
-    if (names.back() == name_or_file) {
-      return profileOf("assets/robots/" + std::string(robot->name), YAML::Load(robot->text));
-    }
   }
   throw std::runtime_error("no robot '" + name_or_file + "' is known" +
                            advice(name_or_file, names) + " (a file has a slash or ends in .yaml)");

@@ -2,6 +2,7 @@
 /// Robots' profiles: those of assets/robots, which are built in, and files of the same kind.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "replay/plan/robot_profile.hpp"
@@ -15,6 +16,9 @@ replay::RobotProfile readRobotProfile(const std::string& path);
 /// assets/robots. Throws as readRobotProfile(), and std::runtime_error, one line, for names that
 /// are none.
 replay::RobotProfile findRobotProfile(const std::string& name_or_file);
+
+/// The robot of that name in assets/robots; none: there is no such.
+std::optional<replay::RobotProfile> builtInRobot(const std::string& name);
 
 /// The profiles that are built in, by file name.
 struct EmbeddedRobot {

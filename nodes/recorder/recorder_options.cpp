@@ -40,6 +40,7 @@ RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
   nodes::read(node, "anchors", options.anchors, "a list of frames");
   nodes::read(node, "calibration", options.calibration, "a folder");
   nodes::read(node, "camera_info", options.camera_info, "a topic");
+  nodes::read(node, "map_topic", options.map_topic, "a topic");
   readAtLeast(node, "retention_days", options.retention_days, 0.0);
   readAtLeast(node, "retention_gigabytes", options.retention_gigabytes, 0.0);
   nodes::read(node, "keep_tags", options.keep_tags, "a list of tags");

@@ -27,6 +27,7 @@ struct RecorderNodeOptions {
   std::vector<std::string> anchors = {"map", "odom", "base_link", "projector_optical_frame"};
   std::string calibration;  ///< ~calibration: folder of the calibration in use
   std::string camera_info = "/projector/camera_info";  ///< ~camera_info: or where it is latched
+  std::string map_topic = "/map";  ///< ~map_topic: the map that the robot is localized on
   double retention_days = 0;           ///< ~retention_days: older behaviors make room; 0: none
   double retention_gigabytes = 0;      ///< ~retention_gigabytes: of the store; 0: any size
   std::vector<std::string> keep_tags;  ///< ~keep_tags: behaviors with one of these stay

@@ -135,6 +135,7 @@ std::int64_t RecordingManager::begin(Running running) {
   behavior.topics = running.topics;
   behavior.calibration = world_.calibration();
   running.snapshot.urdf = world_.urdf();
+  running.snapshot.map = world_.map();
   running.snapshot.begin = world_.frames();
   running.snapshot.requested = running.request.behavior.topics;
   behavior.snapshot = running.snapshot.toJson();
@@ -257,6 +258,8 @@ void RecordingManager::complete(const Running& running, const std::string& outco
                                 std::vector<std::string>& remarks) {
   replay::Snapshot snapshot = running.snapshot;
   snapshot.end = world_.frames();
+  // A map that is being made is another one all the time.
+  if (snapshot.map != world_.map()) snapshot.map.clear();
   snapshot.files = keepFiles(store_, references, remarks);
   behavior.outcome = outcome;
   behavior.snapshot = snapshot.toJson();

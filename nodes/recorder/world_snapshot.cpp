@@ -5,7 +5,9 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "nodes/conversion/map_identity.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -26,6 +28,14 @@ nlohmann::json toJson(const sensor_msgs::CameraInfo& info) {
 
 WorldSnapshot::WorldSnapshot(const RecorderNodeOptions& options, replay::Store& store)
     : options_(options), store_(store) {
+  if (!options_.map_topic.empty()) {
+    map_subscriber_ = node_.subscribe<nav_msgs::OccupancyGrid>(
+        options_.map_topic, 1, [this](const nav_msgs::OccupancyGridConstPtr& map) {
+          std::string identity = mapIdentity(*map);
+          const std::lock_guard<std::mutex> lock(mutex_);
+          map_ = std::move(identity);
+        });
+  }
   if (options_.camera_info.empty()) {
     return;
   }
@@ -68,6 +78,11 @@ std::string WorldSnapshot::urdf() {
     urdf_sha256_ = hash;
   }
   return urdf_sha256_;
+}
+
+std::string WorldSnapshot::map() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return map_;
 }
 
 std::string WorldSnapshot::calibration() const {

@@ -1,6 +1,6 @@
 /// \file
 /// The world around a behavior, as its snapshot keeps it: poses between the anchors, the robot's
-/// description, the projector's calibration.
+/// description, its map, the projector's calibration.
 #pragma once
 
 #include <ros/ros.h>
@@ -29,6 +29,8 @@ class WorldSnapshot {
   replay::Snapshot::Frames frames() const;
   /// SHA-256 of /robot_description, which the store keeps; empty if there is none.
   std::string urdf();
+  /// Which map the robot is localized on: mapIdentity(); empty if there is none.
+  std::string map() const;
   /// A JSON object: the texts of the calibration folder's projector.yaml and
   /// T_camera_projector.yaml by their names, and "camera_info" as it is published; what there is.
   std::string calibration() const;
@@ -40,9 +42,10 @@ class WorldSnapshot {
   TransformListener transforms_{buffer_};
   mutable std::mutex mutex_;  ///< the rest
   std::string urdf_text_, urdf_sha256_;
+  std::string map_;
   std::optional<sensor_msgs::CameraInfo> camera_info_;
   ros::NodeHandle node_;
-  ros::Subscriber camera_info_subscriber_;
+  ros::Subscriber camera_info_subscriber_, map_subscriber_;
 };
 
 }  // namespace afterglow::nodes

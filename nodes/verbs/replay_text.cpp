@@ -124,7 +124,8 @@ std::string base(const PlayReport& report) {
 std::string joints(const PlayReport& report) {
   const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
   if (!worst) return "";
-  return "worst " + jointErrorText(worst->first, worst->second, " deg") + ", " + worst->first +
+  const bool is_sliding = report.body_end->sliding.count(worst->first) > 0;
+  return "worst " + jointErrorText(is_sliding, worst->second, " deg") + ", " + worst->first +
          (report.body_end->joints.size() > 1
               ? ", of " + std::to_string(report.body_end->joints.size())
               : "");

@@ -87,11 +87,11 @@ struct ArmStart::Beginning {
 };
 
 double ArmStart::speedOf(const std::string& joint) const {
-  return isSlidingJoint(joint) ? options_.speed.sliding : options_.speed.turning;
+  return options_.speed.of(options_.robot, joint);
 }
 
 double ArmStart::wayOf(const std::string& joint, double from, double to) const {
-  return options_.continuous.count(joint) > 0 ? wrapAngle(to - from) : to - from;
+  return options_.robot.way(joint, from, to);
 }
 
 double ArmStart::deviationOf(const std::string& joint, const JointTrack::Reach& reach,
@@ -103,15 +103,16 @@ double ArmStart::deviationOf(const std::string& joint, const JointTrack::Reach& 
 /// The seconds that a joint needs if it may be elsewhere.
 double ArmStart::leadOf(const std::string& joint, double then, double deviation,
                         double now) const {
-  if (deviation <= toleranceOf(joint, options_.tolerances)) {
+  const double tolerance = toleranceOf(options_.robot, joint, options_.tolerances);
+  if (deviation <= tolerance) {
     return 0;
   }
   const auto stood = halted_.find(joint);
-  const bool was_halted = stood != halted_.end() &&
-                          std::abs(wayOf(joint, stood->second, now)) <=
-                              toleranceOf(joint, options_.tolerances);
+  const bool was_halted =
+      stood != halted_.end() && std::abs(wayOf(joint, stood->second, now)) <= tolerance;
   if (options_.elsewhere == ArmStartOptions::Elsewhere::Refuse && !was_halted) {
-    throw ArmElsewhere(deviationText(joint, std::abs(wayOf(joint, then, now)), then, now) +
+    const double off = std::abs(wayOf(joint, then, now));
+    throw ArmElsewhere(deviationText(options_.robot, joint, off, then, now) +
                        ": --to-start (~to_start) takes it there first");
   }
   const bool goes_there = was_halted || options_.elsewhere == ArmStartOptions::Elsewhere::Approach;
@@ -140,7 +141,7 @@ void ArmStart::checkSpeed(const Trajectory& trajectory, std::size_t joint, doubl
   const double first = numbersAt(trajectory.points->front(), "positions")[joint];
   const double way = std::abs(wayOf(name, now, first));
   const double time = std::max(secondsOf(trajectory.points->front()), kAtOnce);
-  if (way / time > allowed && way > toleranceOf(name, options_.tolerances)) {
+  if (way / time > allowed && way > toleranceOf(options_.robot, name, options_.tolerances)) {
     lead = std::max(lead, leadOf(name, first, way, now));
   }
 }

@@ -41,8 +41,7 @@ struct ArmStartOptions {
   StartTolerances tolerances;
   ApproachSpeed speed;
   MotionLimits limits;
-  /// Joints that turn without an end: positions that differ by a whole turn are the same.
-  std::set<std::string> continuous;
+  RobotJoints robot;
 };
 
 /// For one replay; one thread.

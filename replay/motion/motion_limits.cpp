@@ -56,7 +56,8 @@ class PeakFinder {
     if (!std::isfinite(value)) return;
     MotionPeak& peak = found_[what];
     if (value < peak.value) return;
-    peak = {topic_, what, unit, power, value, at_s_, limit.value_or(value * margin)};
+    peak = {topic_, what, unit, power, value, at_s_, limit.value_or(value * margin),
+            limit.has_value()};
   }
 
   const MotionLimits& limits_;
@@ -123,19 +124,6 @@ void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic&
 
 }  // namespace
 
-MotionLimits MotionLimits::fetch() {
-  MotionLimits limits;
-  limits.linear = 1.0;
-  limits.angular = 4.5;
-  const std::pair<const char*, double> velocities[] = {
-      {"torso_lift_joint", 0.1},      {"bellows_joint", 0.1},        {"head_pan_joint", 1.57},
-      {"head_tilt_joint", 1.57},      {"shoulder_pan_joint", 1.256}, {"shoulder_lift_joint", 1.454},
-      {"upperarm_roll_joint", 1.571}, {"elbow_flex_joint", 1.521},   {"forearm_roll_joint", 1.571},
-      {"wrist_flex_joint", 2.268},    {"wrist_roll_joint", 2.268}};
-  for (const auto& [joint, velocity] : velocities) limits.joints[joint].velocity = velocity;
-  return limits;
-}
-
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
                                     const MotionLimits& limits) {
   std::vector<MotionPeak> peaks;
@@ -151,10 +139,13 @@ std::string whyTooFast(const std::vector<MotionPeak>& peaks, double rate) {
   for (const MotionPeak& peak : peaks) {
     const double value = peak.value * std::pow(rate, peak.power);
     if (value > peak.limit * (1 + kRounding)) {
+      const char* unknown =
+          ", as fast as it was: what it may do is not known (--robot, --limits)";
       return fmt::format(
           "{}: {} of {:.4g} {} at rate {:.4g}, {:.4g} s into the behavior, is above the limit of "
-          "{:.4g}",
-          peak.topic, peak.what, value, peak.unit, rate, peak.at_s, peak.limit);
+          "{:.4g}{}",
+          peak.topic, peak.what, value, peak.unit, rate, peak.at_s, peak.limit,
+          peak.is_limit_known ? "" : unknown);
     }
   }
   return {};

@@ -1,6 +1,6 @@
 /// \file
-/// How fast a replay may move the body. Sources: Fetch's base controller (1 m/s, 4.5 rad/s) and
-/// fetch_description (joint velocities).
+/// How fast a replay may move the body: as was asked for, else by the robot's description and
+/// profile (robot_joints.hpp).
 #pragma once
 
 #include <map>
@@ -23,8 +23,6 @@ struct MotionLimits {
   /// Hold for what was recorded, too. Else what the robot did once it may do again, and a joint of
   /// unknown speed may go 5 % faster than it did.
   bool is_strict = false;
-
-  static MotionLimits fetch();
 };
 
 /// The fastest that a recording does on a topic, at rate 1.
@@ -36,6 +34,7 @@ struct MotionPeak {
   double value = 0;
   double at_s = 0;  ///< seconds into the behavior
   double limit = 0;
+  bool is_limit_known = true;  ///< false: it is as fast as it was, which may be again
 };
 
 /// Of the velocities and joint trajectories of the plan that have a limit: the velocities of

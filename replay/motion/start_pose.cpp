@@ -16,10 +16,6 @@ namespace {
 
 const std::string kNotLocalized = "it was recorded without localization (map -> odom)";
 
-bool contains(const std::string& text, const char* part) {
-  return text.find(part) != std::string::npos;
-}
-
 bool isGripperGoal(const Channel& channel) {
   return channel.type == "control_msgs/GripperCommandActionGoal";
 }
@@ -72,7 +68,7 @@ std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& pl
     }
   }
   for (const auto& [joint, position] : recorded) {
-    if (parts.movesGripper() && isGripperJoint(joint)) moved.emplace(joint, position);
+    if (parts.movesGripper() && parts.robot.isGripper(joint)) moved.emplace(joint, position);
   }
   return moved;
 }
@@ -92,10 +88,10 @@ std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
 }
 
 /// The gap between both fingers.
-double gap(const StartPose& pose) {
+double gap(const RobotJoints& robot, const StartPose& pose) {
   double sum = 0;
   for (const auto& [joint, position] : pose.joints) {
-    if (isGripperJoint(joint)) sum += position;
+    if (robot.isGripper(joint)) sum += position;
   }
   return sum;
 }
@@ -122,10 +118,10 @@ bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
   for (const std::string& joint : trajectory->joints) {
     const auto to = then.joints.find(joint), from = now.joints.find(joint);
     if (to == then.joints.end() || from == now.joints.end()) return false;
-    const double way = std::abs(jointError(joint, from->second, to->second));
-    deviates = deviates || way > toleranceOf(joint, tolerances);
+    const double way = std::abs(then.robot.way(joint, from->second, to->second));
+    deviates = deviates || way > toleranceOf(then.robot, joint, tolerances);
     // From rest to rest controllers are 1.5 times as fast in the middle as in the mean.
-    const double most = isSlidingJoint(joint) ? speed.sliding : speed.turning;
+    const double most = speed.of(then.robot, joint);
     seconds = std::max(seconds, 1.5 * way / most);
     positions.push_back(to->second);
     here.push_back(from->second);
@@ -138,14 +134,6 @@ bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
 }
 
 }  // namespace
-
-bool isGripperJoint(const std::string& joint) {
-  return contains(joint, "gripper") || contains(joint, "finger");
-}
-
-bool isSlidingJoint(const std::string& joint) {
-  return contains(joint, "torso") || isGripperJoint(joint);
-}
 
 // --------------------------------------------------------------------------------- what it moves
 
@@ -179,6 +167,7 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan) {
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
                         std::vector<std::string>& remarks, const TrackFrames& frames) {
   StartPose pose;
+  pose.robot = parts.robot;
   pose.joints = movedJoints(store, plan, parts, plan.begin, "at the start", remarks);
   if (parts.moves_base) pose.base = readBase(store, plan, frames, remarks);
   return pose;
@@ -187,6 +176,7 @@ StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedPar
 StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
                       std::vector<std::string>& remarks, const TrackFrames& frames) {
   StartPose pose;
+  pose.robot = parts.robot;
   pose.joints = movedJoints(store, plan, parts, at, "at the end", remarks);
   if (!parts.moves_base) return pose;
   std::string why;
@@ -203,34 +193,40 @@ StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts
 
 // ------------------------------------------------------------------------------------ deviations
 
-double toleranceOf(const std::string& joint, const StartTolerances& tolerances) {
-  return isGripperJoint(joint)   ? tolerances.gripper
-         : isSlidingJoint(joint) ? tolerances.sliding
-                                 : tolerances.turning;
+double toleranceOf(const RobotJoints& robot, const std::string& joint,
+                   const StartTolerances& tolerances) {
+  return robot.isGripper(joint)   ? tolerances.gripper
+         : robot.isSliding(joint) ? tolerances.sliding
+                                  : tolerances.turning;
 }
 
-std::string deviationText(const std::string& joint, double off, double then, double now) {
-  const int digits = isSlidingJoint(joint) ? 3 : 2;
+std::string deviationText(const RobotJoints& robot, const std::string& joint, double off,
+                          double then, double now) {
+  const int digits = robot.isSliding(joint) ? 3 : 2;
   return fmt::format("{} is {:.{}f} {} off (now {:.{}f}, then {:.{}f})", joint, off, digits,
-                     isSlidingJoint(joint) ? "m" : "rad", now, digits, then, digits);
+                     robot.isSliding(joint) ? "m" : "rad", now, digits, then, digits);
 }
 
-double jointError(const std::string& joint, double then, double now) {
-  return isSlidingJoint(joint) ? now - then : wrapAngle(now - then);
+double ApproachSpeed::of(const RobotJoints& robot, const std::string& joint) const {
+  const double most = robot.isSliding(joint) ? sliding : turning;
+  const auto known = robot.all().find(joint);
+  const bool is_slower = known != robot.all().end() && known->second.fastest;
+  return is_slower ? std::min(most, *known->second.fastest) : most;
 }
 
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances) {
   std::vector<std::string> deviations;
   for (const auto& [joint, position] : then.joints) {
+    if (then.robot.mimicOf(joint)) continue;
     const auto live = now.joints.find(joint);
     if (live == now.joints.end()) {
       deviations.push_back("nobody tells where " + joint + " is");
       continue;
     }
-    const double off = std::abs(jointError(joint, position, live->second));
-    if (off > toleranceOf(joint, tolerances)) {
-      deviations.push_back(deviationText(joint, off, position, live->second));
+    const double off = std::abs(then.robot.way(joint, position, live->second));
+    if (off > toleranceOf(then.robot, joint, tolerances)) {
+      deviations.push_back(deviationText(then.robot, joint, off, position, live->second));
     }
   }
   return deviations;
@@ -269,8 +265,9 @@ std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, c
   valueAt(goal, "goal_id.stamp") = RosTime{};
   valueAt(goal, "goal_id.id") = id;
   if (isGripperGoal(goals.output)) {
-    valueAt(goal, "goal.command.position") = gap(then);
-    return std::abs(gap(then) - gap(now)) > tolerances.gripper
+    const double wanted = gap(then.robot, then);
+    valueAt(goal, "goal.command.position") = wanted;
+    return std::abs(wanted - gap(then.robot, now)) > tolerances.gripper
                ? std::optional<Bytes>(encode(schema, goal))
                : std::nullopt;
   }

@@ -1,8 +1,6 @@
 /// \file
 /// How the robot stood when a behavior began and ended, as far as its replay moves that: joint
-/// trajectories are absolute, and a drive leads elsewhere from elsewhere. Meters and radians. A
-/// joint whose name speaks of a torso, a gripper or a finger is taken to slide, every other one to
-/// turn.
+/// trajectories are absolute, and a drive leads elsewhere from elsewhere. Meters and radians.
 #pragma once
 
 #include <map>
@@ -11,13 +9,11 @@
 #include <vector>
 
 #include "replay/motion/planar_pose.hpp"
+#include "replay/motion/robot_joints.hpp"
 #include "replay/motion/track_reader.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
-
-bool isGripperJoint(const std::string& joint);
-bool isSlidingJoint(const std::string& joint);
 
 /// A topic of goals for joints, with the first of them.
 struct JointGoals {
@@ -30,6 +26,7 @@ struct JointGoals {
 struct MovedParts {
   std::vector<JointGoals> goals;
   bool moves_base = false, moves_joints = false;
+  RobotJoints robot{};  ///< for the caller to fill in
 
   bool movesGripper() const;
   /// By name; those of the gripper are not named.
@@ -43,6 +40,7 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan);
 struct StartPose {
   std::map<std::string, double> joints;
   std::optional<PlanarPose> base;  ///< on the map
+  RobotJoints robot{};             ///< as the moved parts have it
 };
 
 /// What was recorded of the moved parts at the begin of what is played: the last position until
@@ -56,19 +54,19 @@ StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedPar
 StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts& parts, Stamp at,
                       std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
-/// What to add to `then` to come to `now`; for a joint that turns, the short way round.
-double jointError(const std::string& joint, double then, double now);
-
 struct StartTolerances {
   double turning = 0.05, sliding = 0.02, gripper = 0.01;  ///< of joints
   double base = 0.05, base_turn = 3 / kDegreesPerRadian;
 };
 
-double toleranceOf(const std::string& joint, const StartTolerances& tolerances);
+double toleranceOf(const RobotJoints& robot, const std::string& joint,
+                   const StartTolerances& tolerances);
 /// "elbow_flex_joint is 0.42 rad off (now 0.10, then 0.52)"
-std::string deviationText(const std::string& joint, double off, double then, double now);
+std::string deviationText(const RobotJoints& robot, const std::string& joint, double off,
+                          double then, double now);
 
-/// Every deviation of `now` from `then`, a clause each. What `now` lacks is one.
+/// Every deviation of `now` from `then`, a clause each. What `now` lacks is one. Joints that only
+/// follow others are not looked at.
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances);
 /// Of the base, with where it was as seen from where it is; empty if there is none.
@@ -78,6 +76,8 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
 /// How fast joints go to the start, at most.
 struct ApproachSpeed {
   double turning = 0.3, sliding = 0.05;  ///< rad/s, m/s
+  /// Of one joint: no faster than the robot's description allows.
+  double of(const RobotJoints& robot, const std::string& joint) const;
 };
 /// A goal, made of the topic's first one, that brings its joints from `now`, its first point, to
 /// `then`. Empty if either position of a joint is unknown, or if no joint deviates. `id`: of the

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
@@ -80,7 +81,8 @@ struct PlayedBase {
 /// How the robot stands at the end, against how it stood when it was recorded. Not measured for a
 /// replay that was stopped.
 struct BodyEnd {
-  std::map<std::string, double> joints;  ///< live less recorded, rad or m (isSlidingJoint)
+  std::map<std::string, double> joints;  ///< live less recorded, rad, or m of those that slide
+  std::set<std::string> sliding;
   struct Base {
     double distance = 0, turn = 0;  ///< m, rad (>= 0), as localization sees them
   };

@@ -14,6 +14,13 @@ std::set<std::string> textsOf(const nlohmann::json& object, const char* key) {
   return texts;
 }
 
+/// A member of the snapshot; empty if it is not there.
+std::string textOf(const Behavior& behavior, const char* member) {
+  const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const bool is_kept = json.is_object() && json.contains(member) && json[member].is_string();
+  return is_kept ? json[member].get<std::string>() : std::string();
+}
+
 }  // namespace
 
 std::string Snapshot::toJson() const {
@@ -21,6 +28,7 @@ std::string Snapshot::toJson() const {
   if (!begin.empty()) json["frames"]["begin"] = begin;
   if (!end.empty()) json["frames"]["end"] = end;
   if (!urdf.empty()) json["urdf"] = urdf;
+  if (!map.empty()) json["map"] = map;
   if (!files.empty()) json["files"] = files;
   if (!requested.empty()) json["request"]["topics"] = requested;
   for (const auto& [topic, around] : nodes) {
@@ -32,6 +40,9 @@ std::string Snapshot::toJson() const {
   }
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
+
+std::string recordedUrdf(const Behavior& behavior) { return textOf(behavior, "urdf"); }
+std::string recordedMap(const Behavior& behavior) { return textOf(behavior, "map"); }
 
 std::vector<std::string> requestedTopics(const Behavior& behavior) {
   const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);

@@ -7,6 +7,8 @@
 ///             neighbors of the configured anchors that tf connected then. What moved in between
 ///             is in the recorded /tf.
 ///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store
+///   "map":    SHA-256 of the map that the robot was localized on, /map; absent without one, and
+///             where it changed meanwhile
 ///   "files":  {"package://NAME/PATH" or "file:///PATH": SHA-256}: sounds and meshes that recorded
 ///             messages refer to, as they were; files of the store
 ///   "request": {"topics": ["/cmd_vel", ...]}: those that the recording's request named one by one,
@@ -42,12 +44,19 @@ struct Snapshot {
 
   Frames begin, end;
   std::string urdf;
+  std::string map;
   std::map<std::string, std::string> files;
   std::vector<std::string> requested;
   RecordedNodes nodes;
 
   std::string toJson() const;
 };
+
+/// SHA-256 of the robot's description, a file of the store: Snapshot::urdf; empty: none was kept.
+std::string recordedUrdf(const Behavior& behavior);
+
+/// Which map it was: Snapshot::map; empty: not known.
+std::string recordedMap(const Behavior& behavior);
 
 /// The topics that the recording's request named one by one: Snapshot::requested.
 std::vector<std::string> requestedTopics(const Behavior& behavior);

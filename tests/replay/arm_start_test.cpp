@@ -200,7 +200,7 @@ TEST_F(ArmStartOf, givesASinglePointThatIsDueAtOnceTheTimeThatItsWayTakes) {
 TEST_F(ArmStartOf, takesAWholeTurnForNoWayOnlyOfAJointThatTurnsWithoutEnd) {
   live["elbow"].position = 2 * kPi;
   EXPECT_NE(whyNot(both, 0), "");
-  options.continuous = {"elbow"};
+  options.robot = RobotJoints("", {{"elbow", {RobotJoint::Kind::Endless, {}, {}}}}, {});
   EXPECT_EQ(whyNot(both, 0), "");
   EXPECT_NEAR(pointsOf(start().begin(kArm, both, {0}, 0))[0].positions[0], 0, 1e-9)
       << "as many turns on as the goal";

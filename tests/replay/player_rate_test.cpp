@@ -17,6 +17,13 @@ const Channel kCommand =
 const std::string kGoals = kArm.topic;
 const std::string kCancels = "/arm/follow_joint_trajectory/cancel";
 
+MotionLimits fetchLimits() {
+  MotionLimits limits;
+  limits.linear = 1.0;
+  limits.joints["elbow_flex_joint"].velocity = 1.521;
+  return limits;
+}
+
 Value doubles(const std::vector<double>& numbers) {
   Bytes bytes(numbers.size() * sizeof(double));
   if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
@@ -181,7 +188,7 @@ TEST_F(PlayerRate, namesTopicValueAndTimeOfWhatIsTooFast) {
   record(kCmdVel, 700, twist(-0.6));
   record(kArm, 1000, elbowGoal());
   play(2000);
-  const auto peaks = motionPeaks(*store, plan, MotionLimits::fetch());
+  const auto peaks = motionPeaks(*store, plan, fetchLimits());
   EXPECT_EQ(whyTooFast(peaks, 1.0), "");
   EXPECT_EQ(whyTooFast(peaks, 1.6), "");
   EXPECT_EQ(
@@ -195,7 +202,7 @@ TEST_F(PlayerRate, namesTopicValueAndTimeOfWhatIsTooFast) {
                                           only_arm.topics = {kGoals};
                                           return only_arm;
                                         }()),
-                               MotionLimits::fetch());
+                               fetchLimits());
   EXPECT_EQ(whyTooFast(arm, 1.68), "");
   EXPECT_EQ(whyTooFast(arm, 2),
             kGoals +
@@ -208,7 +215,7 @@ TEST_F(PlayerRate, letsARobotDoAgainWhatItDidUnlessLimitsAreGiven) {
   record(kCmdVel, 0, twist(1.4));
   record(kArm, 0, elbowGoal("tail_joint"));
   play(1000);
-  const auto known = motionPeaks(*store, plan, MotionLimits::fetch());
+  const auto known = motionPeaks(*store, plan, fetchLimits());
   EXPECT_EQ(whyTooFast(known, 1.0), "");
   EXPECT_NE(whyTooFast(known, 1.01).find("/cmd_vel"), std::string::npos);
   MotionLimits given;
@@ -231,10 +238,10 @@ TEST_F(PlayerRate, refusesABodyOfWhichAMessageIsDamaged) {
   record(kCmdVel, 100, twist(0));
   play(1000);
   store->damage(1);
-  EXPECT_NO_THROW(motionPeaks(*store, plan, MotionLimits::fetch())) << "a cloud moves nothing";
+  EXPECT_NO_THROW(motionPeaks(*store, plan, fetchLimits())) << "a cloud moves nothing";
   store->damage(2);
   try {
-    motionPeaks(*store, plan, MotionLimits::fetch());
+    motionPeaks(*store, plan, fetchLimits());
     FAIL();
   } catch (const StoreError& error) {
     EXPECT_EQ(std::string(error.what())

@@ -146,11 +146,12 @@ TEST(Snapshot, isWrittenAsItsHeaderSays) {
   Snapshot snapshot;
   snapshot.begin["map->odom"] = {1, 2, 3, 0, 0, 0, 1};
   snapshot.urdf = "ab";
+  snapshot.map = "ef";
   snapshot.files["file:///a.wav"] = "cd";
   snapshot.requested = {"/a", "/b"};
   EXPECT_EQ(nlohmann::json::parse(snapshot.toJson()),
             nlohmann::json::parse(R"({"frames": {"begin": {"map->odom": [1, 2, 3, 0, 0, 0, 1]}},
-                                      "urdf": "ab", "files": {"file:///a.wav": "cd"},
+                                      "urdf": "ab", "map": "ef", "files": {"file:///a.wav": "cd"},
                                       "request": {"topics": ["/a", "/b"]}})"));
 }
 

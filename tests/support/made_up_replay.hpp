@@ -103,6 +103,7 @@ inline replay::PlayReport madeUpReplay() {
   report.notes = {"the robot was moved to the start by /arm_controller/follow_joint_trajectory"};
   report.body_end.emplace();
   report.body_end->joints = {{"elbow_flex_joint", -0.012}, {"torso_lift_joint", 0.002}};
+  report.body_end->sliding = {"torso_lift_joint"};
   return report;
 }
 

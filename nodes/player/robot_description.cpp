@@ -1,0 +1,86 @@
+#include "nodes/player/robot_description.hpp"
+
+#include <ros/param.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <map>
+#include <set>
+#include <utility>
+
+#include "replay/record/snapshot.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using replay::RobotJoint;
+
+RobotJoint::Kind jointKind(const urdf::Joint& joint) {
+  switch (joint.type) {
+    case urdf::Joint::PRISMATIC:
+      return RobotJoint::Kind::Sliding;
+    case urdf::Joint::CONTINUOUS:
+      return RobotJoint::Kind::Endless;
+    default:
+      return RobotJoint::Kind::Turning;
+  }
+}
+
+RobotJoint describedJoint(const urdf::Joint& joint) {
+  RobotJoint described;
+  described.kind = jointKind(joint);
+  if (joint.limits && joint.limits->velocity > 0) described.fastest = joint.limits->velocity;
+  if (joint.mimic) {
+    described.mimic = replay::MimicJoint{joint.mimic->joint_name, joint.mimic->multiplier,
+                                         joint.mimic->offset};
+  }
+  return described;
+}
+
+}  // namespace
+
+replay::RobotJoints readRobotJoints(const std::string& urdf, const replay::RobotProfile& robot) {
+  std::map<std::string, RobotJoint> joints;
+  const urdf::ModelInterfaceSharedPtr model =
+      urdf.empty() ? urdf::ModelInterfaceSharedPtr() : urdf::parseURDF(urdf);
+  if (!model) return {"", {}, robot.gripper_joints};
+  for (const auto& [name, joint] : model->joints_) {
+    if (joint->type != urdf::Joint::FIXED) joints.emplace(name, describedJoint(*joint));
+  }
+  return {model->getName(), std::move(joints), robot.gripper_joints};
+}
+
+replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,
+                                   const replay::RobotProfile& robot) {
+  const std::string hash = replay::recordedUrdf(behavior);
+  const auto text = hash.empty() ? std::nullopt : store.file(hash);
+  return readRobotJoints(text ? std::string(text->begin(), text->end()) : std::string(), robot);
+}
+
+std::vector<std::string> jointTopics(const replay::Store& store, const replay::Behavior& behavior,
+                                     const replay::PlanOptions& names) {
+  const std::string usual = "/joint_states";
+  std::set<std::string> recorded;
+  for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
+    for (const replay::TopicSummary& topic : known) {
+      const bool is_state = topic.type == "sensor_msgs/JointState" &&
+                            topic.topic.size() >= usual.size() &&
+                            topic.topic.substr(topic.topic.size() - usual.size()) == usual;
+      if (is_state) recorded.insert(topic.topic);
+    }
+  }
+  if (recorded.empty()) recorded.insert(usual);
+  std::vector<std::string> topics;
+  for (const std::string& topic : recorded) {
+    const auto renamed = names.remap.find(topic);
+    topics.push_back(renamed != names.remap.end() ? renamed->second : names.prefix + topic);
+  }
+  return topics;
+}
+
+replay::RobotJoints liveDescription(const replay::RobotProfile& robot) {
+  std::string urdf;
+  ros::param::get("/robot_description", urdf);
+  return readRobotJoints(urdf, robot);
+}
+
+}  // namespace afterglow::nodes

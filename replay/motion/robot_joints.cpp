@@ -1,0 +1,78 @@
+#include "replay/motion/robot_joints.hpp"
+
+#include <algorithm>
+
+#include "replay/motion/planar_pose.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+bool speaksOf(const std::string& name, const char* part) {
+  return name.find(part) != std::string::npos;
+}
+
+bool isGripperByName(const std::string& joint) {
+  return speaksOf(joint, "gripper") || speaksOf(joint, "finger");
+}
+
+}  // namespace
+
+RobotJoints::RobotJoints(std::string robot_name, std::map<std::string, RobotJoint> joints,
+                         std::vector<std::string> gripper)
+    : robot_name_(std::move(robot_name)),
+      joints_(std::move(joints)),
+      gripper_(std::move(gripper)) {}
+
+const RobotJoint* RobotJoints::find(const std::string& joint) const {
+  const auto known = joints_.find(joint);
+  return known == joints_.end() ? nullptr : &known->second;
+}
+
+bool RobotJoints::isSliding(const std::string& joint) const {
+  if (const RobotJoint* known = find(joint)) return known->kind == RobotJoint::Kind::Sliding;
+  return isGripperByName(joint) || speaksOf(joint, "torso");
+}
+
+bool RobotJoints::isEndless(const std::string& joint) const {
+  const RobotJoint* known = find(joint);
+  return known && known->kind == RobotJoint::Kind::Endless;
+}
+
+bool RobotJoints::isGripper(const std::string& joint) const {
+  if (gripper_.empty()) return isGripperByName(joint);
+  return std::find(gripper_.begin(), gripper_.end(), joint) != gripper_.end();
+}
+
+const MimicJoint* RobotJoints::mimicOf(const std::string& joint) const {
+  const RobotJoint* known = find(joint);
+  return known && known->mimic ? &*known->mimic : nullptr;
+}
+
+double RobotJoints::way(const std::string& joint, double then, double now) const {
+  return isEndless(joint) ? wrapAngle(now - then) : now - then;
+}
+
+MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot) {
+  const RobotProfile::Base& base = robot.base;
+  if (!asked.linear && base.fastest > 0) asked.linear = base.fastest;
+  if (!asked.angular && base.fastest_turn > 0) asked.angular = base.fastest_turn;
+  // A joint that gets an entry of its own keeps the limits of the other joints.
+  const MotionLimits::Joint others = asked.other_joints;
+  const auto bound = [&](const std::string& joint, std::optional<double> MotionLimits::Joint::*of,
+                         double limit) {
+    MotionLimits::Joint& known = asked.joints.emplace(joint, others).first->second;
+    if (!(known.*of)) known.*of = limit;
+  };
+  for (const auto& [name, joint] : joints.all()) {
+    if (joint.fastest) bound(name, &MotionLimits::Joint::velocity, *joint.fastest);
+  }
+  for (const auto& [name, speed] : robot.joint_speeds) {
+    bound(name, &MotionLimits::Joint::velocity, speed);
+  }
+  for (const auto& [name, acceleration] : robot.joint_accelerations) {
+    bound(name, &MotionLimits::Joint::acceleration, acceleration);
+  }
+  return asked;
+}
+
+}  // namespace afterglow::replay

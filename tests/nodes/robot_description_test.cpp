@@ -1,0 +1,58 @@
+// A robot's joints by its description, and who tells where they are.
+#include "nodes/player/robot_description.hpp"
+
+#include <gtest/gtest.h>
+
+#include "replay/record/snapshot.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "tests/support/messages.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes::robot_description_test {
+namespace {
+
+using replay::RobotJoints;
+
+const std::string kLift =
+    "<robot name='lift'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
+    "<joint name='up' type='prismatic'><parent link='a'/><child link='b'/><axis xyz='0 0 1'/>"
+    "<limit lower='0' upper='1' effort='1' velocity='0.1'/></joint>"
+    "<joint name='turn' type='continuous'><parent link='b'/><child link='c'/></joint>"
+    "<joint name='bellows' type='prismatic'><parent link='b'/><child link='d'/>"
+    "<axis xyz='0 0 1'/><limit lower='0' upper='1' effort='1' velocity='0.1'/>"
+    "<mimic joint='up' multiplier='0.5' offset='0.2'/></joint></robot>";
+
+TEST(RobotDescription, tellsTypesLimitsAndWhoFollowsWhom) {
+  const RobotJoints joints = readRobotJoints(kLift, {});
+  EXPECT_EQ(joints.robotName(), "lift");
+  EXPECT_TRUE(joints.isSliding("up"));
+  EXPECT_EQ(joints.all().at("up").fastest, 0.1);
+  EXPECT_TRUE(joints.isEndless("turn"));
+  EXPECT_FALSE(joints.all().at("turn").fastest) << "it has no limit";
+  ASSERT_TRUE(joints.mimicOf("bellows"));
+  EXPECT_EQ(joints.mimicOf("bellows")->other, "up");
+  EXPECT_EQ(joints.mimicOf("bellows")->factor, 0.5);
+  EXPECT_EQ(joints.mimicOf("bellows")->offset, 0.2);
+}
+
+TEST(RobotDescription, tellsNothingIfItIsNone) {
+  EXPECT_FALSE(readRobotJoints("", {}).isDescribed());
+  EXPECT_FALSE(readRobotJoints("<robot", {}).isDescribed());
+}
+
+TEST(RobotDescription, isTheRecordedOne) {
+  const auto store = replay::openMemoryStore();
+  store->addFile("cd", {kLift.begin(), kLift.end()});
+  replay::Behavior behavior;
+  EXPECT_FALSE(recordedJoints(*store, behavior, {}).isDescribed()) << "of before";
+  replay::Snapshot snapshot;
+  snapshot.urdf = "cd";
+  behavior.snapshot = snapshot.toJson();
+  EXPECT_TRUE(recordedJoints(*store, behavior, {}).isSliding("up"));
+  snapshot.urdf = "lost";
+  behavior.snapshot = snapshot.toJson();
+  EXPECT_FALSE(recordedJoints(*store, behavior, {}).isDescribed());
+}
+
+}  // namespace
+}  // namespace afterglow::nodes::robot_description_test
