@@ -200,14 +200,14 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
 replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
                                  const std::function<bool()>& is_stopped) const {
   PoseQuestion question;
-  question.joints = parts.joints();
-  for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
+  const auto ask = [&](const std::string& joint) {
+    if (!options_.joints.mimicOf(joint)) question.joints.push_back(joint);
+  };
+  for (const std::string& joint : parts.joints()) ask(joint);
+  for (const auto& [joint, position] : then.joints) ask(joint);
   question.asks_base = then.base.has_value();
   question.joint_topics = options_.joint_topics;
-  if (base_) {
-    question.map = base_->frames().map;
-    question.base = base_->frames().base;
-  }
+  if (base_) question.frames = base_->frames();
   if (question.joints.empty() && !question.asks_base) return {};
   return askLivePose(question, kLivePatience, is_stopped);
 }

@@ -26,6 +26,7 @@ replay::Stamp settledAt(const replay::PlayPlan& plan, const replay::PlayReport& 
 replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPose& now) {
   replay::BodyEnd end;
   for (const auto& [joint, position] : then.joints) {
+    if (then.robot.mimicOf(joint)) continue;
     const auto live = now.joints.find(joint);
     if (live == now.joints.end()) {
       end.remarks.push_back("nobody told where " + joint + " was at the end");
@@ -55,11 +56,12 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
   const replay::StartPose then =
       readEndPose(store, plan, parts, settledAt(plan, report), remarks, frames);
   PoseQuestion question;
-  for (const auto& [joint, position] : then.joints) question.joints.push_back(joint);
+  for (const auto& [joint, position] : then.joints) {
+    if (!then.robot.mimicOf(joint)) question.joints.push_back(joint);
+  }
   question.asks_base = then.base.has_value();
   question.joint_topics = options.joint_topics;
-  question.map = plan.rewriting.frame(frames.map);
-  question.base = plan.rewriting.frame(frames.base);
+  question.frames = liveFrames(options.base, plan);
   const bool asks = question.asks_base || !question.joints.empty();
   replay::BodyEnd end = compareEnds(
       then, asks ? askLivePose(question, kAnswerPatience, is_stopped) : replay::StartPose());

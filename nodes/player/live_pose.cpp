@@ -1,15 +1,11 @@
 #include "nodes/player/live_pose.hpp"
 
-#include <ros/ros.h>
-#include <tf2_ros/buffer.h>
-#include <tf2_ros/transform_listener.h>
-
 #include <algorithm>
-#include <cmath>
-#include <memory>
+#include <chrono>
+#include <optional>
 #include <thread>
 
-#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/player/base_poses.hpp"
 #include "nodes/player/live_joints.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
@@ -20,7 +16,7 @@ namespace {
 class PoseListener {
  public:
   explicit PoseListener(const PoseQuestion& question) : joints_(question.joint_topics) {
-    if (question.asks_base) transforms_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
+    if (question.asks_base) base_.emplace(question.frames);
   }
 
   void listen() {
@@ -32,19 +28,19 @@ class PoseListener {
            std::all_of(question.joints.begin(), question.joints.end(),
                        [this](const auto& joint) { return pose.joints.count(joint) > 0; });
   }
-  void lookForBase(const PoseQuestion& question) {
-    const std::string map = frameName(question.map), base = frameName(question.base);
-    if (!transforms_ || !buffer_.canTransform(map, base, ros::Time(0))) return;
-    pose.base =
-        toPlanarPose(toIsometry(buffer_.lookupTransform(map, base, ros::Time(0)).transform));
+  void lookForBase() {
+    if (!base_) return;
+    const replay::BaseInput now = base_->look(stampNow());
+    if (now.T_map_odom && now.T_odom_base) {
+      pose.base = compose(now.T_map_odom->pose, now.T_odom_base->pose);
+    }
   }
 
   replay::StartPose pose;
 
  private:
   LiveJoints joints_;
-  tf2_ros::Buffer buffer_;
-  std::unique_ptr<tf2_ros::TransformListener> transforms_;
+  std::optional<BasePoses> base_;
 };
 
 }  // namespace
@@ -56,7 +52,7 @@ replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
   while (!listener.knows(question) && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {
     listener.listen();
-    listener.lookForBase(question);
+    listener.lookForBase();
   }
   return listener.pose;
 }

@@ -13,7 +13,7 @@ namespace afterglow::nodes {
 struct PoseQuestion {
   std::vector<std::string> joints;
   bool asks_base = false;
-  std::string map = "map", base = "base_link";  ///< its frames
+  replay::TrackFrames frames;  ///< its own, as they are called now
   std::vector<std::string> joint_topics = {"/joint_states"};
 };
 

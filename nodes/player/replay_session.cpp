@@ -34,7 +34,18 @@ const ReplayRequest& describeRobot(const replay::Store& store, const replay::Pla
   if (plan.motionTopics().empty()) return request;
   BodyOptions& body = request.body;
   body.joints = recordedJoints(store, plan.behavior, request.robot);
-  body.joint_topics = jointTopics(store, plan.behavior, request.plan);
+  body.joint_topics.clear();
+  for (const std::string& topic :
+       recordedTopics(store, plan.behavior, {"sensor_msgs/JointState"}, "/joint_states")) {
+    body.joint_topics.push_back(liveName(plan, request.plan, topic));
+  }
+  const std::vector<std::string> transforms =
+      recordedTopics(store, plan.behavior, {"tf2_msgs/TFMessage", "tf/tfMessage"}, "/tf");
+  // A robot in a namespace of its own may have its transforms there; else they are everybody's.
+  if (transforms.size() == 1 && transforms.front() != "/tf") {
+    body.base.frames.topic = transforms.front();
+    body.base.tf_topic = liveName(plan, request.plan, transforms.front());
+  }
   request.limits = boundedBy(request.limits, body.joints, request.robot);
   return request;
 }
@@ -124,9 +135,7 @@ bool ReplaySession::isPlacedOnMap() const {
 
 void ReplaySession::refuseOtherMap() const {
   if (request_.body.is_any_map_right || !isPlacedOnMap()) return;
-  const auto renamed = request_.plan.remap.find("/map");
-  const std::string topic = renamed == request_.plan.remap.end() ? "/map" : renamed->second;
-  const std::string why = whyOtherMap(plan_.behavior, topic, [this] { return isStopped(); });
+  const std::string why = whyOtherMap(plan_.behavior, "/map", [this] { return isStopped(); });
   if (!why.empty()) {
     throw std::runtime_error(why + ": base and light would be anywhere (--any-map, ~any_map)");
   }

@@ -23,12 +23,6 @@ constexpr double kLongestDrive = 60;    // s
 /// and rad in a gap between two.
 constexpr double kUnseen = 0.5, kUnseenWay = 0.1, kUnseenTurn = 0.25;
 
-replay::TrackFrames liveFrames(const replay::TrackFrames& recorded, const replay::PlayPlan& plan) {
-  const auto& settings = plan.rewriting;
-  return {settings.frame(recorded.map), settings.frame(recorded.odometry),
-          settings.frame(recorded.base), recorded.topic};
-}
-
 std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& plan) {
   std::vector<const replay::PlannedTopic*> topics;
   for (const replay::PlannedTopic& topic : plan.topics) {
@@ -39,13 +33,20 @@ std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& 
 
 }  // namespace
 
+replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan) {
+  const auto& settings = plan.rewriting;
+  const replay::TrackFrames& recorded = options.frames;
+  return {settings.frame(recorded.map), settings.frame(recorded.odometry),
+          settings.frame(recorded.base), options.tf_topic};
+}
+
 ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan,
                            const BaseOptions& options, const replay::MotionLimits& limits)
     : store_(store),
       plan_(plan),
       options_(options),
       limits_(limits),
-      live_frames_(liveFrames(options.frames, plan)),
+      live_frames_(liveFrames(options, plan)),
       poses_(live_frames_) {
   std::vector<std::string> played;
   for (const replay::PlannedTopic* topic : velocityTopics(plan)) {

@@ -29,8 +29,12 @@ struct BaseOptions {
   std::string usual_topic;         ///< which it is if that is not said: the profile's
   bool has_recorded_time = false;  ///< the clock is the recording's
   replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
+  std::string tf_topic = "/tf";    ///< where today's transforms are
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
 };
+
+/// The frames of today's robot, which may be another one's: as the plan renames them.
+replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan);
 
 /// For one replay that plays velocities. Everything given must outlive it; one thread.
 class ReplayedBase {
@@ -40,7 +44,7 @@ class ReplayedBase {
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
                const replay::MotionLimits& limits);
 
-  /// The frames of this robot, which may be another one's: as the plan renames them.
+  /// liveFrames()
   const replay::TrackFrames& frames() const { return live_frames_; }
   /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
   /// today's poses, at most 3 s. Nothing is refused where only zeros would be sent.

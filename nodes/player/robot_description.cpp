@@ -3,6 +3,7 @@
 #include <ros/param.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -56,31 +57,39 @@ replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Beh
   return readRobotJoints(text ? std::string(text->begin(), text->end()) : std::string(), robot);
 }
 
-std::vector<std::string> jointTopics(const replay::Store& store, const replay::Behavior& behavior,
-                                     const replay::PlanOptions& names) {
-  const std::string usual = "/joint_states";
-  std::set<std::string> recorded;
-  for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
-    for (const replay::TopicSummary& topic : known) {
-      const bool is_state = topic.type == "sensor_msgs/JointState" &&
-                            topic.topic.size() >= usual.size() &&
-                            topic.topic.substr(topic.topic.size() - usual.size()) == usual;
-      if (is_state) recorded.insert(topic.topic);
-    }
-  }
-  if (recorded.empty()) recorded.insert(usual);
-  std::vector<std::string> topics;
-  for (const std::string& topic : recorded) {
-    const auto renamed = names.remap.find(topic);
-    topics.push_back(renamed != names.remap.end() ? renamed->second : names.prefix + topic);
-  }
-  return topics;
-}
-
 replay::RobotJoints liveDescription(const replay::RobotProfile& robot) {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
   return readRobotJoints(urdf, robot);
+}
+
+std::vector<std::string> recordedTopics(const replay::Store& store,
+                                        const replay::Behavior& behavior,
+                                        const std::vector<std::string>& types,
+                                        const std::string& usual) {
+  std::set<std::string> topics;
+  for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
+    for (const replay::TopicSummary& topic : known) {
+      const std::string& name = topic.topic;
+      const bool is_called_so = name.size() >= usual.size() &&
+                                name.compare(name.size() - usual.size(), usual.size(), usual) == 0;
+      const bool is_of_type = std::count(types.begin(), types.end(), topic.type) > 0;
+      if (is_called_so && is_of_type) topics.insert(name);
+    }
+  }
+  if (topics.empty()) topics.insert(usual);
+  return {topics.begin(), topics.end()};
+}
+
+std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& names,
+                     const std::string& recorded) {
+  const bool is_played =
+      std::any_of(plan.topics.begin(), plan.topics.end(), [&](const auto& topic) {
+        return topic.isPlayed() && topic.channel.topic == recorded;
+      });
+  if (is_played) return recorded;
+  const auto renamed = names.remap.find(recorded);
+  return renamed != names.remap.end() ? renamed->second : names.prefix + recorded;
 }
 
 }  // namespace afterglow::nodes

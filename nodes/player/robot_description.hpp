@@ -23,9 +23,15 @@ replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Beh
 /// By /robot_description on the parameter server now; of no joint without one.
 replay::RobotJoints liveDescription(const replay::RobotProfile& robot);
 
-/// Where today's robot tells of its joints: where the recorded one did, on topics .../joint_states,
-/// renamed as all its topics are; without any /joint_states. Throws StoreError.
-std::vector<std::string> jointTopics(const replay::Store& store, const replay::Behavior& behavior,
-                                     const replay::PlanOptions& names);
+/// The recorded topics of a type that are called like one of the robot's: "/joint_states" and
+/// "/fetch7/joint_states"; `usual` itself if there is none. Throws StoreError.
+std::vector<std::string> recordedTopics(const replay::Store& store,
+                                        const replay::Behavior& behavior,
+                                        const std::vector<std::string>& types,
+                                        const std::string& usual);
+/// What that topic is called on today's robot: renamed as all topics of the plan are, unless the
+/// plan plays it, so that it would hear itself.
+std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& names,
+                     const std::string& recorded);
 
 }  // namespace afterglow::nodes
