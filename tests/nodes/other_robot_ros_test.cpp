@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -141,12 +142,13 @@ class OtherRobot : public testing::Test {
 };
 
 TEST_F(OtherRobot, isRefusedWhereItsBaseCouldNotFollowItsPosesAndDrivesOnlyIfThatIsAsked) {
-  Drives drives(store);
-  const std::string turtlebot = drives.add("odom", "base_footprint", true),
-                    pr2 = drives.add("odom_combined", "base_footprint", true),
-                    unlocalized = drives.add("odom", "base_link", false),
-                    fetch = drives.add("odom", "base_link", true),
-                    on_map = drives.add("odom", "base_link", true, mapIdentity(mapOf(0)));
+  std::optional<Drives> drives(store);
+  const std::string turtlebot = drives->add("odom", "base_footprint", true),
+                    pr2 = drives->add("odom_combined", "base_footprint", true),
+                    unlocalized = drives->add("odom", "base_link", false),
+                    fetch = drives->add("odom", "base_link", true),
+                    on_map = drives->add("odom", "base_link", true, mapIdentity(mapOf(0)));
+  drives.reset();
   // A node that told once where the base was, and is dead.
   ros::Publisher tf = node.advertise<tf2_msgs::TFMessage>("/tf", 10, true);
   tf.publish(together({transform("odom", "base_link", 0, ros::Time::now())}));
