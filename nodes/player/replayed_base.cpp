@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -19,9 +18,6 @@ constexpr std::chrono::milliseconds kBaseStep(20);
 constexpr double kPosesPatience = 3;    // s
 constexpr double kFarthestStart = 1.0;  // m; nobody expects a replay to drive farther on its own
 constexpr double kLongestDrive = 60;    // s
-/// What a base may do unseen in its recording: s before its first and after its last pose, and m
-/// and rad in a gap between two.
-constexpr double kUnseen = 0.5, kUnseenWay = 0.1, kUnseenTurn = 0.25;
 
 std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& plan) {
   std::vector<const replay::PlannedTopic*> topics;
@@ -96,7 +92,7 @@ void ReplayedBase::readVelocities() {
       last_motion_ = std::max(last_motion_.value_or(message->received), message->received);
     }
   }
-  if (!topic_) return;
+  if (!topic_ || sample_.empty()) return;
   replay::Rewriter rewriter([] { return std::string(); }, plan_.rewriting);
   (void)rewriter.rewrite(topic_->channel, {}, sample_);
 }
@@ -108,31 +104,11 @@ void ReplayedBase::readTrack() {
 
 /// Of the poses of the part that is played.
 std::string ReplayedBase::missingThen() const {
-  using replay::secondsBetween;
   if (!track_->isLocalized() && !options_.is_odometry_enough) {
     return "it was recorded without localization (" + options_.frames.map + " -> " +
            options_.frames.odometry + "); --odometry-only follows its odometry, from where it is";
   }
-  if (secondsBetween(*first_motion_, track_->begin()) > kUnseen) {
-    return fmt::format("its poses were recorded only {:.1f} s after its first velocity",
-                       secondsBetween(*first_motion_, track_->begin()));
-  }
-  if (secondsBetween(track_->end(), *last_motion_) > kUnseen) {
-    return fmt::format("its poses end {:.1f} s before its last velocity",
-                       secondsBetween(track_->end(), *last_motion_));
-  }
-  for (const replay::TrackGap& gap : track_->gaps) {
-    if (gap.to < plan_.begin || gap.from > plan_.end) continue;
-    const replay::PlanarPose way = between(track_->at(gap.from), track_->at(gap.to));
-    const double distance = std::hypot(way.x, way.y);
-    if (distance > kUnseenWay || std::abs(way.yaw) > kUnseenTurn) {
-      return fmt::format(
-          "no pose was recorded for {:.1f} s in which it went {:.2f} m and turned {:.0f} deg",
-          secondsBetween(gap.from, gap.to), distance,
-          std::abs(way.yaw) * replay::kDegreesPerRadian);
-    }
-  }
-  return "";
+  return whyIncomplete(*track_, *first_motion_, *last_motion_);
 }
 
 std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {

@@ -1,6 +1,9 @@
 #include "replay/motion/pose_track.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -56,6 +59,26 @@ PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {
   // The chord of an arc points half its turn to the side.
   const double ahead = std::cos(step.yaw / 2) * step.x + std::sin(step.yaw / 2) * step.y;
   return {ahead / seconds, step.yaw / seconds};
+}
+
+std::string whyIncomplete(const PoseTrack& track, Stamp first, Stamp last) {
+  constexpr double kUnseen = 0.5, kUnseenWay = 0.1, kUnseenTurn = 0.25;  // s, m, rad
+  if (const double late = secondsBetween(first, track.begin()); late > kUnseen) {
+    return fmt::format("its poses were recorded only {:.1f} s after its first velocity", late);
+  }
+  if (const double early = secondsBetween(track.end(), last); early > kUnseen) {
+    return fmt::format("its poses end {:.1f} s before its last velocity", early);
+  }
+  for (const TrackGap& gap : track.gaps) {
+    if (gap.to < first || gap.from > last) continue;
+    const PlanarPose from = track.at(gap.from), to = track.at(gap.to);
+    const double turn = std::abs(wrapAngle(to.yaw - from.yaw));
+    if (distance(from, to) <= kUnseenWay && turn <= kUnseenTurn) continue;
+    return fmt::format(
+        "no pose was recorded for {:.1f} s in which it went {:.2f} m and turned {:.0f} deg",
+        secondsBetween(gap.from, gap.to), distance(from, to), turn * kDegreesPerRadian);
+  }
+  return "";
 }
 
 }  // namespace afterglow::replay

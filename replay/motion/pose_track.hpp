@@ -75,4 +75,9 @@ class PoseTrack {
   double length_ = 0;
 };
 
+/// Why the track cannot be followed where the base was in motion, from `first` to `last`: it begins
+/// or ends more than half a second off, or the base went more than 0.1 m or 0.25 rad in a gap. A
+/// clause; empty: it can.
+std::string whyIncomplete(const PoseTrack& track, Stamp first, Stamp last);
+
 }  // namespace afterglow::replay

@@ -53,6 +53,20 @@ TEST(PoseTrack, isRefusedWithoutPosesOrWithStampsThatDoNotRise) {
   EXPECT_THROW(PoseTrack({{stampAt(1), {}}, {stampAt(1), {}}}, "map", true), std::invalid_argument);
 }
 
+TEST(PoseTrack, isIncompleteWhereTheBaseMovedUnseen) {
+  PoseTrack track({{stampAt(1), {}}, {stampAt(2), {0.5, 0, 0}}, {stampAt(4), {0.55, 0, 0}}}, "map",
+                  true);
+  EXPECT_EQ(whyIncomplete(track, stampAt(0.6), stampAt(4.4)), "");
+  EXPECT_EQ(whyIncomplete(track, stampAt(0), stampAt(2)),
+            "its poses were recorded only 1.0 s after its first velocity");
+  EXPECT_EQ(whyIncomplete(track, stampAt(1), stampAt(5)),
+            "its poses end 1.0 s before its last velocity");
+  track.gaps = {{stampAt(1), stampAt(2)}, {stampAt(2), stampAt(4)}};
+  EXPECT_EQ(whyIncomplete(track, stampAt(1), stampAt(4)),
+            "no pose was recorded for 1.0 s in which it went 0.50 m and turned 0 deg");
+  EXPECT_EQ(whyIncomplete(track, stampAt(3), stampAt(4)), "") << "it hardly moved in that one";
+}
+
 // ----------------------------------------------------------------------------------- the builder
 
 TEST(TrackBuilder, smoothsTheNoiseOfLocalization) {
