@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "nodes/recorder/noted_nodes.hpp"
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
 
@@ -138,6 +139,7 @@ std::int64_t RecordingManager::begin(Running running) {
   running.snapshot.map = world_.map();
   running.snapshot.begin = world_.frames();
   running.snapshot.requested = running.request.behavior.topics;
+  running.snapshot.nodes = nodesNow(running.heard);
   behavior.snapshot = running.snapshot.toJson();
   // Held until it is in the list: interruptAll() ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -261,9 +263,18 @@ void RecordingManager::complete(const Running& running, const std::string& outco
   // A map that is being made is another one all the time.
   if (snapshot.map != world_.map()) snapshot.map.clear();
   snapshot.files = keepFiles(store_, references, remarks);
+  noteNodes(running, snapshot.nodes);
   behavior.outcome = outcome;
   behavior.snapshot = snapshot.toJson();
   behavior.remarks.insert(behavior.remarks.end(), remarks.begin(), remarks.end());
+}
+
+void RecordingManager::noteNodes(const Running& running, replay::RecordedNodes& nodes) const {
+  addNodes(nodes, nodesNow(running.heard));
+  for (const std::string& topic : running.heard) {
+    const std::set<std::string> senders = listener_.senders(topic);
+    if (!senders.empty()) nodes[topic].publishers = senders;  // others only announced it
+  }
 }
 
 void RecordingManager::interruptAll(const std::string& reason) {

@@ -82,6 +82,8 @@ class RecordingManager {
   std::int64_t begin(Running running);
   void complete(const Running& running, const std::string& outcome, replay::Behavior& behavior,
                 const std::set<std::string>& references, std::vector<std::string>& remarks);
+  /// Who sent until now, and who hears it now.
+  void noteNodes(const Running& running, replay::RecordedNodes& nodes) const;
   Ended end(std::int64_t id, const Running& running, const std::string& outcome,
             const std::string& forced_by);
   std::optional<Ended> takeCutShort(std::int64_t id);

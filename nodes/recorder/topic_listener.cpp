@@ -32,6 +32,8 @@ void TopicListener::release(const std::vector<std::string>& topics) {
     if (found != subscriptions_.end() && --found->second.users == 0) {
       subscriptions_.erase(found);
       recorder_.forgetLatched(topic);
+      const std::lock_guard<std::mutex> channels_lock(channels_mutex_);
+      senders_.erase(topic);
     }
   }
 }
@@ -75,6 +77,12 @@ std::vector<std::string> TopicListener::topics() const {
   return names;
 }
 
+std::set<std::string> TopicListener::senders(const std::string& topic) const {
+  const std::lock_guard<std::mutex> lock(channels_mutex_);
+  const auto found = senders_.find(topic);
+  return found == senders_.end() ? std::set<std::string>() : found->second;
+}
+
 ros::Subscriber TopicListener::subscribe(const std::string& topic) {
   ros::SubscribeOptions options;
   // Never more than one message waits there.
@@ -107,6 +115,7 @@ std::size_t TopicListener::channelOf(const std::string& topic, const Event& even
                                 valueOf(*header, "latching") == "1",
                                 valueOf(*header, "callerid")};
   types_[topic] = channel.type;
+  if (!channel.caller_id.empty()) senders_[topic].insert(channel.caller_id);
   return channels_[header] = recorder_.channelIndex(channel);
 }
 

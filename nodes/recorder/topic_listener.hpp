@@ -8,6 +8,7 @@
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,8 @@ class TopicListener {
   void renew(const std::map<std::string, std::string>& types);
   /// The topics that are listened to now.
   std::vector<std::string> topics() const;
+  /// The nodes whose messages came on a topic that is listened to, by their connections' headers.
+  std::set<std::string> senders(const std::string& topic) const;
 
  private:
   using Event = ros::MessageEvent<RawMessage>;
@@ -66,10 +69,11 @@ class TopicListener {
   Immediately immediately_;
   mutable std::mutex mutex_;  ///< subscriptions_; callbacks do not take it
   std::map<std::string, Subscription> subscriptions_;
-  std::mutex channels_mutex_;
+  mutable std::mutex channels_mutex_;  ///< the rest
   /// Connection headers seen (one object per connection) and their channels.
   std::map<boost::shared_ptr<ros::M_string>, std::size_t> channels_;
   std::map<std::string, std::string> types_;  ///< heard since the subscription began, by topic
+  std::map<std::string, std::set<std::string>> senders_;  ///< by topic
 };
 
 }  // namespace afterglow::nodes

@@ -3,9 +3,11 @@
 #include <CLI/Error.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 #include <iterator>
 #include <utility>
 
+#include "nodes/verbs/topic_classes.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
 namespace afterglow::nodes {
@@ -87,6 +89,16 @@ void addTable(CLI::App& verb, PlayCommand& command) {
   }
 }
 
+/// Before anything that is missing on the command line is missed.
+[[noreturn]] void showClasses(const CLI::App& verb) {
+  if (verb.count("--json") > 0) {
+    std::cout << dumpJson(topicClassesJson(), 2) << "\n";
+  } else {
+    std::cout << topicClassesText();
+  }
+  throw CLI::Success();
+}
+
 }  // namespace
 
 ReplayRequest PlayCommand::request() const {
@@ -96,6 +108,9 @@ ReplayRequest PlayCommand::request() const {
 }
 
 void addPlayOptions(CLI::App& verb, PlayCommand& c) {
+  verb.add_flag_callback("--classes", [&verb] { showClasses(verb); },
+                         "Print which topics are played and why, and end (with --json: as JSON)")
+      ->group(kOwnGroup);
   verb.add_option("behavior", c.behaviors,
                   std::string(kBehaviorHelp) + "; several ids are played one after the other")
       ->required();

@@ -8,11 +8,13 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
+#include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -53,6 +55,14 @@ nlohmann::ordered_json summariesJson(const std::vector<TopicSummary>& topics) {
   return list;
 }
 
+nlohmann::ordered_json nodesJson(const Behavior& behavior) {
+  auto json = nlohmann::ordered_json::object();
+  for (const auto& [topic, around] : recordedNodes(behavior)) {
+    json[topic] = {{"publishers", around.publishers}, {"subscribers", around.subscribers}};
+  }
+  return json;
+}
+
 void printJson(const replay::Store& store, const Behavior& behavior) {
   const auto topics = store.topics(behavior);
   auto json = behaviorJson(behavior, topics);
@@ -61,6 +71,7 @@ void printJson(const replay::Store& store, const Behavior& behavior) {
   json["topic_names"] = behavior.topics;
   json["topic_details"] = summariesJson(topics);
   json["context_topics"] = summariesJson(store.contextTopics(behavior));
+  json["nodes"] = nodesJson(behavior);
   std::cout << dumpJson(json, 2) << "\n";
 }
 
@@ -83,6 +94,21 @@ void printTopics(const std::string& title, const Behavior& behavior,
     table.add({topic.topic, topic.type, std::to_string(topic.count),
                hz ? fmt::format("{:.2f}", *hz) : "-",
                offset(topic.first), offset(topic.last)});
+  }
+  std::cout << "\n" << table.text("  ");
+}
+
+void printNodes(const Behavior& behavior) {
+  using Align = TextTable::Align;
+  const replay::RecordedNodes nodes = recordedNodes(behavior);
+  if (nodes.empty()) return;
+  TextTable table(
+      {{"TOPIC", Align::Left}, {"PUBLISHED BY", Align::Left}, {"HEARD BY", Align::Left}});
+  const auto list = [](const std::set<std::string>& names) {
+    return names.empty() ? std::string("-") : fmt::format("{}", fmt::join(names, ", "));
+  };
+  for (const auto& [topic, around] : nodes) {
+    table.add({topic, list(around.publishers), list(around.subscribers)});
   }
   std::cout << "\n" << table.text("  ");
 }
@@ -121,6 +147,7 @@ void printText(const replay::Store& store, const Behavior& behavior) {
   if (!topics.empty()) printTopics("TOPIC", behavior, topics);
   const auto context = store.contextTopics(behavior);
   if (!context.empty()) printTopics("CONTEXT", behavior, context);
+  printNodes(behavior);
 }
 
 // ---------------------------------------------------------------------------------------- messages
@@ -218,7 +245,7 @@ void addShowVerb(CLI::App& app) {
   verb->add_option("behavior", options->behavior, kBehaviorHelp)->required();
   CLI::Option* json = verb->add_flag("--json", options->json,
                                      "As JSON: list's object and recording, calibration, "
-                                     "topic_names, topic_details, context_topics");
+                                     "topic_names, topic_details, context_topics, nodes");
   CLI::Option* messages =
       verb->add_flag("--messages", options->messages,
                      "The decoded messages instead, one JSON object a line; long arrays shortened")

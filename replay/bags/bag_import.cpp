@@ -8,6 +8,7 @@
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/bag_reader.hpp"
 #include "replay/messages/field_edit.hpp"
+#include "replay/record/snapshot.hpp"
 #include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
@@ -61,6 +62,11 @@ class Importer {
     if (known != channels_.end()) return known->second;
     const Channel& channel = bag.channel(connection);
     topics_.insert(channel.topic);
+    if (!channel.caller_id.empty()) {
+      TopicNodes& around = snapshot_.nodes[channel.topic];
+      around.type = channel.type;
+      around.publishers.insert(channel.caller_id);
+    }
     KnownChannel& added = channels_[connection];
     added.id = store_.addChannel(recording_, channel);
     try {
@@ -98,6 +104,7 @@ class Importer {
     behavior.end = Stamp{last.ns + 1};
     behavior.tags = import_.tags;
     behavior.topics.assign(topics_.begin(), topics_.end());
+    behavior.snapshot = snapshot_.toJson();
     behavior.id = store_.addBehavior(behavior);
     return behavior;
   }
@@ -111,6 +118,7 @@ class Importer {
   std::uint64_t sequence_ = 0;
   std::map<std::uint32_t, KnownChannel> channels_;  ///< by the current bag's id of the connection
   std::set<std::string> topics_;
+  Snapshot snapshot_;
 };
 
 }  // namespace

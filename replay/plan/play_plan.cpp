@@ -78,6 +78,7 @@ class TopicChooser {
       : options_(options),
         names_(options),
         robot_(options.robot),
+        recorded_(behavior.topics),
         requested_(requestedTopics(behavior)),
         nodes_(recordedNodes(behavior)) {}
 
@@ -120,7 +121,8 @@ class TopicChooser {
   void heedNodes(PlannedTopic& topic) const {
     const std::string& recorded = topic.channel.topic;
     topic.is_by_name = isByName(topic.output.topic, topic.channel.type);
-    if (const auto driver = isVelocity(topic.channel) ? driverOf(recorded, nodes_) : std::nullopt) {
+    if (const auto driver = isVelocity(topic.channel) ? driverOf(recorded, nodes_, recorded_)
+                                                      : std::nullopt) {
       topic.topic_class = driver->topic_class;
       topic.why_class = driver->why;
     } else if (wasUnheard(recorded, nodes_)) {
@@ -203,7 +205,7 @@ class TopicChooser {
   const PlanOptions& options_;
   const NameFilter names_;
   const RobotTopics robot_;
-  const std::vector<std::string> requested_;
+  const std::vector<std::string> recorded_, requested_;
   const RecordedNodes nodes_;
 };
 

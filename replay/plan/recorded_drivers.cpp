@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 namespace afterglow::replay {
 namespace {
@@ -50,8 +49,14 @@ std::vector<std::string> mixedInto(const std::string& topic, const std::string& 
   return is_own ? std::vector<std::string>() : heard;
 }
 
-bool isMultiplexer(const std::string& topic, const std::string& node, const RecordedNodes& nodes) {
-  return hasWord(node, {"mux"}) || !mixedInto(topic, node, nodes).empty();
+/// A smoother, of one velocity that was not recorded, is where a replay may enter.
+bool isMultiplexer(const std::string& topic, const std::string& node, const RecordedNodes& nodes,
+                   const std::vector<std::string>& recorded) {
+  const std::vector<std::string> mixed = mixedInto(topic, node, nodes);
+  const bool has_recorded = std::any_of(mixed.begin(), mixed.end(), [&](const std::string& one) {
+    return std::find(recorded.begin(), recorded.end(), one) != recorded.end();
+  });
+  return hasWord(node, {"mux"}) || mixed.size() > 1 || has_recorded;
 }
 
 /// Its own process is not who obeys: a program that sends and hears it all is no robot.
@@ -75,7 +80,8 @@ void addDriversBehind(const std::string& topic, const RecordedNodes& nodes, int 
 
 }  // namespace
 
-std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes) {
+std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
+                                       const std::vector<std::string>& recorded) {
   const auto noted = nodes.find(topic);
   if (noted == nodes.end() || noted->second.publishers.empty()) return std::nullopt;
   const Names& senders = noted->second.publishers;
@@ -85,7 +91,9 @@ std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedN
     return RecordedDriver{TopicClass::Control,
                           "a person's velocities: " + names + " alone sent them"};
   }
-  const auto isMixer = [&](const std::string& node) { return isMultiplexer(topic, node, nodes); };
+  const auto isMixer = [&](const std::string& node) {
+    return isMultiplexer(topic, node, nodes, recorded);
+  };
   if (isObeyedByAnother(noted->second) && std::all_of(senders.begin(), senders.end(), isMixer)) {
     return RecordedDriver{TopicClass::Other, "the base behind its multiplexer, " + names +
                                                  ": nobody could override it"};

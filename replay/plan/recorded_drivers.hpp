@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "replay/plan/topic_role.hpp"
 #include "replay/record/snapshot.hpp"
@@ -20,10 +21,11 @@ struct RecordedDriver {
 };
 
 /// Of a velocity topic. Control if only nodes sent on it by which a person drives: called so
-/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear other
-/// velocities and not this one: behind them nobody can override a replay. Else empty, as for topics
-/// that nothing was noted of.
-std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes);
+/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear several
+/// other velocities or a recorded one, and not this one: behind them nobody can override a replay.
+/// Else empty, as for topics that nothing was noted of.
+std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
+                                       const std::vector<std::string>& recorded);
 
 /// Whether it was noted that no node heard it; not in imports, which know the senders alone.
 bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);

@@ -275,6 +275,19 @@ TEST_F(DefaultDeny, saysOfEachTopicWhatItIsWithoutAMaster) {
   EXPECT_TRUE(contains(text, "what a running projector would show is not known")) << text;
 }
 
+TEST_F(DefaultDeny, printsItsTableAsTextAndAsJson) {
+  test::NodeProcess text({AFTERGLOW_TEST_COMMAND, "play", "--classes"});
+  EXPECT_EQ(text.exitStatus(), 0);
+  EXPECT_TRUE(contains(text.log(), "\ncontrol input: a joystick: base and arm are driven by it\n"))
+      << text.log();
+  test::NodeProcess rows({AFTERGLOW_TEST_COMMAND, "play", "--classes", "--json"});
+  EXPECT_EQ(rows.exitStatus(), 0);
+  const auto json = nlohmann::json::parse(rows.log());
+  ASSERT_GT(json.size(), 60u);
+  EXPECT_EQ(json[0]["class"], "control input");
+  EXPECT_EQ(json[0]["types"][0], "sensor_msgs/Joy*");
+}
+
 TEST_F(DefaultDeny, refusesMotionThatNothingStops) {
   const std::string text =
       said(world->bag.imported, {"--allow-motion", "--also", "/ackermann_cmd"}, 1);

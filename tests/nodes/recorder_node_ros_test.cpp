@@ -4,6 +4,7 @@
 #include <afterglow/StartRecording.h>
 #include <afterglow/StopRecording.h>
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
 #include <mongodb/MongoDBLoggerAction.h>
 #include <sensor_msgs/CameraInfo.h>
@@ -16,6 +17,8 @@
 #include <atomic>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -278,6 +281,27 @@ TEST_F(RecorderNodeTest, keepsWhatReplayNeedsOfTheWorld) {
   EXPECT_EQ(behavior.remarks, Texts{"the file 'file:///etc/passwd' was not kept: no sound and no "
                                     "mesh by its name"});
   EXPECT_NEAR(static_cast<double>(behavior.wall_begin.ns - behavior.begin.ns), 0, 1e9);
+}
+
+TEST_F(RecorderNodeTest, notesWhoPublishedAndWhoHeard) {
+  const ros::Publisher words = advertise("/noted/words"), silent = advertise("/noted/silent"),
+                       elsewhere = advertise<geometry_msgs::Twist>("/driven_elsewhere");
+  const ros::Subscriber ear = world->node->subscribe<std_msgs::String>(
+      "/noted/words", 1, +[](const std_msgs::StringConstPtr&) {});
+  const auto started = start(request({"/noted/words", "/noted/silent"}));
+  ASSERT_TRUE(started.success) << started.message;
+  publish(words, say("hello"));
+  stop(started.behavior_id);
+  const replay::RecordedNodes nodes = replay::recordedNodes(stored(started.behavior_id));
+  const std::set<std::string> here{ros::this_node::getName()};
+  ASSERT_EQ(nodes.count("/noted/words"), 1u);
+  EXPECT_EQ(nodes.at("/noted/words").type, "std_msgs/String");
+  EXPECT_EQ(nodes.at("/noted/words").publishers, here);
+  EXPECT_EQ(nodes.at("/noted/words").subscribers, here) << "without the recorder";
+  ASSERT_EQ(nodes.count("/noted/silent"), 1u);
+  EXPECT_EQ(nodes.at("/noted/silent").publishers, here) << "announced";
+  ASSERT_EQ(nodes.count("/driven_elsewhere"), 1u) << "it tells who drove";
+  EXPECT_EQ(nodes.at("/driven_elsewhere").type, "geometry_msgs/Twist");
 }
 
 TEST_F(RecorderNodeTest, servesThePapersLogger) {

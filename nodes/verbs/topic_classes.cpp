@@ -1,0 +1,42 @@
+#include "nodes/verbs/topic_classes.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+#include <vector>
+
+#include "replay/plan/topic_role.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+std::string line(const char* title, const std::vector<std::string_view>& patterns) {
+  return patterns.empty() ? "" : fmt::format("  {:7}{}\n", title, fmt::join(patterns, ", "));
+}
+
+}  // namespace
+
+std::string topicClassesText() {
+  std::string text = "The first that fits counts. * stands for any characters; namespaces may stand "
+                     "before a topic.\n";
+  for (const replay::TopicRow& row : replay::topicTable()) {
+    text += fmt::format("\n{}: {}{}\n", name(row.role.topic_class), row.role.why,
+                        row.is_by_name ? " (played only if it is named)" : "");
+    text += line("topics", row.names) + line("types", row.types);
+  }
+  return text;
+}
+
+nlohmann::ordered_json topicClassesJson() {
+  auto rows = nlohmann::ordered_json::array();
+  for (const replay::TopicRow& row : replay::topicTable()) {
+    rows.push_back({{"class", std::string(name(row.role.topic_class))},
+                    {"topics", std::vector<std::string>(row.names.begin(), row.names.end())},
+                    {"types", std::vector<std::string>(row.types.begin(), row.types.end())},
+                    {"why", std::string(row.role.why)},
+                    {"by_name", row.is_by_name}});
+  }
+  return rows;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,16 @@
+/// \file
+/// `afterglow play --classes`: the table of replay/plan/topic_role.hpp, for people and programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace afterglow::nodes {
+
+/// An entry a row, in the order in which they count; names and types as TopicRow has them.
+std::string topicClassesText();
+
+/// An array of {class, topics, types, why, stop (null: none is known or needed), by_name}.
+nlohmann::ordered_json topicClassesJson();
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,200 @@
+#include "replay/plan/nested_goals.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/plan/recorded_drivers.hpp"
+#include "replay/record/snapshot.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "tests/support/messages.hpp"
+
+namespace afterglow::replay::nested_goals_test {
+namespace {
+
+const std::string kTwist = "geometry_msgs/Twist", kJoy = "sensor_msgs/Joy";
+const std::string kFollow = "control_msgs/FollowJointTrajectoryActionGoal";
+const std::string kMoveBase = "move_base_msgs/MoveBaseActionGoal";
+
+struct Around {
+  std::set<std::string> publishers, subscribers;
+};
+
+/// A behavior on topics of these types, and who stood around them.
+struct Robot {
+  void add(const std::string& topic, const std::string& type, const Around& around = {}) {
+    types[topic] = type;
+    note(topic, type, around);
+  }
+  void note(const std::string& topic, const std::string& type, const Around& around) {
+    if (!around.publishers.empty() || !around.subscribers.empty()) {
+      snapshot.nodes[topic] = {type, around.publishers, around.subscribers};
+    }
+  }
+  PlayPlan plan(const PlanOptions& options = {}) const {
+    const auto store = openMemoryStore();
+    Behavior behavior;
+    behavior.recording = store->addRecording({0, "", "test", ""});
+    std::uint64_t sequence = 0;
+    for (const auto& [topic, type] : types) {
+      Message message;
+      message.channel = store->addChannel(behavior.recording,
+                                          test::channelOf(topic, type, "string data\n"));
+      message.received = {500};
+      message.sequence = sequence++;
+      message.bytes = Bytes(4, 0);
+      store->append({message});
+      behavior.topics.push_back(topic);
+    }
+    behavior.name = "nested";
+    behavior.end = Stamp{1000};
+    behavior.snapshot = snapshot.toJson();
+    behavior.id = store->addBehavior(behavior);
+    return makePlan(*store, behavior, options);
+  }
+
+  std::map<std::string, std::string> types;
+  Snapshot snapshot;
+};
+
+std::string whyNot(const PlayPlan& plan, const std::string& topic) {
+  for (const PlannedTopic& one : plan.topics) {
+    if (one.channel.topic == topic) return one.why_not;
+  }
+  return "not planned";
+}
+
+using Texts = std::vector<std::string>;
+
+TEST(NestedGoals, areRecognizedByWhoSentTheLowerOne) {
+  Robot robot;
+  robot.add("/tidy/goal", "tidy_msgs/TidyActionGoal", {{"/tree"}, {"/tidy_server"}});
+  robot.add("/arm_controller/follow_joint_trajectory/goal", kFollow,
+            {{"/tidy_server"}, {"/controllers"}});
+  PlanOptions options;
+  EXPECT_EQ(robot.plan().playedTopics(), Texts{"/arm_controller/follow_joint_trajectory/goal"});
+  EXPECT_EQ(whyNot(robot.plan(), "/tidy/goal"),
+            "the robot sent /arm_controller/follow_joint_trajectory/goal for it, which is played "
+            "instead");
+  options.also = {"/tidy/goal"};
+  EXPECT_EQ(robot.plan(options).playedTopics(), Texts{"/tidy/goal"});
+  EXPECT_EQ(whyNot(robot.plan(options), "/arm_controller/follow_joint_trajectory/goal"),
+            "the robot sent it for /tidy/goal, which is played");
+  options.also.push_back("/arm_controller/follow_joint_trajectory/goal");
+  EXPECT_EQ(robot.plan(options).refusal(),
+            "/tidy/goal (tidy_msgs/TidyActionGoal) is not played: the robot sends "
+            "/arm_controller/follow_joint_trajectory/goal for it, which is played, too: one of "
+            "the two; --exclude it to play the rest");
+}
+
+TEST(NestedGoals, areNotMistakenForThoseOfAnother) {
+  Robot robot;
+  robot.add("/move_base/goal", kMoveBase, {{"/tree"}, {"/move_base"}});
+  robot.add("/cmd_vel", kTwist, {{"/docking"}, {"/base"}});
+  PlanOptions options;
+  options.also = {"/move_base/goal"};
+  EXPECT_EQ(robot.plan(options).playedTopics(), (Texts{"/cmd_vel", "/move_base/goal"}));
+}
+
+TEST(NestedGoals, areFoundThroughASmoother) {
+  Robot robot;
+  robot.add("/move_base/goal", kMoveBase, {{"/tree"}, {"/move_base"}});
+  robot.add("/cmd_vel_mux/input/navi", kTwist, {{"/smoother"}, {"/cmd_vel_mux"}});
+  robot.note("/smoother/raw_cmd_vel", kTwist, {{"/move_base"}, {"/smoother"}});
+  PlanOptions options;
+  options.also = {"/move_base/goal"};
+  const PlayPlan plan = robot.plan(options);
+  EXPECT_EQ(plan.playedTopics(), Texts{"/move_base/goal"}) << "not twice";
+}
+
+TEST(NestedGoals, areKnownByNameWhereNothingWasNoted) {
+  Robot robot;
+  robot.add("/execute_trajectory/goal", "moveit_msgs/ExecuteTrajectoryActionGoal");
+  robot.add("/arm_controller/follow_joint_trajectory/goal", kFollow);
+  robot.add("/parallel_gripper_controller/follow_joint_trajectory/goal", kFollow);
+  robot.add("/parallel_gripper_controller/follow_joint_trajectory/cancel",
+            "actionlib_msgs/GoalID");
+  robot.add("/gripper_controller/follow_joint_trajectory/goal", kFollow);
+  robot.add("/head_traj_controller/point_head_action/goal",
+            "pr2_controllers_msgs/PointHeadActionGoal");
+  robot.add("/head_traj_controller/command", "trajectory_msgs/JointTrajectory");
+  robot.add("/robot2/move_base/goal", kMoveBase);
+  robot.add("/cmd_vel", kTwist);
+  const PlayPlan plan = robot.plan();
+  EXPECT_EQ(plan.playedTopics(),
+            (Texts{"/arm_controller/follow_joint_trajectory/goal", "/cmd_vel",
+                   "/gripper_controller/follow_joint_trajectory/goal",
+                   "/head_traj_controller/point_head_action/goal"}));
+  EXPECT_EQ(whyNot(plan, "/robot2/move_base/goal"), "an action that goes its own way today")
+      << "another robot's";
+}
+
+TEST(NestedGoals, ofAProgramThatIsClientAndServerTellNothing) {
+  Robot robot;
+  robot.add("/arm_controller/follow_joint_trajectory/goal", kFollow, {{"/all"}, {"/all"}});
+  robot.add("/l_arm_controller/follow_joint_trajectory/goal", kFollow, {{"/all"}, {"/all"}});
+  EXPECT_EQ(robot.plan().playedTopics().size(), 2u);
+}
+
+// ------------------------------------------------------------------------------------ who drove
+
+TEST(RecordedDriver, isAPersonWhereOnlyAJoysticksNodeSent) {
+  Robot robot;
+  robot.add("/cmd_vel", kTwist, {{"/pad"}, {"/base"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts{"/cmd_vel"});
+  robot.note("/joy", kJoy, {{"/joy_node"}, {"/pad"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts());
+  EXPECT_EQ(whyNot(robot.plan(), "/cmd_vel"), "a person's velocities: /pad alone sent them");
+  PlanOptions options;
+  options.also = {"/cmd_vel"};
+  EXPECT_EQ(robot.plan(options).playedTopics(), Texts{"/cmd_vel"}) << "whoever names it has it";
+  robot.note("/cmd_vel", kTwist, {{"/pad", "/move_base"}, {"/base"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts{"/cmd_vel"}) << "a program drove, too";
+  robot.note("/cmd_vel", kTwist, {{"/teleop_twist_keyboard"}, {"/base"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts()) << "by its name";
+}
+
+TEST(RecordedDriver, isAMultiplexerThatHearsOtherVelocities) {
+  Robot robot;
+  robot.add("/nav", kTwist, {{"/planner"}, {"/chooser"}});
+  robot.add("/drive", kTwist, {{"/chooser"}, {"/base"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts{"/nav"}) << "people override it behind there";
+  EXPECT_EQ(whyNot(robot.plan(), "/drive"),
+            "the base behind its multiplexer, /chooser: nobody could override it");
+  robot.note("/drive", kTwist, {{"/chooser"}, {"/base", "/chooser"}});
+  EXPECT_EQ(robot.plan().playedTopics().size(), 2u) << "a player that watches its own topic";
+}
+
+TEST(RecordedDriver, isToldWhereNobodyHeardIt) {
+  Robot robot;
+  robot.add("/cmd_vel", kTwist, {{"/planner"}, {}});
+  robot.note("/odom", "nav_msgs/Odometry", {{"/base"}, {"/planner"}});
+  const PlayPlan plan = robot.plan();
+  ASSERT_EQ(plan.topics.size(), 1u);
+  EXPECT_EQ(plan.topics[0].why_class, "a zero stops it; nobody heard it when it was recorded");
+  EXPECT_TRUE(plan.topics[0].isPlayed());
+}
+
+TEST(RecordedNodes, areKeptInTheSnapshotAndMissingInOldOnes) {
+  Snapshot snapshot;
+  snapshot.nodes["/cmd_vel"] = {kTwist, {"/a", "/b"}, {"/base"}};
+  Behavior behavior;
+  behavior.snapshot = snapshot.toJson();
+  RecordedNodes nodes = recordedNodes(behavior);
+  EXPECT_EQ(nodes.at("/cmd_vel").type, kTwist);
+  EXPECT_EQ(nodes.at("/cmd_vel").publishers, (std::set<std::string>{"/a", "/b"}));
+  addNodes(nodes, {{"/cmd_vel", {"", {"/c"}, {}}}, {"/joy", {kJoy, {"/d"}, {}}}});
+  EXPECT_EQ(nodes.at("/cmd_vel").publishers.size(), 3u);
+  EXPECT_EQ(nodes.at("/joy").type, kJoy);
+  for (const char* old :
+       {"{}", "", R"({"nodes": 1})", R"({"nodes": {"/a": 2, "/b": {"type": 3}}})"}) {
+    behavior.snapshot = old;
+    EXPECT_LE(recordedNodes(behavior).size(), 1u) << old;
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::replay::nested_goals_test

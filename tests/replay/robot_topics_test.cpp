@@ -1,0 +1,162 @@
+#include "replay/plan/robot_topics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace afterglow::replay::robot_topics_test {
+namespace {
+
+constexpr const char* kTwist = "geometry_msgs/Twist";
+
+RobotProfile calling(const std::string& word, const std::vector<std::string>& names) {
+  RobotProfile robot;
+  robot.name = "test";
+  robot.topics[word] = names;
+  return robot;
+}
+
+std::string_view classOf(const RobotProfile& robot, const char* topic, const char* type) {
+  return name(RobotTopics(robot).roleOf(topic, type).topic_class);
+}
+
+TEST(RobotTopics, withoutAProfileAreTheTables) {
+  const RobotTopics none;
+  EXPECT_EQ(none.roleOf("/cmd_vel", kTwist).why, roleOf("/cmd_vel", kTwist).why);
+  EXPECT_EQ(none.refusal("/cmd_vel", kTwist), "");
+}
+
+TEST(RobotTopics, ofAProfileAreStricterAtOnce) {
+  EXPECT_EQ(classOf(calling("control", {"drive"}), "/robot1/drive", kTwist), "control input");
+  EXPECT_EQ(classOf(calling("endless", {"drive"}), "/drive", kTwist), "endless motion");
+  EXPECT_EQ(classOf(calling("other", {"*marks"}), "/my_marks", "visualization_msgs/Marker"),
+            "other");
+  EXPECT_EQ(classOf(calling("other", {"joy"}), "/joy", "sensor_msgs/Joy"), "control input")
+      << "not weaker";
+}
+
+TEST(RobotTopics, ofAProfileMoveTheBodyOnlyIfTheirStopIsKnown) {
+  EXPECT_EQ(classOf(calling("body", {"base_controller/command"}), "/base_controller/command",
+                    kTwist),
+            "body")
+      << "a PR2 without multiplexer";
+  const RobotProfile joystick = calling("body", {"joy"});
+  EXPECT_EQ(classOf(joystick, "/joy", "sensor_msgs/Joy"), "control input");
+  EXPECT_EQ(RobotTopics(joystick).refusal("/joy", "sensor_msgs/Joy"),
+            "the profile of test calls it body, but how it is stopped is not known (a joystick: "
+            "base and arm are driven by it)");
+  EXPECT_EQ(classOf(calling("body", {"*"}), "/twist_controller/command", kTwist), "endless motion")
+      << "a zero does not stop an arm";
+  EXPECT_EQ(classOf(calling("body", {"pan"}), "/pan", "my_msgs/Pan"), "other");
+}
+
+TEST(RobotTopics, ofAProfileAreNotShownIfTheyMove) {
+  EXPECT_EQ(classOf(calling("shown", {"map_then"}), "/map_then", "nav_msgs/OccupancyGrid"),
+            "shown");
+  const RobotProfile robot = calling("shown", {"*"});
+  EXPECT_EQ(classOf(robot, "/move_base/goal", "move_base_msgs/MoveBaseActionGoal"), "other");
+  EXPECT_EQ(classOf(robot, "/cmd_vel", kTwist), "body");
+  EXPECT_NE(RobotTopics(robot).refusal("/cmd_vel", kTwist), "");
+}
+
+TEST(RobotTopics, ofItsBaseAreNamedWhole) {
+  RobotProfile robot;
+  robot.base.velocity_topic = "/base/in";
+  robot.base.take_over_topics = {"/pad"};
+  robot.base.output_topic = "/base/out";
+  EXPECT_EQ(classOf(robot, "/base/in", kTwist), "body");
+  EXPECT_EQ(classOf(robot, "/pad", kTwist), "control input");
+  EXPECT_EQ(classOf(robot, "/robot1/pad", kTwist), "body") << "another one's";
+  EXPECT_EQ(classOf(robot, "/base/out", kTwist), "other");
+  robot.base.output_topic = robot.base.velocity_topic;
+  EXPECT_EQ(classOf(robot, "/base/in", kTwist), "body") << "there is no multiplexer";
+}
+
+TEST(RobotTopics, haveNoClassesThatNobodyKnows) {
+  EXPECT_THROW(RobotTopics(calling("harmless", {"joy"})), std::invalid_argument);
+}
+
+// ------------------------------------------------------------------- the README and the table
+
+/// The lines of replay/README.md that say what is published.
+std::vector<std::string> publishedLines() {
+  std::ifstream file("replay/README.md");
+  std::vector<std::string> lines;
+  bool is_within = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("### ", 0) == 0) is_within = line == "### What is published";
+    if (is_within) lines.push_back(line);
+  }
+  return lines;
+}
+
+/// The row of the README's table that begins with this class.
+std::string rowOf(TopicClass topic_class) {
+  const std::string begin = "| " + std::string(name(topic_class)) + " |";
+  std::string row;
+  for (const std::string& line : publishedLines()) {
+    if (line.rfind(begin, 0) != 0) continue;
+    EXPECT_EQ(row, "") << "twice: " << begin;
+    row = line;
+  }
+  EXPECT_NE(row, "") << begin;
+  return row;
+}
+
+struct Word {
+  TopicClass topic_class;
+  const char* in_readme;
+  const char* topic;
+  const char* type;
+};
+
+TEST(TopicTable, isWhatTheReadmeSays) {
+  const std::vector<Word> words{
+      {TopicClass::Body, "velocities", "/cmd_vel", kTwist},
+      {TopicClass::Body, "trajectories", "/arm_controller/command",
+       "trajectory_msgs/JointTrajectory"},
+      {TopicClass::Body, "gripper", "/gripper_controller/gripper_action/goal",
+       "control_msgs/GripperCommandActionGoal"},
+      {TopicClass::Body, "head goals", "/head_controller/point_head/goal",
+       "control_msgs/PointHeadActionGoal"},
+      {TopicClass::Shown, "clouds", "/points", "sensor_msgs/PointCloud2"},
+      {TopicClass::Shown, "scans", "/scan_then", "sensor_msgs/LaserScan"},
+      {TopicClass::Shown, "paths", "/plan", "nav_msgs/Path"},
+      {TopicClass::Shown, "markers", "/marks", "visualization_msgs/MarkerArray"},
+      {TopicClass::Shown, "speech", "/robotsound", "sound_play/SoundRequest"},
+      {TopicClass::Other, "tf", "/tf", "tf2_msgs/TFMessage"},
+      {TopicClass::Other, "live sensors", "/base_scan", "sensor_msgs/LaserScan"},
+      {TopicClass::Other, "answers", "/move_base/result", "move_base_msgs/MoveBaseActionResult"},
+      {TopicClass::Other, "maps", "/map", "nav_msgs/OccupancyGrid"},
+      {TopicClass::Other, "other actions", "/move_base/goal", "move_base_msgs/MoveBaseActionGoal"},
+      {TopicClass::Other, "multiplexer", "/husky_velocity_controller/cmd_vel", kTwist},
+      {TopicClass::Control, "Joy", "/joy", "sensor_msgs/Joy"},
+      {TopicClass::Control, "/initialpose", "/initialpose",
+       "geometry_msgs/PoseWithCovarianceStamped"},
+      {TopicClass::Control, "runstops", "/enable_software_runstop", "std_msgs/Bool"},
+      {TopicClass::Control, "a person's velocities", "/teleop/cmd_vel", kTwist},
+      {TopicClass::Endless, "URScript", "/ur_hardware_interface/script_command",
+       "std_msgs/String"},
+      {TopicClass::Endless, "arm velocities", "/servo_server/delta_twist_cmds",
+       "geometry_msgs/TwistStamped"}};
+  for (const Word& word : words) {
+    EXPECT_NE(rowOf(word.topic_class).find(word.in_readme), std::string::npos) << word.in_readme;
+    EXPECT_EQ(name(roleOf(word.topic, word.type).topic_class), name(word.topic_class))
+        << word.topic;
+  }
+}
+
+TEST(TopicTable, saysWhyOfEachRow) {
+  EXPECT_GT(topicTable().size(), 60u);
+  for (const TopicRow& row : topicTable()) {
+    EXPECT_FALSE(row.role.why.empty());
+    EXPECT_FALSE(row.names.empty() && row.types.empty()) << row.role.why << ": fits everything";
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::replay::robot_topics_test
