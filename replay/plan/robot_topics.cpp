@@ -38,7 +38,7 @@ void checkWords(const RobotProfile& robot) {
   }
 }
 
-/// Of this class; what the profile says of the base is meant for its topics, too.
+/// Of this class; what the profile says of the base and the scan is meant for their topics, too.
 std::vector<std::string> namesOf(const RobotProfile& robot, const ClassWord& of) {
   const auto listed = robot.topics.find(of.word);
   std::vector<std::string> names =
@@ -49,6 +49,9 @@ std::vector<std::string> namesOf(const RobotProfile& robot, const ClassWord& of)
   }
   const bool is_behind = !base.output_topic.empty() && base.output_topic != base.velocity_topic;
   if (of.topic_class == TopicClass::Other && is_behind) names.push_back(base.output_topic);
+  if (of.topic_class == TopicClass::Other && !robot.scan_topic.empty()) {
+    names.push_back(robot.scan_topic);  // old ranges hide people
+  }
   if (of.topic_class == TopicClass::Body && !base.velocity_topic.empty()) {
     names.push_back(base.velocity_topic);
   }

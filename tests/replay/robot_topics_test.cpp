@@ -68,10 +68,12 @@ TEST(RobotTopics, ofItsBaseAreNamedWhole) {
   robot.base.velocity_topic = "/base/in";
   robot.base.take_over_topics = {"/pad"};
   robot.base.output_topic = "/base/out";
+  robot.scan_topic = "/ranges";
   EXPECT_EQ(classOf(robot, "/base/in", kTwist), "body");
   EXPECT_EQ(classOf(robot, "/pad", kTwist), "control input");
   EXPECT_EQ(classOf(robot, "/robot1/pad", kTwist), "body") << "another one's";
   EXPECT_EQ(classOf(robot, "/base/out", kTwist), "other");
+  EXPECT_EQ(classOf(robot, "/ranges", "sensor_msgs/LaserScan"), "other");
   robot.base.output_topic = robot.base.velocity_topic;
   EXPECT_EQ(classOf(robot, "/base/in", kTwist), "body") << "there is no multiplexer";
 }
