@@ -322,10 +322,11 @@ std::string_view name(TopicClass topic_class) {
 }
 
 bool isCalled(std::string_view topic, std::string_view pattern) {
-  if (pattern.substr(0, 1) == "/") return matches(topic, pattern);
+  if (startsWith(pattern, "/")) return matches(topic, pattern);
   for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
        slash = topic.find('/', slash + 1)) {
     if (matches(topic.substr(slash + 1), pattern)) return true;
+    if (startsWith(pattern, "*")) return false;  // the rest is what * has stood for already
   }
   return false;
 }
@@ -333,8 +334,8 @@ bool isCalled(std::string_view topic, std::string_view pattern) {
 bool TopicRow::holds(std::string_view topic, std::string_view type) const {
   const auto is_name = [&](std::string_view pattern) { return isCalled(topic, pattern); };
   const auto is_type = [&](std::string_view pattern) { return matches(type, pattern); };
-  return (names.empty() || std::any_of(names.begin(), names.end(), is_name)) &&
-         (types.empty() || std::any_of(types.begin(), types.end(), is_type));
+  return (types.empty() || std::any_of(types.begin(), types.end(), is_type)) &&
+         (names.empty() || std::any_of(names.begin(), names.end(), is_name));
 }
 
 const std::vector<TopicRow>& topicTable() {
