@@ -33,6 +33,7 @@ constexpr double kLongestApproach = 90;  // s
 
 void BodyGate::addTo(replay::PlayReport& report) const {
   report.notes.insert(report.notes.end(), notes_.begin(), notes_.end());
+  report.guards = guards_;
   if (base_) base_->addTo(report);
 }
 
@@ -64,7 +65,11 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
       options_(options),
       limits_(limits),
       stop_(std::move(stop)),
-      sink_(plan, sink, clock, options.longest_stall_s, stop_) {
+      sink_(plan, sink, clock, options.longest_stall_s, stop_),
+      master_watch_([this](const std::string& reason) {
+        stop_(reason);
+        sink_.brake();
+      }) {
   if (!options_.emergency_stop.topic.empty()) {
     emergency_stop_.emplace(options_.emergency_stop, [this](const std::string& reason) {
       sink_.brake();
@@ -91,7 +96,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   replay::StartPose now = live(parts, then, is_stopped);
   if (is_stopped()) return;
   checkJoints(parts, now);
-  sink_.waitUntilReady(is_stopped);
+  waitForGuards(is_stopped);
   const std::string base = baseDeviation(then, now, is_stopped);
   std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
   const bool moves_there = options_.start == BodyOptions::Start::MoveThere && base.empty();
@@ -109,6 +114,15 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   watchArm();
   holdGaze(is_stopped);
   if (base_) base_->prepare(is_stopped);
+}
+
+/// And says how long they wait, before anything moves.
+void BodyGate::waitForGuards(const std::function<bool()>& is_stopped) {
+  sink_.waitUntilReady(is_stopped);
+  if (is_stopped()) return;
+  guards_ = sink_.guards();
+  for (const std::string& line : toText(*guards_)) ROS_INFO_STREAM(line);
+  if (!guards_->on_robot) notes_.push_back(kNoRobotGuard);
 }
 
 void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {

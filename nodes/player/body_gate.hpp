@@ -12,6 +12,7 @@
 #include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
+#include "nodes/player/master_watch.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/start_pose.hpp"
@@ -26,8 +27,9 @@ struct BodyOptions {
   enum class Start { AsRecorded, MoveThere, Anywhere } start = Start::AsRecorded;
   replay::StartTolerances tolerances;  ///< [~start_tolerance/turning, .../sliding, ...]
   replay::ApproachSpeed speed;
-  /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall].
-  double longest_stall_s = 0.06;
+  /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall];
+  /// empty: by how late this machine is (replay/motion/patience.hpp).
+  std::optional<double> longest_stall_s;
   EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
   BaseOptions base;
   bool is_any_map_right = false;  ///< another map than the recorded one will do [~any_map]
@@ -65,7 +67,9 @@ class BodyGate {
   replay::GoalBook& goals() { return sink_.goals(); }
   /// To be told after the player, which takes the goal's end from the book. Any thread.
   void onGoalStatus(const std::string& id, std::uint8_t status);
-  /// What could not be checked, where the robot was moved, and how the base was.
+  /// The robot was moved. Any thread.
+  bool hasMoved() const { return sink_.hasMoved(); }
+  /// What could not be checked, where the robot was moved, how the base was, and who watched.
   void addTo(replay::PlayReport& report) const;
 
  private:
@@ -76,6 +80,7 @@ class BodyGate {
                             const std::function<bool()>& is_stopped);
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
+  void waitForGuards(const std::function<bool()>& is_stopped);
   void listenToJoints(const std::function<bool()>& is_stopped);
   std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
   void watchArm();
@@ -89,6 +94,8 @@ class BodyGate {
   const replay::MotionLimits limits_;
   const std::function<void(const std::string&)> stop_;
   GuardedSink sink_;
+  MasterWatch master_watch_;
+  std::optional<replay::PlayGuards> guards_;
   std::optional<EmergencyStop> emergency_stop_;
   std::optional<ReplayedBase> base_;
   std::optional<LiveJoints> joints_;  ///< if there are goals

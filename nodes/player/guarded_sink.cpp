@@ -1,66 +1,40 @@
 #include "nodes/player/guarded_sink.hpp"
 
-#include <ros/ros.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include <fmt/format.h>
 
 #include <chrono>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
-#include <vector>
 
-#include "nodes/tools/program.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-using nlohmann::json;
-
-constexpr const char* kProgram = "afterglow_replay_guard";
-constexpr std::chrono::milliseconds kBeat(20);
+constexpr std::chrono::nanoseconds kBeat(replay::kBeatPeriod);
+constexpr std::chrono::milliseconds kReadyLook(5);
 constexpr double kStartPatience = 15;  // s, on a machine that is busy
-constexpr double kEndPatience = 2;     // s
-/// Beats without an answer: the watchdog hangs.
-constexpr int kMostUnanswered = 25;
+constexpr double kNsPerMs = 1e6;
+
+replay::SteadyTime steadyOf(std::chrono::steady_clock::time_point time) {
+  return {std::chrono::nanoseconds(time.time_since_epoch()).count()};
+}
 
 }  // namespace
 
-std::string guardName() { return ros::this_node::getName() + "_guard"; }
-
 GuardedSink::GuardedSink(const replay::PlayPlan& plan, replay::MessageSink& sink,
-                         replay::Clock& clock, double longest_stall_s,
+                         replay::Clock& clock, std::optional<double> longest_stall_s,
                          std::function<void(const std::string&)> on_lost)
-    : sink_(sink), on_lost_(std::move(on_lost)), clock_(clock, [this] { beat(); }), watch_(plan) {
-  start(longest_stall_s);
-  for (std::uint32_t output = 0; output < watch_.outputs().size(); ++output) tellOutput(output);
-  send({{"kind", "ready?"}});
+    : sink_(sink),
+      on_lost_(std::move(on_lost)),
+      longest_stall_s_(longest_stall_s),
+      clock_(clock, [this] { beat(); }),
+      watch_(plan) {
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  if (RobotGuard::isThere(graph)) robot_guard_.emplace(graph);
+  for (Watchdog* watchdog : watchdogs()) watchdog->tellOutputs(watch_.outputs());
   ticker_ = std::thread([this] { tick(); });
-}
-
-void GuardedSink::start(double longest_stall_s) {
-  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
-  const auto [mine, its] = GuardLink::makePair();
-  link_ = std::make_unique<GuardLink>(mine);
-  const GuardLink other(its);
-  ProgramStart start;
-  start.input = its;
-  start.output = start.error = ProgramStart::kOurs;
-  // Ctrl-C and the end of a terminal are the player's.
-  start.leader = ProgramStart::Leader::OfSession;
-  const std::string program = own.parent_path() / kProgram;
-  try {
-    pid_ = startProgram(
-        {program, guardName(), std::to_string(std::llround(longest_stall_s * 1000))}, start);
-  } catch (const std::system_error& error) {
-    throw std::runtime_error("motion is refused: the watchdog " + program +
-                             " cannot be started: " + error.code().message());
-  }
 }
 
 GuardedSink::~GuardedSink() {
@@ -70,22 +44,31 @@ GuardedSink::~GuardedSink() {
   }
   over_.notify_all();
   ticker_.join();
-  link_->send({{"kind", "end"}});
-  const Deadline deadline = deadlineIn(kEndPatience);
-  while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() > deadline) ::kill(pid_, SIGKILL);
-    ::usleep(5000);
-  }
+  for (Watchdog* watchdog : watchdogs()) watchdog->end();
 }
 
+std::vector<Watchdog*> GuardedSink::watchdogs() {
+  std::vector<Watchdog*> all{&process_};
+  if (robot_guard_) all.push_back(&*robot_guard_);
+  return all;
+}
+
+/// Until it is known how long the watchdogs wait, nobody sleeps on the clock: it beats itself.
 void GuardedSink::tick() {
   std::unique_lock<std::mutex> lock(mutex_);
-  while (!over_.wait_for(lock, kBeat, [this] { return is_over_; })) {
+  auto next = std::chrono::steady_clock::now() + kBeat;
+  while (!over_.wait_until(lock, next, [this] { return is_over_; })) {
+    const auto now = std::chrono::steady_clock::now();
+    pulse_.jitter.add(steadyOf(next), steadyOf(now));
+    if (!pulse_.is_settled) sendBeat();
     lock.unlock();
     clock_.tick();
     lock.lock();
+    while (next <= now) next += kBeat;
   }
 }
+
+// ---------------------------------------------------------------------------------- before motion
 
 void GuardedSink::waitUntilReady(const std::function<bool()>& is_stopped) {
   const Deadline deadline = deadlineIn(kStartPatience);
@@ -94,25 +77,57 @@ void GuardedSink::waitUntilReady(const std::function<bool()>& is_stopped) {
       const std::lock_guard<std::mutex> lock(mutex_);
       listen();
       if (!lost_.empty()) throw std::runtime_error("motion is refused: " + lost_);
-      if (is_ready_) return;
+      if (isReady()) return;
     }
     if (is_stopped()) return;
     if (std::chrono::steady_clock::now() > deadline) {
       throw std::runtime_error("motion is refused: the watchdog does not get ready");
     }
-    link_->wait(20);
+    std::this_thread::sleep_for(kReadyLook);
   }
 }
+
+/// Then it is also decided how long they wait.
+bool GuardedSink::isReady() {
+  for (Watchdog* watchdog : watchdogs()) {
+    if (!watchdog->isReady()) return false;
+  }
+  if (!longest_stall_s_ && !pulse_.jitter.isKnown()) return false;
+  pulse_.is_settled = true;
+  pulse_.patience_ns = longest_stall_s_ ? std::llround(*longest_stall_s_ * 1e9)
+                                        : replay::patienceBeside(pulse_.jitter.lateness());
+  return true;
+}
+
+replay::PlayGuards GuardedSink::guards() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  replay::PlayGuards guards;
+  guards.patience_ms = static_cast<double>(pulse_.patience_ns) / kNsPerMs;
+  guards.lateness_ms = static_cast<double>(pulse_.jitter.lateness()) / kNsPerMs;
+  if (robot_guard_) {
+    const auto patience_ns = robot_guard_->patience(pulse_.patience_ns);
+    guards.on_robot = replay::PlayGuards::OnRobot{
+        robotGuardName(), static_cast<double>(patience_ns) / kNsPerMs,
+        static_cast<double>(robot_guard_->longestGapNs()) / kNsPerMs, !robot_guard_->isBeside()};
+  }
+  return guards;
+}
+
+// --------------------------------------------------------------------------------------- in motion
 
 bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const replay::MotionWatch::Change change = watch_.sending(channel, bytes);
     listen();
-    if (change.has_other_stop) tellOutput(change.output);
+    lookAtOwnPulse();
+    const replay::MotionWatch::Change change = watch_.sending(channel, bytes);
+    if (change.has_other_stop) {
+      for (Watchdog* watchdog : watchdogs()) watchdog->tellOutput(watch_.outputs(), change.output);
+    }
     // Before the robot is told to move, so that there is no moment in between.
-    if (change.has_changed) send({{"kind", "beat"}, {"moving", watch_.moving()}});
+    if (change.has_changed) sendBeat();
     if (change.is_motion && !lost_.empty()) throw std::runtime_error(lost_);
+    has_moved_ = has_moved_ || change.is_motion;
   }
   const bool is_heard = sink_.publish(channel, bytes);
   clock_.beatIfDue();
@@ -121,62 +136,60 @@ bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& b
 
 void GuardedSink::brake() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  send({{"kind", "stop"}});
+  for (Watchdog* watchdog : watchdogs()) watchdog->stop();
 }
 
 void GuardedSink::goalEnded(const std::string& id) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (watch_.goalEnded(id)) send({{"kind", "beat"}, {"moving", watch_.moving()}});
+  lookAtOwnPulse();
+  if (watch_.goalEnded(id)) sendBeat();
 }
 
-void GuardedSink::tellOutput(std::uint32_t output) {
-  const auto& [channel, stop] = watch_.outputs()[output];
-  send({{"kind", "output"},
-        {"index", output},
-        {"topic", channel.topic},
-        {"type", channel.type},
-        {"md5", channel.md5},
-        {"definition", channel.definition},
-        {"stop", json::binary(stop)}});
+bool GuardedSink::hasMoved() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return has_moved_;
 }
 
 void GuardedSink::beat() {
   std::string reason;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    send({{"kind", "beat"}, {"moving", watch_.moving()}});
     listen();
+    lookAtOwnPulse();
+    sendBeat();
     if (lost_.empty() || std::exchange(has_told_, true)) return;
     reason = lost_;
   }
   on_lost_(reason);
 }
 
-void GuardedSink::send(const json& message) {
-  if (!lost_.empty()) {
-    return;
-  }
-  unanswered_ += message.at("kind") == "beat";
-  if (!link_->send(message)) lose("the watchdog is gone");
-  if (unanswered_ > kMostUnanswered) lose("the watchdog does not answer");
+void GuardedSink::sendBeat() {
+  pulse_.last_beat = replay::sinceBoot();
+  if (!lost_.empty()) return;
+  for (Watchdog* watchdog : watchdogs()) watchdog->beat(watch_.moving(), pulse_.patience_ns);
 }
 
 void GuardedSink::listen() {
-  while (const auto message = link_->receive()) {
-    const std::string kind = message->at("kind");
-    if (kind == "ready") {
-      is_ready_ = true;
-    } else if (kind == "beat") {
-      unanswered_ = 0;
-    } else if (kind == "braking") {
-      lose("the watchdog stopped the robot: " + message->at("reason").get<std::string>());
-    }
+  for (Watchdog* watchdog : watchdogs()) {
+    watchdog->listen();
+    if (!watchdog->whyLost().empty()) lose(watchdog->whyLost());
   }
-  if (link_->isClosed()) lose("the watchdog is gone");
 }
 
+/// Watchdogs that hung or slept as long do not know.
+void GuardedSink::lookAtOwnPulse() {
+  const std::int64_t gap_ns = replay::sinceBoot().ns - pulse_.last_beat.ns;
+  if (pulse_.is_settled && !watch_.moving().empty() && gap_ns > pulse_.patience_ns) {
+    lose(fmt::format("the player, or its machine, stood still for {:.0f} ms in motion",
+                     static_cast<double>(gap_ns) / kNsPerMs));
+  }
+}
+
+/// One of the watchdogs is not enough: the others stop the robot at once.
 void GuardedSink::lose(const std::string& reason) {
-  if (lost_.empty()) lost_ = reason;
+  if (!lost_.empty()) return;
+  lost_ = reason;
+  for (Watchdog* watchdog : watchdogs()) watchdog->stop();
 }
 
 }  // namespace afterglow::nodes

@@ -1,75 +1,92 @@
 /// \file
-/// The player's side of its watchdog: starts it, tells it what is in motion, and sends motion only
-/// while it is there.
+/// The player's side of its watchdogs: tells them what is in motion, and sends motion only while
+/// they are there.
 #pragma once
-
-#include <sys/types.h>
 
 #include <condition_variable>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
-#include "nodes/player/guard_link.hpp"
+#include "nodes/player/guard_process.hpp"
+#include "nodes/player/robot_guard.hpp"
 #include "replay/clock/beating_clock.hpp"
 #include "replay/motion/motion_watch.hpp"
+#include "replay/motion/patience.hpp"
 #include "replay/play/outbox.hpp"
+#include "replay/play/play_report.hpp"
 
 namespace afterglow::nodes {
 
-/// What the watchdog of this node is called.
-std::string guardName();
-
 /// Between a player and the sink it publishes on. Everything given must outlive it. A player that
-/// sleeps on clock() has its scheduler watched.
+/// sleeps on clock() has its scheduler watched: by the process beside it, by the guard on the robot
+/// where one runs, and by its own look at the clock: what hung, or slept with its machine, for
+/// longer than the watchdogs wait does not drive on.
 class GuardedSink : public replay::MessageSink {
  public:
-  /// Starts the watchdog, which lies beside the running program. `on_lost` is called once, by the
-  /// thread that publishes or sleeps, when the watchdog is gone or has stopped the robot. Throws
-  /// std::runtime_error, one line.
+  /// Starts the watchdog, which lies beside the running program. `longest_stall_s`: how long the
+  /// player may hang in motion; empty: by how late this machine is (patience.hpp). `on_lost` is
+  /// called once, by the thread that publishes or sleeps, when a watchdog is gone or has stopped
+  /// the robot. Throws std::runtime_error, one line.
   GuardedSink(const replay::PlayPlan& plan, replay::MessageSink& sink, replay::Clock& clock,
-              double longest_stall_s, std::function<void(const std::string& reason)> on_lost);
-  /// Tells the watchdog that all is over.
+              std::optional<double> longest_stall_s,
+              std::function<void(const std::string& reason)> on_lost);
+  /// Tells the watchdogs that all is over.
   ~GuardedSink() override;
   GuardedSink(const GuardedSink&) = delete;
   GuardedSink& operator=(const GuardedSink&) = delete;
 
-  /// Until the watchdog is connected to whoever listens. Throws std::runtime_error, one line, if
-  /// it does not get ready.
+  /// Until the watchdogs are connected to whoever listens, and it is known how long they wait.
+  /// Throws std::runtime_error, one line, if they do not get ready.
   void waitUntilReady(const std::function<bool()>& is_stopped);
+  /// After that: who watches, and how long.
+  replay::PlayGuards guards() const;
 
-  /// Throws std::runtime_error for a message that moves the robot, without the watchdog.
+  /// Throws std::runtime_error for a message that moves the robot, without the watchdogs.
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
-  /// Has the watchdog stop the robot now. Any thread.
+  /// Has the watchdogs stop the robot now. Any thread.
   void brake();
   /// A goal's final status was seen. Any thread.
   void goalEnded(const std::string& id);
+  /// Something was set in motion here. Any thread.
+  bool hasMoved() const;
   /// All goals that are sent here. Any thread.
   replay::GoalBook& goals() { return watch_.goals(); }
   replay::BeatingClock& clock() { return clock_; }
 
  private:
-  void start(double longest_stall_s);
   void tick();
-  void tellOutput(std::uint32_t output);
   void beat();
-  void send(const nlohmann::json& message);
+  // With the lock held:
+  void sendBeat();
   void listen();
+  void lookAtOwnPulse();
+  bool isReady();
   void lose(const std::string& reason);
+  std::vector<Watchdog*> watchdogs();
+
+  /// Its own, as the watchdogs see it.
+  struct Pulse {
+    replay::BeatJitter jitter;
+    bool is_settled = false;  ///< it is known how long the watchdogs wait
+    std::int64_t patience_ns = 0;
+    replay::SteadyTime last_beat;
+  };
 
   replay::MessageSink& sink_;
   const std::function<void(const std::string&)> on_lost_;
+  const std::optional<double> longest_stall_s_;
   replay::BeatingClock clock_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   replay::MotionWatch watch_;
-  std::unique_ptr<GuardLink> link_;
-  pid_t pid_ = -1;
-  int unanswered_ = 0;  ///< beats
-  bool is_ready_ = false;
-  std::string lost_;  ///< why there is no watchdog any more
-  bool has_told_ = false;
+  std::optional<RobotGuard> robot_guard_;
+  GuardProcess process_;
+  Pulse pulse_;
+  std::string lost_;  ///< why motion is not watched any more
+  bool has_told_ = false, has_moved_ = false;
   bool is_over_ = false;
   std::condition_variable over_;
   std::thread ticker_;

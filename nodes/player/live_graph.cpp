@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "nodes/player/guarded_sink.hpp"
+#include "nodes/player/robot_guard.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -29,7 +29,7 @@ bool endsWith(const std::string& text, const std::string& end) {
 /// The first that lives; empty if none does. Dead nodes stay registered.
 std::string anyLiving(const std::set<std::string>& nodes) {
   for (const std::string& node : nodes) {
-    if (node != guardName() && isAlive(node, deadlineIn(kNodePatience))) return node;
+    if (!isGuard(node) && isAlive(node, deadlineIn(kNodePatience))) return node;
   }
   return "";
 }
@@ -87,7 +87,7 @@ class SenderEar {
         latching != event.getConnectionHeader().end() && latching->second == "1";
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool is_held = is_latching && held_.insert({topic, sender}).second;
-    if (!is_held && sender != ros::this_node::getName() && sender != guardName()) {
+    if (!is_held && sender != ros::this_node::getName() && !isGuard(sender)) {
       senders_.emplace(topic, sender);
     }
   }

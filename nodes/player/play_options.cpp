@@ -455,7 +455,7 @@ std::vector<PlayOption> theRobotsSafety() {
              [](Request& r) -> auto& { return r.body.emergency_stop.longest_silence_s; }),
       member("longest_stall", range("SECONDS", 0.04, 10),
              "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
-             "10",
+             "10; default: 0.06 to 0.15, by how late this machine is",
              [](Request& r) -> auto& { return r.body.longest_stall_s; }),
       row("rules", text("FILE"), "Rewriting rules by type and field, a YAML file",
           [](Request& r, const OptionTexts& texts) {

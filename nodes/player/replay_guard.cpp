@@ -21,9 +21,9 @@ constexpr double kConnectPatience = 2.0;
 void ReplayGuard::run() {
   while (!watch_.isOver() && ros::ok()) {
     while (const auto message = link_.receive()) hear(*message);
-    if (link_.isClosed()) watch_.stop(clock_.now(), "the player is gone");
+    if (link_.isClosed()) watch_.stop(replay::sinceBoot(), "the player is gone");
     if (isStopRequested()) {
-      watch_.stop(clock_.now(), "the watchdog was ended by " + stopRequest());
+      watch_.stop(replay::sinceBoot(), "the watchdog was ended by " + stopRequest());
     }
     brake();
     if (!watch_.isOver()) waitForNews();
@@ -31,8 +31,8 @@ void ReplayGuard::run() {
 }
 
 void ReplayGuard::waitForNews() {
-  const std::int64_t wait_ns =
-      std::min(watch_.deadline(), clock_.now().after(kRosLook)).ns - clock_.now().ns;
+  const replay::SteadyTime now = replay::sinceBoot();
+  const std::int64_t wait_ns = std::min(watch_.deadline(), now.after(kRosLook)).ns - now.ns;
   if (link_.isClosed()) {
     clock_.sleepUntil(clock_.now().after(wait_ns));
   } else {
@@ -49,10 +49,12 @@ void ReplayGuard::hear(const nlohmann::json& message) {
   } else if (kind == "ready?") {
     connect();
   } else if (kind == "beat") {
-    watch_.beat(clock_.now(), message.at("moving").get<replay::Outputs>());
+    watch_.setLongestSilence(message.at("patience_ns").get<std::int64_t>());
+    watch_.beat(replay::sinceBoot(), message.at("moving").get<replay::Outputs>(),
+                {message.at("sent_ns").get<std::int64_t>()});
     link_.send({{"kind", "beat"}});
   } else if (kind == "stop") {
-    watch_.stop(clock_.now(), "the player asked for it");
+    watch_.stop(replay::sinceBoot(), "the player asked for it");
   } else if (kind == "end") {
     watch_.end();
   }
@@ -90,7 +92,7 @@ void ReplayGuard::connect() {
 }
 
 void ReplayGuard::brake() {
-  const replay::Outputs outputs = watch_.step(clock_.now());
+  const replay::Outputs outputs = watch_.step(replay::sinceBoot());
   if (outputs.empty()) {
     return;
   }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "nodes/player/guard_link.hpp"
+#include "replay/clock/clock.hpp"
 #include "replay/motion/heartbeat.hpp"
 
 namespace afterglow::nodes {
@@ -19,8 +20,7 @@ namespace afterglow::nodes {
 /// Serves one player, at the other end of the link (guard_link.hpp).
 class ReplayGuard {
  public:
-  ReplayGuard(GuardLink& link, const replay::HeartbeatWatch::Options& options)
-      : link_(link), watch_(options) {}
+  explicit ReplayGuard(GuardLink& link) : link_(link) {}
 
   /// Returns when the player has ended, or what it had in motion has been stopped: as the player is
   /// gone, or as this program was told to end (stop_signal.hpp).
@@ -40,8 +40,8 @@ class ReplayGuard {
   void tell(const replay::Outputs& stopped) const;
 
   GuardLink& link_;
-  replay::HeartbeatWatch watch_;
-  replay::SteadyClock clock_;
+  replay::HeartbeatWatch watch_{replay::HeartbeatWatch::Options()};
+  replay::SteadyClock clock_;  ///< to sleep on
   ros::NodeHandle node_;
   std::vector<Output> outputs_;
   bool has_told_ = false;

@@ -1,5 +1,5 @@
-// afterglow_replay_guard NODE-NAME LONGEST-SILENCE-IN-MS: started by a player (guarded_sink.hpp),
-// which is at the other end of its standard input.
+// afterglow_replay_guard NODE-NAME: started by a player (guard_process.hpp), which is at the other
+// end of its standard input.
 #include <dirent.h>
 #include <ros/ros.h>
 #include <unistd.h>
@@ -38,8 +38,8 @@ ros::M_string naming(const std::string& name) {
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  if (argc != 3) {
-    std::cerr << "usage: afterglow_replay_guard NODE-NAME LONGEST-SILENCE-IN-MS\n";
+  if (argc != 2) {
+    std::cerr << "usage: afterglow_replay_guard NODE-NAME\n";
     return 2;
   }
   closeInheritedFiles();
@@ -52,9 +52,7 @@ int main(int argc, char** argv) {
               ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
     ros::NodeHandle node;
     GuardLink link(STDIN_FILENO);
-    afterglow::replay::HeartbeatWatch::Options options;
-    options.longest_silence_ns = std::atoll(argv[2]) * 1'000'000;
-    ReplayGuard guard(link, options);
+    ReplayGuard guard(link);
     const RealtimeScope realtime;  // a busy machine must not hold it up, nor make it see a stall
     guard.run();
     ros::shutdown();

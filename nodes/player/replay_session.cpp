@@ -193,6 +193,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   const auto scheduleNewThreads = [&] {
     if (realtime) realtime->extend();
   };
+  const GateKeeper keeper{*this};
   if (!plan_.motionTopics().empty()) openGate(sink, clock, scheduleNewThreads);
   std::optional<RateControl> rate_control;
   if (!request_.rate_control.topic.empty()) {
@@ -203,7 +204,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
                                 : gate_      ? gate_->sink()
                                              : static_cast<replay::MessageSink&>(sink);
   Stagehand stagehand(store_, plan_, request_.anchors, outlet, [this] { return moment(); });
-  stagehand.prepare([this] { return isStopped(); });
+  reportOnceMoved([&] { stagehand.prepare([this] { return isStopped(); }); });
   replay::PlayOptions options = request_.options;
   options.anchor = stagehand.anchor();
   if (gate_) {
@@ -260,11 +261,16 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
     gate_ = std::move(gate);
   }
   on_threads_begun();  // one has the watchdog hear that the player lives
+  reportOnceMoved([&] { gate_->check([this] { return isStopped(); }); });
+}
+
+/// What fails once the robot was moved is no refusal any more: the replay is stopped, and reported.
+void ReplaySession::reportOnceMoved(const std::function<void()>& prepare) {
   try {
-    gate_->check([this] { return isStopped(); });
-  } catch (...) {
-    closeGate();
-    throw;
+    prepare();
+  } catch (const std::exception& error) {
+    if (!gate_ || !gate_->hasMoved()) throw;
+    stop(error.what());
   }
 }
 

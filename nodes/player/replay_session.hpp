@@ -49,10 +49,17 @@ class ReplaySession {
   replay::PlayProgress progress() const;
 
  private:
+  /// Closes the gate in any case.
+  struct GateKeeper {
+    ReplaySession& session;
+    ~GateKeeper() { session.closeGate(); }
+  };
+
   bool isPlacedOnMap() const;
   void refuseOtherMap() const;
   replay::PlayReport play(RosSink& sink);
   void openGate(RosSink& sink, replay::Clock& clock, const std::function<void()>& on_threads_begun);
+  void reportOnceMoved(const std::function<void()>& prepare);
   void closeGate();
   void addEnd(replay::PlayReport& report) const;
   void waitBeforeStart();

@@ -6,7 +6,7 @@
 #include <thread>
 #include <utility>
 
-#include "nodes/player/guarded_sink.hpp"
+#include "nodes/player/robot_guard.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -68,7 +68,7 @@ void RosSink::watchDrivers(const std::string& topic, Output& output) {
   options.initByFullCallbackType<const AnyMessage&>(
       topic, kQueue, [this, topic](const auto& event) {
         const std::string driver = event.getPublisherName();
-        if (driver != ros::this_node::getName() && driver != guardName() &&
+        if (driver != ros::this_node::getName() && !isGuard(driver) &&
             !has_second_driver_.exchange(true)) {
           listener_.on_second_driver(driver + " drives on " + topic +
                                      ", too: two drivers of one base are refused");

@@ -195,6 +195,8 @@ RosGraph askMaster(Deadline deadline) {
   return {namesByTopic((*state)[0]), namesByTopic((*state)[1]), namesByTopic((*state)[2])};
 }
 
+bool isMasterThere(Deadline deadline) { return callMaster("getPid", "", deadline).has_value(); }
+
 bool isAlive(const std::string& node, Deadline deadline) {
   const auto address = addressOf(node, deadline);
   if (!address) return false;

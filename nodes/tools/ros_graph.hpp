@@ -36,6 +36,9 @@ struct RosGraph {
 /// Throws std::runtime_error, one line, if the master does not answer in time.
 RosGraph askMaster(Deadline deadline);
 
+/// Whether the master answers in time.
+bool isMasterThere(Deadline deadline);
+
 /// Whether that node answers; a dead node may stay registered forever.
 bool isAlive(const std::string& node, Deadline deadline);
 

@@ -12,7 +12,8 @@
 #include <cstdint>
 #include <thread>
 
-namespace afterglow::nodes {
+namespace afterglow {
+namespace nodes {
 namespace {
 
 enum class Request { None, Signal, Shutdown };
@@ -20,7 +21,7 @@ enum class Request { None, Signal, Shutdown };
 // What a signal handler may touch: an atomic without a lock, and a file descriptor.
 std::atomic<Request> request{Request::None};
 std::atomic<int> request_fd{-1};
-static_assert(std::atomic<Request>::is_always_lock_free);
+static_assert(ATOMIC_INT_LOCK_FREE == 2, "a signal handler must not wait for a lock");
 
 void note(Request what) {
   Request nothing = Request::None;
@@ -88,4 +89,5 @@ void letMessagesLeave() {
   }
 }
 
-}  // namespace afterglow::nodes
+}  // namespace nodes
+}  // namespace afterglow

@@ -1,11 +1,13 @@
 /// \file
 /// Requests to end, for nodes that have something to finish while ROS still runs: zero the robot's
-/// velocity, end a recording. Use with ros::init_options::NoSigintHandler.
+/// velocity, end a recording. Use with ros::init_options::NoSigintHandler. C++14, as afterglow_guard
+/// is built on robots with old systems, too.
 #pragma once
 
 #include <string>
 
-namespace afterglow::nodes {
+namespace afterglow {
+namespace nodes {
 
 enum class SecondSignal { EndsAtOnce, IsIgnored };
 
@@ -30,4 +32,5 @@ void waitForStop();
 /// just published.
 void letMessagesLeave();
 
-}  // namespace afterglow::nodes
+}  // namespace nodes
+}  // namespace afterglow

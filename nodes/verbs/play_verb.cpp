@@ -21,6 +21,7 @@
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/report_files.hpp"
+#include "nodes/player/robot_guard.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/play_command.hpp"
@@ -177,6 +178,15 @@ std::vector<std::int64_t> chosen(const replay::Store& store, const PlayCommand& 
   return ids;
 }
 
+/// Where a master answers.
+bool isRobotGuarded() {
+  try {
+    return RobotGuard::isThere(askMaster(deadlineIn(kMasterPatience)));
+  } catch (const std::exception&) {  // it answered just now
+    return false;
+  }
+}
+
 void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request, bool is_json) {
   if (is_json) {
     std::cout << dumpJson(toJson(plan), 2) << "\n";
@@ -187,6 +197,9 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request, bool i
   remarks.push_back(plan.refusal().empty() ? plan.leftOutText() : plan.refusal());
   if (!request.plan.layers && dependsOnLayers(plan)) {
     remarks.push_back("no ROS master answers: what a running projector would show is not known");
+  }
+  if (request.plan.layers && !plan.motionTopics().empty() && !isRobotGuarded()) {
+    remarks.push_back(kNoRobotGuard);
   }
   for (const std::string& remark : remarks) {
     if (!remark.empty()) std::cerr << "afterglow play: " << remark << "\n";

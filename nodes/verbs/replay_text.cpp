@@ -121,6 +121,11 @@ std::string base(const PlayReport& report) {
          (driven.lost.empty() ? "" : kNextLine + "given up: " + driven.lost);
 }
 
+std::string guards(const PlayReport& report) {
+  if (!report.guards) return "";
+  return fmt::format("{}", fmt::join(toText(*report.guards), kNextLine));
+}
+
 std::string joints(const PlayReport& report) {
   const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
   if (!worst) return "";
@@ -151,7 +156,8 @@ std::string replayText(const PlayReport& report) {
   std::string text = headline(report) + topics(report) + losses(report) +
                      line("goals", goals(report.goals)) + line("in step", waits(report.in_step)) +
                      line("skew", skews(report.in_step)) + line("base", base(report)) +
-                     line("joints", joints(report)) + line("rewritten", rewrites(report));
+                     line("joints", joints(report)) +
+                     line("guards", guards(report)) + line("rewritten", rewrites(report));
   for (const auto& [modality, failed] : report.failures) {
     text += line("failed",
                  std::string(name(modality)) + ": " + failed.first +

@@ -2,22 +2,9 @@
 /// The clock that the player sleeps on. Injected: tests replay hours in no time.
 #pragma once
 
-#include <cstdint>
-#include <limits>
+#include "replay/clock/steady_time.hpp"
 
 namespace afterglow::replay {
-
-/// A point on the machine's monotonic clock, nanoseconds. Not ROS time, not comparable to a Stamp.
-struct SteadyTime {
-  std::int64_t ns = 0;
-
-  /// Never comes.
-  static constexpr SteadyTime forever() { return {std::numeric_limits<std::int64_t>::max()}; }
-  constexpr SteadyTime after(std::int64_t nanoseconds) const { return {ns + nanoseconds}; }
-  friend constexpr bool operator==(SteadyTime a, SteadyTime b) { return a.ns == b.ns; }
-  friend constexpr bool operator<(SteadyTime a, SteadyTime b) { return a.ns < b.ns; }
-  friend constexpr bool operator<=(SteadyTime a, SteadyTime b) { return a.ns <= b.ns; }
-};
 
 class Clock {
  public:

@@ -2,12 +2,24 @@
 
 #include <utility>
 
-namespace afterglow::replay {
+namespace afterglow {
+namespace replay {
 
-void HeartbeatWatch::beat(SteadyTime now, Outputs moving) {
+void HeartbeatWatch::beat(SteadyTime now, Outputs moving, SteadyTime sent) {
   if (state_ == State::Watching) {
+    const std::int64_t gap_ns = sent.ns - last_sent_.ns;
+    const bool has_hung = !moving_.empty() && options_.longest_silence_ns < gap_ns;
+    if (has_hung) {
+      moving_.insert(moving.begin(), moving.end());
+      stopForSilence(now);
+    } else {
+      moving_ = std::move(moving);
+    }
     last_beat_ = now;
+    last_sent_ = sent;
+  } else if (state_ == State::Over && !reason_.empty() && !moving.empty()) {
     moving_ = std::move(moving);
+    brake(now);
   }
 }
 
@@ -16,9 +28,19 @@ void HeartbeatWatch::stop(SteadyTime now, const std::string& reason) {
     return;
   }
   reason_ = reason;
-  state_ = moving_.empty() ? State::Over : State::Braking;
+  state_ = State::Over;
+  if (!moving_.empty()) brake(now);
+}
+
+void HeartbeatWatch::brake(SteadyTime now) {
+  state_ = State::Braking;
   next_brake_ = now;
   braking_end_ = now.after(options_.braking_ns);
+}
+
+void HeartbeatWatch::stopForSilence(SteadyTime now) {
+  stop(now, "the player was silent for more than " +
+                std::to_string(options_.longest_silence_ns / 1000000) + " ms in motion");
 }
 
 void HeartbeatWatch::end() {
@@ -28,10 +50,7 @@ void HeartbeatWatch::end() {
 }
 
 Outputs HeartbeatWatch::step(SteadyTime now) {
-  if (state_ == State::Watching && deadline() <= now) {
-    stop(now, "the player was silent for more than " +
-                  std::to_string(options_.longest_silence_ns / 1'000'000) + " ms in motion");
-  }
+  if (state_ == State::Watching && deadline() <= now) stopForSilence(now);
   if (state_ != State::Braking || now < next_brake_) {
     return {};
   }
@@ -50,4 +69,5 @@ SteadyTime HeartbeatWatch::deadline() const {
                                                   : last_beat_.after(options_.longest_silence_ns);
 }
 
-}  // namespace afterglow::replay
+}  // namespace replay
+}  // namespace afterglow

@@ -1,32 +1,39 @@
 /// \file
-/// What the watchdog beside a player decides: whether the player is alive, and what has to be
-/// brought to rest if it is not.
+/// What a watchdog of a player decides: whether the player is alive, and what has to be brought to
+/// rest if it is not. C++14, as afterglow_guard is built on robots with old systems, too.
 #pragma once
 
 #include <cstdint>
 #include <set>
 #include <string>
 
-#include "replay/clock/clock.hpp"
+#include "replay/clock/steady_time.hpp"
 
-namespace afterglow::replay {
+namespace afterglow {
+namespace replay {
 
 /// Outputs are known by number: who watches knows what stops each of them.
 using Outputs = std::set<std::uint32_t>;
 
-/// Fed with heartbeats and with the time; a test's clock will do. While nothing is in motion, the
-/// player may be silent.
+/// Fed with heartbeats and with the time (sinceBoot(); a test's will do). While nothing is in
+/// motion, the player may be silent.
 class HeartbeatWatch {
  public:
   struct Options {
-    std::int64_t longest_silence_ns = 60'000'000;
-    std::int64_t braking_ns = 300'000'000;  ///< one message may be lost, or overtaken
-    std::int64_t braking_period_ns = 20'000'000;
+    std::int64_t longest_silence_ns = 60000000;
+    std::int64_t braking_ns = 300000000;  ///< one message may be lost, or overtaken
+    std::int64_t braking_period_ns = 20000000;
   };
   explicit HeartbeatWatch(const Options& options) : options_(options) {}
 
-  /// The player lives, and these of its outputs are in motion. Too late once braking has begun.
-  void beat(SteadyTime now, Outputs moving);
+  /// From now on.
+  void setLongestSilence(std::int64_t ns) { options_.longest_silence_ns = ns; }
+
+  /// The player lives, and these of its outputs are in motion. `sent` is the player's own time:
+  /// beats that it sent too far apart stop the robot, however close together they are heard, as
+  /// player and watchdog may have slept or hung together. Too late while it brakes; a player that
+  /// moves something after that is braked again.
+  void beat(SteadyTime now, Outputs moving, SteadyTime sent);
   /// The player is gone, or asks for it: whatever is in motion has to stop.
   void stop(SteadyTime now, const std::string& reason);
   /// The player has ended, having stopped the robot itself.
@@ -37,17 +44,22 @@ class HeartbeatWatch {
   Outputs step(SteadyTime now);
   SteadyTime deadline() const;
   bool isOver() const { return state_ == State::Over; }
+  bool isMoving() const { return !moving_.empty(); }
   /// Why it brakes, or did; empty otherwise.
   const std::string& reason() const { return reason_; }
 
  private:
   enum class State { Watching, Braking, Over };
 
+  void brake(SteadyTime now);
+  void stopForSilence(SteadyTime now);
+
   Options options_;
   State state_ = State::Watching;
   Outputs moving_;
-  SteadyTime last_beat_, next_brake_, braking_end_;
+  SteadyTime last_beat_, last_sent_, next_brake_, braking_end_;
   std::string reason_;
 };
 
-}  // namespace afterglow::replay
+}  // namespace replay
+}  // namespace afterglow

@@ -1,5 +1,7 @@
 #include "replay/play/play_report.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -132,6 +134,17 @@ Json body(const PlayReport& report) {
   return json;
 }
 
+Json guards(const PlayGuards& guards) {
+  Json json = {{"patience_ms", guards.patience_ms}, {"lateness_ms", guards.lateness_ms}};
+  if (guards.on_robot) {
+    json["on_robot"] = {{"node", guards.on_robot->node},
+                        {"patience_ms", guards.on_robot->patience_ms},
+                        {"longest_gap_ms", guards.on_robot->longest_gap_ms},
+                        {"over_network", guards.on_robot->is_afar}};
+  }
+  return json;
+}
+
 /// The planned messages that were not sent, with the reason.
 Json losses(const PlayReport& report, std::uint64_t TopicReport::*count) {
   Json json = Json::array();
@@ -181,6 +194,22 @@ DriveSummary summaryOf(const BaseDriveReport& driven) {
   return summary;
 }
 
+std::vector<std::string> toText(const PlayGuards& guards) {
+  std::vector<std::string> lines{
+      fmt::format("the watchdog stops the robot when the player is silent for {:.0f} ms in motion "
+                  "(this machine was up to {:.1f} ms late)",
+                  guards.patience_ms, guards.lateness_ms)};
+  if (guards.on_robot) {
+    lines.push_back(fmt::format(
+        "the guard on the robot, {}, stops it after {:.0f} ms of silence ({}; heartbeats got there "
+        "up to {:.0f} ms apart)",
+        guards.on_robot->node, guards.on_robot->patience_ms,
+        guards.on_robot->is_afar ? "over the network" : "beside the player",
+        guards.on_robot->longest_gap_ms));
+  }
+  return lines;
+}
+
 Json toJson(const PlayReport& report) {
   Json json = {{"behavior_id", report.behavior_id},
                {"name", report.behavior_name},
@@ -198,6 +227,7 @@ Json toJson(const PlayReport& report) {
                {"failures", failures(report)},
                {"dropped", losses(report, &TopicReport::skipped)},
                {"refused", losses(report, &TopicReport::refused)}};
+  if (report.guards) json["guards"] = guards(*report.guards);
   json["topics"] = Json::object();
   for (const auto& [topic, topic_report] : report.topics) {
     json["topics"][topic.channel.topic] = played(topic, topic_report);

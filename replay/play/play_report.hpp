@@ -90,6 +90,21 @@ struct BodyEnd {
   std::vector<std::string> remarks;  ///< what is not known, a sentence each
 };
 
+/// What would have stopped the robot if the player, its machine or the network had gone.
+struct PlayGuards {
+  double patience_ms = 0;  ///< of the watchdog beside the player
+  double lateness_ms = 0;  ///< how late this machine was before motion
+  struct OnRobot {
+    std::string node;
+    double patience_ms = 0;
+    double longest_gap_ms = 0;  ///< between two heartbeats, before motion
+    bool is_afar = false;       ///< over a network
+  };
+  std::optional<OnRobot> on_robot;  ///< if a guard runs there
+};
+/// Sentences, without periods.
+std::vector<std::string> toText(const PlayGuards& guards);
+
 struct PlayReport {
   std::int64_t behavior_id = 0;
   std::string behavior_name;
@@ -108,6 +123,7 @@ struct PlayReport {
   std::map<Modality, ModalityFailures> failures;
   std::optional<PlayedBase> base;  ///< if a velocity topic was played
   std::optional<BodyEnd> body_end;
+  std::optional<PlayGuards> guards;  ///< from the moment on at which they were ready
 
   static constexpr std::size_t kMostGoals = 500;
 };
@@ -137,6 +153,8 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   length_m, drives, largest_deviation_m, drift_m, drift_deg, corrections, delay_s,
 ///   waited_for_poses_s, lost}}; without worst, not_known, base, distance_m,
 ///   turn_deg where nothing is known;
+/// - guards {patience_ms, lateness_ms, on_robot {node, patience_ms, longest_gap_ms, over_network}},
+///   on_robot only where a guard runs there, guards only where the body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
 /// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), modality,
 ///   published_as, rewritten [{field, rule, count}], published, skipped, refused, problem, replaced

@@ -1,30 +1,20 @@
 // The watchdog beside a player, the emergency stop and the checks before motion: a player in a
 // process of its own, and this process as the robot.
 #include <actionlib/client/simple_action_client.h>
-#include <actionlib_msgs/GoalID.h>
-#include <actionlib_msgs/GoalStatusArray.h>
 #include <afterglow/ReplayAction.h>
 #include <control_msgs/FollowJointTrajectoryActionGoal.h>
-#include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/JointState.h>
-#include <ros/network.h>
 #include <signal.h>
 #include <std_msgs/Bool.h>
-#include <xmlrpcpp/XmlRpc.h>
 
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <thread>
 
-#include "replay/store/open/open_store.hpp"
-#include "replay/store/store.hpp"
+#include "tests/support/guarded_robot.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -35,137 +25,10 @@ namespace {
 using test::eventually;
 using Client = actionlib::SimpleActionClient<ReplayAction>;
 using State = actionlib::SimpleClientGoalState;
-using Moment = std::chrono::steady_clock::time_point;
+using namespace test::guarded;
 
-constexpr std::int64_t kMs = 1'000'000, kBegin = 1'600'000'000'000'000'000;
-const std::string kArm = "/arm/follow_joint_trajectory";
 /// What it takes is 100 ms; a machine may have other things to do.
 constexpr std::chrono::milliseconds kInTime(250);
-
-template <typename Ros>
-replay::Bytes bytesOf(const Ros& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
-geometry_msgs::Twist forward() {
-  geometry_msgs::Twist twist;
-  twist.linear.x = 0.2;
-  return twist;
-}
-
-control_msgs::FollowJointTrajectoryActionGoal elbowGoal() {
-  control_msgs::FollowJointTrajectoryActionGoal goal;
-  goal.goal.trajectory.joint_names = {"elbow"};
-  goal.goal.trajectory.points.resize(1);
-  goal.goal.trajectory.points[0].positions = {1.0};
-  goal.goal.trajectory.points[0].time_from_start = ros::Duration(60);
-  return goal;
-}
-
-/// Behaviors as they might have been recorded.
-class Memory {
- public:
-  explicit Memory(const std::string& path)
-      : store_(replay::openStore(path, replay::OpenMode::ReadWrite)),
-        recording_(store_->addRecording({0, "", "test", ""})) {}
-
-  template <typename Ros>
-  void add(const std::string& topic, double at_s, const Ros& message) {
-    namespace traits = ros::message_traits;
-    const std::int64_t channel = store_->addChannel(
-        recording_, {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
-                     traits::Definition<Ros>::value(), false, "/recorded"});
-    const auto ns = static_cast<std::int64_t>(at_s * 1e9);
-    store_->append({{channel, {begin_ + ns}, sequence_++, {}, bytesOf(message)}});
-    if (topic != "/joint_states") topics_.push_back(topic);
-  }
-  /// Of what was added since the last one.
-  std::int64_t addBehavior(double seconds) {
-    replay::Behavior behavior;
-    behavior.recording = recording_;
-    behavior.name = "reach";
-    behavior.begin = {begin_};
-    behavior.end = replay::Stamp{begin_ + static_cast<std::int64_t>(seconds * 1e9)};
-    behavior.topics = std::exchange(topics_, {});
-    begin_ += 1000 * 1000 * kMs;
-    return store_->addBehavior(behavior);
-  }
-
- private:
-  std::unique_ptr<replay::Store> store_;
-  std::int64_t recording_;
-  std::int64_t begin_ = kBegin;
-  std::uint64_t sequence_ = 0;
-  std::vector<std::string> topics_;
-};
-
-/// The robot: hears velocities, goals and cancels, and notes when.
-class Robot {
- public:
-  Robot() {
-    velocities_ = node_.subscribe("/cmd_vel", 1000, &Robot::onVelocity, this);
-    goals_ = node_.subscribe(kArm + "/goal", 10, &Robot::onGoal, this);
-    cancels_ = node_.subscribe(kArm + "/cancel", 100, &Robot::onCancel, this);
-    statuses_ = node_.advertise<actionlib_msgs::GoalStatusArray>(kArm + "/status", 10, true);
-    joints_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
-    timer_ = node_.createWallTimer(ros::WallDuration(0.02), &Robot::onTimer, this);
-  }
-  void forget() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    moves_ = reaches_ = false;
-    stopped_ = canceled_ = std::nullopt;
-  }
-  bool isInMotion() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return moves_ && reaches_;
-  }
-  bool drives() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return moves_;
-  }
-  /// When the first zero velocity came after the last other one; and the first cancel.
-  std::optional<Moment> stopped() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return stopped_;
-  }
-  std::optional<Moment> canceled() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return canceled_;
-  }
-
- private:
-  void onTimer(const ros::WallTimerEvent&) {
-    sensor_msgs::JointState state;
-    state.name = {"elbow"};
-    state.position = {0.1};
-    joints_.publish(state);
-  }
-  void onVelocity(const geometry_msgs::Twist& twist) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    moves_ = twist.linear.x != 0;
-    if (moves_) stopped_ = std::nullopt;
-    if (!moves_ && !stopped_) stopped_ = std::chrono::steady_clock::now();
-  }
-  void onGoal(const control_msgs::FollowJointTrajectoryActionGoal&) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    reaches_ = true;
-  }
-  void onCancel(const actionlib_msgs::GoalID&) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!canceled_) canceled_ = std::chrono::steady_clock::now();
-  }
-
-  mutable std::mutex mutex_;
-  bool moves_ = false, reaches_ = false;
-  std::optional<Moment> stopped_, canceled_;
-  ros::NodeHandle node_;
-  ros::Subscriber velocities_, goals_, cancels_;
-  ros::Publisher statuses_, joints_;
-  ros::WallTimer timer_;
-};
 
 struct World {
   World() {
@@ -203,36 +66,6 @@ struct World {
   std::unique_ptr<Robot> robot;
   std::unique_ptr<ros::AsyncSpinner> spinner;
 };
-
-bool isRegistered(const std::string& node) {
-  std::vector<std::string> nodes;
-  ros::master::getNodes(nodes);
-  return std::count(nodes.begin(), nodes.end(), node) > 0;
-}
-
-/// As `rosnode kill` does it, and the master when a node of the same name comes.
-void rosKill(const std::string& node) {
-  XmlRpc::XmlRpcValue question, answer, address, request, done;
-  question[0] = request[0] = ros::this_node::getName();
-  question[1] = node;
-  request[1] = "user request";
-  ASSERT_TRUE(ros::master::execute("lookupNode", question, answer, address, false)) << node;
-  std::string host;
-  std::uint32_t port = 0;
-  ASSERT_TRUE(ros::network::splitURI(address, host, port)) << node;
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  EXPECT_TRUE(client.execute("shutdown", request, done)) << node;
-}
-
-/// The watchdog's process: the player's child.
-pid_t guardOf(pid_t player) {
-  const std::filesystem::path tasks = "/proc/" + std::to_string(player) + "/task";
-  for (const auto& task : std::filesystem::directory_iterator(tasks)) {
-    pid_t child = 0;
-    if (std::ifstream(task.path() / "children") >> child) return child;
-  }
-  return 0;
-}
 
 struct ReplayGuard : testing::Test {
   static void SetUpTestSuite() { world = new World; }
@@ -330,8 +163,8 @@ TEST_F(ReplayGuard, stopsTheRobotWhenThePlayerHangsAndLetsItNotDriveOn) {
   player->signal(SIGSTOP);
   expectStopped(stopped);
   player->signal(SIGCONT);
-  EXPECT_EQ(resultText(),
-            "the watchdog stopped the robot: the player was silent for more than 60 ms in motion");
+  const std::string cause = "the watchdog stopped the robot: the player was silent for more than";
+  EXPECT_EQ(resultText().substr(0, cause.size()), cause);
   EXPECT_FALSE(world->robot->drives());
 }
 
@@ -343,6 +176,30 @@ TEST_F(ReplayGuard, endsWithTheReplay) {
   EXPECT_EQ(client->getState(), State::PREEMPTED);
   EXPECT_EQ(guardOf(player->pid()), 0);
   EXPECT_FALSE(isRegistered(name + "_guard"));
+}
+
+// -------------------------------------------------------------------------------- the report
+
+TEST_F(ReplayGuard, reportsAReplayThatWasStoppedOnItsWayToTheStart) {
+  play(world->from_elsewhere, {"_to_start:=true", "_longest_stall:=10"});
+  ASSERT_TRUE(eventually([&] { return world->robot->reaches(); })) << player->log();
+  client->cancelGoal();
+  EXPECT_EQ(resultText(), "canceled");
+  const std::string report = client->getResult()->report;
+  EXPECT_NE(report.find(R"("completed":false,"reason":"canceled")"), std::string::npos) << report;
+  EXPECT_NE(report.find("the robot was moved to the start by"), std::string::npos) << report;
+}
+
+TEST_F(ReplayGuard, reportsAReplayThatLostItsWatchdogOnItsWayToTheStart) {
+  play(world->from_elsewhere, {"_to_start:=true", "_longest_stall:=10"});
+  ASSERT_TRUE(eventually([&] { return world->robot->reaches(); })) << player->log();
+  kill(guardOf(player->pid()), SIGKILL);
+  EXPECT_EQ(resultText(), "the watchdog is gone");
+  const std::string report = client->getResult()->report;
+  EXPECT_NE(report.find(R"("completed":false,"reason":"the watchdog is gone")"),
+            std::string::npos)
+      << report;
+  EXPECT_TRUE(eventually([&] { return world->robot->canceled().has_value(); }));
 }
 
 // ---------------------------------------------------------------------------- the emergency stop

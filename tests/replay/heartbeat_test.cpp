@@ -32,7 +32,7 @@ std::vector<std::int64_t> brakes(HeartbeatWatch& watch, std::int64_t until_ms) {
 TEST(HeartbeatWatch, letsAPlayerThatBeatsMoveTheRobot) {
   HeartbeatWatch watch({});
   for (std::int64_t ms = 0; ms < 1000; ms += 20) {
-    watch.beat(at(ms), {1});
+    watch.beat(at(ms), {1}, at(ms));
     EXPECT_TRUE(watch.step(at(ms + 19)).empty());
   }
   watch.end();
@@ -42,7 +42,7 @@ TEST(HeartbeatWatch, letsAPlayerThatBeatsMoveTheRobot) {
 
 TEST(HeartbeatWatch, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) {
   HeartbeatWatch watch({});
-  watch.beat(at(0), {1, 4});
+  watch.beat(at(0), {1, 4}, at(0));
   const std::vector<std::int64_t> times = brakes(watch, 10'000);
   ASSERT_GT(times.size(), 10u) << "one may be lost";
   EXPECT_EQ(times.front(), 60);
@@ -53,17 +53,17 @@ TEST(HeartbeatWatch, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) 
 
 TEST(HeartbeatWatch, namesWhatIsInMotionAndNothingElse) {
   HeartbeatWatch watch({});
-  watch.beat(at(0), {1, 2});
-  watch.beat(at(20), {2});
+  watch.beat(at(0), {1, 2}, at(0));
+  watch.beat(at(20), {2}, at(20));
   EXPECT_EQ(watch.step(at(80)), Outputs{2});
 }
 
 TEST(HeartbeatWatch, brakesAtOnceWhenThePlayerIsGone) {
   HeartbeatWatch watch({});
-  watch.beat(at(0), {3});
+  watch.beat(at(0), {3}, at(0));
   watch.stop(at(7), "the player is gone");
   EXPECT_EQ(watch.step(at(7)), Outputs{3});
-  watch.beat(at(8), {});
+  watch.beat(at(8), {}, at(8));
   EXPECT_EQ(watch.step(watch.deadline()), Outputs{3}) << "too late to say that all is well";
   brakes(watch, 10'000);
   EXPECT_TRUE(watch.isOver());
@@ -71,12 +71,74 @@ TEST(HeartbeatWatch, brakesAtOnceWhenThePlayerIsGone) {
 
 TEST(HeartbeatWatch, mindsNoSilenceWhileTheRobotStands) {
   HeartbeatWatch watch({});
-  watch.beat(at(0), {1});
-  watch.beat(at(20), {});
+  watch.beat(at(0), {1}, at(0));
+  watch.beat(at(20), {}, at(20));
   EXPECT_EQ(watch.deadline(), SteadyTime::forever());
   EXPECT_TRUE(watch.step(at(100'000)).empty());
   watch.stop(at(100'000), "the player is gone");
   EXPECT_TRUE(watch.isOver()) << "there is nothing to stop";
+}
+
+TEST(HeartbeatWatch, bearsALostBeat) {
+  HeartbeatWatch watch({});
+  for (const std::int64_t ms : {0, 20, 60, 80, 120}) {  // those at 40 and 100 were lost
+    EXPECT_TRUE(watch.step(at(ms)).empty());
+    watch.beat(at(ms), {1}, at(ms));
+  }
+  EXPECT_EQ(watch.reason(), "");
+}
+
+TEST(HeartbeatWatch, waitsAsLongAsItIsTold) {
+  HeartbeatWatch watch({});
+  watch.setLongestSilence(150 * kMs);
+  watch.beat(at(0), {1}, at(0));
+  EXPECT_TRUE(watch.step(at(149)).empty());
+  EXPECT_EQ(watch.step(at(150)), Outputs{1});
+  EXPECT_EQ(watch.reason(), "the player was silent for more than 150 ms in motion");
+}
+
+TEST(HeartbeatWatch, brakesAPlayerThatSleptThoughItSleptItself) {
+  HeartbeatWatch watch({});
+  watch.beat(at(0), {1}, at(5000));
+  watch.beat(at(1), {2}, at(8000));  // the first that is heard after waking
+  EXPECT_EQ(watch.step(at(1)), (Outputs{1, 2}));
+  EXPECT_EQ(watch.reason(), "the player was silent for more than 60 ms in motion");
+}
+
+TEST(HeartbeatWatch, isNotAlarmedByBeatsThatWereHeardLateButSentInTime) {
+  HeartbeatWatch watch({});
+  watch.beat(at(0), {1}, at(0));
+  for (const std::int64_t ms : {20, 40, 60, 80}) watch.beat(at(90), {1}, at(ms));
+  EXPECT_TRUE(watch.step(at(90)).empty()) << "it hung, the player did not";
+}
+
+TEST(HeartbeatWatch, mindsNoSleepWhileTheRobotStands) {
+  HeartbeatWatch watch({});
+  watch.beat(at(0), {}, at(0));
+  watch.beat(at(1), {1}, at(60'000));
+  EXPECT_TRUE(watch.step(at(1)).empty());
+}
+
+TEST(HeartbeatWatch, brakesAgainWhenAPlayerComesBackAndMoves) {
+  HeartbeatWatch watch({});
+  watch.beat(at(0), {1}, at(0));
+  brakes(watch, 10'000);
+  ASSERT_TRUE(watch.isOver());
+  watch.beat(at(20'000), {}, at(20'000));
+  EXPECT_TRUE(watch.isOver());
+  watch.beat(at(20'020), {2}, at(20'020));
+  EXPECT_EQ(watch.step(at(20'020)), Outputs{2});
+  EXPECT_GE(brakes(watch, 30'000).back(), 20'320);
+  EXPECT_TRUE(watch.isOver());
+}
+
+TEST(HeartbeatWatch, neverWatchesAPlayerAgainThatHasEnded) {
+  HeartbeatWatch watch({});
+  watch.beat(at(0), {1}, at(0));
+  watch.end();
+  watch.beat(at(20), {1}, at(20));
+  EXPECT_TRUE(watch.isOver());
+  EXPECT_EQ(watch.deadline(), SteadyTime::forever());
 }
 
 TEST(BeatingClock, beatsWhenItIsTimeAndKeepsTheDeadline) {

@@ -40,6 +40,8 @@ class RosMaster {
     core_.emplace(std::vector<std::string>{"roscore", "-p", std::to_string(port_)}, port_,
                   SIGINT);  // it ends its children on this one
   }
+  /// It dies, and no other comes.
+  void end() { core_->end(); }
 
  private:
   TempFolder home_;

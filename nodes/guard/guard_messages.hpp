@@ -1,0 +1,183 @@
+/// \file
+/// What a player and the guard on the robot say to each other. Written by hand, as messages of
+/// their own would have to be generated on the robot as well; C++14, as its system is old.
+///
+/// Topics, of a guard by the name /afterglow_guard:
+/// - in: /afterglow_guard/outputs (GuardOutputs), again until it is answered;
+/// - in: /afterglow_guard/beats (GuardBeat), every 20 ms;
+/// - out: /afterglow_guard/answers (GuardAnswer), one for each beat.
+#pragma once
+
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace afterglow {
+namespace nodes {
+
+/// A topic, and the message that stops what was set in motion by a player, as its bytes.
+struct GuardOutput {
+  std::string topic, type, md5sum, definition;
+  std::vector<std::uint8_t> stop;
+};
+
+/// All that a player may set in motion.
+struct GuardOutputs {
+  std::uint64_t player = 0;   ///< drawn at random for each replay
+  std::string name;           ///< of its node
+  std::string machine;        ///< machineName()
+  std::uint32_t version = 0;  ///< counted up whenever one of them has changed
+  std::vector<GuardOutput> outputs;
+};
+
+/// The player lives.
+struct GuardBeat {
+  std::uint64_t player = 0;
+  std::uint32_t count = 0;        ///< from 1
+  std::uint64_t sent_ns = 0;      ///< replay::sinceBoot() of the player's machine
+  std::uint32_t patience_ms = 0;  ///< longer silence in motion means that the player is gone
+  std::uint8_t stop = 0;          ///< 1: stop the robot now; what moves is known
+  std::uint8_t end = 0;           ///< 1: all is over, and the robot stands
+  std::vector<std::uint32_t> moving;  ///< places in GuardOutputs::outputs
+};
+
+/// The guard lives.
+struct GuardAnswer {
+  std::uint64_t player = 0;
+  std::uint32_t count = 0;           ///< the last beat that was heard
+  std::uint32_t version = 0;         ///< of the outputs that it can stop; 0: none
+  std::uint32_t longest_gap_us = 0;  ///< between two beats as they were heard, so far
+  std::uint32_t patience_ms = 0;     ///< what is in force: over a network at most a second
+  std::uint8_t is_beside = 0;        ///< 1: on the player's machine, in the same network
+  std::string stopped;               ///< why it stopped the robot; empty: it did not
+  std::vector<std::uint32_t> heard_by;  ///< for each output, how many hear its stop
+};
+
+}  // namespace nodes
+}  // namespace afterglow
+
+/// The traits by which roscpp knows a message. The MD5 sums are those of the definitions, as genmsg
+/// computes them.
+#define AFTERGLOW_GUARD_MESSAGE(Message, Md5, Text)                                          \
+  template <>                                                                                \
+  struct IsMessage<afterglow::nodes::Message> : TrueType {};                                 \
+  template <>                                                                                \
+  struct IsMessage<const afterglow::nodes::Message> : TrueType {};                           \
+  template <>                                                                                \
+  struct MD5Sum<afterglow::nodes::Message> {                                                 \
+    static const char* value() { return Md5; }                                               \
+    static const char* value(const afterglow::nodes::Message&) { return value(); }           \
+  };                                                                                         \
+  template <>                                                                                \
+  struct DataType<afterglow::nodes::Message> {                                               \
+    static const char* value() { return "afterglow/" #Message; }                             \
+    static const char* value(const afterglow::nodes::Message&) { return value(); }           \
+  };                                                                                         \
+  template <>                                                                                \
+  struct Definition<afterglow::nodes::Message> {                                             \
+    static const char* value() { return Text; }                                              \
+    static const char* value(const afterglow::nodes::Message&) { return value(); }           \
+  };
+
+namespace ros {
+namespace message_traits {
+
+AFTERGLOW_GUARD_MESSAGE(GuardOutputs, "fd58da81b23a4121ac5c526ea422d09a",
+                        "uint64 player\n"
+                        "string name\n"
+                        "string machine\n"
+                        "uint32 version\n"
+                        "GuardOutput[] outputs\n"
+                        "\n"
+                        "======================================================================"
+                        "==========\n"
+                        "MSG: afterglow/GuardOutput\n"
+                        "string topic\n"
+                        "string type\n"
+                        "string md5sum\n"
+                        "string definition\n"
+                        "uint8[] stop\n")
+AFTERGLOW_GUARD_MESSAGE(GuardBeat, "af5370e73e44f51020adaf49064724f4",
+                        "uint64 player\n"
+                        "uint32 count\n"
+                        "uint64 sent_ns\n"
+                        "uint32 patience_ms\n"
+                        "bool stop\n"
+                        "bool end\n"
+                        "uint32[] moving\n")
+AFTERGLOW_GUARD_MESSAGE(GuardAnswer, "9b22b42136becae996e6976b447dbe71",
+                        "uint64 player\n"
+                        "uint32 count\n"
+                        "uint32 version\n"
+                        "uint32 longest_gap_us\n"
+                        "uint32 patience_ms\n"
+                        "bool is_beside\n"
+                        "string stopped\n"
+                        "uint32[] heard_by\n")
+
+}  // namespace message_traits
+
+namespace serialization {
+
+template <>
+struct Serializer<afterglow::nodes::GuardOutput> {
+  template <typename Stream, typename T>
+  static void allInOne(Stream& stream, T message) {
+    stream.next(message.topic);
+    stream.next(message.type);
+    stream.next(message.md5sum);
+    stream.next(message.definition);
+    stream.next(message.stop);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+template <>
+struct Serializer<afterglow::nodes::GuardOutputs> {
+  template <typename Stream, typename T>
+  static void allInOne(Stream& stream, T message) {
+    stream.next(message.player);
+    stream.next(message.name);
+    stream.next(message.machine);
+    stream.next(message.version);
+    stream.next(message.outputs);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+template <>
+struct Serializer<afterglow::nodes::GuardBeat> {
+  template <typename Stream, typename T>
+  static void allInOne(Stream& stream, T message) {
+    stream.next(message.player);
+    stream.next(message.count);
+    stream.next(message.sent_ns);
+    stream.next(message.patience_ms);
+    stream.next(message.stop);
+    stream.next(message.end);
+    stream.next(message.moving);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+template <>
+struct Serializer<afterglow::nodes::GuardAnswer> {
+  template <typename Stream, typename T>
+  static void allInOne(Stream& stream, T message) {
+    stream.next(message.player);
+    stream.next(message.count);
+    stream.next(message.version);
+    stream.next(message.longest_gap_us);
+    stream.next(message.patience_ms);
+    stream.next(message.is_beside);
+    stream.next(message.stopped);
+    stream.next(message.heard_by);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+}  // namespace serialization
+}  // namespace ros

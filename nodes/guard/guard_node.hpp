@@ -1,0 +1,55 @@
+/// \file
+/// The guard on the robot, the program afterglow_guard: hears that players live (guard_messages.hpp
+/// names the topics) and stops what a player had in motion when it, its machine or the network is
+/// gone. C++14, with nothing but roscpp: it is built on robots with old systems, too.
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "nodes/guard/guarded_player.hpp"
+
+namespace afterglow {
+namespace nodes {
+
+/// Beats are heard in one thread, publishers are made in another (the master may be slow, or gone),
+/// and the one that runs it stops the robot.
+class GuardNode {
+ public:
+  /// Throws std::system_error when the process has no file descriptors left.
+  GuardNode();
+  ~GuardNode();
+  GuardNode(const GuardNode&) = delete;
+  GuardNode& operator=(const GuardNode&) = delete;
+
+  /// Returns when it has been told to end (stop_signal.hpp): then what is in motion is stopped.
+  void run();
+
+ private:
+  void onOutputs(const GuardOutputs& outputs);
+  void know(const GuardOutputs& outputs);
+  void onBeat(const GuardBeat& beat);
+  void onTimer(const ros::WallTimerEvent&);
+  replay::SteadyTime step();
+  bool stopAll(const std::string& reason);
+  void waitUntil(replay::SteadyTime deadline, bool is_ending) const;
+  void wake() const;
+
+  int waker_ = -1;
+  std::mutex mutex_;
+  std::map<std::uint64_t, GuardedPlayer> players_;
+  ros::CallbackQueue beats_queue_, outputs_queue_;
+  ros::NodeHandle beats_node_, outputs_node_;
+  ros::Publisher answers_;
+  ros::Subscriber beats_, outputs_;
+  ros::WallTimer timer_;
+  ros::AsyncSpinner beats_spinner_, outputs_spinner_;
+};
+
+}  // namespace nodes
+}  // namespace afterglow

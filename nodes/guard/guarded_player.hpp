@@ -1,0 +1,68 @@
+/// \file
+/// One player that the guard on the robot watches. C++14 (guard_messages.hpp).
+#pragma once
+
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nodes/guard/guard_messages.hpp"
+#include "nodes/guard/stop_message.hpp"
+#include "replay/motion/heartbeat.hpp"
+
+namespace afterglow {
+namespace nodes {
+
+/// Whether it lives, and what stops the robot if it does not. Times are replay::sinceBoot(). One
+/// thread at a time.
+class GuardedPlayer {
+ public:
+  /// By topic.
+  using Publishers = std::map<std::string, ros::Publisher>;
+
+  GuardedPlayer() : watch_(replay::HeartbeatWatch::Options()) {}
+
+  /// A publisher for every output; those that are known already are kept. Asks the master, which
+  /// may take long.
+  static Publishers advertise(ros::NodeHandle& node, const GuardOutputs& outputs,
+                              const Publishers& known);
+  void know(const GuardOutputs& outputs, const Publishers& publishers, replay::SteadyTime now);
+  const Publishers& publishers() const { return publishers_; }
+  std::uint32_t version() const { return version_; }
+
+  /// To be answered.
+  void hear(const GuardBeat& beat, replay::SteadyTime now);
+  GuardAnswer answer() const;
+
+  /// The robot has to stop, for another reason than the player's silence.
+  void stop(replay::SteadyTime now, const std::string& reason) { watch_.stop(now, reason); }
+  /// To be called after each of these, and at deadline(): publishes the stops that are due. Returns
+  /// true when it has begun to stop the robot.
+  bool step(replay::SteadyTime now);
+  replay::SteadyTime deadline() const { return watch_.deadline(); }
+  bool isBraking() const;
+  /// What it did: a sentence, "/player: why: the robot is being stopped".
+  std::string account() const;
+  /// It has ended, or has not been heard of for long.
+  bool isGone(replay::SteadyTime now) const;
+
+ private:
+  replay::HeartbeatWatch watch_;
+  std::uint64_t id_ = 0;
+  std::string name_;
+  bool is_beside_ = false;
+  std::uint32_t version_ = 0;
+  Publishers publishers_;
+  std::vector<std::pair<std::string, StopMessage>> stops_;  ///< by output: its topic, its stop
+  replay::Outputs stopped_;
+  GuardBeat last_;  ///< that was heard
+  replay::SteadyTime last_heard_;
+  std::int64_t longest_gap_ns_ = 0, patience_ns_ = 0;
+};
+
+}  // namespace nodes
+}  // namespace afterglow

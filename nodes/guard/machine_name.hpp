@@ -1,0 +1,15 @@
+/// \file
+/// Whether two programs run on one machine. C++14 (guard_messages.hpp).
+#pragma once
+
+#include <string>
+
+namespace afterglow {
+namespace nodes {
+
+/// The same for all programs of a running machine that share a network, and for no others; empty if
+/// that cannot be found out.
+std::string machineName();
+
+}  // namespace nodes
+}  // namespace afterglow

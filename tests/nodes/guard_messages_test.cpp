@@ -1,0 +1,82 @@
+#include "nodes/guard/guard_messages.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "replay/messages/definitions.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::nodes::guard_messages_test {
+namespace {
+
+template <typename Message>
+std::string md5OfDefinition() {
+  namespace traits = ros::message_traits;
+  return replay::definitionMd5(traits::DataType<Message>::value(),
+                               traits::Definition<Message>::value());
+}
+
+template <typename Message>
+replay::Bytes bytesOf(const Message& message) {
+  replay::Bytes bytes(ros::serialization::serializationLength(message));
+  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  ros::serialization::serialize(stream, message);
+  return bytes;
+}
+
+/// The message, read by its definition.
+template <typename Message>
+std::string read(const Message& message) {
+  namespace traits = ros::message_traits;
+  const auto schema = replay::Schema::parse(traits::DataType<Message>::value(),
+                                            traits::Definition<Message>::value());
+  const replay::Value value = replay::decode(schema, bytesOf(message));
+  return bytesOf(message) == replay::encode(schema, value) ? "as it is defined" : "otherwise";
+}
+
+TEST(GuardMessages, haveTheMd5OfTheirDefinitions) {
+  using ros::message_traits::MD5Sum;
+  EXPECT_EQ(md5OfDefinition<GuardOutputs>(), MD5Sum<GuardOutputs>::value());
+  EXPECT_EQ(md5OfDefinition<GuardBeat>(), MD5Sum<GuardBeat>::value());
+  EXPECT_EQ(md5OfDefinition<GuardAnswer>(), MD5Sum<GuardAnswer>::value());
+}
+
+TEST(GuardMessages, areWrittenAsTheyAreDefined) {
+  GuardOutputs outputs;
+  outputs.name = "/player";
+  outputs.outputs.resize(2);
+  outputs.outputs[1] = {"/cmd_vel", "geometry_msgs/Twist", "md5", "Vector3 linear", {1, 2, 3}};
+  EXPECT_EQ(read(outputs), "as it is defined");
+  GuardBeat beat;
+  beat.moving = {0, 7};
+  EXPECT_EQ(read(beat), "as it is defined");
+  GuardAnswer answer;
+  answer.stopped = "the player asked for it";
+  answer.heard_by = {1};
+  EXPECT_EQ(read(answer), "as it is defined");
+}
+
+TEST(GuardMessages, areReadAsTheyWereWritten) {
+  GuardBeat beat;
+  beat.player = 1ull << 63;
+  beat.count = 4;
+  beat.sent_ns = 5;
+  beat.patience_ms = 150;
+  beat.stop = 1;
+  beat.moving = {3, 1};
+  replay::Bytes bytes = bytesOf(beat);
+  ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
+  GuardBeat again;
+  ros::serialization::deserialize(stream, again);
+  EXPECT_EQ(again.player, beat.player);
+  EXPECT_EQ(again.count, beat.count);
+  EXPECT_EQ(again.sent_ns, beat.sent_ns);
+  EXPECT_EQ(again.patience_ms, beat.patience_ms);
+  EXPECT_EQ(again.stop, beat.stop);
+  EXPECT_EQ(again.moving, beat.moving);
+}
+
+}  // namespace
+}  // namespace afterglow::nodes::guard_messages_test
