@@ -50,7 +50,7 @@ bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {
   return std::any_of(std::begin(kKnown), std::end(kKnown), [&](const KnownNesting& known) {
     if (!hasEnding(goal, std::string("/") + known.higher)) return false;
     const std::string place = goal.substr(0, goal.size() - std::string(known.higher).size());
-    return isVelocity(lower.channel) == known.is_velocity &&
+    return isBaseVelocity(lower.channel.type) == known.is_velocity &&
            isCalled(lower.channel.topic, place + known.lower);
   });
 }
@@ -72,7 +72,7 @@ Names serversOf(const std::string& goal, const RecordedNodes& nodes) {
 
 Names sendersOf(const PlannedTopic& topic, const RecordedNodes& nodes) {
   const std::string& name = topic.channel.topic;
-  if (isVelocity(topic.channel)) return driversBehind(name, nodes);
+  if (isBaseVelocity(topic.channel.type)) return driversBehind(name, nodes);
   const auto noted = nodes.find(name);
   return noted == nodes.end() ? Names() : noted->second.publishers;
 }
@@ -92,7 +92,7 @@ bool isPair(const PlannedTopic& higher, const PlannedTopic& lower) {
   const bool is_motion = lower.topic_class == TopicClass::Body &&
                          lower.modality == Modality::Body &&
                          lower.channel.type != "actionlib_msgs/GoalID";
-  const bool is_arm_and_base = isOfController(higher) && isVelocity(lower.channel);
+  const bool is_arm_and_base = isOfController(higher) && isBaseVelocity(lower.channel.type);
   return &higher != &lower && isGoal(higher.channel) && is_motion && !is_arm_and_base &&
          higher.modality == Modality::Body;
 }

@@ -121,8 +121,8 @@ class TopicChooser {
   void heedNodes(PlannedTopic& topic) const {
     const std::string& recorded = topic.channel.topic;
     topic.is_by_name = isByName(topic.output.topic, topic.channel.type);
-    if (const auto driver = isVelocity(topic.channel) ? driverOf(recorded, nodes_, recorded_)
-                                                      : std::nullopt) {
+    const bool is_velocity = isBaseVelocity(topic.channel.type);
+    if (const auto driver = is_velocity ? driverOf(recorded, nodes_, recorded_) : std::nullopt) {
       topic.topic_class = driver->topic_class;
       topic.why_class = driver->why;
     } else if (wasUnheard(recorded, nodes_)) {

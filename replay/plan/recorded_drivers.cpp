@@ -12,10 +12,6 @@ using Names = std::set<std::string>;
 /// A multiplexer behind a smoother behind a planner.
 constexpr int kMostBehind = 3;
 
-bool isVelocityType(const std::string& type) {
-  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped";
-}
-
 bool isJoystickType(const std::string& type) { return type == "sensor_msgs/Joy"; }
 
 /// The topics of such a type that a node hears.
@@ -44,7 +40,7 @@ bool isPersons(const std::string& node, const RecordedNodes& nodes) {
 /// know who else drives.
 std::vector<std::string> mixedInto(const std::string& topic, const std::string& node,
                                    const RecordedNodes& nodes) {
-  const std::vector<std::string> heard = heardBy(node, isVelocityType, nodes);
+  const std::vector<std::string> heard = heardBy(node, isBaseVelocity, nodes);
   const bool is_own = std::find(heard.begin(), heard.end(), topic) != heard.end();
   return is_own ? std::vector<std::string>() : heard;
 }
@@ -115,6 +111,11 @@ std::set<std::string> driversBehind(const std::string& topic, const RecordedNode
   return drivers;
 }
 
-bool tellsWhoDrove(const std::string& type) { return isVelocityType(type) || isJoystickType(type); }
+bool isBaseVelocity(const std::string& type) {
+  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped" ||
+         type == "ackermann_msgs/AckermannDrive" || type == "ackermann_msgs/AckermannDriveStamped";
+}
+
+bool tellsWhoDrove(const std::string& type) { return isBaseVelocity(type) || isJoystickType(type); }
 
 }  // namespace afterglow::replay

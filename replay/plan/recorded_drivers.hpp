@@ -33,7 +33,10 @@ bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
 /// Those that sent a velocity, and behind smoothers and multiplexers those that sent theirs.
 std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes);
 
-/// Velocities and joysticks: topics that tell who drove, recorded or not.
+/// Twist, TwistStamped, AckermannDrive and AckermannDriveStamped.
+bool isBaseVelocity(const std::string& type);
+
+/// Those and joysticks: topics that tell who drove, recorded or not.
 bool tellsWhoDrove(const std::string& type);
 
 }  // namespace afterglow::replay
