@@ -54,5 +54,31 @@ TEST(RobotDescription, isTheRecordedOne) {
   EXPECT_FALSE(recordedJoints(*store, behavior, {}).isDescribed());
 }
 
+TEST(RobotDescription, jointsAreHeardWhereTheyWereRecordedUnderTheReplaysNames) {
+  const auto store = replay::openMemoryStore();
+  replay::Behavior behavior;
+  behavior.recording = store->addRecording({0, "", "test", ""});
+  behavior.end = replay::Stamp{10};
+  const std::string type = "sensor_msgs/JointState", usual = "/joint_states";
+  EXPECT_EQ(recordedTopics(*store, behavior, {type}, usual), std::vector<std::string>{usual});
+  for (const char* topic : {"/fetch7/joint_states", "/fetch7/commands"}) {
+    const std::int64_t channel =
+        store->addChannel(behavior.recording, test::channelOf(topic, type, "string[] name\n"));
+    store->append({{channel, {5}, 0, {}, {0, 0, 0, 0}}});
+  }
+  const std::string recorded = "/fetch7/joint_states";
+  EXPECT_EQ(recordedTopics(*store, behavior, {type}, usual), std::vector<std::string>{recorded});
+  replay::PlayPlan plan;
+  replay::PlanOptions names;
+  EXPECT_EQ(liveName(plan, names, recorded), recorded);
+  names.prefix = "/then";
+  EXPECT_EQ(liveName(plan, names, recorded), "/then/fetch7/joint_states");
+  names.remap[recorded] = "/robot2/joint_states";
+  EXPECT_EQ(liveName(plan, names, recorded), "/robot2/joint_states");
+  plan.topics.emplace_back();
+  plan.topics.back().channel.topic = recorded;
+  EXPECT_EQ(liveName(plan, names, recorded), recorded) << "it would hear itself";
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::robot_description_test
