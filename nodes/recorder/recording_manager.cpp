@@ -48,9 +48,8 @@ replay::RecorderOptions recorderOptions(const RecorderNodeOptions& options) {
 std::vector<std::string> withAnswers(const std::vector<std::string>& topics) {
   std::vector<std::string> heard = topics;
   for (const std::string& topic : topics) {
-    const auto answer = replay::answerTopic(topic);
-    if (answer && std::find(heard.begin(), heard.end(), *answer) == heard.end()) {
-      heard.push_back(*answer);
+    for (const std::string& answer : replay::goalTopics(topic)) {
+      if (std::find(heard.begin(), heard.end(), answer) == heard.end()) heard.push_back(answer);
     }
   }
   return heard;

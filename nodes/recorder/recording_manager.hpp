@@ -70,7 +70,7 @@ class RecordingManager {
   struct Running {
     RecordingRequest request;
     std::vector<std::string> topics;  ///< its own
-    std::vector<std::string> heard;   ///< acquired for it: those, and its goals' results
+    std::vector<std::string> heard;   ///< acquired for it: those, its goals' results and cancels
     replay::Snapshot snapshot;
     OnEnd on_end;
     std::uint64_t dropped_told = 0;

@@ -18,8 +18,18 @@ constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
 constexpr double kNearest = 0.02;
 constexpr double kSettle = 0.2;
-/// The peak of a way from rest to rest, as controllers interpolate it (cubic), over its mean.
-constexpr double kCubicPeak = 1.5;
+/// The peak of a way from rest to rest, as controllers interpolate it, over its mean.
+constexpr double kCubicPeak = 1.5, kQuinticPeak = 1.875;
+
+// How joints set off within a path: an arm is to be seen to begin, and is soon in step again.
+constexpr double kTurningStart = 1, kSlidingStart = 0.25;     // rad/s^2, m/s^2
+constexpr double kShortestRamp = 0.2, kLongestRamp = 2;       // s
+constexpr double kLooksAhead = 1, kLookEvery = 0.02;          // s
+constexpr double kTurningBlend = 0.1, kSlidingBlend = 0.02;   // rad/s, m/s: onto the path
+/// The part of a ramp in which joints get onto the path: with what is left of its speed.
+constexpr double kBlendPart = 0.6;
+constexpr double kMoves = 0.03;  ///< rad/s or m/s; slower joints stand
+constexpr double kFastestPace = 1.5, kWholePace = 0.9;
 
 double secondsOf(const Value& point) { return static_cast<double>(timeFromStartNs(point)) * 1e-9; }
 
@@ -45,6 +55,23 @@ Value pointAt(const Value& like, const std::vector<double>& positions,
   return point;
 }
 
+/// With what the path's points have.
+Value pointAt(const Value& like, const ArmPath& path, const ArmKnot& knot, double seconds) {
+  Value point = like;
+  valueAt(point, "positions") = numberArray(knot.positions);
+  valueAt(point, "velocities") =
+      numberArray(path.hasVelocities() ? knot.velocities : std::vector<double>());
+  valueAt(point, "accelerations") =
+      numberArray(path.hasAccelerations() ? knot.accelerations : std::vector<double>());
+  setSeconds(point, seconds);
+  return point;
+}
+
+/// As a goal of its own.
+Bytes restAlone(const Channel& channel, const Bytes& goal, const GoalProgress& progress) {
+  return remainderOfGoal(channel, goal, std::llround(progress.elapsed_s * 1e9));
+}
+
 /// Adds to a point the part of `offsets` that is left after `share` of the time in which they fade
 /// smoothly to zero.
 void addOffsets(Value& point, const std::vector<double>& offsets, double share, double blend_s) {
@@ -58,6 +85,12 @@ void addOffsets(Value& point, const std::vector<double>& offsets, double share, 
   }
   valueAt(point, "positions") = numberArray(positions);
   setIfUsed(point, "velocities", velocities);
+}
+
+bool isMoving(const Value& point) {
+  const std::vector<double> velocities = numbersAt(point, "velocities");
+  return std::any_of(velocities.begin(), velocities.end(),
+                     [](double velocity) { return std::abs(velocity) > kMoves; });
 }
 
 void checkShape(const Trajectory& trajectory) {
@@ -146,6 +179,15 @@ void ArmStart::checkSpeed(const Trajectory& trajectory, std::size_t joint, doubl
   }
 }
 
+/// Empty for a joint that nobody tells of, if that is accepted.
+std::optional<LiveJoint> ArmStart::liveOf(const std::string& joint) const {
+  const std::optional<LiveJoint> live = look_(joint);
+  if (!live && options_.elsewhere != ArmStartOptions::Elsewhere::Accept) {
+    throw ArmElsewhere("nobody tells where " + joint + " is (/joint_states)");
+  }
+  return live;
+}
+
 ArmStart::Beginning ArmStart::beginningOf(const Trajectory& trajectory, Stamp at) const {
   Beginning beginning;
   const Value& first = trajectory.points->front();
@@ -153,10 +195,7 @@ ArmStart::Beginning ArmStart::beginningOf(const Trajectory& trajectory, Stamp at
   const std::vector<double> first_positions = numbersAt(first, "positions");
   for (std::size_t i = 0; i < trajectory.joints.size(); ++i) {
     const std::string& joint = trajectory.joints[i];
-    const std::optional<LiveJoint> live = look_(joint);
-    if (!live && options_.elsewhere != ArmStartOptions::Elsewhere::Accept) {
-      throw ArmElsewhere("nobody tells where " + joint + " is (/joint_states)");
-    }
+    const std::optional<LiveJoint> live = liveOf(joint);
     beginning.is_known = beginning.is_known && live;
     if (!live) continue;
     const auto reach = recorded_.around(joint, at, kAroundNs);
@@ -232,6 +271,10 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
   moved_.insert(trajectory->joints.begin(), trajectory->joints.end());
   const Beginning now = beginningOf(*trajectory, at);
   Array& points = *trajectory->points;
+  // Who comes from elsewhere stands there, and has to set off again.
+  if (lead_s > 0 && now.is_known && now.is_at_once && isMoving(points.front())) {
+    return goOn(channel, goal, {at, at, 0}, lead_s);
+  }
   for (Value& point : points) setSeconds(point, secondsOf(point) + lead_s);
   if (!now.is_known) {
     return encode(schema, document);
@@ -247,6 +290,186 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
   }
   points.insert(points.begin(),
                 pointAt(like, now.positions, lead_s > 0 ? rest : now.velocities, 0));
+  return encode(schema, document);
+}
+
+// ------------------------------------------------------------------------------ the rest of a goal
+
+/// How the rest of a goal begins.
+struct ArmStart::Rest {
+  ArmPath path;
+  ArmDeparture departure = {};
+  std::vector<double> positions = {};  ///< now, as many turns on as the path
+  double approach_s = 0;  ///< to where they set off; 0: they are there
+  double behind_s = 0;    ///< the place where they set off is so much earlier than they should be
+
+  RestNeed need() const {
+    const double seconds = approach_s + behind_s + departure.lostSeconds();
+    return {std::max(0.0, seconds), approach_s > 0};
+  }
+};
+
+/// Empty if it is not known where the joints come from.
+std::optional<ArmPath> ArmStart::pathOf(const Trajectory& trajectory,
+                                        const GoalProgress& progress) const {
+  std::vector<ArmKnot> knots;
+  std::vector<bool> is_continuous;
+  for (const Value& point : *trajectory.points) {
+    knots.push_back({secondsOf(point), numbersAt(point, "positions"),
+                     numbersAt(point, "velocities"), numbersAt(point, "accelerations")});
+  }
+  ArmKnot begin = knots.front();
+  begin.at_s = 0;
+  begin.velocities.assign(begin.velocities.size(), 0);
+  begin.accelerations.assign(begin.accelerations.size(), 0);
+  bool is_known = true;
+  for (std::size_t i = 0; i < trajectory.joints.size(); ++i) {
+    const std::string& joint = trajectory.joints[i];
+    is_continuous.push_back(options_.robot.isEndless(joint));
+    const auto reach = recorded_.around(joint, progress.begun, 0);
+    is_known = is_known && reach;
+    if (reach) begin.positions[i] -= wayOf(joint, reach->at, begin.positions[i]);
+  }
+  const bool begins_later = knots.front().at_s > kAtOnce;
+  if (begins_later && !is_known && progress.elapsed_s < knots.front().at_s) {
+    return std::nullopt;
+  }
+  if (begins_later && is_known) knots.insert(knots.begin(), begin);
+  return ArmPath(std::move(knots), std::move(is_continuous));
+}
+
+/// In which the joints become as fast as the path.
+double ArmStart::rampOf(const std::vector<std::string>& joints, const Rest& rest) const {
+  const ArmDeparture& by = rest.departure;
+  double ramp_s = kShortestRamp;
+  for (double ahead = 0; ahead <= kLooksAhead; ahead += kLookEvery) {
+    const ArmKnot there = rest.path.at(by.from_s + ahead);
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      const auto known = options_.limits.joints.find(joints[i]);
+      const auto limit = known == options_.limits.joints.end() ? options_.limits.other_joints
+                                                               : known->second;
+      const double usual = options_.robot.isSliding(joints[i]) ? kSlidingStart : kTurningStart;
+      const double most = std::min(usual, limit.acceleration.value_or(usual));
+      const double change = std::abs((1 - by.pace) * there.velocities[i]);
+      ramp_s = std::max(ramp_s, kCubicPeak * change / most);
+    }
+  }
+  ramp_s = std::max(std::min(ramp_s, kLongestRamp), by.blend_s / kBlendPart);
+  // Joints that are ahead let the path catch up.
+  const bool waits = rest.behind_s < 0 && by.pace < kWholePace;
+  return waits ? std::max(ramp_s, -2 * rest.behind_s / (1 - by.pace)) : ramp_s;
+}
+
+/// Where on the path the joints are, how far off it, and how fast; else how they get there.
+void ArmStart::findPlace(const std::vector<std::string>& joints,
+                         const std::vector<LiveJoint>& live, double elapsed_s, Rest& rest) const {
+  std::vector<double> tolerances;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    rest.positions.push_back(live[i].position);
+    tolerances.push_back(toleranceOf(options_.robot, joints[i], options_.tolerances));
+  }
+  const auto found = rest.path.find(rest.positions, tolerances, elapsed_s);
+  rest.departure.from_s = found.value_or(elapsed_s);
+  rest.behind_s = elapsed_s - rest.departure.from_s;
+  const ArmKnot there = rest.path.at(rest.departure.from_s);
+  const double peak = rest.path.hasAccelerations() ? kQuinticPeak : kCubicPeak;
+  double along = 0, square = 0, fastest = 0;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const double off = rest.path.way(i, there.positions[i], live[i].position);
+    rest.positions[i] = there.positions[i] + off;
+    const double blend = options_.robot.isSliding(joints[i]) ? kSlidingBlend : kTurningBlend;
+    if (found) {
+      rest.departure.offsets.push_back(off);
+      rest.departure.blend_s =
+          std::max(rest.departure.blend_s, kQuinticPeak * std::abs(off) / blend);
+    } else {
+      rest.approach_s =
+          std::max({rest.approach_s, kSettle, peak * std::abs(off) / speedOf(joints[i])});
+    }
+    along += live[i].velocity * there.velocities[i];
+    square += there.velocities[i] * there.velocities[i];
+    fastest = std::max(fastest, std::abs(live[i].velocity));
+  }
+  const bool moves = found && fastest > kMoves && along > 0;
+  rest.departure.pace = moves ? std::min(kFastestPace, along / square) : 0;
+}
+
+/// Empty if the rest is to be begun as a goal of its own.
+std::optional<ArmStart::Rest> ArmStart::restOf(const Trajectory& trajectory,
+                                               const GoalProgress& progress) const {
+  const std::vector<std::string>& joints = trajectory.joints;
+  auto path = pathOf(trajectory, progress);
+  if (!path) {
+    return std::nullopt;
+  }
+  const double elapsed_s = std::clamp(progress.elapsed_s, 0.0, std::max(0.0, path->endSeconds()));
+  const ArmKnot there = path->at(elapsed_s);
+  std::vector<LiveJoint> live;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::optional<LiveJoint> joint = liveOf(joints[i]);
+    if (!joint) {
+      return std::nullopt;
+    }
+    live.push_back(*joint);
+    const auto reach = recorded_.around(joints[i], progress.at, kAroundNs);
+    const double then = reach ? reach->at : there.positions[i];
+    const double off = std::abs(wayOf(joints[i], then, joint->position));
+    // Throws for a joint that may not be there.
+    (void)leadOf(joints[i], then,
+                 reach ? deviationOf(joints[i], *reach, joint->position) : off, joint->position);
+  }
+  Rest rest{*std::move(path)};
+  findPlace(joints, live, elapsed_s, rest);
+  rest.departure.ramp_s = rampOf(joints, rest);
+  return rest;
+}
+
+std::optional<RestNeed> ArmStart::needToGoOn(const Channel& channel, const Bytes& goal,
+                                             const GoalProgress& progress) const {
+  Value document = decode(Schema::parse(channel.type, channel.definition), goal);
+  const auto trajectory = trajectoryIn(document);
+  if (!trajectory || trajectory->points->empty()) {
+    return std::nullopt;
+  }
+  checkShape(*trajectory);
+  if (const auto rest = restOf(*trajectory, progress)) return rest->need();
+  const auto lead_s = leadOf(channel, restAlone(channel, goal, progress), progress.at);
+  return lead_s ? std::optional(RestNeed{*lead_s, *lead_s > 0}) : std::nullopt;
+}
+
+Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgress& progress,
+                     double lead_s) const {
+  const Schema schema = Schema::parse(channel.type, channel.definition);
+  Value document = decode(schema, goal);
+  const auto trajectory = trajectoryIn(document);
+  if (!trajectory || trajectory->points->empty()) {
+    return goal;
+  }
+  checkShape(*trajectory);
+  const auto rest = restOf(*trajectory, progress);
+  if (!rest) {
+    return begin(channel, restAlone(channel, goal, progress), progress.at, lead_s);
+  }
+  moved_.insert(trajectory->joints.begin(), trajectory->joints.end());
+  const ArmDeparture& by = rest->departure;
+  // What else goes on may need longer.
+  const double spare_s = by.pace > 0 ? 0 : std::max(0.0, lead_s - rest->need().seconds);
+  const double begin_s = rest->approach_s + spare_s;
+  const std::vector<double> still(rest->positions.size());
+  const double stands_s = begin_s > kNearest ? begin_s : 0;
+  std::vector<ArmKnot> knots;
+  if (stands_s > 0) knots.push_back({-stands_s, rest->positions, still, still});
+  const std::vector<ArmKnot> on_path = depart(rest->path, by);
+  knots.insert(knots.end(), on_path.begin(), on_path.end());
+  Array points;
+  for (const ArmKnot& knot : knots) {
+    const double path_s = by.from_s + knot.at_s - by.lostSeconds();
+    const auto next = std::find_if(
+        trajectory->points->begin(), std::prev(trajectory->points->end()),
+        [path_s](const Value& point) { return secondsOf(point) > path_s - kNearest; });
+    points.push_back(pointAt(*next, rest->path, knot, knot.at_s + stands_s));
+  }
+  *trajectory->points = std::move(points);
   return encode(schema, document);
 }
 

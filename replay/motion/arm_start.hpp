@@ -16,6 +16,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/message.hpp"
+#include "replay/motion/arm_path.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
 #include "replay/motion/motion_limits.hpp"
@@ -44,6 +45,19 @@ struct ArmStartOptions {
   RobotJoints robot;
 };
 
+/// A moment of a goal that is to go on.
+struct GoalProgress {
+  Stamp begun;           ///< the recorded moment that the goal was sent at
+  Stamp at;              ///< the recorded moment that it goes on at
+  double elapsed_s = 0;  ///< from one to the other in the goal's own time, which a rate changes
+};
+
+/// What the rest of a goal needs before recorded time goes on.
+struct RestNeed {
+  double seconds = 0;
+  bool is_elsewhere = false;  ///< the joints are off the goal's path and have to go there first
+};
+
 /// For one replay; one thread.
 class ArmStart {
  public:
@@ -69,6 +83,21 @@ class ArmStart {
   /// without a trajectory are returned as they are. Throws as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
 
+  /// What the joints need to go on within this goal: to set off from rest and, if they are behind,
+  /// to make good what they are; if they are off its path, to get there. The goal has the times it
+  /// would have been sent with as a whole. Empty and throws as leadOf().
+  std::optional<RestNeed> needToGoOn(const Channel& channel, const Bytes& goal,
+                                     const GoalProgress& progress) const;
+  /// The rest of the goal, from the place on its path where the joints are: they set off from rest,
+  /// or at the speed they have, and follow the path forward, never faster than it was, until they
+  /// are as fast as the path. Joints that are off it by less than the tolerances get onto it on the
+  /// way; others first go to where the path is at that moment, in `lead_s` at least, and stand.
+  /// Before a first point that is due later the path begins where the joint states were recorded;
+  /// without those, and for joints that nobody tells of, the rest is begun as a goal of its own.
+  /// Throws as leadOf().
+  Bytes goOn(const Channel& channel, const Bytes& goal, const GoalProgress& progress,
+             double lead_s) const;
+
   /// The joints were halted and stand now: goals may go on from these positions, too.
   void halted();
   /// The replay goes on at another recorded moment.
@@ -76,6 +105,13 @@ class ArmStart {
 
  private:
   struct Beginning;
+  struct Rest;
+  std::optional<LiveJoint> liveOf(const std::string& joint) const;
+  std::optional<ArmPath> pathOf(const Trajectory& trajectory, const GoalProgress& progress) const;
+  std::optional<Rest> restOf(const Trajectory& trajectory, const GoalProgress& progress) const;
+  void findPlace(const std::vector<std::string>& joints, const std::vector<LiveJoint>& live,
+                 double elapsed_s, Rest& rest) const;
+  double rampOf(const std::vector<std::string>& joints, const Rest& rest) const;
   Beginning beginningOf(const Trajectory& trajectory, Stamp at) const;
   double wayOf(const std::string& joint, double from, double to) const;
   double deviationOf(const std::string& joint, const JointTrack::Reach& reach, double now) const;

@@ -4,6 +4,15 @@
 #include <utility>
 
 namespace afterglow::replay {
+namespace {
+
+bool wasCanceled(const GoalBook::Entry& goal) {
+  return goal.milestone && goal.milestone->outcome == GoalOutcome::Canceled;
+}
+
+bool isAny(const GoalBook::Entry&) { return true; }
+
+}  // namespace
 
 void GoalBook::open(const std::string& topic, const std::string& id) {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -12,11 +21,14 @@ void GoalBook::open(const std::string& topic, const std::string& id) {
 
 void GoalBook::cancel(const std::string& topic, const std::string& id) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  open_.erase(std::remove_if(open_.begin(), open_.end(),
-                             [&](const Open& goal) {
-                               return goal.topic == topic && (id.empty() || goal.id == id);
-                             }),
-              open_.end());
+  const auto is_meant = [&](const Open& goal) {
+    return goal.topic == topic && (id.empty() || goal.id == id);
+  };
+  // Of recorded goals those that a recorded cancel ends: others are given up before.
+  counts_.canceled += static_cast<std::uint64_t>(
+      std::count_if(open_.begin(), open_.end(),
+                    [&](const Open& goal) { return is_meant(goal) && goal.recorded; }));
+  open_.erase(std::remove_if(open_.begin(), open_.end(), is_meant), open_.end());
 }
 
 void GoalBook::close(const std::string& id) {
@@ -93,7 +105,7 @@ void GoalBook::giveUpWaiting(Stamp until) {
 
 std::vector<GoalBook::Entry> GoalBook::giveUp() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<Entry> goals = takeOpen();
+  std::vector<Entry> goals = takeOpen(isAny);
   counts_.canceled += goals.size() + suspended_.size();
   suspended_.clear();
   return goals;
@@ -101,7 +113,7 @@ std::vector<GoalBook::Entry> GoalBook::giveUp() {
 
 std::vector<GoalBook::Entry> GoalBook::suspendOpen() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  std::vector<Entry> goals = takeOpen();
+  std::vector<Entry> goals = takeOpen(isAny);
   suspended_.insert(suspended_.end(), goals.begin(), goals.end());
   return goals;
 }
@@ -124,6 +136,37 @@ bool GoalBook::hasOpen() const {
                      [](const Open& goal) { return goal.recorded.has_value(); });
 }
 
+std::vector<GoalBook::Entry> GoalBook::openOn(const std::string& recorded_topic) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<Entry> goals;
+  for (const Open& goal : open_) {
+    if (goal.recorded && goal.recorded->channel.topic == recorded_topic) {
+      goals.push_back(*goal.recorded);
+    }
+  }
+  return goals;
+}
+
+std::optional<Stamp> GoalBook::nextCanceled() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::optional<Stamp> next;
+  for (const Open& goal : open_) {
+    if (!goal.recorded || !wasCanceled(*goal.recorded)) continue;
+    const Stamp at = goal.recorded->milestone->at;
+    next = next ? std::min(*next, at) : at;
+  }
+  return next;
+}
+
+std::vector<GoalBook::Entry> GoalBook::giveUpCanceled(Stamp until) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<Entry> goals = takeOpen([until](const Entry& goal) {
+    return wasCanceled(goal) && goal.milestone->at <= until;
+  });
+  counts_.canceled += goals.size();
+  return goals;
+}
+
 GoalBook::Counts GoalBook::counts() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return counts_;
@@ -138,10 +181,12 @@ std::vector<GoalBook::Open>::iterator GoalBook::find(const std::string& id,
 }
 
 /// They stay open until their cancels are sent.
-std::vector<GoalBook::Entry> GoalBook::takeOpen() {
+std::vector<GoalBook::Entry> GoalBook::takeOpen(
+    const std::function<bool(const Entry&)>& is_meant) {
   std::vector<Entry> goals;
   for (Open& goal : open_) {
-    if (goal.recorded) goals.push_back(*std::exchange(goal.recorded, std::nullopt));
+    if (!goal.recorded || !is_meant(*goal.recorded)) continue;
+    goals.push_back(*std::exchange(goal.recorded, std::nullopt));
   }
   return goals;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -67,6 +68,12 @@ class GoalBook {
   /// A goal that is in force at a moment the replay was moved to, to be sent when it goes on.
   void suspend(Entry entry);
   bool hasOpen() const;
+  /// Those of a recorded topic.
+  std::vector<Entry> openOn(const std::string& recorded_topic) const;
+  /// When the first of the open goals was canceled that was canceled in the recording.
+  std::optional<Stamp> nextCanceled() const;
+  /// Gives up the open goals that were canceled in the recording until then, to be canceled.
+  std::vector<Entry> giveUpCanceled(Stamp until);
 
   struct Counts {
     std::uint64_t sent = 0, succeeded = 0, failed = 0, canceled = 0;
@@ -79,7 +86,7 @@ class GoalBook {
     std::optional<Entry> recorded;
   };
   std::vector<Open>::iterator find(const std::string& id, const std::string& topic = {});
-  std::vector<Entry> takeOpen();
+  std::vector<Entry> takeOpen(const std::function<bool(const Entry&)>& is_meant);
 
   mutable std::mutex mutex_;
   std::vector<Open> open_;

@@ -209,6 +209,15 @@ class TopicChooser {
   const RecordedNodes nodes_;
 };
 
+void setRewrites(Rewriter& rewriter, PlannedTopic& topic) {
+  if (!topic.isPlayed()) return;
+  try {
+    topic.rewrites = rewriter.rules(topic.channel);
+  } catch (const MessageError& error) {
+    topic.why_not = std::string("its definition is not understood: ") + error.what();
+  }
+}
+
 PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
                        const PlanOptions& options, const TopicChooser& chooser,
                        Rewriter& rewriter) {
@@ -218,14 +227,66 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
   topic.count = summary.count;
   topic.modality = modalityOf(summary.topic, summary.type);
   chooser.choose(topic, summary.type);
-  if (topic.isPlayed()) {
-    try {
-      topic.rewrites = rewriter.rules(channel);
-    } catch (const MessageError& error) {
-      topic.why_not = std::string("its definition is not understood: ") + error.what();
+  setRewrites(rewriter, topic);
+  return topic;
+}
+
+std::string cancelTopicOf(const std::string& goal_topic) {
+  return goal_topic.substr(0, goal_topic.rfind('/')) + "/cancel";
+}
+
+bool isCancel(const Channel& channel) {
+  return channel.type == "actionlib_msgs/GoalID" &&
+         cancelTopicOf(channel.topic) == channel.topic;
+}
+
+/// The cancels of a goal topic that the recorder kept beside it; empty if there are none.
+std::optional<PlannedTopic> keptCancels(const Store& store, const Behavior& behavior,
+                                        const std::string& name) {
+  const auto channel = firstChannel(store, behavior, name);
+  if (!channel || !isCancel(*channel)) {
+    return std::nullopt;
+  }
+  PlannedTopic topic;
+  topic.channel = topic.output = *channel;
+  const auto cursor = store.messages(behavior, {{name}, {}, {}});
+  while (cursor->next()) ++topic.count;
+  return topic;
+}
+
+/// Recorded cancels are played if, and only if, the goals of the body that they cancel are.
+void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewriter,
+                 PlayPlan& plan) {
+  const NameFilter names(options);
+  std::map<std::string, Channel> goals;  // the outputs of those that are played, by cancel topic
+  for (const PlannedTopic& topic : plan.topics) {
+    const bool is_played = topic.isPlayed() && topic.modality == Modality::Body;
+    if (is_played && isGoal(topic.channel)) {
+      goals[cancelTopicOf(topic.channel.topic)] = topic.output;
     }
   }
-  return topic;
+  for (const auto& [name, output] : goals) {
+    const auto is_it = [&name = name](const auto& topic) { return topic.channel.topic == name; };
+    const bool is_own = std::any_of(plan.topics.begin(), plan.topics.end(), is_it);
+    auto kept = is_own ? std::nullopt : keptCancels(store, plan.behavior, name);
+    if (kept) plan.topics.push_back(*std::move(kept));
+  }
+  for (PlannedTopic& topic : plan.topics) {
+    if (!isCancel(topic.channel)) continue;
+    const auto goal = goals.find(topic.channel.topic);
+    if (goal == goals.end()) {
+      const bool is_body = topic.isPlayed() && topic.modality == Modality::Body;
+      if (is_body) topic.why_not = "its goals are not played";
+      continue;
+    }
+    topic.output.topic = cancelTopicOf(goal->second.topic);
+    topic.modality = Modality::Body;
+    topic.topic_class = TopicClass::Body;
+    topic.why_class = "it cancels a goal of the body";
+    topic.is_nameable = false;
+    topic.why_not = names.leavesOut(topic.channel.topic) ? "the topic is not asked for" : "";
+    setRewrites(rewriter, topic);
+  }
 }
 
 /// Options for topics that the behavior lacks are mistakes.
@@ -374,6 +435,7 @@ PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOption
     }
   }
   leaveOutNested(plan.topics, chooser.nodes());
+  pairCancels(store, options, rewriter, plan);
   checkNames(plan, options);
   choosePart(plan, options);
   return plan;

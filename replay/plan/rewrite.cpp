@@ -27,6 +27,8 @@ std::int64_t bounded(std::int64_t shift_ns) {
 
 Stamp shifted(Stamp stamp, std::int64_t shift_ns) { return {stamp.ns + bounded(shift_ns)}; }
 
+std::string actionOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+
 struct GoalId {
   std::string id;
   Stamp stamp;
@@ -35,7 +37,7 @@ struct GoalId {
 /// A goal of this replay, under its new id.
 struct Goal {
   std::string id;
-  Stamp recorded, sent;
+  Stamp recorded;
 };
 
 /// The rules of a type, resolved to fields.
@@ -72,20 +74,10 @@ struct Rewriter::State {
     return known->second;
   }
 
-  /// Shifted as all stamps, but not before the goals that it canceled in the recording, which may
-  /// have reached their server a little later this time.
-  Stamp cancelStamp(Stamp recorded, const PublishMoment& moment) const {
-    Stamp stamp = shifted(recorded, moment.shift_ns);
-    for (const auto& [id, goal] : goals) {
-      if (goal.recorded <= recorded) stamp = std::max(stamp, goal.sent);
-    }
-    return stamp;
-  }
-
   /// Returns whether the field has changed. Texts are left to newText().
   bool rewriteInPlace(RewriteRule rule, const FieldSpan& span, const PublishMoment& moment,
                       Bytes& bytes) const {
-    if (rule == RewriteRule::Zero) {
+    if (rule == RewriteRule::Zero || rule == RewriteRule::CancelStamp) {
       std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(span.offset), span.size, 0);
       return true;
     }
@@ -93,10 +85,9 @@ struct Rewriter::State {
     if (!recorded || rule == RewriteRule::Keep) return false;
     const bool is_left = recorded->ns == 0 && rule != RewriteRule::PublishStamp;
     if (is_left || (rule == RewriteRule::ShiftStamp && moment.shift_ns == 0)) return false;
-    const Stamp stamp = rule == RewriteRule::ShiftStamp    ? shifted(*recorded, moment.shift_ns)
-                        : rule == RewriteRule::CancelStamp ? cancelStamp(*recorded, moment)
-                        : rule == RewriteRule::StartNow    ? Stamp{0}
-                                                           : moment.now;
+    const Stamp stamp = rule == RewriteRule::ShiftStamp ? shifted(*recorded, moment.shift_ns)
+                        : rule == RewriteRule::StartNow ? Stamp{0}
+                                                        : moment.now;
     writeTime(bytes, span, stamp);
     return true;
   }
@@ -133,15 +124,20 @@ struct Rewriter::State {
     });
   }
 
-  /// The new id of a goal or a cancel; empty if the message must not be published.
-  std::optional<std::string> newId(const Plan& plan, const GoalId& recorded) {
+  /// The new id of a goal or a cancel; empty if the message must not be published. A cancel of
+  /// everybody's goals, or of those up to a stamp, is that of this replay's last one.
+  std::optional<std::string> newId(const Plan& plan, const GoalId& recorded,
+                                   const std::string& topic) {
     if (plan.is_goal) return fresh_id();
-    if (recorded.id.empty()) return recorded.id;
-    const auto goal = goals.find(recorded.id);
-    if (goal != goals.end()) return goal->second.id;
-    // An unknown id does nothing, but its stamp does. Without both it would cancel everything.
-    if (recorded.stamp.ns == 0) return std::nullopt;
-    return "";
+    const auto named = goals.find(recorded.id);
+    if (!recorded.id.empty() && named != goals.end()) return named->second.id;
+    // Of an unknown goal only the stamp says anything.
+    if (!recorded.id.empty() && recorded.stamp.ns == 0) return std::nullopt;
+    const auto last = last_goals.find(actionOf(topic));
+    const bool is_meant =
+        last != last_goals.end() &&
+        (recorded.stamp.ns == 0 || last->second.recorded <= recorded.stamp);
+    return is_meant ? std::optional(last->second.id) : std::nullopt;
   }
 
   /// How often each field was rewritten on a topic.
@@ -156,6 +152,7 @@ struct Rewriter::State {
   std::map<Key, Plan, std::less<>> plans;
   std::map<std::string, std::vector<std::uint64_t>> done;
   std::map<std::string, Goal> goals;       // by recorded id
+  std::map<std::string, Goal> last_goals;  // by action
   std::map<std::string, std::string> ids;  // fresh ones by recorded ones
 };
 
@@ -182,7 +179,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   if (plan.id) {
     recorded = {readString(bytes, spans[*plan.id].front()),
                 *readTime(bytes, spans[*plan.id_stamp].front())};
-    id = state_->newId(plan, recorded);
+    id = state_->newId(plan, recorded, channel.topic);
     if (!id) return {false, {}};
   }
   std::vector<std::uint64_t>& done = state_->doneOn(channel.topic, plan);
@@ -195,7 +192,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   if (!plan.is_goal) return {};
   // A goal without a stamp is given the time of its arrival by the server.
   if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));
-  state_->goals[recorded.id] = {*id, recorded.stamp, moment.now};
+  state_->goals[recorded.id] = state_->last_goals[actionOf(channel.topic)] = {*id, recorded.stamp};
   return {true, SentGoal{recorded.id, *id}};
 }
 

@@ -28,7 +28,8 @@ struct SentGoal {
 };
 
 struct Rewritten {
-  /// False for the cancel of a goal that was not sent this time: the server would remember it.
+  /// False for the cancel of a goal that was not sent this time: the server would remember it. Any
+  /// other cancel names one goal of this replay.
   bool publish = true;
   std::optional<SentGoal> goal;  ///< set if the message is an action goal
 };

@@ -151,7 +151,7 @@ std::string_view describe(RewriteRule rule) {
     case RewriteRule::SentGoalId:
       return "replaced by the id its goal was sent with";
     case RewriteRule::CancelStamp:
-      return "shifted to now, with the goals it covered";
+      return "zeroed: it cancels the goal it names, nobody else's";
     case RewriteRule::Zero:
       return "zeroed";
     case RewriteRule::Keep:

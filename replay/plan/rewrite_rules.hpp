@@ -23,7 +23,7 @@ enum class RewriteRule {
   StartNow,      ///< becomes zero: a trajectory that starts when it arrives
   FreshGoalId,   ///< becomes an id that no server knows
   SentGoalId,    ///< becomes the id with which its goal was sent this time
-  CancelStamp,   ///< shifted, but not before the goals that it canceled in the recording
+  CancelStamp,   ///< zeroed, as it would cancel other clients' goals
   // Only if settings ask for them:
   Zero,       ///< times, durations and numbers
   Keep,       ///< as it was recorded

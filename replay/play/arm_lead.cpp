@@ -5,12 +5,13 @@
 
 namespace afterglow::replay {
 
-double ArmLead::leadFor(const std::vector<std::optional<double>>& needed) {
+double ArmLead::leadFor(const std::vector<std::optional<RestNeed>>& needs) {
   const bool is_expected = std::exchange(is_elsewhere_expected_, false);
   double lead_s = 0;
-  for (const std::optional<double>& seconds : needed) {
-    const bool takes_lead = is_expected && seconds != 0.0;
-    lead_s = std::max({lead_s, seconds.value_or(0), takes_lead ? play_.options.seek_lead_s : 0});
+  for (const std::optional<RestNeed>& need : needs) {
+    const bool takes_lead = is_expected && (!need || need->is_elsewhere);
+    lead_s = std::max({lead_s, need ? need->seconds : 0,
+                       takes_lead ? play_.options.seek_lead_s : 0});
   }
   return lead_s;
 }
@@ -33,6 +34,22 @@ std::optional<double> ArmLead::leadOf(const Channel& channel, const Bytes& bytes
 
 Bytes ArmLead::begin(const Channel& channel, const Bytes& bytes, Stamp at) const {
   return play_.options.arm_start->begin(channel, bytes, at, static_cast<double>(leftNs()) * 1e-9);
+}
+
+GoalProgress ArmLead::progress(Stamp begun, Stamp at) const {
+  const double recorded_s = static_cast<double>(at.ns - begun.ns) * 1e-9;
+  return {begun, at, recorded_s / play_.timeline().rate()};
+}
+
+std::optional<RestNeed> ArmLead::needToGoOn(const Channel& channel, const Bytes& bytes, Stamp begun,
+                                            Stamp at) const {
+  return hasArm() ? play_.options.arm_start->needToGoOn(channel, bytes, progress(begun, at))
+                  : std::nullopt;
+}
+
+Bytes ArmLead::goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Stamp at) const {
+  return play_.options.arm_start->goOn(channel, bytes, progress(begun, at),
+                                       static_cast<double>(leftNs()) * 1e-9);
 }
 
 void ArmLead::lookAtHalted() {

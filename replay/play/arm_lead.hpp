@@ -23,9 +23,9 @@ class ArmLead {
   void expectElsewhere() { is_elsewhere_expected_ = true; }
   /// The same, if the joints are still on their way in a lead.
   void expectElsewhereIfGiven() { is_elsewhere_expected_ |= isGiven(); }
-  /// The lead for motions that need so many seconds each; empty: not known, and if joints may be
-  /// elsewhere, PlayOptions::seek_lead_s. Ends the expectation.
-  double leadFor(const std::vector<std::optional<double>>& needed);
+  /// The lead for motions with these needs. If joints may be elsewhere, PlayOptions::seek_lead_s at
+  /// least for those that are, or of which nothing is known (empty). Ends the expectation.
+  double leadFor(const std::vector<std::optional<RestNeed>>& needs);
   /// The timeline stands at `at` for so long; 0: it goes on.
   void give(double seconds, Stamp at);
   bool isGiven() const { return play_.clock.now() < end_; }
@@ -36,6 +36,12 @@ class ArmLead {
   std::optional<double> leadOf(const Channel& channel, const Bytes& bytes, Stamp at) const;
   /// ArmStart::begin() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
   Bytes begin(const Channel& channel, const Bytes& bytes, Stamp at) const;
+  /// ArmStart::needToGoOn() of a goal or trajectory command that was recorded at `begun`; empty
+  /// without an arm. `bytes`: the whole of it, with the times it would be sent with.
+  std::optional<RestNeed> needToGoOn(const Channel& channel, const Bytes& bytes, Stamp begun,
+                                     Stamp at) const;
+  /// ArmStart::goOn() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
+  Bytes goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Stamp at) const;
 
   /// The joints are halted now; they are looked at when they have come to rest.
   void halt(SteadyTime now) { look_ = now.after(kHaltNs); }
@@ -47,6 +53,8 @@ class ArmLead {
   void forget();
 
  private:
+  GoalProgress progress(Stamp begun, Stamp at) const;
+
   static constexpr std::int64_t kHaltNs = 500'000'000;  ///< an arm takes so long to stand
 
   const PlayContext& play_;

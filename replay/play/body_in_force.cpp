@@ -11,13 +11,20 @@ namespace {
 
 constexpr int kMostHeadRepeats = 3;
 
+/// "<action>/goal" for "<action>/cancel"; empty for every other topic.
+std::string goalOfCancel(const Channel& channel) {
+  const bool is_cancel = channel.type == "actionlib_msgs/GoalID";
+  return is_cancel ? channel.topic.substr(0, channel.topic.rfind('/')) + "/goal" : "";
+}
+
 }  // namespace
 
 // ----------------------------------------------------------------------------------------- sending
 
 void BodyInForce::send(Outbox::Outgoing message) {
   Recorded whole{message.topic.is_command ? message.bytes : Bytes(), message.recorded};
-  sendAs(std::move(message), std::move(whole));
+  const auto canceled = goals_.openOn(goalOfCancel(message.channel));
+  if (sendAs(std::move(message), std::move(whole))) holdGaze(canceled);
 }
 
 /// True if it was sent.
@@ -47,9 +54,10 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
   const Stamp at = play_.timeline().recorded(play_.clock.now());
   bool was_sent = false;
   try {
-    // The lead of an arm that is looked at comes with its start.
-    Bytes rest = remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns,
-                                 lead_.hasArm() ? 0 : lead_ns);
+    // Where joints are looked at, the rest begins where they are on its path.
+    const bool is_looked_at = lead_.hasArm() && topic.planned.modality == Modality::Body;
+    Bytes rest = is_looked_at ? whole.bytes
+                              : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
     was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole);
   } catch (const MessageError& error) {
     topic.report.problem = error.what();
@@ -125,6 +133,23 @@ void BodyInForce::followEnd(const GoalBook::Ended& ended) {
   }
 }
 
+void BodyInForce::cancelDue() {
+  while (const auto at = goals_.nextCanceled()) {
+    if (play_.clock.now() < play_.timeline().deadline(*at)) return;
+    const std::vector<GoalBook::Entry> goals = goals_.giveUpCanceled(*at);
+    sendCancels(goals);
+    holdGaze(goals);
+    for (const GoalBook::Entry& goal : goals) {
+      play_.ledger.endGoal({goal, GoalOutcome::Canceled, play_.clock.now()});
+    }
+  }
+}
+
+SteadyTime BodyInForce::nextCancel() const {
+  const std::optional<Stamp> at = goals_.nextCanceled();
+  return at ? play_.timeline().deadline(*at) : SteadyTime::forever();
+}
+
 // ---------------------------------------------------------------------------- standing, going on
 
 void BodyInForce::suspend(SteadyTime now) {
@@ -182,7 +207,10 @@ void BodyInForce::holdGaze(const std::vector<GoalBook::Entry>& goals) {
 
 void BodyInForce::setTargets(std::vector<std::pair<Channel, Message>> targets) {
   commands_.clear();
+  const Stamp at = play_.timeline().recorded(play_.clock.now());
   for (auto& [channel, message] : targets) {
+    const auto end = milestones_.of(channel.topic, message.received);
+    if (end && end->outcome == GoalOutcome::Canceled && end->at <= at) continue;
     if (isGoal(channel)) {
       goals_.suspend({channel, std::move(message.bytes), message.received, ""});
     } else {
@@ -218,7 +246,7 @@ void BodyInForce::proceed() {
     const Recorded whole = command->second;
     if (!topic.is_velocity) {
       sendRest(topic, topic.planned.channel, whole, lead_ns);
-    } else if (!gate_.isHeldByGoal()) {
+    } else if (!gate_.isHeldByGoal() && !lead_.isGiven()) {  // in a lead all stands
       sendVelocity(topic, whole, at);
     }
   }
@@ -226,29 +254,31 @@ void BodyInForce::proceed() {
 
 /// The time that the slowest of them needs to get to where it goes on; 0: it goes on at once.
 double BodyInForce::leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at) {
-  std::vector<std::optional<double>> needed;
+  std::vector<std::optional<RestNeed>> needed;
   for (const GoalBook::Entry& goal : goals) {
-    needed.push_back(leadOf(goal.channel, {goal.recorded, goal.recorded_at}, at));
+    needed.push_back(needOf(goal.channel, {goal.recorded, goal.recorded_at}, at));
   }
   for (const auto& [name, command] : commands_) {
     const OutboxTopic& topic = outbox_.topic(name);
-    if (!topic.is_velocity) needed.push_back(leadOf(topic.planned.channel, command, at));
+    if (!topic.is_velocity) needed.push_back(needOf(topic.planned.channel, command, at));
   }
   return lead_.leadFor(needed);
 }
 
 /// Empty if it is not known where the motion finds its joints.
-std::optional<double> BodyInForce::leadOf(const Channel& channel, const Recorded& whole,
-                                          Stamp at) {
+std::optional<RestNeed> BodyInForce::needOf(const Channel& channel, const Recorded& whole,
+                                            Stamp at) {
   if (!lead_.hasArm()) {
     return std::nullopt;
   }
   try {
-    Bytes rest = remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns);
-    outbox_.topic(channel.topic).scaling.apply(rest, play_.timeline().rate());
-    return lead_.leadOf(channel, rest, at);
+    Bytes bytes = whole.bytes;
+    outbox_.topic(channel.topic).scaling.apply(bytes, play_.timeline().rate());
+    if (at > whole.at) return lead_.needToGoOn(channel, bytes, whole.at, at);
+    const std::optional<double> lead_s = lead_.leadOf(channel, bytes, at);
+    return lead_s ? std::optional(RestNeed{*lead_s, *lead_s > 0}) : std::nullopt;
   } catch (const MessageError&) {
-    return 0;  // nor can it be sent
+    return RestNeed{};  // nor can it be sent
   }
 }
 

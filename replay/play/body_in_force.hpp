@@ -32,11 +32,17 @@ class BodyInForce {
         lead_(lead),
         gate_(gate) {}
 
-  /// Publishes a message. A command or goal is in force from then on.
+  /// Publishes a message. A command or goal is in force from then on; a recorded cancel ends its
+  /// goal.
   void send(Outbox::Outgoing message);
   /// Follows the goals that have ended. One that failed, or was canceled by somebody else, is a
   /// failure of its modality. Returns the last one that the timeline waited for.
   std::optional<GoalBook::Ended> followEnds();
+
+  /// Cancels the goals that were canceled in the recording until now, by whatever was not recorded.
+  void cancelDue();
+  /// When cancelDue() has to be called next.
+  SteadyTime nextCancel() const;
 
   /// For a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
   void suspend(SteadyTime now);
@@ -72,7 +78,7 @@ class BodyInForce {
   bool repeatHeadGoal(const GoalBook::Ended& ended);
   void followEnd(const GoalBook::Ended& ended);
   double leadToProceed(const std::vector<GoalBook::Entry>& goals, Stamp at);
-  std::optional<double> leadOf(const Channel& channel, const Recorded& whole, Stamp at);
+  std::optional<RestNeed> needOf(const Channel& channel, const Recorded& whole, Stamp at);
 
   const PlayContext& play_;
   const Milestones& milestones_;

@@ -152,11 +152,16 @@ PublishMoment Outbox::momentOf(const Outgoing& message) {
   return {now, *shift_ns_ - early_ns};
 }
 
-/// A goal that is sent during a lead gets the rest of that lead.
+/// A goal that is sent during a lead gets the rest of that lead; one that is under way already goes
+/// on where the joints are on its path.
 void Outbox::beginWhereJointsAre(Outgoing& message) {
   const OutboxTopic& topic = message.topic;
   const bool has_joints = topic.is_command && !topic.is_velocity;
   if (!lead_.hasArm() || !has_joints || topic.planned.modality != Modality::Body) {
+    return;
+  }
+  if (message.at > message.recorded) {
+    message.bytes = lead_.goOn(message.channel, message.bytes, message.recorded, message.at);
     return;
   }
   if (!lead_.isGiven()) {

@@ -61,8 +61,8 @@ class Outbox {
     OutboxTopic& topic;
     const Channel& channel;
     Stamp at;        ///< the moment of the recording that it is sent for
-    Stamp recorded;  ///< when it was recorded: before `at` for the rest of a motion
-    Bytes bytes;
+    Stamp recorded;  ///< when it was recorded: before `at` for a motion that goes on
+    Bytes bytes;     ///< where the joints are known, the whole of a motion that goes on
     std::int64_t late_ns = 0;
     SteadyTime released = {};  ///< until when it waited for the body: this is not lateness
     std::optional<PublishMoment> moment = {};  ///< empty: now, less the lateness

@@ -193,7 +193,7 @@ Scheduler::Wake Scheduler::waitFor(double seconds, const std::function<bool()>& 
 SteadyTime Scheduler::nextStep() const {
   return play_.timeline().isPaused()
              ? parts_.lead.nextLook()
-             : std::min(parts_.base.nextStep(), parts_.gate.nextLook());
+             : std::min({parts_.base.nextStep(), parts_.gate.nextLook(), parts_.body.nextCancel()});
 }
 
 /// True if the limit has moved.
@@ -203,6 +203,7 @@ bool Scheduler::keepInStep() {
     return false;
   }
   parts_.base.step();
+  parts_.body.cancelDue();
   const auto reached = parts_.body.followEnds();
   if (play_.transport.isStopped()) {
     return true;  // nothing is to go on because of it

@@ -26,17 +26,17 @@ bool contains(const std::string& outer, const std::string& inner) {
 
 }  // namespace
 
-std::optional<std::string> answerTopic(const std::string& topic) {
+std::vector<std::string> goalTopics(const std::string& topic) {
   const std::string ending = "/goal";
   const std::size_t size = topic.size() - std::min(topic.size(), ending.size());
-  if (topic.substr(size) != ending) return std::nullopt;
-  return topic.substr(0, size) + "/result";
+  if (topic.substr(size) != ending) return {};
+  return {topic.substr(0, size) + "/result", topic.substr(0, size) + "/cancel"};
 }
 
 RunningBehavior::RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits)
     : behavior_(std::move(behavior)), topics_(behavior_.topics.begin(), behavior_.topics.end()) {
   for (const std::string& topic : topics_) {
-    if (const auto answer = answerTopic(topic)) answers_.insert(*answer);
+    for (const std::string& answer : goalTopics(topic)) answers_.insert(answer);
   }
   for (const TopicLimit& limit : limits) {
     thinners_.emplace(limit.topic, TopicThinner(limit));
@@ -54,7 +54,7 @@ bool RunningBehavior::addTopic(const std::string& topic) {
     return false;
   }
   behavior_.topics.push_back(topic);
-  if (const auto answer = answerTopic(topic)) answers_.insert(*answer);
+  for (const std::string& answer : goalTopics(topic)) answers_.insert(answer);
   return true;
 }
 

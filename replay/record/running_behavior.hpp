@@ -15,9 +15,9 @@
 
 namespace afterglow::replay {
 
-/// Where an action answers (actionlib): "/arm/result" for "/arm/goal"; empty for a topic that is no
-/// goal's.
-std::optional<std::string> answerTopic(const std::string& topic);
+/// What else belongs to the goals of an action (actionlib): "/arm/result" and "/arm/cancel" for
+/// "/arm/goal"; none for a topic that is no goal's.
+std::vector<std::string> goalTopics(const std::string& topic);
 
 /// How many of a behavior's messages were stored so far.
 struct RecordedCounts {
@@ -41,7 +41,8 @@ class RunningBehavior {
   bool addTopic(const std::string& topic);
 
   bool isOwn(const std::string& topic) const { return topics_.count(topic) != 0; }
-  /// Results of its goals: context that a replay needs, which waits where the robot had waited.
+  /// Results and cancels of its goals: context that a replay needs, which waits where the robot had
+  /// waited, and cancels what was canceled.
   const std::set<std::string>& answers() const { return answers_; }
   bool isWithin(Stamp received) const {
     return received >= behavior_.begin && (!behavior_.end || received < *behavior_.end);
@@ -106,7 +107,8 @@ class RunningBehaviors {
     }
   }
   void remark(const std::string& text);
-  /// The topics of all messages that a behavior covers: its own, its goals' results, the context.
+  /// The topics of all messages that a behavior covers: its own, its goals' results and cancels,
+  /// the context.
   std::set<std::string> topicsOf(const RunningBehavior& running) const;
 
  private:

@@ -200,6 +200,7 @@ struct ReplayWithoutJolts : testing::Test {
     StopRecording::Request stop;
     stop.outcome = "success";
     EXPECT_TRUE(call<StopRecording>("/recorder_node/stop_recording", stop).success);
+    recorded_step = witness().largestStep().first;
     putBack();
     return started.behavior_id;
   }
@@ -246,6 +247,11 @@ struct ReplayWithoutJolts : testing::Test {
     EXPECT_GT(step, 0) << when << ": nothing was commanded";
     EXPECT_LE(step, kJolt) << when << ": " << joint;
   }
+  /// Nor was it faster than it was recorded, but for the noise of a controller's cycles.
+  static void expectNoFaster(const std::string& when) {
+    expectNoJolt(when);
+    EXPECT_LE(witness().largestStep().first, 1.2 * recorded_step) << when;
+  }
 
   /// Somebody turns the arm at its shoulder.
   static double turnArm(double by) {
@@ -271,6 +277,7 @@ struct ReplayWithoutJolts : testing::Test {
   }
 
   static inline World* world = nullptr;
+  static inline double recorded_step = 0;  ///< the largest, of the last recording
 };
 
 TEST_F(ReplayWithoutJolts, goesToTheStartAsSlowlyAfterACancelAsBefore) {
@@ -296,7 +303,7 @@ TEST_F(ReplayWithoutJolts, goesOnWithADenseTrajectoryAfterALongPause) {
   resume();
   EXPECT_EQ(replayEnd(), State::SUCCEEDED);
   EXPECT_TRUE(eventually([] { return isAt(kFar, 0.01); }));
-  expectNoJolt("a dense trajectory resumed");
+  expectNoFaster("a dense trajectory resumed");
 }
 
 TEST_F(ReplayWithoutJolts, goesOnWithASparseTrajectoryAfterALongPauseOnItsPath) {
@@ -307,7 +314,7 @@ TEST_F(ReplayWithoutJolts, goesOnWithASparseTrajectoryAfterALongPauseOnItsPath) 
   resume();
   EXPECT_EQ(replayEnd(), State::SUCCEEDED);
   EXPECT_TRUE(eventually([&] { return isAt(path.back(), 0.01); }));
-  expectNoJolt("a sparse trajectory resumed");
+  expectNoFaster("a sparse trajectory resumed");
   const double off = test::farthest(witness().armPath(), path) / kDegree;
   std::cout << "a sparse trajectory resumed: " << off << " degrees off its path\n";
   EXPECT_LT(off, 1);
@@ -319,7 +326,42 @@ TEST_F(ReplayWithoutJolts, goesOnWithATrajectoryOfOnePointAfterALongPause) {
   resume();
   EXPECT_EQ(replayEnd(), State::SUCCEEDED);
   EXPECT_TRUE(eventually([] { return isAt(kFar, 0.01); }));
-  expectNoJolt("a trajectory of one point resumed");
+  expectNoFaster("a trajectory of one point resumed");
+}
+
+TEST_F(ReplayWithoutJolts, goesOnFromInsideAGoalNoFasterThanItWasRecorded) {
+  constexpr double kLength = 4, kGoalSent = 0.03;  // s, the latter after the recording's begin
+  const std::int64_t behavior = recordedArm(denseGoal(kTucked, kFar, kLength));
+  pauseHalfWay(behavior, "shoulder_lift_joint", kFar[2]);
+  const double lift = witness().joint("shoulder_lift_joint");
+  const double gone = (kTucked[2] - lift) / (kTucked[2] - kFar[2]);
+  world->replay->cancelAllGoals();
+  replayEnd();
+  witness().forget();
+  // Where it stands is where it was then: the way is 3 s^2 - 2 s^3 of the goal's time.
+  double s = 0;
+  while (s * s * (3 - 2 * s) < gone) s += 0.001;
+  play(behavior, kGoalSent + kLength * s);
+  EXPECT_EQ(replayEnd(), State::SUCCEEDED) << world->replay->getState().getText();
+  EXPECT_TRUE(eventually([] { return isAt(kFar, 0.01); }));
+  expectNoFaster("from inside a goal");
+}
+
+TEST_F(ReplayWithoutJolts, cancelsAGoalThatWasCanceledWhenItWasRecordedWhereItWasThen) {
+  ArmPose stood;
+  const std::int64_t behavior = recorded(kArmAction + "/goal", [&] {
+    world->arm->sendGoal(denseGoal(kTucked, kFar, 4));
+    ASSERT_TRUE(eventually([] { return witness().joint("shoulder_lift_joint") < 1.0; }));
+    world->arm->cancelGoal();
+    ASSERT_TRUE(world->arm->waitForResult(kPatience));
+    ros::WallDuration(0.5).sleep();
+    stood = armNow();
+  });
+  play(behavior);
+  EXPECT_EQ(replayEnd(), State::SUCCEEDED) << world->replay->getState().getText();
+  EXPECT_GT(std::abs(kFar[2] - witness().joint("shoulder_lift_joint")), 0.3);
+  EXPECT_TRUE(isAt(stood, 0.06)) << witness().joint("shoulder_lift_joint") << ", then " << stood[2];
+  expectNoFaster("a canceled goal");
 }
 
 TEST_F(ReplayWithoutJolts, goesOnWithALookAfterALongPause) {

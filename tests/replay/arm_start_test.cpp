@@ -155,6 +155,84 @@ TEST_F(ArmStartOf, goesOnFromWhereItWasHaltedThoughThatIsLate) {
   EXPECT_THROW(arm.leadOf(kArm, rest, {1500 * kMs}), ArmElsewhere);
 }
 
+// ------------------------------------------------------------------------------ the rest of a goal
+
+constexpr GoalProgress goneOn(double elapsed_s) {
+  return {{0}, {static_cast<std::int64_t>(elapsed_s * 1e9)}, elapsed_s};
+}
+
+TEST_F(ArmStartOf, setsOffFromRestWhereItIsOnThePath) {
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  const ArmStart arm = start();
+  const RestNeed need = arm.needToGoOn(kArm, both, goneOn(0.5)).value();
+  EXPECT_NEAR(need.seconds, 1, 1e-6) << "1.5 rad/s are reached in 2 s at most";
+  EXPECT_FALSE(need.is_elsewhere);
+  const auto points = pointsOf(arm.goOn(kArm, both, goneOn(0.5), need.seconds));
+  EXPECT_NEAR(points.front().positions[0], 0.5, 1e-9);
+  EXPECT_NEAR(points.front().velocities[0], 0, 1e-9) << "from rest";
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    EXPECT_GT(points[i].positions[0], points[i - 1].positions[0]);
+    EXPECT_LT(points[i].velocities[0], 1.5);
+  }
+  EXPECT_NEAR(points.back().positions[0], 1, 1e-9);
+}
+
+TEST_F(ArmStartOf, goesOnOnThePathWhereALateArmWasHalted) {
+  ArmStart arm = start();
+  arm.begin(kArm, both, {0}, 0);
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  arm.halted();
+  const RestNeed need = arm.needToGoOn(kArm, both, goneOn(1.5)).value();
+  EXPECT_NEAR(need.seconds, 0.5 + 1, 0.01) << "half of the goal is left, which lies behind";
+  EXPECT_FALSE(need.is_elsewhere);
+}
+
+TEST_F(ArmStartOf, isHeldWhereItIsWhileOthersNeedLonger) {
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  const auto points = pointsOf(start().goOn(kArm, both, goneOn(0.5), 3));
+  EXPECT_NEAR(points[1].time, 3 - 1, 1e-6);
+  EXPECT_EQ(points[1].positions, points[0].positions);
+}
+
+TEST_F(ArmStartOf, standsWhereThePathGoesOnBeforeItSetsOffFromElsewhere) {
+  options.elsewhere = Elsewhere::Approach;
+  live = {{"elbow", {0.9, 0}}, {"wrist", {-0.9, 0}}};
+  const ArmStart arm = start();
+  const RestNeed need = arm.needToGoOn(kArm, both, goneOn(0.25)).value();
+  EXPECT_TRUE(need.is_elsewhere);
+  const auto points = pointsOf(arm.goOn(kArm, both, goneOn(0.25), need.seconds));
+  EXPECT_NEAR(points[1].positions[0], 0.15625, 1e-9);
+  EXPECT_NEAR(points[1].time, 1.5 * (0.9 - 0.15625) / 0.3, 1e-6);
+  EXPECT_NEAR(points[1].velocities[0], 0, 1e-9);
+  for (std::size_t i = 2; i < points.size(); ++i) {
+    EXPECT_GT(points[i].positions[0], points[i - 1].positions[0]) << "never back";
+  }
+}
+
+TEST_F(ArmStartOf, goesOnFromMotionWithoutAHalt) {
+  live = {{"elbow", {0.5, 1.5}}, {"wrist", {-0.5, -1.5}}};
+  const ArmStart arm = start();
+  EXPECT_NEAR(arm.needToGoOn(kArm, both, goneOn(0.5)).value().seconds, 0, 1e-6);
+  EXPECT_NEAR(pointsOf(arm.goOn(kArm, both, goneOn(0.5), 0)).front().velocities[0], 1.5, 0.01);
+}
+
+TEST_F(ArmStartOf, beginsTheRestAsAGoalOfItsOwnWhereItsPathIsNotKnown) {
+  track = JointTrack();
+  live["elbow"].position = 0.2;
+  const Bytes goal = goalOf({"elbow"}, {{1, {0.5}}, {2, {1.0}}});
+  const auto points = pointsOf(start().goOn(kArm, goal, goneOn(0.4), 0));
+  ASSERT_EQ(points.size(), 3u);
+  EXPECT_EQ(points[0].positions, Numbers{0.2});
+  EXPECT_NEAR(points[1].time, 0.6, 1e-6);
+}
+
+TEST_F(ArmStartOf, refusesToGoOnElsewhere) {
+  live["elbow"].position = 0.9;
+  EXPECT_THROW(start().needToGoOn(kArm, both, goneOn(0.25)), ArmElsewhere);
+}
+
+// ------------------------------------------------------------------------------ what is not known
+
 TEST_F(ArmStartOf, refusesJointsThatNobodyTellsOfUnlessAnyStartWillDo) {
   live.erase("wrist");
   EXPECT_EQ(whyNot(both, 0), "nobody tells where wrist is (/joint_states)");

@@ -263,6 +263,81 @@ TEST_F(PlayerInStep, isPausedWhileItWaitsForTheLastGoal) {
   EXPECT_EQ(sink.times(kArm.topic), (Times{0, 5700}));
 }
 
+// ------------------------------------------------------------------------------- recorded cancels
+
+struct Canceled : PlayerInStep {
+  Canceled() {
+    record(kArm, 1000, goalMessage("a", {4.0}));
+    actFor({1600}, 2);  // PREEMPTED
+  }
+  /// The recorder keeps it beside the goals.
+  void recordCancel(std::int64_t at_ms, const std::string& id) {
+    const std::vector<std::string> own = topics;
+    record(cancelChannel(kArm), at_ms, cancelMessage(id));
+    topics = own;
+  }
+  void expectCancels(const PlayReport& report, const Times& times) {
+    EXPECT_TRUE(report.is_complete) << report.reason;
+    EXPECT_EQ(sink.times(kCancels), times);
+    for (const Sent& cancel : sink.on(kCancels)) EXPECT_EQ(cancel.bytes, cancelMessage("fresh-1"));
+    EXPECT_EQ(report.goals.canceled, 1u);
+  }
+};
+
+TEST_F(Canceled, goalsAreCanceledAtTheirMomentByTheirFreshId) {
+  recordCancel(2500, "a");
+  expectCancels(play(4000), {2500});
+}
+
+TEST_F(Canceled, goalsAreTheOnlyOnesThatACancelOfEverybodysReaches) {
+  recordCancel(2500, "");
+  expectCancels(play(4000), {2500});
+}
+
+TEST_F(Canceled, goalsAreCanceledWhenTheirResultCameIfTheCancelWasNotRecorded) {
+  actFor({});
+  recordResult(kArm, 2700, "a", 2);
+  expectCancels(play(4000), {2700});
+}
+
+TEST_F(Canceled, goalsThatAnotherGoalReplacedNeedNoCancel) {
+  record(kArm, 2500, goalMessage("b", {1.0}));
+  recordResult(kArm, 2600, "a", 2);
+  recordResult(kArm, 3600, "b");
+  sink.on_publish = [this](const Sent& sent) {
+    if (sent.topic != kArm.topic) return;
+    const bool is_second = goalId(sent.bytes) == "fresh-2";
+    if (is_second) player->onGoalStatus("fresh-1", 2);
+    if (is_second) clock.at(clock.now().after(1000 * kMs), [this] {
+      player->onGoalStatus("fresh-2", 3);
+    });
+  };
+  EXPECT_TRUE(play(4000).is_complete);
+  EXPECT_TRUE(sink.on(kCancels).empty());
+}
+
+TEST_F(Canceled, goalsAreNotInForceAfterTheirCancel) {
+  recordCancel(2500, "a");
+  plan_options.start_s = 3;
+  EXPECT_TRUE(play(4000).is_complete);
+  EXPECT_TRUE(sink.on(kArm.topic).empty());
+}
+
+TEST_F(Canceled, goalsAreNotInForceAfterTheResultOfACancelThatWasNotRecorded) {
+  recordResult(kArm, 2700, "a", 2);
+  plan_options.start_s = 3;
+  EXPECT_TRUE(play(4000).is_complete);
+  EXPECT_TRUE(sink.on(kArm.topic).empty());
+}
+
+TEST_F(Canceled, goalsThatAreNotPlayedAreNotCanceled) {
+  record(cancelChannel(kArm), 2500, cancelMessage("a"));
+  record(kSay, 3000, test::text("x"));
+  plan_options.exclude = {kArm.topic};
+  EXPECT_TRUE(play(4000).is_complete);
+  EXPECT_TRUE(sink.on(kCancels).empty());
+}
+
 // -------------------------------------------------------------------------------------------- skew
 
 constexpr Stamp recordedAt(std::int64_t ms) { return {ms * kMs}; }

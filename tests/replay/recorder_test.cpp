@@ -323,6 +323,7 @@ TEST(RunningBehaviors, countAMessageForEachBehaviorThatCoversIt) {
   EXPECT_EQ(covering("/tf", 5), Texts{"kitting"}) << "before the inner one began";
   EXPECT_EQ(covering("/tf", 10), (Texts{"kitting", "pick"}));
   EXPECT_EQ(covering("/arm/result", 10), Texts{"kitting"}) << "a result of its goal";
+  EXPECT_EQ(covering("/arm/cancel", 10), Texts{"kitting"}) << "a cancel of its goal";
   EXPECT_EQ(covering("/other", 10), Texts());
   using Want = RunningBehaviors::Want;
   EXPECT_EQ(running.wants("/b", {10}), Want::Yes);

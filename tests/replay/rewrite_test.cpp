@@ -137,29 +137,31 @@ TEST_F(RewriteTest, doesNotPublishTheCancelOfAGoalItDidNotSend) {
   EXPECT_FALSE(rewrite(cancels_, bytes).publish);
 }
 
-TEST_F(RewriteTest, keepsACancelOfEverything) {
-  Bytes bytes = cancel("", {0, 0});
-  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
-  EXPECT_EQ(bytes, cancel("", {0, 0}));
-}
-
-TEST_F(RewriteTest, cancelsTheGoalsUpToAStampAsThen) {
-  now_.now = {5000 * kSecond + 3'000'000};  // the goal leaves 3 ms late
+TEST_F(RewriteTest, narrowsACancelOfEverybodysGoalsToItsOwn) {
+  Bytes early = cancel("", {0, 0});
+  EXPECT_FALSE(rewrite(cancels_, early).publish) << "nothing of it is there to cancel";
   Bytes goal = trajectoryGoal("a", {0, 0});
   EXPECT_TRUE(rewrite(goals_, goal).publish);
-  now_.now = {5001 * kSecond};
-  Bytes covering = cancel("", {100, 2});
-  EXPECT_TRUE(rewrite(cancels_, covering).publish);
-  EXPECT_EQ(covering, cancel("", {5000, 3'000'000}));
-  Bytes before = cancel("", {100, 1});
-  EXPECT_TRUE(rewrite(cancels_, before).publish);
-  EXPECT_EQ(before, cancel("", {5000, 1}));
+  Bytes bytes = cancel("", {0, 0});
+  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
+  EXPECT_EQ(bytes, cancel("new-1", {0, 0}));
+  const Channel others = channel("/torso/follow_joint_trajectory/cancel", cancels_.type,
+                                 test::kGoalId);
+  Bytes other = cancel("", {0, 0});
+  EXPECT_FALSE(rewrite(others, other).publish) << "another action's";
 }
 
-TEST_F(RewriteTest, keepsTheStampOfACancelWhoseGoalIsUnknown) {
-  Bytes bytes = cancel("unknown", {100, 0});
-  EXPECT_TRUE(rewrite(cancels_, bytes).publish);
-  EXPECT_EQ(bytes, cancel("", {5000, 0}));
+TEST_F(RewriteTest, narrowsACancelUpToAStampToItsGoalIfThatWasCoveredThen) {
+  Bytes goal = trajectoryGoal("a", {0, 0});
+  EXPECT_TRUE(rewrite(goals_, goal).publish);
+  Bytes covering = cancel("", {100, 2});
+  EXPECT_TRUE(rewrite(cancels_, covering).publish);
+  EXPECT_EQ(covering, cancel("new-1", {0, 0}));
+  Bytes before = cancel("", {99, 1});
+  EXPECT_FALSE(rewrite(cancels_, before).publish);
+  Bytes unknown = cancel("unknown", {101, 0});
+  EXPECT_TRUE(rewrite(cancels_, unknown).publish);
+  EXPECT_EQ(unknown, cancel("new-1", {0, 0}));
 }
 
 TEST_F(RewriteTest, refusesStampsThatLeaveRosTime) {
