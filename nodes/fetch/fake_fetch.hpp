@@ -73,6 +73,9 @@ class FakeFetch {
   /// Since the last call.
   JointCommands takeCommands();
 
+  /// The power is cut: base and joints stay where they are, goals fail.
+  void cutPower() { stopEverything("the runstop was pressed"); }
+
   bool drive(double linear, double angular) { return base_.command(linear, angular, now_); }
 
   /// Back to the start pose and joints, everything stopped: as if a person had put it there.

@@ -184,6 +184,7 @@ FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
 FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
     : robot_(std::move(model), config, toNanoseconds(ros::Time::now())),
       tf_listener_(tf_),
+      runstop_([this] { locked([](FakeFetch& robot) { robot.cutPower(); }); }),
       point_head_server_(
           node_, "/head_controller/point_head",
           [this](const control_msgs::PointHeadGoalConstPtr& goal) { pointHead(*goal); }, false),
@@ -198,7 +199,7 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
   publishFixedLinks();
   publish();
   // Queue of one: the latest velocity wins.
-  twist_subscriber_ = node_.subscribe("/cmd_vel", 1, &FakeFetchNode::onTwist, this);
+  twist_subscriber_ = node_.subscribe(VelocityMux::output(), 1, &FakeFetchNode::onTwist, this);
   hand_subscriber_ = private_node_.subscribe("hand", 10, &FakeFetchNode::onHand, this);
   reset_service_ = private_node_.advertiseService("reset", &FakeFetchNode::onReset, this);
   for (const char* controller :
@@ -322,9 +323,10 @@ void FakeFetchNode::moveGripper(const control_msgs::GripperCommandGoal& goal) {
 
 // ---------------------------------------------------------------------------------- base and reset
 void FakeFetchNode::onTwist(const geometry_msgs::Twist& twist) {
+  if (runstop_.isPressed()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!robot_.drive(twist.linear.x, twist.angular.z))
-    ROS_WARN_THROTTLE(1, "/cmd_vel: not a finite velocity, ignored");
+    ROS_WARN_THROTTLE(1, "a velocity that is not finite, ignored");
 }
 
 void FakeFetchNode::onHand(const sensor_msgs::JointState& message) {

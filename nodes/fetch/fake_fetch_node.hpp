@@ -5,6 +5,7 @@
 /// - ~commands (sensor_msgs/JointState): what its controllers command now, a joint that is limp is
 ///   missing; as velocity the fastest change of a command since the message before, by cycles of
 ///   10 ms: a step of 0.8 rad reads 80 rad/s.
+/// Its base is driven through a multiplexer (velocity_mux.hpp), and it has a runstop (runstop.hpp).
 /// ~hand (sensor_msgs/JointState) is somebody who switches the controllers of these joints off and
 /// moves them there; ~reset somebody who puts all back to the start, and restarts the robot.
 #pragma once
@@ -30,6 +31,8 @@
 #include <vector>
 
 #include "nodes/fetch/fake_fetch.hpp"
+#include "nodes/fetch/runstop.hpp"
+#include "nodes/fetch/velocity_mux.hpp"
 
 namespace afterglow::nodes {
 
@@ -99,6 +102,8 @@ class FakeFetchNode {
   tf2_ros::StaticTransformBroadcaster static_tf_broadcaster_;
   tf2_ros::Buffer tf_;
   tf2_ros::TransformListener tf_listener_;
+  VelocityMux mux_;
+  Runstop runstop_;
   ros::Subscriber twist_subscriber_, hand_subscriber_;
   ros::ServiceServer reset_service_;
   std::vector<std::unique_ptr<TrajectoryServer>> trajectory_servers_;

@@ -32,6 +32,8 @@ constexpr double kLongestApproach = 90;  // s
 }  // namespace
 
 void BodyGate::addTo(replay::PlayReport& report) const {
+  const std::vector<std::string> of_stops = stops_->notes();
+  report.notes.insert(report.notes.end(), of_stops.begin(), of_stops.end());
   report.notes.insert(report.notes.end(), notes_.begin(), notes_.end());
   report.guards = guards_;
   if (base_) base_->addTo(report);
@@ -59,29 +61,31 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const 
 BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
                    const BodyOptions& options, const replay::MotionLimits& limits,
                    replay::MessageSink& sink, replay::Clock& clock,
-                   std::function<void(const std::string&)> stop)
+                   std::function<void(const std::string&)> stop,
+                   std::function<void(bool)> halt)
     : store_(store),
       plan_(plan),
       options_(options),
       limits_(limits),
       stop_(std::move(stop)),
-      sink_(plan, sink, clock, options.longest_stall_s, stop_),
+      take_over_(baseTopic(plan, options.base.topic, options.robot.base.velocity_topic),
+                 options.robot.base, sink),
+      sink_(plan, take_over_, clock, options.longest_stall_s, stop_),
       master_watch_([this](const std::string& reason) {
         stop_(reason);
         sink_.brake();
       }) {
-  if (!options_.emergency_stop.topic.empty()) {
-    emergency_stop_.emplace(options_.emergency_stop, [this](const std::string& reason) {
-      sink_.brake();
-      stop_(reason);
-    });
-  }
+  const auto stop_now = [this](const std::string& reason) {
+    stop_(reason);  // first, as the watchdog then says that it was asked to
+    sink_.brake();
+  };
+  stops_.emplace(options_.stops, take_over_, StopInputs::Actions{stop_now, std::move(halt)});
 }
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
   const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
   if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
-  if (emergency_stop_) emergency_stop_->check();
+  stops_->check();
   replay::MovedParts parts = movedParts(store_, plan_);
   parts.robot = options_.joints;
   if (parts.moves_base) {
@@ -97,20 +101,12 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (is_stopped()) return;
   checkJoints(parts, now);
   waitForGuards(is_stopped);
-  const std::string base = baseDeviation(then, now, is_stopped);
-  std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
-  const bool moves_there = options_.start == BodyOptions::Start::MoveThere && base.empty();
-  if (moves_there && !deviations.empty() && !is_stopped()) {
-    moveToStart(parts, then, is_stopped);
-    now = live(parts, then, is_stopped);
-    if (is_stopped()) return;
-    deviations = jointDeviations(then, now, options_.tolerances);
-  }
-  if (!base.empty()) deviations.push_back(base);
+  const std::vector<std::string> deviations = goToStart(parts, then, now, is_stopped);
+  if (is_stopped()) return;
   if (!deviations.empty()) {
-    refuse(fmt::format("the robot does not stand as it did: {}", fmt::join(deviations, "; ")) +
-           (base.empty() ? "" : "; the base has to be brought there"));
+    refuse(fmt::format("the robot does not stand as it did: {}", fmt::join(deviations, "; ")));
   }
+  stops_->waitUntilHeld(is_stopped);
   watchArm();
   holdGaze(is_stopped);
   if (base_) base_->prepare(is_stopped);
@@ -238,6 +234,32 @@ void BodyGate::checkJoints(const replay::MovedParts& parts, const replay::StartP
 }
 
 // ----------------------------------------------------------------------------------- to the start
+
+/// Goes there if that is asked for, again and again while the button is released on the way.
+/// Returns how far it is off then.
+std::vector<std::string> BodyGate::goToStart(const replay::MovedParts& parts,
+                                             const replay::StartPose& then, replay::StartPose now,
+                                             const std::function<bool()>& is_stopped) {
+  const bool moves_there = options_.start == BodyOptions::Start::MoveThere;
+  for (;;) {
+    bool was_released = false;
+    const std::function<bool()> is_halted = [&] {
+      was_released = was_released || (moves_there && !stops_->isHeld());
+      return was_released || is_stopped();
+    };
+    if (moves_there) stops_->waitUntilHeld(is_stopped);
+    const std::string base = baseDeviation(then, now, is_halted);
+    std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
+    if (moves_there && base.empty() && !deviations.empty() && !is_halted()) {
+      moveToStart(parts, then, is_halted);
+      now = live(parts, then, is_halted);
+      deviations = jointDeviations(then, now, options_.tolerances);
+    }
+    if (!base.empty()) deviations.push_back(base + "; the base has to be brought there");
+    if (!was_released || is_stopped()) return deviations;
+    now = live(parts, then, is_stopped);
+  }
+}
 
 void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                            const std::function<bool()>& is_stopped) {

@@ -9,11 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
 #include "nodes/player/master_watch.hpp"
 #include "nodes/player/replayed_base.hpp"
+#include "nodes/player/stop_inputs.hpp"
+#include "nodes/player/take_over.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/start_pose.hpp"
 #include "replay/plan/robot_profile.hpp"
@@ -30,7 +31,7 @@ struct BodyOptions {
   /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall];
   /// empty: by how late this machine is (replay/motion/patience.hpp).
   std::optional<double> longest_stall_s;
-  EmergencyStopOptions emergency_stop;  ///< [~estop_topic, ~estop_longest_silence]
+  StopOptions stops;
   BaseOptions base;
   bool is_any_map_right = false;  ///< another map than the recorded one will do [~any_map]
   replay::RobotProfile robot;     ///< [~robot]
@@ -45,10 +46,12 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const 
 /// For one replay. Everything given must outlive it.
 class BodyGate {
  public:
-  /// Starts the watchdog. `stop` stops the replay; any thread. Throws std::runtime_error, one line.
+  /// Starts the watchdog. `stop` stops the replay, `halt` has it stand until it is called with
+  /// false; any thread. Throws std::runtime_error, one line.
   BodyGate(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
            const replay::MotionLimits& limits, replay::MessageSink& sink, replay::Clock& clock,
-           std::function<void(const std::string& reason)> stop);
+           std::function<void(const std::string& reason)> stop,
+           std::function<void(bool halts)> halt);
 
   /// Everything is advertised and connected. Moves the robot to the start if that is asked for.
   /// Throws std::runtime_error, one line, if the replay may not begin.
@@ -78,6 +81,9 @@ class BodyGate {
   void checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const;
   std::string baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                             const std::function<bool()>& is_stopped);
+  std::vector<std::string> goToStart(const replay::MovedParts& parts,
+                                     const replay::StartPose& then, replay::StartPose now,
+                                     const std::function<bool()>& is_stopped);
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
   void waitForGuards(const std::function<bool()>& is_stopped);
@@ -93,10 +99,11 @@ class BodyGate {
   const BodyOptions options_;
   const replay::MotionLimits limits_;
   const std::function<void(const std::string&)> stop_;
+  TakeOver take_over_;
   GuardedSink sink_;
   MasterWatch master_watch_;
   std::optional<replay::PlayGuards> guards_;
-  std::optional<EmergencyStop> emergency_stop_;
+  std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
   std::optional<LiveJoints> joints_;  ///< if there are goals
   std::optional<replay::ArmStart> arm_;

@@ -1,5 +1,7 @@
 #include "nodes/player/emergency_stop.hpp"
 
+#include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -7,20 +9,58 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kFirstWord = 2.0;  // s, for a latched word
+constexpr double kFirstWord = 2.0;     // s, for a latched word
+constexpr double kPeriodPatience = 0.6;        // s, in which a topic of 10 Hz shows its period
+constexpr double kSilenceLook = 0.02;         // s, for silence
+constexpr double kPublisherPatience = 1.0;  // s, for a node to answer
+constexpr const char* kNoStop = "none";
+
+[[noreturn]] void refuseMotion(const std::string& why) {
+  throw std::runtime_error("motion is refused: " + why);
+}
 
 }  // namespace
 
+void EmergencyStopOptions::set(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  const std::string named = text.substr(0, colon);
+  std::string named_field = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const bool is_inverted = !named_field.empty() && named_field.front() == '!';
+  if (is_inverted) named_field.erase(0, 1);
+  const bool is_topic = named.size() > 1 && named.front() == '/';
+  const bool has_field = colon == std::string::npos || !named_field.empty();
+  if (text != kNoStop && (!is_topic || !has_field)) {
+    throw std::invalid_argument("'" + text + "' is no /TOPIC, /TOPIC:FIELD or /TOPIC:!FIELD");
+  }
+  topic = text == kNoStop ? "" : named;
+  field = named_field;
+  stops_when = !is_inverted;
+  profile.clear();
+}
+
+std::string EmergencyStopOptions::text() const {
+  if (topic.empty()) return kNoStop;
+  return topic + (field.empty() ? "" : (stops_when ? ":" : ":!") + field);
+}
+
 EmergencyStop::EmergencyStop(const EmergencyStopOptions& options,
                              std::function<void(const std::string&)> on_stop)
-    : options_(options), on_stop_(std::move(on_stop)), spinner_(1, &queue_) {
+    : options_(options),
+      on_stop_(std::move(on_stop)),
+      field_(options.field, options.stops_when),
+      silence_(std::llround(options.longest_silence_s * 1e9)),
+      living_([this](const std::string& node) {
+        stop("the publisher of the emergency stop is gone: " + node + " (" + options_.text() +
+             ")");
+      }),
+      spinner_(1, &queue_) {
   node_.setCallbackQueue(&queue_);
-  subscriber_ = node_.subscribe<std_msgs::Bool>(
-      options_.topic, 10, [this](const auto& message) { onWord(message->data != 0); });
-  if (options_.longest_silence_s > 0) {
-    timer_ = node_.createWallTimer(ros::WallDuration(options_.longest_silence_s / 4),
-                                   [this](const auto&) { onTimer(); });
-  }
+  ros::SubscribeOptions subscription;
+  subscription.initByFullCallbackType<const AnyMessage&>(
+      options_.topic, 10, [this](const AnyMessage& event) { onMessage(event); });
+  subscriber_ = node_.subscribe(subscription);
+  timer_ = node_.createWallTimer(ros::WallDuration(kSilenceLook),
+                                 [this](const auto&) { onTimer(); });
   spinner_.start();
 }
 
@@ -30,44 +70,72 @@ EmergencyStop::~EmergencyStop() {
   spinner_.stop();
 }
 
-void EmergencyStop::check() {
-  const bool is_published =
-      !askMaster(deadlineIn(kMasterPatience)).otherPublishers(subscriber_.getTopic()).empty();
-  const Deadline deadline = deadlineIn(kFirstWord);
-  bool waits = is_published || options_.longest_silence_s > 0;
-  while (waits && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    const std::lock_guard<std::mutex> lock(mutex_);
-    waits = !heard_;
-  }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (is_pressed_) {
-    throw std::runtime_error("motion is refused: the emergency stop is pressed (" + options_.topic +
-                             ")");
-  }
-  if (waits) {
-    throw std::runtime_error("motion is refused: nothing is heard of the emergency stop on " +
-                             options_.topic);
-  }
-  is_checked_ = true;
+std::string EmergencyStop::named() const {
+  return options_.text() + (options_.profile.empty()
+                                ? ""
+                                : ", which the profile " + options_.profile +
+                                      " names (--estop-topic: another one, or none)");
 }
 
-void EmergencyStop::onWord(bool is_pressed) {
+void EmergencyStop::check() {
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  bool is_published = false;
+  for (const std::string& node : graph.otherPublishers(subscriber_.getTopic())) {
+    is_published = is_published || isAlive(node, deadlineIn(kPublisherPatience));
+  }
+  if (!is_published) refuseMotion("nobody publishes the emergency stop " + named());
+  waitForNews();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!problem_.empty()) refuseMotion(problem_);
+  if (!silence_.hasBeenHeard()) refuseMotion("nothing is heard of the emergency stop " + named());
+  publishers_ = subscriber_.getNumPublishers();
+}
+
+/// For the first message, then until its period is known, or it seems to have none.
+void EmergencyStop::waitForNews() {
+  Deadline deadline = deadlineIn(kFirstWord);
+  for (bool is_first = true; std::chrono::steady_clock::now() < deadline;) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const bool is_heard = silence_.hasBeenHeard();
+      if (!problem_.empty() || (is_heard && silence_.longestSilence())) return;
+      if (is_heard && std::exchange(is_first, false)) deadline = deadlineIn(kPeriodPatience);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+void EmergencyStop::onMessage(const AnyMessage& event) {
+  const auto& message = event.getConstMessage();
+  living_.add(event.getPublisherName());
+  std::string reason;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    heard_ = std::chrono::steady_clock::now();
-    is_pressed_ = is_pressed;
+    silence_.heard(clock_.now());
+    problem_.clear();
+    try {
+      if (field_.stops(message->getDataType(), message->getMessageDefinition(),
+                       bytesOf(*message))) {
+        problem_ = "the emergency stop is pressed (" + options_.text() + ")";
+        reason = "the emergency stop was pressed (" + options_.text() + ")";
+      }
+    } catch (const replay::MessageError& error) {
+      reason = "the emergency stop cannot be read (" + options_.text() + "): " + error.what();
+      problem_ = reason;
+    }
   }
-  if (is_pressed) stop("the emergency stop was pressed (" + options_.topic + ")");
+  if (!reason.empty()) stop(reason);
 }
 
 void EmergencyStop::onTimer() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const std::chrono::duration<double> longest(options_.longest_silence_s);
-    if (!is_checked_ || std::chrono::steady_clock::now() - *heard_ <= longest) return;
+    if (publishers_ == 0) return;  // not checked yet
+    if (subscriber_.getNumPublishers() >= publishers_ && !silence_.isOverdue(clock_.now())) return;
   }
-  stop("the emergency stop is silent (" + options_.topic + ")");
+  const bool is_gone = subscriber_.getNumPublishers() < publishers_;
+  stop(is_gone ? "the publisher of the emergency stop is gone (" + options_.text() + ")"
+               : "the emergency stop is silent (" + options_.text() + ")");
 }
 
 void EmergencyStop::stop(const std::string& reason) {

@@ -1,52 +1,73 @@
 /// \file
-/// An emergency stop that is published on a topic (std_msgs/Bool, true: stop), latched or repeated.
+/// An emergency stop that is published on a topic: a boolean field of messages of any type, sent
+/// periodically, or latched and sent on change.
 #pragma once
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <std_msgs/Bool.h>
 
+#include <cstddef>
 #include <functional>
 #include <mutex>
-#include <optional>
 #include <string>
 
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/player/publisher_watch.hpp"
+#include "nodes/tools/any_message.hpp"
+#include "replay/clock/clock.hpp"
+#include "replay/motion/silence_watch.hpp"
+#include "replay/motion/stop_field.hpp"
 
 namespace afterglow::nodes {
 
 struct EmergencyStopOptions {
-  std::string topic;  ///< empty: there is none
-  /// s; above 0 the topic has to be repeated at least this often: silence stops the robot.
+  std::string topic;       ///< empty: there is none
+  std::string field;       ///< "a.b"; empty: the only boolean that the messages have
+  bool stops_when = true;  ///< the field's value that stops the robot
+  /// s; above 0 the topic has to be repeated at least this often; 0: by its period, if it has one.
   double longest_silence_s = 0;
+  std::string profile;  ///< the robot's, which names it; empty: an option does
+
+  /// "/robot_state:runstopped", "/power_board/state:!run_stop", "none". Sets all but the silence.
+  /// Throws std::invalid_argument.
+  void set(const std::string& text);
+  /// The same text.
+  std::string text() const;
 };
 
 /// Listens in a thread of its own.
 class EmergencyStop {
  public:
-  /// `on_stop` is called once, with the reason, when the robot has to stop.
+  /// `on_stop` is called once, with the reason, when the robot has to stop: the stop is pressed,
+  /// its publisher is gone, it is silent or cannot be read.
   EmergencyStop(const EmergencyStopOptions& options,
                 std::function<void(const std::string& reason)> on_stop);
   ~EmergencyStop();
   EmergencyStop(const EmergencyStop&) = delete;
   EmergencyStop& operator=(const EmergencyStop&) = delete;
 
-  /// Waits for the first message if the topic has a publisher, or has to be repeated. Throws
+  /// Waits for the first message, and a moment for more, by which the period is known. Throws
   /// std::runtime_error, one line, if the robot may not move.
   void check();
 
  private:
-  void onWord(bool is_pressed);
+  void waitForNews();
+  void onMessage(const AnyMessage& event);
   void onTimer();
   void stop(const std::string& reason);
+  std::string named() const;
 
   const EmergencyStopOptions options_;
   const std::function<void(const std::string&)> on_stop_;
+  const replay::SteadyClock clock_;
   std::mutex mutex_;
-  std::optional<Deadline> heard_;
-  bool is_pressed_ = false, has_stopped_ = false, is_checked_ = false;
+  replay::StopField field_;
+  replay::SilenceWatch silence_;
+  std::string problem_;           ///< why the robot has to stop now; empty: it has not
+  std::size_t publishers_ = 0;    ///< from check() on: connections there were then
+  bool has_stopped_ = false;
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
+  PublisherWatch living_;
   ros::Subscriber subscriber_;
   ros::WallTimer timer_;
   ros::AsyncSpinner spinner_;

@@ -426,6 +426,12 @@ void setRobot(Request& request, const std::string& name_or_file) {
   if (!base.map_frame.empty()) frames.map = base.map_frame;
   if (!base.odom_frame.empty()) frames.odometry = base.odom_frame;
   if (!base.base_frame.empty()) frames.base = base.base_frame;
+  const replay::RobotProfile::EmergencyStop& known = request.robot.emergency_stop;
+  EmergencyStopOptions& stop = request.body.stops.emergency_stop;
+  stop.topic = known.topic;
+  stop.field = known.field;
+  stop.stops_when = known.stops_when;
+  stop.profile = request.robot.name;
 }
 
 std::vector<PlayOption> whichRobot() {
@@ -446,13 +452,25 @@ std::vector<PlayOption> theRobotsSafety() {
           "How fast it may move, a YAML file; what it does not say is as the robot's description "
           "and --robot have it, or as fast as it did",
           [](Request& r, const OptionTexts& texts) { r.limits = readLimits(texts.front()); }),
-      member("estop_topic", text("TOPIC"),
-             "An emergency stop to obey, std_msgs/Bool: true stops the robot",
-             [](Request& r) -> auto& { return r.body.emergency_stop.topic; }),
+      row("estop_topic",
+          understood(Kind::Value, "TOPIC[:FIELD]",
+                     [](const std::string& text) { EmergencyStopOptions().set(text); }),
+          "An emergency stop to obey: a boolean of messages of any type, true stops the robot "
+          "(TOPIC:!FIELD: false does); default: the robot's by its profile; none",
+          [](Request& r, const OptionTexts& texts) {
+            r.body.stops.emergency_stop.set(texts.front());
+          }),
       member("estop_longest_silence", range("SECONDS", 0.01, 60),
-             "It has to be repeated within so many seconds, 0.01 to 60; default: it need not be "
-             "there",
-             [](Request& r) -> auto& { return r.body.emergency_stop.longest_silence_s; }),
+             "It has to be repeated within so many seconds, 0.01 to 60; default: within five of "
+             "its periods, if it has one",
+             [](Request& r) -> auto& { return r.body.stops.emergency_stop.longest_silence_s; }),
+      row("hold_to_run",
+          understood(Kind::Value, "TOPIC:BUTTON",
+                     [](const std::string& text) { HoldButtonOptions().set(text); }),
+          "The robot moves only while somebody holds this button of a joystick, /joy:10",
+          [](Request& r, const OptionTexts& texts) {
+            r.body.stops.hold_button.set(texts.front());
+          }),
       member("longest_stall", range("SECONDS", 0.04, 10),
              "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
              "10; default: 0.06 to 0.15, by how late this machine is",

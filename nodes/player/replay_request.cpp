@@ -45,7 +45,7 @@ replay::PlanOptions planOptions(const ReplayRequest& request) {
   replay::PlanOptions options = request.plan;
   options.only = replay::parseModalities(request.only);
   options.robot = request.robot;
-  options.emergency_stop = request.body.emergency_stop.topic;
+  options.emergency_stop = request.body.stops.emergency_stop.topic;
   options.takes_all = request.everything || !options.prefix.empty();
   options.leaves_motion = request.everything || !request.allow_motion;
   if (!request.body.base.topic.empty()) options.settled.push_back(request.body.base.topic);

@@ -79,7 +79,8 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
       request_(request),
       plan_(planReplay(store, request)),
       peaks_(peaksOf(store, plan_, describeRobot(store, plan_, request_))),
-      is_paused_(request.options.starts_paused) {
+      is_paused_(request.options.starts_paused),
+      is_halted_(!request.body.stops.hold_button.topic.empty() && !plan_.motionTopics().empty()) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
   checkRate(request.options.rate);
@@ -111,6 +112,13 @@ void ReplaySession::checkMotionAllowed() const {
         "motion is not allowed here (~allow_motion, --allow-motion), and this "
         "behavior moves the robot by " +
         topicsText(motion) + (shown.empty() ? "" : "; --only ar,speech shows " + shown));
+  }
+  const std::string& button = request_.body.stops.hold_button.topic;
+  for (const replay::PlannedTopic& topic : plan_.topics) {
+    if (!button.empty() && topic.isPlayed() && topic.output.topic == button) {
+      throw std::runtime_error(button + " holds the button that lets the robot move: it is not "
+                               "played");
+    }
   }
 }
 
@@ -219,6 +227,7 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
         store_, plan_, options, stagehand.sink(), gate_ ? gate_->clock() : clock,
         [this] { return time_->now(); }, replay::uniqueGoalIds(ros::this_node::getName()));
     is_paused_ ? player_->pause() : player_->resume();
+    player_->halt(is_halted_);
     if (stop_reason_) player_->stop(*stop_reason_);
   }
   stagehand.listen([this](const std::string& problem) {
@@ -255,7 +264,8 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
                              const std::function<void()>& on_threads_begun) {
   describeRobotNow(request_);
   auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, request_.limits, sink, clock,
-                                         [this](const std::string& reason) { stop(reason); });
+                                         [this](const std::string& reason) { stop(reason); },
+                                         [this](bool halts) { halt(halts); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     gate_ = std::move(gate);
@@ -333,6 +343,12 @@ void ReplaySession::resume() {
   const std::lock_guard<std::mutex> lock(mutex_);
   is_paused_ = false;
   if (player_) player_->resume();
+}
+
+void ReplaySession::halt(bool halts) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_halted_ = halts;
+  if (player_) player_->halt(halts);
 }
 
 bool ReplaySession::isPaused() const {

@@ -61,6 +61,7 @@ class ReplaySession {
   void openGate(RosSink& sink, replay::Clock& clock, const std::function<void()>& on_threads_begun);
   void reportOnceMoved(const std::function<void()>& prepare);
   void closeGate();
+  void halt(bool halts);
   void addEnd(replay::PlayReport& report) const;
   void waitBeforeStart();
   std::optional<AnchorBroadcast::Moment> moment() const;
@@ -79,6 +80,7 @@ class ReplaySession {
   std::unique_ptr<replay::Player> player_;  ///< while run() plays
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
+  bool is_halted_ = false;  ///< nobody holds the button that lets it move
 };
 
 }  // namespace afterglow::nodes

@@ -6,7 +6,6 @@
 #include <actionlib_msgs/GoalStatusArray.h>
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
-#include <topic_tools/shape_shifter.h>
 
 #include <atomic>
 #include <functional>
@@ -14,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/tools/any_message.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/play/outbox.hpp"
 
@@ -54,7 +54,6 @@ class RosSink : public replay::MessageSink {
     std::size_t own_subscribers = 0;  ///< this sink's, to hear other drivers
     std::size_t heardBy() const { return publisher.getNumSubscribers() - own_subscribers; }
   };
-  using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
 
   Output& advertise(const replay::Channel& channel);
   void watchGoals(const replay::Channel& goal_channel);

@@ -79,20 +79,6 @@ std::set<std::string> others(const std::map<std::string, std::set<std::string>>&
   return nodes;
 }
 
-struct NodeAddress {
-  std::string host;
-  std::uint32_t port = 0;
-};
-
-std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline) {
-  NodeAddress address;
-  std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
-  const bool is_known =
-      uri && uri->getType() == XmlRpcValue::TypeString &&
-      ros::network::splitURI(static_cast<std::string>(*uri), address.host, address.port);
-  return is_known ? std::optional(address) : std::nullopt;
-}
-
 /// Adds what that node sends to this one. A link: [id, destination, direction, transport, topic,
 /// ...].
 void addLinksOf(const std::string& node, Deadline deadline, Links& links) {
@@ -197,12 +183,24 @@ RosGraph askMaster(Deadline deadline) {
 
 bool isMasterThere(Deadline deadline) { return callMaster("getPid", "", deadline).has_value(); }
 
+std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline) {
+  NodeAddress address;
+  std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
+  const bool is_known =
+      uri && uri->getType() == XmlRpcValue::TypeString &&
+      ros::network::splitURI(static_cast<std::string>(*uri), address.host, address.port);
+  return is_known ? std::optional(address) : std::nullopt;
+}
+
 bool isAlive(const std::string& node, Deadline deadline) {
   const auto address = addressOf(node, deadline);
-  if (!address) return false;
+  return address && isAlive(*address, deadline);
+}
+
+bool isAlive(const NodeAddress& address, Deadline deadline) {
   XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();
-  return call(address->host, static_cast<int>(address->port), "getPid", parameters, deadline)
+  return call(address.host, static_cast<int>(address.port), "getPid", parameters, deadline)
       .has_value();
 }
 

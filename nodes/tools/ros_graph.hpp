@@ -5,7 +5,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -39,8 +41,18 @@ RosGraph askMaster(Deadline deadline);
 /// Whether the master answers in time.
 bool isMasterThere(Deadline deadline);
 
+/// Where a node answers.
+struct NodeAddress {
+  std::string host;
+  std::uint32_t port = 0;
+};
+
+/// As the master knows it; empty if it does not, or does not answer.
+std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline);
+
 /// Whether that node answers; a dead node may stay registered forever.
 bool isAlive(const std::string& node, Deadline deadline);
+bool isAlive(const NodeAddress& address, Deadline deadline);
 
 /// The type of every topic by its latest publisher, "package/Type". Throws as askMaster().
 std::map<std::string, std::string> askTopicTypes(Deadline deadline);

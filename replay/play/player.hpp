@@ -75,6 +75,8 @@ class Player {
   /// Stands as in a pause, without being paused: somebody has to catch up. For light and speech
   /// only, and not beyond the last message.
   void hold(bool holds) { transport_.hold(holds); }
+  /// Stands as in a pause, whatever resume() says: nobody holds the button that lets it move.
+  void halt(bool halts) { transport_.halt(halts); }
   /// Limits of the body are the caller's.
   void setRate(double rate) { transport_.setRate(rate); }
   /// To so far into the behavior, within the part that is played.

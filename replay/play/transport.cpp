@@ -43,6 +43,10 @@ void Transport::hold(bool holds) {
   request([&](Requests& requests) { requests.hold = holds; });
 }
 
+void Transport::halt(bool halts) {
+  request([&](Requests& requests) { requests.halt = halts; });
+}
+
 void Transport::setRate(double rate) {
   if (!(rate > 0) || !std::isfinite(rate)) {
     throw std::runtime_error("a rate has to be above 0");
@@ -105,7 +109,7 @@ PlayProgress Transport::progress() const {
   if (timeline_) {
     const std::int64_t position = timeline_->position(clock_.now()).ns;
     progress.position.ns = std::clamp<std::int64_t>(position, 0, plan_.durationNs());
-    progress.is_held = timeline_->isPaused() && requests_.hold && !requests_.pause;
+    progress.is_held = timeline_->isPaused() && requests_.hold && !requests_.stands();
     progress.state = timeline_->isPaused() && !progress.is_held ? PlayProgress::State::Paused
                                                                 : PlayProgress::State::Playing;
   }
@@ -129,7 +133,7 @@ Transport::Orders Transport::takeOrders(bool has_next) {
   orders.rate = std::exchange(requests_.rate, std::nullopt);
   orders.seek = std::exchange(requests_.seek, std::nullopt);
   orders.steps = std::exchange(requests_.steps, 0);
-  const bool stands = requests_.pause || (requests_.hold && has_next);
+  const bool stands = requests_.stands() || (requests_.hold && has_next);
   orders.pauses = stands && !timeline_->isPaused();
   orders.resumes = !stands && timeline_->isPaused();
   return orders;
@@ -155,7 +159,7 @@ void Transport::enter(Stamp at, SteadyTime when) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!timeline_) {
     timeline_.emplace(plan_.behavior.begin, options_.rate, when);
-    if (requests_.pause) timeline_->pause(when);
+    if (requests_.stands()) timeline_->pause(when);
   }
   timeline_->setLimit(std::nullopt, when);
   timeline_->moveTo(at, when);

@@ -40,6 +40,7 @@ class Transport {
   void pause();
   void resume();
   void hold(bool holds);
+  void halt(bool halts);
   void setRate(double rate);
   void seek(PlaybackTime position);
   void playNext(std::uint64_t count);
@@ -79,7 +80,8 @@ class Transport {
  private:
   struct Requests {
     std::optional<std::string> stop_reason;
-    bool pause = false, hold = false;
+    bool pause = false, hold = false, halt = false;
+    bool stands() const { return pause || halt; }
     std::optional<double> rate;
     std::optional<Stamp> seek;
     std::uint64_t steps = 0;

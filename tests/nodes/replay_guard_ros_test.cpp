@@ -237,8 +237,7 @@ TEST_F(ReplayGuard, demandsAnEmergencyStopThatIsAlive) {
   ReplayGoal again;
   again.behavior = std::to_string(world->long_behavior);
   client->sendGoal(again);
-  EXPECT_EQ(resultText(),
-            "motion is refused: nothing is heard of the emergency stop on /live_estop");
+  EXPECT_EQ(resultText(), "motion is refused: nobody publishes the emergency stop /live_estop");
 }
 
 // ------------------------------------------------------------------------------------- the checks

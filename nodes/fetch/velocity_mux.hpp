@@ -1,0 +1,39 @@
+/// \file
+/// The multiplexer of a Fetch's base, simulated: topic_tools' mux, as fetch_bringup's teleop.launch
+/// starts it. A person takes over by a service, and nothing takes that back.
+#pragma once
+
+#include <geometry_msgs/Twist.h>
+#include <ros/ros.h>
+#include <topic_tools/MuxSelect.h>
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+/// In: /cmd_vel, /teleop/cmd_vel; out: /base_controller/command, what comes on the selected one of
+/// them, and /cmd_vel_mux/selected (std_msgs/String, latched), which one that is, by the service
+/// /cmd_vel_mux/select. Without timeout or priority.
+class VelocityMux {
+ public:
+  VelocityMux();
+
+  /// Its output, for a node that is the base, too.
+  static const std::string& output();
+
+ private:
+  void select(const std::string& topic);
+  bool onSelect(topic_tools::MuxSelect::Request& request,
+                topic_tools::MuxSelect::Response& response);
+
+  std::mutex mutex_;
+  std::string selected_;
+  ros::NodeHandle node_;
+  ros::Publisher output_, selected_publisher_;
+  std::vector<ros::Subscriber> inputs_;
+  ros::ServiceServer service_;
+};
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,122 @@
+#include "nodes/player/hold_button.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kHoldLook = 0.01;  // s, for silence
+
+}  // namespace
+
+void HoldButtonOptions::set(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  const bool has_both = colon != std::string::npos && colon > 1 && text.front() == '/';
+  const char* const begin = text.data() + (has_both ? colon + 1 : 0);
+  const char* const end = text.data() + text.size();
+  std::size_t number = 0;
+  const auto [rest, error] = std::from_chars(begin, end, number);
+  if (!has_both || error != std::errc() || rest != end) {
+    throw std::invalid_argument("'" + text + "' is no /TOPIC:BUTTON, such as /joy:10");
+  }
+  topic = text.substr(0, colon);
+  button = number;
+}
+
+HoldButton::HoldButton(const HoldButtonOptions& options, std::function<void(bool)> on_change)
+    : options_(options),
+      named_(fmt::format("button {} of {}", options.button, options.topic)),
+      on_change_(std::move(on_change)),
+      spinner_(1, &queue_) {
+  node_.setCallbackQueue(&queue_);
+  // Not the latest alone: a short release must not be lost.
+  subscriber_ = node_.subscribe<sensor_msgs::Joy>(
+      options_.topic, 20, [this](const auto& joy) { onJoy(*joy); });
+  timer_ = node_.createWallTimer(ros::WallDuration(kHoldLook),
+                                 [this](const auto&) { tellChange(); });
+  spinner_.start();
+}
+
+HoldButton::~HoldButton() {
+  subscriber_.shutdown();
+  timer_.stop();
+  spinner_.stop();
+}
+
+void HoldButton::onJoy(const sensor_msgs::Joy& joy) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    has_button_ = options_.button < joy.buttons.size();
+    hold_.heard(clock_.now(), has_button_ && joy.buttons[options_.button] != 0);
+  }
+  tellChange();
+}
+
+void HoldButton::tellChange() {
+  bool is_held = false, is_silent = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_held = hold_.isHeld(clock_.now());
+    is_silent = hold_.hasFallenSilent(clock_.now());
+    if (std::exchange(was_held_, is_held) == is_held) return;
+  }
+  on_change_(is_held);
+  if (is_held) return;
+  ROS_WARN_STREAM("the robot stands: " << named_
+                                       << (is_silent ? " was held, but its joystick fell silent; "
+                                                       "release it and press it again to go on"
+                                                     : " was released; press it to go on"));
+}
+
+bool HoldButton::isHeld() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return hold_.isHeld(clock_.now());
+}
+
+bool HoldButton::isHeldSteadily() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return hold_.isHeldSteadily(clock_.now());
+}
+
+/// Why nobody could hold it; empty: somebody could.
+std::string HoldButton::whyNot() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!has_button_) return "there is no " + named_;
+  if (hold_.hasFallenSilent(clock_.now())) {
+    return named_ +
+           " was held, but its joystick fell silent (joy_node repeats itself with "
+           "_autorepeat_rate:=20)";
+  }
+  return "";
+}
+
+void HoldButton::waitUntilHeld(const std::function<bool()>& is_stopped) {
+  if (isHeldSteadily() || is_stopped()) return;
+  ROS_WARN_STREAM("hold " << named_ << " to let the robot move; it stops when you release it");
+  const Deadline deadline = deadlineIn(options_.patience_s);
+  while (!isHeldSteadily() && !is_stopped()) {
+    if (const std::string why = whyNot(); !why.empty()) {
+      throw std::runtime_error("motion is refused: " + why);
+    }
+    if (std::chrono::steady_clock::now() > deadline) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      throw std::runtime_error(
+          "motion is refused: " +
+          (!hold_.hasBeenHeard()     ? "nobody sends " + options_.topic + " (" + named_ + ")"
+           : hold_.hasToBeReleased() ? named_ + " was pressed before and not released"
+                                     : "nobody held " + named_));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+}  // namespace afterglow::nodes

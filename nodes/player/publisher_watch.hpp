@@ -1,0 +1,48 @@
+/// \file
+/// Whether the nodes that publish a topic still live. A connection does not tell: roscpp keeps that
+/// to a node that was killed, and a node that hangs keeps its own.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+
+/// Asks them again and again, in a thread of its own: one that was killed or hangs is noticed
+/// within 1.5 s.
+class PublisherWatch {
+ public:
+  /// `on_gone`: a node has not answered twice; said once.
+  explicit PublisherWatch(std::function<void(const std::string& node)> on_gone);
+  ~PublisherWatch();
+  PublisherWatch(const PublisherWatch&) = delete;
+  PublisherWatch& operator=(const PublisherWatch&) = delete;
+
+  /// From now on this node has to answer. Any thread; a node that is known already is left alone.
+  void add(const std::string& node);
+
+ private:
+  struct Known {
+    std::optional<NodeAddress> address;  ///< asked of the master once, which may die
+    int unanswered = 0;
+  };
+
+  void run();
+  bool isGone(const std::string& node);
+
+  const std::function<void(const std::string&)> on_gone_;
+  std::mutex mutex_;
+  std::map<std::string, Known> nodes_;
+  bool is_over_ = false;
+  std::condition_variable over_;
+  std::thread thread_;
+};
+
+}  // namespace afterglow::nodes

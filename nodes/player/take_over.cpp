@@ -1,0 +1,182 @@
+#include "nodes/player/take_over.hpp"
+
+#include <std_msgs/String.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "nodes/player/base_poses.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::uint32_t kListenQueue = 50;
+constexpr double kScouting = 1.0;    // s; a multiplexer advertises what it puts out late
+constexpr double kConnecting = 0.5;  // s
+constexpr std::chrono::milliseconds kFirstNews(100);
+constexpr const char* kOdometryType = "nav_msgs/Odometry";
+
+replay::ObedienceOptions obedienceOf(const replay::RobotProfile::Base& base) {
+  replay::ObedienceOptions options;
+  // Half of what it can do: a heavy load, a soft floor.
+  if (base.deceleration > 0) options.deceleration = base.deceleration / 2;
+  return options;
+}
+
+}  // namespace
+
+TakeOver::TakeOver(std::string base_topic, const replay::RobotProfile::Base& base,
+                   replay::MessageSink& sink)
+    : topic_(std::move(base_topic)),
+      base_(base),
+      sink_(sink),
+      watch_(topic_, {base.take_over_topics.begin(), base.take_over_topics.end()}),
+      obedience_(obedienceOf(base)),
+      spinner_(2, &queue_) {  // one of them asks the master now and then
+  node_.setCallbackQueue(&queue_);
+}
+
+TakeOver::~TakeOver() { end(); }
+
+void TakeOver::begin(std::function<void(const std::string&)> on_taken) {
+  on_taken_ = std::move(on_taken);
+  for (const std::string& topic : base_.take_over_topics) listenToInput(topic);
+  scout();
+  timer_ = node_.createWallTimer(ros::WallDuration(kScouting), [this](const auto&) { scout(); });
+  std::vector<std::string> topics;
+  for (const auto& [topic, subscriber] : subscribers_) topics.push_back(topic);
+  spinner_.start();
+  // What is latched comes with the connection.
+  if (!topics.empty()) waitForPublishers(topics, deadlineIn(kConnecting));
+  if (!topics.empty()) std::this_thread::sleep_for(kFirstNews);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!reason_.empty()) throw std::runtime_error("motion is refused: " + reason_);
+}
+
+void TakeOver::end() {
+  timer_.stop();
+  spinner_.stop();
+  subscribers_.clear();
+}
+
+bool TakeOver::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
+  if (channel.topic == topic_ && isVelocityType(channel.type)) {
+    const replay::Stamp now = stampNow();
+    const replay::Velocity velocity = replay::velocityOf(bytes);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    watch_.told(now, velocity);
+    obedience_.told(now, velocity);
+  }
+  return sink_.publish(channel, bytes);
+}
+
+// -------------------------------------------------------------------------------- where to listen
+
+/// Looks for what to listen to; a master that does not answer is asked again.
+void TakeOver::scout() {
+  if (topic_.empty()) return;
+  try {
+    const Deadline deadline = deadlineIn(kMasterPatience);
+    const std::map<std::string, std::string> types = askTopicTypes(deadline);
+    for (const VelocityRoute& route : velocityRoutes(askMaster(deadline), types, topic_)) {
+      follow(route);
+    }
+    listenToOdometry(types);
+  } catch (const std::exception&) {  // the guard knows what to do without a master
+  }
+}
+
+void TakeOver::follow(const VelocityRoute& route) {
+  for (const std::string& input : route.inputs) listenToInput(input);
+  const std::string& output = base_.output_topic.empty() ? route.output : base_.output_topic;
+  if (!output.empty()) listenToOutput(output);
+  if (route.selected.empty() || subscribers_.count(route.selected) > 0) return;
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const std_msgs::String&>(
+      route.selected, kListenQueue, [this](const std_msgs::String& selected) {
+        std::string reason;
+        {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          reason = watch_.onSelected(selected.data);
+        }
+        notice(reason);
+      });
+  subscribers_[route.selected] = node_.subscribe(options);
+}
+
+void TakeOver::listen(const std::string& topic,
+                      std::function<std::string(const AnyMessage&)> look) {
+  if (topic == topic_ || subscribers_.count(topic) > 0) return;
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const AnyMessage&>(
+      topic, kListenQueue, [this, look = std::move(look)](const AnyMessage& event) {
+        if (!isVelocityType(event.getConstMessage()->getDataType())) return;
+        std::string reason;
+        {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          reason = look(event);
+        }
+        notice(reason);
+      });
+  subscribers_[topic] = node_.subscribe(options);
+}
+
+void TakeOver::listenToInput(const std::string& topic) {
+  listen(topic, [this, topic](const AnyMessage& event) {
+    return watch_.onInput(stampNow(), topic,
+                          replay::velocityOf(bytesOf(*event.getConstMessage())));
+  });
+}
+
+void TakeOver::listenToOutput(const std::string& topic) {
+  listen(topic, [this, topic](const AnyMessage& event) {
+    return watch_.onOutput(stampNow(), topic,
+                           replay::velocityOf(bytesOf(*event.getConstMessage())));
+  });
+}
+
+/// The profile's, /odom, or the only one there is.
+void TakeOver::listenToOdometry(const std::map<std::string, std::string>& types) {
+  std::vector<std::string> known;
+  for (const auto& [topic, type] : types) {
+    if (type == kOdometryType) known.push_back(topic);
+  }
+  const bool has_usual = std::count(known.begin(), known.end(), "/odom") > 0;
+  const std::string topic = !base_.odometry_topic.empty() ? base_.odometry_topic
+                            : has_usual                   ? "/odom"
+                            : known.size() == 1           ? known.front()
+                                                          : "";
+  if (topic.empty() || subscribers_.count(topic) > 0) return;
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const nav_msgs::Odometry&>(
+      topic, kListenQueue, [this](const nav_msgs::Odometry& odometry) {
+        const auto& position = odometry.pose.pose.position;
+        const auto& q = odometry.pose.pose.orientation;
+        std::string reason;
+        {
+          const std::lock_guard<std::mutex> lock(mutex_);
+          reason = obedience_.moved(
+              stampNow(), {static_cast<std::int64_t>(odometry.header.stamp.toNSec())},
+              {position.x, position.y, replay::headingOf(q.x, q.y, q.z, q.w)});
+        }
+        notice(reason);
+      });
+  subscribers_[topic] = node_.subscribe(options);
+}
+
+void TakeOver::notice(const std::string& reason) {
+  if (reason.empty()) return;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!reason_.empty()) return;
+    reason_ = reason;
+  }
+  on_taken_(reason);
+}
+
+}  // namespace afterglow::nodes

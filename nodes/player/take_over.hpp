@@ -1,0 +1,69 @@
+/// \file
+/// Notices that somebody else drives the base in a replay: by another input of its multiplexer,
+/// behind that, or by hand.
+#pragma once
+
+#include <nav_msgs/Odometry.h>
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "nodes/player/velocity_route.hpp"
+#include "nodes/tools/any_message.hpp"
+#include "replay/motion/base_obedience.hpp"
+#include "replay/motion/take_over_watch.hpp"
+#include "replay/plan/robot_profile.hpp"
+#include "replay/play/outbox.hpp"
+
+namespace afterglow::nodes {
+
+/// Between what guards the player and the sink that publishes, which must outlive it: it has to
+/// know what the base is told. What the robot's profile does not name is looked up on the graph.
+class TakeOver : public replay::MessageSink {
+ public:
+  /// `base_topic`: where the base's velocities are published; empty: the replay does not drive it.
+  TakeOver(std::string base_topic, const replay::RobotProfile::Base& base,
+           replay::MessageSink& sink);
+  ~TakeOver() override;
+  TakeOver(const TakeOver&) = delete;
+  TakeOver& operator=(const TakeOver&) = delete;
+
+  /// From now on notices: `on_taken` is called once, with the reason, in a thread of its own.
+  /// Throws std::runtime_error, one line, if somebody else drives already.
+  void begin(std::function<void(const std::string& reason)> on_taken);
+  /// on_taken is not called any more.
+  void end();
+
+  bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
+
+ private:
+  void scout();
+  void listen(const std::string& topic,
+              std::function<std::string(const AnyMessage& event)> look);
+  void listenToOdometry(const std::map<std::string, std::string>& types);
+  void follow(const VelocityRoute& route);
+  void listenToInput(const std::string& topic);
+  void listenToOutput(const std::string& topic);
+  void notice(const std::string& reason);
+
+  const std::string topic_;
+  const replay::RobotProfile::Base base_;
+  replay::MessageSink& sink_;
+  std::function<void(const std::string&)> on_taken_;
+  std::mutex mutex_;
+  replay::TakeOverWatch watch_;
+  replay::BaseObedience obedience_;
+  std::string reason_;  ///< why it is taken over; empty: it is not
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  std::map<std::string, ros::Subscriber> subscribers_;  ///< by topic; scout()'s
+  ros::WallTimer timer_;
+  ros::AsyncSpinner spinner_;
+};
+
+}  // namespace afterglow::nodes

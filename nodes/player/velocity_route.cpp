@@ -1,0 +1,63 @@
+#include "nodes/player/velocity_route.hpp"
+
+#include <set>
+
+namespace afterglow::nodes {
+namespace {
+
+using NodesByTopic = std::map<std::string, std::set<std::string>>;
+using Types = std::map<std::string, std::string>;
+
+std::string typeOf(const Types& types, const std::string& topic) {
+  const auto found = types.find(topic);
+  return found == types.end() ? "" : found->second;
+}
+
+/// What a node has of these topics, but for one.
+std::vector<std::string> velocitiesOf(const std::string& node, const NodesByTopic& topics,
+                                      const Types& types, const std::string& but) {
+  std::vector<std::string> names;
+  for (const auto& [topic, nodes] : topics) {
+    const bool is_its = topic != but && nodes.count(node) > 0;
+    if (is_its && isVelocityType(typeOf(types, topic))) names.push_back(topic);
+  }
+  return names;
+}
+
+std::string selectedOf(const std::string& node, const RosGraph& graph, const Types& types) {
+  const std::string last = "/selected";
+  for (const auto& [topic, nodes] : graph.publishers) {
+    const bool is_named = topic.size() > last.size() &&
+                          topic.compare(topic.size() - last.size(), last.size(), last) == 0;
+    if (is_named && nodes.count(node) > 0 && typeOf(types, topic) == "std_msgs/String") {
+      return topic;
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+bool isVelocityType(const std::string& type) {
+  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped";
+}
+
+std::vector<VelocityRoute> velocityRoutes(const RosGraph& graph, const Types& types,
+                                          const std::string& topic) {
+  std::vector<VelocityRoute> routes;
+  for (const std::string& node : graph.otherSubscribers(topic)) {
+    const std::vector<std::string> outputs =
+        velocitiesOf(node, graph.publishers, types, topic);
+    VelocityRoute route{node, outputs.size() == 1 ? outputs.front() : "", {},
+                        selectedOf(node, graph, types)};
+    if (route.output.empty() && route.selected.empty()) continue;
+    for (const std::string& input : velocitiesOf(node, graph.subscribers, types, topic)) {
+      // Its own output, in a simulator that is multiplexer and base in one.
+      if (input != route.output) route.inputs.push_back(input);
+    }
+    routes.push_back(route);
+  }
+  return routes;
+}
+
+}  // namespace afterglow::nodes

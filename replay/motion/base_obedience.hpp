@@ -1,0 +1,63 @@
+/// \file
+/// Whether a base moves as it is told: a person who pushes it, or drives it by other means, is seen
+/// by its odometry.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "replay/messages/message.hpp"
+#include "replay/motion/planar_pose.hpp"
+#include "replay/motion/velocity.hpp"
+
+namespace afterglow::replay {
+
+/// m, s, rad. A base that is slower than told is left alone, as it may slow down by itself before
+/// an obstacle; one that stands is not.
+struct ObedienceOptions {
+  double latency = 0.5;  ///< until odometry shows a command, at most
+  /// With which it slows down, at least.
+  double deceleration = 0.4, turn_deceleration = 1.2;
+  /// How much faster than told it may be; of the speed in force a share more.
+  double tolerance = 0.15, turn_tolerance = 0.3, share = 0.15;
+  double patience = 0.5;           ///< for so long it may be faster
+  double standing_patience = 2.5;  ///< for so long it may stand
+};
+
+/// All stamps in ROS time, which may run slowly or stand. One thread at a time.
+class BaseObedience {
+ public:
+  explicit BaseObedience(const ObedienceOptions& options) : options_(options) {}
+
+  void told(Stamp now, const Velocity& velocity);
+  /// Where it is by its odometry, whose own clock is `stamp`. Returns what is wrong, one clause;
+  /// empty: nothing is.
+  std::string moved(Stamp now, Stamp stamp, const PlanarPose& pose);
+
+ private:
+  using Motion = std::array<double, 3>;  ///< ahead, to the left, counter-clockwise
+  struct Told {
+    Stamp at;
+    Motion motion;
+  };
+  struct Seen {
+    Stamp stamp;
+    PlanarPose pose;
+  };
+
+  std::optional<Motion> measure(Stamp stamp, const PlanarPose& pose);
+  void moveBounds(Stamp now);
+  bool isFaster(const Motion& motion) const;
+  bool isTooLong(std::optional<Stamp>& since, bool holds, double patience, Stamp now) const;
+
+  ObedienceOptions options_;
+  std::deque<Told> told_;  ///< those in force within the latency
+  std::deque<Seen> seen_;
+  Motion most_{}, least_{};  ///< what it may do now
+  Stamp bounded_;            ///< when they were moved
+  std::optional<Stamp> faster_since_, stands_since_;
+};
+
+}  // namespace afterglow::replay

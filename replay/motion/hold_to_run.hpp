@@ -1,0 +1,43 @@
+/// \file
+/// A button that has to be held for the robot to move: hold-to-run, as ISO 10218-1 calls it.
+#pragma once
+
+#include <cstdint>
+
+#include "replay/clock/clock.hpp"
+
+namespace afterglow::replay {
+
+/// Held is a button that was pressed anew since this object was made, or since the hold was lost,
+/// and of which news has come within 0.3 s. A joystick that falls silent has let go: whoever held
+/// it has to press anew. One thread.
+class HoldToRun {
+ public:
+  /// What the joystick says of the button.
+  void heard(SteadyTime now, bool is_pressed);
+
+  bool isHeld(SteadyTime now) const;
+  /// Held for so long that a joystick which only speaks on changes would have fallen silent.
+  bool isHeldSteadily(SteadyTime now) const;
+  bool hasBeenHeard() const { return state_ != State::Unknown; }
+  /// The button was pressed when its joystick fell silent.
+  bool hasFallenSilent(SteadyTime now) const;
+  /// It is pressed, but was so before that counted: it has to be released first.
+  bool hasToBeReleased() const { return state_ == State::Stuck || state_ == State::Silent; }
+
+ private:
+  enum class State {
+    Unknown,   ///< nothing was heard
+    Stuck,     ///< pressed since before this object
+    Released,  ///
+    Held,      ///< as far as is known
+    Silent     ///< pressed again after it had fallen silent
+  };
+
+  bool isFresh(SteadyTime now) const;
+
+  State state_ = State::Unknown;
+  SteadyTime since_, last_;
+};
+
+}  // namespace afterglow::replay

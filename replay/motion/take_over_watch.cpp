@@ -1,0 +1,88 @@
+#include "replay/motion/take_over_watch.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace afterglow::replay {
+namespace {
+
+/// What was told before has left the multiplexer, and a ramp to a stand has ended.
+constexpr std::int64_t kRemembered = 2'000'000'000;
+constexpr std::int64_t kRecent = 500'000'000;  // another input's velocity may be the one put out
+constexpr int kExact = 5;                      // velocities after which nothing else is expected
+constexpr double kTolerance = 0.02;            // m/s, rad/s
+
+std::string drivesOn(const std::string& topic) {
+  return "somebody else drives the base on " + topic;
+}
+
+}  // namespace
+
+void TakeOverWatch::told(Stamp now, const Velocity& velocity) {
+  forget(now);
+  told_.push_back({now, velocity});
+}
+
+/// Also what a clock that was set back told later.
+void TakeOverWatch::forget(Stamp now) {
+  while (!told_.empty() && told_.front().at.ns < now.ns - kRemembered) told_.pop_front();
+  while (!told_.empty() && now < told_.back().at) told_.pop_back();
+}
+
+std::string TakeOverWatch::onSelected(const std::string& selected) const {
+  const bool is_topic = !selected.empty() && selected.front() == '/';
+  if (selected == "__none") return "the multiplexer of the base passes nothing on";
+  return is_topic && selected != topic_ ? drivesOn(selected) : "";
+}
+
+std::string TakeOverWatch::onInput(Stamp now, const std::string& topic,
+                                   const Velocity& velocity) {
+  if (isZero(velocity)) return "";
+  inputs_[topic] = {now, velocity};
+  return take_over_topics_.count(topic) > 0 ? drivesOn(topic) : "";
+}
+
+std::string TakeOverWatch::onOutput(Stamp now, const std::string& topic,
+                                    const Velocity& velocity) {
+  if (isZero(velocity)) return "";
+  forget(now);
+  if (wasTold(velocity)) {
+    exact_ = std::min(exact_ + 1, kExact);
+    return "";
+  }
+  if (const std::string driver = driverOf(now, "", &velocity); !driver.empty()) return driver;
+  return exact_ < kExact && isSlowerThanTold(velocity) ? "" : driverOf(now, topic, nullptr);
+}
+
+bool TakeOverWatch::wasTold(const Velocity& velocity) const {
+  return std::any_of(told_.begin(), told_.end(),
+                     [&](const Sent& sent) { return sent.velocity == velocity; });
+}
+
+/// Each number lies between standing and what was told.
+bool TakeOverWatch::isSlowerThanTold(const Velocity& velocity) const {
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    double least = 0, most = 0;
+    for (const Sent& sent : told_) {
+      least = std::min(least, sent.velocity[i]);
+      most = std::max(most, sent.velocity[i]);
+    }
+    const bool is_between =
+        velocity[i] >= least - kTolerance && velocity[i] <= most + kTolerance;
+    if (!is_between) return false;
+  }
+  return true;
+}
+
+/// The input that sent this velocity, or any, just now; else the output.
+std::string TakeOverWatch::driverOf(Stamp now, const std::string& output,
+                                    const Velocity* velocity) const {
+  for (const auto& [topic, sent] : inputs_) {
+    const bool is_recent = now.ns - sent.at.ns <= kRecent;
+    if (is_recent && (!velocity || sent.velocity == *velocity)) return drivesOn(topic);
+  }
+  return output.empty() ? "" : drivesOn(output);
+}
+
+}  // namespace afterglow::replay

@@ -1,0 +1,59 @@
+#include "replay/motion/silence_watch.hpp"
+
+#include <gtest/gtest.h>
+
+namespace afterglow::replay::silence_watch_test {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+SteadyTime at(std::int64_t ms) { return {ms * kMs}; }
+
+/// Every so many ms, from 0 on.
+SilenceWatch periodic(std::int64_t period_ms, int count, std::int64_t longest_ns = 0) {
+  SilenceWatch watch(longest_ns);
+  for (int i = 0; i < count; ++i) watch.heard(at(i * period_ms));
+  return watch;
+}
+
+TEST(SilenceWatch, missesFivePeriodsOfATopicThatIsPeriodic) {
+  const SilenceWatch watch = periodic(100, 6);  // the last at 500
+  EXPECT_EQ(watch.longestSilence(), 500 * kMs);
+  EXPECT_FALSE(watch.isOverdue(at(1000)));
+  EXPECT_TRUE(watch.isOverdue(at(1001)));
+}
+
+TEST(SilenceWatch, lastsForEverOnATopicThatIsSentOnChange) {
+  EXPECT_FALSE(periodic(100, 1).isOverdue(at(1'000'000'000)));
+  SilenceWatch watch;
+  for (const std::int64_t ms : {0, 900, 1000, 60'000, 60'010, 200'000}) watch.heard(at(ms));
+  EXPECT_FALSE(watch.longestSilence());
+  EXPECT_FALSE(watch.isOverdue(at(1'000'000'000)));
+}
+
+TEST(SilenceWatch, takesTheLongestThatIsGiven) {
+  const SilenceWatch watch = periodic(100, 1, 300 * kMs);
+  EXPECT_FALSE(watch.isOverdue(at(300)));
+  EXPECT_TRUE(watch.isOverdue(at(301)));
+  EXPECT_EQ(periodic(100, 20, 2000 * kMs).longestSilence(), 2000 * kMs);
+}
+
+TEST(SilenceWatch, isNotDeceivedByOneLateMessage) {
+  SilenceWatch watch = periodic(100, 6);
+  watch.heard(at(990));
+  watch.heard(at(991));
+  EXPECT_EQ(watch.longestSilence(), 500 * kMs);
+}
+
+TEST(SilenceWatch, bearsTheJitterOfAFastTopic) {
+  EXPECT_EQ(periodic(2, 20).longestSilence(), 200 * kMs);
+}
+
+TEST(SilenceWatch, isNoneBeforeTheFirstMessage) {
+  const SilenceWatch watch(100 * kMs);
+  EXPECT_FALSE(watch.hasBeenHeard());
+  EXPECT_FALSE(watch.isOverdue(at(10'000)));
+}
+
+}  // namespace
+}  // namespace afterglow::replay::silence_watch_test
