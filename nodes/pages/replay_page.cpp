@@ -69,7 +69,10 @@ void addEnds(const PlayReport& report, PageData& facts) {
     facts.push_back(fact(
         "Base off its end",
         fmt::format("{:.1f} cm, {:.1f}°", base->distance * 100, base->turn * kDegreesPerRadian),
-        ""));
+        base->doubt.position > 0
+            ? fmt::format("± {:.1f} cm, {:.1f}°, as localization errs",
+                          base->doubt.position * 100, base->doubt.yaw * kDegreesPerRadian)
+            : ""));
   }
   const auto worst = report.body_end ? worstJoint(*report.body_end) : std::nullopt;
   if (worst) {

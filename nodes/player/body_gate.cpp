@@ -195,7 +195,15 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
   const auto look = [&] {
     replay::StartPose mean;
     mean.base = base_->measure(kMeanOf, is_stopped);
-    return replay::baseDeviation(then, mean, options_.tolerances);
+    const std::string off = replay::baseDeviation(then, mean, options_.tolerances);
+    const replay::PoseError doubt = base_->startDoubt(then.base_share);
+    const std::string sure = replay::baseDeviation(then, mean, widened(options_.tolerances, doubt));
+    if (!off.empty() && sure.empty()) {
+      notes_.push_back(
+          fmt::format("{}: accepted, as localization knows it within {:.2f} m and {:.1f} deg", off,
+                      doubt.position, doubt.yaw * replay::kDegreesPerRadian));
+    }
+    return sure;
   };
   deviation = look();
   if (deviation.empty() || options_.start != BodyOptions::Start::MoveThere || is_stopped()) {

@@ -156,7 +156,14 @@ std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
     localizer.move(input.T_odom_base->pose);
     localizer.correct(input.T_map_odom->pose, input.T_map_odom->stamp);
   }
+  share_now_ = localizer.error({1, 1});
   return localizer.pose();
+}
+
+replay::PoseError ReplayedBase::startDoubt(const replay::PoseError& share_then) const {
+  if (!track_) return {};
+  const replay::PoseError share = combined(share_then, share_now_), &one = track_->measured_error;
+  return {2 * one.position * share.position, 2 * one.yaw * share.yaw};
 }
 
 std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& sink,

@@ -52,6 +52,9 @@ class ReplayedBase {
   /// Where it stands by the mean of what localization says for a while; empty if nothing says.
   std::optional<replay::PlanarPose> measure(double seconds,
                                             const std::function<bool()>& is_stopped);
+  /// What localization cannot know of where the base stands and stood (StartPose::base_share), two
+  /// standard deviations together, as it erred in the recording; after measure().
+  replay::PoseError startDoubt(const replay::PoseError& share_then) const;
   /// Drives the standing base slowly to a pose on the map that is less than a meter away. Returns
   /// why it did not get there; empty: it did, or was stopped.
   std::string driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
@@ -82,6 +85,7 @@ class ReplayedBase {
   replay::Bytes sample_;  ///< its first message
   std::optional<replay::Stamp> first_motion_, last_motion_;  ///< its first and last other than zero
   std::optional<replay::PoseTrack> track_;
+  replay::PoseError share_now_ = {1, 1};  ///< of measure(), as StartPose::base_share
   std::unique_ptr<replay::BaseDrive> drive_;
   std::string why_open_loop_;  ///< empty: it follows its track
   std::string why_not_;        ///< it cannot, as far as the recording says

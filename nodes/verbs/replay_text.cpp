@@ -108,7 +108,15 @@ std::string skews(const replay::InStep& in_step) {
 std::string base(const PlayReport& report) {
   std::string text;
   if (const auto end = baseEnd(report)) {
-    text = centimeters(end->distance) + " and " + degrees(end->turn) + " off its recorded end";
+    const bool is_known = end->doubt.position > 0;
+    text = centimeters(end->distance) +
+           (is_known ? " +- " + centimeters(end->doubt.position) : "") + " and " +
+           degrees(end->turn) + (is_known ? " +- " + degrees(end->doubt.yaw) : "") +
+           " off its recorded end";
+    if (is_known) {
+      text += kNextLine + fmt::format("localization was last renewed {:.1f} m before it",
+                                      end->gone_since_localized);
+    }
   }
   if (!report.base) return text;
   text += text.empty() ? "" : kNextLine;

@@ -43,6 +43,7 @@ void BaseLocalizer::move(const PlanarPose& odometry) {
   odometry_ = odometry;
   if (step.x == 0 && step.y == 0 && step.yaw == 0) return;
   const double turn = step.yaw, length = std::hypot(step.x, step.y);
+  gone_ += length;
   const double c = std::cos(pose_.yaw), s = std::sin(pose_.yaw);
   // The step on the map, as the odometry measured it.
   const double dx = c * step.x - s * step.y, dy = s * step.x + c * step.y;
@@ -65,6 +66,7 @@ void BaseLocalizer::move(const PlanarPose& odometry) {
 void BaseLocalizer::correct(const PlanarPose& T_map_odom, Stamp at) {
   if (isSame(T_map_odom, last_correction_)) return;
   last_correction_ = T_map_odom;
+  gone_ = 0;
   const double since = std::abs(static_cast<double>(at.ns - corrected_at_.ns)) * 1e-9;
   corrected_at_ = at;
   const PlanarPose measured = compose(T_map_odom, odometry_);
@@ -102,5 +104,11 @@ double BaseLocalizer::positionError() const {
 }
 
 double BaseLocalizer::yawError() const { return std::sqrt(std::max(covariance_(2, 2), 0.)); }
+
+PoseError BaseLocalizer::error(const PoseError& measured) const {
+  const auto share = [](double known, double one) { return one > 0 ? known / one : 0; };
+  return {measured.position * share(positionError(), noise_.position),
+          measured.yaw * share(yawError(), noise_.yaw)};
+}
 
 }  // namespace afterglow::replay

@@ -46,6 +46,10 @@ class BaseLocalizer {
   /// Standard deviation of the estimate along its less certain axis; meters.
   double positionError() const;
   double yawError() const;  ///< radians
+  /// Both, if one measurement is as good as `measured`, not as the noise it was made with says.
+  PoseError error(const PoseError& measured) const;
+  /// How far the base has gone since localization last said anything new; meters.
+  double goneSinceCorrection() const { return gone_; }
 
  private:
   /// Of x, y, yaw, scale of distances, scale of turns.
@@ -61,6 +65,7 @@ class BaseLocalizer {
   PlanarPose last_correction_;
   Stamp corrected_at_;
   int outliers_ = 0;
+  double gone_ = 0;
 };
 
 }  // namespace afterglow::replay

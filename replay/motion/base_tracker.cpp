@@ -254,6 +254,11 @@ BaseReport BaseTracker::report() const {
   report.end_distance = distance(base, track_.endPose());
   report.end_turn = std::abs(wrapAngle(base.yaw - track_.endPose().yaw));
   report.end_uncertainty = isLocalized() ? localizer_->positionError() : 0;
+  if (isLocalized()) {
+    const PoseError error = combined(localizer_->error(track_.measured_error), track_.end_error);
+    report.end_doubt = {2 * error.position, 2 * error.yaw};
+    report.gone_since_localized = localizer_->goneSinceCorrection();
+  }
   if (T_map_odom_at_start_) {
     const PlanarPose by_odometry = compose(*T_map_odom_at_start_, odometry_);
     report.drift_distance = distance(by_odometry, base);

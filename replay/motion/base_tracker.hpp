@@ -63,6 +63,10 @@ enum class BaseState { Following, Approaching, Done, Lost };
 struct BaseReport {
   double end_distance = 0, end_turn = 0;  ///< from the recorded end pose
   double end_uncertainty = 0;             ///< m, one standard deviation of where the base is
+  /// What the end's distance and turn may be wrong by, two standard deviations, as localization
+  /// errs now and did then; 0: not known.
+  PoseError end_doubt;
+  double gone_since_localized = 0;  ///< m at the end, since localization was last renewed
   double largest_distance = 0, largest_turn = 0;  ///< off the track on the way
   Stamp largest_distance_at;                      ///< on the track
   double drift_distance = 0, drift_turn = 0;      ///< of the odometry, from its first step on

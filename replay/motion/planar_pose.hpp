@@ -14,6 +14,16 @@ struct PlanarPose {
   double x = 0, y = 0, yaw = 0;
 };
 
+/// How far a known pose may be from the true one; m along the less certain axis, rad.
+struct PoseError {
+  double position = 0, yaw = 0;
+};
+
+/// Of errors that do not depend on each other, together.
+inline PoseError combined(const PoseError& a, const PoseError& b) {
+  return {std::hypot(a.position, b.position), std::hypot(a.yaw, b.yaw)};
+}
+
 /// Of a base that cannot move sideways: m/s ahead, rad/s counter-clockwise.
 struct PlanarVelocity {
   double forward = 0, turn = 0;

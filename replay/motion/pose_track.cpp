@@ -47,7 +47,11 @@ PoseTrack PoseTrack::part(Stamp from, Stamp to) const {
     if (sample.stamp > from && sample.stamp < to) samples.push_back(sample);
   }
   if (to > from) samples.push_back({to, at(to)});
-  return PoseTrack(std::move(samples), frame_, is_localized_);
+  PoseTrack track(std::move(samples), frame_, is_localized_);
+  track.begin_error = begin_error;
+  track.end_error = end_error;
+  track.measured_error = measured_error;
+  return track;
 }
 
 PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {

@@ -59,12 +59,15 @@ class PoseTrack {
   bool isLocalized() const { return is_localized_; }
   std::size_t sampleCount() const { return samples_.size(); }
   /// Of [from, to], clamped to the track, which begins and ends as this one is there. Stands, gaps
-  /// and remarks stay behind.
+  /// and remarks stay behind, errors are kept.
   PoseTrack part(Stamp from, Stamp to) const;
 
   std::vector<TrackStand> stands;
   std::vector<TrackGap> gaps;
   std::vector<TrackJump> jumps;
+  /// Standard deviations on the map: of where it begins and ends, and of one measurement of the
+  /// localization, judged by how far it moved the base each time. 0 if it is not localized.
+  PoseError begin_error, end_error, measured_error;
   /// What a person must know of how it came about, a sentence each; gaps and jumps among them.
   std::vector<std::string> remarks;
 

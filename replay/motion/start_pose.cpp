@@ -73,18 +73,21 @@ std::map<std::string, double> movedJoints(const Store& store, const PlayPlan& pl
   return moved;
 }
 
-std::optional<PlanarPose> readBase(const Store& store, const PlayPlan& plan,
-                                   const TrackFrames& frames, std::vector<std::string>& remarks) {
+void readBase(const Store& store, const PlayPlan& plan, const TrackFrames& frames, StartPose& pose,
+              std::vector<std::string>& remarks) {
   std::string why;
   const auto track =
       readPoseTrack(store, aroundMoments(plan.behavior, plan.begin, plan.begin), frames,
                     LocalizationNoise(), why);
   if (track && track->isLocalized()) {
-    return track->at(plan.begin);
+    pose.base = track->at(plan.begin);
+    const PoseError &known = track->begin_error, &one = track->measured_error;
+    if (one.position > 0) pose.base_share.position = known.position / one.position;
+    if (one.yaw > 0) pose.base_share.yaw = known.yaw / one.yaw;
+    return;
   }
   remarks.push_back("where the base stood at the start is not known: " +
                     (track ? kNotLocalized : why));
-  return std::nullopt;
 }
 
 /// The gap between both fingers.
@@ -169,7 +172,7 @@ StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedPar
   StartPose pose;
   pose.robot = parts.robot;
   pose.joints = movedJoints(store, plan, parts, plan.begin, "at the start", remarks);
-  if (parts.moves_base) pose.base = readBase(store, plan, frames, remarks);
+  if (parts.moves_base) readBase(store, plan, frames, pose, remarks);
   return pose;
 }
 
@@ -251,6 +254,13 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
       off, turn * kDegreesPerRadian, std::abs(way.x), way.x < 0 ? "behind" : "ahead",
       std::abs(way.y), way.y < 0 ? "right" : "left", turn * kDegreesPerRadian,
       way.yaw < 0 ? "right" : "left");
+}
+
+StartTolerances widened(StartTolerances tolerances, const PoseError& doubt) {
+  constexpr double kWidest = 0.1, kWidestTurn = 0.1;  // m, rad
+  tolerances.base += std::min(doubt.position, kWidest);
+  tolerances.base_turn += std::min(doubt.yaw, kWidestTurn);
+  return tolerances;
 }
 
 std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,

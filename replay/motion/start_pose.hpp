@@ -41,6 +41,9 @@ struct StartPose {
   std::map<std::string, double> joints;
   std::optional<PlanarPose> base;  ///< on the map
   RobotJoints robot{};             ///< as the moved parts have it
+  /// Of `base`, as a share of a single measurement of the localization: standing for long makes it
+  /// small, unless localization looks again only after motion.
+  PoseError base_share = {1, 1};
 };
 
 /// What was recorded of the moved parts at the begin of what is played: the last position until
@@ -72,6 +75,9 @@ std::vector<std::string> jointDeviations(const StartPose& then, const StartPose&
 /// Of the base, with where it was as seen from where it is; empty if there is none.
 std::string baseDeviation(const StartPose& then, const StartPose& now,
                           const StartTolerances& tolerances);
+/// The tolerances for a base of which localization knows no more than that, two standard
+/// deviations; at most 0.1 m and 0.1 rad wider.
+StartTolerances widened(StartTolerances tolerances, const PoseError& doubt);
 
 /// How fast joints go to the start, at most.
 struct ApproachSpeed {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 namespace afterglow::replay {
 namespace {
@@ -16,6 +18,8 @@ constexpr std::size_t kMostGaps = 1000;
 // A base at rest: its odometry stays within this.
 constexpr double kStill = 0.002, kTurnStill = 0.002;  // m, rad
 constexpr std::int64_t kShortestStand = 1'000'000'000;
+constexpr double kFewMeasurements = 5;  // too few to tell their noise
+constexpr double kTelling = 0.5;        // m, on which a localization that errs moves the base
 constexpr std::size_t kJumpMean = 5;  // measurements on either side that tell a jump's size
 
 bool isStill(const PlanarPose& a, const PlanarPose& b) {
@@ -77,8 +81,12 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
   std::vector<TrackStand> stands = findStands();
   const bool is_localized = isLocalized();
   std::vector<TrackJump> jumps = closeJumps();
-  if (is_localized) smooth();
+  const PoseError measured = is_localized ? measuredError() : PoseError();
+  std::pair<PoseError, PoseError> errors;
+  if (is_localized) errors = smooth(measured);
   PoseTrack track(std::move(poses_), is_localized ? map_frame : odometry_frame, is_localized);
+  track.measured_error = measured;
+  std::tie(track.begin_error, track.end_error) = errors;
   if (!is_localized) {
     track.remarks.push_back("no " + map_frame + " -> " + odometry_frame +
                             " was recorded: the base is followed in " + odometry_frame +
@@ -172,7 +180,33 @@ std::vector<TrackJump> TrackBuilder::closeJumps() {
   return jumps;
 }
 
-void TrackBuilder::smooth() {
+/// Two measurements of the same error are as far apart as twice its variance, on each axis. Where
+/// few were made, the noise that is assumed counts for the others; a base that drove without its
+/// localization ever changing is localized exactly.
+PoseError TrackBuilder::measuredError() const {
+  double squares = 0, turn_squares = 0, gone = 0;
+  for (std::size_t i = 1; i < corrections_.size(); ++i) {
+    const PlanarPose odometry = odometryAt(corrections_[i].stamp);
+    const PlanarPose before = compose(corrections_[i - 1].pose, odometry);
+    const PlanarPose after = compose(corrections_[i].pose, odometry);
+    const double way = distance(before, after), turn = wrapAngle(after.yaw - before.yaw);
+    squares += way * way / 4;
+    turn_squares += turn * turn / 2;
+  }
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    gone += distance(poses_[i - 1].pose, poses_[i].pose);
+  }
+  const auto count = static_cast<double>(corrections_.size() - 1);
+  if (count == 0 && gone > kTelling) {
+    return {};
+  }
+  const double assumed = std::max(0.0, kFewMeasurements - count), all = count + assumed;
+  return {std::sqrt((squares + assumed * noise_.position * noise_.position) / all),
+          std::sqrt((turn_squares + assumed * noise_.yaw * noise_.yaw) / all)};
+}
+
+/// Returns how well the begin and the end are known.
+std::pair<PoseError, PoseError> TrackBuilder::smooth(const PoseError& measured) {
   BaseLocalizer localizer(noise_, corrections_.front().pose, poses_.front().pose,
                           corrections_.front().stamp);
   std::size_t next = 0;
@@ -185,6 +219,7 @@ void TrackBuilder::smooth() {
   for (; next < corrections_.size(); ++next) {
     localizer.correct(corrections_[next].pose, corrections_[next].stamp);
   }
+  const PoseError end = localizer.error(measured);
   // The pass backward starts with the scales learned on the whole drive; the end stays.
   for (std::size_t i = poses_.size(); i-- > 0;) {
     localizer.move(poses_[i].pose);
@@ -193,6 +228,7 @@ void TrackBuilder::smooth() {
       localizer.correct(corrections_[next - 1].pose, corrections_[next - 1].stamp);
     }
   }
+  return {localizer.error(measured), end};
 }
 
 }  // namespace afterglow::replay

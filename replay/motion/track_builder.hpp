@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "replay/motion/base_localizer.hpp"
@@ -42,7 +43,8 @@ class TrackBuilder {
   std::vector<TrackJump> closeJumps();
   PlanarPose meanBase(std::size_t begin, std::size_t end, const PlanarPose& T_odom_base) const;
   PlanarPose odometryAt(Stamp stamp) const;
-  void smooth();
+  PoseError measuredError() const;
+  std::pair<PoseError, PoseError> smooth(const PoseError& measured);
 
   LocalizationNoise noise_;
   std::vector<Sample> poses_;        ///< in odom

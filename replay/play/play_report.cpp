@@ -111,6 +111,11 @@ Json base(const PlayReport& report) {
   if (const auto end = baseEnd(report)) {
     json["distance_m"] = end->distance;
     json["turn_deg"] = end->turn * kDegreesPerRadian;
+    if (end->doubt.position > 0) {
+      json["uncertainty_m"] = end->doubt.position;
+      json["uncertainty_deg"] = end->doubt.yaw * kDegreesPerRadian;
+      json["localized_m_ago"] = end->gone_since_localized;
+    }
   }
   if (report.base) {
     json["topic"] = report.base->topic;
@@ -176,8 +181,10 @@ std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end) {
 std::optional<BodyEnd::Base> baseEnd(const PlayReport& report) {
   if (report.base && report.base->driven && !report.base->driven->drives.empty()) {
     const DriveReport& last = report.base->driven->drives.back();
-    if (last.state == BaseState::Done)
-      return BodyEnd::Base{last.base.end_distance, std::abs(last.base.end_turn)};
+    if (last.state == BaseState::Done) {
+      return BodyEnd::Base{last.base.end_distance, std::abs(last.base.end_turn),
+                           last.base.end_doubt, last.base.gone_since_localized};
+    }
   }
   return report.body_end ? report.body_end->base : std::nullopt;
 }

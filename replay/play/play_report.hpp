@@ -85,6 +85,8 @@ struct BodyEnd {
   std::set<std::string> sliding;
   struct Base {
     double distance = 0, turn = 0;  ///< m, rad (>= 0), as localization sees them
+    PoseError doubt = {};  ///< what they may be wrong by (BaseReport::end_doubt); 0: not known
+    double gone_since_localized = 0;  ///< m, if the doubt is known
   };
   std::optional<Base> base;
   std::vector<std::string> remarks;  ///< what is not known, a sentence each
@@ -149,10 +151,11 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   planned_s, actual_s (without pauses), goals {sent, succeeded, failed, canceled};
 /// - in_step {gated, waits, waited_s, skew_ms {ar, speech: {messages, p50, p95, max}}};
 /// - body {joints {name: live less recorded at the end, rad or m}, worst {joint, error}, not_known,
-///   base {distance_m, turn_deg, topic, closed_loop, why_open_loop; in closed loop: localized,
+///   base {distance_m, turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago, topic,
+///   closed_loop, why_open_loop; in closed loop: localized,
 ///   length_m, drives, largest_deviation_m, drift_m, drift_deg, corrections, delay_s,
 ///   waited_for_poses_s, lost}}; without worst, not_known, base, distance_m,
-///   turn_deg where nothing is known;
+///   turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago where nothing is known;
 /// - guards {patience_ms, lateness_ms, on_robot {node, patience_ms, longest_gap_ms, over_network}},
 ///   on_robot only where a guard runs there, guards only where the body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];

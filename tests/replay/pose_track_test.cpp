@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <random>
 
+#include "replay/motion/track_builder.hpp"
 #include "replay/motion/track_reader.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
@@ -277,6 +280,60 @@ TEST(TrackReader, learnsWhereTheBaseEndedFromWhatComesAfterWhileItStands) {
   ASSERT_TRUE(track) << log.why;
   EXPECT_LT(track->end(), stampAt(100));
   EXPECT_NEAR(track->endPose().x, 1, 0.01);
+}
+
+// ------------------------------------------------------------------------- what is known of a pose
+
+/// A drive of 3 m, localized every 0.1 m with these standard deviations.
+PoseTrack localizedDrive(double position, double yaw) {
+  std::mt19937 random(7);
+  const auto bell = [&random] {
+    double sum = 0;
+    for (int i = 0; i < 12; ++i) sum += random() / 4294967296.0;
+    return sum - 6;
+  };
+  TrackBuilder builder{LocalizationNoise()};
+  for (int i = 0; i <= 300; ++i) {
+    const PlanarPose odometry{i * 0.01, 0, 0};
+    builder.addOdometry(stampAt(i * 0.05), odometry);
+    if (i % 10 != 0) continue;
+    const PlanarPose seen{odometry.x + position * bell(), position * bell(), yaw * bell()};
+    builder.addLocalization(stampAt(i * 0.05), compose(seen, inverse(odometry)));
+  }
+  return builder.build("map", "odom");
+}
+
+TEST(TrackBuilder, judgesLocalizationByHowFarItMovesTheBaseEachTime) {
+  const PoseTrack amcl = localizedDrive(0.02, 0.01);
+  EXPECT_NEAR(amcl.measured_error.position, 0.02, 0.006);
+  EXPECT_NEAR(amcl.measured_error.yaw, 0.01, 0.003);
+  for (const PoseError& error : {amcl.begin_error, amcl.end_error}) {
+    EXPECT_GT(error.position, 0.002);
+    EXPECT_LT(error.position, 0.015) << "of many measurements";
+  }
+  const PoseTrack part = amcl.part(stampAt(1), stampAt(2));
+  EXPECT_EQ(part.end_error.position, amcl.end_error.position);
+  const PoseTrack exact = localizedDrive(0, 0);
+  EXPECT_LT(exact.end_error.position, 1e-6);
+}
+
+TEST(TrackBuilder, takesTheNoiseThatIsAssumedForALocalizationThatWasHardlySeen) {
+  TrackBuilder builder{LocalizationNoise()};
+  builder.addLocalization(stampAt(0), {});
+  for (int i = 0; i <= 20; ++i) builder.addOdometry(stampAt(i * 0.05), {});
+  EXPECT_NEAR(builder.build("map", "odom").measured_error.position, 0.03, 1e-9);
+}
+
+TEST(BaseLocalizer, isNoSurerThanItsOneMeasurementWhileItStands) {
+  BaseLocalizer localizer({}, {}, {}, stampAt(0));
+  EXPECT_NEAR(localizer.error({0.02, 0.01}).position, 0.02, 1e-9);
+  localizer.correct({}, stampAt(1));
+  EXPECT_NEAR(localizer.error({0.02, 0.01}).position, 0.02, 1e-9) << "it tells nothing new";
+  localizer.move({0.3, 0, 0});
+  EXPECT_NEAR(localizer.goneSinceCorrection(), 0.3, 1e-9);
+  localizer.correct({0.01, 0, 0}, stampAt(2));
+  EXPECT_EQ(localizer.goneSinceCorrection(), 0);
+  EXPECT_LT(localizer.error({0.02, 0.01}).position, 0.017);
 }
 
 TEST(TrackReader, leavesOutAndCountsWhatIsNoTransform) {

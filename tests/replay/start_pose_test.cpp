@@ -224,6 +224,15 @@ TEST(StartPose, saysWhereTheBaseHasToGo) {
   EXPECT_EQ(baseDeviation({}, {}, {}), "");
 }
 
+TEST(StartPose, allowsForWhatLocalizationCannotKnowWithinBounds) {
+  const StartTolerances amcl = widened({}, {0.04, 0.03});
+  EXPECT_NEAR(amcl.base, 0.09, 1e-9);
+  EXPECT_NEAR(amcl.base_turn, StartTolerances().base_turn + 0.03, 1e-9);
+  const StartTolerances blind = widened({}, {5, 3});
+  EXPECT_NEAR(blind.base, 0.15, 1e-9);
+  EXPECT_NEAR(blind.base_turn, StartTolerances().base_turn + 0.1, 1e-9);
+}
+
 // -------------------------------------------------------------------------------- the way back
 // there
 
