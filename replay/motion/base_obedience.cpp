@@ -18,7 +18,7 @@ constexpr double kLongestGap = 1.0;  // s between poses: what was meanwhile is n
 constexpr double kHolds = 1.0;  // s
 /// What is no motion, m/s and rad/s, and what a base that stands on the floor does not resist.
 constexpr double kStands = 0.02, kStandsTurn = 0.03;
-constexpr double kMoves = 0.08, kMovesTurn = 0.25;
+constexpr double kIsToMove = 0.08, kIsToTurn = 0.25;
 
 }  // namespace
 
@@ -98,7 +98,7 @@ std::string BaseObedience::moved(Stamp now, Stamp stamp, const PlanarPose& pose)
   };
   const bool is_told =
       !told_.empty() && std::all_of(told_.begin(), told_.end(), [&](const Told& each) {
-        return moves(each.motion, kMoves, kMovesTurn);
+        return moves(each.motion, kIsToMove, kIsToTurn);
       });
   const bool stands = is_told && !moves(*motion, kStands, kStandsTurn);
   if (isTooLong(stands_since_, stands, options_.standing_patience, now)) {
