@@ -12,6 +12,7 @@
 #include "nodes/player/live_pose.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/stop_maker.hpp"
 #include "replay/plan/rewrite.hpp"
 
 namespace afterglow::nodes {
@@ -54,6 +55,12 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const 
     } else if (!is_heard) {
       missing.push_back("nobody listens on " + name);
     }
+    const replay::StopMaker stop(topic.output, stopOf(topic));
+    const std::string& stop_topic = stop.channel().topic;
+    const bool is_target = stop.stop().kind == replay::StopKind::Cancel && !isGoal(topic.channel);
+    if (is_target && graph.otherSubscribers(stop_topic).empty()) {
+      missing.push_back("nobody listens on " + stop_topic + ", which is to stop " + name);
+    }
   }
   return missing;
 }
@@ -88,11 +95,17 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   stops_->check();
   replay::MovedParts parts = movedParts(store_, plan_);
   parts.robot = options_.joints;
+  if (!parts.unnamed.empty() && options_.start != BodyOptions::Start::Anywhere) {
+    refuse(fmt::format("what {} moves is not told by its messages and cannot be compared with how "
+                       "it stood: --any-start (~any_start) moves it from anywhere",
+                       fmt::join(parts.unnamed, ", ")));
+  }
   if (parts.moves_base) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
   }
   if (parts.moves_joints) listenToJoints(is_stopped);
+  watchGripper();
   replay::StartPose then;
   if (options_.start != BodyOptions::Start::Anywhere) {
     then = readStartPose(store_, plan_, parts, notes_, options_.base.frames);
@@ -144,6 +157,20 @@ std::optional<replay::LiveJoint> BodyGate::lookAt(const std::string& joint) cons
   if (!other) return std::nullopt;
   return replay::LiveJoint{mimic->factor * other->position + mimic->offset,
                            mimic->factor * other->velocity};
+}
+
+/// A gripper is stopped where it is, if the robot's profile says which joints make its gap.
+void BodyGate::watchGripper() {
+  if (!joints_ || options_.robot.gripper_joints.empty()) return;
+  sink_.watchGap([this]() -> std::optional<double> {
+    double gap = 0;
+    for (const std::string& joint : options_.robot.gripper_joints) {
+      const auto live = joints_->find(joint);
+      if (!live) return std::nullopt;
+      gap += live->position;
+    }
+    return gap;
+  });
 }
 
 /// From now on goals begin where the joints are.

@@ -53,6 +53,10 @@ class BodyGate {
            std::function<void(const std::string& reason)> stop,
            std::function<void(bool halts)> halt);
 
+  ~BodyGate() { sink_.watchGap(nullptr); }
+  BodyGate(const BodyGate&) = delete;
+  BodyGate& operator=(const BodyGate&) = delete;
+
   /// Everything is advertised and connected. Moves the robot to the start if that is asked for.
   /// Throws std::runtime_error, one line, if the replay may not begin.
   void check(const std::function<bool()>& is_stopped);
@@ -90,6 +94,7 @@ class BodyGate {
   void listenToJoints(const std::function<bool()>& is_stopped);
   std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
   void watchArm();
+  void watchGripper();
   void holdGaze(const std::function<bool()>& is_stopped);
   replay::GoalOutcome perform(const replay::Channel& output, const replay::Bytes& goal,
                               const std::string& id, const std::function<bool()>& is_stopped);

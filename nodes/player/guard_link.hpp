@@ -1,8 +1,8 @@
 /// \file
 /// The link between a player and its watchdog: a socket that keeps messages whole and shows either
 /// side when the other is gone. Messages are JSON objects with a "kind", as CBOR:
-/// - player to guard: output {topic, type, md5, definition, stop}, ready?, beat {moving,
-///   patience_ns, sent_ns (replay::sinceBoot())}, stop, end;
+/// - player to guard: output {topic, type, md5, definition, stop, may_be_unheard}, ready?, beat
+///   {moving, patience_ns, sent_ns (replay::sinceBoot())}, stop, end;
 /// - guard to player: ready {unheard}, beat (one for each it heard), braking {reason}.
 #pragma once
 

@@ -66,14 +66,15 @@ void GuardProcess::tellOutputs(const std::vector<replay::MotionWatch::Output>& o
 
 void GuardProcess::tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
                               std::uint32_t changed) {
-  const auto& [channel, stop] = outputs[changed];
+  const auto& [channel, stop, may_be_unheard] = outputs[changed];
   send({{"kind", "output"},
         {"index", changed},
         {"topic", channel.topic},
         {"type", channel.type},
         {"md5", channel.md5},
         {"definition", channel.definition},
-        {"stop", json::binary(stop)}});
+        {"stop", json::binary(stop)},
+        {"may_be_unheard", may_be_unheard}});
 }
 
 void GuardProcess::beat(const replay::Outputs& moving, std::int64_t patience_ns) {

@@ -116,19 +116,19 @@ replay::PlayGuards GuardedSink::guards() const {
 // --------------------------------------------------------------------------------------- in motion
 
 bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
+  replay::MotionWatch::Change change;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     listen();
     lookAtOwnPulse();
-    const replay::MotionWatch::Change change = watch_.sending(channel, bytes);
-    if (change.has_other_stop) {
-      for (Watchdog* watchdog : watchdogs()) watchdog->tellOutput(watch_.outputs(), change.output);
-    }
+    change = watch_.sending(channel, bytes);
+    if (change.has_other_stop) tellOutput(change.output);
     // Before the robot is told to move, so that there is no moment in between.
     if (change.has_changed) sendBeat();
     if (change.is_motion && !lost_.empty()) throw std::runtime_error(lost_);
     has_moved_ = has_moved_ || change.is_motion;
   }
+  if (change.instead) return publish(change.instead->channel, change.instead->stop);
   const bool is_heard = sink_.publish(channel, bytes);
   clock_.beatIfDue();
   return is_heard;
@@ -140,9 +140,19 @@ void GuardedSink::brake() {
 }
 
 void GuardedSink::goalEnded(const std::string& id) {
+  replay::MotionWatch::End end;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    lookAtOwnPulse();
+    end = watch_.goalEnded(id);
+    if (end.has_changed) sendBeat();
+  }
+  if (end.halt) publish(end.halt->channel, end.halt->stop);
+}
+
+void GuardedSink::watchGap(std::function<std::optional<double>()> gap) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  lookAtOwnPulse();
-  if (watch_.goalEnded(id)) sendBeat();
+  gap_ = std::move(gap);
 }
 
 bool GuardedSink::hasMoved() const {
@@ -154,6 +164,10 @@ void GuardedSink::beat() {
   std::string reason;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    const std::optional<double> gap = gap_ && !watch_.moving().empty() ? gap_() : std::nullopt;
+    if (gap) {
+      for (const std::uint32_t output : watch_.gapMeasured(*gap)) tellOutput(output);
+    }
     listen();
     lookAtOwnPulse();
     sendBeat();
@@ -161,6 +175,10 @@ void GuardedSink::beat() {
     reason = lost_;
   }
   on_lost_(reason);
+}
+
+void GuardedSink::tellOutput(std::uint32_t output) {
+  for (Watchdog* watchdog : watchdogs()) watchdog->tellOutput(watch_.outputs(), output);
 }
 
 void GuardedSink::sendBeat() {

@@ -49,10 +49,12 @@ class GuardedSink : public replay::MessageSink {
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
   /// Has the watchdogs stop the robot now. Any thread.
   void brake();
-  /// A goal's final status was seen. Any thread.
+  /// A goal's final status was seen. One that was aborted is halted. Any thread.
   void goalEnded(const std::string& id);
   /// Something was set in motion here. Any thread.
   bool hasMoved() const;
+  /// Where the gripper is, whenever it moves; `gap` is called by any thread, and none: not known.
+  void watchGap(std::function<std::optional<double>()> gap);
   /// All goals that are sent here. Any thread.
   replay::GoalBook& goals() { return watch_.goals(); }
   replay::BeatingClock& clock() { return clock_; }
@@ -61,6 +63,7 @@ class GuardedSink : public replay::MessageSink {
   void tick();
   void beat();
   // With the lock held:
+  void tellOutput(std::uint32_t output);
   void sendBeat();
   void listen();
   void lookAtOwnPulse();
@@ -82,6 +85,7 @@ class GuardedSink : public replay::MessageSink {
   replay::BeatingClock clock_;
   mutable std::mutex mutex_;
   replay::MotionWatch watch_;
+  std::function<std::optional<double>()> gap_;
   std::optional<RobotGuard> robot_guard_;
   GuardProcess process_;
   Pulse pulse_;

@@ -475,10 +475,11 @@ std::vector<PlayOption> theRobotsSafety() {
              "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
              "10; default: 0.06 to 0.15, by how late this machine is",
              [](Request& r) -> auto& { return r.body.longest_stall_s; }),
-      row("rules", text("FILE"), "Rewriting rules by type and field, a YAML file",
+      row("rules", text("FILE"), "Rules for fields, topics and what stops them, a YAML file",
           [](Request& r, const OptionTexts& texts) {
             const ReplayRules rules = readRules(texts.front());
             r.plan.rewriting.rules = rules.types;
+            r.plan.rewriting.stops = rules.stops;
             r.plan.settled = rules.also;
           }),
       member("queue", range("COUNT", 1, 1'000'000, true),

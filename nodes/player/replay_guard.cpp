@@ -68,6 +68,7 @@ void ReplayGuard::setOutput(const nlohmann::json& message) {
     output.stop.morph(message.at("md5"), message.at("type"), message.at("definition"), "0");
     output.publisher = output.stop.advertise(node_, message.at("topic"), kStopQueue);
   }
+  output.may_be_unheard = message.value("may_be_unheard", false);
   std::vector<std::uint8_t> bytes = message.at("stop").get_binary();
   ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   output.stop.read(stream);
@@ -113,7 +114,7 @@ void ReplayGuard::tell(const replay::Outputs& stopped) const {
   for (const std::uint32_t index : stopped) {
     if (index < outputs_.size() && outputs_[index].publisher.getNumSubscribers() > 0) {
       ++heard;
-    } else if (index < outputs_.size()) {
+    } else if (index < outputs_.size() && !outputs_[index].may_be_unheard) {
       unheard += " " + outputs_[index].publisher.getTopic();
     }
   }

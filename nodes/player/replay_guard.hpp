@@ -30,6 +30,7 @@ class ReplayGuard {
   struct Output {
     ros::Publisher publisher;
     topic_tools::ShapeShifter stop;
+    bool may_be_unheard = false;
   };
 
   void hear(const nlohmann::json& message);

@@ -95,6 +95,10 @@ void ReplaySession::checkRate(double rate) const {
   if (!(rate >= kSlowest && rate <= kFastest)) {
     throw std::runtime_error("a body is played at rates from 0.1 to 10");
   }
+  const std::string only = whyOnlyAsRecorded(plan_);
+  if (!only.empty() && (rate != 1 || request_.limits.is_strict)) {
+    throw std::runtime_error(only);
+  }
   const std::string reason = whyTooFast(peaks_, rate);
   if (!reason.empty()) {
     throw std::runtime_error(reason);

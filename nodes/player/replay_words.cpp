@@ -16,18 +16,58 @@ replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
   return joint;
 }
 
+std::string topicName(const calib::YamlSource& source, const YAML::Node& node) {
+  const std::string name = node.IsScalar() ? node.Scalar() : "";
+  if (name.size() < 2 || name[0] != '/') {
+    source.refuse(node, "'" + name + "' should be a topic, /NAME");
+  }
+  return name;
+}
+
 std::vector<std::string> topicNames(const calib::YamlSource& source,
                                     const YAML::Node& list) {
   std::vector<std::string> names;
   if (!list.IsSequence()) source.refuse(list, "'also' should be a list of topics");
-  for (const auto& entry : list) {
-    const std::string name = entry.IsScalar() ? entry.Scalar() : "";
-    if (name.size() < 2 || name[0] != '/') {
-      source.refuse(entry, "'" + name + "' should be a topic, /NAME");
-    }
-    names.push_back(name);
-  }
+  for (const auto& entry : list) names.push_back(topicName(source, entry));
   return names;
+}
+
+/// zero, empty, {cancel: /TOPIC} or {FIELD: NUMBER, ...}.
+replay::MotionStop stopOf(const calib::YamlSource& source, const YAML::Node& node) {
+  using replay::StopKind;
+  replay::MotionStop stop;
+  stop.rule = source.path() + ":" + std::to_string(node.Mark().line + 1);
+  if (node.IsScalar() && (node.Scalar() == "zero" || node.Scalar() == "empty")) {
+    stop.kind = node.Scalar() == "zero" ? StopKind::Zero : StopKind::NoPoints;
+    return stop;
+  }
+  if (!node.IsMap() || node.size() == 0) {
+    source.refuse(node, "a stop should be zero, empty, {cancel: /TOPIC} or {FIELD: NUMBER}");
+  }
+  if (node.size() == 1 && node["cancel"]) {
+    stop.kind = StopKind::Cancel;
+    stop.cancel_topic = topicName(source, node["cancel"]);
+    return stop;
+  }
+  stop.kind = StopKind::Fields;
+  for (const auto& field : node) {
+    const auto path = field.first.as<std::string>();
+    const std::string word = field.second.IsScalar() ? field.second.Scalar() : "";
+    const bool is_flag = word == "true" || word == "false";
+    stop.fields[path] =
+        is_flag ? (word == "true" ? 1 : 0) : source.number(field.second, "field " + path);
+  }
+  return stop;
+}
+
+std::map<std::string, replay::MotionStop> stopsOf(const calib::YamlSource& source,
+                                                  const YAML::Node& map) {
+  std::map<std::string, replay::MotionStop> stops;
+  if (!map.IsMap()) source.refuse(map, "'stops' should be a map of topics");
+  for (const auto& topic : map) {
+    stops[topicName(source, topic.first)] = stopOf(source, topic.second);
+  }
+  return stops;
 }
 
 }  // namespace
@@ -53,6 +93,10 @@ ReplayRules readRules(const std::string& path) {
     const auto name = type.first.as<std::string>();
     if (name == "also") {
       rules.also = topicNames(source, type.second);
+      continue;
+    }
+    if (name == "stops") {
+      rules.stops = stopsOf(source, type.second);
       continue;
     }
     if (name.find('/') == std::string::npos || !type.second.IsMap()) {

@@ -17,11 +17,15 @@ std::map<std::string, std::string> parseRenames(const std::vector<std::string>& 
 struct ReplayRules {
   std::map<std::string, std::map<std::string, replay::RewriteRule>> types;
   std::vector<std::string> also;  ///< topics
+  std::map<std::string, replay::MotionStop> stops;  ///< by topic
 };
 
-/// A YAML file of rewriting rules by type and field path, and of topics that are published as well:
+/// A YAML file of rewriting rules by type and field path, of topics that are published as well, and
+/// of how motion is stopped that the player does not know:
 ///   my_msgs/Plan: {stamp: shift, "steps[].start": now, id: fresh_id, "steps[].frame": remap_frame}
 ///   also: [/plan]
+///   stops: {/wheel/command: zero, /drone/trajectory: empty, /my_drive: {speed: 0},
+///           /move_base_simple/goal: {cancel: /move_base/cancel}}
 /// with shift, now, zero, keep, fresh_id, remap_frame. Throws std::runtime_error with file and
 /// line.
 ReplayRules readRules(const std::string& path);

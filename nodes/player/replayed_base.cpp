@@ -53,6 +53,8 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
   readVelocities();
   if (options.is_open_loop) {
     why_open_loop_ = "that was asked for";
+  } else if (played.empty()) {
+    why_not_ = "a drive that steers is led along no track";
   } else if (!first_motion_) {
     why_open_loop_ = "its recorded velocities are zeros";
   } else if (!topic_) {

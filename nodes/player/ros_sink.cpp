@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nodes/player/robot_guard.hpp"
+#include "replay/motion/stop_maker.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -28,8 +29,11 @@ RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener lis
     if (replay::isGoal(topic.output)) {
       advertise(replay::cancelChannel(topic.output));
       watchGoals(topic.output);
+      if (const auto halt = replay::haltChannel(topic.output)) advertise(*halt);
     }
-    if (replay::isVelocity(topic.output)) {
+    const replay::StopMaker stop(topic.output, stopOf(topic));
+    advertise(stop.channel());
+    if (stop.isSetPoint()) {
       watchDrivers(topic.output.topic, output);
     }
   }
@@ -126,6 +130,7 @@ bool RosSink::publish(const replay::Channel& channel, const replay::Bytes& bytes
     throw std::logic_error("not advertised: " + channel.topic);
   }
   Output& output = found->second;
+  const std::lock_guard<std::mutex> lock(publishing_);
   // ShapeShifter copies; the stream's interface wants a pointer that it does not write through.
   ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
                                      static_cast<std::uint32_t>(bytes.size()));

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,7 @@ class RosSink : public replay::MessageSink {
   };
 
   /// Advertises every topic that is played under the name it is published by, with its stored
-  /// definition and latching, and the cancel topics of its actions.
+  /// definition and latching, and the topics of what stops it.
   RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener listener);
   ~RosSink() override;
   RosSink(const RosSink&) = delete;
@@ -44,7 +45,7 @@ class RosSink : public replay::MessageSink {
   /// somebody drives. A node that only might (it advertises) is left alone.
   void listenForDrivers();
 
-  /// The scheduler's thread. Throws std::logic_error for a topic that was not planned.
+  /// Any thread. Throws std::logic_error for a topic that was not planned.
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
 
  private:
@@ -62,6 +63,7 @@ class RosSink : public replay::MessageSink {
 
   ros::NodeHandle node_;
   std::map<std::string, Output> outputs_;
+  std::mutex publishing_;  ///< an output's message is one
   const std::uint32_t queue_size_;
   std::vector<std::string> played_;
   std::vector<std::string> velocities_;

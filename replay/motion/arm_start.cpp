@@ -1,5 +1,7 @@
 #include "replay/motion/arm_start.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -260,6 +262,32 @@ void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginnin
   }
 }
 
+/// A single point says nothing of its velocity: it is reached from where the joints are.
+void ArmStart::checkOnlyPoint(const Trajectory& trajectory, const Beginning& now, Stamp at) const {
+  const Value& point = trajectory.points->front();
+  const std::vector<double> there = numbersAt(point, "positions");
+  const double seconds = std::max(secondsOf(point), kAtOnce);
+  for (std::size_t i = 0; i < there.size(); ++i) {
+    const std::string& joint = trajectory.joints[i];
+    const auto known = options_.limits.joints.find(joint);
+    const auto limit = known == options_.limits.joints.end() ? options_.limits.other_joints.velocity
+                                                             : known->second.velocity;
+    const auto reach = recorded_.around(joint, at, kAroundNs);
+    const double own = reach ? std::abs(wayOf(joint, reach->at, there[i])) / seconds : 0;
+    const double allowed = limit && options_.limits.is_strict
+                               ? *limit
+                               : std::max({own, speedOf(joint), limit.value_or(0)});
+    const double way = std::abs(wayOf(joint, now.positions[i], there[i]));
+    // So far it may be off, and is corrected along the way.
+    if (way - toleranceOf(options_.robot, joint, options_.tolerances) > allowed * seconds) {
+      throw ArmElsewhere(
+          fmt::format("{} would go from {:.3g} to {:.3g} in {:.3g} s, at {:.3g}/s: {:.3g}/s is the "
+                      "limit",
+                      joint, now.positions[i], there[i], seconds, way / seconds, allowed));
+    }
+  }
+}
+
 Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const {
   const Schema schema = Schema::parse(channel.type, channel.definition);
   Value document = decode(schema, goal);
@@ -275,6 +303,7 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
   if (lead_s > 0 && now.is_known && now.is_at_once && isMoving(points.front())) {
     return goOn(channel, goal, {at, at, 0}, lead_s);
   }
+  const bool is_only_point = points.size() == 1;
   for (Value& point : points) setSeconds(point, secondsOf(point) + lead_s);
   if (!now.is_known) {
     return encode(schema, document);
@@ -287,6 +316,7 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
     }
   } else {
     beginAlong(trajectory->joints, now, points);
+    if (is_only_point) checkOnlyPoint(*trajectory, now, at);
   }
   points.insert(points.begin(),
                 pointAt(like, now.positions, lead_s > 0 ? rest : now.velocities, 0));

@@ -79,7 +79,8 @@ class ArmStart {
 
   /// The goal with the live state of its joints as first point, due at once. With a lead its points
   /// come so much later, and the position it goes on from becomes a point of its own, at rest.
-  /// Deviations below the tolerances are corrected along the way, at the approach's speed. Goals
+  /// Deviations below the tolerances are corrected along the way, at the approach's speed. A single
+  /// point that the joints would have to reach faster than they may, or did, is refused. Goals
   /// without a trajectory are returned as they are. Throws as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
 
@@ -119,6 +120,7 @@ class ArmStart {
   void beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                   Array& points) const;
   void checkSpeed(const Trajectory& trajectory, std::size_t joint, double now, double& lead) const;
+  void checkOnlyPoint(const Trajectory& trajectory, const Beginning& now, Stamp at) const;
   double speedOf(const std::string& joint) const;
 
   JointTrack recorded_;

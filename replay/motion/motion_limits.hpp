@@ -37,10 +37,12 @@ struct MotionPeak {
   bool is_limit_known = true;  ///< false: it is as fast as it was, which may be again
 };
 
-/// Of the velocities and joint trajectories of the plan that have a limit: the velocities of
-/// trajectory points, and the mean velocity from one point to the next. Messages that cannot be
+/// Of the velocities, drives, controllers of joint velocities, trajectories and goals with a
+/// velocity of the plan: the velocities of trajectory points, and the mean velocity from one point
+/// to the next, or from where the joints were recorded to a single one. Messages that cannot be
 /// understood are left out: they are not sent either. Throws StoreError, also if a message of the
-/// body is damaged in the store: without it the motion is another one.
+/// body is damaged in the store: without it the motion is another one; std::runtime_error, one line
+/// with topic, field and time, for a number that is NaN or infinite, in whatever moves the body.
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
                                     const MotionLimits& limits);
 

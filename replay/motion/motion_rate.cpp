@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "replay/messages/field_edit.hpp"
+#include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -29,6 +30,10 @@ constexpr KnownField kKnownFields[] = {
     {"control_msgs/PointHeadGoal", "max_velocity", 1},
     {"control_msgs/SingleJointPositionGoal", "min_duration", -1},
     {"control_msgs/SingleJointPositionGoal", "max_velocity", 1},
+    {"pr2_controllers_msgs/PointHeadGoal", "min_duration", -1},
+    {"pr2_controllers_msgs/PointHeadGoal", "max_velocity", 1},
+    {"pr2_controllers_msgs/SingleJointPositionGoal", "min_duration", -1},
+    {"pr2_controllers_msgs/SingleJointPositionGoal", "max_velocity", 1},
     {"ackermann_msgs/AckermannDrive", "steering_angle_velocity", 1},
     {"ackermann_msgs/AckermannDrive", "speed", 1},
     {"ackermann_msgs/AckermannDrive", "acceleration", 2},
@@ -95,13 +100,39 @@ void scaleField(const FieldSpan& span, double factor, Bytes& bytes) {
 
 }  // namespace
 
-std::vector<ScaledField> scaledFields(const Schema& schema) {
+std::vector<ScaledField> scaledFields(const Schema& schema, bool has_joint_velocities) {
   std::vector<ScaledField> found;
   collectScaled(schema, 0, "", 0, found);
+  for (const Field& field : schema.root().fields) {
+    const bool is_data = field.name == "data" && field.type == FieldType::Float64;
+    const char* path = field.arity == Field::Arity::Single ? "data" : "data[]";
+    if (has_joint_velocities && is_data) found.push_back({path, 1});
+  }
   return found;
 }
 
-MotionRate::MotionRate(const Schema& schema) : fields_(scaledFields(schema)) {
+bool hasJointVelocities(const PlannedTopic& topic) {
+  const std::string& type = topic.channel.type;
+  const bool has_numbers = type == "std_msgs/Float64" || type == "std_msgs/Float64MultiArray";
+  // A rule says what stops it, not what its numbers are.
+  return has_numbers && topic.rule_stop.kind == StopKind::None &&
+         stopOf(topic).kind == StopKind::Zero;
+}
+
+std::string whyOnlyAsRecorded(const PlayPlan& plan) {
+  for (const PlannedTopic& topic : plan.topics) {
+    if (!topic.isPlayed() || !stopOf(topic).isSetPoint()) continue;
+    const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
+    if (scaledFields(schema, hasJointVelocities(topic)).empty()) {
+      return topic.channel.topic + ": what of " + topic.channel.type +
+             " is a velocity is not known: it is played at rate 1 and without limits only";
+    }
+  }
+  return "";
+}
+
+MotionRate::MotionRate(const Schema& schema, bool has_joint_velocities)
+    : fields_(scaledFields(schema, has_joint_velocities)) {
   std::vector<FieldPath> paths;
   for (const ScaledField& field : fields_) paths.push_back(FieldPath::parse(field.path));
   if (!paths.empty()) finder_ = std::make_unique<FieldFinder>(schema, paths);

@@ -14,6 +14,8 @@
 namespace afterglow::replay {
 
 class FieldFinder;
+struct PlannedTopic;
+struct PlayPlan;
 
 /// A number or duration to be multiplied by rate^power.
 struct ScaledField {
@@ -22,13 +24,22 @@ struct ScaledField {
 };
 
 /// Known by the types they lie in, wherever those are nested: geometry_msgs/Twist, trajectory
-/// points, PointHead and SingleJointPosition goals, AckermannDrive, Marker.
-std::vector<ScaledField> scaledFields(const Schema& schema);
+/// points, PointHead and SingleJointPosition goals, AckermannDrive, Marker. Where the numbers of a
+/// message are joints' velocities by the controller's name, its `data`.
+std::vector<ScaledField> scaledFields(const Schema& schema, bool has_joint_velocities = false);
+
+/// Whether the numbers of a Float64 or Float64MultiArray are joints' velocities.
+bool hasJointVelocities(const PlannedTopic& topic);
+
+/// One line that names a topic of set points whose velocities are not known, so that they can be
+/// neither changed nor limited; empty: there is none. Targets (goals, poses) have no rate of their
+/// own.
+std::string whyOnlyAsRecorded(const PlayPlan& plan);
 
 /// Worked out once for a type.
 class MotionRate {
  public:
-  explicit MotionRate(const Schema& schema);
+  explicit MotionRate(const Schema& schema, bool has_joint_velocities = false);
   ~MotionRate();
   MotionRate(MotionRate&&) noexcept;
 

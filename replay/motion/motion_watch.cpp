@@ -1,10 +1,10 @@
 #include "replay/motion/motion_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "replay/messages/field_edit.hpp"
-#include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -16,6 +16,14 @@ std::string stringAt(const Schema& schema, const Bytes& bytes, const char* path)
 
 Schema schemaOf(const Channel& channel) { return Schema::parse(channel.type, channel.definition); }
 
+/// actionlib_msgs/GoalID: the id behind the stamp.
+std::string canceledId(const Bytes& cancel) {
+  constexpr std::size_t kStamp = 8, kLength = 4;
+  return cancel.size() < kStamp + kLength
+             ? ""
+             : readString(cancel, {FieldType::String, kStamp, cancel.size() - kStamp});
+}
+
 }  // namespace
 
 MotionWatch::MotionWatch(const PlayPlan& plan) {
@@ -25,67 +33,139 @@ MotionWatch::MotionWatch(const PlayPlan& plan) {
 }
 
 void MotionWatch::watch(const PlannedTopic& topic) {
-  const Channel& channel = topic.output;
-  const auto output = static_cast<std::uint32_t>(outputs_.size());
-  if (isVelocity(channel)) {
-    topics_[channel.topic] = {Kind::Twist, output, {}};
-    outputs_.push_back({channel, Bytes(schemaOf(channel).minimumSize(0))});
-  } else if (isTrajectoryCommand(channel)) {
-    topics_[channel.topic] = {Kind::Trajectory, output, {}};
-    outputs_.push_back({channel, Bytes(schemaOf(channel).minimumSize(0))});
-  } else if (isGoal(channel)) {
-    const Channel cancel = cancelChannel(channel);
-    topics_[channel.topic] = {Kind::Goal, output, {}};
-    topics_[cancel.topic] = {Kind::Cancel, output, channel.topic};
-    actions_.emplace(channel.topic, Action{schemaOf(channel), output});
-    outputs_.push_back({cancel, cancelMessage("")});
+  const MotionStop stop = stopOf(topic);
+  if (isGoal(topic.output)) {
+    watchAction(topic, stop);
+    return;
   }
+  StopMaker maker(topic.output, stop);
+  if (!maker.hasMessage()) return;
+  const Index output = addOutput(maker.channel(), maker.before());
+  if (stop.kind == StopKind::Cancel) stops_.insert({maker.channel().topic, {{}, output}});
+  commands_.emplace(topic.output.topic, Command{std::move(maker), output});
+}
+
+void MotionWatch::watchAction(const PlannedTopic& topic, const MotionStop& stop) {
+  const Channel& channel = topic.output;
+  Action action{schemaOf(channel)};
+  const StopMaker maker(channel, stop);
+  if (maker.hasMessage()) {
+    action.cancel = addOutput(maker.channel(), maker.before());
+    stops_.insert({maker.channel().topic, {channel.topic, *action.cancel}});
+  }
+  const auto halt = haltChannel(channel);
+  if (halt && maker.hasMessage()) {
+    action.halt = addOutput(*halt, haltMessage(), true);
+    stops_.insert({halt->topic, {channel.topic, *action.halt}});
+  }
+  if (isGripperGoal(channel) && stop.rule.empty()) action.hold = addOutput(channel, {});
+  actions_.emplace(channel.topic, std::move(action));
+}
+
+MotionWatch::Index MotionWatch::addOutput(const Channel& channel, Bytes stop,
+                                          bool may_be_unheard) {
+  outputs_.push_back({channel, std::move(stop), may_be_unheard});
+  return static_cast<Index>(outputs_.size() - 1);
 }
 
 MotionWatch::Change MotionWatch::sending(const Channel& channel, const Bytes& bytes) {
   Change change;
-  const auto found = topics_.find(channel.topic);
-  if (found == topics_.end()) {
-    return change;
-  }
-  const auto& [kind, output, goals] = found->second;
-  change.output = output;
-  if (kind == Kind::Twist) {
-    change.is_motion = !isZero(velocityOf(bytes));
-    change.has_changed = setMoving(output, change.is_motion);
-  } else if (kind == Kind::Goal) {
-    change.is_motion = true;
-    goals_.open(channel.topic, stringAt(actions_.at(channel.topic).goal, bytes, "goal_id.id"));
-    change.has_changed = lookAtGoals();
-  } else if (kind == Kind::Cancel) {
-    const std::string id = stringAt(schemaOf(outputs_[output].channel), bytes, "id");
-    goals_.cancel(goals, id);
-    change.has_changed = lookAtGoals();
-  } else {
-    const Bytes halt = haltedTrajectory(channel, bytes);
-    change.is_motion = halt != bytes;
-    change.has_changed = setMoving(output, change.is_motion);
-    change.has_other_stop = halt != outputs_[output].stop;
-    outputs_[output].stop = halt;
-  }
+  stopped(channel.topic, bytes, change);
+  const auto to = commands_.find(channel.topic);
+  if (to != commands_.end()) command(to->second, bytes, change);
+  const auto action = actions_.find(channel.topic);
+  if (action != actions_.end()) openGoal(channel.topic, action->second, bytes, change);
   return change;
 }
 
-bool MotionWatch::goalEnded(const std::string& id) {
+void MotionWatch::command(const Command& to, const Bytes& bytes, Change& change) {
+  Bytes stop = to.stop.after(bytes);
+  change.output = to.output;
+  change.is_motion = !to.stop.isNeutral(bytes);
+  change.has_changed = setMoving(to.output, change.is_motion) || change.has_changed;
+  change.has_other_stop = stop != outputs_[to.output].stop;
+  outputs_[to.output].stop = std::move(stop);
+}
+
+void MotionWatch::openGoal(const std::string& topic, Action& action, const Bytes& bytes,
+                           Change& change) {
+  const std::string id = stringAt(action.goal, bytes, "goal_id.id");
+  change.output = action.cancel.value_or(0);
+  change.is_motion = true;
+  action.is_aborted = false;
+  action.open.insert(id);
+  if (action.hold) {
+    action.last = bytes;
+    action.gap.reset();
+    outputs_[*action.hold].stop.clear();
+  }
+  goals_.open(topic, id);
+  change.has_changed = lookAtGoals() || change.has_changed;
+}
+
+/// A cancel, or a trajectory that halts a controller.
+void MotionWatch::stopped(const std::string& topic, const Bytes& bytes, Change& change) {
+  const auto [begin, end] = stops_.equal_range(topic);
+  for (auto stop = begin; stop != end; ++stop) {
+    const auto& [goals, output] = stop->second;
+    const auto action = actions_.find(goals);
+    if (action == actions_.end()) {
+      change.has_changed = setMoving(output, false) || change.has_changed;
+    } else if (action->second.halt == output) {
+      action->second.is_aborted = false;
+    } else {
+      if (action->second.gap && goals_.isOpen(goals)) {
+        change.instead = outputs_[*action->second.hold];
+      }
+      goals_.cancel(goals, canceledId(bytes));
+    }
+  }
+  if (begin != end) change.has_changed = lookAtGoals() || change.has_changed;
+}
+
+std::vector<std::uint32_t> MotionWatch::gapMeasured(double gap) {
+  constexpr double kOtherGap = 0.0005;  // m
+  std::vector<std::uint32_t> changed;
+  for (auto& [topic, action] : actions_) {
+    const bool is_known = action.gap && std::abs(*action.gap - gap) < kOtherGap;
+    if (!action.hold || is_known || !goals_.isOpen(topic) || !std::isfinite(gap)) continue;
+    Output& hold = outputs_[*action.hold];
+    hold.stop = gapGoal(hold.channel, action.last, gap);
+    action.gap = gap;
+    changed.push_back(*action.hold);
+  }
+  if (!changed.empty()) lookAtGoals();
+  return changed;
+}
+
+MotionWatch::End MotionWatch::goalEnded(const std::string& id) {
   goals_.close(id);
-  return lookAtGoals();
+  End end;
+  for (auto& [topic, action] : actions_) {
+    const bool is_of_it = action.open.erase(id) > 0;
+    const bool is_last = is_of_it && !goals_.isOpen(topic);
+    if (is_last && action.halt && goals_.outcomeOf(id) == GoalOutcome::Failed) {
+      action.is_aborted = true;
+      end.halt = outputs_[*action.halt];
+    }
+  }
+  end.has_changed = lookAtGoals();
+  return end;
 }
 
 /// True if an action's goals have set it in motion, or have all ended.
 bool MotionWatch::lookAtGoals() {
   bool has_changed = false;
   for (const auto& [topic, action] : actions_) {
-    has_changed |= setMoving(action.output, goals_.isOpen(topic));
+    const bool is_open = goals_.isOpen(topic);
+    if (action.hold) has_changed |= setMoving(*action.hold, is_open && action.gap);
+    if (action.cancel) has_changed |= setMoving(*action.cancel, is_open && !action.gap);
+    if (action.halt) has_changed |= setMoving(*action.halt, is_open || action.is_aborted);
   }
   return has_changed;
 }
 
-bool MotionWatch::setMoving(std::uint32_t output, bool is_moving) {
+bool MotionWatch::setMoving(Index output, bool is_moving) {
   return is_moving ? moving_.insert(output).second : moving_.erase(output) > 0;
 }
 

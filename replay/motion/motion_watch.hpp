@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,20 +13,22 @@
 #include "replay/messages/schema.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/heartbeat.hpp"
+#include "replay/motion/stop_maker.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
 
-/// A velocity topic moves from a velocity to a zero one, an action from a goal to its end or
-/// cancel, a trajectory command from the first point to a command without any. Not thread-safe, but
-/// for the book.
+/// A topic of set points moves from one that moves something to its stop, an action from a goal to
+/// its end or cancel, a trajectory command from the first point to a command without any. A goal
+/// that was aborted may go on (haltChannel()). Not thread-safe, but for the book.
 class MotionWatch {
  public:
-  /// A channel and the message that stops it: a zero velocity, a cancel of all goals, a trajectory
-  /// without points.
+  /// A channel and the message that stops what was set in motion by its own topic or another one: a
+  /// set point, a cancel of all goals, a trajectory without points.
   struct Output {
     Channel channel;
     Bytes stop;
+    bool may_be_unheard = false;  ///< it is for controllers that need not be there
   };
   /// Throws MessageError for a definition that is none.
   explicit MotionWatch(const PlayPlan& plan);
@@ -37,34 +40,57 @@ class MotionWatch {
     bool has_changed = false;     ///< moving() has
     bool has_other_stop = false;  ///< so has the output's stop message
     std::uint32_t output = 0;
+    /// To be sent instead: a gripper stops by a goal at its gap, not by a cancel.
+    std::optional<Output> instead;
   };
   /// A message that is about to be sent, as it is.
   Change sending(const Channel& channel, const Bytes& bytes);
-  /// A goal's final status was seen. True if moving() has changed.
-  bool goalEnded(const std::string& id);
+
+  struct End {
+    bool has_changed = false;    ///< moving() has
+    std::optional<Output> halt;  ///< to be sent now: the goal was aborted and may go on
+  };
+  /// A goal's final status was seen, and is in the book.
+  End goalEnded(const std::string& id);
+  /// The gripper's gap as measured now. Returns the outputs whose stop has changed.
+  std::vector<std::uint32_t> gapMeasured(double gap);
   const Outputs& moving() const { return moving_; }
   /// Every goal that is sent is opened in it, every one that is canceled closed. Any thread.
   GoalBook& goals() { return goals_; }
 
  private:
-  enum class Kind { Twist, Goal, Cancel, Trajectory };
-  struct Topic {
-    Kind kind;
-    std::uint32_t output;
-    std::string goals;  ///< the topic of the goals that a cancel is for
+  using Index = std::uint32_t;  ///< of an output
+  struct Command {
+    StopMaker stop;
+    Index output;
   };
   struct Action {
     Schema goal;
-    std::uint32_t output;
+    std::optional<Index> cancel = {}, halt = {}, hold = {};
+    std::set<std::string> open = {};  ///< ids whose final status was not seen
+    bool is_aborted = false;          ///< what moves now is an aborted goal, as far as is known
+    Bytes last = {};                  ///< of a gripper
+    std::optional<double> gap = {};   ///< that the hold is for
+  };
+  /// What a stop on this topic is for.
+  struct Stopped {
+    std::string topic;  ///< of goals; empty: a command
+    Index output;
   };
 
-  bool setMoving(std::uint32_t output, bool is_moving);
-  bool lookAtGoals();
   void watch(const PlannedTopic& topic);
+  void watchAction(const PlannedTopic& topic, const MotionStop& stop);
+  Index addOutput(const Channel& channel, Bytes stop, bool may_be_unheard = false);
+  void command(const Command& to, const Bytes& bytes, Change& change);
+  void openGoal(const std::string& topic, Action& action, const Bytes& bytes, Change& change);
+  void stopped(const std::string& topic, const Bytes& bytes, Change& change);
+  bool setMoving(Index output, bool is_moving);
+  bool lookAtGoals();
 
   std::vector<Output> outputs_;
-  std::map<std::string, Topic> topics_;  ///< by the name they are published by
-  std::map<std::string, Action> actions_;  ///< by their goals' topics
+  std::map<std::string, Command> commands_;  ///< by the name they are published by
+  std::map<std::string, Action> actions_;    ///< by their goals' topics
+  std::multimap<std::string, Stopped> stops_;  ///< by the topics of cancels and halts
   GoalBook goals_;
   Outputs moving_;
 };

@@ -9,16 +9,13 @@
 #include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
+#include "replay/motion/stop_maker.hpp"
 #include "replay/motion/track_reader.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 const std::string kNotLocalized = "it was recorded without localization (map -> odom)";
-
-bool isGripperGoal(const Channel& channel) {
-  return channel.type == "control_msgs/GripperCommandActionGoal";
-}
 
 void addGoal(const PlannedTopic& topic, const Bytes& bytes, const Schema& schema,
              std::optional<JointGoals>& goals) {
@@ -157,10 +154,15 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan) {
     if (!topic.isPlayed() || topic.modality != Modality::Body) {
       continue;
     }
-    if (isVelocity(topic.channel)) {
+    const MotionStop stop = stopOf(topic);
+    if (isVelocity(topic.channel) || stop.kind == StopKind::Speed) {
       parts.moves_base = parts.moves_base || topic.count > 0;
       continue;
     }
+    if (stop.isSetPoint() && topic.count > 0) parts.unnamed.push_back(topic.output.topic);
+    // A target that a rule's cancel stops is the same from anywhere.
+    const bool is_target = stop.kind == StopKind::Cancel && !isGoal(topic.channel);
+    if (stop.isSetPoint() || is_target) continue;
     parts.moves_joints = parts.moves_joints || topic.count > 0;
     if (auto goals = readGoals(store, plan, topic)) parts.goals.push_back(std::move(*goals));
   }

@@ -25,6 +25,8 @@ struct JointGoals {
 /// What a replay moves.
 struct MovedParts {
   std::vector<JointGoals> goals;
+  /// Topics of set points that do not say what they move: it cannot be compared with how it stood.
+  std::vector<std::string> unnamed;
   bool moves_base = false, moves_joints = false;
   RobotJoints robot{};  ///< for the caller to fill in
 

@@ -96,11 +96,14 @@ class TopicChooser {
   void classify(PlannedTopic& topic) const {
     const std::string& recorded = topic.channel.topic;
     TopicRole role = roleOf(recorded, topic.channel.type);
-    if (role.topic_class != TopicClass::Endless) {
-      role = roleOf(topic.output.topic, topic.channel.type);
-    }
+    const TopicRole published = roleOf(topic.output.topic, topic.channel.type);
+    // A controller of velocities is known by its recorded name alone.
+    const bool is_named = role.topic_class == TopicClass::Body && isNamedMotion(topic) &&
+                          published.topic_class != TopicClass::Control;
+    if (role.topic_class != TopicClass::Endless && !is_named) role = published;
     topic.topic_class = role.topic_class;
     topic.why_class = role.why;
+    followStopRule(topic);
     if (role.topic_class != TopicClass::Shown) return;
     const bool is_layer = options_.layers && options_.layers->count(topic.output.topic) != 0;
     if (holdsName(requested_, recorded)) {
@@ -127,6 +130,29 @@ class TopicChooser {
       topic.why_class = driver->why;
     } else if (wasUnheard(recorded, nodes_)) {
       topic.why_class += "; nobody heard it when it was recorded";
+    }
+  }
+
+  /// Its recorded name says what it moves, and nothing does under the published one.
+  static bool isNamedMotion(const PlannedTopic& topic) {
+    const std::string& type = topic.channel.type;
+    return knownStop(topic.output.topic, type) == StopKind::None &&
+           knownStop(topic.channel.topic, type) != StopKind::None;
+  }
+
+  /// What was refused for want of a stop, and what nobody knows, is the body's with a rule for it.
+  void followStopRule(PlannedTopic& topic) const {
+    const auto rule = options_.rewriting.stops.find(topic.channel.topic);
+    if (rule == options_.rewriting.stops.end()) return;
+    topic.rule_stop = rule->second;
+    topic.modality = Modality::Body;
+    const bool is_unknown = topic.topic_class == TopicClass::Other &&
+                            knownStop(topic.output.topic, topic.channel.type) == StopKind::None;
+    if (topic.topic_class == TopicClass::Endless || is_unknown) {
+      topic.topic_class = TopicClass::Body;
+      topic.why_class = describe(rule->second);
+    } else {
+      topic.why_class += "; " + describe(rule->second);
     }
   }
 
@@ -213,6 +239,9 @@ void setRewrites(Rewriter& rewriter, PlannedTopic& topic) {
   if (!topic.isPlayed()) return;
   try {
     topic.rewrites = rewriter.rules(topic.channel);
+    if (topic.rule_stop.kind != StopKind::None) {
+      checkStop(topic.rule_stop, Schema::parse(topic.channel.type, topic.channel.definition));
+    }
   } catch (const MessageError& error) {
     topic.why_not = std::string("its definition is not understood: ") + error.what();
   }
@@ -439,6 +468,14 @@ PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOption
   checkNames(plan, options);
   choosePart(plan, options);
   return plan;
+}
+
+MotionStop stopOf(const PlannedTopic& topic) {
+  if (topic.rule_stop.kind != StopKind::None) return topic.rule_stop;
+  MotionStop stop;
+  stop.kind = knownStop(topic.output.topic, topic.output.type);
+  if (stop.kind == StopKind::None) stop.kind = knownStop(topic.channel.topic, topic.channel.type);
+  return stop;
 }
 
 bool isVelocity(const Channel& channel) {

@@ -31,6 +31,7 @@ struct PlannedTopic {
   bool is_nameable = false;  ///< not played, but would be played if it was named
   std::string why_not;       ///< empty: it is played
   std::vector<RewrittenField> rewrites;
+  MotionStop rule_stop;  ///< how it is stopped, if a rule says so; stopOf() knows the others
 
   bool isPlayed() const { return why_not.empty(); }
 };
@@ -87,6 +88,9 @@ std::set<Modality> parseModalities(const std::string& text);
 /// patterns, and a part that is empty.
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);
 
+/// How the motion that a topic sets in motion is stopped; by its recorded name if its published one
+/// tells nothing.
+MotionStop stopOf(const PlannedTopic& topic);
 /// Commands a velocity that holds until the next one: geometry_msgs/Twist and TwistStamped.
 bool isVelocity(const Channel& channel);
 /// A goal of an action, by its type's name.

@@ -35,6 +35,7 @@ bool matches(std::string_view text, std::string_view pattern) {
 }
 
 constexpr std::string_view kTwist = "geometry_msgs/Twist*";
+constexpr std::string_view kAckermann = "ackermann_msgs/AckermannDrive*";
 constexpr std::string_view kPose = "geometry_msgs/Pose*";
 
 using RoleRule = TopicRow;
@@ -70,10 +71,10 @@ const Rules& controlRules() {
        {kControl, "a person's hand on a marker: marker servers drive by it"}},
       {{"*teleop*", "*joy*", "*keyboard*", "key_vel", "tab_vel", "phone_vel", "marker_vel",
         "*twist_marker*", "*rviz*", "*manual*", "input/switch"},
-       {kTwist},
+       {kTwist, kAckermann},
        {kControl, "a person's velocities, which override others"}},
       {{"input/safety_controller"}, {}, {kControl, "the safety controller's velocities"}},
-      {{"*safety*"}, {kTwist}, {kControl, "the safety controller's velocities"}}};
+      {{"*safety*"}, {kTwist, kAckermann}, {kControl, "the safety controller's velocities"}}};
   return rules;
 }
 
@@ -99,7 +100,7 @@ const Rules& exceptionRules() {
        {kEndless, "a flying robot's: a zero leaves it in the air"}},
       {{"mobile_base/commands/velocity", "servoing_cmd_vel", "base_controller/command",
         "*_controller/cmd_vel", "twist_mux/*", "*mux/output*", "*mux/cmd_vel*"},
-       {kTwist},
+       {kTwist, kAckermann},
        {kOther, "the base behind its multiplexer: nobody could override it"}},
       {{"local_position/*", "gps/*", "imu/*", "*odom*", "*estimate*", "*measured*", "*actual*",
         "*feedback*", "*state*", "fix_velocity", "vel"},
@@ -189,22 +190,41 @@ const Rules& motionRules() {
   constexpr auto kBody = TopicClass::Body, kOther = TopicClass::Other;
   constexpr auto kEndless = TopicClass::Endless;
   static const Rules rules{
-      {{}, {"geometry_msgs/Twist", "geometry_msgs/TwistStamped"}, {kBody, "a zero stops it"}},
-      {{}, {"trajectory_msgs/JointTrajectory"}, {kBody, "an empty trajectory stops it"}},
+      {{},
+       {"geometry_msgs/Twist", "geometry_msgs/TwistStamped"},
+       {kBody, "a zero stops it", StopKind::Zero}},
+      {{},
+       {"ackermann_msgs/AckermannDrive", "ackermann_msgs/AckermannDriveStamped"},
+       {kBody, "speed 0 stops it, its steering is kept", StopKind::Speed}},
+      {{},
+       {"trajectory_msgs/JointTrajectory"},
+       {kBody, "an empty trajectory stops it", StopKind::NoPoints}},
       {{},
        {"control_msgs/FollowJointTrajectoryActionGoal", "*/JointTrajectoryActionGoal",
         "*/PointHeadActionGoal", "*/SingleJointPositionActionGoal"},
-       {kBody, "a cancel stops it"}},
+       {kBody, "a cancel stops it", StopKind::Cancel}},
       {{},
-       {"control_msgs/GripperCommandActionGoal", "pr2_controllers_msgs/Pr2GripperCommand*"},
-       {kBody, "a gripper: it stops where it is told to go"}},
+       {"control_msgs/GripperCommandActionGoal"},
+       {kBody, "a gripper: it stops where it is told to go", StopKind::Cancel}},
+      // PR2's gripper without effort drops what it holds: a cancel does that.
+      {{},
+       {"pr2_controllers_msgs/Pr2GripperCommand*"},
+       {kBody, "a gripper: it stops where it is told to go", StopKind::EndsItself}},
       {{"follow_joint_trajectory/cancel", "joint_trajectory_action/cancel", "point_head/cancel",
         "point_head_action/cancel", "position_joint_action/cancel", "gripper_action/cancel",
         "gripper_cmd/cancel"},
        {"actionlib_msgs/GoalID"},
-       {kBody, "it cancels a goal of the body"}},
-      {{}, {"actionlib_msgs/GoalID"}, {kOther, "it cancels goals that are not replayed"}},
-      {{}, {"*ActionGoal"}, {kOther, "an action that goes its own way today"}},
+       {kBody, "it cancels a goal of the body", StopKind::IsStop}},
+      {{},
+       {"actionlib_msgs/GoalID"},
+       {kOther, "it cancels goals that are not replayed", StopKind::IsStop}},
+      {{}, {"*ActionGoal"}, {kOther, "an action that goes its own way today", StopKind::Cancel}},
+      // ros_controllers' controllers of velocities, one joint or a group: by the names that their
+      // configurations have, as the message does not say what its numbers are.
+      {{"*vel_controller/command", "*velocity_controller/command",
+        "*velocity_controllers/command"},
+       {"std_msgs/Float64", "std_msgs/Float64MultiArray"},
+       {kBody, "joints' velocities, by the controller's name: zeros stop it", StopKind::Zero}},
       {{},
        {"ackermann_msgs/*", "trajectory_msgs/*", "brics_actuator/Joint*", "control_msgs/JointJog"},
        {kEndless, "no message stops it, and the last one holds"}},
@@ -365,6 +385,21 @@ bool isByName(std::string_view topic, std::string_view type) {
 bool hasKnownStop(std::string_view topic, std::string_view type) {
   const TopicRow* row = rowIn(motionRules(), topic, type);
   return (row && row->role.topic_class == TopicClass::Body) || endsWith(type, "ActionGoal");
+}
+
+std::vector<std::string_view> bodyTypes() {
+  std::vector<std::string_view> types;
+  for (const RoleRule& rule : motionRules()) {
+    const bool moves = rule.role.topic_class == TopicClass::Body &&
+                       rule.role.stop != StopKind::IsStop;
+    if (moves) types.insert(types.end(), rule.types.begin(), rule.types.end());
+  }
+  return types;
+}
+
+StopKind knownStop(std::string_view topic, std::string_view type) {
+  const TopicRow* row = rowIn(motionRules(), topic, type);
+  return row ? row->role.stop : StopKind::None;
 }
 
 }  // namespace afterglow::replay

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <vector>
 
+#include "replay/plan/motion_stop.hpp"
+
 namespace afterglow::replay {
 
 /// The body moves, light is drawn on the world, speech is heard.
@@ -37,6 +39,7 @@ std::string_view name(TopicClass topic_class);
 struct TopicRole {
   TopicClass topic_class = TopicClass::Other;
   std::string_view why;  ///< one clause, for people
+  StopKind stop = StopKind::None;  ///< of what moves a robot
 };
 
 /// Topics by their last names and their types.
@@ -66,5 +69,11 @@ bool isByName(std::string_view topic, std::string_view type);
 
 /// Whether it is known how motion on such a topic is stopped, whatever its class is.
 bool hasKnownStop(std::string_view topic, std::string_view type);
+
+/// The types of all that moves the body by its type or name, as patterns: `*` stands for anything.
+std::vector<std::string_view> bodyTypes();
+
+/// How motion on a topic is stopped, whatever its class is.
+StopKind knownStop(std::string_view topic, std::string_view type);
 
 }  // namespace afterglow::replay

@@ -69,7 +69,8 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
 }
 
 void BodyInForce::sendVelocity(OutboxTopic& topic, const Recorded& command, Stamp at) {
-  if (at.ns - command.at.ns < kVelocityHoldsNs && !isZero(velocityOf(command.bytes))) {
+  const bool holds = !topic.times_out || at.ns - command.at.ns < kVelocityHoldsNs;
+  if (holds && !topic.stop.isNeutral(command.bytes)) {
     sendAs({topic, topic.planned.channel, at, command.at, command.bytes}, command);
   }
 }
@@ -173,11 +174,12 @@ void BodyInForce::abandon() {
   lead_.forget();
 }
 
-void BodyInForce::haltCommands() {
+void BodyInForce::haltCommands(Halts which) {
   for (const auto& [name, command] : commands_) {
     const OutboxTopic& topic = outbox_.topic(name);
-    if (!topic.is_velocity) {
-      outbox_.send(topic.planned.output, haltedTrajectory(topic.planned.channel, command.bytes));
+    const bool is_target = topic.stop.stop().kind == StopKind::Cancel;
+    if (!topic.is_velocity && (is_target || which == Halts::All)) {
+      outbox_.send(topic.stop.channel(), topic.stop.after(command.bytes));
     }
   }
 }
@@ -190,9 +192,9 @@ void BodyInForce::giveUpGoals() {
 
 void BodyInForce::sendCancels(const std::vector<GoalBook::Entry>& goals) {
   for (const GoalBook::Entry& goal : goals) {
-    const Channel& output = outbox_.topic(goal.channel.topic).planned.output;
-    outbox_.send(cancelChannel(output), cancelMessage(goal.id));
-    goals_.cancel(output.topic, goal.id);
+    const OutboxTopic& topic = outbox_.topic(goal.channel.topic);
+    if (topic.stop.hasMessage()) outbox_.send(topic.stop.channel(), cancelMessage(goal.id));
+    goals_.cancel(topic.planned.output.topic, goal.id);
   }
 }
 

@@ -57,8 +57,10 @@ class BodyInForce {
   /// Sends the velocities in force at a recorded moment.
   void sendVelocities(Stamp at);
 
-  /// Halts the joints that follow a trajectory command.
-  void haltCommands();
+  enum class Halts { All, Targets };
+  /// Halts what follows a trajectory command, and what goes to a target until it is canceled; or
+  /// only the latter, which does not end by itself.
+  void haltCommands(Halts which = Halts::All);
   /// Cancels all goals that are open or suspended.
   void giveUpGoals();
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "replay/motion/odd_number.hpp"
 #include "replay/motion/velocity.hpp"
 #include "replay/play/clearing.hpp"
 #include "replay/play/message_lanes.hpp"
@@ -18,24 +19,23 @@ constexpr std::int64_t kMotionStalled = 1'000'000'000;
 /// ROS time was stepped, or is not the machine's: stamps follow.
 constexpr std::int64_t kClockStep = 50'000'000;
 
-/// All zeros: every number 0, every string empty.
-Bytes blankMessage(const Channel& channel) {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
-  return Bytes(schema.minimumSize(0));
-}
+Schema schemaOf(const Channel& channel) { return Schema::parse(channel.type, channel.definition); }
 
 }  // namespace
 
 OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, TopicReport& counts)
     : planned(topic),
       report(counts),
-      scaling(Schema::parse(topic.channel.type, topic.channel.definition)),
-      is_velocity(isVelocity(topic.channel)),
-      is_trajectory(isTrajectoryCommand(topic.channel)),
-      is_command(is_velocity || is_trajectory || isGoal(topic.channel)),
+      scaling(schemaOf(topic.channel), hasJointVelocities(topic)),
+      stop(topic.output, stopOf(topic)),
+      is_velocity(stop.isSetPoint()),
+      times_out(isVelocity(topic.channel)),
+      is_command(stop.hasMessage() || isGoal(topic.channel)),
       is_replacing(isReplacing(topic.channel.type) || is_velocity || isGoal(topic.channel)),
       is_driven(options.base_drive && options.base_drive->topic() == topic.channel.topic),
-      latency_s(latencyOf(options.latency_s, topic.modality)) {}
+      latency_s(latencyOf(options.latency_s, topic.modality)) {
+  if (topic.modality == Modality::Body) numbers = schemaOf(topic.channel);
+}
 
 Outbox::Outbox(const PlayContext& play, ArmLead& lead, MessageSink& sink,
                std::function<Stamp()> ros_now, Rewriter::FreshId ids)
@@ -65,13 +65,13 @@ bool Outbox::leavesOut(const Outgoing& message) const {
   const OutboxTopic& topic = message.topic;
   const bool is_body = topic.planned.modality == Modality::Body;
   // An older velocity would start the base again at a time that nobody chose.
-  const bool is_too_late = topic.is_velocity && message.late_ns > kVelocityHoldsNs &&
-                           !isZero(velocityOf(message.bytes));
+  const bool is_too_late = topic.times_out && message.late_ns > kVelocityHoldsNs &&
+                           !topic.stop.isNeutral(message.bytes);
   if (topic.is_driven) {
     ++topic.report.replaced;
   } else if (is_too_late) {
     ++topic.report.skipped;
-  } else if (!topic.is_velocity && is_body && message.late_ns > kMotionStalled) {
+  } else if (!topic.times_out && is_body && message.late_ns > kMotionStalled) {
     throw std::runtime_error("stalled: motion on " + message.channel.topic + " is " +
                              std::to_string(message.late_ns / 1'000'000) + " ms late");
   }
@@ -113,8 +113,9 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
   if (channel.md5 != topic.planned.channel.md5) {
     throw MessageError("the topic began with another definition");
   }
-  if (topic.is_velocity && !isFinite(velocityOf(message.bytes))) {
-    throw MessageError("a velocity that is no number");
+  if (topic.numbers) {
+    const std::string odd = oddNumber(*topic.numbers, message.bytes);
+    if (!odd.empty()) throw MessageError(odd);
   }
   const double rate = play_.timeline().rate();
   topic.scaling.apply(message.bytes, rate);
@@ -126,7 +127,7 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
   if (!rewritten.publish) {
     return std::nullopt;
   }
-  topic.has_moved = topic.has_moved || topic.is_velocity;
+  if (topic.is_velocity) topic.moved_by = message.bytes;
   topic.report.was_heard = sink_.publish(topic.planned.output, message.bytes);
   const SteadyTime now = play_.clock.now();
   const std::int64_t late_ns = std::min(message.late_ns, now.ns - message.released.ns);
@@ -156,7 +157,7 @@ PublishMoment Outbox::momentOf(const Outgoing& message) {
 /// on where the joints are on its path.
 void Outbox::beginWhereJointsAre(Outgoing& message) {
   const OutboxTopic& topic = message.topic;
-  const bool has_joints = topic.is_command && !topic.is_velocity;
+  const bool has_joints = isTrajectoryCommand(message.channel) || isGoal(message.channel);
   if (!lead_.hasArm() || !has_joints || topic.planned.modality != Modality::Body) {
     return;
   }
@@ -184,7 +185,7 @@ void Outbox::refuse(const Outgoing& message, const std::string& why) {
 
 void Outbox::sendDriven(const Bytes& velocity) {
   OutboxTopic& topic = topics_.at(play_.options.base_drive->topic());
-  topic.has_moved = true;
+  topic.moved_by = velocity;
   topic.report.was_heard = sink_.publish(topic.planned.output, velocity);
   ++topic.report.published;
 }
@@ -210,7 +211,7 @@ void Outbox::standStill() {
 }
 
 void Outbox::sendZeroVelocity(const OutboxTopic& topic) {
-  if (topic.has_moved) send(topic.planned.output, blankMessage(topic.planned.channel));
+  if (!topic.moved_by.empty()) send(topic.stop.channel(), topic.stop.after(topic.moved_by));
 }
 
 bool Outbox::isLit() const {

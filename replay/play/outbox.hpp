@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "replay/motion/motion_rate.hpp"
+#include "replay/motion/stop_maker.hpp"
 #include "replay/plan/anchoring.hpp"
 #include "replay/plan/play_plan.hpp"
 #include "replay/plan/rewrite.hpp"
@@ -34,12 +35,15 @@ struct OutboxTopic {
   const PlannedTopic& planned;
   TopicReport& report;
   MotionRate scaling;
-  bool is_velocity, is_trajectory;
-  bool is_command;    ///< a velocity, trajectory command or goal
+  StopMaker stop;
+  std::optional<Schema> numbers;  ///< of motion: only finite ones are sent
+  bool is_velocity;   ///< a velocity or another set point: it holds until the next one
+  bool times_out;     ///< a velocity that a base obeys for kVelocityHoldsNs
+  bool is_command;    ///< a set point, a trajectory command, a goal, a target that a cancel stops
   bool is_replacing;  ///< a message replaces the one before it
   bool is_driven;     ///< the base drive's
   double latency_s = 0;
-  bool has_moved = false;  ///< a velocity was sent
+  Bytes moved_by;          ///< the last set point sent; none: none was
   Bytes last;              ///< projected content in force
 };
 

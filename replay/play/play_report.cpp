@@ -40,6 +40,7 @@ Json planned(const PlannedTopic& topic) {
     return json;
   }
   json["modality"] = std::string(name(topic.modality));
+  if (topic.modality == Modality::Body) json["stop"] = describe(stopOf(topic));
   if (topic.output.topic != topic.channel.topic) json["published_as"] = topic.output.topic;
   json["rewritten"] = rewritten(topic);
   return json;

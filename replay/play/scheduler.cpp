@@ -381,7 +381,8 @@ void Scheduler::finish() {
   }
   parts_.body.giveUpGoals();
   parts_.outbox.sendZeroVelocities();
-  if (play_.transport.isStopped()) parts_.body.haltCommands();
+  parts_.body.haltCommands(play_.transport.isStopped() ? BodyInForce::Halts::All
+                                                       : BodyInForce::Halts::Targets);
   if (play_.options.clear_projection) parts_.outbox.clearProjection();
   if (lanes_) play_.ledger.addDamage(lanes_->end());
 }

@@ -290,11 +290,11 @@ TEST_F(DefaultDeny, printsItsTableAsTextAndAsJson) {
 
 TEST_F(DefaultDeny, refusesMotionThatNothingStops) {
   const std::string text =
-      said(world->bag.imported, {"--allow-motion", "--also", "/ackermann_cmd"}, 1);
-  EXPECT_TRUE(contains(text, "/ackermann_cmd (ackermann_msgs/AckermannDrive) is not played: no "
-                             "message stops it, and the last one holds"))
+      said(world->bag.imported, {"--allow-motion", "--also", "/wheel_left/effort"}, 1);
+  EXPECT_TRUE(contains(text, "/wheel_left/effort (std_msgs/Float64) is not played: its controller "
+                             "goes on with the last value, whoever is gone"))
       << text;
-  EXPECT_TRUE(contains(said(world->bag.requested, {"--allow-motion"}, 1), "/ackermann_cmd"))
+  EXPECT_TRUE(contains(said(world->bag.requested, {"--allow-motion"}, 1), "/wheel_left/effort"))
       << "the recording was made for it";
 }
 
@@ -383,10 +383,10 @@ TEST_F(DefaultDeny, holdsForThePlayersServicesToo) {
   PlayBehavior call;
   call.request.behavior_id = std::stoll(world->bag.imported);
   call.request.only = "ar";
-  call.request.also = {"/ackermann_cmd"};
+  call.request.also = {"/wheel_left/effort"};
   ASSERT_TRUE(ros::service::call("/player_node/play", call));
   EXPECT_FALSE(call.response.success);
-  EXPECT_TRUE(contains(call.response.message, "/ackermann_cmd")) << call.response.message;
+  EXPECT_TRUE(contains(call.response.message, "/wheel_left/effort")) << call.response.message;
   call.request.also.clear();
   std::mutex mutex;
   bool is_heard = false;

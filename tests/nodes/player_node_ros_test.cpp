@@ -360,6 +360,24 @@ TEST(ReplayWords, readRulesAndLimits) {
   EXPECT_EQ(readRules(path).types.size(), 1u);
   test::writeFile(path, "also:\n  - plan\n");
   EXPECT_EQ(refusal([&] { readRules(path); }), path + ":2: 'plan' should be a topic, /NAME");
+  test::writeFile(path,
+                  "stops:\n  /wheel: zero\n  /drone: empty\n"
+                  "  /goal: {cancel: /move_base/cancel}\n  /drive: {speed: 0.5, brakes: true}\n");
+  const auto stops = readRules(path).stops;
+  EXPECT_EQ(stops.at("/wheel").kind, replay::StopKind::Zero);
+  EXPECT_EQ(stops.at("/drone").kind, replay::StopKind::NoPoints);
+  EXPECT_EQ(stops.at("/goal").cancel_topic, "/move_base/cancel");
+  EXPECT_EQ(stops.at("/drive").fields.size(), 2u);
+  EXPECT_EQ(stops.at("/drive").fields.at("brakes"), 1);
+  EXPECT_EQ(stops.at("/drive").fields.at("speed"), 0.5);
+  EXPECT_EQ(stops.at("/drive").rule, path + ":5");
+  test::writeFile(path, "stops:\n  /wheel: hold\n");
+  EXPECT_EQ(refusal([&] { readRules(path); }),
+            path + ":2: a stop should be zero, empty, {cancel: /TOPIC} or {FIELD: NUMBER}");
+  test::writeFile(path, "stops:\n  wheel: zero\n");
+  EXPECT_EQ(refusal([&] { readRules(path); }), path + ":2: 'wheel' should be a topic, /NAME");
+  test::writeFile(path, "stops:\n  /drive: {speed: none}\n");
+  EXPECT_EQ(refusal([&] { readRules(path); }).find(path + ":2: "), 0u);
   test::writeFile(path, "my_msgs/Plan:\n  stamp: shifted\n");
   EXPECT_EQ(refusal([&] { readRules(path); }),
             path + ":2: 'shifted' is no rule; did you mean 'shift'?");

@@ -284,6 +284,29 @@ TEST_F(ArmStartOf, takesAWholeTurnForNoWayOnlyOfAJointThatTurnsWithoutEnd) {
       << "as many turns on as the goal";
 }
 
+TEST_F(ArmStartOf, refusesASinglePointThatIsTooFarFromWhereTheArmIs) {
+  const Bytes goal = goalOf({"elbow", "wrist"}, {{0.5, {1, -1}}});
+  options.limits.joints["elbow"].velocity = options.limits.joints["wrist"].velocity = 1.2;
+  options.limits.is_strict = true;
+  options.elsewhere = Elsewhere::Accept;
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  EXPECT_NO_THROW(start().begin(kArm, goal, {500 * kMs}, 0)) << "1 rad/s";
+  live["elbow"].position = 0;
+  try {
+    start().begin(kArm, goal, {500 * kMs}, 0);
+    FAIL() << "2 rad/s";
+  } catch (const ArmElsewhere& error) {
+    EXPECT_STREQ(error.what(),
+                 "elbow would go from 0 to 1 in 0.5 s, at 2/s: 1.2/s is the limit");
+  }
+  EXPECT_NO_THROW(start().begin(kArm, goal, {500 * kMs}, 2)) << "with time to get there";
+  options.limits = {};
+  live["elbow"].position = 0.46;
+  EXPECT_NO_THROW(start().begin(kArm, goal, {500 * kMs}, 0)) << "as it did, give or take";
+  live["elbow"].position = 0;
+  EXPECT_THROW(start().begin(kArm, goal, {500 * kMs}, 0), ArmElsewhere);
+}
+
 TEST_F(ArmStartOf, refusesPointsThatAreNoNumbersOrLackJoints) {
   EXPECT_THROW(start().leadOf(kArm, goalOf({"elbow"}, {{1, {std::nan("")}}}), {0}), MessageError);
   EXPECT_THROW(start().leadOf(kArm, goalOf({"elbow", "wrist"}, {{1, {0.1}}}), {0}), MessageError);

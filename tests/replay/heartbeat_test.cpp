@@ -216,8 +216,8 @@ TEST_F(MotionWatching, seesVelocitiesBeginAndEnd) {
 TEST_F(MotionWatching, seesAnActionMoveUntilItsLastGoalIsOver) {
   watch->sending(arm, test::goalMessage("a", {1}));
   watch->sending(arm, test::goalMessage("b", {1}));
-  EXPECT_FALSE(watch->goalEnded("somebody else's"));
-  EXPECT_FALSE(watch->goalEnded("a"));
+  EXPECT_FALSE(watch->goalEnded("somebody else's").has_changed);
+  EXPECT_FALSE(watch->goalEnded("a").has_changed);
   EXPECT_EQ(watch->moving(), Outputs{1});
   EXPECT_TRUE(watch->sending(cancelChannel(arm), cancelMessage("b")).has_changed);
   EXPECT_TRUE(watch->moving().empty());

@@ -88,9 +88,10 @@ TEST(GoalBook, isTheOneThatTheWatchdogLooksInto) {
   watch.sending(kArm, goalMessage("a", {1}));
   watch.goals().add(kArm.topic, {kArm, {}, recordedAt(0), "a"});
   ASSERT_EQ(watch.goals().giveUp().size(), 1u);
-  EXPECT_EQ(watch.moving(), Outputs{0});
-  EXPECT_FALSE(watch.goalEnded("another one"));
-  EXPECT_EQ(watch.moving(), Outputs{0}) << "until its cancel is sent";
+  const Outputs cancel_and_halt{0, 1};
+  EXPECT_EQ(watch.moving(), cancel_and_halt);
+  EXPECT_FALSE(watch.goalEnded("another one").has_changed);
+  EXPECT_EQ(watch.moving(), cancel_and_halt) << "until its cancel is sent";
   watch.sending(cancelChannel(kArm), cancelMessage("a"));
   EXPECT_TRUE(watch.moving().empty());
 }
@@ -235,7 +236,7 @@ TEST_F(PlayerOutbox, refusesVelocitiesThatAreNoNumbers) {
   EXPECT_FALSE(outbox->publish(due(kCmdVel, twist(std::nan("")))));
   EXPECT_TRUE(sink.sent.empty());
   EXPECT_EQ(ledger.topic(kCmdVel.topic).refused, 1u);
-  EXPECT_EQ(ledger.topic(kCmdVel.topic).problem, "a velocity that is no number");
+  EXPECT_EQ(ledger.topic(kCmdVel.topic).problem, "linear.x is nan");
 }
 
 TEST_F(PlayerOutbox, endsWhatItMovedAndLitAndNothingElse) {

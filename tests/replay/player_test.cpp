@@ -112,7 +112,7 @@ TEST_F(PlayerTest, neverSendsAVelocityThatIsNoNumber) {
   const PlayReport report = play(10);
   EXPECT_TRUE(sink.sent.empty());
   EXPECT_EQ(report.topics.at(0).second.refused, 2u);
-  EXPECT_EQ(report.topics.at(0).second.problem, "a velocity that is no number");
+  EXPECT_EQ(report.topics.at(0).second.problem, "linear.x is inf");
 }
 
 TEST_F(PlayerTest, givesGoalsFreshIdsAndTrajectoriesANewStart) {

@@ -98,6 +98,11 @@ std::vector<RealTopic> bodyTopics() {
           {"/nav_vel", twist},
           {"/cmd_vel_mux/input/navi", twist},
           {"/navigation/cmd_vel", twist},
+          {"/ackermann_cmd", "ackermann_msgs/AckermannDrive"},
+          {"/ackermann_cmd_mux/input/navigation", "ackermann_msgs/AckermannDriveStamped"},
+          {"/joint_group_vel_controller/command", "std_msgs/Float64MultiArray"},
+          {"/arm_forward_velocity_controller/command", "std_msgs/Float64MultiArray"},
+          {"/wheel_velocity_controller/command", "std_msgs/Float64"},
           {"/turtle1/cmd_vel", twist},
           {"/pepper/cmd_vel", twist},
           {"/navigation_velocity_smoother/raw_cmd_vel", twist},
@@ -184,10 +189,8 @@ std::vector<RealTopic> controlTopics() {
 
 std::vector<RealTopic> endlessTopics() {
   const std::string group = "std_msgs/Float64MultiArray";
-  return {{"/joint_group_vel_controller/command", group},
-          {"/joint_group_position_controller/command", group},
+  return {{"/joint_group_position_controller/command", group},
           {"/joint_group_effort_controller/command", group},
-          {"/arm_forward_velocity_controller/command", group},
           {"/group_controller/velocity", group},
           {"/head_pan_controller/command", "std_msgs/Float64"},
           {"/joint_position_controller/set_point", "std_msgs/Float64"},
@@ -198,8 +201,6 @@ std::vector<RealTopic> endlessTopics() {
           {"/torso_controller/safe_command", "trajectory_msgs/JointTrajectory"},
           {"/ur_driver/joint_speed", "trajectory_msgs/JointTrajectory"},
           {"/drone/command/trajectory", "trajectory_msgs/MultiDOFJointTrajectory"},
-          {"/ackermann_cmd", "ackermann_msgs/AckermannDrive"},
-          {"/ackermann_cmd_mux/input/navigation", "ackermann_msgs/AckermannDriveStamped"},
           {"/move_base_simple/goal", "geometry_msgs/PoseStamped"},
           {"/laser_tilt_controller/set_traj_cmd", "pr2_msgs/LaserTrajCmd"},
           {"/laser_tilt_controller/set_periodic_cmd", "pr2_msgs/PeriodicCmd"},
@@ -423,8 +424,8 @@ TEST_F(RealBag, ofARequestPlaysBodyLightAndSpeech) {
   EXPECT_EQ(played(behavior, options), sorted(shown));
   EXPECT_EQ(makePlan(*store, behavior, options).refusal(), "");
   EXPECT_NE(makePlan(*store, behavior, {}).refusal().find(
-                "/ackermann_cmd (ackermann_msgs/AckermannDrive) is not played: no message stops "
-                "it, and the last one holds"),
+                "/drone/command/trajectory (trajectory_msgs/MultiDOFJointTrajectory) is not "
+                "played: no message stops it, and the last one holds"),
             std::string::npos)
       << "its body would be played without it";
 }

@@ -1,0 +1,508 @@
+// What stops each kind of motion, when it is in motion, how fast it may be, and that no number of
+// it is NaN.
+#include "replay/plan/motion_stop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "replay/motion/motion_limits.hpp"
+#include "replay/motion/motion_watch.hpp"
+#include "replay/motion/odd_number.hpp"
+#include "replay/motion/stop_maker.hpp"
+#include "tests/support/player_world.hpp"
+
+namespace afterglow::replay::motion_stop_test {
+namespace {
+
+using namespace test;
+
+constexpr double kFast = 0.5;  // beyond the limits of these tests
+
+const std::string kAckermann =
+    "float32 steering_angle\nfloat32 steering_angle_velocity\nfloat32 speed\n"
+    "float32 acceleration\nfloat32 jerk\n";
+const std::string kVectors = "Vector3 linear\nVector3 angular\n";
+const std::string kGripperCommand = "float64 position\nfloat64 max_effort\n";
+const std::string kMultiArray =
+    withTypes("MultiArrayLayout layout\nfloat64[] data\n", "std_msgs/MultiArrayLayout",
+              "MultiArrayDimension[] dim\nuint32 data_offset\n", "std_msgs/MultiArrayDimension",
+              "string label\nuint32 size\nuint32 stride\n");
+const std::string kPoseStamped =
+    withTypes("Header header\nPose pose\n", "std_msgs/Header", kHeader, "geometry_msgs/Pose",
+              "Point position\nQuaternion orientation\n", "geometry_msgs/Point", kPoint,
+              "geometry_msgs/Quaternion", kPoint + "float64 w\n");
+
+/// Of an action "package/Name" whose goal has these fields.
+template <typename... Rest>
+Channel goalChannel(const std::string& topic, const std::string& package, const std::string& name,
+                    const std::string& goal, const Rest&... rest) {
+  return channelOf(
+      topic, package + "/" + name + "ActionGoal",
+      withTypes("Header header\nactionlib_msgs/GoalID goal_id\n" + name + "Goal goal\n",
+                "std_msgs/Header", kHeader, "actionlib_msgs/GoalID", kGoalId,
+                package + "/" + name + "Goal", goal, rest...));
+}
+
+Bytes with(const Channel& channel, const std::string& path, Value value) {
+  Value message = blank(channel);
+  test::at(message, path) = std::move(value);
+  return encode(schemaOf(channel), message);
+}
+
+Bytes group(const std::vector<double>& numbers) {
+  return with(channelOf("/any", "std_msgs/Float64MultiArray", kMultiArray), "data",
+              numberArray(numbers));
+}
+
+Bytes drive(float steering, float speed, float acceleration = 0) {
+  const Channel channel = channelOf("/any", "ackermann_msgs/AckermannDrive", kAckermann);
+  Value message = blank(channel);
+  test::at(message, "steering_angle") = steering;
+  test::at(message, "speed") = speed;
+  test::at(message, "acceleration") = acceleration;
+  return encode(schemaOf(channel), message);
+}
+
+/// One point with one velocity; `at` is where the trajectory lies: "" or "goal.trajectory.".
+Bytes trajectory(const Channel& channel, const std::string& at, double velocity) {
+  const Schema schema = schemaOf(channel);
+  Value message = blank(channel);
+  Value point = blank(schema, "trajectory_msgs/JointTrajectoryPoint");
+  test::at(point, "positions") = numberArray({0.1});
+  test::at(point, "velocities") = numberArray({velocity});
+  test::at(message, at + "joint_names") = Array{std::string("elbow")};
+  test::at(message, at + "points") = Array{point};
+  return encode(schema, message);
+}
+
+// -------------------------------------------------------------------------------- one of each kind
+
+/// A kind of motion: its channel, and a message of it in which a velocity, or where it has none a
+/// position, is this number.
+struct Kind {
+  Channel channel;
+  std::function<Bytes(double)> moving;
+  bool has_velocity = true;
+};
+
+Kind numberKind(const Channel& channel, const std::string& path, bool has_velocity = true) {
+  return {channel, [=](double number) { return with(channel, path, number); }, has_velocity};
+}
+
+Kind trajectoryKind(const Channel& channel, const std::string& at) {
+  return {channel, [=](double velocity) { return trajectory(channel, at, velocity); }};
+}
+
+/// By the patterns of the table.
+std::map<std::string, Kind> kinds() {
+  const Channel stamped_twist = channelOf(
+      "/base/cmd_vel", "geometry_msgs/TwistStamped",
+      withTypes("Header header\nTwist twist\n", "std_msgs/Header", kHeader, "geometry_msgs/Twist",
+                kVectors, "geometry_msgs/Vector3", kPoint));
+  const Channel ackermann =
+      channelOf("/ackermann_cmd", "ackermann_msgs/AckermannDrive", kAckermann);
+  const Channel stamped_ackermann = channelOf(
+      "/ackermann_cmd", "ackermann_msgs/AckermannDriveStamped",
+      withTypes("Header header\nAckermannDrive drive\n", "std_msgs/Header", kHeader,
+                "ackermann_msgs/AckermannDrive", kAckermann));
+  const Channel joint_trajectory =
+      goalChannel("/r_arm_controller/joint_trajectory_action/goal", "pr2_controllers_msgs",
+                  "JointTrajectory", "trajectory_msgs/JointTrajectory trajectory\n",
+                  "trajectory_msgs/JointTrajectory", kJointTrajectory,
+                  "trajectory_msgs/JointTrajectoryPoint", kJointTrajectoryPoint);
+  const auto drives = [](const Channel& channel, const char* path) {
+    return Kind{channel, [=](double speed) {
+                  return with(channel, path, static_cast<float>(speed));
+                }};
+  };
+  return {
+      {"geometry_msgs/Twist", numberKind(kCmdVel, "linear.x")},
+      {"geometry_msgs/TwistStamped", numberKind(stamped_twist, "twist.linear.x")},
+      {"ackermann_msgs/AckermannDrive", drives(ackermann, "speed")},
+      {"ackermann_msgs/AckermannDriveStamped", drives(stamped_ackermann, "drive.speed")},
+      {"trajectory_msgs/JointTrajectory",
+       trajectoryKind(channelOf("/arm_controller/command", "trajectory_msgs/JointTrajectory",
+                                kBareTrajectory),
+                      "")},
+      {"control_msgs/FollowJointTrajectoryActionGoal", trajectoryKind(kArm, "goal.trajectory.")},
+      {"*/JointTrajectoryActionGoal", trajectoryKind(joint_trajectory, "goal.trajectory.")},
+      {"*/PointHeadActionGoal",
+       numberKind(channelOf("/head_controller/point_head/goal", "control_msgs/PointHeadActionGoal",
+                            kPointHeadActionGoal),
+                  "goal.max_velocity")},
+      {"*/SingleJointPositionActionGoal",
+       numberKind(goalChannel("/torso_controller/position_joint_action/goal",
+                              "pr2_controllers_msgs", "SingleJointPosition",
+                              "float64 position\nduration min_duration\nfloat64 max_velocity\n"),
+                  "goal.max_velocity")},
+      {"control_msgs/GripperCommandActionGoal",
+       numberKind(goalChannel("/gripper_controller/gripper_action/goal", "control_msgs",
+                              "GripperCommand", "GripperCommand command\n",
+                              "control_msgs/GripperCommand", kGripperCommand),
+                  "goal.command.position", false)},
+      {"pr2_controllers_msgs/Pr2GripperCommand*",
+       numberKind(goalChannel("/r_gripper_controller/gripper_action/goal", "pr2_controllers_msgs",
+                              "Pr2GripperCommand", "Pr2GripperCommand command\n",
+                              "pr2_controllers_msgs/Pr2GripperCommand", kGripperCommand),
+                  "goal.command.position", false)},
+      {"std_msgs/Float64", numberKind(channelOf("/wheel_velocity_controller/command",
+                                                "std_msgs/Float64", "float64 data\n"),
+                                      "data")},
+      {"std_msgs/Float64MultiArray",
+       {channelOf("/joint_group_vel_controller/command", "std_msgs/Float64MultiArray",
+                  kMultiArray),
+        [](double velocity) { return group({0, velocity}); }}}};
+}
+
+PlannedTopic plannedTopic(const Channel& channel) {
+  PlannedTopic topic;
+  topic.channel = topic.output = channel;
+  topic.modality = Modality::Body;
+  topic.topic_class = TopicClass::Body;
+  return topic;
+}
+
+/// A behavior of one message.
+struct OneMessage {
+  OneMessage(const Channel& channel, const Bytes& bytes) {
+    Message message;
+    const std::int64_t recording = store->addRecording({0, "", "test", ""});
+    message.channel = store->addChannel(recording, channel);
+    message.received = {kBegin + 700 * kMs};
+    message.bytes = bytes;
+    store->append({message});
+    plan.behavior.recording = recording;
+    plan.behavior.name = "one";
+    plan.behavior.begin = plan.begin = {kBegin};
+    plan.behavior.end = plan.end = {kBegin + 1000 * kMs};
+    plan.behavior.topics = {channel.topic};
+    plan.behavior.id = store->addBehavior(plan.behavior);
+    plan.topics = {plannedTopic(channel)};
+  }
+  std::unique_ptr<FaultyStore> store = std::make_unique<FaultyStore>();
+  PlayPlan plan;
+};
+
+TEST(KindsOfMotion, areAllStoppedLimitedAndCheckedForNumbers) {
+  const std::map<std::string, Kind> known = kinds();
+  for (const std::string_view pattern : bodyTypes()) {
+    const bool is_known = known.count(std::string(pattern)) > 0;
+    EXPECT_TRUE(is_known) << pattern << " is the body's: how is it stopped, limited, checked?";
+  }
+  EXPECT_EQ(known.size(), bodyTypes().size());
+}
+
+TEST(KindsOfMotion, areInMotionUntilTheirStopIsSent) {
+  for (const auto& [pattern, kind] : kinds()) {
+    SCOPED_TRACE(pattern);
+    PlayPlan plan;
+    plan.topics = {plannedTopic(kind.channel)};
+    MotionWatch watch(plan);
+    EXPECT_TRUE(watch.sending(kind.channel, kind.moving(kFast)).is_motion);
+    if (stopOf(plan.topics[0]).kind == StopKind::EndsItself) {
+      EXPECT_EQ(pattern, "pr2_controllers_msgs/Pr2GripperCommand*") << "a cancel lets go";
+      EXPECT_TRUE(watch.outputs().empty());
+      continue;
+    }
+    EXPECT_FALSE(watch.moving().empty());
+    const Outputs moving = watch.moving();
+    for (const std::uint32_t output : moving) {
+      const MotionWatch::Output stop = watch.outputs().at(output);
+      EXPECT_FALSE(watch.sending(stop.channel, stop.stop).is_motion);
+    }
+    EXPECT_TRUE(watch.moving().empty());
+  }
+}
+
+TEST(KindsOfMotion, areHeldToTheLimits) {
+  MotionLimits limits;
+  limits.is_strict = true;
+  limits.linear = limits.other_joints.velocity = 0.1;
+  for (const auto& [pattern, kind] : kinds()) {
+    const OneMessage fast(kind.channel, kind.moving(kFast)), slow(kind.channel, kind.moving(0.05));
+    const std::string why = whyTooFast(motionPeaks(*fast.store, fast.plan, limits), 1);
+    EXPECT_EQ(why.find("above the limit of 0.1") != std::string::npos, kind.has_velocity)
+        << pattern << ": " << why;
+    EXPECT_EQ(whyTooFast(motionPeaks(*slow.store, slow.plan, limits), 1), "") << pattern;
+  }
+}
+
+TEST(KindsOfMotion, areRefusedWithNumbersThatAreNone) {
+  for (const auto& [pattern, kind] : kinds()) {
+    for (const double odd : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+      const OneMessage one(kind.channel, kind.moving(odd));
+      try {
+        motionPeaks(*one.store, one.plan, MotionLimits());
+        ADD_FAILURE() << pattern;
+      } catch (const std::runtime_error& error) {
+        const std::string text = error.what();
+        EXPECT_EQ(text.find(kind.channel.topic + ": "), 0u) << text;
+        EXPECT_NE(text.find(std::isnan(odd) ? " is nan, 0.7 s" : " is inf, 0.7 s"),
+                  std::string::npos)
+            << text;
+      }
+    }
+  }
+}
+
+TEST(KindsOfMotion, areSlowedDownByTheirRateOrPlayedAsRecordedOnly) {
+  for (const auto& [pattern, kind] : kinds()) {
+    PlannedTopic topic = plannedTopic(kind.channel);
+    const MotionRate scaling(schemaOf(kind.channel), hasJointVelocities(topic));
+    Bytes bytes = kind.moving(kFast);
+    scaling.apply(bytes, 0.5);
+    EXPECT_EQ(bytes == kind.moving(kFast / 2), kind.has_velocity) << pattern;
+    PlayPlan plan;
+    plan.topics = {topic};
+    EXPECT_EQ(whyOnlyAsRecorded(plan), "") << pattern;
+  }
+}
+
+TEST(OddNumber, isNamedByItsPlace) {
+  const Channel goal = kArm;
+  EXPECT_EQ(oddNumber(schemaOf(goal), trajectory(goal, "goal.trajectory.", std::nan(""))),
+            "goal.trajectory.points[0].velocities[0] is nan");
+  EXPECT_EQ(oddNumber(schemaOf(kCmdVel), twist(1)), "");
+  EXPECT_EQ(oddNumber(schemaOf(channelOf("/any", "std_msgs/Float64MultiArray", kMultiArray)),
+                      group({0, -std::numeric_limits<double>::infinity()})),
+            "data[1] is -inf");
+}
+
+// --------------------------------------------------------------------------------- what stops them
+
+MotionStop ruleOf(StopKind kind) {
+  MotionStop stop;
+  stop.kind = kind;
+  stop.rule = "rules.yaml:3";
+  return stop;
+}
+
+TEST(StopMaker, keepsTheSteering) {
+  const Channel channel = channelOf("/ackermann_cmd", "ackermann_msgs/AckermannDrive", kAckermann);
+  const StopMaker maker(channel, stopOf(plannedTopic(channel)));
+  EXPECT_EQ(maker.after(drive(0.3F, 1.5F, 2)), drive(0.3F, 0));
+  EXPECT_TRUE(maker.isNeutral(drive(0.3F, 0)));
+  EXPECT_FALSE(maker.isNeutral(drive(0.3F, -0.1F)));
+}
+
+TEST(StopMaker, sendsAsManyZerosAsThereWereNumbers) {
+  const Channel channel =
+      channelOf("/joint_group_vel_controller/command", "std_msgs/Float64MultiArray", kMultiArray);
+  const StopMaker maker(channel, stopOf(plannedTopic(channel)));
+  EXPECT_EQ(maker.after(group({0.1, -0.2, 0.3})), group({0, 0, 0}));
+  EXPECT_TRUE(maker.isNeutral(group({0, -0.0})));
+  EXPECT_THROW(maker.after(Bytes(3)), MessageError);
+  EXPECT_FALSE(maker.isNeutral(Bytes(3)));
+}
+
+TEST(StopMaker, setsTheFieldsThatARuleNames) {
+  const Channel channel = channelOf(
+      "/my_drive", "my_msgs/Drive",
+      withTypes("float64 speed\nbool brakes\nuint8 gear\nWheel[] wheels\n", "my_msgs/Wheel",
+                "int16 turn\n"));
+  MotionStop stop = ruleOf(StopKind::Fields);
+  stop.fields = {{"speed", 0}, {"brakes", 1}, {"wheels[].turn", 0}};
+  EXPECT_NO_THROW(checkStop(stop, schemaOf(channel)));
+  const Schema schema = schemaOf(channel);
+  Value moving = blank(channel);
+  Value wheel = Object{{"turn", std::int16_t{-7}}};
+  test::at(moving, "speed") = 1.5;
+  test::at(moving, "gear") = std::uint8_t{2};
+  test::at(moving, "wheels") = Array{wheel, wheel};
+  Value halted = decode(schema, StopMaker(channel, stop).after(encode(schema, moving)));
+  EXPECT_EQ(std::get<double>(test::at(halted, "speed")), 0);
+  EXPECT_EQ(std::get<BoolByte>(test::at(halted, "brakes")).byte, 1);
+  EXPECT_EQ(std::get<std::uint8_t>(test::at(halted, "gear")), 2) << "not named";
+  for (Value& one : std::get<Array>(test::at(halted, "wheels"))) {
+    EXPECT_EQ(std::get<std::int16_t>(test::at(one, "turn")), 0);
+  }
+}
+
+TEST(MotionStop, refusesRulesThatDoNotFitTheType) {
+  const auto whyNot = [](const MotionStop& stop, const Channel& channel) -> std::string {
+    try {
+      checkStop(stop, schemaOf(channel));
+      return "";
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+  };
+  const Channel text = channelOf("/say", "std_msgs/String", "string data\n");
+  EXPECT_EQ(whyNot(ruleOf(StopKind::Zero), text),
+            "rules.yaml:3: std_msgs/String has no number to set to zero");
+  EXPECT_EQ(whyNot(ruleOf(StopKind::NoPoints), text),
+            "rules.yaml:3: std_msgs/String is no trajectory");
+  MotionStop fields = ruleOf(StopKind::Fields);
+  fields.fields = {{"speed", 0}};
+  EXPECT_EQ(whyNot(fields, text), "rules.yaml:3: std_msgs/String has no field speed");
+  fields.fields = {{"data", 0}};
+  EXPECT_EQ(whyNot(fields, text),
+            "rules.yaml:3: data of std_msgs/String is a string, which 0 does not fit");
+  EXPECT_EQ(whyNot(ruleOf(StopKind::Zero), kArm),
+            "rules.yaml:3: a cancel stops a control_msgs/FollowJointTrajectoryActionGoal, write "
+            "{cancel: /TOPIC}");
+  EXPECT_EQ(whyNot(ruleOf(StopKind::Zero), kCmdVel), "");
+}
+
+// ------------------------------------------------------------------------------------- in a plan
+
+struct StopRules : PlayerWorld {
+  void SetUp() override { record(wheel, 0, with(wheel, "data", 0.5)); }
+  PlannedTopic planned() {
+    play(100);
+    return plan.topics.at(0);
+  }
+  const Channel wheel = channelOf("/wheel_left/effort", "std_msgs/Float64", "float64 data\n");
+};
+
+TEST_F(StopRules, makeBodyOfWhatNothingIsKnownToStop) {
+  PlannedTopic topic = planned();
+  EXPECT_EQ(topic.topic_class, TopicClass::Endless);
+  EXPECT_FALSE(topic.isPlayed());
+  plan_options.rewriting.stops[wheel.topic] = ruleOf(StopKind::Zero);
+  topic = planned();
+  EXPECT_EQ(topic.topic_class, TopicClass::Body);
+  EXPECT_EQ(topic.why_class, "zeros stop it (rules.yaml:3)");
+  EXPECT_TRUE(topic.isPlayed());
+  EXPECT_EQ(plan.motionTopics(), std::vector<std::string>{wheel.topic}) << "behind --allow-motion";
+  EXPECT_EQ(whyOnlyAsRecorded(plan).find(wheel.topic + ": what of std_msgs/Float64 is a velocity"),
+            0u);
+}
+
+TEST_F(StopRules, doNotOpenAPersonsInput) {
+  const Channel teleop = twistChannel("/teleop/cmd_vel");
+  record(teleop, 0, twist(1));
+  plan_options.rewriting.stops[teleop.topic] = ruleOf(StopKind::Zero);
+  plan_options.topics = {wheel.topic};
+  play(100);
+  for (const PlannedTopic& topic : plan.topics) {
+    const bool is_person = topic.channel.topic == teleop.topic;
+    EXPECT_EQ(topic.topic_class, is_person ? TopicClass::Control : TopicClass::Endless);
+  }
+}
+
+TEST_F(StopRules, areRefusedWithTheirLineWhereTheyDoNotFit) {
+  plan_options.rewriting.stops[wheel.topic] = ruleOf(StopKind::NoPoints);
+  try {
+    play(100);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "rules.yaml:3: std_msgs/Float64 is no trajectory");
+  }
+}
+
+// ------------------------------------------------------------------------------------- as played
+
+using StoppedReplay = PlayerWorld;
+
+const Channel kGroup =
+    channelOf("/joint_group_vel_controller/command", "std_msgs/Float64MultiArray", kMultiArray);
+
+TEST_F(StoppedReplay, stopsAControllerWithoutTimeoutInAPauseAndAtTheEnd) {
+  record(kGroup, 0, group({0.1, -0.2}));
+  at(1000, [this] { player->pause(); });
+  at(2000, [this] { player->resume(); });
+  play(3000);
+  const std::vector<Sent> sent = sink.on(kGroup.topic);
+  ASSERT_GE(sent.size(), 4u);
+  EXPECT_EQ(sent[1].at_ms, 1000);
+  EXPECT_EQ(sent[1].bytes, group({0, 0}));
+  EXPECT_EQ(sent[2].at_ms, 2000);
+  EXPECT_EQ(sent[2].bytes, group({0.1, -0.2})) << "it is in force however long ago it came";
+  EXPECT_EQ(sent.back().at_ms, 4000);
+  EXPECT_EQ(sent.back().bytes, group({0, 0}));
+}
+
+TEST_F(StoppedReplay, cancelsATargetThatARuleSaysHowToCancel) {
+  const Channel goal = channelOf("/move_base_simple/goal", "geometry_msgs/PoseStamped",
+                                 kPoseStamped);
+  record(goal, 0, encode(schemaOf(goal), blank(goal)));
+  MotionStop stop = ruleOf(StopKind::Cancel);
+  stop.cancel_topic = "/move_base/cancel";
+  plan_options.rewriting.stops[goal.topic] = stop;
+  at(1000, [this] { player->pause(); });
+  at(2000, [this] { player->resume(); });
+  play(3000);
+  EXPECT_EQ(sink.times(goal.topic), (Times{0, 2000}));
+  EXPECT_EQ(sink.times("/move_base/cancel"), (Times{1000, 4000}));
+  EXPECT_EQ(sink.on("/move_base/cancel").back().bytes, cancelMessage(""));
+}
+
+TEST_F(StoppedReplay, neverCancelsAGripperThatWouldLetGo) {
+  const Kind gripper = kinds().at("pr2_controllers_msgs/Pr2GripperCommand*");
+  record(gripper.channel, 0, gripper.moving(0.02));
+  at(500, [this] { player->stop("enough"); });
+  play(1000);
+  EXPECT_EQ(sink.sent.size(), 1u);
+}
+
+// --------------------------------------------------------------------------------- aborted goals
+
+TEST(AbortedGoals, areHaltedByATrajectoryWithoutPoints) {
+  PlayPlan plan;
+  plan.topics = {plannedTopic(kArm)};
+  MotionWatch watch(plan);
+  ASSERT_EQ(watch.outputs().size(), 2u);
+  EXPECT_EQ(watch.outputs()[1].channel.topic, "/arm/command");
+  EXPECT_TRUE(watch.outputs()[1].may_be_unheard) << "Fetch's controllers have none";
+  watch.sending(kArm, goalMessage("a", {1}));
+  watch.goals().finish("a", GoalOutcome::Failed, {});
+  const MotionWatch::End end = watch.goalEnded("a");
+  ASSERT_TRUE(end.halt);
+  EXPECT_EQ(watch.moving(), Outputs{1}) << "the controller may go on with it";
+  EXPECT_FALSE(watch.goalEnded("a").halt) << "its status is seen again and again";
+  watch.sending(end.halt->channel, end.halt->stop);
+  EXPECT_TRUE(watch.moving().empty());
+}
+
+TEST(AbortedGoals, areNotHaltedWhereTheyEndedWellOrAnotherOneCame) {
+  PlayPlan plan;
+  plan.topics = {plannedTopic(kArm)};
+  MotionWatch watch(plan);
+  watch.sending(kArm, goalMessage("a", {1}));
+  watch.goals().finish("a", GoalOutcome::Succeeded, {});
+  EXPECT_FALSE(watch.goalEnded("a").halt);
+  watch.sending(kArm, goalMessage("b", {1}));
+  watch.sending(kArm, goalMessage("c", {1}));
+  watch.goals().finish("b", GoalOutcome::Failed, {});
+  EXPECT_FALSE(watch.goalEnded("b").halt) << "it would end the next one";
+}
+
+// -------------------------------------------------------------------------------------- grippers
+
+TEST(Gripper, isStoppedByAGoalAtItsGapOnceThatIsKnown) {
+  const Kind gripper = kinds().at("control_msgs/GripperCommandActionGoal");
+  PlayPlan plan;
+  plan.topics = {plannedTopic(gripper.channel)};
+  MotionWatch watch(plan);
+  EXPECT_TRUE(watch.gapMeasured(0.1).empty()) << "it stands";
+  Value goal = decode(schemaOf(gripper.channel), gripper.moving(0.02));
+  test::at(goal, "goal_id.id") = std::string("close");
+  watch.sending(gripper.channel, encode(schemaOf(gripper.channel), goal));
+  EXPECT_EQ(watch.moving(), Outputs{0}) << "by a cancel";
+  EXPECT_EQ(watch.gapMeasured(0.07), std::vector<std::uint32_t>{1});
+  EXPECT_EQ(watch.moving(), Outputs{1});
+  EXPECT_TRUE(watch.gapMeasured(0.0702).empty()) << "nearly the same";
+  const MotionWatch::Output hold = watch.outputs()[1];
+  EXPECT_EQ(hold.channel.topic, gripper.channel.topic);
+  Value told = decode(schemaOf(hold.channel), hold.stop);
+  EXPECT_EQ(std::get<double>(test::at(told, "goal.command.position")), 0.07);
+  EXPECT_EQ(std::get<std::string>(test::at(told, "goal_id.id")), "close-hold");
+  const auto change = watch.sending(cancelChannel(gripper.channel), cancelMessage("close"));
+  ASSERT_TRUE(change.instead) << "a cancel would leave it moving";
+  EXPECT_EQ(change.instead->stop, hold.stop);
+  EXPECT_TRUE(watch.moving().empty());
+}
+
+TEST(AbortedGoals, haltMessageIsATrajectory) {
+  const Channel channel = *haltChannel(kArm);
+  EXPECT_TRUE(fits(schemaOf(channel), haltMessage()));
+  EXPECT_FALSE(haltChannel(kGripper));
+}
+
+}  // namespace
+}  // namespace afterglow::replay::motion_stop_test
