@@ -198,6 +198,12 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
   commands_publisher_ = private_node_.advertise<sensor_msgs::JointState>("commands", 50);
   publishFixedLinks();
   publish();
+  if (private_node_.param("scan", true)) {
+    laser_ = std::make_unique<LaserTopics>(config.start,
+                                           robot_.model().linkPose("laser_link", {}));
+    obstacles_subscriber_ =
+        node_.subscribe("/obstacles", 2, &FakeFetchNode::onObstacles, this);
+  }
   // Queue of one: the latest velocity wins.
   twist_subscriber_ = node_.subscribe(VelocityMux::output(), 1, &FakeFetchNode::onTwist, this);
   hand_subscriber_ = private_node_.subscribe("hand", 10, &FakeFetchNode::onHand, this);
@@ -341,6 +347,11 @@ void FakeFetchNode::onHand(const sensor_msgs::JointState& message) {
   }
 }
 
+void FakeFetchNode::onObstacles(const geometry_msgs::PoseArray& obstacles) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  laser_->setThings(obstacles);
+}
+
 bool FakeFetchNode::onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   const std::lock_guard<std::mutex> lock(mutex_);
   robot_.reset();
@@ -356,6 +367,7 @@ void FakeFetchNode::onTimer() {
   const ros::Duration since = toRosTime(robot_.now()) - published_;
   // The same stamp twice is an error to tf; a clock set back starts anew.
   if (since >= ros::Duration(kPublishPeriod_s) || since < ros::Duration(0)) publish();
+  if (laser_) laser_->publishIfDue(toRosTime(robot_.now()), robot_.base().truePose());
 }
 
 void FakeFetchNode::publish() {

@@ -8,6 +8,7 @@
 /// Its base is driven through a multiplexer (velocity_mux.hpp), and it has a runstop (runstop.hpp).
 /// ~hand (sensor_msgs/JointState) is somebody who switches the controllers of these joints off and
 /// moves them there; ~reset somebody who puts all back to the start, and restarts the robot.
+/// /obstacles (geometry_msgs/PoseArray in map, position.z the radius) says what stands in its room.
 #pragma once
 
 #include <actionlib/server/simple_action_server.h>
@@ -31,6 +32,7 @@
 #include <vector>
 
 #include "nodes/fetch/fake_fetch.hpp"
+#include "nodes/fetch/laser_topics.hpp"
 #include "nodes/fetch/runstop.hpp"
 #include "nodes/fetch/velocity_mux.hpp"
 
@@ -47,6 +49,7 @@ RobotModel readRobotDescription(const ros::NodeHandle& node);
 FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node);
 
 /// Steps the robot with ROS time at 100 Hz and publishes at 50 Hz. Needs a spinner of its own.
+/// ~scan: false takes its laser away.
 class FakeFetchNode {
  public:
   FakeFetchNode(RobotModel model, const FakeFetchConfig& config);
@@ -80,6 +83,7 @@ class FakeFetchNode {
 
   void onTwist(const geometry_msgs::Twist& twist);
   void onHand(const sensor_msgs::JointState& message);
+  void onObstacles(const geometry_msgs::PoseArray& obstacles);
   bool onReset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
   void onTimer();
   void publish();
@@ -93,6 +97,7 @@ class FakeFetchNode {
   /// Guards robot_; never held while calling actionlib, which has its own locks.
   std::mutex mutex_;
   FakeFetch robot_;
+  std::unique_ptr<LaserTopics> laser_;  ///< if it has one
   ros::Time published_;
   std::atomic<bool> is_closing_{false};
 
@@ -104,7 +109,7 @@ class FakeFetchNode {
   tf2_ros::TransformListener tf_listener_;
   VelocityMux mux_;
   Runstop runstop_;
-  ros::Subscriber twist_subscriber_, hand_subscriber_;
+  ros::Subscriber twist_subscriber_, hand_subscriber_, obstacles_subscriber_;
   ros::ServiceServer reset_service_;
   std::vector<std::unique_ptr<TrajectoryServer>> trajectory_servers_;
   PointHeadServer point_head_server_;

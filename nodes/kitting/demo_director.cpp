@@ -85,9 +85,10 @@ DemoDirector::DemoDirector(const DemoFolders& folders)
       room_(loadThings(folders.assets + "/room.urdf")),
       task_(robot_, room_,
             {[this](const std::string& moment) { onMoment(moment); },
-             [this] { solids_.publish(room_.markers()); }, [this] { say(); }}),
+             [this] { showRoom(); }, [this] { say(); }}),
       solids_(ros::NodeHandle().advertise<visualization_msgs::MarkerArray>("/room/solids", 1,
-                                                                           true)) {
+                                                                           true)),
+      obstacles_(ros::NodeHandle().advertise<geometry_msgs::PoseArray>("/obstacles", 1, true)) {
   static_tf_.sendTransform(room_.surfaces());
 }
 
@@ -109,6 +110,12 @@ DemoReport DemoDirector::run() {
   return report_;
 }
 
+/// To the bystander, and to the robot's laser.
+void DemoDirector::showRoom() {
+  solids_.publish(room_.markers());
+  obstacles_.publish(room_.obstacles());
+}
+
 void DemoDirector::waitUntilReady() {
   Stage stage("Starting robot, projector, recorder, player");
   robot_.waitUntilReady(kStartUp);
@@ -118,7 +125,7 @@ void DemoDirector::waitUntilReady() {
     throw TaskError("recorder_node is not there");
   }
   bystander_.caption(story_.title, story_.subtitle);
-  solids_.publish(room_.markers());
+  showRoom();
   task_.prepare();
   stage.done("ready");
 }
@@ -199,7 +206,7 @@ void DemoDirector::removeObjects() {
   bystander_.look("");
   bystander_.caption("", story_.later);
   room_.removeObjects();
-  solids_.publish(room_.markers());
+  showRoom();
   std_srvs::Trigger reset;
   if (!ros::service::call("/fake_fetch/reset", reset) || !reset.response.success) {
     throw TaskError("the robot was not put back to its start: " + reset.response.message);

@@ -30,6 +30,7 @@ class DemoDirector {
   const DemoStory& story() const { return story_; }
 
  private:
+  void showRoom();
   void waitUntilReady();
   void record(const BehaviorStory& behavior);
   void removeObjects();
@@ -47,7 +48,7 @@ class DemoDirector {
   KittingTask task_;
   PlayerClient player_;
   Bystander bystander_;
-  ros::Publisher solids_;
+  ros::Publisher solids_, obstacles_;
   tf2_ros::StaticTransformBroadcaster static_tf_;
   DemoReport report_;
   const BehaviorStory* recorded_ = nullptr;  ///< the behavior that is being done

@@ -19,6 +19,7 @@ using visualization_msgs::Marker;
 constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows
 constexpr std::size_t kBeams = 662;
 constexpr double kFirstAngle = -1.92, kAngleStep = 0.0058, kRange = 25;  // rad, rad, m
+constexpr double kLaserHeight = 0.2878;                                  // m
 
 Marker markerOf(const render::Drawable& part) {
   Marker marker;
@@ -139,6 +140,24 @@ visualization_msgs::MarkerArray KittingRoom::markers() const {
                                   thing.parts[i].pose.matrix());
       marker.frame_locked = true;  // what is carried moves with the gripper
       array.markers.push_back(marker);
+    }
+  }
+  return array;
+}
+
+geometry_msgs::PoseArray KittingRoom::obstacles() const {
+  geometry_msgs::PoseArray array;
+  array.header.frame_id = "map";
+  for (const Thing& thing : things_) {
+    for (const render::Drawable& part : thing.parts) {
+      const visualization_msgs::Marker marker = markerOf(part);
+      const Eigen::Isometry3d T_map_part(thing.T_map_thing * part.pose.matrix());
+      const Eigen::Vector3d middle = T_map_part.translation();
+      if (std::abs(middle.z() - kLaserHeight) > marker.scale.z / 2) continue;
+      array.poses.emplace_back();
+      array.poses.back().position = toPointMessage(
+          {middle.x(), middle.y(), (marker.scale.x + marker.scale.y) / 4});
+      array.poses.back().orientation.w = 1;
     }
   }
   return array;

@@ -3,6 +3,7 @@
 /// master is involved. Frames: `map` (z up, floor at z = 0) unless named; meters, radians.
 #pragma once
 
+#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/TransformStamped.h>
 #include <sensor_msgs/LaserScan.h>
 #include <visualization_msgs/MarkerArray.h>
@@ -52,6 +53,9 @@ class KittingRoom {
   /// The whole room for /room/solids: clears it, then a marker for each part. Namespace: the
   /// thing's name, id: the part's index.
   visualization_msgs::MarkerArray markers() const;
+  /// What a Fetch's base laser meets, as round things for the simulated one's /obstacles:
+  /// position.z is the radius.
+  geometry_msgs::PoseArray obstacles() const;
   /// Frames of the furniture: z up, origin in the middle of the tabletop.
   std::vector<geometry_msgs::TransformStamped> surfaces() const;
 

@@ -103,6 +103,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (parts.moves_base) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
+    lookAhead(is_stopped);
   }
   if (parts.moves_joints) listenToJoints(is_stopped);
   watchGripper();
@@ -123,6 +124,29 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   watchArm();
   holdGaze(is_stopped);
   if (base_) base_->prepare(is_stopped);
+  const auto obstacles = base_ ? base_->obstacles() : std::nullopt;
+  if (obstacles && !base_->drive()) {
+    open_loop_.emplace(plan_, sink_, *obstacles, [this] { return base_->look(); }, stop_);
+  }
+}
+
+replay::MessageSink& BodyGate::sink() {
+  if (open_loop_) return *open_loop_;
+  return sink_;
+}
+
+/// Nothing drives without something that sees who stands in the way.
+void BodyGate::lookAhead(const std::function<bool()>& is_stopped) {
+  const std::string why_not = base_->checkScan(is_stopped, [this](const std::string& reason) {
+    const std::lock_guard<std::mutex> lock(waits_mutex_);
+    waits_for_ = reason;
+  });
+  if (!why_not.empty()) refuse(why_not);
+}
+
+std::string BodyGate::waitsFor() const {
+  const std::lock_guard<std::mutex> lock(waits_mutex_);
+  return waits_for_;
 }
 
 /// And says how long they wait, before anything moves.

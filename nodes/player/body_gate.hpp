@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
 #include "nodes/player/master_watch.hpp"
+#include "nodes/player/open_loop_watch.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/player/stop_inputs.hpp"
 #include "nodes/player/take_over.hpp"
@@ -61,8 +63,8 @@ class BodyGate {
   /// Throws std::runtime_error, one line, if the replay may not begin.
   void check(const std::function<bool()>& is_stopped);
 
-  /// The sink that the player publishes on, and the clock that it sleeps on.
-  replay::MessageSink& sink() { return sink_; }
+  /// After check(): the sink that the player publishes on, and the clock that it sleeps on.
+  replay::MessageSink& sink();
   replay::Clock& clock() { return sink_.clock(); }
   /// After check(); nullptr: velocities are sent as they were recorded.
   replay::BaseDrive* baseDrive() { return base_ ? base_->drive() : nullptr; }
@@ -70,6 +72,8 @@ class BodyGate {
   replay::ArmStart* armStart() { return arm_ ? &*arm_ : nullptr; }
   /// PlayOptions::gaze_frame
   std::string gazeFrame() const;
+  /// What the base waits for now: a clause; empty while it does not. Any thread.
+  std::string waitsFor() const;
   /// PlayOptions::goals
   replay::GoalBook& goals() { return sink_.goals(); }
   /// To be told after the player, which takes the goal's end from the book. Any thread.
@@ -93,6 +97,7 @@ class BodyGate {
   void waitForGuards(const std::function<bool()>& is_stopped);
   void listenToJoints(const std::function<bool()>& is_stopped);
   std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
+  void lookAhead(const std::function<bool()>& is_stopped);
   void watchArm();
   void watchGripper();
   void holdGaze(const std::function<bool()>& is_stopped);
@@ -110,6 +115,9 @@ class BodyGate {
   std::optional<replay::PlayGuards> guards_;
   std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
+  std::optional<OpenLoopWatch> open_loop_;  ///< if recorded velocities are sent, and a scan is seen
+  mutable std::mutex waits_mutex_;
+  std::string waits_for_;
   std::optional<LiveJoints> joints_;  ///< if there are goals
   std::optional<replay::ArmStart> arm_;
   std::vector<std::string> notes_;

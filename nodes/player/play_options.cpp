@@ -432,6 +432,10 @@ void setRobot(Request& request, const std::string& name_or_file) {
   stop.field = known.field;
   stop.stops_when = known.stops_when;
   stop.profile = request.robot.name;
+  ScanOptions& scan = request.body.base.scan;
+  if (!request.robot.scan_topic.empty()) scan.topic = request.robot.scan_topic;
+  if (!base.footprint.empty()) scan.footprint = replay::Footprint::polygon(base.footprint);
+  if (base.deceleration > 0) scan.obstacles.deceleration = base.deceleration;
 }
 
 std::vector<PlayOption> whichRobot() {
@@ -517,6 +521,28 @@ std::vector<PlayOption> theRobotsBase() {
   };
 }
 
+std::vector<PlayOption> whatIsInTheWay() {
+  return {
+      member("scan", text("TOPIC"),
+             "What sees people and things in the base's way, sensor_msgs/LaserScan: the base stops "
+             "before them and waits",
+             [](Request& r) -> auto& { return r.body.base.scan.topic; }),
+      excluding("scan", member("no_scan", flag(), "The base drives though nothing sees them",
+                               [](Request& r) -> auto& { return r.body.base.scan.is_waived; })),
+      member("obstacle_wait", seconds(),
+             "Seconds the base waits for what stands in its way; then the replay stops",
+             [](Request& r) -> auto& { return r.body.base.scan.obstacles.patience; }),
+      member("clearance", range("METERS", 0, 2), "So much around the base is kept free, 0 to 2",
+             [](Request& r) -> auto& { return r.body.base.scan.obstacles.clearance; }),
+      row("footprint", understood(Kind::Value, "FOOTPRINT", replay::parseFootprint),
+          "The base on the floor, in meters: a radius, or corners 'X,Y X,Y X,Y'; default: the "
+          "robot's, or 0.4",
+          [](Request& r, const OptionTexts& texts) {
+            r.body.base.scan.footprint = replay::parseFootprint(texts.front());
+          }),
+  };
+}
+
 std::vector<PlayOption> makeTable() {
   std::vector<PlayOption> table;
   const auto add = [&table](PlayGroup group, std::vector<PlayOption> options) {
@@ -536,6 +562,7 @@ std::vector<PlayOption> makeTable() {
   add(PlayGroup::Robot, theRobotsStart());
   add(PlayGroup::Robot, theRobotsSafety());
   add(PlayGroup::Robot, theRobotsBase());
+  add(PlayGroup::Robot, whatIsInTheWay());
   return table;
 }
 

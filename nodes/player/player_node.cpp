@@ -240,13 +240,15 @@ ReplayStatus PlayerNode::status() const {
     status.rate = progress.rate;
     status.position = progress.position.seconds();
     status.duration = replay::PlaybackTime{plan.durationNs()}.seconds();
+    const std::string waits_for = session_->waitsFor();
+    if (!waits_for.empty()) status.message = "the base waits: " + waits_for;
   }
   return status;
 }
 
 void PlayerNode::publishStatus(const std::string& message) {
   ReplayStatus now = status();
-  now.message = message;
+  if (!message.empty()) now.message = message;
   shown_state_ = now.state;
   status_.publish(now);
 }

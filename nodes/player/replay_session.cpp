@@ -267,7 +267,10 @@ void ReplaySession::addEnd(replay::PlayReport& report) const {
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
                              const std::function<void()>& on_threads_begun) {
   describeRobotNow(request_);
-  auto gate = std::make_unique<BodyGate>(store_, plan_, request_.body, request_.limits, sink, clock,
+  BodyOptions options = request_.body;
+  // Where nothing waits for the base, it cannot wait either.
+  if (!request_.options.is_in_step) options.base.scan.obstacles.patience = 0;
+  auto gate = std::make_unique<BodyGate>(store_, plan_, options, request_.limits, sink, clock,
                                          [this](const std::string& reason) { stop(reason); },
                                          [this](bool halts) { halt(halts); });
   {
@@ -390,6 +393,11 @@ bool ReplaySession::togglePauseTopics() {
 replay::PlayProgress ReplaySession::progress() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return player_ ? player_->progress() : replay::PlayProgress{};
+}
+
+std::string ReplaySession::waitsFor() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return gate_ ? gate_->waitsFor() : "";
 }
 
 }  // namespace afterglow::nodes

@@ -47,6 +47,8 @@ class ReplaySession {
   void playNext(std::uint64_t count);
   bool togglePauseTopics();
   replay::PlayProgress progress() const;
+  /// What the base waits for now: a clause; empty while it does not.
+  std::string waitsFor() const;
 
  private:
   /// Closes the gate in any case.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -25,6 +26,26 @@ std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& 
     if (topic.isPlayed() && isVelocity(topic.channel) && topic.count > 0) topics.push_back(&topic);
   }
   return topics;
+}
+
+/// How long the base waited, for what and where, a sentence each.
+void tellObstacles(const replay::ObstacleReport& obstacles, const std::string& frame,
+                   const std::optional<replay::Stamp>& begin, std::vector<std::string>& notes) {
+  for (const replay::ObstacleWait& wait : obstacles.waits) {
+    const std::string what =
+        std::isfinite(wait.distance)
+            ? fmt::format("something {:.2f} m from it, at ({:.2f}, {:.2f}) in {}",
+                          std::max(0., wait.distance), wait.place.x, wait.place.y, frame)
+            : "a scan";
+    const std::string where =
+        begin ? fmt::format(", {:.1f} s into the behavior", secondsBetween(*begin, wait.at)) : "";
+    notes.push_back(fmt::format("the base waited {:.1f} s for {}{}", wait.seconds, what, where));
+  }
+  if (obstacles.unseen > 0.01) {
+    notes.push_back(fmt::format(
+        "the base drove {:.2f} m where the scan does not look: as it was recorded, and slowly",
+        obstacles.unseen));
+  }
 }
 
 }  // namespace
@@ -140,7 +161,55 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
   options.noise = options_.noise;
   if (limits_.linear) options.speed = std::min(options.speed, *limits_.linear);
   if (limits_.angular) options.turn_speed = std::min(options.turn_speed, *limits_.angular);
+  options.obstacles = obstacles();
   return options;
+}
+
+// ------------------------------------------------------------------------------- what it looks at
+
+std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
+                                    std::function<void(const std::string&)> on_wait) {
+  on_wait_ = std::move(on_wait);
+  const ScanOptions& scan = options_.scan;
+  if (scan.is_waived) {
+    notes_.push_back("nothing saw what stood in the base's way (--no-scan, ~no_scan)");
+    return "";
+  }
+  if (scan.topic.empty() && !first_motion_) return "";  // it only hears zeros
+  if (scan.topic.empty()) {
+    return "nothing sees what stands in the base's way: --scan TOPIC (~scan) or a robot's profile "
+           "(--robot), else --no-scan";
+  }
+  scan_ = std::make_unique<LiveScan>(scan.topic, live_frames_.base, scan.footprint);
+  if (!scan.footprint) {
+    notes_.push_back(fmt::format(
+        "the base's footprint is not known (--footprint, --robot): {:.1f} m around its middle "
+        "were kept free",
+        scan.obstacles.footprint.radius()));
+  }
+  return scan_->check(scan.obstacles.longest_silence, is_stopped);
+}
+
+std::optional<replay::ObstacleOptions> ReplayedBase::obstacles() const {
+  if (!scan_) return {};
+  replay::ObstacleOptions obstacles = options_.scan.obstacles;
+  if (options_.scan.footprint) obstacles.footprint = *options_.scan.footprint;
+  return obstacles;
+}
+
+replay::BaseInput ReplayedBase::look() {
+  if (drive_) tellWait(drive_->reason());
+  replay::BaseInput input = poses_.look(stampNow());
+  if (scan_) input.scan = scan_->look();
+  return input;
+}
+
+void ReplayedBase::tellWait(const std::string& reason) {
+  if (reason == told_wait_) return;
+  if (told_wait_.empty()) ROS_WARN_STREAM("the base waits: " << reason);
+  if (reason.empty()) ROS_INFO("the base goes on");
+  told_wait_ = reason;
+  if (on_wait_) on_wait_(reason);
 }
 
 // ------------------------------------------------------------------------------ before the replay
@@ -171,6 +240,7 @@ replay::PoseError ReplayedBase::startDoubt(const replay::PoseError& share_then) 
 std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                                   const std::function<bool()>& is_stopped) {
   if (!topic_ || sample_.size() < sizeof(replay::Velocity)) return why_open_loop_;
+  if (!scan_ && !options_.scan.is_waived) return "nothing sees what stands in its way (--scan)";
   const replay::PoseTrack goal({{stampNow(), pose}}, live_frames_.map, true);
   replay::TrackerOptions options = trackerOptions();
   options.lost_distance = kFarthestStart;
@@ -185,7 +255,8 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
   };
   while (isUnderWay() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
     try {
-      send(tracker.update(poses_.look(stampNow())));
+      send(tracker.update(look()));
+      tellWait(tracker.reason());
     } catch (...) {  // without the watchdog nothing is sent but a zero
       send({});
       throw;
@@ -194,6 +265,8 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
     sink.clock().beatIfDue();
   }
   send({});
+  tellWait("");
+  tellObstacles(tracker.report().obstacles, live_frames_.map, {}, notes_);
   if (is_stopped() || tracker.state() == replay::BaseState::Done) return "";
   return isUnderWay() ? "driving there took too long" : tracker.reason();
 }
@@ -208,7 +281,7 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   auto drive = std::make_unique<replay::BaseDrive>(
       topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
       // Not the player's time: poses are dated by ros::Time, which a followed clock need not be.
-      [this](replay::Stamp) { return poses_.look(stampNow()); });
+      [this](replay::Stamp) { return look(); });
   if (!drive->hasDrives()) {
     notes_.push_back("the base stood still when it was recorded: its velocities are not sent");
   }
@@ -234,6 +307,10 @@ void ReplayedBase::addTo(replay::PlayReport& report) const {
     report.base->why_open_loop = why_open_loop_;
   } else if (track_) {
     notes.insert(notes.end(), track_->remarks.begin(), track_->remarks.end());
+  }
+  if (report.base && report.base->driven) {
+    tellObstacles(report.base->driven->obstacles, report.base->driven->frame,
+                  plan_.behavior.begin, notes);
   }
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
 }

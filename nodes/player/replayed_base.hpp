@@ -12,6 +12,7 @@
 
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/guarded_sink.hpp"
+#include "nodes/player/live_scan.hpp"
 #include "replay/motion/base_drive.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/play_plan.hpp"
@@ -19,6 +20,14 @@
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
+
+/// What sees people and things in the base's way.
+struct ScanOptions {
+  std::string topic;       ///< sensor_msgs/LaserScan [~scan]
+  bool is_waived = false;  ///< the base drives though nothing sees them [~no_scan]
+  std::optional<replay::Footprint> footprint;  ///< [~footprint]; empty: it is not known
+  replay::ObstacleOptions obstacles;  ///< [~clearance, ~obstacle_wait]; its footprint is not used
+};
 
 /// ROS parameters of the same meaning are named in brackets.
 struct BaseOptions {
@@ -31,6 +40,7 @@ struct BaseOptions {
   replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
   std::string tf_topic = "/tf";    ///< where today's transforms are
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
+  ScanOptions scan;
 };
 
 /// The frames of today's robot, which may be another one's: as the plan renames them.
@@ -43,6 +53,16 @@ class ReplayedBase {
   /// StoreError.
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
                const replay::MotionLimits& limits);
+
+  /// Finds out whether something sees what stands in the base's way. Returns why the base must not
+  /// be driven; empty if it may. `on_wait`: told what the base waits for, and with an empty text
+  /// that it goes on.
+  std::string checkScan(const std::function<bool()>& is_stopped,
+                        std::function<void(const std::string&)> on_wait);
+  /// How it looks, after checkScan(); none: without a scan.
+  std::optional<replay::ObstacleOptions> obstacles() const;
+  /// The newest poses and scan.
+  replay::BaseInput look();
 
   /// liveFrames()
   const replay::TrackFrames& frames() const { return live_frames_; }
@@ -73,6 +93,7 @@ class ReplayedBase {
   std::string missingThen() const;
   std::string missingNow(const std::function<bool()>& is_stopped);
   replay::TrackerOptions trackerOptions() const;
+  void tellWait(const std::string& reason);
 
   const replay::Store& store_;
   const replay::PlayPlan& plan_;
@@ -89,6 +110,9 @@ class ReplayedBase {
   std::unique_ptr<replay::BaseDrive> drive_;
   std::string why_open_loop_;  ///< empty: it follows its track
   std::string why_not_;        ///< it cannot, as far as the recording says
+  std::unique_ptr<LiveScan> scan_;  ///< none: nothing looks
+  std::function<void(const std::string&)> on_wait_;
+  std::string told_wait_;
   std::vector<std::string> notes_;
 };
 

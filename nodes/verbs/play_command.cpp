@@ -17,7 +17,7 @@ constexpr const char* kOwnGroup = "The command";
 constexpr const char* kExample =
     "Example:\n"
     "  afterglow play last failed pick --dry-run\n"
-    "  afterglow play last failed pick --allow-motion --to-start --rate 0.5 --report pick.html\n"
+    "  afterglow play last failed pick --robot fetch --allow-motion --to-start --rate 0.5\n"
     "  The same by player_node, which has to be set to ~allow_motion and ~to_start:\n"
     "  rosservice call /player_node/play \"{selector: last failed pick, rate: 0.5}\"\n";
 

@@ -106,8 +106,10 @@ std::string statusText(const ReplaySession& session) {
                       : progress.is_held                                      ? "DELAYED"
                                                                               : "PLAYING";
   const double end = replay::PlaybackTime{session.plan().durationNs()}.seconds();
-  return fmt::format(" [{}]  {:.2f} / {:.2f} s  rate {:.2f}  {} messages", state,
-                     progress.position.seconds(), end, progress.rate, progress.published);
+  const std::string waits_for = session.waitsFor();
+  return fmt::format(" [{}]  {:.2f} / {:.2f} s  rate {:.2f}  {} messages{}", state,
+                     progress.position.seconds(), end, progress.rate, progress.published,
+                     waits_for.empty() ? "" : "  the base waits: " + waits_for);
 }
 
 }  // namespace afterglow::nodes

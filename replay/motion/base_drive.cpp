@@ -179,6 +179,11 @@ BaseDriveReport BaseDrive::report() const {
   for (const DriveReport& drive : report.drives) {
     report.delay += drive.base.delay + drive.base.approach;
     report.waited += drive.base.waited;
+    const ObstacleReport& obstacles = drive.base.obstacles;
+    report.obstacles.waited += obstacles.waited;
+    report.obstacles.unseen += obstacles.unseen;
+    report.obstacles.waits.insert(report.obstacles.waits.end(), obstacles.waits.begin(),
+                                  obstacles.waits.end());
   }
   return report;
 }

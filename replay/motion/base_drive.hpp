@@ -35,6 +35,7 @@ struct BaseDriveReport {
   double delay = 0;   ///< s that all of them took longer than recorded, final approaches included
   std::string lost;   ///< why it was given up; empty if it was not
   double waited = 0;  ///< s of waiting for poses
+  ObstacleReport obstacles;  ///< of all drives
 };
 
 /// One thread. A drive lies between two stands of at least a second; each is driven by a

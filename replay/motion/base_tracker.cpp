@@ -15,6 +15,9 @@ constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rest
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
 constexpr double kHurry = 1.05;     // of the path time, to catch up with the timeline
 
+/// s that a correction of the end is waited for; then the base stays where it is.
+constexpr double kCorrectionPatience = 3;
+
 // Where the path time begins to slow down, and where it is slowest.
 constexpr double kLagBegin = 0.04, kLagEnd = 0.15;    // m
 constexpr double kSideBegin = 0.06, kSideEnd = 0.25;  // m; only driving on takes a base sideways,
@@ -43,6 +46,7 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
                              options.turn_acceleration}) {
     if (!(value > 0)) throw std::invalid_argument("rate and limits of a base must be above zero");
   }
+  if (options.obstacles) obstacles_.emplace(*options.obstacles, track_.frame());
 }
 
 PlanarVelocity BaseTracker::update(const BaseInput& input) {
@@ -61,13 +65,29 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   localize(input);
   const PlanarPose base =
       predict(input.T_odom_base->stamp, later(input.now, options_.command_delay));
-  const PlanarVelocity wanted =
-      state_ == BaseState::Following ? follow(base, seconds) : approach(base, seconds);
+  if (obstacles_) {
+    obstacles_->move(input.T_odom_base->stamp, odometry_);
+    obstacles_->hear(input.scan);
+  }
+  if (state_ == BaseState::Following && !isWayFree(base, input.now, seconds)) {
+    return halt(input.now);
+  }
+  const PlanarVelocity wanted = state_ == BaseState::Following
+                                    ? follow(base, seconds)
+                                    : approach(base, is_barred_ ? 0 : seconds);
+  if (state_ == BaseState::Approaching && obstacles_ && (wanted.forward != 0 || wanted.turn != 0)) {
+    const ObstacleStop& stop = *obstacles_;
+    const double radius = stop.options().footprint.radius();
+    if (!mayGoOn(base, pathOf(wanted, radius, stop.lookAhead()), input.now, seconds)) {
+      return halt(input.now);
+    }
+  }
   if (state_ == BaseState::Lost) return halt(input.now);
   return send(wanted, input.now, seconds);
 }
 
 void BaseTracker::rest() {
+  if (obstacles_) obstacles_->rest();
   if (last_update_) halt(*last_update_);
 }
 
@@ -142,7 +162,48 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   } else {
     idle_ = 0;
   }
+  if (obstacles_) {
+    const double rim = rimSpeed(recorded, obstacles_->options().footprint.radius());
+    if (rim * pace_ > fastest_) pace_ = fastest_ / rim;
+  }
   return law(error, {recorded.forward * pace_, recorded.turn * pace_});
+}
+
+/// What the scan sees along the track.
+bool BaseTracker::isWayFree(const PlanarPose& base, Stamp now, double seconds) {
+  if (!obstacles_) return true;
+  const double radius = obstacles_->options().footprint.radius();
+  return mayGoOn(base, pathAlong(track_, path_, base, radius, obstacles_->lookAhead()), now,
+                 seconds);
+}
+
+bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now,
+                          double seconds) {
+  using Kind = ObstacleStop::Verdict::Kind;
+  const PlanarPose T_odom_base = compose(odometry_, between(localizer_->pose(), base));
+  const ObstacleStop::Verdict verdict =
+      obstacles_->judge({now, T_odom_base, base, path_, seconds}, path);
+  // After a wait it gets faster as it would from any stand.
+  fastest_ = std::min(verdict.speed, fastest_ + options_.acceleration * seconds);
+  is_barred_ = verdict.kind != Kind::Go;
+  if (!is_barred_) return true;
+  reason_ = verdict.reason;
+  const bool is_correction =
+      state_ == BaseState::Approaching && track_.begin() < track_.end();
+  if (is_correction && verdict.waited > kCorrectionPatience) {
+    state_ = BaseState::Done;
+  } else if (verdict.kind == Kind::GiveUp) {
+    state_ = BaseState::Lost;
+  }
+  return false;
+}
+
+/// A way to a place was not recorded: where nobody looks it is not driven.
+void BaseTracker::lookBehind() {
+  const bool is_place = track_.begin() == track_.end();
+  if (!obstacles_ || !is_place) return;
+  const double behind = -2 * obstacles_->options().footprint.radius();
+  approach_.avoidBackward(!obstacles_->sees({behind, 0}));
 }
 
 double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const {
@@ -181,6 +242,7 @@ PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
   PlanarPose error = between(base, track_.endPose());
   error.yaw = 0;  // it may have turned away on purpose
   if (isOff(error)) return {};
+  lookBehind();
   const auto wanted = isLocalized() ? approach_.step(base, localizer_->positionError(),
                                                      localizer_->yawError(), seconds)
                                     : approach_.step(base, 0, 0, seconds);
@@ -221,6 +283,11 @@ PlanarVelocity BaseTracker::send(const PlanarVelocity& wanted, Stamp now, double
   const double turn = std::clamp(wanted.turn, -options_.turn_speed, options_.turn_speed);
   command_.forward += std::clamp(forward - command_.forward, -step, step);
   command_.turn += std::clamp(turn - command_.turn, -turn_step, turn_step);
+  if (obstacles_) {  // at once, and along the same curve
+    const double rim = rimSpeed(command_, obstacles_->options().footprint.radius());
+    const double share = rim > fastest_ ? fastest_ / rim : 1;
+    command_ = {command_.forward * share, command_.turn * share};
+  }
   const bool is_first_step = command_.forward != 0 || command_.turn != 0;
   if (is_first_step && !T_map_odom_at_start_) {
     T_map_odom_at_start_ = compose(localizer_->pose(), inverse(odometry_));
@@ -249,6 +316,7 @@ std::optional<PlanarPose> BaseTracker::pose() const {
 BaseReport BaseTracker::report() const {
   BaseReport report = report_;
   report.corrections = approach_.attempts();
+  if (obstacles_) report.obstacles = obstacles_->report();
   if (!localizer_) return report;
   const PlanarPose base = localizer_->pose();
   report.end_distance = distance(base, track_.endPose());

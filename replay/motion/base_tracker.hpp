@@ -18,11 +18,14 @@
 #pragma once
 
 #include <deque>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "replay/motion/base_localizer.hpp"
 #include "replay/motion/final_approach.hpp"
+#include "replay/motion/obstacle_stop.hpp"
 #include "replay/motion/pose_track.hpp"
 
 namespace afterglow::replay {
@@ -43,6 +46,9 @@ struct TrackerOptions {
   bool with_localization = true;        ///< false: on odometry alone, the base being at the start
   LocalizationNoise noise;
   ApproachOptions approach;
+  /// With them the base stops before what a scan sees in its way, and needs scans; none: it does
+  /// not look.
+  std::optional<ObstacleOptions> obstacles;
 };
 
 struct StampedPose {
@@ -55,6 +61,7 @@ struct BaseInput {
   Stamp now;
   std::optional<StampedPose> T_odom_base;
   std::optional<StampedPose> T_map_odom;  ///< not needed on odometry alone
+  std::shared_ptr<const FloorScan> scan = nullptr;  ///< not needed without ObstacleOptions
 };
 
 enum class BaseState { Following, Approaching, Done, Lost };
@@ -74,6 +81,7 @@ struct BaseReport {
   double approach = 0;                            ///< s of the final approach
   double waited = 0;                              ///< s of waiting for poses
   int corrections = 0;                            ///< moves of the final approach
+  ObstacleReport obstacles;
 };
 
 class BaseTracker {
@@ -124,6 +132,9 @@ class BaseTracker {
   PlanarVelocity approach(const PlanarPose& base, double seconds);
   double paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const;
   PlanarVelocity law(const PlanarPose& error, const PlanarVelocity& wanted) const;
+  bool mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now, double seconds);
+  bool isWayFree(const PlanarPose& base, Stamp now, double seconds);
+  void lookBehind();
   bool isOff(const PlanarPose& error);
   void idle(double seconds, const std::string& why);
   PlanarVelocity send(const PlanarVelocity& wanted, Stamp now, double seconds);
@@ -149,6 +160,9 @@ class BaseTracker {
   std::deque<Sent> sent_;  ///< those that may not have had their effect
   PlanarPose odometry_;
   std::optional<PlanarPose> T_map_odom_at_start_;
+  std::optional<ObstacleStop> obstacles_;
+  double fastest_ = std::numeric_limits<double>::infinity();  ///< m/s of its rim, by obstacles
+  bool is_barred_ = false;                                    ///< it waits for obstacles
   BaseReport report_;
 };
 

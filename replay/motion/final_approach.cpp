@@ -9,6 +9,7 @@ constexpr double kTurned = 0.003;   // rad
 constexpr double kArrived = 0.001;  // m
 constexpr double kLearned = 0.001;  // of an error: a smaller change does not count
 constexpr double kGain = 2.5;       // 1/s, for the very end of a move
+constexpr double kShortWay = 0.1;   // m that is driven backward, whoever sees it
 
 /// Fast, but slow enough to brake in time.
 double speedFor(double left, double fastest, double braking) {
@@ -64,13 +65,14 @@ bool FinalApproach::look(const PlanarPose& base) {
   }
   ++attempts_;
   heading_ = base.yaw;
+  const bool may_back_up = !avoids_backward_ || length <= kShortWay;
   if (is_there) {
     enter(Phase::TurnBack);
-  } else if (std::abs(left.y) <= options_.tolerance / 2) {
+  } else if (std::abs(left.y) <= options_.tolerance / 2 && (left.x >= 0 || may_back_up)) {
     enter(Phase::Drive);
   } else {
     double bearing = std::atan2(left.y, left.x);
-    if (std::abs(bearing) > kPi / 2) {
+    if (std::abs(bearing) > kPi / 2 && may_back_up) {
       bearing = wrapAngle(bearing + kPi);  // backward, for the smaller turn
     }
     heading_ = wrapAngle(base.yaw + bearing);

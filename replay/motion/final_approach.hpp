@@ -36,6 +36,8 @@ class FinalApproach {
   std::optional<PlanarVelocity> step(const PlanarPose& base, double position_error,
                                      double turn_error, double seconds);
   int attempts() const { return attempts_; }
+  /// Nobody sees what is behind: it drives backward by centimeters only, and turns round instead.
+  void avoidBackward(bool avoids) { avoids_backward_ = avoids; }
 
  private:
   enum class Phase { Stand, Turn, Drive, TurnBack };
@@ -54,6 +56,7 @@ class FinalApproach {
   double unchanged_ = 0;  ///< s since it was another
   double heading_ = 0;    ///< to drive along, forward or backward
   int attempts_ = 0;
+  bool avoids_backward_ = false;
 };
 
 }  // namespace afterglow::replay

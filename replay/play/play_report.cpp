@@ -104,6 +104,7 @@ void addDrives(const BaseDriveReport& driven, Json& json) {
   json["corrections"] = summary.corrections;
   json["delay_s"] = driven.delay;
   json["waited_for_poses_s"] = driven.waited;
+  if (driven.obstacles.waited > 0) json["waited_for_obstacles_s"] = driven.obstacles.waited;
   if (!driven.lost.empty()) json["lost"] = driven.lost;
 }
 

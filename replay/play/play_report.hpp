@@ -154,8 +154,9 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   base {distance_m, turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago, topic,
 ///   closed_loop, why_open_loop; in closed loop: localized,
 ///   length_m, drives, largest_deviation_m, drift_m, drift_deg, corrections, delay_s,
-///   waited_for_poses_s, lost}}; without worst, not_known, base, distance_m,
-///   turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago where nothing is known;
+///   waited_for_poses_s, waited_for_obstacles_s (if it did), lost}}; without worst, not_known,
+///   base, distance_m, turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago where nothing is
+///   known;
 /// - guards {patience_ms, lateness_ms, on_robot {node, patience_ms, longest_gap_ms, over_network}},
 ///   on_robot only where a guard runs there, guards only where the body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];

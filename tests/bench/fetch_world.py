@@ -123,7 +123,8 @@ class World:
         report = self.folder / 'report.json'
         report.unlink(missing_ok=True)
         command = [self.build / 'bin/afterglow', 'play', behavior, '--store', store,
-                   '--allow-motion', '--quiet', '--no-keys', '--report', report, *options]
+                   '--allow-motion', '--robot', 'fetch', '--quiet', '--no-keys', '--report', report,
+                   *options]
         done = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE,
                               stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True)
         told = json.loads(report.read_text()) if report.exists() else {}

@@ -209,7 +209,7 @@ void run(const Settings& settings) {
   std::map<std::string, Words> players = {
       {"afterglow play",
        {AFTERGLOW_BENCH_COMMAND, "play", id, "--store", store, "--allow-motion", "--open-loop",
-        "--longest-stall", "0.5", "--quiet"}},
+        "--no-scan", "--longest-stall", "0.5", "--quiet"}},
       {"rosbag play", {"rosbag", "play", "-q", "--wait-for-subscribers", bag}}};
   if (settings.is_normal) players["afterglow play"].push_back("--no-realtime");
   if (!settings.third.empty()) {

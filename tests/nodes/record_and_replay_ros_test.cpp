@@ -101,7 +101,7 @@ struct World {
     return std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name, "replay:=/" + name + "/replay",
         "_store:=" + storePath, "_hold:=0.1", "_longest_stall:=1", "_report_folder:=" + reports,
-        "_allow_motion:=" + allow_motion, "_open_loop:=true"});
+        "_allow_motion:=" + allow_motion, "_open_loop:=true", "_no_scan:=true"});
   }
 
   test::TempFolder folder;
@@ -440,7 +440,7 @@ TEST_F(RecordAndReplay, replaysFromTheCommandAndStopsTheRobotOnCtrlC) {
   EXPECT_NE(yaml.log().find("report.yaml has to end with .json, .txt or .html"), std::string::npos);
   const std::string report = world->folder.path("stopped.html");
   test::NodeProcess command({AFTERGLOW_TEST_COMMAND, "play", id, "--store", world->storePath,
-                             "--allow-motion", "--open-loop", "--report", report});
+                             "--allow-motion", "--open-loop", "--no-scan", "--report", report});
   ASSERT_TRUE(base.heardSoFar(3)) << command.log();
   command.interrupt();
   EXPECT_EQ(command.exitStatus(), 1);

@@ -94,7 +94,7 @@ struct ReplayGuard : testing::Test {
     std::vector<std::string> arguments = {
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name.substr(1), "replay:=" + name + "/replay",
         "_store:=" + world->store,  "_allow_motion:=true",       "_open_loop:=true",
-        "_hold:=0"};
+        "_hold:=0",                 "_no_scan:=true"};
     arguments.insert(arguments.end(), parameters.begin(), parameters.end());
     player = std::make_unique<test::NodeProcess>(arguments);
     client = std::make_unique<Client>(name + "/replay", false);

@@ -60,7 +60,7 @@ struct World {
     robot = start({AFTERGLOW_TEST_FAKE_FETCH_NODE});
     recorder = start({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + store});
     player = start({AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true",
-                    "_longest_stall:=1", "_hold:=0"});
+                    "_longest_stall:=1", "_hold:=0", "_robot:=fetch"});
     spinner.start();
     witness = std::make_unique<test::FetchWitness>();
     // There before a recording begins, so that none of their goals is missed by it.

@@ -1,0 +1,34 @@
+/// \file
+/// The simulated Fetch's laser on the ROS graph: /base_scan, and for those who set the scene
+/// /obstacles (geometry_msgs/PoseArray in map, position.z the radius).
+#pragma once
+
+#include <geometry_msgs/PoseArray.h>
+#include <ros/ros.h>
+
+#include <Eigen/Geometry>
+
+#include "nodes/fetch/fake_laser.hpp"
+
+namespace afterglow::nodes {
+
+/// For one thread at a time, the callbacks of its node handle included.
+class LaserTopics {
+ public:
+  /// `T_base_laser`: where it sits.
+  LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser);
+
+  /// To be called often; publishes fifteen times a second.
+  void publishIfDue(const ros::Time& now, const PlanarPose& T_map_base);
+  void setThings(const geometry_msgs::PoseArray& obstacles);
+
+ private:
+  FakeLaser laser_;
+  const PlanarPose T_base_laser_;
+  const bool is_upside_down_;
+  ros::Time next_;
+  ros::NodeHandle node_;
+  ros::Publisher publisher_;
+};
+
+}  // namespace afterglow::nodes

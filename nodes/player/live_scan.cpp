@@ -1,0 +1,144 @@
+#include "nodes/player/live_scan.hpp"
+
+#include <fmt/format.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <regex>
+#include <stdexcept>
+
+#include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/player/base_poses.hpp"
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kScanPatience = 3;        // s
+constexpr double kMostTilted = 0.1;        // rise of the scan's plane per meter
+constexpr std::size_t kMostRanges = 100000;
+/// m: what is so near to the plane of the scan may be seen in it; how thick parts are.
+constexpr double kPlane = 0.15, kPartRadius = 0.12;
+
+replay::RangeScan toRangeScan(const sensor_msgs::LaserScan& message, replay::Stamp stamp) {
+  replay::RangeScan scan;
+  scan.stamp = stamp;
+  scan.angle_min = static_cast<double>(message.angle_min);
+  scan.angle_increment = static_cast<double>(message.angle_increment);
+  scan.range_min = static_cast<double>(message.range_min);
+  scan.range_max = static_cast<double>(message.range_max);
+  scan.ranges = message.ranges;
+  return scan;
+}
+
+}  // namespace
+
+std::vector<std::string> linkNames(const std::string& urdf) {
+  static const std::regex link("<link\\s+[^>]*?name\\s*=\\s*[\"']([^\"']+)[\"']");
+  std::vector<std::string> names;
+  for (std::sregex_iterator found(urdf.begin(), urdf.end(), link), end; found != end; ++found) {
+    names.push_back((*found)[1]);
+  }
+  return names;
+}
+
+LiveScan::LiveScan(const std::string& topic, const std::string& base_frame,
+                   const std::optional<replay::Footprint>& outline)
+    : topic_(topic), base_frame_(frameName(base_frame)), outline_(outline), tf_listener_(tf_) {
+  std::string urdf;
+  if (ros::param::get("/robot_description", urdf)) {
+    const std::vector<std::string> names = linkNames(urdf);
+    links_ = {names.begin(), names.end()};
+  }
+  node_.setCallbackQueue(&queue_);
+  subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
+      topic_, 1, [this](const sensor_msgs::LaserScan::ConstPtr& message) { onScan(*message); },
+      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
+}
+
+std::shared_ptr<const replay::FloorScan> LiveScan::look() {
+  queue_.callAvailable();
+  return scan_;
+}
+
+std::string LiveScan::check(double longest_silence_s, const std::function<bool()>& is_stopped) {
+  const Deadline deadline = deadlineIn(kScanPatience);
+  while (!scan_ && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+    queue_.callAvailable(ros::WallDuration(0.02));
+  }
+  if (is_stopped()) return "";
+  if (!scan_) return problem_.empty() ? "no scan comes on " + topic_ : topic_ + ": " + problem_;
+  if (scan_->isBlind()) return "the scan on " + topic_ + " sees nothing at all";
+  const double age = 1e-9 * static_cast<double>(stampNow().ns - scan_->stamp().ns);
+  if (age <= longest_silence_s) return "";
+  return fmt::format("the scan on {} is {:.2f} s old when it comes, or its clock is another",
+                     topic_, age);
+}
+
+void LiveScan::onScan(const sensor_msgs::LaserScan& message) {
+  const replay::Stamp now = stampNow();
+  const auto stamp_ns = static_cast<std::int64_t>(message.header.stamp.toNSec());
+  delay_ns_ = std::min(delay_ns_, now.ns - stamp_ns);
+  const auto mount = mountOf(frameName(message.header.frame_id));
+  if (!mount) return;
+  if (message.ranges.size() > kMostRanges) {
+    problem_ = "it has more ranges than any range finder";
+    return;
+  }
+  try {
+    scan_ = std::make_shared<replay::FloorScan>(
+        toRangeScan(message, {stamp_ns + delay_ns_}), *mount, outline_ ? &*outline_ : nullptr,
+        ownParts());
+    problem_.clear();
+  } catch (const std::invalid_argument& error) {
+    problem_ = error.what();
+  }
+}
+
+std::optional<replay::ScanMount> LiveScan::mountOf(const std::string& frame) {
+  try {
+    const Eigen::Isometry3d T_base_scan =
+        toIsometry(tf_.lookupTransform(base_frame_, frame, ros::Time(0)).transform);
+    const Eigen::Matrix3d R = T_base_scan.linear();
+    if (std::hypot(R(2, 0), R(2, 1)) > kMostTilted) {
+      problem_ = "its plane is not level (tf's " + base_frame_ + " -> " + frame + ")";
+      return {};
+    }
+    const Eigen::Vector3d p = T_base_scan.translation();
+    height_ = p.z();
+    return replay::ScanMount{{p.x(), p.y()}, {R(0, 0), R(1, 0)}, {R(0, 1), R(1, 1)}};
+  } catch (const tf2::TransformException&) {
+    problem_ = "nobody tells where it is on the robot (tf's " + base_frame_ + " -> " + frame + ")";
+    return {};
+  }
+}
+
+/// The robot's links outside of its base that cross the plane of the scan: an arm that hangs down.
+std::vector<replay::OwnPart> LiveScan::ownParts() const {
+  const replay::Footprint base = outline_.value_or(replay::ObstacleOptions().footprint);
+  std::vector<replay::OwnPart> parts;
+  for (const std::string& link : links_) {
+    std::string parent;
+    if (!tf_._getParent(link, ros::Time(0), parent) || links_.count(parent) == 0) continue;
+    try {
+      const Eigen::Vector3d from =
+          toIsometry(tf_.lookupTransform(base_frame_, parent, ros::Time(0)).transform)
+              .translation();
+      const Eigen::Vector3d to =
+          toIsometry(tf_.lookupTransform(base_frame_, link, ros::Time(0)).transform).translation();
+      const bool is_low = std::min(from.z(), to.z()) < height_ + kPlane;
+      const bool is_high = std::max(from.z(), to.z()) > height_ - kPlane;
+      const bool is_of_base = base.distanceTo({from.x(), from.y()}) < 0 &&
+                              base.distanceTo({to.x(), to.y()}) < 0;
+      if (!is_low || !is_high || is_of_base) continue;
+      parts.push_back({{from.x(), from.y()}, {to.x(), to.y()}, kPartRadius});
+    } catch (const tf2::TransformException&) {
+      continue;  // nobody tells of it now
+    }
+  }
+  return parts;
+}
+
+}  // namespace afterglow::nodes

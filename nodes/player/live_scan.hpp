@@ -1,0 +1,60 @@
+/// \file
+/// The newest scan of a range finder, in the base's frame, without the robot's own parts.
+#pragma once
+
+#include <ros/callback_queue.h>
+#include <ros/ros.h>
+#include <sensor_msgs/LaserScan.h>
+#include <tf2_ros/buffer.h>
+#include <tf2_ros/transform_listener.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "replay/motion/obstacle_stop.hpp"
+
+namespace afterglow::nodes {
+
+/// Listens while it lives, and reads when it is asked; one thread. Where the range finder sits is
+/// asked of tf.
+class LiveScan {
+ public:
+  /// `outline`: the base's; what is seen within it is the robot's own. None: it is not known.
+  LiveScan(const std::string& topic, const std::string& base_frame,
+           const std::optional<replay::Footprint>& outline);
+
+  /// Empty before the first. Dated by ros::Time: as the scan says, but not in the future, for which
+  /// the shortest lead ever seen is taken off.
+  std::shared_ptr<const replay::FloorScan> look();
+  /// Waits for the first, at most 3 s. Returns why the base cannot be driven by it: "no scan comes
+  /// on /base_scan"; empty if it can.
+  std::string check(double longest_silence_s, const std::function<bool()>& is_stopped);
+
+ private:
+  void onScan(const sensor_msgs::LaserScan& message);
+  std::optional<replay::ScanMount> mountOf(const std::string& frame);
+  std::vector<replay::OwnPart> ownParts() const;
+
+  const std::string topic_, base_frame_;
+  const std::optional<replay::Footprint> outline_;
+  std::set<std::string> links_;  ///< of the robot's description
+  tf2_ros::Buffer tf_;
+  tf2_ros::TransformListener tf_listener_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::Subscriber subscriber_;
+  double height_ = 0;          ///< m, of the range finder over the base's frame
+  std::int64_t delay_ns_ = 0;  ///< the shortest, if it is negative: its clock is ahead
+  std::string problem_;        ///< why the newest message is no scan
+  std::shared_ptr<const replay::FloorScan> scan_;
+};
+
+/// The names of the links in a URDF.
+std::vector<std::string> linkNames(const std::string& urdf);
+
+}  // namespace afterglow::nodes

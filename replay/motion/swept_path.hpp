@@ -1,0 +1,48 @@
+/// \file
+/// The floor that a base sweeps on its way, and how far that is free. Pure; base frame: meters,
+/// radians.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "replay/motion/floor_scan.hpp"
+#include "replay/motion/footprint.hpp"
+#include "replay/motion/pose_track.hpp"
+
+namespace afterglow::replay {
+
+/// Where a base will be, as seen from where it is, in order.
+struct SweptPose {
+  PlanarPose T_base_then;
+  double way = 0;  ///< m that the footprint's farthest point has gone by then
+};
+using SweptPath = std::vector<SweptPose>;
+
+/// How fast the footprint's farthest point moves, at most: m/s.
+double rimSpeed(const PlanarVelocity& velocity, double radius);
+
+/// Along a track from a moment on; the base is at `base`, in the track's frame. Ends with the
+/// track, or after `longest` m.
+SweptPath pathAlong(const PoseTrack& track, Stamp from, const PlanarPose& base, double radius,
+                    double longest);
+/// The way of a velocity that is kept; a holonomic base also goes to the left, m/s.
+SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest, double left = 0);
+
+struct FreeWay {
+  double way = std::numeric_limits<double>::infinity();  ///< m; infinite: all of the path is free
+  std::optional<FloorPoint> obstacle;                    ///< what stands at its end, seen from now
+  double distance = std::numeric_limits<double>::infinity();  ///< m of that from the footprint now
+};
+
+/// How far the footprint, `clearance` m wider all around, goes along the path before it meets one
+/// of the points. What stands nearer than that already bars the way only to what would come
+/// nearer still: nobody is kept from driving away from a table.
+FreeWay freeWay(const SweptPath& path, const Footprint& footprint, double clearance,
+                const std::vector<FloorPoint>& points);
+
+/// Whether the scan looks where the footprint gets to next, for the most part.
+bool isSeen(const SweptPath& path, const Footprint& footprint, const FloorScan& scan);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,158 @@
+// The floor that a base sweeps, and what a scan says of it.
+#include "replay/motion/swept_path.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "tests/support/simulated_scan.hpp"
+
+namespace afterglow::replay::swept_path_test {
+namespace {
+
+using namespace test;
+
+const Footprint kRound = Footprint::circle(0.3);
+const Footprint kOblong = Footprint::polygon({{0.5, 0.2}, {-0.5, 0.2}, {-0.5, -0.2}, {0.5, -0.2}});
+constexpr double kClearance = 0.15, kFar = 3;
+
+double freeOf(const PlanarVelocity& velocity, const FloorPoint& obstacle,
+              const Footprint& footprint = kRound) {
+  const SweptPath path = pathOf(velocity, footprint.radius(), kFar);
+  return freeWay(path, footprint, kClearance, {obstacle}).way;
+}
+
+TEST(Footprint, isAsFarAsItsNearestEdge) {
+  EXPECT_NEAR(kRound.distanceTo({1, 0}), 0.7, 1e-9);
+  EXPECT_NEAR(kOblong.distanceTo({1, 0}), 0.5, 1e-9);
+  EXPECT_NEAR(kOblong.distanceTo({0.8, 0.6}), 0.5, 1e-9);
+  EXPECT_NEAR(kOblong.distanceTo({0, 0}), -0.2, 1e-9);
+  EXPECT_NEAR(kOblong.radius(), std::hypot(0.5, 0.2), 1e-9);
+}
+
+TEST(Footprint, isReadAsARadiusOrAsCorners) {
+  EXPECT_NEAR(parseFootprint("0.25").radius(), 0.25, 1e-9);
+  // In any order: the hull counts.
+  const Footprint read = parseFootprint("0.5,0.2 -0.5,-0.2 0.5,-0.2 -0.5,0.2 0.1,0.1");
+  EXPECT_NEAR(read.distanceTo({1, 0}), 0.5, 1e-9);
+  for (const char* text : {"", "round", "0", "-1", "0.1,0.2", "0,0 1,1 2,2", "0.3 0.3", "9"}) {
+    EXPECT_THROW(parseFootprint(text), std::invalid_argument) << text;
+  }
+}
+
+TEST(SweptPath, isFreeUpToWhatStandsOnAStraightWay) {
+  EXPECT_NEAR(freeOf({0.5, 0}, {1.5, 0}), 1.5 - 0.3 - kClearance, 0.03);
+  EXPECT_NEAR(freeOf({0.5, 0}, {1.5, 0.4}), 1.5 - std::sqrt(0.45 * 0.45 - 0.4 * 0.4), 0.03);
+  EXPECT_TRUE(std::isinf(freeOf({0.5, 0}, {1.5, 0.46}))) << "it passes";
+  EXPECT_TRUE(std::isinf(freeOf({0.5, 0}, {-0.6, 0}))) << "it drives away";
+}
+
+TEST(SweptPath, leadsBackward) {
+  EXPECT_NEAR(freeOf({-0.5, 0}, {-1.5, 0}), 1.5 - 0.3 - kClearance, 0.03);
+  EXPECT_TRUE(std::isinf(freeOf({-0.5, 0}, {1.5, 0})));
+}
+
+TEST(SweptPath, leadsRoundABend) {
+  // A circle of 1 m about (0, 1): a quarter of it leads to (1, 1).
+  const double quarter = kPi / 2 * (1 + 0.3);  // its rim goes farther than its middle
+  EXPECT_NEAR(freeOf({0.5, 0.5}, {1, 1}), quarter - (0.3 + kClearance) * 1.3, 0.06);
+  EXPECT_TRUE(std::isinf(freeOf({0.5, 0.5}, {1.5, 0}))) << "straight on";
+}
+
+TEST(SweptPath, ofTurningOnTheSpotIsWhatTheCornersSweep) {
+  EXPECT_TRUE(std::isinf(freeOf({0, 0.5}, {0, 0.46}))) << "a round base sweeps nothing";
+  const FloorPoint beside{0, 0.55};  // the long side passes, the corners do not
+  EXPECT_FALSE(std::isinf(freeOf({0, 0.5}, beside, kOblong)));
+  EXPECT_TRUE(std::isinf(freeOf({0.5, 0}, beside, kOblong)));
+}
+
+TEST(SweptPath, goesSidewaysWithAHolonomicBase) {
+  const SweptPath path = pathOf({0, 0}, 0.3, kFar, 0.5);
+  EXPECT_NEAR(freeWay(path, kRound, kClearance, {{0, 1.5}}).way, 1.05, 0.03);
+  EXPECT_NEAR(path.back().T_base_then.yaw, 0, 1e-9);
+}
+
+TEST(SweptPath, followsTheTrackAheadAndNotTheWayBehind) {
+  std::vector<PoseTrack::Sample> samples;  // 1 m ahead in 2 s, and 1 m to the left
+  for (int i = 0; i <= 20; ++i) samples.push_back({stampAt(0.1 * i), {0.05 * i, 0, 0}});
+  for (int i = 1; i <= 10; ++i) samples.push_back({stampAt(2 + 0.1 * i), {1, 0, kPi / 20 * i}});
+  for (int i = 1; i <= 20; ++i) samples.push_back({stampAt(3 + 0.1 * i), {1, 0.05 * i, kPi / 2}});
+  const PoseTrack track(samples, "map", true);
+  const auto free = [&](double from, const PlanarPose& base, const FloorPoint& obstacle) {
+    const PlanarPose seen = between(base, {obstacle.x, obstacle.y, 0});
+    const SweptPath path = pathAlong(track, stampAt(from), base, 0.3, 5);
+    return freeWay(path, kRound, kClearance, {{seen.x, seen.y}}).way;
+  };
+  EXPECT_NEAR(free(0, {0, 0, 0}, {1, 1.2}), 1 + 0.3 * kPi / 2 + 0.75, 0.06);
+  EXPECT_TRUE(std::isinf(free(0, {0, 0, 0}, {1.6, 0}))) << "it turns before that";
+  EXPECT_TRUE(std::isinf(free(1.6, {0.8, 0, 0}, {0, 0.2}))) << "that lies behind";
+  EXPECT_NEAR(free(1, {0.5, 0, 0}, {1, 1.2}) - free(1, {0.4, 0, 0}, {1, 1.2}), -0.1, 0.03)
+      << "a base that lags behind has farther to go";
+}
+
+TEST(SweptPath, mayLeaveWhatIsNearButNotComeNearer) {
+  const FloorPoint table{0.37, 0};  // 7 cm ahead of the base
+  EXPECT_EQ(freeOf({0.2, 0}, table), 0);
+  EXPECT_TRUE(std::isinf(freeOf({-0.2, 0}, table)));
+  EXPECT_TRUE(std::isinf(freeOf({0, 1}, table)));
+}
+
+TEST(FloorScan, hasNoPointsWhereNothingWasMeasured) {
+  RangeScan ranges;
+  ranges.angle_min = -0.2;
+  ranges.angle_increment = 0.1;
+  ranges.range_min = 0.1;
+  ranges.range_max = 10;
+  const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity();
+  ranges.ranges = {nan, inf, 0.05f, 2, 12};
+  const FloorScan scan(ranges, {}, nullptr, {});
+  ASSERT_EQ(scan.points().size(), 1u);
+  EXPECT_NEAR(scan.points()[0].at.x, 2 * std::cos(0.1), 1e-6);
+  EXPECT_FALSE(scan.isBlind());
+  ranges.ranges = {nan, inf, 0.05f, nan, 12};
+  EXPECT_TRUE(FloorScan(ranges, {}, nullptr, {}).isBlind());
+}
+
+TEST(FloorScan, seesWhatAFetchSeesAndNothingBehind) {
+  const auto scan = scanOf({}, {}, 0);
+  EXPECT_TRUE(scan->sees({2, 0}) && scan->sees({1, 1.5}) && scan->sees({0.1, -1}));
+  EXPECT_FALSE(scan->sees({-1, 0}));
+  EXPECT_FALSE(scan->sees({-1, 1}));
+  const auto ahead = pathOf({0.5, 0}, 0.3, 1), back = pathOf({-0.5, 0}, 0.3, 1),
+             turn = pathOf({0, 0.5}, 0.3, 1), bend = pathOf({0.5, 0.5}, 0.3, 1);
+  EXPECT_TRUE(isSeen(ahead, kRound, *scan) && isSeen(turn, kRound, *scan));
+  EXPECT_TRUE(isSeen(bend, kRound, *scan));
+  EXPECT_FALSE(isSeen(back, kRound, *scan));
+}
+
+TEST(FloorScan, leavesOutTheRobotsOwnPartsAndDoesNotSeeBehindThem) {
+  // An arm that hangs down ahead of the base, and somebody farther on.
+  RangeScan ranges = rangesOf({{0.6, 0, 0.05}, {2, 1, 0.1}}, {}, 0);
+  const ScanMount mount{{kLaserAhead, 0}, {1, 0}, {0, 1}};
+  const OwnPart arm{{0.4, 0}, {0.65, 0}, 0.12};
+  const FloorScan scan(ranges, mount, &kRound, {arm});
+  EXPECT_FALSE(scan.sees({2, 0}));
+  EXPECT_TRUE(scan.sees({2, 1}));
+  std::vector<FloorPoint> points;
+  for (const FloorScan::Point& point : scan.points()) points.push_back(point.at);
+  EXPECT_TRUE(std::isinf(freeWay(pathOf({0.3, 0}, 0.3, 1), kRound, kClearance, points).way));
+}
+
+TEST(FloorScan, isTurnedAsTheRangeFinderIsMounted) {
+  RangeScan ranges;  // one beam to the left, of one that hangs upside down
+  ranges.angle_min = 0.5;
+  ranges.angle_increment = 0.01;
+  ranges.range_max = 10;
+  ranges.ranges = {2};
+  const FloorScan scan(ranges, {{0.2, 0}, {1, 0}, {0, -1}}, nullptr, {});
+  EXPECT_NEAR(scan.points()[0].at.x, 0.2 + 2 * std::cos(0.5), 1e-6);
+  EXPECT_NEAR(scan.points()[0].at.y, -2 * std::sin(0.5), 1e-6);
+  EXPECT_TRUE(scan.sees(scan.points()[0].at));
+  EXPECT_FALSE(scan.sees({2, 1}));
+}
+
+}  // namespace
+}  // namespace afterglow::replay::swept_path_test
