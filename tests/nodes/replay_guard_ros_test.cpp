@@ -48,6 +48,10 @@ struct World {
     memory.add("/joint_states", 0.01, state);
     memory.add(kArm + "/goal", 0.1, elbowGoal());
     from_elsewhere = memory.addBehavior(1);
+    state.position = {0.25};
+    memory.add("/joint_states", 0.01, state);
+    memory.add(kArm + "/goal", 0.1, elbowGoal());
+    from_nearby = memory.addBehavior(1);
     auto other = elbowGoal();
     other.goal.trajectory.joint_names = {"elbow", "tail"};
     memory.add(kArm + "/goal", 0.1, other);
@@ -61,7 +65,8 @@ struct World {
   test::RosMaster master;
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
-  std::int64_t long_behavior = 0, from_elsewhere = 0, of_another_robot = 0, of_another_arm = 0;
+  std::int64_t long_behavior = 0, from_elsewhere = 0, from_nearby = 0;
+  std::int64_t of_another_robot = 0, of_another_arm = 0;
   std::unique_ptr<ros::NodeHandle> node;
   std::unique_ptr<Robot> robot;
   std::unique_ptr<ros::AsyncSpinner> spinner;
@@ -181,7 +186,7 @@ TEST_F(ReplayGuard, endsWithTheReplay) {
 // -------------------------------------------------------------------------------- the report
 
 TEST_F(ReplayGuard, reportsAReplayThatWasStoppedOnItsWayToTheStart) {
-  play(world->from_elsewhere, {"_to_start:=true", "_longest_stall:=10"});
+  play(world->from_nearby, {"_to_start:=true", "_longest_stall:=10"});
   ASSERT_TRUE(eventually([&] { return world->robot->reaches(); })) << player->log();
   client->cancelGoal();
   EXPECT_EQ(resultText(), "canceled");
@@ -191,7 +196,7 @@ TEST_F(ReplayGuard, reportsAReplayThatWasStoppedOnItsWayToTheStart) {
 }
 
 TEST_F(ReplayGuard, reportsAReplayThatLostItsWatchdogOnItsWayToTheStart) {
-  play(world->from_elsewhere, {"_to_start:=true", "_longest_stall:=10"});
+  play(world->from_nearby, {"_to_start:=true", "_longest_stall:=10"});
   ASSERT_TRUE(eventually([&] { return world->robot->reaches(); })) << player->log();
   kill(guardOf(player->pid()), SIGKILL);
   EXPECT_EQ(resultText(), "the watchdog is gone");
