@@ -14,7 +14,7 @@ constexpr std::uint32_t kQueueOfBeats = 100;
 constexpr double kAlivePatience = 0.5;  // s, for a node that may be dead
 /// For subscribers that the master names: a dead one never connects.
 constexpr double kConnectedWithin = 2.0;  // s
-constexpr double kAgain = 0.2;            // s, until outputs are sent again
+constexpr double kAgain = 0.1;            // s, until outputs are sent again
 /// Beats that are answered until the link is known.
 constexpr std::uint32_t kBeatsNeeded = 20;
 /// Without an answer it is gone: half a second of beats beside the player, a second afar.
@@ -82,7 +82,12 @@ void RobotGuard::tellOutput(const std::vector<replay::MotionWatch::Output>& outp
                             std::uint32_t changed) {
   outputs_.outputs[changed] = outputOf(outputs[changed]);
   ++outputs_.version;
-  sendOutputs();
+  sendOutputsIfDue();
+}
+
+/// What stops a gripper changes with every beat.
+void RobotGuard::sendOutputsIfDue() {
+  if (!resend_at_ || *resend_at_ <= std::chrono::steady_clock::now()) sendOutputs();
 }
 
 void RobotGuard::sendOutputs() {
@@ -125,9 +130,8 @@ void RobotGuard::listen() {
   if (!answer_.stopped.empty()) {
     lose("the guard on the robot stopped it: " + answer_.stopped);
   }
-  const auto now = std::chrono::steady_clock::now();
   const bool is_known = answer_.version == outputs_.version;
-  if (!is_known && (!resend_at_ || *resend_at_ <= now)) sendOutputs();
+  if (!is_known) sendOutputsIfDue();
   if (is_ready_) {
     const std::uint32_t most = isBeside() ? kMostBesideUnanswered : kMostAfarUnanswered;
     if (beats_.getNumSubscribers() == 0) lose("the guard on the robot is gone");

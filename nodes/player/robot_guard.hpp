@@ -59,6 +59,7 @@ class RobotGuard : public Watchdog {
  private:
   void send(const replay::Outputs& moving, std::int64_t patience_ns, bool stops, bool ends);
   void sendOutputs();
+  void sendOutputsIfDue();
   bool isHeard() const;
   bool isConnected();
   bool isMeasured();

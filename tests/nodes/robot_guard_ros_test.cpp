@@ -182,6 +182,7 @@ struct RobotGuard : testing::Test {
     player = std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name.substr(1), "replay:=" + name + "/replay",
         "_store:=" + world->store, "_allow_motion:=true", "_hold:=0", "_open_loop:=true",
+        "_no_scan:=true",
         "_longest_stall:=" + std::to_string(kPatienceMs * 1e-3)});
     client = std::make_unique<Client>(name + "/replay", false);
     ASSERT_TRUE(client->waitForServer(ros::Duration(30))) << player->log();
