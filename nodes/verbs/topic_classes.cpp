@@ -3,12 +3,22 @@
 #include <fmt/format.h>
 
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "replay/plan/topic_role.hpp"
 
 namespace afterglow::nodes {
 namespace {
+
+/// Empty for what moves nothing.
+std::string stopOf(const replay::TopicRow& row) {
+  replay::MotionStop stop;
+  stop.kind = row.role.stop;
+  const bool moves = stop.kind != replay::StopKind::None ||
+                     row.role.topic_class == replay::TopicClass::Endless;
+  return moves ? describe(stop) : "";
+}
 
 std::string line(const char* title, const std::vector<std::string_view>& patterns) {
   return patterns.empty() ? "" : fmt::format("  {:7}{}\n", title, fmt::join(patterns, ", "));
@@ -17,12 +27,14 @@ std::string line(const char* title, const std::vector<std::string_view>& pattern
 }  // namespace
 
 std::string topicClassesText() {
-  std::string text = "The first that fits counts. * stands for any characters; namespaces may stand "
-                     "before a topic.\n";
+  std::string text =
+      "The first that fits counts. * stands for any characters; namespaces may stand before a "
+      "topic.\n";
   for (const replay::TopicRow& row : replay::topicTable()) {
     text += fmt::format("\n{}: {}{}\n", name(row.role.topic_class), row.role.why,
                         row.is_by_name ? " (played only if it is named)" : "");
     text += line("topics", row.names) + line("types", row.types);
+    if (const std::string stop = stopOf(row); !stop.empty()) text += "  stop   " + stop + "\n";
   }
   return text;
 }
@@ -30,10 +42,13 @@ std::string topicClassesText() {
 nlohmann::ordered_json topicClassesJson() {
   auto rows = nlohmann::ordered_json::array();
   for (const replay::TopicRow& row : replay::topicTable()) {
+    nlohmann::ordered_json stop;  // null
+    if (std::string text = stopOf(row); !text.empty()) stop = std::move(text);
     rows.push_back({{"class", std::string(name(row.role.topic_class))},
                     {"topics", std::vector<std::string>(row.names.begin(), row.names.end())},
                     {"types", std::vector<std::string>(row.types.begin(), row.types.end())},
                     {"why", std::string(row.role.why)},
+                    {"stop", stop},
                     {"by_name", row.is_by_name}});
   }
   return rows;

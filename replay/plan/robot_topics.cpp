@@ -59,7 +59,7 @@ std::vector<std::string> namesOf(const RobotProfile& robot, const ClassWord& of)
 }
 
 bool mayBeBody(const TopicRole& known, std::string_view topic, std::string_view type) {
-  return known.topic_class != TopicClass::Endless && hasKnownStop(topic, type);
+  return known.topic_class != TopicClass::Endless && knownStop(topic, type) != StopKind::None;
 }
 
 bool mayBeShown(const TopicRole& known, std::string_view topic, std::string_view type) {

@@ -180,7 +180,8 @@ const Rules& byNameRules() {
   static const Rules rules{
       {{"execute_trajectory/goal", "play_motion/goal"},
        {"*ActionGoal"},
-       {TopicClass::Body, "it has controllers sent goals of their own, which are played instead"},
+       {TopicClass::Body, "it has controllers sent goals of their own, which are played instead",
+        StopKind::Cancel},
        true}};
   return rules;
 }
@@ -380,11 +381,6 @@ TopicRole roleOf(std::string_view topic, std::string_view type) {
 bool isByName(std::string_view topic, std::string_view type) {
   const TopicRow* row = rowIn(topicTable(), topic, type);
   return row && row->is_by_name;
-}
-
-bool hasKnownStop(std::string_view topic, std::string_view type) {
-  const TopicRow* row = rowIn(motionRules(), topic, type);
-  return (row && row->role.topic_class == TopicClass::Body) || endsWith(type, "ActionGoal");
 }
 
 std::vector<std::string_view> bodyTypes() {

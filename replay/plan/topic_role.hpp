@@ -67,9 +67,6 @@ TopicRole roleOf(std::string_view topic, std::string_view type);
 /// TopicRow::is_by_name.
 bool isByName(std::string_view topic, std::string_view type);
 
-/// Whether it is known how motion on such a topic is stopped, whatever its class is.
-bool hasKnownStop(std::string_view topic, std::string_view type);
-
 /// The types of all that moves the body by its type or name, as patterns: `*` stands for anything.
 std::vector<std::string_view> bodyTypes();
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace afterglow::replay {
 namespace {
@@ -30,17 +31,25 @@ Json rewritten(const PlannedTopic& topic) {
   return fields;
 }
 
+/// Of endless motion a type's stop does not help. Empty for a state that moves nothing.
+std::string stopText(const PlannedTopic& topic) {
+  const bool is_endless = topic.topic_class == TopicClass::Endless;
+  const MotionStop stop = is_endless ? MotionStop() : stopOf(topic);
+  const bool is_motion = is_endless || topic.isPlayed() || stop.kind != StopKind::None;
+  return topic.modality == Modality::Body && is_motion ? describe(stop) : "";
+}
+
 Json planned(const PlannedTopic& topic) {
   Json json = {{"type", topic.channel.type},
                {"count", topic.count},
                {"class", std::string(name(topic.topic_class))},
                {"why", topic.why_class}};
+  if (std::string stop = stopText(topic); !stop.empty()) json["stop"] = std::move(stop);
   if (!topic.isPlayed()) {
     json["not_played"] = topic.why_not;
     return json;
   }
   json["modality"] = std::string(name(topic.modality));
-  if (topic.modality == Modality::Body) json["stop"] = describe(stopOf(topic));
   if (topic.output.topic != topic.channel.topic) json["published_as"] = topic.output.topic;
   json["rewritten"] = rewritten(topic);
   return json;

@@ -160,10 +160,10 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 /// - guards {patience_ms, lateness_ms, on_robot {node, patience_ms, longest_gap_ms, over_network}},
 ///   on_robot only where a guard runs there, guards only where the body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
-/// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), modality,
-///   published_as, rewritten [{field, rule, count}], published, skipped, refused, problem, replaced
-///   (if any were), heard, lateness_ms {p50, p99, max}, drift_ms}, or {type, count, class, why,
-///   not_played}}.
+/// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), stop (how its
+///   motion is stopped; only of what moves), modality, published_as, rewritten [{field, rule,
+///   count}], published, skipped, refused, problem, replaced (if any were), heard, lateness_ms {p50,
+///   p99, max}, drift_ms}, or {type, count, class, why, stop, not_played}}.
 nlohmann::ordered_json toJson(const PlayReport& report);
 /// The plan alone, as `afterglow play --dry-run` shows it.
 nlohmann::ordered_json toJson(const PlayPlan& plan);

@@ -272,6 +272,16 @@ TEST_F(DefaultDeny, saysOfEachTopicWhatItIsWithoutAMaster) {
   EXPECT_TRUE(contains(text, "control input")) << text;
   EXPECT_TRUE(contains(text, "not played: a joystick: base and arm are driven by it")) << text;
   EXPECT_TRUE(contains(text, "endless motion")) << text;
+  const std::string log = said(world->bag.imported, {"--dry-run", "--json"}, 0);
+  const auto topics = nlohmann::json::parse(log.substr(0, log.rfind('}') + 1))["topics"];
+  for (const auto& topic : topics) {
+    EXPECT_FALSE(topic["class"].get<std::string>().empty());
+    EXPECT_FALSE(topic["why"].get<std::string>().empty());
+    const bool moves = topic["class"] == "body" || topic["class"] == "endless motion";
+    EXPECT_TRUE(!moves || topic.count("stop") == 1) << topic;
+  }
+  EXPECT_EQ(topics["/cmd_vel"]["stop"], "zeros stop it");
+  EXPECT_EQ(topics["/ur_driver/URScript"]["stop"], "nothing stops it that is known");
   EXPECT_TRUE(contains(text, "what a running projector would show is not known")) << text;
 }
 
@@ -286,6 +296,7 @@ TEST_F(DefaultDeny, printsItsTableAsTextAndAsJson) {
   ASSERT_GT(json.size(), 60u);
   EXPECT_EQ(json[0]["class"], "control input");
   EXPECT_EQ(json[0]["types"][0], "sensor_msgs/Joy*");
+  EXPECT_TRUE(json[0]["stop"].is_null());
 }
 
 TEST_F(DefaultDeny, refusesMotionThatNothingStops) {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <sstream>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -84,13 +84,13 @@ TEST(RobotTopics, haveNoClassesThatNobodyKnows) {
 
 // ------------------------------------------------------------------- the README and the table
 
-/// The lines of replay/README.md that say what is published.
-std::vector<std::string> publishedLines() {
+/// The lines of a section of replay/README.md.
+std::vector<std::string> linesOf(const std::string& section) {
   std::ifstream file("replay/README.md");
   std::vector<std::string> lines;
   bool is_within = false;
   for (std::string line; std::getline(file, line);) {
-    if (line.rfind("### ", 0) == 0) is_within = line == "### What is published";
+    if (line.rfind("### ", 0) == 0) is_within = line == "### " + section;
     if (is_within) lines.push_back(line);
   }
   return lines;
@@ -100,7 +100,7 @@ std::vector<std::string> publishedLines() {
 std::string rowOf(TopicClass topic_class) {
   const std::string begin = "| " + std::string(name(topic_class)) + " |";
   std::string row;
-  for (const std::string& line : publishedLines()) {
+  for (const std::string& line : linesOf("What is published")) {
     if (line.rfind(begin, 0) != 0) continue;
     EXPECT_EQ(row, "") << "twice: " << begin;
     row = line;
@@ -144,11 +144,28 @@ TEST(TopicTable, isWhatTheReadmeSays) {
       {TopicClass::Endless, "URScript", "/ur_hardware_interface/script_command",
        "std_msgs/String"},
       {TopicClass::Endless, "arm velocities", "/servo_server/delta_twist_cmds",
-       "geometry_msgs/TwistStamped"}};
+       "geometry_msgs/TwistStamped"},
+      {TopicClass::Endless, "flying", "/mavros/setpoint_velocity/cmd_vel_unstamped", kTwist}};
   for (const Word& word : words) {
     EXPECT_NE(rowOf(word.topic_class).find(word.in_readme), std::string::npos) << word.in_readme;
     EXPECT_EQ(name(roleOf(word.topic, word.type).topic_class), name(word.topic_class))
         << word.topic;
+  }
+}
+
+TEST(TopicTable, hasAStopForAllThatMovesTheBodyAndTheReadmeNamesIt) {
+  const std::map<StopKind, std::string> words{{StopKind::Zero, "zeros"},
+                                              {StopKind::Speed, "speed, acceleration and jerk 0"},
+                                              {StopKind::NoPoints, "without points"},
+                                              {StopKind::Cancel, "a cancel"},
+                                              {StopKind::EndsItself, "it ends by itself"},
+                                              {StopKind::IsStop, ""}};
+  std::string readme;
+  for (const std::string& line : linesOf("What stops each motion")) readme += line + "\n";
+  for (const TopicRow& row : topicTable()) {
+    if (row.role.topic_class != TopicClass::Body) continue;
+    ASSERT_EQ(words.count(row.role.stop), 1u) << row.role.why;
+    EXPECT_NE(readme.find(words.at(row.role.stop)), std::string::npos) << row.role.why;
   }
 }
 
