@@ -126,7 +126,8 @@ void DemoDirector::waitUntilReady() {
   }
   bystander_.caption(story_.title, story_.subtitle);
   showRoom();
-  task_.prepare();
+  // Who replays the first one later, with --to-start, has the arm go this way.
+  recordBehavior("unfold", kittingTopics(), [this] { task_.prepare(); });
   stage.done("ready");
 }
 

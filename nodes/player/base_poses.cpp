@@ -1,11 +1,10 @@
 #include "nodes/player/base_poses.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/player/ros_clock.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -48,14 +47,14 @@ replay::BaseInput BasePoses::look(replay::Stamp now) {
 
 replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
                                   const std::function<bool()>& is_stopped) {
-  const Deadline deadline = deadlineIn(patience_s);
+  const RobotPatience patience(patience_s);
   // One alone may be a latched word of a node that is gone.
   const auto isAlive = [&] {
     const replay::BaseInput input = look(stampNow());
     return odometry_count_ > 1 && input.now.ns - input.T_odom_base->stamp.ns <= kOldestOdometry;
   };
   const auto lacks = [&] { return !isAlive() || (for_localization && !T_map_odom_); };
-  while (lacks() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+  while (lacks() && !is_stopped() && !patience.isOver()) {
     queue_.callAvailable(ros::WallDuration(0.02));
   }
   const bool is_alive = isAlive();

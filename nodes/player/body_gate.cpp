@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "nodes/player/live_pose.hpp"
+#include "nodes/player/ros_clock.hpp"
+#include "nodes/player/state_validity.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/stop_maker.hpp"
@@ -28,6 +30,14 @@ constexpr double kLongestApproach = 90;  // s
 
 [[noreturn]] void refuse(const std::string& why) {
   throw std::runtime_error("motion is refused: " + why);
+}
+
+const char* wayText(replay::JointWay::Kind kind) {
+  using Kind = replay::JointWay::Kind;
+  return kind == Kind::Recorded    ? ", as it was recorded on its way there"
+         : kind == Kind::Checked   ? ", straight, where MoveIt finds the way free"
+         : kind == Kind::Unchecked ? ", straight, on a way that nobody has checked"
+                                   : "";
 }
 
 }  // namespace
@@ -114,6 +124,8 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   replay::StartPose now = live(parts, then, is_stopped);
   if (is_stopped()) return;
   checkJoints(parts, now);
+  if (joints_ || !parts.goals.empty()) readApproach();
+  checkWays(parts, then, now);
   waitForGuards(is_stopped);
   const std::vector<std::string> deviations = goToStart(parts, then, now, is_stopped);
   if (is_stopped()) return;
@@ -165,9 +177,8 @@ void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
         "slide, by their names, and none without an end");
   }
   joints_.emplace(options_.joint_topics);
-  const Deadline deadline = deadlineIn(kLivePatience);
-  while (joints_->positions().empty() && !is_stopped() &&
-         std::chrono::steady_clock::now() < deadline) {
+  const RobotPatience patience(kLivePatience);
+  while (joints_->positions().empty() && !is_stopped() && !patience.isOver()) {
     std::this_thread::sleep_for(kGoalLook);
   }
 }
@@ -209,7 +220,8 @@ void BodyGate::watchArm() {
   options.speed = options_.speed;
   options.limits = limits_;
   options.robot = options_.joints;
-  arm_.emplace(replay::JointTrack::read(store_, plan_.behavior, plan_.begin, plan_.end),
+  options.approach = &*approach_;
+  arm_.emplace(approach_->recorded(),
                [this](const std::string& joint) { return lookAt(joint); }, options);
 }
 
@@ -243,8 +255,8 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
   std::string deviation = replay::baseDeviation(then, now, options_.tolerances);
   if (deviation.empty() || !now.base) return deviation;
   // Localization's noise alone may be that large.
+  replay::StartPose mean;
   const auto look = [&] {
-    replay::StartPose mean;
     mean.base = base_->measure(kMeanOf, is_stopped);
     const std::string off = replay::baseDeviation(then, mean, options_.tolerances);
     const replay::PoseError doubt = base_->startDoubt(then.base_share);
@@ -259,6 +271,10 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
   deviation = look();
   if (deviation.empty() || options_.start != BodyOptions::Start::MoveThere || is_stopped()) {
     return deviation;
+  }
+  if (mean.base && distance(*mean.base, *then.base) > ReplayedBase::kFarthestStart) {
+    return fmt::format("{}; --to-start drives at most {} m", deviation,
+                       ReplayedBase::kFarthestStart);
   }
   const std::string failure = base_->driveTo(*then.base, sink_, is_stopped);
   if (!failure.empty()) return deviation + "; " + failure;
@@ -320,17 +336,63 @@ std::vector<std::string> BodyGate::goToStart(const replay::MovedParts& parts,
   }
 }
 
+/// What was recorded of joints and base until two minutes before what is played.
+void BodyGate::readApproach() {
+  const replay::Stamp from{plan_.begin.ns - replay::kLongestRecordedWayNs};
+  std::optional<replay::PoseTrack> base;
+  if (options_.start == BodyOptions::Start::MoveThere) {
+    std::string why;
+    base = readPoseTrack(store_, replay::aroundMoments(plan_.behavior, from, plan_.end),
+                         options_.base.frames, options_.base.noise, why);
+  }
+  replay::Approach::Rules rules;
+  rules.speed = options_.speed;
+  rules.limits = limits_;
+  rules.accepts_unchecked = options_.accepts_unchecked;
+  rules.robot = options_.joints;
+  rules.tolerances = options_.tolerances;
+  approach_.emplace(replay::JointTrack::read(store_, plan_.behavior, from, plan_.end),
+                    std::move(base), std::move(rules));
+}
+
+/// Before anything moves, the base, too; but MoveIt has to know the base at its start.
+void BodyGate::checkWays(const replay::MovedParts& parts, const replay::StartPose& then,
+                         const replay::StartPose& now) const {
+  const bool goes_there = options_.start == BodyOptions::Start::MoveThere &&
+                          !jointDeviations(then, now, options_.tolerances).empty();
+  if (!goes_there || StateValidity().isThere()) return;
+  for (const replay::JointGoals& goals : parts.goals) goalToStart(goals, then, now, "", {});
+}
+
+std::optional<replay::StartGoal> BodyGate::goalToStart(const replay::JointGoals& goals,
+                                                       const replay::StartPose& then,
+                                                       const replay::StartPose& now,
+                                                       const std::string& id,
+                                                       const replay::PoseCheck& check) const {
+  try {
+    return startGoal(goals, then, now, options_.tolerances, *approach_, plan_.begin, id, check);
+  } catch (const replay::ApproachRefused& refusal) {
+    refuse("to the start, " + std::string(refusal.what()));
+  }
+}
+
 void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                            const std::function<bool()>& is_stopped) {
   const auto fresh_id = replay::uniqueGoalIds(ros::this_node::getName() + "_start");
+  StateValidity moveit;
+  replay::PoseCheck check;
+  if (moveit.isThere()) {
+    check = [&](const auto& joints, const auto& pose) { return moveit.whyNot(joints, pose); };
+  }
   for (const replay::JointGoals& goals : parts.goals) {
     const std::string id = fresh_id();
     // Asked again for each: two controllers may share a joint.
     const replay::StartPose now = live(parts, then, is_stopped);
-    const auto goal = startGoal(goals, then, now, options_.tolerances, options_.speed, id);
+    const auto goal = goalToStart(goals, then, now, id, check);
     if (!goal || is_stopped()) continue;
-    notes_.push_back("the robot was moved to the start by " + goals.output.topic);
-    const GoalOutcome outcome = perform(goals.output, *goal, id, is_stopped);
+    notes_.push_back("the robot was moved to the start by " + goals.output.topic +
+                     wayText(goal->kind));
+    const GoalOutcome outcome = perform(goals.output, goal->bytes, id, is_stopped);
     if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
       refuse("it did not get to the start: " + goals.output.topic +
              (outcome == GoalOutcome::Open ? " took too long" : " failed"));
@@ -344,10 +406,9 @@ GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes
   sink_.clock().watchThisThread();
   goals().open(output.topic, id);
   sink_.publish(output, goal);
-  const Deadline deadline = deadlineIn(kLongestApproach);
+  const RobotPatience patience(kLongestApproach);
   GoalOutcome outcome = GoalOutcome::Open;
-  while (outcome == GoalOutcome::Open && !is_stopped() &&
-         std::chrono::steady_clock::now() < deadline) {
+  while (outcome == GoalOutcome::Open && !is_stopped() && !patience.isOver()) {
     std::this_thread::sleep_for(kGoalLook);
     sink_.clock().beatIfDue();
     outcome = goals().outcomeOf(id);

@@ -18,6 +18,7 @@
 #include "nodes/player/stop_inputs.hpp"
 #include "nodes/player/take_over.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/motion/approach.hpp"
 #include "replay/motion/start_pose.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/store/store.hpp"
@@ -30,6 +31,8 @@ struct BodyOptions {
   enum class Start { AsRecorded, MoveThere, Anywhere } start = Start::AsRecorded;
   replay::StartTolerances tolerances;  ///< [~start_tolerance/turning, .../sliding, ...]
   replay::ApproachSpeed speed;
+  /// Joints may go far to the start on a way that nobody has checked [~unchecked_approach].
+  bool accepts_unchecked = false;
   /// How long the player may hang in motion before the watchdog stops the robot [~longest_stall];
   /// empty: by how late this machine is (replay/motion/patience.hpp).
   std::optional<double> longest_stall_s;
@@ -92,6 +95,14 @@ class BodyGate {
   std::vector<std::string> goToStart(const replay::MovedParts& parts,
                                      const replay::StartPose& then, replay::StartPose now,
                                      const std::function<bool()>& is_stopped);
+  void readApproach();
+  void checkWays(const replay::MovedParts& parts, const replay::StartPose& then,
+                 const replay::StartPose& now) const;
+  std::optional<replay::StartGoal> goalToStart(const replay::JointGoals& goals,
+                                               const replay::StartPose& then,
+                                               const replay::StartPose& now,
+                                               const std::string& id,
+                                               const replay::PoseCheck& check) const;
   void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
                    const std::function<bool()>& is_stopped);
   void waitForGuards(const std::function<bool()>& is_stopped);
@@ -119,6 +130,7 @@ class BodyGate {
   mutable std::mutex waits_mutex_;
   std::string waits_for_;
   std::optional<LiveJoints> joints_;  ///< if there are goals
+  std::optional<replay::Approach> approach_;  ///< likewise
   std::optional<replay::ArmStart> arm_;
   std::vector<std::string> notes_;
 };

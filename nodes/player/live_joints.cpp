@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/player/ros_clock.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::chrono::milliseconds kFresh(500);
+constexpr std::int64_t kFreshNs = 500'000'000;
 
 }  // namespace
 
@@ -28,7 +30,7 @@ std::optional<replay::LiveJoint> LiveJoints::find(const std::string& joint) cons
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto told = joints_.find(joint);
   const bool is_fresh =
-      told != joints_.end() && std::chrono::steady_clock::now() - told->second.at <= kFresh;
+      told != joints_.end() && robotNow() <= told->second.at.after(kFreshNs);
   return is_fresh ? std::optional(told->second.joint) : std::nullopt;
 }
 
@@ -40,7 +42,7 @@ std::map<std::string, double> LiveJoints::positions() const {
 }
 
 void LiveJoints::onJoints(const sensor_msgs::JointState& message) {
-  const auto now = std::chrono::steady_clock::now();
+  const replay::SteadyTime now = robotNow();
   const std::lock_guard<std::mutex> lock(mutex_);
   for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
     if (!std::isfinite(message.position[i])) continue;

@@ -6,13 +6,13 @@
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
-#include <chrono>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "replay/clock/clock.hpp"
 #include "replay/motion/arm_start.hpp"
 
 namespace afterglow::nodes {
@@ -27,7 +27,7 @@ class LiveJoints {
   LiveJoints(const LiveJoints&) = delete;
   LiveJoints& operator=(const LiveJoints&) = delete;
 
-  /// Empty if no message of the last half second has this joint.
+  /// Empty if no message of the last half second, in the robot's time, has this joint.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
   /// Of all joints in any message so far.
   std::map<std::string, double> positions() const;
@@ -35,7 +35,7 @@ class LiveJoints {
  private:
   struct Told {
     replay::LiveJoint joint;
-    std::chrono::steady_clock::time_point at;
+    replay::SteadyTime at;  ///< robotNow()
   };
   void onJoints(const sensor_msgs::JointState& message);
 

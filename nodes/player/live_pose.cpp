@@ -7,7 +7,7 @@
 
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/live_joints.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/player/ros_clock.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -48,9 +48,8 @@ class PoseListener {
 replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
                               const std::function<bool()>& is_stopped) {
   PoseListener listener(question);
-  const Deadline deadline = deadlineIn(patience_s);
-  while (!listener.knows(question) && !is_stopped() &&
-         std::chrono::steady_clock::now() < deadline) {
+  const RobotPatience patience(patience_s);
+  while (!listener.knows(question) && !is_stopped() && !patience.isOver()) {
     listener.listen();
     listener.lookForBase();
   }

@@ -397,8 +397,13 @@ std::vector<PlayOption> theRobotsStart() {
              [](Request& r) -> auto& { return r.allow_motion; }),
       startRow("to_start",
                "Move slowly to the start, first: the base, if it is less than a meter away, then "
-               "arm, torso and gripper",
+               "arm, torso and gripper, by up to 0.2 rad or 2 cm, or as they were recorded on "
+               "their way there",
                BodyOptions::Start::MoveThere),
+      member("unchecked_approach", flag(),
+             "Joints may go to the start, or after a seek, by up to 3.2 rad each and 8 rad in "
+             "all, straight, though nobody has checked that way",
+             [](Request& r) -> auto& { return r.body.accepts_unchecked; }),
       excluding("to_start",
                 startRow("any_start",
                          "Begin wherever the robot stands; default: only where it stood",

@@ -1,5 +1,7 @@
 #include "nodes/player/replay_session.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -86,7 +88,9 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
   checkRate(request.options.rate);
 }
 
-ReplaySession::~ReplaySession() = default;
+ReplaySession::~ReplaySession() {
+  time_.reset();  // which may tell of its clock until then
+}
 
 void ReplaySession::checkRate(double rate) const {
   if (plan_.motionTopics().empty()) {
@@ -159,7 +163,8 @@ replay::PlayReport ReplaySession::run() {
   if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
   refuseLivePublishers(plan_, [this] { return isStopped(); });
   refuseOtherMap();
-  time_ = std::make_unique<ReplayTime>(request_.clock);
+  time_ = std::make_unique<ReplayTime>(request_.clock,
+                                       [this](double seconds) { onClockJump(seconds); });
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
     giver.emplace(request_.clock_hz, [this, last = plan_.begin]() mutable {
@@ -191,6 +196,7 @@ replay::PlayReport ReplaySession::run() {
   }
   const std::vector<std::string> warnings = plan_.warnings();
   report.notes.insert(report.notes.end(), warnings.begin(), warnings.end());
+  if (!time_->note().empty()) report.notes.push_back(time_->note());
   if (std::string left_out = plan_.leftOutText(); !left_out.empty()) {
     report.notes.push_back(std::move(left_out));
   }
@@ -296,6 +302,12 @@ void ReplaySession::closeGate() {
   std::unique_ptr<BodyGate> gate;
   const std::lock_guard<std::mutex> lock(mutex_);
   gate = std::move(gate_);
+}
+
+/// What is due meanwhile would be sent at once.
+void ReplaySession::onClockJump(double seconds) {
+  if (plan_.motionTopics().empty()) return;
+  stop(fmt::format("the clock that is followed jumped by {:.1f} s", seconds));
 }
 
 /// For the first tick of a clock that is followed, and as long as was asked for.

@@ -66,6 +66,7 @@ class ReplaySession {
   void halt(bool halts);
   void addEnd(replay::PlayReport& report) const;
   void waitBeforeStart();
+  void onClockJump(double seconds);
   std::optional<AnchorBroadcast::Moment> moment() const;
   void checkRate(double rate) const;
   RateControl::Replay asSeenByConsumer();

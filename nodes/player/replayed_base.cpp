@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/player/ros_clock.hpp"
 #include "replay/motion/velocity.hpp"
 
 namespace afterglow::nodes {
@@ -17,7 +17,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kBaseStep(20);
 constexpr double kPosesPatience = 3;    // s
-constexpr double kFarthestStart = 1.0;  // m; nobody expects a replay to drive farther on its own
 constexpr double kLongestDrive = 60;    // s
 
 std::vector<const replay::PlannedTopic*> velocityTopics(const replay::PlayPlan& plan) {
@@ -220,8 +219,8 @@ std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
   if (!input.T_odom_base || !input.T_map_odom) return {};
   replay::BaseLocalizer localizer(options_.noise, input.T_map_odom->pose, input.T_odom_base->pose,
                                   input.T_map_odom->stamp);
-  const Deadline deadline = deadlineIn(seconds);
-  while (std::chrono::steady_clock::now() < deadline && !is_stopped()) {
+  const RobotPatience patience(seconds);
+  while (!patience.isOver() && !is_stopped()) {
     std::this_thread::sleep_for(kBaseStep);
     input = poses_.look(stampNow());
     localizer.move(input.T_odom_base->pose);
@@ -249,11 +248,11 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
     sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, stampNow()));
   };
   sink.clock().watchThisThread();
-  const Deadline deadline = deadlineIn(kLongestDrive);
+  const RobotPatience patience(kLongestDrive);
   const auto isUnderWay = [&] {
     return tracker.state() != replay::BaseState::Done && tracker.state() != replay::BaseState::Lost;
   };
-  while (isUnderWay() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+  while (isUnderWay() && !is_stopped() && !patience.isOver()) {
     try {
       send(tracker.update(look()));
       tellWait(tracker.reason());

@@ -49,6 +49,9 @@ replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPla
 /// For one replay that plays velocities. Everything given must outlive it; one thread.
 class ReplayedBase {
  public:
+  /// m; nobody expects a replay to drive farther on its own.
+  static constexpr int kFarthestStart = 1;
+
   /// Throws std::runtime_error, one line, for a topic that is no velocity topic of the plan, and
   /// StoreError.
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,

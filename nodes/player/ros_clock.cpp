@@ -12,6 +12,8 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr const char* kClockTopic = "/clock";
+/// Slow simulations tell ten times a second.
+constexpr std::int64_t kLongestTick = 1'000'000'000;
 
 }  // namespace
 
@@ -39,12 +41,31 @@ ClockGiver::~ClockGiver() {
   thread_.join();
 }
 
-ClockFollower::ClockFollower(replay::FollowedClock& clock) {
+replay::SteadyTime robotNow() {
+  if (ros::Time::isSimTime()) {
+    return {static_cast<std::int64_t>(ros::Time::now().toNSec())};
+  }
+  const auto steady = std::chrono::steady_clock::now().time_since_epoch();
+  return {std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
+}
+
+RobotPatience::RobotPatience(double seconds)
+    : begin_(robotNow()), ns_(static_cast<std::int64_t>(seconds * 1e9)) {}
+
+bool RobotPatience::isOver() const {
+  const std::int64_t passed_ns = robotNow().ns - begin_.ns;
+  return passed_ns < 0 || passed_ns >= ns_;
+}
+
+ClockFollower::ClockFollower(replay::FollowedClock& clock,
+                             std::function<void(double seconds)> on_jump) {
   node_.setCallbackQueue(&queue_);
   subscriber_ = node_.subscribe<rosgraph_msgs::Clock>(
       kClockTopic, 1,
-      [&clock](const rosgraph_msgs::ClockConstPtr& message) {
-        clock.tick({static_cast<std::int64_t>(message->clock.toNSec())});
+      [&clock, on_jump = std::move(on_jump)](const rosgraph_msgs::ClockConstPtr& message) {
+        const std::int64_t step_ns =
+            clock.tick({static_cast<std::int64_t>(message->clock.toNSec())});
+        if (step_ns < 0 || step_ns > kLongestTick) on_jump(static_cast<double>(step_ns) * 1e-9);
       },
       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
   spinner_.start();

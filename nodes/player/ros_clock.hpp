@@ -34,10 +34,27 @@ class ClockGiver {
   std::thread thread_;
 };
 
+/// How long something of the robot may take: in its own time. That is a simulation's /clock, which
+/// may be slow or stand, where /use_sim_time is set; else steady time. A clock that is set back
+/// ends it.
+class RobotPatience {
+ public:
+  explicit RobotPatience(double seconds);
+  bool isOver() const;
+
+ private:
+  replay::SteadyTime begin_;
+  std::int64_t ns_;
+};
+/// The robot's time, as above: for ages of what it tells.
+replay::SteadyTime robotNow();
+
 /// Drives a clock by what is heard on /clock, while it lives.
 class ClockFollower {
  public:
-  explicit ClockFollower(replay::FollowedClock& clock);
+  /// `on_jump` is told of a step back, or of more than a second, in seconds; by a thread of its
+  /// own.
+  ClockFollower(replay::FollowedClock& clock, std::function<void(double seconds)> on_jump);
   ~ClockFollower();
   ClockFollower(const ClockFollower&) = delete;
   ClockFollower& operator=(const ClockFollower&) = delete;

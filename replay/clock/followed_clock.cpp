@@ -1,15 +1,20 @@
 #include "replay/clock/followed_clock.hpp"
 
+#include <algorithm>
+
 namespace afterglow::replay {
 
-void FollowedClock::tick(Stamp time) {
+std::int64_t FollowedClock::tick(Stamp time) {
+  std::int64_t step_ns = 0;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (has_ticked_ && time > time_) now_.ns += time.ns - time_.ns;
+    if (has_ticked_) step_ns = time.ns - time_.ns;
+    now_.ns += std::max<std::int64_t>(0, step_ns);
     time_ = time;
     has_ticked_ = true;
   }
   changed_.notify_all();
+  return step_ns;
 }
 
 bool FollowedClock::hasTicked() const {

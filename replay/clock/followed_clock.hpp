@@ -3,6 +3,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 
 #include "replay/clock/clock.hpp"
@@ -12,8 +13,9 @@ namespace afterglow::replay {
 
 class FollowedClock : public Clock {
  public:
-  /// What the other clock shows now; any thread. Set back, it counts on from where it was.
-  void tick(Stamp time);
+  /// What the other clock shows now; any thread. Set back, it counts on from where it was. Returns
+  /// how far that is from what it showed before, ns; 0 at first.
+  std::int64_t tick(Stamp time);
   bool hasTicked() const;
   /// What the other clock showed last.
   Stamp time() const;

@@ -20,8 +20,9 @@ constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
 constexpr double kNearest = 0.02;
 constexpr double kSettle = 0.2;
-/// The peak of a way from rest to rest, as controllers interpolate it, over its mean.
-constexpr double kCubicPeak = 1.5, kQuinticPeak = 1.875;
+/// The peak of a way from rest to rest with accelerations, as controllers interpolate it (quintic),
+/// over its mean.
+constexpr double kQuinticPeak = 1.875;
 
 // How joints set off within a path: an arm is to be seen to begin, and is soon in step again.
 constexpr double kTurningStart = 1, kSlidingStart = 0.25;     // rad/s^2, m/s^2
@@ -119,6 +120,7 @@ struct ArmStart::Beginning {
   std::optional<std::vector<double>> reference = std::vector<double>();
   bool is_at_once = false;  ///< the reference is the first point
   double lead_s = 0;
+  JointWay way;  ///< to where the trajectory goes on, if it takes a lead
 };
 
 double ArmStart::speedOf(const std::string& joint) const {
@@ -219,7 +221,23 @@ ArmStart::Beginning ArmStart::beginningOf(const Trajectory& trajectory, Stamp at
     beginning.velocities.push_back(live->velocity);
     if (beginning.reference) beginning.reference->push_back(reference);
   }
+  if (beginning.lead_s > 0 && beginning.is_known) {
+    beginning.way = wayTo(trajectory.joints, beginning.positions,
+                          beginning.reference.value_or(first_positions), at);
+    beginning.lead_s = std::max(beginning.lead_s, beginning.way.seconds());
+  }
   return beginning;
+}
+
+/// Without rests if any way will do.
+JointWay ArmStart::wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
+                         const std::vector<double>& to, Stamp at) const {
+  if (!options_.approach) return {};
+  try {
+    return options_.approach->wayTo(joints, from, to, at);
+  } catch (const ApproachRefused& refusal) {
+    throw ArmElsewhere(refusal.what());
+  }
 }
 
 std::optional<double> ArmStart::leadOf(const Channel& channel, const Bytes& goal, Stamp at) const {
@@ -314,6 +332,11 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
     if (now.reference && !now.is_at_once) {
       points.insert(points.begin(), pointAt(like, *now.reference, rest, lead_s));
     }
+    const std::vector<JointWay::Rest>& rests = now.way.rests;
+    for (std::size_t i = rests.size(); i-- > 2;) {  // but the first and the last
+      const double share = rests[i - 1].at_s / now.way.seconds();
+      points.insert(points.begin(), pointAt(like, rests[i - 1].positions, rest, share * lead_s));
+    }
   } else {
     beginAlong(trajectory->joints, now, points);
     if (is_only_point) checkOnlyPoint(*trajectory, now, at);
@@ -331,6 +354,7 @@ struct ArmStart::Rest {
   ArmDeparture departure = {};
   std::vector<double> positions = {};  ///< now, as many turns on as the path
   double approach_s = 0;  ///< to where they set off; 0: they are there
+  JointWay way = {};      ///< by which they approach
   double behind_s = 0;    ///< the place where they set off is so much earlier than they should be
 
   RestNeed need() const {
@@ -450,6 +474,11 @@ std::optional<ArmStart::Rest> ArmStart::restOf(const Trajectory& trajectory,
   }
   Rest rest{*std::move(path)};
   findPlace(joints, live, elapsed_s, rest);
+  if (rest.approach_s > 0) {
+    const std::vector<double> to = rest.path.at(rest.departure.from_s).positions;
+    rest.way = wayTo(joints, rest.positions, to, progress.at);
+    rest.approach_s = std::max(rest.approach_s, rest.way.seconds());
+  }
   rest.departure.ramp_s = rampOf(joints, rest);
   return rest;
 }
@@ -489,6 +518,11 @@ Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgre
   const double stands_s = begin_s > kNearest ? begin_s : 0;
   std::vector<ArmKnot> knots;
   if (stands_s > 0) knots.push_back({-stands_s, rest->positions, still, still});
+  for (std::size_t i = 1; stands_s > 0 && i + 1 < rest->way.rests.size(); ++i) {
+    const JointWay::Rest& bend = rest->way.rests[i];
+    const double share = bend.at_s / rest->way.seconds();
+    knots.push_back({(share - 1) * stands_s, bend.positions, still, still});
+  }
   const std::vector<ArmKnot> on_path = depart(rest->path, by);
   knots.insert(knots.end(), on_path.begin(), on_path.end());
   Array points;

@@ -16,6 +16,7 @@
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/message.hpp"
+#include "replay/motion/approach.hpp"
 #include "replay/motion/arm_path.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
@@ -43,6 +44,8 @@ struct ArmStartOptions {
   ApproachSpeed speed;
   MotionLimits limits;
   RobotJoints robot;
+  /// By which way joints that are elsewhere go; outlives this. nullptr: any, straight.
+  const Approach* approach = nullptr;
 };
 
 /// A moment of a goal that is to go on.
@@ -117,6 +120,8 @@ class ArmStart {
   double wayOf(const std::string& joint, double from, double to) const;
   double deviationOf(const std::string& joint, const JointTrack::Reach& reach, double now) const;
   double leadOf(const std::string& joint, double then, double deviation, double now) const;
+  JointWay wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
+                 const std::vector<double>& to, Stamp at) const;
   void beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                   Array& points) const;
   void checkSpeed(const Trajectory& trajectory, std::size_t joint, double now, double& lead) const;

@@ -87,53 +87,11 @@ void readBase(const Store& store, const PlayPlan& plan, const TrackFrames& frame
                     (track ? kNotLocalized : why));
 }
 
-/// The gap between both fingers.
-double gap(const RobotJoints& robot, const StartPose& pose) {
-  double sum = 0;
-  for (const auto& [joint, position] : pose.joints) {
-    if (robot.isGripper(joint)) sum += position;
-  }
-  return sum;
-}
-
-/// To be there, standing, after so long.
-Value restPoint(const Value& like, const std::vector<double>& positions, double seconds) {
-  Value point = like;
-  valueAt(point, "positions") = numberArray(positions);
-  valueAt(point, "velocities") = numberArray(std::vector<double>(positions.size()));
-  valueAt(point, "accelerations") = numberArray({});
-  valueAt(point, "effort") = numberArray({});
-  valueAt(point, "time_from_start") = toRosDuration(std::llround(seconds * 1e9));
-  return point;
-}
-
-/// False if a position is not known, or no joint deviates.
-bool aimTrajectory(Value& goal, const StartPose& then, const StartPose& now,
-                   const StartTolerances& tolerances, const ApproachSpeed& speed) {
-  const auto trajectory = trajectoryIn(goal);
-  if (!trajectory || trajectory->points->empty()) return false;
-  double seconds = 1;
-  bool deviates = false;
-  std::vector<double> positions, here;
-  for (const std::string& joint : trajectory->joints) {
-    const auto to = then.joints.find(joint), from = now.joints.find(joint);
-    if (to == then.joints.end() || from == now.joints.end()) return false;
-    const double way = std::abs(then.robot.way(joint, from->second, to->second));
-    deviates = deviates || way > toleranceOf(then.robot, joint, tolerances);
-    // From rest to rest controllers are 1.5 times as fast in the middle as in the mean.
-    const double most = speed.of(then.robot, joint);
-    seconds = std::max(seconds, 1.5 * way / most);
-    positions.push_back(to->second);
-    here.push_back(from->second);
-  }
-  const Value like = trajectory->points->front();
-  // Without the first one Fetch's controllers would jump after a cancel (arm_start.hpp).
-  *trajectory->points = {restPoint(like, here, 0), restPoint(like, positions, seconds)};
-  valueAt(goal, "goal.trajectory.header.stamp") = RosTime{};
-  return deviates;
-}
-
 }  // namespace
+
+bool isGripperGoal(const Channel& channel) {
+  return channel.type == "control_msgs/GripperCommandActionGoal";
+}
 
 // --------------------------------------------------------------------------------- what it moves
 
@@ -263,29 +221,6 @@ StartTolerances widened(StartTolerances tolerances, const PoseError& doubt) {
   tolerances.base += std::min(doubt.position, kWidest);
   tolerances.base_turn += std::min(doubt.yaw, kWidestTurn);
   return tolerances;
-}
-
-std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,
-                               const StartTolerances& tolerances, const ApproachSpeed& speed,
-                               const std::string& id) {
-  if (!isGoal(goals.output)) {
-    return std::nullopt;
-  }
-  const Schema schema = Schema::parse(goals.output.type, goals.output.definition);
-  Value goal = decode(schema, goals.first);
-  valueAt(goal, "header.stamp") = RosTime{};
-  valueAt(goal, "goal_id.stamp") = RosTime{};
-  valueAt(goal, "goal_id.id") = id;
-  if (isGripperGoal(goals.output)) {
-    const double wanted = gap(then.robot, then);
-    valueAt(goal, "goal.command.position") = wanted;
-    return std::abs(wanted - gap(then.robot, now)) > tolerances.gripper
-               ? std::optional<Bytes>(encode(schema, goal))
-               : std::nullopt;
-  }
-  return aimTrajectory(goal, then, now, tolerances, speed)
-             ? std::optional<Bytes>(encode(schema, goal))
-             : std::nullopt;
 }
 
 }  // namespace afterglow::replay

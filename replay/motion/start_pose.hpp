@@ -15,6 +15,9 @@
 
 namespace afterglow::replay {
 
+/// control_msgs/GripperCommandActionGoal
+bool isGripperGoal(const Channel& channel);
+
 /// A topic of goals for joints, with the first of them.
 struct JointGoals {
   Channel output;  ///< as it is published
@@ -87,11 +90,5 @@ struct ApproachSpeed {
   /// Of one joint: no faster than the robot's description allows.
   double of(const RobotJoints& robot, const std::string& joint) const;
 };
-/// A goal, made of the topic's first one, that brings its joints from `now`, its first point, to
-/// `then`. Empty if either position of a joint is unknown, or if no joint deviates. `id`: of the
-/// new goal. Throws MessageError for a goal of another shape.
-std::optional<Bytes> startGoal(const JointGoals& goals, const StartPose& then, const StartPose& now,
-                               const StartTolerances& tolerances, const ApproachSpeed& speed,
-                               const std::string& id);
 
 }  // namespace afterglow::replay

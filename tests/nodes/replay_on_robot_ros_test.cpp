@@ -167,7 +167,7 @@ struct ReplayOnRobot : testing::Test {
     const auto eager =
         World::start({AFTERGLOW_TEST_PLAYER_NODE, "__name:=eager", "replay:=eager_replay",
                       "_store:=" + world->store, "_allow_motion:=true", "_to_start:=true",
-                      "_longest_stall:=1", "_hold:=0"});
+                      "_unchecked_approach:=true", "_longest_stall:=1", "_hold:=0"});
     ReplayResult result;
     ReplayGoal goal = goalOf(id);
     goal.options = {"exclude=/cmd_vel"};

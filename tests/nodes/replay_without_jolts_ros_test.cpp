@@ -13,6 +13,8 @@
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
+#include <atomic>
+#include <boost/make_shared.hpp>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -24,6 +26,7 @@
 #include <vector>
 
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/player/state_validity.hpp"
 #include "tests/support/fetch_witness.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_master.hpp"
@@ -191,6 +194,12 @@ struct ReplayWithoutJolts : testing::Test {
 
   /// What it does once, recorded; then the robot is put back.
   std::int64_t recorded(const std::string& topic, const std::function<void()>& perform) {
+    const std::int64_t behavior = recordedHere(topic, perform);
+    putBack();
+    return behavior;
+  }
+  /// The robot stays where it ends.
+  static std::int64_t recordedHere(const std::string& topic, const std::function<void()>& perform) {
     StartRecording::Request request;
     request.name = "reach";
     request.topics = {topic};
@@ -201,7 +210,6 @@ struct ReplayWithoutJolts : testing::Test {
     stop.outcome = "success";
     EXPECT_TRUE(call<StopRecording>("/recorder_node/stop_recording", stop).success);
     recorded_step = witness().largestStep().first;
-    putBack();
     return started.behavior_id;
   }
   std::int64_t recordedArm(const control_msgs::FollowJointTrajectoryGoal& goal) {
@@ -290,11 +298,79 @@ TEST_F(ReplayWithoutJolts, goesToTheStartAsSlowlyAfterACancelAsBefore) {
   kLongPause.sleep();
   witness().forget();
   test::NodeProcess command({AFTERGLOW_TEST_COMMAND, "play", std::to_string(behavior), "--store",
-                             world->store, "--allow-motion", "--to-start", "--quiet", "--no-keys",
-                             "--longest-stall", "1"});
+                             world->store, "--allow-motion", "--to-start",
+                             "--unchecked-approach", "--quiet", "--no-keys", "--longest-stall",
+                             "1"});
   EXPECT_EQ(command.exitStatus(), 0) << command.log();
   EXPECT_TRUE(eventually([] { return isAt(kFar, 0.01); }));
   expectNoJolt("--to-start after a cancel");
+}
+
+/// MoveIt's service, with an MD5 of some version of it.
+ros::ServiceServer advertiseMoveIt(
+    const std::function<bool(const StateValidityRequest& request)>& isFree) {
+  using Spec = ros::ServiceSpec<StateValidityRequest, StateValidityResponse>;
+  ros::AdvertiseServiceOptions options;
+  options.service = "/check_state_validity";
+  options.md5sum = "0123456789abcdef0123456789abcdef";
+  options.datatype = "moveit_msgs/GetStateValidity";
+  options.req_datatype = options.datatype + "Request";
+  options.res_datatype = options.datatype + "Response";
+  options.helper = boost::make_shared<ros::ServiceCallbackHelperT<Spec>>(
+      [isFree](StateValidityRequest& request, StateValidityResponse& response) {
+        response.valid = isFree(request);
+        return true;
+      });
+  return ros::NodeHandle().advertiseService(options);
+}
+
+TEST_F(ReplayWithoutJolts, goesFarToTheStartOnlyByAWayThatWasRecordedOrThatMoveItFindsFree) {
+  ArmPose corner = kTucked;
+  corner[4] -= 0.3;  // the elbow, first
+  ArmPose start = corner;
+  start[1] -= 0.3;  // then the shoulder
+  ArmPose end = start;
+  end[7] += 0.1;
+  const auto go = [](const ArmPose& from, const ArmPose& to) {
+    EXPECT_EQ(world->arm->sendGoalAndWait(denseGoal(from, to, 1), kPatience), State::SUCCEEDED);
+  };
+  recordedHere(kArmAction + "/goal", [&] {
+    go(kTucked, corner);
+    go(corner, start);
+  });
+  const std::int64_t behavior = recordedHere(kArmAction + "/goal", [&] { go(start, end); });
+  const auto playFromHere = [&] {
+    test::NodeProcess command({AFTERGLOW_TEST_COMMAND, "play", std::to_string(behavior), "--store",
+                               world->store, "--allow-motion", "--to-start", "--quiet", "--no-keys",
+                               "--longest-stall", "1"});
+    return std::pair(command.exitStatus(), command.log());
+  };
+  putBack();
+  const auto [status, log] = playFromHere();
+  EXPECT_EQ(status, 0) << log;
+  EXPECT_TRUE(eventually([&] { return isAt(end, 0.01); }));
+  EXPECT_LT(test::farthest(witness().armPath(), {kTucked, corner, start, end}), 0.03)
+      << "round the same corner";
+  expectNoJolt("--to-start as recorded");
+
+  putBack();
+  const double shoulder = turnArm(-0.8);  // nothing was recorded from there
+  witness().forget();
+  const auto [refused, why] = playFromHere();
+  EXPECT_EQ(refused, 1);
+  EXPECT_NE(why.find("shoulder_pan_joint by 0.50 rad"), std::string::npos) << why;
+  EXPECT_NE(why.find("on a way that nobody has checked"), std::string::npos) << why;
+  EXPECT_NEAR(witness().joint("shoulder_pan_joint"), shoulder, 0.01);
+
+  std::atomic<int> asked{0};
+  const ros::ServiceServer moveit = advertiseMoveIt([&](const StateValidityRequest& request) {
+    ++asked;
+    return request.is_diff != 0 && request.joint_state.name == kArmWithTorsoJoints;
+  });
+  const auto [checked, told] = playFromHere();
+  EXPECT_EQ(checked, 0) << told;
+  EXPECT_GE(asked, 10) << "every 0.05 rad";
+  EXPECT_TRUE(eventually([&] { return isAt(end, 0.01); }));
 }
 
 TEST_F(ReplayWithoutJolts, goesOnWithADenseTrajectoryAfterALongPause) {
@@ -394,8 +470,8 @@ TEST_F(ReplayWithoutJolts, seeksInAPauseAndGoesThereSlowlyFirstIfItMay) {
   const std::int64_t behavior = recordedArm(denseGoal(kTucked, kFar, 4));
   const auto player = World::start({AFTERGLOW_TEST_PLAYER_NODE, "__name:=player_there",
                                     "replay:=replay_there", "_store:=" + world->store,
-                                    "_allow_motion:=true", "_to_start:=true", "_longest_stall:=1",
-                                    "_hold:=0"});
+                                    "_allow_motion:=true", "_to_start:=true",
+                                    "_unchecked_approach:=true", "_longest_stall:=1", "_hold:=0"});
   Player replay("/replay_there", false);
   ASSERT_TRUE(replay.waitForServer(kPatience));
   ReplayGoal goal;

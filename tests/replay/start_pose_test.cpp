@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "replay/motion/approach.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
@@ -84,6 +85,12 @@ struct StartPoseOf : testing::Test {
     parts = movedParts(*store, plan);
     remarks.clear();
     return readStartPose(*store, plan, parts, remarks);
+  }
+
+  static Approach unchecked() {
+    Approach::Rules rules;
+    rules.accepts_unchecked = true;
+    return Approach({}, {}, rules);
   }
 
   std::unique_ptr<Store> store = openMemoryStore();
@@ -242,21 +249,26 @@ TEST_F(StartPoseOf, isApproachedSlowlyFromWhereItIsThroughTheActionsOwnGoal) {
   const StartPose then = read();
   ASSERT_EQ(parts.goals.size(), 1u);
   const StartPose now{{{"elbow", -0.7}, {"wrist", 0.3}}, {}};
-  const auto bytes = startGoal(parts.goals[0], then, now, {}, {}, "fresh");
-  ASSERT_TRUE(bytes);
-  Value goal = decode(schemaOf(arm), *bytes);
-  EXPECT_EQ(goalId(*bytes), "fresh");
+  const Approach approach = unchecked();
+  const auto found = startGoal(parts.goals[0], then, now, {}, approach, {kBegin}, "fresh");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->kind, JointWay::Kind::Unchecked);
+  const Bytes& bytes = found->bytes;
+  Value goal = decode(schemaOf(arm), bytes);
+  EXPECT_EQ(goalId(bytes), "fresh");
   EXPECT_EQ(stampOf(goal, "goal_id.stamp").ns, 0);
-  EXPECT_EQ(trajectoryStamp(*bytes).ns, 0) << "now";
-  EXPECT_EQ(timesFromStart(*bytes), (std::vector<double>{0, 6}))
+  EXPECT_EQ(trajectoryStamp(bytes).ns, 0) << "now";
+  EXPECT_EQ(timesFromStart(bytes), (std::vector<double>{0, 6}))
       << "1.2 rad at 0.3 rad/s where it is fastest";
   Array& points = std::get<Array>(at(goal, "goal.trajectory.points"));
   EXPECT_EQ(numbersOf(at(points.front(), "positions")), (std::vector<double>{-0.7, 0.3}));
   Value point = points.back();
   EXPECT_EQ(numbersOf(at(point, "positions")), (std::vector<double>{0.5, 0.3}));
   EXPECT_EQ(numbersOf(at(point, "velocities")), (std::vector<double>{0, 0}));
-  EXPECT_FALSE(startGoal(parts.goals[0], then, then, {}, {}, "fresh")) << "it is there";
-  EXPECT_FALSE(startGoal(parts.goals[0], then, {}, {}, {}, "fresh")) << "nobody knows where it is";
+  EXPECT_FALSE(startGoal(parts.goals[0], then, then, {}, approach, {kBegin}, "fresh"))
+      << "it is there";
+  EXPECT_FALSE(startGoal(parts.goals[0], then, {}, {}, approach, {kBegin}, "fresh"))
+      << "nobody knows where it is";
 }
 
 TEST_F(StartPoseOf, isApproachedByTheGrippersGap) {
@@ -264,9 +276,10 @@ TEST_F(StartPoseOf, isApproachedByTheGrippersGap) {
   record(gripper, 1000, gripperGoal(0.1));
   const StartPose then = read();
   const StartPose open{{{"l_gripper_finger", 0.05}, {"r_gripper_finger", 0.05}}, {}};
-  const auto bytes = startGoal(parts.goals.at(0), then, open, {}, {}, "fresh");
-  ASSERT_TRUE(bytes);
-  Value goal = decode(schemaOf(gripper), *bytes);
+  const auto found =
+      startGoal(parts.goals.at(0), then, open, {}, unchecked(), {kBegin}, "fresh");
+  ASSERT_TRUE(found);
+  Value goal = decode(schemaOf(gripper), found->bytes);
   EXPECT_DOUBLE_EQ(std::get<double>(at(goal, "goal.command.position")), 0.05);
 }
 

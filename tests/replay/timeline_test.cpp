@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "replay/clock/followed_clock.hpp"
 #include "replay/play/consumer_lag.hpp"
 #include "replay/play/lateness.hpp"
 
@@ -12,6 +13,18 @@ namespace afterglow::replay::timeline_test {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
+
+TEST(FollowedClock, tellsHowFarTheOtherClockWentAndNeverGoesBack) {
+  FollowedClock clock;
+  EXPECT_FALSE(clock.hasTicked());
+  EXPECT_EQ(clock.tick({100 * kSecond}), 0) << "where it was before is not known";
+  const SteadyTime begin = clock.now();
+  EXPECT_EQ(clock.tick({101 * kSecond}), kSecond);
+  EXPECT_EQ(clock.tick({50 * kSecond}), -51 * kSecond);
+  EXPECT_EQ(clock.tick({52 * kSecond}), 2 * kSecond);
+  EXPECT_EQ(clock.now().ns - begin.ns, 3 * kSecond);
+  EXPECT_EQ(clock.time().ns, 52 * kSecond);
+}
 
 TEST(Timeline, keepsRecordedIntervals) {
   const Timeline timeline({100}, 1.0, {5000});

@@ -1,0 +1,81 @@
+/// \file
+/// Asks MoveIt whether the robot may be in a pose: the service check_state_validity of its node
+/// move_group, which knows the robot's shape and what it was told of the room. moveit_msgs is not
+/// in Debian, so its message is declared here as far as it is used. Source: GetStateValidity.srv of
+/// moveit/moveit_msgs, whose fields, like those of its RobotState and Constraints, are the same
+/// from 0.5.2 to 0.11.4, to Noetic; only what lies in the lists, which are sent empty, has changed,
+/// and with it the MD5, which is not compared therefore.
+#pragma once
+
+#include <ros/ros.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/MultiDOFJointState.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace afterglow::nodes {
+
+struct StateValidityRequest {
+  using Empty = std::vector<std::uint8_t>;
+
+  sensor_msgs::JointState joint_state;
+  sensor_msgs::MultiDOFJointState multi_dof_joint_state;
+  Empty attached_collision_objects;
+  std::uint8_t is_diff = 1;  ///< what is not named is as it is now
+  std::string group_name;    ///< empty: all of the robot counts
+  std::string constraints_name;
+  Empty joint_constraints, position_constraints, orientation_constraints, visibility_constraints;
+};
+struct StateValidityResponse {
+  std::uint8_t valid = 0;  ///< contacts and costs follow
+};
+
+/// One thread. A call takes as long as MoveIt does.
+class StateValidity {
+ public:
+  StateValidity();
+
+  /// Whether the service is there.
+  bool isThere() const;
+  /// Why these joints may not be there, the others as they are now; empty: they may.
+  std::string whyNot(const std::vector<std::string>& joints, const std::vector<double>& positions);
+
+ private:
+  std::string name_;
+  ros::ServiceClient client_;
+};
+
+}  // namespace afterglow::nodes
+
+namespace ros::serialization {
+
+template <>
+struct Serializer<afterglow::nodes::StateValidityRequest> {
+  template <typename Stream, typename Request>
+  static void allInOne(Stream& stream, Request request) {
+    stream.next(request.joint_state);
+    stream.next(request.multi_dof_joint_state);
+    stream.next(request.attached_collision_objects);
+    stream.next(request.is_diff);
+    stream.next(request.group_name);
+    stream.next(request.constraints_name);
+    stream.next(request.joint_constraints);
+    stream.next(request.position_constraints);
+    stream.next(request.orientation_constraints);
+    stream.next(request.visibility_constraints);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+template <>
+struct Serializer<afterglow::nodes::StateValidityResponse> {
+  template <typename Stream, typename Response>
+  static void allInOne(Stream& stream, Response response) {
+    stream.next(response.valid);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+
+}  // namespace ros::serialization

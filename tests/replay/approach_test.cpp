@@ -1,0 +1,220 @@
+// By which way joints go to where a motion begins.
+#include "replay/motion/approach.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "replay/motion/arm_start.hpp"
+#include "tests/support/messages.hpp"
+
+namespace afterglow::replay::approach_test {
+namespace {
+
+using Kind = JointWay::Kind;
+using Numbers = std::vector<double>;
+
+constexpr std::int64_t kMs = 1'000'000, kSecond = 1000 * kMs;
+const std::vector<std::string> kJoints = {"shoulder", "elbow"};
+
+/// An arm that was recorded, before moment 0, going round something: first the elbow from 0 to 1
+/// rad, then the shoulder from 0 to 1 rad, in four seconds each; then it stood for one.
+struct ApproachOf : testing::Test {
+  ApproachOf() {
+    for (int ms = -12'000; ms <= 0; ms += 20) {
+      const double elbow = std::clamp((ms + 9000) / 4000.0, 0.0, 1.0);
+      const double shoulder = std::clamp((ms + 5000) / 4000.0, 0.0, 1.0);
+      track.add("elbow", {ms * kMs}, elbow + noise(ms));
+      track.add("shoulder", {ms * kMs}, shoulder - noise(ms));
+    }
+  }
+  /// Both joints, from one moment to another, ms.
+  void stand(int from, int to, double position) {
+    for (int ms = from; ms <= to; ms += 20) {
+      for (const std::string& joint : kJoints) track.add(joint, {ms * kMs}, position);
+    }
+  }
+  /// Of encoders.
+  static double noise(int ms) { return 0.002 * std::sin(ms * 0.7); }
+  Approach approach() const { return Approach(track, base, rules); }
+  JointWay wayFrom(const Numbers& from) const {
+    return approach().wayTo(kJoints, from, {1, 1}, {0});
+  }
+  std::string whyNot(const Numbers& from, const Numbers& to = {1, 1}) const {
+    try {
+      approach().wayTo(kJoints, from, to, {0});
+    } catch (const ApproachRefused& refusal) {
+      return refusal.what();
+    }
+    return "";
+  }
+  static void expectNear(const Numbers& is, const Numbers& should, double tolerance = 0.02) {
+    ASSERT_EQ(is.size(), should.size());
+    for (std::size_t i = 0; i < is.size(); ++i) EXPECT_NEAR(is[i], should[i], tolerance) << i;
+  }
+
+  JointTrack track;
+  std::optional<PoseTrack> base;
+  Approach::Rules rules;
+};
+
+TEST_F(ApproachOf, goesAShortWayStraight) {
+  const JointWay way = wayFrom({0.81, 1.19});
+  EXPECT_EQ(way.kind, Kind::Short);
+  ASSERT_EQ(way.rests.size(), 2u);
+  EXPECT_NEAR(way.seconds(), 1.5 * 0.19 / 0.3, 1e-9) << "0.3 rad/s at its fastest";
+}
+
+TEST_F(ApproachOf, goesALongWayAsItWasRecordedRoundTheSameCorner) {
+  const JointWay way = wayFrom({0.05, 0.02});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  ASSERT_GE(way.rests.size(), 3u);
+  ASSERT_LE(way.rests.size(), 5u) << "a line needs no rests in between";
+  EXPECT_EQ(way.rests.front().positions, (Numbers{0.05, 0.02})) << "from where it is";
+  EXPECT_EQ(way.rests.back().positions, (Numbers{1, 1}));
+  const bool goes_round = std::any_of(way.rests.begin(), way.rests.end(), [](const auto& rest) {
+    return std::abs(rest.positions[0]) < 0.03 && std::abs(rest.positions[1] - 1) < 0.03;
+  });
+  EXPECT_TRUE(goes_round) << "the elbow first";
+  for (std::size_t i = 1; i < way.rests.size(); ++i) {
+    const double seconds = way.rests[i].at_s - way.rests[i - 1].at_s;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double rad = way.rests[i].positions[k] - way.rests[i - 1].positions[k];
+      EXPECT_LE(1.5 * std::abs(rad) / seconds, 0.3 + 1e-9);
+    }
+  }
+}
+
+TEST_F(ApproachOf, joinsTheRecordedWayWhereItIsNearest) {
+  const JointWay way = wayFrom({0.03, 0.5});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  expectNear(way.rests[1].positions, {0, 0.5}, 0.05);
+}
+
+TEST_F(ApproachOf, refusesAWayThatWasNotRecordedAndNamesEveryJointAndTheWayOut) {
+  EXPECT_EQ(whyNot({0.5, 0.1}),
+            "it would move shoulder by 0.50 rad, elbow by 0.90 rad on a way that nobody has "
+            "checked: none was recorded from near where it is. By itself a joint goes at most 0.2 "
+            "rad or 0.02 m; --unchecked-approach (~unchecked_approach) has it go straight");
+  rules.accepts_unchecked = true;
+  const JointWay way = wayFrom({0.5, 0.1});
+  EXPECT_EQ(way.kind, Kind::Unchecked);
+  EXPECT_EQ(way.rests.size(), 2u);
+}
+
+TEST_F(ApproachOf, goesStraightWhereSomebodyFindsEveryPoseOnTheWayFree) {
+  std::vector<Numbers> asked;
+  const auto wall = [&](const auto&, const Numbers& pose) {
+    asked.push_back(pose);
+    return std::string(pose[1] > 0.52 && pose[1] < 0.58 ? "something stands there" : "");
+  };
+  EXPECT_EQ(approach().wayTo(kJoints, {0.5, 0.62}, {1, 1}, {0}, wall).kind, Kind::Checked);
+  ASSERT_EQ(asked.size(), 10u) << "every 0.05 rad, but where it is";
+  expectNear(asked.back(), {1, 1}, 1e-9);
+  EXPECT_EQ(wayFrom({0, 0}).kind, Kind::Recorded) << "nobody is asked for that";
+  try {
+    approach().wayTo(kJoints, {0.5, 0.1}, {1, 1}, {0}, wall);
+    ADD_FAILURE() << "it went through";
+  } catch (const ApproachRefused& refusal) {
+    EXPECT_STREQ(refusal.what(),
+                 "it would move straight, as no other way was recorded, and 50 % of the way on "
+                 "something stands there");
+  }
+}
+
+TEST_F(ApproachOf, isNeverDrivenBackwards) {
+  track.add("elbow", {2 * kSecond}, 0);  // it went back later
+  track.add("shoulder", {2 * kSecond}, 0);
+  EXPECT_NE(whyNot({1, 1}, {0, 0}), "") << "the end was recorded before the begin";
+}
+
+TEST_F(ApproachOf, doesNotTakeAJumpBetweenRecordingsForAWay) {
+  track = JointTrack();
+  stand(-60'000, -59'000, 0);  // another behavior, a minute ago
+  stand(-1000, 0, 1);
+  EXPECT_NE(whyNot({0, 0}), "");
+}
+
+TEST_F(ApproachOf, goesOnOverATimeThatNobodyRecordedWhereItStoodAsBefore) {
+  track = JointTrack();
+  for (int ms = 0; ms <= 4000; ms += 20) {
+    for (const std::string& joint : kJoints) {
+      track.add(joint, {-60 * kSecond + ms * kMs}, ms / 4000.0);
+    }
+  }
+  stand(-4000, 0, 1);
+  EXPECT_EQ(wayFrom({0.1, 0.1}).kind, Kind::Recorded);
+}
+
+TEST_F(ApproachOf, endsWhereTheBaseWasStillOnItsWay) {
+  base = PoseTrack({{{-12 * kSecond}, {0, 0, 0}}, {{-3 * kSecond}, {0, 0, 0}}, {{0}, {0, 0, 0}}},
+                   "map", true);
+  EXPECT_EQ(whyNot({0, 0}), "");
+  base = PoseTrack({{{-12 * kSecond}, {0, 0, 0}}, {{-3 * kSecond}, {1, 0, 0}}, {{0}, {1, 0, 0}}},
+                   "map", true);
+  EXPECT_NE(whyNot({0, 0}), "") << "the elbow was moved elsewhere";
+  EXPECT_EQ(wayFrom({0.6, 1}).kind, Kind::Recorded) << "the last seconds were driven here";
+  base = PoseTrack({{{-3 * kSecond}, {1, 0, 0}}, {{0}, {1, 0, 0}}}, "map", true);
+  EXPECT_NE(whyNot({0, 0}), "") << "nobody knows where that was";
+}
+
+TEST_F(ApproachOf, isBoundedForEachJointAndForAll) {
+  rules.accepts_unchecked = true;
+  EXPECT_EQ(whyNot({-2.5, 1}),
+            "shoulder would have to go 3.50 rad to get there: it goes at most 3.2 rad, or 0.4 m, "
+            "by itself; the robot has to be brought nearer");
+  const std::vector<std::string> three = {"a", "b", "c"};
+  EXPECT_THROW(approach().wayTo(three, {0, 0, 0}, {3, 3, 3}, {0}), ApproachRefused);
+  EXPECT_NO_THROW(approach().wayTo(three, {0, 0, 0}, {3, 3, 1.9}, {0}));
+  EXPECT_THROW(approach().wayTo({"torso_lift"}, {0}, {0.41}, {0}), ApproachRefused);
+}
+
+TEST_F(ApproachOf, goesNoFasterThanItsLimits) {
+  rules.limits.joints["elbow"].velocity = 0.1;
+  EXPECT_NEAR(wayFrom({1, 0.9}).seconds(), 1.5 * 0.1 / 0.1, 1e-9);
+  EXPECT_NEAR(wayFrom({0.9, 1}).seconds(), 1.5 * 0.1 / 0.3, 1e-9);
+}
+
+TEST_F(ApproachOf, followsAJointWithoutAnEndAsManyTurnsOnAsItGoes) {
+  RobotJoint elbow;
+  elbow.kind = RobotJoint::Kind::Endless;
+  rules.robot = RobotJoints("arm", {{"elbow", elbow}, {"shoulder", {}}}, {});
+  const JointWay way = approach().wayTo(kJoints, {0, 2 * kPi}, {1, 1 + 2 * kPi}, {0});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  for (const JointWay::Rest& rest : way.rests) EXPECT_GT(rest.positions[1], 2 * kPi - 0.01);
+}
+
+// ----------------------------------------------------------------- of goals within a behavior
+
+TEST_F(ApproachOf, leadsAGoalOfAReplayToItsFirstPointByTheSameRule) {
+  const Approach rule = approach();
+  ArmStartOptions options;
+  options.elsewhere = ArmStartOptions::Elsewhere::Approach;
+  options.approach = &rule;
+  Numbers live = {0, 0};
+  const ArmStart start(
+      track,
+      [&](const std::string& joint) { return LiveJoint{live[joint == "elbow" ? 1 : 0], 0}; },
+      options);
+  const Channel arm = test::trajectoryGoalChannel("/arm/follow_joint_trajectory/goal");
+  Value goal = decode(test::schemaOf(arm), test::goalMessage("recorded", {2.0}));
+  test::at(goal, "goal.trajectory.joint_names") = Array(kJoints.begin(), kJoints.end());
+  Array& points = std::get<Array>(test::at(goal, "goal.trajectory.points"));
+  valueAt(points[0], "positions") = numberArray({1.2, 1.2});
+  const Bytes bytes = encode(test::schemaOf(arm), goal);
+
+  const double lead = start.leadOf(arm, bytes, {0}).value();
+  EXPECT_NEAR(lead, wayFrom({0, 0}).seconds(), 0.05);
+  Value begun = decode(test::schemaOf(arm), start.begin(arm, bytes, {0}, lead));
+  const Array& way = *trajectoryIn(begun)->points;
+  ASSERT_GE(way.size(), 4u) << "where it is, the corner, where it was, the goal's own";
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    EXPECT_GT(timeFromStartNs(way[i]), timeFromStartNs(way[i - 1]));
+  }
+  live = {0.5, 0.1};
+  EXPECT_THROW(start.leadOf(arm, bytes, {0}), ArmElsewhere) << "from there none was recorded";
+}
+
+}  // namespace
+}  // namespace afterglow::replay::approach_test
