@@ -14,10 +14,10 @@ constexpr double kHistory = 1.0;  // s of odometry
 constexpr double kThin = 0.03;  // m
 constexpr int kMostBeams = 3;
 /// Points of one thing, and the same thing in two scans.
-constexpr double kTogether = 0.1, kAgain = 0.1;  // m
+constexpr double kTogether = 0.1, kAgain = 0.06;  // m
 constexpr double kFastest = 1.0;                 // m/s that a path is looked at for
 /// What moves was not there so long ago, s: nothing was, so far around it and behind it, m.
-constexpr double kBefore = 0.5, kWasFree = 0.15;
+constexpr double kWhileAgo = 0.5, kWasFree = 0.15;
 /// A base that may only creep stands; it goes on when so much is free for so long.
 constexpr double kCreeping = 0.03;                    // m/s
 constexpr double kFreeAgain = 0.25, kFreeFor = 0.5;  // m, s
@@ -64,7 +64,7 @@ void ObstacleStop::hear(const std::shared_ptr<const FloorScan>& scan) {
   take(*scan);
   recent_.push_back({scan, poseAt(scan->stamp())});
   const auto isOld = [&](const Taken& taken) {
-    return secondsBetween(taken.scan->stamp(), scan->stamp()) >= kBefore;
+    return secondsBetween(taken.scan->stamp(), scan->stamp()) >= kWhileAgo;
   };
   while (recent_.size() > 1 && isOld(recent_[1])) recent_.pop_front();
 }
@@ -74,7 +74,7 @@ bool ObstacleStop::moves(const FloorPoint& p_odom) const {
   if (recent_.empty()) return false;
   const Taken& before = recent_.front();
   const double past = secondsBetween(before.scan->stamp(), scan_->stamp());
-  if (past < kBefore / 2 || past > 2 * kBefore) return false;
+  if (past < kWhileAgo / 2 || past > 2 * kWhileAgo) return false;
   const FloorPoint p = transformed(inverse(before.T_odom_base), p_odom);
   return before.scan->beyond(p, kWasFree).value_or(0) > kWasFree;
 }
@@ -99,12 +99,13 @@ void ObstacleStop::take(const FloorScan& scan) {
     last_.push_back(transformed(T_odom_base, point.at));
     const double beams = kThin / (point.range * std::abs(scan.increment()));
     const int needed = std::clamp(static_cast<int>(beams), 1, kMostBeams);
-    const bool counts = beamsOn(scan.points(), i) >= needed ||
-                        std::any_of(before.begin(), before.end(), [&](const FloorPoint& p) {
-                          return isNear(p, last_.back(), kAgain);
-                        });
-    if (!counts) continue;
-    (moves(last_.back()) ? walkers_ : obstacles_).push_back(last_.back());
+    if (beamsOn(scan.points(), i) >= needed) {
+      (moves(last_.back()) ? walkers_ : obstacles_).push_back(last_.back());
+    } else if (std::any_of(before.begin(), before.end(), [&](const FloorPoint& p) {
+                 return isNear(p, last_.back(), kAgain);
+               })) {
+      obstacles_.push_back(last_.back());
+    }
   }
 }
 
