@@ -10,7 +10,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr double kFarthestBefore = 10, kFarthestAfter = 0.5;  // s
-constexpr double kLookEvery = 0.01;                           // s
+constexpr double kFindEvery = 0.01;                           // s
 constexpr std::size_t kMostLooks = 2000;
 /// What a second away from the expected moment counts, in tolerances: of the moments of a stand the
 /// nearest is meant.
@@ -18,7 +18,7 @@ constexpr double kAwayCounts = 0.05;
 constexpr double kRampStep = 0.05;     // s between the knots of a ramp
 constexpr double kNearestKnots = 2e-3;  // s; of nearer ones one is left
 /// An end that is reached before joints are on the path is gone to directly, in this time or more.
-constexpr double kSettle = 0.2;
+constexpr double kShortestSettle = 0.2;
 
 struct State {
   double position = 0, velocity = 0, acceleration = 0;
@@ -145,7 +145,7 @@ std::optional<double> ArmPath::find(const std::vector<double>& positions,
     return std::nullopt;
   }
   const auto looks = std::min<std::size_t>(
-      kMostLooks, static_cast<std::size_t>(std::ceil((most - least) / kLookEvery)) + 1);
+      kMostLooks, static_cast<std::size_t>(std::ceil((most - least) / kFindEvery)) + 1);
   // The best moment of the stretch that is under way, and of the nearest one so far.
   std::optional<double> best, found;
   double best_counts = 0, best_away = 0, found_away = 0;
@@ -177,7 +177,7 @@ std::optional<double> ArmPath::find(const std::vector<double>& positions,
   if (!found) {
     return std::nullopt;
   }
-  return leastBetween(std::max(least, *found - kLookEvery), std::min(most, *found + kLookEvery),
+  return leastBetween(std::max(least, *found - kFindEvery), std::min(most, *found + kFindEvery),
                       countsAt);
 }
 
@@ -264,7 +264,7 @@ std::vector<ArmKnot> settle(const ArmPath& path, const ArmDeparture& departure) 
   std::fill(begin.accelerations.begin(), begin.accelerations.end(), 0);
   end.velocities = begin.velocities;
   end.accelerations = begin.accelerations;
-  end.at_s = std::max({kSettle, departure.blend_s, departure.ramp_s / 2});
+  end.at_s = std::max({kShortestSettle, departure.blend_s, departure.ramp_s / 2});
   return {begin, end};
 }
 
@@ -273,7 +273,7 @@ std::vector<ArmKnot> settle(const ArmPath& path, const ArmDeparture& departure) 
 std::vector<ArmKnot> depart(const ArmPath& path, const ArmDeparture& departure) {
   const Ramp ramp(path, departure);
   const double end = ramp.secondsTo(path.endSeconds());
-  if (departure.from_s >= path.endSeconds() || end < std::max(kSettle, departure.blend_s)) {
+  if (departure.from_s >= path.endSeconds() || end < std::max(kShortestSettle, departure.blend_s)) {
     return settle(path, departure);
   }
   std::vector<ArmKnot> knots;

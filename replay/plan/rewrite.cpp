@@ -27,7 +27,7 @@ std::int64_t bounded(std::int64_t shift_ns) {
 
 Stamp shifted(Stamp stamp, std::int64_t shift_ns) { return {stamp.ns + bounded(shift_ns)}; }
 
-std::string actionOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+std::string actionNameOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 struct GoalId {
   std::string id;
@@ -133,7 +133,7 @@ struct Rewriter::State {
     if (!recorded.id.empty() && named != goals.end()) return named->second.id;
     // Of an unknown goal only the stamp says anything.
     if (!recorded.id.empty() && recorded.stamp.ns == 0) return std::nullopt;
-    const auto last = last_goals.find(actionOf(topic));
+    const auto last = last_goals.find(actionNameOf(topic));
     const bool is_meant =
         last != last_goals.end() &&
         (recorded.stamp.ns == 0 || last->second.recorded <= recorded.stamp);
@@ -192,7 +192,9 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   if (!plan.is_goal) return {};
   // A goal without a stamp is given the time of its arrival by the server.
   if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));
-  state_->goals[recorded.id] = state_->last_goals[actionOf(channel.topic)] = {*id, recorded.stamp};
+  const Goal goal{*id, recorded.stamp};
+  state_->goals[recorded.id] = goal;
+  state_->last_goals[actionNameOf(channel.topic)] = goal;
   return {true, SentGoal{recorded.id, *id}};
 }
 
