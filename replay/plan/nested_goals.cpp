@@ -42,8 +42,8 @@ bool hasEnding(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// "/arm/follow_joint_trajectory/" of its goal.
-std::string actionOf(const std::string& goal) { return goal.substr(0, goal.rfind('/') + 1); }
+/// "/arm/follow_joint_trajectory/" of its goal, with whose name others of the action begin.
+std::string placeOf(const std::string& goal) { return goal.substr(0, goal.rfind('/') + 1); }
 
 bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {
   const std::string& goal = higher.channel.topic;
@@ -63,7 +63,7 @@ Names serversOf(const std::string& goal, const RecordedNodes& nodes) {
   };
   Names servers = around(goal).subscribers;
   for (const char* answer : {"status", "feedback", "result"}) {
-    const Names tellers = around(actionOf(goal) + answer).publishers;
+    const Names tellers = around(placeOf(goal) + answer).publishers;
     servers.insert(tellers.begin(), tellers.end());
   }
   for (const std::string& client : around(goal).publishers) servers.erase(client);
@@ -103,18 +103,12 @@ bool hasCaused(const PlannedTopic& higher, const PlannedTopic& lower, const Reco
   return is_noted ? meet(servers, senders) : isKnownNesting(higher, lower);
 }
 
-/// Without the goals, their cancels cancel nothing.
-void leaveOut(PlannedTopic& topic, const std::string& why, std::vector<PlannedTopic>& topics) {
+void leaveOut(PlannedTopic& topic, const std::string& why) {
   topic.why_not = why;
   topic.is_nameable = true;
-  if (!isGoal(topic.channel)) return;
-  const std::string cancel = actionOf(topic.channel.topic) + "cancel";
-  for (PlannedTopic& other : topics) {
-    if (other.channel.topic == cancel && other.isPlayed() && !other.is_named) other.why_not = why;
-  }
 }
 
-void choose(PlannedTopic& higher, PlannedTopic& lower, std::vector<PlannedTopic>& topics) {
+void choose(PlannedTopic& higher, PlannedTopic& lower) {
   const std::string& goal = higher.channel.topic;
   const std::string& sent = lower.channel.topic;
   const std::string why_not_higher = "the robot sent " + sent + " for it, which is played instead";
@@ -130,9 +124,9 @@ void choose(PlannedTopic& higher, PlannedTopic& lower, std::vector<PlannedTopic>
   const bool is_bare_command = isOfController(higher) && !isGoal(lower.channel);
   const bool keeps_higher = higher.is_named || (is_bare_command && !lower.is_named);
   if (keeps_higher) {
-    leaveOut(lower, "the robot sent it for " + goal + ", which is played", topics);
+    leaveOut(lower, "the robot sent it for " + goal + ", which is played");
   } else {
-    leaveOut(higher, why_not_higher, topics);
+    leaveOut(higher, why_not_higher);
   }
 }
 
@@ -142,7 +136,7 @@ void leaveOutNested(std::vector<PlannedTopic>& topics, const RecordedNodes& node
   for (PlannedTopic& higher : topics) {
     for (PlannedTopic& lower : topics) {
       const bool is_pair = lower.isPlayed() && isPair(higher, lower);
-      if (is_pair && hasCaused(higher, lower, nodes)) choose(higher, lower, topics);
+      if (is_pair && hasCaused(higher, lower, nodes)) choose(higher, lower);
     }
   }
 }
