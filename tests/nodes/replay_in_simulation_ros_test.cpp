@@ -146,7 +146,7 @@ struct ReplayInSimulation : testing::Test {
   std::unique_ptr<test::NodeProcess> play(const std::string& behavior) const {
     return std::make_unique<test::NodeProcess>(
         Texts{AFTERGLOW_TEST_COMMAND, "play", behavior, "--store", store, "--allow-motion",
-              "--no-keys", "--longest-stall", "1", "--localization-noise",
+              "--no-keys", "--longest-stall", "1", "--scan", "/base_scan", "--localization-noise",
               "position=0.005,yaw=0.005", "--report", report});
   }
 
