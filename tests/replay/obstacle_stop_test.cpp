@@ -138,7 +138,7 @@ TEST(ObstacleStop, isNotStoppedBySpeckle) {
   std::mt19937 random(4);
   base.disturb = [&](RangeScan& scan) {  // a beam in a hundred, anywhere
     for (float& range : scan.ranges) {
-      if (random() % 100 == 0) range = 0.1f + 2e-9f * static_cast<float>(random());
+      if (random() % 100 == 0) range = 0.4f + 2e-9f * static_cast<float>(random());
     }
   };
   int stops = 0;
