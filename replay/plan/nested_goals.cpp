@@ -42,7 +42,7 @@ bool hasEnding(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// "/arm/follow_joint_trajectory/" of its goal, with whose name others of the action begin.
+/// "/arm/follow_joint_trajectory/" of its goal.
 std::string placeOf(const std::string& goal) { return goal.substr(0, goal.rfind('/') + 1); }
 
 bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {

@@ -285,6 +285,18 @@ TEST_F(DefaultDeny, saysOfEachTopicWhatItIsWithoutAMaster) {
   EXPECT_TRUE(contains(text, "what a running projector would show is not known")) << text;
 }
 
+TEST_F(DefaultDeny, takesAProfileAtItsWordButForWhatNothingStops) {
+  const std::string file = world->folder.path("my_robot.yaml");
+  test::writeFile(file, "name: my_robot\ntopics: {control: [path], body: [joy]}\n");
+  const std::string log = said(world->bag.imported, {"--dry-run", "--json", "--robot", file}, 0);
+  const auto topics = nlohmann::json::parse(log.substr(0, log.rfind('}') + 1))["topics"];
+  EXPECT_EQ(topics["/path"]["class"], "control input");
+  EXPECT_EQ(topics["/joy"]["class"], "control input") << "still";
+  EXPECT_TRUE(contains(said(world->bag.imported, {"--allow-motion", "--robot", file}, 1),
+                       "/joy (sensor_msgs/Joy) is not played: the profile of my_robot calls it "
+                       "body, but how it is stopped is not known (a joystick"));
+}
+
 TEST_F(DefaultDeny, printsItsTableAsTextAndAsJson) {
   test::NodeProcess text({AFTERGLOW_TEST_COMMAND, "play", "--classes"});
   EXPECT_EQ(text.exitStatus(), 0);
