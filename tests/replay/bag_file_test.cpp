@@ -8,7 +8,9 @@
 #include <array>
 #include <csignal>
 #include <filesystem>
+#include <set>
 
+#include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/store_samples.hpp"
 #include "tests/support/temp_folder.hpp"
@@ -97,6 +99,17 @@ TEST_F(BagFileTest, givesBackWhatWasExported) {
   EXPECT_EQ(result.behavior.end, Stamp{2'000'000'001}) << "the last message is in";
   EXPECT_EQ(result.behavior.topics, (Texts{"/a", "/b", "/strange"}));
   expectSame(*store_, behavior_, *other, result.behavior);
+}
+
+TEST_F(BagFileTest, tellsWhoSentOnEachTopic) {
+  const auto store = openMemoryStore();
+  const RecordedNodes nodes = recordedNodes(importBag(bag_, *store).behavior);
+  ASSERT_EQ(nodes.count("/b"), 1u);
+  EXPECT_EQ(nodes.at("/b").publishers, std::set<std::string>{"/z"});
+  EXPECT_EQ(nodes.at("/b").type, "std_msgs/String");
+  ASSERT_EQ(nodes.count("/a"), 1u);
+  EXPECT_EQ(nodes.at("/a").publishers, std::set<std::string>{"/talker"});
+  EXPECT_TRUE(nodes.at("/a").subscribers.empty()) << "a bag does not know";
 }
 
 TEST_F(BagFileTest, exportsNamedTopicsAndRangesOnly) {
