@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace afterglow::nodes::play_options_test {
@@ -140,6 +141,54 @@ TEST(PlayOptions, thatAreFlagsCanBeTakenBack) {
   EXPECT_EQ(request.body.start, BodyOptions::Start::AsRecorded);
   give("realtime", "false");
   EXPECT_FALSE(request.is_realtime);
+}
+
+/// What an owner gives, who may give more than a goal.
+ReplayRequest owned(const std::vector<std::pair<std::string, std::string>>& given) {
+  ReplayRequest request;
+  for (const PlayOption& option : playOptions()) {
+    for (const auto& [name, value] : given) {
+      if (name == option.name) giveOption(request, option, {value});
+    }
+  }
+  return request;
+}
+
+TEST(PlayOptions, nameAnEmergencyStopByAFieldOfItsMessages) {
+  const auto stop = [](const std::string& text) {
+    return owned({{"estop_topic", text}}).body.stops.emergency_stop;
+  };
+  EXPECT_EQ(stop("/estop").topic, "/estop");
+  EXPECT_EQ(stop("/estop").field, "");
+  EXPECT_EQ(stop("/board/state:a.run_stop").field, "a.run_stop");
+  EXPECT_TRUE(stop("/board/state:run_stop").stops_when);
+  EXPECT_FALSE(stop("/board/state:!run_stop").stops_when);
+  EXPECT_EQ(stop("/board/state:!run_stop").text(), "/board/state:!run_stop");
+  EXPECT_EQ(stop("none").topic, "");
+  for (const char* wrong : {"estop", "/", "/estop:", "/estop:!", "none:x", ""}) {
+    EXPECT_THROW(stop(wrong), std::invalid_argument) << wrong;
+  }
+}
+
+TEST(PlayOptions, obeyTheEmergencyStopOfAProfileUnlessAnotherIsNamed) {
+  const auto stop = [](const std::vector<std::pair<std::string, std::string>>& given) {
+    return owned(given).body.stops.emergency_stop;
+  };
+  EXPECT_EQ(stop({{"robot", "fetch"}}).text(), "/robot_state:runstopped");
+  EXPECT_EQ(stop({{"robot", "fetch"}}).profile, "fetch");
+  EXPECT_EQ(stop({{"estop_topic", "/mine"}, {"robot", "fetch"}}).text(), "/mine");
+  EXPECT_EQ(stop({{"estop_topic", "/mine"}, {"robot", "fetch"}}).profile, "");
+  EXPECT_EQ(stop({{"estop_topic", "none"}, {"robot", "fetch"}}).topic, "");
+}
+
+TEST(PlayOptions, nameAButtonOfAJoystick) {
+  const HoldButtonOptions button =
+      owned({{"hold_to_run", "/joys/left:12"}}).body.stops.hold_button;
+  EXPECT_EQ(button.topic, "/joys/left");
+  EXPECT_EQ(button.button, 12u);
+  for (const char* wrong : {"/joy", "/joy:", "/joy:a", "/joy:-1", "/joy:1x", "joy:1", ":1", ""}) {
+    EXPECT_THROW(owned({{"hold_to_run", wrong}}), std::invalid_argument) << wrong;
+  }
 }
 
 }  // namespace
