@@ -211,6 +211,25 @@ TEST_F(PlayerTransport, sendsTargetsOfASeekInAPauseOnlyWhenItGoesOn) {
   EXPECT_EQ(timesFromStart(goals[1].bytes), std::vector<double>{4.0}) << "all of it again";
 }
 
+TEST_F(PlayerTransport, standsWhileItIsHaltedWhateverElseIsAskedFor) {
+  record(kCmdVel, 0, twist(0.5));
+  record(kCmdVel, 200, twist(0.6));
+  at(100, [this] { player->halt(true); });
+  at(150, [this] { player->resume(); });
+  at(1100, [this] { player->pause(); });
+  at(1200, [this] { player->halt(false); });
+  at(1300, [this] { player->resume(); });
+  play(300);
+  const std::vector<Sent> sent = sink.on(kCmdVel.topic);
+  ASSERT_GE(sent.size(), 4u);
+  EXPECT_EQ(sent[0].at_ms, 0);
+  EXPECT_EQ(sent[1].at_ms, 100) << "a zero";
+  EXPECT_EQ(sent[1].bytes, twist(0));
+  EXPECT_EQ(sent[2].at_ms, 1300) << "the velocity in force";
+  EXPECT_EQ(sent[2].bytes, twist(0.5));
+  EXPECT_EQ(sent[3].at_ms, 1400);
+}
+
 TEST_F(PlayerTransport, sendsNoBurstAfterAStallAndASeek) {
   for (int i = 0; i < 100; ++i) record(kCmdVel, i * 10, twist(1 + i));
   at(100, [this] { player->seek({500'000'000}); });
