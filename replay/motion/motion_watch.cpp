@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "replay/messages/field_edit.hpp"
+#include "replay/motion/start_pose.hpp"
 
 namespace afterglow::replay {
 namespace {

@@ -114,10 +114,6 @@ std::optional<Channel> haltChannel(const Channel& goal) {
   return std::nullopt;
 }
 
-bool isGripperGoal(const Channel& channel) {
-  return channel.type == "control_msgs/GripperCommandActionGoal";
-}
-
 Bytes gapGoal(const Channel& channel, const Bytes& last, double gap) {
   const Schema schema = Schema::parse(channel.type, channel.definition);
   Value document = decode(schema, last);

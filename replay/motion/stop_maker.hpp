@@ -51,11 +51,8 @@ class StopMaker {
 /// <controller>/command halts them, and PR2's. Empty for other actions. Whether such a controller
 /// is there shows who hears the topic.
 std::optional<Channel> haltChannel(const Channel& goal);
-/// Whether a cancel may leave the gripper moving (Fetch's driver), so that it has to be told to go
-/// where it is: control_msgs/GripperCommandActionGoal.
-bool isGripperGoal(const Channel& channel);
-/// A gripper's goal to stay at the gap it has, made of its last one, with its effort. Throws
-/// MessageError.
+/// A gripper's goal to stay at the gap it has, made of its last one, with its effort: a cancel may
+/// leave it moving (Fetch's driver). Throws MessageError.
 Bytes gapGoal(const Channel& channel, const Bytes& last, double gap);
 /// A trajectory without joints and points.
 Bytes haltMessage();
