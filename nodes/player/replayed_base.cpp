@@ -174,6 +174,14 @@ std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
     notes_.push_back("nothing saw what stood in the base's way (--no-scan, ~no_scan)");
     return "";
   }
+  for (const replay::PlannedTopic& topic : plan_.topics) {
+    const bool is_steered = topic.isPlayed() && topic.count > 0 &&
+                            stopOf(topic).kind == replay::StopKind::Speed;
+    if (!is_steered) continue;
+    return "nothing looks where " + topic.output.topic +
+           " leads the base, whose steering is not known: --no-scan (~no_scan) drives it all the "
+           "same";
+  }
   if (scan.topic.empty() && !first_motion_) return "";  // it only hears zeros
   if (scan.topic.empty()) {
     return "nothing sees what stands in the base's way: --scan TOPIC (~scan) or a robot's profile "

@@ -220,8 +220,8 @@ struct MotionKinds : testing::Test {
   static std::unique_ptr<test::NodeProcess> play(const std::string& behavior) {
     return std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_COMMAND, "play", behavior, "--store", world->store, "--allow-motion",
-        "--any-start", "--open-loop", "--rules", world->rules, "--no-keys", "--longest-stall",
-        "10"});
+        "--any-start", "--open-loop", "--no-scan", "--rules", world->rules, "--no-keys",
+        "--longest-stall", "10"});
   }
   static inline World* world = nullptr;
 };

@@ -170,7 +170,7 @@ TEST_F(OtherRobot, isRefusedWhereItsBaseCouldNotFollowItsPosesAndDrivesOnlyIfTha
     expectRefused(*a, "nobody localizes it now (tf's map -> odom); --odometry-only");
     expectRefused(*b, "the map on /map is not the one it was recorded on");
   }
-  const auto asked = play(turtlebot, {"--open-loop"});
+  const auto asked = play(turtlebot, {"--open-loop", "--no-scan"});
   EXPECT_EQ(asked->exitStatus(), 0) << asked->log();
   EXPECT_TRUE(has_moved);
   EXPECT_NE(asked->log().find("open loop"), std::string::npos) << asked->log();

@@ -152,7 +152,7 @@ struct StopInputs : testing::Test {
     std::vector<std::string> arguments = {
         AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name,     "replay:=/" + name + "/replay",
         "_store:=" + world->store,  "_allow_motion:=true", "_open_loop:=true",
-        "_longest_stall:=1"};
+        "_longest_stall:=1",        "_scan:=/base_scan"};
     arguments.insert(arguments.end(), parameters.begin(), parameters.end());
     player = std::make_unique<test::NodeProcess>(arguments);
     client = std::make_unique<Client>("/" + name + "/replay", false);
