@@ -14,12 +14,14 @@ constexpr int kMostBehind = 3;
 
 bool isJoystickType(const std::string& type) { return type == "sensor_msgs/Joy"; }
 
-/// The topics of such a type that a node hears.
+/// The topics of such a type that a node hears others on.
 std::vector<std::string> heardBy(const std::string& node, bool (*is_type)(const std::string&),
                                  const RecordedNodes& nodes) {
   std::vector<std::string> topics;
   for (const auto& [topic, around] : nodes) {
-    if (is_type(around.type) && around.subscribers.count(node) != 0) topics.push_back(topic);
+    const bool is_heard = is_type(around.type) && around.subscribers.count(node) != 0;
+    const bool is_others = around.publishers.size() > around.publishers.count(node);
+    if (is_heard && is_others) topics.push_back(topic);
   }
   return topics;
 }
@@ -31,18 +33,32 @@ bool hasWord(const std::string& node, const std::vector<std::string>& words) {
   });
 }
 
-bool isPersons(const std::string& node, const RecordedNodes& nodes) {
-  return hasWord(node, {"teleop", "joy", "keyboard"}) ||
-         !heardBy(node, isJoystickType, nodes).empty();
+/// A player hears its own topic, too, to know who else drives, and perhaps a button to be held.
+bool hearsItself(const std::string& topic, const std::string& node, const RecordedNodes& nodes) {
+  return nodes.at(topic).subscribers.count(node) != 0;
 }
 
-/// The velocities of which a node makes those on this topic; a player hears its own topic, too, to
-/// know who else drives.
+bool isPersons(const std::string& topic, const std::string& node, const RecordedNodes& nodes) {
+  const bool is_player = hearsItself(topic, node, nodes);
+  return hasWord(node, {"teleop", "joy", "keyboard"}) ||
+         (!is_player && !heardBy(node, isJoystickType, nodes).empty());
+}
+
+/// The velocities of which a node makes those on this topic: not those that its hearers make of
+/// them.
 std::vector<std::string> mixedInto(const std::string& topic, const std::string& node,
                                    const RecordedNodes& nodes) {
-  const std::vector<std::string> heard = heardBy(node, isBaseVelocity, nodes);
-  const bool is_own = std::find(heard.begin(), heard.end(), topic) != heard.end();
-  return is_own ? std::vector<std::string>() : heard;
+  const Names& hearers = nodes.at(topic).subscribers;
+  std::vector<std::string> mixed;
+  if (hearsItself(topic, node, nodes)) return mixed;
+  for (const std::string& other : heardBy(node, isBaseVelocity, nodes)) {
+    const Names& senders = nodes.at(other).publishers;
+    const bool is_behind = std::any_of(senders.begin(), senders.end(), [&](const auto& sender) {
+      return hearers.count(sender) != 0;
+    });
+    if (!is_behind) mixed.push_back(other);
+  }
+  return mixed;
 }
 
 /// A smoother, of one velocity that was not recorded, is where a replay may enter.
@@ -82,7 +98,7 @@ std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedN
   if (noted == nodes.end() || noted->second.publishers.empty()) return std::nullopt;
   const Names& senders = noted->second.publishers;
   const std::string names = fmt::format("{}", fmt::join(senders, ", "));
-  const auto isPerson = [&](const std::string& node) { return isPersons(node, nodes); };
+  const auto isPerson = [&](const std::string& node) { return isPersons(topic, node, nodes); };
   if (std::all_of(senders.begin(), senders.end(), isPerson)) {
     return RecordedDriver{TopicClass::Control,
                           "a person's velocities: " + names + " alone sent them"};

@@ -168,6 +168,14 @@ TEST(RecordedDriver, isAMultiplexerThatHearsOtherVelocities) {
   EXPECT_EQ(robot.plan().playedTopics().size(), 2u) << "a player that watches its own topic";
 }
 
+TEST(RecordedDriver, isNoMultiplexerThatHearsWhatTheBaseMakesOfIt) {
+  Robot robot;
+  robot.add("/cmd_vel", kTwist, {{"/tree"}, {"/mixer"}});
+  robot.add("/teleop/cmd_vel", kTwist, {{"/tree"}, {"/mixer", "/tree"}});
+  robot.add("/base_controller/command", kTwist, {{"/mixer"}, {"/mixer", "/tree"}});
+  EXPECT_EQ(robot.plan().playedTopics(), Texts{"/cmd_vel"}) << "/tree sends, and watches";
+}
+
 TEST(RecordedDriver, isToldWhereNobodyHeardIt) {
   Robot robot;
   robot.add("/cmd_vel", kTwist, {{"/planner"}, {}});
