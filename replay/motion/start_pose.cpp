@@ -9,7 +9,6 @@
 #include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
-#include "replay/motion/stop_maker.hpp"
 #include "replay/motion/track_reader.hpp"
 
 namespace afterglow::replay {
