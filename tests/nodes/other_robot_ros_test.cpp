@@ -146,29 +146,28 @@ TEST_F(OtherRobot, isRefusedWhereItsBaseCouldNotFollowItsPosesAndDrivesOnlyIfTha
   const std::string turtlebot = drives->add("odom", "base_footprint", true),
                     pr2 = drives->add("odom_combined", "base_footprint", true),
                     unlocalized = drives->add("odom", "base_link", false),
-                    fetch = drives->add("odom", "base_link", true),
+                    stale = drives->add("wheels", "chassis", true),
+                    lost = drives->add("odom", "base_link", true),
                     on_map = drives->add("odom", "base_link", true, mapIdentity(mapOf(0)));
   drives.reset();
-  // A node that told once where the base was, and is dead.
-  ros::Publisher tf = node.advertise<tf2_msgs::TFMessage>("/tf", 10, true);
-  tf.publish(together({transform("odom", "base_link", 0, ros::Time::now())}));
+  ros::Publisher tf = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
+  const ros::Time once = ros::Time::now();
+  const ros::WallTimer odometry = node.createWallTimer(ros::WallDuration(0.02), [&](const auto&) {
+    tf.publish(together({transform("odom", "base_link", 0, ros::Time::now()),
+                         transform("wheels", "chassis", 0, once)}));  // again and again the same
+  });
+  ros::Publisher map = node.advertise<nav_msgs::OccupancyGrid>("/map", 1, true);
+  map.publish(mapOf(100));
   {
-    const auto a = play(turtlebot), b = play(pr2), c = play(unlocalized), d = play(fetch);
+    const auto a = play(turtlebot), b = play(pr2), c = play(unlocalized), d = play(lost),
+               e = play(stale, {"--base-frame", "odom=wheels", "base=chassis"}), f = play(on_map);
     expectRefused(*a, "there are odom -> base_footprint; perhaps --base-frame odom=odom "
                       "base=base_footprint; --open-loop");
     expectRefused(*b, "perhaps --base-frame odom=odom_combined base=base_footprint");
     expectRefused(*c, "it was recorded without localization (map -> odom); --odometry-only");
-    expectRefused(*d, "nobody tells where it is now (tf's odom -> base_link); --open-loop");
-  }
-  const ros::WallTimer odometry = node.createWallTimer(ros::WallDuration(0.02), [&](const auto&) {
-    tf.publish(together({transform("odom", "base_link", 0, ros::Time::now())}));
-  });
-  {
-    ros::Publisher map = node.advertise<nav_msgs::OccupancyGrid>("/map", 1, true);
-    map.publish(mapOf(100));
-    const auto a = play(fetch), b = play(on_map);
-    expectRefused(*a, "nobody localizes it now (tf's map -> odom); --odometry-only");
-    expectRefused(*b, "the map on /map is not the one it was recorded on");
+    expectRefused(*d, "nobody localizes it now (tf's map -> odom); --odometry-only");
+    expectRefused(*e, "nobody tells where it is now (tf's wheels -> chassis); --open-loop");
+    expectRefused(*f, "the map on /map is not the one it was recorded on");
   }
   const auto asked = play(turtlebot, {"--open-loop", "--no-scan"});
   EXPECT_EQ(asked->exitStatus(), 0) << asked->log();
