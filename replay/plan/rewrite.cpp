@@ -180,7 +180,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
     recorded = {readString(bytes, spans[*plan.id].front()),
                 *readTime(bytes, spans[*plan.id_stamp].front())};
     id = state_->newId(plan, recorded, channel.topic);
-    if (!id) return {false, {}};
+    if (!id) return {false, {}, {}};
   }
   std::vector<std::uint64_t>& done = state_->doneOn(channel.topic, plan);
   for (std::size_t i = 0; i < spans.size(); ++i) {
@@ -189,13 +189,13 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
     }
   }
   state_->rewriteTexts(plan, spans, id, done, bytes);
-  if (!plan.is_goal) return {};
+  if (!plan.is_goal) return {true, {}, id.value_or("")};
   // A goal without a stamp is given the time of its arrival by the server.
   if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));
   const Goal goal{*id, recorded.stamp};
   state_->goals[recorded.id] = goal;
   state_->last_goals[actionNameOf(channel.topic)] = goal;
-  return {true, SentGoal{recorded.id, *id}};
+  return {true, SentGoal{recorded.id, *id}, {}};
 }
 
 Rewriter::FreshId uniqueGoalIds(const std::string& node) {

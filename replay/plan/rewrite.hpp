@@ -32,6 +32,7 @@ struct Rewritten {
   /// other cancel names one goal of this replay.
   bool publish = true;
   std::optional<SentGoal> goal;  ///< set if the message is an action goal
+  std::string canceled;          ///< the new id of the goal that it cancels; empty: it is no cancel
 };
 
 /// Rewrites the messages of one replay, in the order they are sent; remembers its goals, so that

@@ -23,12 +23,23 @@ std::string goalOfCancel(const Channel& channel) {
 
 void BodyInForce::send(Outbox::Outgoing message) {
   Recorded whole{message.topic.is_command ? message.bytes : Bytes(), message.recorded};
-  const auto canceled = goals_.openOn(goalOfCancel(message.channel));
-  if (sendAs(std::move(message), std::move(whole))) holdGaze(canceled);
+  const auto open = goals_.openOn(goalOfCancel(message.channel));
+  const auto sent = sendAs(std::move(message), std::move(whole));
+  if (sent && !sent->canceled.empty()) noteCanceled(sent->canceled, open);
 }
 
-/// True if it was sent.
-bool BodyInForce::sendAs(Outbox::Outgoing message, Recorded whole) {
+/// It was canceled as it had been: nothing waits for it any more.
+void BodyInForce::noteCanceled(const std::string& id, const std::vector<GoalBook::Entry>& open) {
+  for (const GoalBook::Entry& goal : open) {
+    if (goal.id != id) continue;
+    goals_.cancel(outbox_.topic(goal.channel.topic).planned.output.topic, id);
+    play_.ledger.endGoal({goal, GoalOutcome::Canceled, play_.clock.now()});
+    holdGaze({goal});
+  }
+}
+
+/// Empty if it was not sent.
+std::optional<Outbox::Sent> BodyInForce::sendAs(Outbox::Outgoing message, Recorded whole) {
   const Channel& channel = message.channel;
   const OutboxTopic& topic = message.topic;
   const auto sent = outbox_.publish(std::move(message));
@@ -38,7 +49,7 @@ bool BodyInForce::sendAs(Outbox::Outgoing message, Recorded whole) {
     addGoal(topic.planned.output.topic,
             {channel, std::move(whole.bytes), whole.at, sent->goal->id});
   }
-  return sent.has_value();
+  return sent;
 }
 
 void BodyInForce::addGoal(const std::string& output, GoalBook::Entry entry) {
@@ -58,7 +69,7 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
     const bool is_looked_at = lead_.hasArm() && topic.planned.modality == Modality::Body;
     Bytes rest = is_looked_at ? whole.bytes
                               : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
-    was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole);
+    was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole).has_value();
   } catch (const MessageError& error) {
     topic.report.problem = error.what();
   }

@@ -70,7 +70,8 @@ class BodyInForce {
     Bytes bytes;
     Stamp at;
   };
-  bool sendAs(Outbox::Outgoing message, Recorded whole);
+  std::optional<Outbox::Sent> sendAs(Outbox::Outgoing message, Recorded whole);
+  void noteCanceled(const std::string& id, const std::vector<GoalBook::Entry>& open);
   void sendRest(OutboxTopic& topic, const Channel& channel, const Recorded& whole,
                 std::int64_t lead_ns);
   void sendVelocity(OutboxTopic& topic, const Recorded& command, Stamp at);

@@ -133,7 +133,7 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
   const std::int64_t late_ns = std::min(message.late_ns, now.ns - message.released.ns);
   play_.ledger.addSent(topic.planned, {message.recorded, now, std::max<std::int64_t>(0, late_ns),
                                   topic.latency_s, rate});
-  return Sent{topic.report.was_heard, rewritten.goal};
+  return Sent{topic.report.was_heard, rewritten.goal, rewritten.canceled};
 }
 
 PublishMoment Outbox::momentOf(const Outgoing& message) {

@@ -74,6 +74,7 @@ class Outbox {
   struct Sent {
     bool was_heard = false;
     std::optional<SentGoal> goal;
+    std::string canceled = {};  ///< Rewritten::canceled
   };
   /// True for a message that must not be sent: it is too late, or its topic is the base drive's.
   /// Counted. Throws std::runtime_error if motion comes so late that the replay has to stop.
