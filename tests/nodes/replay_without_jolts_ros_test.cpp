@@ -332,7 +332,7 @@ TEST_F(ReplayWithoutJolts, goesFarToTheStartOnlyByAWayThatWasRecordedOrThatMoveI
   ArmPose end = start;
   end[7] += 0.1;
   const auto go = [](const ArmPose& from, const ArmPose& to) {
-    EXPECT_EQ(world->arm->sendGoalAndWait(denseGoal(from, to, 1), kPatience), State::SUCCEEDED);
+    EXPECT_EQ(world->arm->sendGoalAndWait(denseGoal(from, to, 0.5), kPatience), State::SUCCEEDED);
   };
   recordedHere(kArmAction + "/goal", [&] {
     go(kTucked, corner);
@@ -343,7 +343,8 @@ TEST_F(ReplayWithoutJolts, goesFarToTheStartOnlyByAWayThatWasRecordedOrThatMoveI
     test::NodeProcess command({AFTERGLOW_TEST_COMMAND, "play", std::to_string(behavior), "--store",
                                world->store, "--allow-motion", "--to-start", "--quiet", "--no-keys",
                                "--longest-stall", "1"});
-    return std::pair(command.exitStatus(), command.log());
+    const int status = command.exitStatus();
+    return std::pair(status, command.log());
   };
   putBack();
   const auto [status, log] = playFromHere();
