@@ -390,13 +390,16 @@ std::vector<std::string> PlayPlan::motionTopics() const {
 
 std::string PlayPlan::refusal() const {
   std::vector<std::string> refused;
+  bool is_endless = false;
   for (const PlannedTopic& topic : topics) {
     if (!topic.is_refused) continue;
+    is_endless = is_endless || topic.topic_class == TopicClass::Endless;
     refused.push_back(topic.channel.topic + " (" + topic.channel.type +
                       ") is not played: " + topic.why_not);
   }
   if (refused.empty()) return "";
-  return fmt::format("{}; --exclude it to play the rest", fmt::join(refused, "; "));
+  return fmt::format("{}; --exclude it to play the rest{}", fmt::join(refused, "; "),
+                     is_endless ? ", or say in --rules what stops it" : "");
 }
 
 std::vector<std::string> PlayPlan::warnings() const {
@@ -428,7 +431,8 @@ std::string PlayPlan::leftOutText() const {
                     example + ", --dry-run says why each is left out");
   }
   if (!endless.empty()) {
-    texts.push_back("never played, as nothing stops them: " + shortList(endless));
+    texts.push_back("never played, as nothing stops them that is known (--rules may say what): " +
+                    shortList(endless));
   }
   return fmt::format("{}", fmt::join(texts, "; "));
 }
