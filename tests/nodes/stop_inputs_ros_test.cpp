@@ -104,18 +104,27 @@ class Base {
 struct World {
   World() {
     node->setParam("/robot_description", test::fileBytes("assets/fetch.urdf"));
-    startRobot();
+    robot = std::make_unique<test::NodeProcess>(
+        std::vector<std::string>{AFTERGLOW_TEST_FAKE_FETCH_NODE});
     drive = recordDrive(store);
+    player = std::make_unique<test::NodeProcess>(std::vector<std::string>{
+        AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true", "_open_loop:=true",
+        "_longest_stall:=1", "_estop_topic:=/estop", "_hold_to_run:=/joy:10"});
+    button = node->advertise<std_msgs::Bool>("/estop", 1, true);
+    button.publish(std_msgs::Bool());
     runstop = node->advertise<std_msgs::Bool>("/enable_software_runstop", 1);
     teleop = node->advertise<geometry_msgs::Twist>("/teleop/cmd_vel", 1);
     spinner.start();
+    client = std::make_unique<Client>("/replay", false);
+    EXPECT_TRUE(client->waitForServer(ros::Duration(30))) << player->log();
     EXPECT_TRUE(eventually([this] { return runstop.getNumSubscribers() > 0; }));
   }
-  void startRobot() {
-    robot = std::make_unique<test::NodeProcess>(
-        std::vector<std::string>{AFTERGLOW_TEST_FAKE_FETCH_NODE});
+  ~World() {
+    client.reset();
+    spinner.stop();
+    ros::shutdown();
   }
-  void press(bool is_pressed) {
+  void pressRunstop(bool is_pressed) {
     std_msgs::Bool word;
     word.data = is_pressed;
     runstop.publish(word);
@@ -126,61 +135,60 @@ struct World {
   std::string store = folder.path("behaviors.db");
   std::int64_t drive = 0;
   std::unique_ptr<ros::NodeHandle> node = std::make_unique<ros::NodeHandle>();
-  std::unique_ptr<test::NodeProcess> robot;
-  ros::Publisher runstop, teleop;
+  std::unique_ptr<test::NodeProcess> robot, player;
+  std::unique_ptr<Client> client;
+  ros::Publisher button, runstop, teleop;
+  test::Joystick joystick{*node, "/joy", 10};
   Base base{*node};
   ros::AsyncSpinner spinner{2};
 };
 
 struct StopInputs : testing::Test {
   static void SetUpTestSuite() { world = new World; }
-  static void TearDownTestSuite() {
-    world->spinner.stop();
-    ros::shutdown();
-    delete world;
-  }
-  void TearDown() override {
-    if (!player) return;
-    player->interrupt();
-    player->exitStatus();
-  }
+  static void TearDownTestSuite() { delete world; }
 
-  /// A player of its own for every test.
-  void play(const std::vector<std::string>& parameters) {
-    static int count = 0;
-    const std::string name = "player_" + std::to_string(++count);
-    std::vector<std::string> arguments = {
-        AFTERGLOW_TEST_PLAYER_NODE, "__name:=" + name,     "replay:=/" + name + "/replay",
-        "_store:=" + world->store,  "_allow_motion:=true", "_open_loop:=true",
-        "_longest_stall:=1",        "_scan:=/base_scan"};
-    arguments.insert(arguments.end(), parameters.begin(), parameters.end());
-    player = std::make_unique<test::NodeProcess>(arguments);
-    client = std::make_unique<Client>("/" + name + "/replay", false);
-    ASSERT_TRUE(client->waitForServer(ros::Duration(30))) << player->log();
+  /// Returns when the player waits for the button.
+  void play() const {
+    const int asked = timesAsked();
     ReplayGoal goal;
     goal.behavior = std::to_string(world->drive);
-    client->sendGoal(goal);
+    world->client->sendGoal(goal);
+    EXPECT_TRUE(eventually([&] { return timesAsked() > asked; })) << log();
   }
-  std::string resultText() {
-    EXPECT_TRUE(client->waitForResult(ros::Duration(30))) << player->log();
-    return client->getState().getText();
+  int timesAsked() const {
+    const std::string words = "hold button 10 of /joy to let the robot move", text = log();
+    int count = 0;
+    for (std::size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1))
+      ++count;
+    return count;
+  }
+  std::string log() const { return world->player->log(); }
+  /// The replay goes on for so long.
+  bool goesOn(double seconds) const {
+    return !world->client->waitForResult(ros::Duration(seconds));
+  }
+  std::string resultText() const {
+    EXPECT_TRUE(world->client->waitForResult(ros::Duration(30))) << log();
+    return world->client->getState().getText();
+  }
+  void press() const {
+    world->joystick.press(false);
+    world->joystick.press(true);
   }
   bool drives() const {
     return eventually([] { return world->base.speed() > 0.15; });
   }
-  bool isTold(bool is_told) const {
-    return eventually([=] { return world->base.isTold() == is_told; });
+  bool stands() const {
+    return eventually([] { return std::abs(world->base.speed()) < 1e-6; });
   }
   void expectStopped(Moment since, Milliseconds most, const char* what) const {
-    ASSERT_TRUE(eventually([] { return world->base.stopped().has_value(); })) << player->log();
+    ASSERT_TRUE(eventually([] { return world->base.stopped().has_value(); })) << log();
     const Milliseconds zero = *world->base.stopped() - since;
     std::cout << what << ": zero velocity after " << zero.count() << " ms\n";
     EXPECT_LT(zero, most) << what;
   }
 
   static inline World* world = nullptr;
-  std::unique_ptr<test::NodeProcess> player;
-  std::unique_ptr<Client> client;
 };
 
 /// An emergency stop, and what it said.
@@ -219,8 +227,6 @@ struct Watched {
   EmergencyStop stop;
 };
 
-// ---------------------------------------------------------------------------- the emergency stop
-
 TEST_F(StopInputs, areABooleanOfAnyMessageThatSomebodyPublishes) {
   Watched runstopped("/robot_state:runstopped"), ready("/robot_state:!ready");
   EXPECT_EQ(runstopped.refusal(), "");
@@ -232,57 +238,40 @@ TEST_F(StopInputs, areABooleanOfAnyMessageThatSomebodyPublishes) {
   EXPECT_EQ(Watched("/nobody:x").refusal(),
             "motion is refused: nobody publishes the emergency stop /nobody:x");
   const Moment since = Clock::now();
-  world->press(true);
+  world->pressRunstop(true);
   EXPECT_LT(runstopped.wait(since), kInTime.count());
   EXPECT_EQ(runstopped.said(), "the emergency stop was pressed (/robot_state:runstopped)");
   EXPECT_TRUE(eventually([&] { return !ready.said().empty(); })) << "it is false then";
   EXPECT_EQ(Watched("/software_runstop_enabled").refusal(),
             "motion is refused: the emergency stop is pressed (/software_runstop_enabled)");
-  world->press(false);
-}
-
-TEST_F(StopInputs, areLatchedAndSilentUntilTheirPublisherIsGone) {
-  ros::Publisher button = world->node->advertise<std_msgs::Bool>("/estop", 1, true);
-  button.publish(std_msgs::Bool());
-  play({"_estop_topic:=/estop"});
-  ASSERT_TRUE(drives()) << player->log();
-  EXPECT_FALSE(client->waitForResult(ros::Duration(1.5))) << "a silence that means nothing";
-  const Moment since = Clock::now();
-  button.shutdown();
-  expectStopped(since, Milliseconds(1000), "the emergency stop's publisher gone");
-  EXPECT_EQ(resultText(), "the publisher of the emergency stop is gone (/estop)");
+  world->pressRunstop(false);
 }
 
 // -------------------------------------------------------------------------------- hold to run
 
 TEST_F(StopInputs, areAButtonThatHasToBeHeld) {
-  test::Joystick joystick(*world->node, "/joy", 10);
-  joystick.press(true);
-  play({"_hold_to_run:=/joy:10"});
-  EXPECT_TRUE(eventually([&] {
-    return player->log().find("hold button 10 of /joy to let the robot move") != std::string::npos;
-  })) << player->log();
-  EXPECT_FALSE(client->waitForResult(ros::Duration(1)));
+  world->joystick.press(true);
+  play();
+  EXPECT_TRUE(goesOn(0.6));
   EXPECT_FALSE(world->base.isTold()) << "it was held before";
-  joystick.press(false);
-  joystick.press(true);
-  ASSERT_TRUE(drives()) << player->log();
+  press();
+  ASSERT_TRUE(drives()) << log();
 
   Moment since = Clock::now();
-  joystick.press(false);
+  world->joystick.press(false);
   expectStopped(since, kInTime, "button released");
-  EXPECT_TRUE(eventually([] { return std::abs(world->base.speed()) < 0.01; }));
+  EXPECT_TRUE(stands());
   EXPECT_FALSE(world->base.isTold());
-  joystick.press(true);
-  ASSERT_TRUE(drives()) << "pressed again: " << player->log();
+  press();
+  ASSERT_TRUE(drives()) << "pressed again: " << log();
 
   since = Clock::now();
-  joystick.beSilent(true);
+  world->joystick.beSilent(true);
   expectStopped(since, Milliseconds(300) + kInTime, "joystick silent");
-  joystick.beSilent(false);
-  EXPECT_FALSE(client->waitForResult(ros::Duration(0.5)));
-  EXPECT_FALSE(world->base.isTold()) << "it does not go on by itself";
-  client->cancelGoal();
+  world->joystick.beSilent(false);
+  EXPECT_TRUE(goesOn(0.3));
+  EXPECT_FALSE(world->base.isTold()) << "it does not drive on by itself";
+  world->client->cancelGoal();
   resultText();
 }
 
@@ -294,8 +283,9 @@ TEST_F(StopInputs, arePeopleWhoDriveTheRobotThemselves) {
     select.request.topic = topic;
     ASSERT_TRUE(ros::service::call("/cmd_vel_mux/select", select));
   };
-  play({});
-  ASSERT_TRUE(drives()) << player->log();
+  play();
+  press();
+  ASSERT_TRUE(drives()) << log();
   pass("/teleop/cmd_vel");
   geometry_msgs::Twist back;
   back.linear.x = -0.15;
@@ -305,17 +295,30 @@ TEST_F(StopInputs, arePeopleWhoDriveTheRobotThemselves) {
   }));
   pass("/cmd_vel");
   EXPECT_EQ(resultText(), "somebody else drives the base on /teleop/cmd_vel");
-  EXPECT_TRUE(eventually([] { return std::abs(world->base.speed()) < 1e-6; }));
-  ros::WallDuration(0.5).sleep();  // the player has ended; were it to drive on, it had by now
+  EXPECT_TRUE(stands()) << "though the button is held";
+  ros::WallDuration(0.3).sleep();  // the player has ended; were it to drive on, it had by now
   EXPECT_LT(std::abs(world->base.speed()), 1e-6);
 
   pass("/teleop/cmd_vel");
   ReplayGoal again;
   again.behavior = std::to_string(world->drive);
-  client->sendGoal(again);
+  world->client->sendGoal(again);
   EXPECT_EQ(resultText(),
             "motion is refused: somebody else drives the base on /teleop/cmd_vel");
   pass("/cmd_vel");
+}
+
+// ---------------------------------------------------------------------------- the emergency stop
+
+TEST_F(StopInputs, areLatchedAndSilentUntilTheirPublisherIsGone) {
+  play();
+  press();
+  ASSERT_TRUE(drives()) << log();
+  EXPECT_TRUE(goesOn(0.7)) << "a silence that means nothing";
+  const Moment since = Clock::now();
+  world->button.shutdown();
+  expectStopped(since, Milliseconds(1000), "the emergency stop's publisher gone");
+  EXPECT_EQ(resultText(), "the publisher of the emergency stop is gone (/estop)");
 }
 
 // Last, as the robot is gone then.
