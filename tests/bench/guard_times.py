@@ -166,7 +166,8 @@ class Run:
         self.reports = world.folder / f'reports_{Run.count}'
         self.player = world.start(
             *away, world.build / 'bin/player_node', f'__name:={self.name[1:]}', f'_store:={world.store}',
-            '_allow_motion:=true', '_open_loop:=true', '_no_scan:=true', '_hold:=0', f'_report_folder:={self.reports}')
+            '_allow_motion:=true', '_open_loop:=true', '_no_scan:=true', '_hold:=0',
+            f'_report_folder:={self.reports}')
         world.call(self.name + '/play', PlayBehavior, behavior_id=behavior)
         wait_until(robot.moves, 'the robot to move')
         self.watchdog = self.child(self.player.pid)
