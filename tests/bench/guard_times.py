@@ -306,7 +306,8 @@ def main():
                 is_broken |= not is_kept
                 shown = ' '.join('   never' if at is None else f'{at:6.0f}' for at in times)
                 print(f'{name:48}{shown} {promised or "never":>8}'
-                      + ('' if is_kept else '  BROKEN') + (f'  drove on for {drove_on:.0f} ms' if drove_on else '')
+                      + ('' if is_kept else '  BROKEN')
+                      + (f'  drove on for {drove_on:.0f} ms' if drove_on else '')
                       + (f'  {json.dumps(guards)}' if guards else '  (no report)'), flush=True)
     finally:
         if network.is_there:
