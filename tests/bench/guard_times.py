@@ -187,7 +187,7 @@ class Run:
         raise RuntimeError('the player has no watchdog')
 
     def signal(self, number, *whom):
-        for pid in whom or (self.player.pid, self.watchdog):
+        for pid in whom or (self.watchdog, self.player.pid):
             os.kill(pid, number)
 
     def measure(self, act):
