@@ -168,10 +168,10 @@ TEST_F(Obstacle, isWaitedForAndWhoWalksThroughIsKeptFree) {
 
   room->set({});
   ASSERT_TRUE(eventually([&] { return room->x() > 0.5; })) << "it goes on";
-  // Somebody crosses the way at 1 m/s, a meter ahead.
-  Thing leg{room->x() + 1.0, -1.2, 0.08};
-  for (ros::WallRate rate(20); leg.y < 1.2; rate.sleep()) {
-    leg.y += 0.05;
+  // Somebody crosses the way at 1.2 m/s, a meter ahead.
+  Thing leg{room->x() + 1.0, -1.0, 0.08};
+  for (ros::WallRate rate(20); leg.y < 1.0; rate.sleep()) {
+    leg.y += 0.06;
     room->set({leg});
   }
   room->set({});
