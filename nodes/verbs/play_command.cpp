@@ -108,9 +108,6 @@ ReplayRequest PlayCommand::request() const {
 }
 
 void addPlayOptions(CLI::App& verb, PlayCommand& c) {
-  verb.add_flag_callback("--classes", [&verb] { showClasses(verb); },
-                         "Print which topics are played and why, and end (with --json: as JSON)")
-      ->group(kOwnGroup);
   verb.add_option("behavior", c.behaviors,
                   std::string(kBehaviorHelp) + "; several ids are played one after the other")
       ->required();
@@ -119,6 +116,8 @@ void addPlayOptions(CLI::App& verb, PlayCommand& c) {
   addStoreOption(verb, c.store);
   auto* dry_run = verb.add_flag("--dry-run", c.is_dry_run, "Show the plan; needs no ROS master");
   verb.add_flag("--json", c.is_json, "The plan of --dry-run as JSON")->needs(dry_run);
+  verb.add_flag_callback("--classes", [&verb] { showClasses(verb); },
+                         "Print which topics are played and why, and end; --json: as JSON");
   verb.add_option("--report", c.report_file,
                   "Write what was measured: FILE.json, FILE.txt or, with plots, FILE.html")
       ->check(isReportFile);

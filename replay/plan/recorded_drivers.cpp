@@ -26,6 +26,12 @@ std::vector<std::string> heardBy(const std::string& node, bool (*is_type)(const 
   return topics;
 }
 
+/// By a recorder, and not in an import, which knows the senders alone.
+bool areHearersNoted(const RecordedNodes& nodes) {
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [](const auto& around) { return !around.second.subscribers.empty(); });
+}
+
 bool hasWord(const std::string& node, const std::vector<std::string>& words) {
   const std::string last = node.substr(node.rfind('/') + 1);
   return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
@@ -73,8 +79,7 @@ bool isMultiplexer(const std::string& topic, const std::string& node, const Reco
 
 /// Its own process is not who obeys: a program that sends and hears it all is no robot.
 bool isObeyedByAnother(const TopicNodes& around) {
-  return around.subscribers.empty() ||
-         !std::includes(around.publishers.begin(), around.publishers.end(),
+  return !std::includes(around.publishers.begin(), around.publishers.end(),
                         around.subscribers.begin(), around.subscribers.end());
 }
 
@@ -95,7 +100,8 @@ void addDriversBehind(const std::string& topic, const RecordedNodes& nodes, int 
 std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
                                        const std::vector<std::string>& recorded) {
   const auto noted = nodes.find(topic);
-  if (noted == nodes.end() || noted->second.publishers.empty()) return std::nullopt;
+  const bool is_known = noted != nodes.end() && !noted->second.publishers.empty();
+  if (!is_known || !areHearersNoted(nodes)) return std::nullopt;
   const Names& senders = noted->second.publishers;
   const std::string names = fmt::format("{}", fmt::join(senders, ", "));
   const auto isPerson = [&](const std::string& node) { return isPersons(topic, node, nodes); };
@@ -116,9 +122,7 @@ std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedN
 bool wasUnheard(const std::string& topic, const RecordedNodes& nodes) {
   const auto noted = nodes.find(topic);
   const bool is_noted = noted != nodes.end() && noted->second.subscribers.empty();
-  return is_noted && std::any_of(nodes.begin(), nodes.end(), [](const auto& around) {
-           return !around.second.subscribers.empty();
-         });
+  return is_noted && areHearersNoted(nodes);
 }
 
 std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes) {

@@ -21,13 +21,14 @@ struct RecordedDriver {
 };
 
 /// Of a velocity topic. Control if only nodes sent on it by which a person drives: called so
-/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear several
-/// other velocities or a recorded one, and not this one: behind them nobody can override a replay.
-/// Else empty, as for topics that nothing was noted of.
+/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear
+/// several other velocities or a recorded one, and not this one: behind them nobody can override a
+/// replay. Else empty, as for topics that nothing was noted of, and in imports, which know the
+/// senders alone.
 std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
                                        const std::vector<std::string>& recorded);
 
-/// Whether it was noted that no node heard it; not in imports, which know the senders alone.
+/// Whether it was noted that no node heard it; not in imports.
 bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
 
 /// Those that sent a velocity, and behind smoothers and multiplexers those that sent theirs.

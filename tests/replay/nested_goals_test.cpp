@@ -155,6 +155,10 @@ TEST(RecordedDriver, isAPersonWhereOnlyAJoysticksNodeSent) {
   EXPECT_EQ(robot.plan().playedTopics(), Texts{"/cmd_vel"}) << "a program drove, too";
   robot.note("/cmd_vel", kTwist, {{"/teleop_twist_keyboard"}, {"/base"}});
   EXPECT_EQ(robot.plan().playedTopics(), Texts()) << "by its name";
+  Robot imported;
+  imported.add("/turtle1/cmd_vel", kTwist, {{"/teleop_turtle"}, {}});
+  EXPECT_EQ(imported.plan().playedTopics(), Texts{"/turtle1/cmd_vel"})
+      << "a bag tells of the senders alone, and plays as it always did";
 }
 
 TEST(RecordedDriver, isAMultiplexerThatHearsOtherVelocities) {
