@@ -4,14 +4,13 @@
 #include <tf2/exceptions.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <regex>
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/player/base_poses.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/player/ros_clock.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -64,8 +63,8 @@ std::shared_ptr<const replay::FloorScan> LiveScan::look() {
 }
 
 std::string LiveScan::check(double longest_silence_s, const std::function<bool()>& is_stopped) {
-  const Deadline deadline = deadlineIn(kScanPatience);
-  while (!scan_ && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
+  const RobotPatience patience(kScanPatience);
+  while (!scan_ && !is_stopped() && !patience.isOver()) {
     queue_.callAvailable(ros::WallDuration(0.02));
   }
   if (is_stopped()) return "";
