@@ -42,9 +42,9 @@ class GuardNode {
 
   int waker_ = -1;
   std::mutex mutex_;
-  std::map<std::uint64_t, GuardedPlayer> players_;
-  ros::CallbackQueue beats_queue_, outputs_queue_;
+  ros::CallbackQueue beats_queue_, outputs_queue_;  ///< first: publishers go before their queues
   ros::NodeHandle beats_node_, outputs_node_;
+  std::map<std::uint64_t, GuardedPlayer> players_;
   ros::Publisher answers_;
   ros::Subscriber beats_, outputs_;
   ros::WallTimer timer_;
