@@ -66,7 +66,9 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
   bool was_sent = false;
   try {
     // Where joints are looked at, the rest begins where they are on its path.
-    const bool is_looked_at = lead_.hasArm() && topic.planned.modality == Modality::Body;
+    const bool has_joints = isTrajectoryCommand(channel) || isGoal(channel);
+    const bool is_looked_at =
+        lead_.hasArm() && has_joints && topic.planned.modality == Modality::Body;
     Bytes rest = is_looked_at ? whole.bytes
                               : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
     was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole).has_value();
