@@ -109,7 +109,8 @@ struct World {
     drive = recordDrive(store);
     player = std::make_unique<test::NodeProcess>(std::vector<std::string>{
         AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store, "_allow_motion:=true", "_open_loop:=true",
-        "_longest_stall:=1", "_estop_topic:=/estop", "_hold_to_run:=/joy:10"});
+        "_no_scan:=true", "_longest_stall:=1", "_estop_topic:=/estop",
+        "_hold_to_run:=/joy:10"});
     button = node->advertise<std_msgs::Bool>("/estop", 1, true);
     button.publish(std_msgs::Bool());
     runstop = node->advertise<std_msgs::Bool>("/enable_software_runstop", 1);
