@@ -96,6 +96,9 @@ TEST(EndPose, isComparedJointByJointTheShortWayRound) {
   now.joints = {{"wrist_roll_joint", -3.1}, {"torso_lift_joint", 0.28}};
   then.base = replay::PlanarPose{1, 2, 3.1};
   now.base = replay::PlanarPose{1.03, 2.04, -3.1};
+  replay::RobotJoint endless;
+  endless.kind = replay::RobotJoint::Kind::Endless;
+  then.robot = replay::RobotJoints("arm", {{"wrist_roll_joint", endless}}, {});
   const replay::BodyEnd end = compareEnds(then, now);
   EXPECT_NEAR(end.joints.at("wrist_roll_joint"), 2 * replay::kPi - 6.2, 1e-9);
   EXPECT_NEAR(end.joints.at("torso_lift_joint"), -0.02, 1e-9);
