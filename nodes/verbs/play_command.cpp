@@ -121,7 +121,8 @@ void addPlayOptions(CLI::App& verb, PlayCommand& c) {
   verb.add_option("--report", c.report_file,
                   "Write what was measured: FILE.json, FILE.txt or, with plots, FILE.html")
       ->check(isReportFile);
-  verb.add_flag("-q,--quiet", c.is_quiet, "No status line, no table at the end");
+  verb.add_flag("-q,--quiet", c.is_quiet,
+                "No status line, no remarks on the way, no table at the end");
   verb.add_flag("--no-keys", c.has_no_keys, "Leave the keyboard alone");
   verb.set_help_flag("-h,--help", "Print this help message and exit")  // anew: as the last
       ->group(kOwnGroup);

@@ -239,6 +239,10 @@ void run(const PlayCommand& command) {
     return;
   }
   startRos();
+  if (command.is_quiet &&
+      ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
+    ros::console::notifyLoggerLevelsChanged();
+  }
   for (const auto& session : sessions) session->checkPlayable();
   std::vector<replay::PlayReport> reports;
   const std::string failure = playAll(sessions, command, reports);
