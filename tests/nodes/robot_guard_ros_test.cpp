@@ -254,6 +254,7 @@ TEST_F(RobotGuard, stopsTheRobotBeforeItEnds) {
     EXPECT_TRUE(eventually([&] {
       return spoken.answer().stopped == "the guard on the robot was ended by " + cause;
     })) << spoken.answer().stopped;
+    spoken.is_silent = true;  // while it says that it moves, it is stopped again and again
     EXPECT_EQ(guard->exitStatus(), 0) << guard->log();
     if (is_signal) SetUp();
   }
