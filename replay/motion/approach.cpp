@@ -123,10 +123,7 @@ std::optional<JointWay::Kind> aimTrajectory(Value& goal, const StartPose& then,
 
 double Approach::speedOf(const std::string& joint) const {
   const double speed = rules_.speed.of(rules_.robot, joint);
-  const auto known = rules_.limits.joints.find(joint);
-  const MotionLimits::Joint& limit =
-      known == rules_.limits.joints.end() ? rules_.limits.other_joints : known->second;
-  return std::min(speed, limit.velocity.value_or(speed));
+  return std::min(speed, rules_.limits.of(joint).velocity.value_or(speed));
 }
 
 /// Of the joint that is farthest off: 1 is as far as it may go straight.

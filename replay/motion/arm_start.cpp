@@ -169,12 +169,9 @@ void ArmStart::checkSpeed(const Trajectory& trajectory, std::size_t joint, doubl
     before = position;
     before_s = at_s;
   }
-  const auto limit = options_.limits.joints.find(name);
-  const MotionLimits::Joint& limits =
-      limit == options_.limits.joints.end() ? options_.limits.other_joints : limit->second;
+  const double limit = options_.limits.of(name).velocity.value_or(0);
   const bool is_single = trajectory.points->size() == 1;
-  const double allowed =
-      std::max({own, speedOf(name), is_single ? limits.velocity.value_or(0) : 0.0});
+  const double allowed = std::max({own, speedOf(name), is_single ? limit : 0.0});
   const double first = numbersAt(trajectory.points->front(), "positions")[joint];
   const double way = std::abs(wayOf(name, now, first));
   const double time = std::max(secondsOf(trajectory.points->front()), kAtOnce);
@@ -287,9 +284,7 @@ void ArmStart::checkOnlyPoint(const Trajectory& trajectory, const Beginning& now
   const double seconds = std::max(secondsOf(point), kAtOnce);
   for (std::size_t i = 0; i < there.size(); ++i) {
     const std::string& joint = trajectory.joints[i];
-    const auto known = options_.limits.joints.find(joint);
-    const auto limit = known == options_.limits.joints.end() ? options_.limits.other_joints.velocity
-                                                             : known->second.velocity;
+    const std::optional<double> limit = options_.limits.of(joint).velocity;
     const auto reach = recorded_.around(joint, at, kAroundNs);
     const double own = reach ? std::abs(wayOf(joint, reach->at, there[i])) / seconds : 0;
     const double allowed = limit && options_.limits.is_strict
@@ -399,11 +394,9 @@ double ArmStart::rampOf(const std::vector<std::string>& joints, const Rest& rest
   for (double ahead = 0; ahead <= kLooksAhead; ahead += kLookEvery) {
     const ArmKnot there = rest.path.at(by.from_s + ahead);
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const auto known = options_.limits.joints.find(joints[i]);
-      const auto limit = known == options_.limits.joints.end() ? options_.limits.other_joints
-                                                               : known->second;
       const double usual = options_.robot.isSliding(joints[i]) ? kSlidingStart : kTurningStart;
-      const double most = std::min(usual, limit.acceleration.value_or(usual));
+      const double most =
+          std::min(usual, options_.limits.of(joints[i]).acceleration.value_or(usual));
       const double change = std::abs((1 - by.pace) * there.velocities[i]);
       ramp_s = std::max(ramp_s, kCubicPeak * change / most);
     }

@@ -46,11 +46,11 @@ class PeakFinder {
         limits_.other_joints.velocity.value_or(std::numeric_limits<double>::infinity()));
   }
   void addJointVelocity(const std::string& joint, double value) {
-    add("velocity of " + joint, "rad/s or m/s", 1, value, limitsOf(joint).velocity,
+    add("velocity of " + joint, "rad/s or m/s", 1, value, limits_.of(joint).velocity,
         kUnknownJointMargin);
   }
   void addJointAcceleration(const std::string& joint, double value) {
-    const auto limit = limitsOf(joint).acceleration;
+    const auto limit = limits_.of(joint).acceleration;
     if (limit) add("acceleration of " + joint, "rad/s^2 or m/s^2", 2, value, limit);
   }
   /// Once all is added.
@@ -62,10 +62,6 @@ class PeakFinder {
   }
 
  private:
-  MotionLimits::Joint limitsOf(const std::string& joint) const {
-    const auto known = limits_.joints.find(joint);
-    return known == limits_.joints.end() ? limits_.other_joints : known->second;
-  }
   void add(const std::string& what, const std::string& unit, int power, double value,
            std::optional<double> limit, double margin = 1) {
     value = std::abs(value);
@@ -266,6 +262,11 @@ void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic&
 }
 
 }  // namespace
+
+const MotionLimits::Joint& MotionLimits::of(const std::string& joint) const {
+  const auto known = joints.find(joint);
+  return known == joints.end() ? other_joints : known->second;
+}
 
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
                                     const MotionLimits& limits) {

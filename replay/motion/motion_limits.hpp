@@ -23,6 +23,9 @@ struct MotionLimits {
   /// Hold for what was recorded, too. Else what the robot did once it may do again, and a joint of
   /// unknown speed may go 5 % faster than it did.
   bool is_strict = false;
+
+  /// Of a joint: its own, else those of the other joints.
+  const Joint& of(const std::string& joint) const;
 };
 
 /// The fastest that a recording does on a topic, at rate 1.
