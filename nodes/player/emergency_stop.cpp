@@ -59,7 +59,7 @@ EmergencyStop::EmergencyStop(const EmergencyStopOptions& options,
   subscription.initByFullCallbackType<const AnyMessage&>(
       options_.topic, 10, [this](const AnyMessage& event) { onMessage(event); });
   subscriber_ = node_.subscribe(subscription);
-  timer_ = node_.createWallTimer(ros::WallDuration(kSilenceLook),
+  timer_ = node_.createSteadyTimer(ros::WallDuration(kSilenceLook),
                                  [this](const auto&) { onTimer(); });
   spinner_.start();
 }

@@ -69,7 +69,7 @@ class EmergencyStop {
   ros::NodeHandle node_;
   PublisherWatch living_;
   ros::Subscriber subscriber_;
-  ros::WallTimer timer_;
+  ros::SteadyTimer timer_;
   ros::AsyncSpinner spinner_;
 };
 

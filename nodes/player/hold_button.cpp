@@ -41,7 +41,7 @@ HoldButton::HoldButton(const HoldButtonOptions& options, std::function<void(bool
   // Not the latest alone: a short release must not be lost.
   subscriber_ = node_.subscribe<sensor_msgs::Joy>(
       options_.topic, 20, [this](const auto& joy) { onJoy(*joy); });
-  timer_ = node_.createWallTimer(ros::WallDuration(kHoldLook),
+  timer_ = node_.createSteadyTimer(ros::WallDuration(kHoldLook),
                                  [this](const auto&) { tellChange(); });
   spinner_.start();
 }

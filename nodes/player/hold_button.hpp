@@ -57,7 +57,7 @@ class HoldButton {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
-  ros::WallTimer timer_;
+  ros::SteadyTimer timer_;
   ros::AsyncSpinner spinner_;
 };
 

@@ -47,7 +47,7 @@ void TakeOver::begin(std::function<void(const std::string&)> on_taken) {
   on_taken_ = std::move(on_taken);
   for (const std::string& topic : base_.take_over_topics) listenToInput(topic);
   scout();
-  timer_ = node_.createWallTimer(ros::WallDuration(kScouting), [this](const auto&) { scout(); });
+  timer_ = node_.createSteadyTimer(ros::WallDuration(kScouting), [this](const auto&) { scout(); });
   std::vector<std::string> topics;
   for (const auto& [topic, subscriber] : subscribers_) topics.push_back(topic);
   spinner_.start();

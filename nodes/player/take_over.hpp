@@ -62,7 +62,7 @@ class TakeOver : public replay::MessageSink {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   std::map<std::string, ros::Subscriber> subscribers_;  ///< by topic; scout()'s
-  ros::WallTimer timer_;
+  ros::SteadyTimer timer_;
   ros::AsyncSpinner spinner_;
 };
 
