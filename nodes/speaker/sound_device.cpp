@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 
 #include "nodes/tools/program.hpp"
 
@@ -21,10 +22,11 @@ SoundDevice::SoundDevice(const std::string& program) : program_(program) {
     problem_ = "neither aplay nor paplay is installed";
     return;
   }
+  std::error_code no_folder;  // then the path is empty
   std::string pattern =
-      (std::filesystem::temp_directory_path() / "afterglow_sound.XXXXXX").string();
+      (std::filesystem::temp_directory_path(no_folder) / "afterglow_sound.XXXXXX").string();
   messages_fd_ = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (messages_fd_ < 0 || mkdtemp(pattern.data()) == nullptr) {
+  if (messages_fd_ < 0 || no_folder || mkdtemp(pattern.data()) == nullptr) {
     program_.clear();
     problem_ = "no temporary folder";
     return;
