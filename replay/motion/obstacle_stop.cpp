@@ -15,7 +15,6 @@ constexpr double kThin = 0.03;  // m
 constexpr int kMostBeams = 3;
 /// Points of one thing, and the same thing in two scans.
 constexpr double kTogether = 0.1, kAgain = 0.06;  // m
-constexpr double kFastest = 1.0;                 // m/s that a path is looked at for
 /// What moves was not there so long ago, s: nothing was, so far around it and behind it, m.
 constexpr double kWhileAgo = 0.5, kWasFree = 0.15;
 /// A base that may only creep stands; it goes on when so much is free for so long.
@@ -143,6 +142,7 @@ ObstacleStop::Found ObstacleStop::look(const PlanarPose& T_odom_base,
 
 ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPath& path) {
   Verdict verdict;
+  verdict.speed = kFastest;
   verdict.reason = whyNotSeeing(moment.now);
   if (!verdict.reason.empty()) {
     verdict.kind = Verdict::Kind::Wait;
@@ -152,7 +152,7 @@ ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPa
   const auto [free, is_moving] = look(moment.T_odom_base, path);
   if (free.obstacle) {
     verdict.distance = free.distance;
-    verdict.speed = speedFor(free.way);
+    verdict.speed = std::min(kFastest, speedFor(free.way));
     const bool is_barred = verdict.speed < kCreeping || (is_waiting_ && free.way < kFreeAgain);
     const FloorPoint place = transformed(moment.T_track_base, *free.obstacle);
     verdict.reason = fmt::format("something {} {:.2f} m from it, at ({:.2f}, {:.2f}) in {}",

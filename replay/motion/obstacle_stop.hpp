@@ -55,6 +55,9 @@ struct ObstacleReport {
 /// One thread. All stamps by one clock.
 class ObstacleStop {
  public:
+  /// m/s, the highest that a verdict allows: the path is looked at so far as a stop from it takes.
+  static constexpr double kFastest = 1;
+
   /// `frame`: the track's, for people.
   ObstacleStop(const ObstacleOptions& options, std::string frame)
       : options_(options), frame_(std::move(frame)) {}
@@ -66,8 +69,7 @@ class ObstacleStop {
 
   struct Verdict {
     enum class Kind { Go, Wait, GiveUp } kind = Kind::Go;
-    /// m/s of the footprint's farthest point, at most.
-    double speed = std::numeric_limits<double>::infinity();
+    double speed = kFastest;  ///< m/s of the footprint's farthest point, at most
     double distance = std::numeric_limits<double>::infinity();  ///< m to what limits the speed
     double waited = 0;                                          ///< s, in a row
     std::string reason;  ///< why it does not go: a clause
