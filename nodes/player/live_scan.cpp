@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 #include <tf2/exceptions.h>
+#include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -34,12 +34,12 @@ replay::RangeScan toRangeScan(const sensor_msgs::LaserScan& message, replay::Sta
 
 }  // namespace
 
-std::vector<std::string> linkNames(const std::string& urdf) {
-  static const std::regex link("<link\\s+[^>]*?name\\s*=\\s*[\"']([^\"']+)[\"']");
-  std::vector<std::string> names;
-  for (std::sregex_iterator found(urdf.begin(), urdf.end(), link), end; found != end; ++found) {
-    names.push_back((*found)[1]);
-  }
+std::set<std::string> linkNames(const std::string& urdf) {
+  const urdf::ModelInterfaceSharedPtr model =
+      urdf.empty() ? urdf::ModelInterfaceSharedPtr() : urdf::parseURDF(urdf);
+  std::set<std::string> names;
+  if (!model) return names;
+  for (const auto& [name, link] : model->links_) names.insert(name);
   return names;
 }
 
@@ -47,10 +47,7 @@ LiveScan::LiveScan(const std::string& topic, const std::string& base_frame,
                    const std::optional<replay::Footprint>& outline)
     : topic_(topic), base_frame_(frameName(base_frame)), outline_(outline), tf_listener_(tf_) {
   std::string urdf;
-  if (ros::param::get("/robot_description", urdf)) {
-    const std::vector<std::string> names = linkNames(urdf);
-    links_ = {names.begin(), names.end()};
-  }
+  if (ros::param::get("/robot_description", urdf)) links_ = linkNames(urdf);
   node_.setCallbackQueue(&queue_);
   subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
       topic_, 1, [this](const sensor_msgs::LaserScan::ConstPtr& message) { onScan(*message); },

@@ -55,6 +55,6 @@ class LiveScan {
 };
 
 /// The names of the links in a URDF.
-std::vector<std::string> linkNames(const std::string& urdf);
+std::set<std::string> linkNames(const std::string& urdf);
 
 }  // namespace afterglow::nodes

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,11 @@ namespace {
 TEST(LiveScan, knowsTheRobotsLinksByItsDescription) {
   const std::string urdf =
       "<robot name='r'><link name=\"base_link\"/><link\n name='arm_link'><visual/></link>"
-      "<joint name=\"elbow\"><parent link=\"base_link\"/></joint></robot>";
-  EXPECT_EQ(linkNames(urdf), (std::vector<std::string>{"base_link", "arm_link"}));
+      "<joint name=\"elbow\" type='fixed'><parent link=\"base_link\"/><child link='arm_link'/>"
+      "</joint></robot>";
+  EXPECT_EQ(linkNames(urdf), (std::set<std::string>{"arm_link", "base_link"}));
   EXPECT_TRUE(linkNames("").empty());
+  EXPECT_TRUE(linkNames("<robot " + std::string(100000, 'a')).empty());
 }
 
 TEST(FakeLaser, seesWallsAndThingsTheOtherWayRoundWhenItHangsUpsideDown) {
