@@ -31,32 +31,19 @@
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::default_deny_ros_test {
 namespace {
 
+using test::rosBytes;
+using test::rosChannel;
 using Texts = std::vector<std::string>;
 using test::eventually;
 
 constexpr std::int64_t kBegin = 1'600'000'000'000'000'000;
-
-template <typename Ros>
-replay::Channel channelOf(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
-          traits::Definition<Ros>::value(), false, "/recorded"};
-}
-
-/// Not inlined: GCC 12 would take a blank message's empty strings for an overflow.
-template <typename Ros>
-[[gnu::noinline]] replay::Bytes bytesOf(const Ros& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 /// One that the test's machine may lack the package of: an empty text under its name.
 replay::Channel madeUp(const std::string& topic, const std::string& type) {
@@ -70,7 +57,7 @@ struct Recorded {
 
 template <typename Ros>
 Recorded blank(const std::string& topic) {
-  return {channelOf<Ros>(topic), bytesOf(Ros())};
+  return {rosChannel<Ros>(topic), rosBytes(Ros())};
 }
 
 /// As `rosbag record -a` on a Fetch that navigates, and what UR, TIAGo and TurtleBot add.

@@ -7,9 +7,12 @@
 #include "replay/messages/definitions.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
+#include "tests/support/ros_bytes.hpp"
 
 namespace afterglow::nodes::guard_messages_test {
 namespace {
+
+using test::rosBytes;
 
 template <typename Message>
 std::string md5OfDefinition() {
@@ -18,22 +21,14 @@ std::string md5OfDefinition() {
                                traits::Definition<Message>::value());
 }
 
-template <typename Message>
-replay::Bytes bytesOf(const Message& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
 /// The message, read by its definition.
 template <typename Message>
 std::string read(const Message& message) {
   namespace traits = ros::message_traits;
   const auto schema = replay::Schema::parse(traits::DataType<Message>::value(),
                                             traits::Definition<Message>::value());
-  const replay::Value value = replay::decode(schema, bytesOf(message));
-  return bytesOf(message) == replay::encode(schema, value) ? "as it is defined" : "otherwise";
+  const replay::Value value = replay::decode(schema, rosBytes(message));
+  return rosBytes(message) == replay::encode(schema, value) ? "as it is defined" : "otherwise";
 }
 
 TEST(GuardMessages, haveTheMd5OfTheirDefinitions) {
@@ -66,7 +61,7 @@ TEST(GuardMessages, areReadAsTheyWereWritten) {
   beat.patience_ms = 150;
   beat.stop = 1;
   beat.moving = {3, 1};
-  replay::Bytes bytes = bytesOf(beat);
+  replay::Bytes bytes = rosBytes(beat);
   ros::serialization::IStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
   GuardBeat again;
   ros::serialization::deserialize(stream, again);

@@ -12,11 +12,14 @@
 #include "replay/record/snapshot.hpp"
 #include "replay/store/checksum.hpp"
 #include "tests/support/player_world.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::media_sink_test {
 namespace {
 
+using test::rosBytes;
+using test::rosChannel;
 using replay::Bytes;
 using replay::Channel;
 using sound_play::SoundRequest;
@@ -29,25 +32,6 @@ const Channel kSecond{
     "/robotsound", "sound_play/SoundRequest",
     "2",           kConstants + "int8 sound\nint8 command\nstring arg\nstring arg2\n",
     false,         "/robot"};
-
-template <typename MessageType>
-Channel channelOf(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {topic,
-          traits::DataType<MessageType>::value(),
-          traits::MD5Sum<MessageType>::value(),
-          traits::Definition<MessageType>::value(),
-          false,
-          "/robot"};
-}
-
-template <typename MessageType>
-Bytes bytesOf(const MessageType& message) {
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 /// sound, command, arg and, of the second age, arg2.
 Bytes oldRequest(std::int8_t sound, const std::string& arg, bool has_arg2) {
@@ -119,7 +103,7 @@ TEST(SoundRequest, isUnderstoodInTheWordsOfAllItsAges) {
   EXPECT_EQ(first->volume, 1) << "nothing was silent then";
   EXPECT_EQ(second->volume, 1);
   SoundRequest silent;
-  EXPECT_EQ(soundRequestOf(channelOf<SoundRequest>("/robotsound"), bytesOf(silent))->volume, 0)
+  EXPECT_EQ(soundRequestOf(rosChannel<SoundRequest>("/robotsound"), rosBytes(silent))->volume, 0)
       << "what is muted today is meant to be";
   EXPECT_FALSE(soundRequestOf(kSecond, oldRequest(-3, "Hello.", false)));
   EXPECT_FALSE(soundRequestOf(test::kMarkers, {}));
@@ -128,7 +112,7 @@ TEST(SoundRequest, isUnderstoodInTheWordsOfAllItsAges) {
 TEST_F(MediaSinkTest, bringsOldRequestsToTodaysDefinition) {
   record(kSecond, 100, oldRequest(-3, "Hello.", true));
   playWith({});
-  EXPECT_EQ(plan.topics.at(0).output.md5, channelOf<SoundRequest>("/robotsound").md5);
+  EXPECT_EQ(plan.topics.at(0).output.md5, rosChannel<SoundRequest>("/robotsound").md5);
   EXPECT_EQ(said(0).arg, "Hello.");
   EXPECT_EQ(said(0).volume, 1);
   ASSERT_EQ(sentencesOf(*store, plan).size(), 1u);
@@ -137,15 +121,15 @@ TEST_F(MediaSinkTest, bringsOldRequestsToTodaysDefinition) {
 TEST_F(MediaSinkTest, takesFilesThatAreNotHereFromTheStore) {
   test::TempFolder here;
   std::ofstream(here.path("here.wav")) << "here";
-  const Channel sounds = channelOf<SoundRequest>("/robotsound");
-  record(sounds, 100, bytesOf(playFile("/no/such/tone.wav")));
-  record(sounds, 200, bytesOf(playFile("sounds/tone.wav", "no_such_package")));
-  record(sounds, 300, bytesOf(playFile(here.path("here.wav"))));
+  const Channel sounds = rosChannel<SoundRequest>("/robotsound");
+  record(sounds, 100, rosBytes(playFile("/no/such/tone.wav")));
+  record(sounds, 200, rosBytes(playFile("sounds/tone.wav", "no_such_package")));
+  record(sounds, 300, rosBytes(playFile(here.path("here.wav"))));
   visualization_msgs::MarkerArray markers;
   markers.markers.resize(2);
   markers.markers[1].mesh_resource = "package://no_such_package/part.stl";
   markers.markers[1].text = "part";
-  record(channelOf<visualization_msgs::MarkerArray>("/meshes"), 400, bytesOf(markers));
+  record(rosChannel<visualization_msgs::MarkerArray>("/meshes"), 400, rosBytes(markers));
   playWith({{"file:///no/such/tone.wav", "tone"},
             {"package://no_such_package/sounds/tone.wav", "another"},
             {"file://" + here.path("here.wav"), "as it was then"},
@@ -165,10 +149,10 @@ TEST_F(MediaSinkTest, takesFilesThatAreNotHereFromTheStore) {
 }
 
 TEST_F(MediaSinkTest, goesOnWithoutWhatIsLostAndSaysSo) {
-  const Channel sounds = channelOf<SoundRequest>("/robotsound");
-  record(sounds, 100, bytesOf(playFile("/no/such/tone.wav")));
-  record(sounds, 200, bytesOf(playFile("/no/such/other.wav")));
-  record(sounds, 300, bytesOf(playFile("/no/such/other.wav")));
+  const Channel sounds = rosChannel<SoundRequest>("/robotsound");
+  record(sounds, 100, rosBytes(playFile("/no/such/tone.wav")));
+  record(sounds, 200, rosBytes(playFile("/no/such/other.wav")));
+  record(sounds, 300, rosBytes(playFile("/no/such/other.wav")));
   playWith({{"file:///no/such/tone.wav", ""}});  // the store has lost its contents
   EXPECT_TRUE(report.is_complete);
   EXPECT_EQ(said(0).arg, "/no/such/tone.wav");

@@ -22,40 +22,26 @@
 #include <utility>
 #include <vector>
 
-#include "replay/store/open/open_store.hpp"
-#include "replay/store/store.hpp"
+#include "tests/support/guarded_robot.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::motion_kinds_ros_test {
 namespace {
 
+using test::rosBytes;
+using test::rosChannel;
 using test::eventually;
 using Moment = std::chrono::steady_clock::time_point;
 
-constexpr std::int64_t kBegin = 1'600'000'000'000'000'000;
 const std::string kDrive = "/ackermann_cmd", kGroup = "/joint_group_vel_controller/command",
                   kTarget = "/move_base_simple/goal", kCancel = "/move_base/cancel",
                   kArm = "/arm_controller/follow_joint_trajectory",
                   kArmCommand = "/arm_controller/command";
 /// What it takes is a few ms; a machine may have other things to do.
 constexpr std::chrono::milliseconds kInTime(250);
-
-template <typename Ros>
-replay::Bytes bytesOf(const Ros& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
-template <typename Ros>
-replay::Channel channelOf(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
-          traits::Definition<Ros>::value(), false, "/recorded"};
-}
 
 /// ackermann_msgs/AckermannDrive, which need not be installed.
 replay::Bytes drive(float steering, float speed) {
@@ -75,44 +61,8 @@ replay::Channel driveChannel() {
 replay::Bytes group(const std::vector<double>& velocities) {
   std_msgs::Float64MultiArray message;
   message.data = velocities;
-  return bytesOf(message);
+  return rosBytes(message);
 }
-
-/// Behaviors as they might have been recorded.
-class Recording {
- public:
-  explicit Recording(const std::string& path)
-      : store_(replay::openStore(path, replay::OpenMode::ReadWrite)),
-        recording_(store_->addRecording({0, "", "test", ""})) {}
-
-  void add(const replay::Channel& channel, double at_s, replay::Bytes bytes) {
-    replay::Message message;
-    message.channel = store_->addChannel(recording_, channel);
-    message.received = {begin_ + static_cast<std::int64_t>(at_s * 1e9)};
-    message.sequence = sequence_++;
-    message.bytes = std::move(bytes);
-    store_->append({message});
-    topics_.push_back(channel.topic);
-  }
-  /// Of what was added since the last one.
-  std::string addBehavior(double seconds) {
-    replay::Behavior behavior;
-    behavior.recording = recording_;
-    behavior.name = "move";
-    behavior.begin = {begin_};
-    behavior.end = replay::Stamp{begin_ + static_cast<std::int64_t>(seconds * 1e9)};
-    behavior.topics = std::exchange(topics_, {});
-    begin_ += 1'000'000'000'000;
-    return std::to_string(store_->addBehavior(behavior));
-  }
-
- private:
-  std::unique_ptr<replay::Store> store_;
-  std::int64_t recording_;
-  std::int64_t begin_ = kBegin;
-  std::uint64_t sequence_ = 0;
-  std::vector<std::string> topics_;
-};
 
 /// Hears whatever is sent, and when.
 class Robot {
@@ -187,21 +137,21 @@ struct MotionKinds : testing::Test {
   struct World {
     World() {
       spinner.start();
-      Recording recording(store);
+      test::guarded::Memory recording(store);
       for (int i = 0; i < 400; ++i) recording.add(driveChannel(), i * 0.05, drive(0.3F, 0.5F));
-      recording.add(channelOf<std_msgs::Float64MultiArray>(kGroup), 0.1, group({0.1, -0.2}));
+      recording.add(rosChannel<std_msgs::Float64MultiArray>(kGroup), 0.1, group({0.1, -0.2}));
       geometry_msgs::PoseStamped target;
       target.pose.orientation.w = 1;
-      recording.add(channelOf<geometry_msgs::PoseStamped>(kTarget), 0.1, bytesOf(target));
-      everything = recording.addBehavior(20);
+      recording.add(rosChannel<geometry_msgs::PoseStamped>(kTarget), 0.1, rosBytes(target));
+      everything = std::to_string(recording.addBehavior(20));
       control_msgs::FollowJointTrajectoryActionGoal goal;
       goal.goal.trajectory.joint_names = {"elbow"};
       goal.goal.trajectory.points.resize(1);
       goal.goal.trajectory.points[0].positions = {1.0};
       goal.goal.trajectory.points[0].time_from_start = ros::Duration(20);
-      recording.add(channelOf<control_msgs::FollowJointTrajectoryActionGoal>(kArm + "/goal"), 0.1,
-                    bytesOf(goal));
-      reach = recording.addBehavior(20);
+      recording.add(rosChannel<control_msgs::FollowJointTrajectoryActionGoal>(kArm + "/goal"), 0.1,
+                    rosBytes(goal));
+      reach = std::to_string(recording.addBehavior(20));
       test::writeFile(rules, "stops: {" + kTarget + ": {cancel: " + kCancel + "}}\n");
     }
     test::TestGraph graph;
@@ -233,13 +183,13 @@ TEST_F(MotionKinds, areStoppedByTheWatchdogWhenThePlayerIsKilled) {
     return robot.heard(kDrive, drive(0.3F, 0.5F)) && robot.heard(kGroup, group({0.1, -0.2})) &&
            !robot.last(kTarget).empty();
   })) << player->log();
-  EXPECT_FALSE(robot.heard(kCancel, bytesOf(actionlib_msgs::GoalID())));
+  EXPECT_FALSE(robot.heard(kCancel, rosBytes(actionlib_msgs::GoalID())));
   const Moment since = std::chrono::steady_clock::now();
   player->signal(SIGKILL);
   const std::vector<std::pair<std::string, replay::Bytes>> stops{
       {kDrive, drive(0.3F, 0)},
       {kGroup, group({0, 0})},
-      {kCancel, bytesOf(actionlib_msgs::GoalID())}};
+      {kCancel, rosBytes(actionlib_msgs::GoalID())}};
   for (const auto& [topic, stop] : stops) {
     ASSERT_TRUE(eventually([&, &on = topic, &bytes = stop] {
       return robot.heard(on, bytes).has_value();

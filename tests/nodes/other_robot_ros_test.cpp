@@ -16,21 +16,16 @@
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::other_robot_ros_test {
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
+using test::rosBytes;
 
-template <typename Ros>
-replay::Bytes bytesOf(const Ros& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
+constexpr std::int64_t kMs = 1'000'000;
 
 geometry_msgs::TransformStamped transform(const std::string& parent, const std::string& child,
                                           double x, ros::Time stamp) {
@@ -97,7 +92,7 @@ class Drives {
     const std::int64_t channel = store_->addChannel(
         recording_, {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
                      traits::Definition<Ros>::value(), false, "/recorded"});
-    store_->append({{channel, {at}, sequence_++, {}, bytesOf(message)}});
+    store_->append({{channel, {at}, sequence_++, {}, rosBytes(message)}});
   }
 
   std::unique_ptr<replay::Store> store_;

@@ -25,12 +25,14 @@
 #include "replay/store/store.hpp"
 #include "tests/support/messages.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::record_and_replay_ros_test {
 namespace {
 
+using test::rosBytes;
 using replay::Bytes;
 using test::eventually;
 using State = actionlib::SimpleClientGoalState;
@@ -38,14 +40,6 @@ using Recorder = actionlib::SimpleActionClient<RecordBehaviorAction>;
 using Replayer = actionlib::SimpleActionClient<ReplayAction>;
 
 const ros::Duration kPatience(30);
-
-template <typename Message>
-Bytes serialized(const Message& message) {
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 std_msgs::String say(const std::string& text) {
   std_msgs::String message;
@@ -203,7 +197,7 @@ World* RecordAndReplay::world = nullptr;
 
 TEST_F(RecordAndReplay, recordsByActionEverythingFromStartToStopAndReplaysItByteForByte) {
   constexpr std::uint64_t kTicks = 100;
-  const Bytes welcome = serialized(say("welcome"));
+  const Bytes welcome = rosBytes(say("welcome"));
   RecordBehaviorResult recorded;
   {
     ros::Publisher sign = advertise<std_msgs::String>("/sign", true);
@@ -260,7 +254,7 @@ TEST_F(RecordAndReplay, recordsByActionEverythingFromStartToStopAndReplaysItByte
     ASSERT_TRUE(ticks.heardSoFar(kTicks) && sign.heardSoFar(1) && late.heardSoFar(1));
     EXPECT_EQ(sign.heard(), std::vector<Bytes>{welcome});
     EXPECT_EQ(ticks.heard(), stored(behavior.id, "/ticks"));
-    EXPECT_EQ(late.heard(), std::vector<Bytes>{serialized(say("last"))});
+    EXPECT_EQ(late.heard(), std::vector<Bytes>{rosBytes(say("last"))});
     const auto report = nlohmann::json::parse(result.report);
     EXPECT_EQ(report["topics"]["/ticks"]["published"], kTicks);
     EXPECT_EQ(report["topics"]["/ticks"]["heard"], true);

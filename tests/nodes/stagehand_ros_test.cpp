@@ -17,11 +17,14 @@
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 
 namespace afterglow::nodes::stagehand_ros_test {
 namespace {
 
+using test::rosBytes;
+using test::rosChannel;
 using replay::Bytes;
 using sound_play::SoundRequest;
 using test::eventually;
@@ -29,29 +32,15 @@ using visualization_msgs::Marker;
 
 constexpr std::int64_t kBegin = 1'600'000'000'000'000'000, kMs = 1'000'000;
 
-template <typename MessageType>
-replay::Channel channelOf(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {topic,
-          traits::DataType<MessageType>::value(),
-          traits::MD5Sum<MessageType>::value(),
-          traits::Definition<MessageType>::value(),
-          false,
-          "/robot"};
-}
-
 /// A robot that stood at x = 3, with a marker on it, and spoke.
 struct StagehandTest : testing::Test {
   template <typename MessageType>
   void record(const std::string& topic, int at_ms, const MessageType& recorded) {
     replay::Message message;
-    message.channel = store->addChannel(recording, channelOf<MessageType>(topic));
+    message.channel = store->addChannel(recording, rosChannel<MessageType>(topic));
     message.received = {kBegin + at_ms * kMs};
     message.sequence = sequence++;
-    message.bytes.resize(ros::serialization::serializationLength(recorded));
-    ros::serialization::OStream stream(message.bytes.data(),
-                                       static_cast<std::uint32_t>(message.bytes.size()));
-    ros::serialization::serialize(stream, recorded);
+    message.bytes = rosBytes(recorded);
     store->append({message});
   }
   static ros::Time recordedAt(int ms) {

@@ -26,6 +26,7 @@
 #include "replay/store/store.hpp"
 #include "tests/support/joystick.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -43,21 +44,16 @@ constexpr Milliseconds kInTime(250);
 
 /// Ahead for a minute at 0.2 m/s, as it might have been recorded.
 std::int64_t recordDrive(const std::string& path) {
-  namespace traits = ros::message_traits;
   using geometry_msgs::Twist;
   constexpr std::int64_t kBegin = 1'600'000'000'000'000'000, kPeriod = 50'000'000;
   const auto store = replay::openStore(path, replay::OpenMode::ReadWrite);
   replay::Behavior behavior;
   behavior.recording = store->addRecording({0, "", "test", ""});
-  const std::int64_t channel = store->addChannel(
-      behavior.recording, {"/cmd_vel", traits::DataType<Twist>::value(),
-                           traits::MD5Sum<Twist>::value(), traits::Definition<Twist>::value(),
-                           false, "/recorded"});
+  const std::int64_t channel =
+      store->addChannel(behavior.recording, test::rosChannel<Twist>("/cmd_vel"));
   Twist twist;
   twist.linear.x = 0.2;
-  replay::Bytes bytes(ros::serialization::serializationLength(twist));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, twist);
+  const replay::Bytes bytes = test::rosBytes(twist);
   std::uint64_t sequence = 0;
   for (; sequence < 1200; ++sequence) {
     const replay::Stamp at{kBegin + static_cast<std::int64_t>(sequence) * kPeriod};

@@ -14,34 +14,18 @@
 #include "tests/support/gl_context.hpp"
 #include "tests/support/player_world.hpp"
 #include "tests/support/referee.hpp"
+#include "tests/support/ros_bytes.hpp"
 
 namespace afterglow::nodes::world_anchor_gl_test {
 namespace {
 
+using test::rosBytes;
+using test::rosChannel;
 using replay::Stamp;
 using test::kBegin;
 using test::kMs;
 using visualization_msgs::Marker;
 constexpr double kDegree = 3.14159265358979 / 180;
-
-template <typename MessageType>
-replay::Bytes bytesOf(const MessageType& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
-template <typename MessageType>
-replay::Channel channelOf(const std::string& topic) {
-  namespace traits = ros::message_traits;
-  return {topic,
-          traits::DataType<MessageType>::value(),
-          traits::MD5Sum<MessageType>::value(),
-          traits::Definition<MessageType>::value(),
-          false,
-          "/robot"};
-}
 
 ros::Time toTime(Stamp stamp) {
   ros::Time time;
@@ -77,14 +61,14 @@ struct WorldAnchorTest : test::PlayerWorld {
   void recordDrive(int from_ms = 0, int to_ms = 3000, const std::string& top = "map") {
     tf2_msgs::TFMessage fixed;
     fixed.transforms = {stamped("base_link", "laser", planar(0.2, 0, 5, 0.3), ros::Time(1))};
-    record(channelOf<tf2_msgs::TFMessage>("/tf_static"), from_ms, bytesOf(fixed));
+    record(rosChannel<tf2_msgs::TFMessage>("/tf_static"), from_ms, rosBytes(fixed));
     for (int ms = from_ms; ms <= to_ms; ms += 20) {
       tf2_msgs::TFMessage moving;
       moving.transforms = {
           stamped(top, "odom", planar(0.5, 0, 10), toTime(recordedAt(ms))),
           stamped("odom", "base_link", planar(0.5, 0, 10).inverse() * T_map_base(ms),
                   toTime(recordedAt(ms)))};
-      record(channelOf<tf2_msgs::TFMessage>("/tf"), ms, bytesOf(moving));
+      record(rosChannel<tf2_msgs::TFMessage>("/tf"), ms, rosBytes(moving));
     }
     topics.clear();  // tf is the recording's, not the behavior's
   }
@@ -102,7 +86,7 @@ struct WorldAnchorTest : test::PlayerWorld {
     return marker;
   }
   void recordMarker(int ms, const Marker& marker) {
-    record(channelOf<Marker>("/marker"), ms, bytesOf(marker));
+    record(rosChannel<Marker>("/marker"), ms, rosBytes(marker));
   }
 
   /// Plays; what is said of today's frames goes into `today`.
@@ -142,12 +126,12 @@ TEST_F(WorldAnchorTest, putsFramesWhereTheyWereAtTheMessagesOwnStamp) {
   sensor_msgs::LaserScan scan;
   scan.header.frame_id = "/laser";
   scan.header.stamp = toTime(recordedAt(1007));
-  record(channelOf<sensor_msgs::LaserScan>("/scan"), 1050, bytesOf(scan));
+  record(rosChannel<sensor_msgs::LaserScan>("/scan"), 1050, rosBytes(scan));
   nav_msgs::Path path;
   path.header.frame_id = "map";
   path.poses.resize(2);
   path.poses[1].header = scan.header;
-  record(channelOf<nav_msgs::Path>("/path"), 1050, bytesOf(path));
+  record(rosChannel<nav_msgs::Path>("/path"), 1050, rosBytes(path));
   EXPECT_TRUE(playAnchored(2000).is_complete);
   EXPECT_TRUE(is_needed);
   const auto light = sent<sensor_msgs::LaserScan>("/scan").header;
@@ -176,7 +160,7 @@ TEST_F(WorldAnchorTest, stampsWhatHasNoStampSoThatSeveralMomentsCanBeShownAtOnce
 TEST_F(WorldAnchorTest, leavesFramesAsTheyAreWhereTheBodyIsTheAnchor) {
   recordDrive();
   recordMarker(1000, disk("base_link", 0, 0, recordedAt(1000)));
-  record(channelOf<nav_msgs::Path>("/path"), 1100, bytesOf(nav_msgs::Path()));
+  record(rosChannel<nav_msgs::Path>("/path"), 1100, rosBytes(nav_msgs::Path()));
   replay::AnchorSettings settings;
   settings.add("/marker=body");
   EXPECT_TRUE(playAnchored(2000, settings).is_complete);
@@ -190,7 +174,7 @@ TEST_F(WorldAnchorTest, refusesATopicOfWhichNobodyKnowsWhereItWas) {
   recordDrive(0, 3000, "elsewhere");
   recordMarker(1000, disk("base_link", 0, 0, recordedAt(1000)));
   Marker known = disk("map", 0, 0, {});
-  record(channelOf<Marker>("/known"), 1000, bytesOf(known));
+  record(rosChannel<Marker>("/known"), 1000, rosBytes(known));
   EXPECT_TRUE(playAnchored(2000).is_complete);
   EXPECT_TRUE(sink.on("/marker").empty());
   EXPECT_EQ(sink.on("/known").size(), 1u);
@@ -257,7 +241,7 @@ TEST_F(WorldAnchorLightTest, landsWhereItWasThoughTheRobotHasMovedByHalfAMeterAn
   tf2_msgs::TFMessage then;
   for (const int ms : {0, 1000, 2000}) {
     then.transforms = {stamped("map", "base_link", T_map_base_then, toTime(recordedAt(ms)))};
-    record(channelOf<tf2_msgs::TFMessage>("/tf"), ms, bytesOf(then));
+    record(rosChannel<tf2_msgs::TFMessage>("/tf"), ms, rosBytes(then));
   }
   topics.clear();
   recordMarker(500, disk("base_link", p_base.x(), p_base.y(), recordedAt(480)));

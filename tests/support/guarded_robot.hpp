@@ -27,20 +27,13 @@
 
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
+#include "tests/support/ros_bytes.hpp"
 
 namespace afterglow::test::guarded {
 
 using Moment = std::chrono::steady_clock::time_point;
 inline const std::string kArm = "/arm/follow_joint_trajectory";
 constexpr std::int64_t kNsPerMs = 1'000'000, kMemoryBegin = 1'600'000'000'000'000'000;
-
-template <typename Ros>
-replay::Bytes rosBytes(const Ros& message) {
-  replay::Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 inline geometry_msgs::Twist forward() {
   geometry_msgs::Twist twist;
@@ -66,13 +59,13 @@ class Memory {
 
   template <typename Ros>
   void add(const std::string& topic, double at_s, const Ros& message) {
-    namespace traits = ros::message_traits;
-    const std::int64_t channel = store_->addChannel(
-        recording_, {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
-                     traits::Definition<Ros>::value(), false, "/recorded"});
+    add(rosChannel<Ros>(topic), at_s, rosBytes(message));
+  }
+  void add(const replay::Channel& channel, double at_s, const replay::Bytes& bytes) {
     const auto ns = static_cast<std::int64_t>(at_s * 1e9);
-    store_->append({{channel, {begin_ + ns}, sequence_++, {}, rosBytes(message)}});
-    if (topic != "/joint_states") topics_.push_back(topic);
+    const std::int64_t id = store_->addChannel(recording_, channel);
+    store_->append({{id, {begin_ + ns}, sequence_++, {}, bytes}});
+    if (channel.topic != "/joint_states") topics_.push_back(channel.topic);
   }
   /// Of what was added since the last one.
   std::int64_t addBehavior(double seconds) {
