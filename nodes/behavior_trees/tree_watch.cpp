@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <map>
-#include <regex>
 #include <stdexcept>
+
+#include "replay/query/regular_expression.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -34,10 +35,10 @@ std::string regexOf(const std::string& glob) {
   return text;
 }
 
-std::regex patternOf(const std::string& path) {
+replay::RegularExpression patternOf(const std::string& path) {
   try {
-    return std::regex(!path.empty() && path.front() == '^' ? path : regexOf(path));
-  } catch (const std::regex_error& error) {
+    return replay::RegularExpression(!path.empty() && path.front() == '^' ? path : regexOf(path));
+  } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("'" + path + "' is no pattern of paths: " + error.what());
   }
 }
@@ -85,10 +86,10 @@ TreeWatch::TreeWatch(const std::vector<WatchedNode>& nodes, TreeWatchOptions opt
 
 void TreeWatch::chooseNodes() {
   for (const RecordRule& rule : options_.record) {
-    const std::regex pattern = patternOf(rule.path);
+    const replay::RegularExpression pattern = patternOf(rule.path);
     bool is_used = false;
     for (Node& node : nodes_) {
-      if (std::regex_match(node.path, pattern)) {
+      if (pattern.isWhole(node.path)) {
         is_used = true;
         node.rule = node.rule ? node.rule : &rule;
       }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <tuple>
@@ -13,6 +12,7 @@
 #include "replay/plan/nested_goals.hpp"
 #include "replay/plan/recorded_drivers.hpp"
 #include "replay/plan/robot_topics.hpp"
+#include "replay/query/regular_expression.hpp"
 #include "replay/record/snapshot.hpp"
 
 namespace afterglow::replay {
@@ -27,12 +27,9 @@ std::optional<Channel> firstChannel(const Store& store, const Behavior& behavior
   return first ? std::optional<Channel>(store.channel(first->channel)) : std::nullopt;
 }
 
-std::optional<std::regex> patternOf(const std::string& text) {
-  try {
-    return text.empty() ? std::nullopt : std::optional<std::regex>(text);
-  } catch (const std::regex_error& error) {
-    throw std::invalid_argument("'" + text + "' is no regular expression: " + error.what());
-  }
+std::optional<RegularExpression> patternOf(const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  return RegularExpression::ofNames(text);
 }
 
 bool holdsName(const std::vector<std::string>& names, const std::string& name) {
@@ -50,15 +47,15 @@ class NameFilter {
   bool takes(const std::string& topic) const {
     const bool is_open = options_.topics.empty() && !take_;
     return is_open || holdsName(options_.topics, topic) ||
-           (take_ && std::regex_match(topic, *take_));
+           (take_ && take_->isWhole(topic));
   }
   bool leavesOut(const std::string& topic) const {
-    return holdsName(options_.exclude, topic) || (leave_ && std::regex_match(topic, *leave_));
+    return holdsName(options_.exclude, topic) || (leave_ && leave_->isWhole(topic));
   }
 
  private:
   const PlanOptions& options_;
-  const std::optional<std::regex> take_, leave_;
+  const std::optional<RegularExpression> take_, leave_;
 };
 
 std::string outputName(const std::string& topic, const PlanOptions& options) {

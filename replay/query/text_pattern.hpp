@@ -1,9 +1,10 @@
 /// \file
-/// A regular expression of MongoDB's kind: Perl's, by the same library (PCRE2).
+/// The $regex of a filter: Perl's, by the library that MongoDB has, too (PCRE2).
 #pragma once
 
-#include <memory>
 #include <string>
+
+#include "replay/query/regular_expression.hpp"
 
 namespace afterglow::replay {
 
@@ -19,7 +20,7 @@ class TextPattern {
 
  private:
   std::string pattern_;
-  std::shared_ptr<const void> code_;
+  RegularExpression expression_;
 };
 
 }  // namespace afterglow::replay

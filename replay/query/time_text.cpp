@@ -3,32 +3,36 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <ctime>
-#include <regex>
+#include <vector>
 
 #include "replay/query/nearest.hpp"
+#include "replay/query/regular_expression.hpp"
 
 namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-int number(const std::ssub_match& match) { return match.matched ? std::stoi(match.str()) : 0; }
+using Parts = std::vector<std::string>;  // of a match; those that take no part are empty
+
+int number(const std::string& part) { return part.empty() ? 0 : std::stoi(part); }
 
 /// ".25" -> 250'000'000.
-std::int64_t fraction_ns(const std::ssub_match& match) {
-  if (!match.matched) return 0;
-  std::string digits = match.str().substr(1);
+std::int64_t fraction_ns(const std::string& part) {
+  if (part.empty()) return 0;
+  std::string digits = part.substr(1);
   digits.resize(9, '0');
   return std::stoll(digits);
 }
 
 std::optional<Stamp> parseEpoch(const std::string& text) {
-  static const std::regex pattern(R"((\d{1,10})(\.\d{1,9})?)");
-  std::smatch match;
-  if (!std::regex_match(text, match, pattern)) return std::nullopt;
-  return Stamp{std::stoll(match[1].str()) * kSecond_ns + fraction_ns(match[2])};
+  static const RegularExpression pattern(R"((\d{1,10})(\.\d{1,9})?)");
+  const Parts match = pattern.groups(text);
+  if (match.empty()) return std::nullopt;
+  return Stamp{std::stoll(match[1]) * kSecond_ns + fraction_ns(match[2])};
 }
 
 /// Empty for a day or hour that there is not, which mktime would carry over.
@@ -74,13 +78,13 @@ double secondsOfUnit(char letter) {
 }
 
 std::optional<Stamp> parseAgo(const std::string& text, Stamp now) {
-  static const std::regex pattern(
+  static const RegularExpression pattern(
       "(an?|\\d{1,9}(?:\\.\\d{1,9})?) ?"
       "(s|secs?|seconds?|m|mins?|minutes?|h|hours?|d|days?|w|weeks?) ago");
-  std::smatch match;
-  if (!std::regex_match(text, match, pattern)) return std::nullopt;
-  const double count = match[1].str()[0] == 'a' ? 1 : std::stod(match[1].str());
-  const double seconds = count * secondsOfUnit(match[2].str()[0]);
+  const Parts match = pattern.groups(text);
+  if (match.empty()) return std::nullopt;
+  const double count = match[1][0] == 'a' ? 1 : std::stod(match[1]);
+  const double seconds = count * secondsOfUnit(match[2][0]);
   return Stamp{now.ns - static_cast<std::int64_t>(seconds * 1e9)};
 }
 
@@ -98,14 +102,11 @@ std::optional<int> daysAgo(const std::string& day, bool is_last, int weekday) {
 }
 
 /// Hour, minute, second of "14", "00", "30", "pm" into the time; false if there is no such time.
-bool setTimeOfDay(std::tm& time, const std::smatch& match, std::size_t first) {
-  const auto number = [&](std::size_t i) {
-    return match[i].matched ? std::stoi(match[i].str()) : 0;
-  };
-  time.tm_hour = number(first);
-  time.tm_min = number(first + 1);
-  time.tm_sec = number(first + 2);
-  const std::string half = match[first + 3].str();
+bool setTimeOfDay(std::tm& time, const Parts& match, std::size_t first) {
+  time.tm_hour = number(match[first]);
+  time.tm_min = number(match[first + 1]);
+  time.tm_sec = number(match[first + 2]);
+  const std::string& half = match[first + 3];
   if (half.empty()) return time.tm_hour < 24 && time.tm_min < 60 && time.tm_sec < 60;
   if (time.tm_hour < 1 || time.tm_hour > 12) return false;
   time.tm_hour = time.tm_hour % 12 + (half == "pm" ? 12 : 0);
@@ -113,27 +114,36 @@ bool setTimeOfDay(std::tm& time, const std::smatch& match, std::size_t first) {
 }
 
 std::optional<Stamp> parseDay(const std::string& text, Stamp now) {
-  static const std::regex pattern(
+  static const RegularExpression pattern(
       "(?:(?:(last|on) )?(today|yesterday|[a-z]{3,9}))?(?: ?(?:at )?"
       "(\\d{1,2})(?::(\\d\\d))?(?::(\\d\\d))? ?(am|pm)?)?");
-  std::smatch match;
-  if (text.empty() || !std::regex_match(text, match, pattern)) return std::nullopt;
-  const bool is_bare_number = match[3].matched && !match[4].matched && !match[6].matched;
+  const Parts match = pattern.groups(text);
+  if (text.empty() || match.empty()) return std::nullopt;
+  const bool is_bare_number = !match[3].empty() && match[4].empty() && match[6].empty();
   if (is_bare_number) return std::nullopt;
   const std::time_t seconds = now.ns / kSecond_ns;
   std::tm time{};
   localtime_r(&seconds, &time);
-  const auto days = daysAgo(match[2].str(), match[1] == "last", time.tm_wday);
+  const auto days = daysAgo(match[2], match[1] == "last", time.tm_wday);
   if (!days || !setTimeOfDay(time, match, 3)) return std::nullopt;
   time.tm_mday -= *days;
   time.tm_isdst = -1;
   return Stamp{std::int64_t{std::mktime(&time)} * kSecond_ns};
 }
 
+std::string withSingleBlanks(const std::string& text) {
+  std::string words;
+  for (const char c : text) {
+    const bool is_blank = std::isspace(static_cast<unsigned char>(c)) != 0;
+    if (!is_blank) words += c;
+    if (is_blank && (words.empty() || words.back() != ' ')) words += ' ';
+  }
+  return words;
+}
+
 /// As parseTime() takes them; empty for other words.
 std::optional<Stamp> parseTimeWords(const std::string& text, Stamp now) {
-  static const std::regex blanks("\\s+");
-  const std::string words = lowerCase(std::regex_replace(text, blanks, " "));
+  const std::string words = lowerCase(withSingleBlanks(text));
   if (words == "now") return now;
   if (const auto stamp = parseAgo(words, now)) return stamp;
   return parseDay(words, now);
@@ -148,10 +158,10 @@ Stamp wallNow() {
 
 std::optional<Stamp> parseTime(const std::string& text, Stamp now) {
   if (const auto stamp = parseEpoch(text)) return stamp;
-  static const std::regex pattern(
+  static const RegularExpression pattern(
       R"((\d{4})-(\d\d)-(\d\d)(?:[T ](\d\d):(\d\d)(?::(\d\d)(\.\d{1,9})?)?(Z|[+-]\d\d:?\d\d)?)?)");
-  std::smatch match;
-  if (!std::regex_match(text, match, pattern)) return parseTimeWords(text, now);
+  const Parts match = pattern.groups(text);
+  if (match.empty()) return parseTimeWords(text, now);
   std::tm time{};
   time.tm_year = number(match[1]) - 1900;
   time.tm_mon = number(match[2]) - 1;
@@ -160,7 +170,7 @@ std::optional<Stamp> parseTime(const std::string& text, Stamp now) {
   time.tm_min = number(match[5]);
   time.tm_sec = number(match[6]);
   time.tm_isdst = -1;
-  const auto seconds = secondsOf(time, match[8].str());
+  const auto seconds = secondsOf(time, match[8]);
   if (!seconds) return std::nullopt;
   return Stamp{*seconds * kSecond_ns + fraction_ns(match[7])};
 }

@@ -1,26 +1,26 @@
 #include "replay/record/topic_choice.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace afterglow::replay {
 namespace {
 
-std::vector<std::regex> compiled(const std::vector<std::string>& patterns) {
-  std::vector<std::regex> made;
-  for (const std::string& pattern : patterns) {
-    try {
-      made.emplace_back(pattern, std::regex::ECMAScript | std::regex::optimize);
-    } catch (const std::regex_error& error) {
-      throw std::invalid_argument("'" + pattern + "' is no regular expression: " + error.what());
-    }
-  }
+std::vector<RegularExpression> compiled(const std::vector<std::string>& patterns) {
+  std::vector<RegularExpression> made;
+  for (const auto& pattern : patterns) made.push_back(RegularExpression::ofNames(pattern));
   return made;
 }
 
-bool isMatched(const std::string& topic, const std::vector<std::regex>& patterns) {
-  return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::regex& pattern) { return std::regex_match(topic, pattern); });
+/// `if_too_long`: the answer where an expression takes too long.
+bool isMatched(const std::string& topic, const std::vector<RegularExpression>& patterns,
+               bool if_too_long) {
+  return std::any_of(patterns.begin(), patterns.end(), [&](const RegularExpression& pattern) {
+    try {
+      return pattern.isWhole(topic);
+    } catch (const RegularExpression::TooLong&) {
+      return if_too_long;
+    }
+  });
 }
 
 bool isHousekeeping(const std::string& topic) {
@@ -34,8 +34,8 @@ TopicChoice::TopicChoice(const std::vector<std::string>& regexes,
     : regexes_(compiled(regexes)), exclude_(compiled(exclude)), all_(all) {}
 
 bool TopicChoice::matches(const std::string& topic) const {
-  const bool is_taken = isMatched(topic, regexes_) || (all_ && !isHousekeeping(topic));
-  return is_taken && !isMatched(topic, exclude_);
+  const bool is_taken = isMatched(topic, regexes_, false) || (all_ && !isHousekeeping(topic));
+  return is_taken && !isMatched(topic, exclude_, true);
 }
 
 }  // namespace afterglow::replay

@@ -2,15 +2,17 @@
 /// Which topics a recording takes: by name, by pattern, all.
 #pragma once
 
-#include <regex>
 #include <string>
 #include <vector>
 
+#include "replay/query/regular_expression.hpp"
+
 namespace afterglow::replay {
 
-/// Names count whatever else is said. Regular expressions (ECMAScript) have to match a whole name,
+/// Names count whatever else is said. Regular expressions (Perl's) have to match a whole name,
 /// as rosbag's do. `all` leaves out /clock, which a replay gives anew, and /rosout and
-/// /rosout_agg, as mongodb_log does. Exclusions hold for patterns and `all`.
+/// /rosout_agg, as mongodb_log does. Exclusions hold for patterns and `all`. A
+/// name on which an expression takes too long is not taken.
 class TopicChoice {
  public:
   TopicChoice() = default;
@@ -24,7 +26,7 @@ class TopicChoice {
   bool matches(const std::string& topic) const;
 
  private:
-  std::vector<std::regex> regexes_, exclude_;
+  std::vector<RegularExpression> regexes_, exclude_;
   bool all_ = false;
 };
 

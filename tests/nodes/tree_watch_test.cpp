@@ -77,6 +77,15 @@ TEST_F(TreeWatching, refusesARuleThatMeansNothing) {
   EXPECT_THROW(watch({rule("^(")}), std::invalid_argument);
 }
 
+TEST_F(TreeWatching, endsWithPatternsThatNeverWould) {
+  const std::vector<WatchedNode> long_name = {{std::string(60'000, 'a') + "!", "Action", 1, {}}};
+  const auto watchAll = [&](const std::string& path) {
+    TreeWatch(long_name, {"", {rule(path)}, recorder, [](const TreeTransition&) {}});
+  };
+  EXPECT_NO_THROW(watchAll("^(a|b)*!"));
+  EXPECT_THROW(watchAll("^(a+)+"), std::invalid_argument);
+}
+
 TEST_F(TreeWatching, recordsAttemptsAndHaltsOfTheChosenNode) {
   {
     TreeWatch tree = watch({rule("**/pick up")});

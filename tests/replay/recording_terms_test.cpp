@@ -52,6 +52,18 @@ TEST(TopicChoice, takesAllButClockAndLogs) {
   EXPECT_TRUE(TopicChoice({"/clock"}, {}, true).matches("/clock")) << "who asks for it gets it";
 }
 
+TEST(TopicChoice, outlivesNamesOfAnyLength) {
+  const std::string longest = "/" + std::string(60'000, 'a');
+  EXPECT_TRUE(TopicChoice({"/.*", "(/|a)*"}, {}, false).matches(longest));
+  EXPECT_FALSE(TopicChoice({"(/|a|b)*c"}, {}, false).matches(longest));
+}
+
+TEST(TopicChoice, doesNotTakeANameThatAnExpressionCannotTellInTime) {
+  const std::string name = "/" + std::string(60, 'a') + "!";
+  EXPECT_FALSE(TopicChoice({"/(a+)+"}, {}, false).matches(name));
+  EXPECT_FALSE(TopicChoice({}, {"/(a+)+"}, true).matches(name)) << "it may be what is excluded";
+}
+
 TEST(TopicChoice, quotesAPatternThatIsNone) {
   EXPECT_EQ(
       refusal([] { TopicChoice({"/a("}, {}, false); }).rfind("'/a(' is no regular expression: ", 0),

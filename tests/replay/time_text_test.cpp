@@ -45,6 +45,12 @@ TEST(ParseTime, refusesWhatIsNoTime) {
   }
 }
 
+TEST(ParseTime, refusesTextsOfAnyLength) {
+  for (const char letter : {' ', '1', 'a'}) {
+    EXPECT_FALSE(parseTime(std::string(60'000, letter) + "!")) << letter;
+  }
+}
+
 /// Of a Wednesday, 2026-11-25 10:30 UTC.
 std::string saidOnWednesday(const std::string& text) {
   setenv("TZ", "UTC", 1);
