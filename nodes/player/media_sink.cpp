@@ -13,6 +13,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/recorder/referred_files.hpp"
+#include "replay/messages/foreign_json.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -103,7 +104,7 @@ MediaSink::MediaSink(const replay::Store& store, const replay::PlayPlan& plan,
 }
 
 void MediaSink::fetchFiles(const replay::Store& store, const replay::Behavior& behavior) {
-  const auto snapshot = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const auto snapshot = replay::parseForeignJson(behavior.snapshot);
   const auto files = snapshot.is_object() ? snapshot.find("files") : snapshot.end();
   if (!snapshot.is_object() || files == snapshot.end() || !files->is_object()) return;
   for (const auto& [uri, hash] : files->items()) {

@@ -9,6 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "replay/messages/foreign_json.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -45,7 +47,7 @@ replay::Behavior checkedBehavior(replay::Behavior asked) {
   if (asked.parameters.empty()) {
     asked.parameters = "{}";
   }
-  if (!nlohmann::json::parse(asked.parameters, nullptr, false).is_object()) {
+  if (!replay::parseForeignJson(asked.parameters).is_object()) {
     throw std::invalid_argument("parameters are no JSON object: " + asked.parameters);
   }
   return asked;

@@ -16,6 +16,7 @@
 #include "calib/solver/solve.hpp"
 #include "calib/targets/target_files.hpp"
 #include "nodes/tools/calibration_folder.hpp"
+#include "nodes/verbs/terminal_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "nodes/verbs/view_pictures.hpp"
 
@@ -34,8 +35,8 @@ struct CalibrateSolveOptions {
 calib::CalibrationProgress terminalProgress() {
   if (isatty(STDERR_FILENO) != 1) return {};
   return [](const std::string& doing, double share) {
-    std::cerr << fmt::format("\r\033[K{}, {:.0f} %", doing, 100 * share) << std::flush;
-    if (share >= 1) std::cerr << "\r\033[K" << std::flush;
+    replaceLine(fmt::format("{}, {:.0f} %", doing, 100 * share));
+    if (share >= 1) replaceLine("");
   };
 }
 

@@ -13,6 +13,8 @@
 #include <iterator>
 #include <string>
 
+#include "nodes/verbs/terminal_text.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -59,6 +61,7 @@ void printFailure(const CLI::App& app, std::string text) {
 }  // namespace
 
 int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
+  const SafeOutput safe;
   CLI::App app("Records what a robot does, finds it again and replays it with its projection.",
                "afterglow");
   app.set_version_flag("--version", "afterglow " AFTERGLOW_VERSION);

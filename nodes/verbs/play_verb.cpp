@@ -27,6 +27,7 @@
 #include "nodes/verbs/play_command.hpp"
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/replay_text.hpp"
+#include "nodes/verbs/terminal_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -152,10 +153,10 @@ replay::PlayReport play(ReplaySession& session, const PlayCommand& command) {
     }
     if (const std::string key = keyboard.key(); !key.empty()) answer = followKey(key, session);
     if (has_line && turn % 5 == 0) {
-      std::cerr << "\r" << statusText(session) << "  " << answer << "\x1b[K" << std::flush;
+      replaceLine(statusText(session) + "  " + answer);
     }
   }
-  if (has_line) std::cerr << "\r\x1b[K";
+  if (has_line) replaceLine("");
   return playing.get();
 }
 

@@ -67,7 +67,7 @@ void printJson(const replay::Store& store, const Behavior& behavior) {
   const auto topics = store.topics(behavior);
   auto json = behaviorJson(behavior, topics);
   json["recording"] = behavior.recording;
-  json["calibration"] = nlohmann::ordered_json::parse(behavior.calibration);
+  json["calibration"] = objectJson(behavior, "calibration", behavior.calibration);
   json["topic_names"] = behavior.topics;
   json["topic_details"] = summariesJson(topics);
   json["context_topics"] = summariesJson(store.contextTopics(behavior));

@@ -8,6 +8,8 @@
 #include <iostream>
 #include <map>
 
+#include "nodes/verbs/terminal_text.hpp"
+#include "replay/messages/foreign_json.hpp"
 #include "replay/query/behavior_selector.hpp"
 #include "replay/query/time_text.hpp"
 
@@ -48,6 +50,15 @@ std::optional<replay::Stamp> momentOption(const replay::Store& store, const std:
   return stamp ? *stamp : findBehavior(store, uri, {text}).begin;
 }
 
+nlohmann::ordered_json objectJson(const replay::Behavior& behavior, const std::string& field,
+                                  const std::string& text) {
+  auto json = replay::parseForeignJson<nlohmann::ordered_json>(text);
+  if (!json.is_discarded()) return json;
+  std::cerr << "behavior " << behavior.id << ": its " << field
+            << " are no JSON, or nested too deep: shown as null\n";
+  return nullptr;
+}
+
 nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
                                     const std::vector<replay::TopicSummary>& topics) {
   nlohmann::ordered_json json = {{"id", behavior.id},
@@ -59,7 +70,7 @@ nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
                                  {"begin_ns", behavior.begin.ns},
                                  {"end_ns", nullptr},
                                  {"robot", behavior.robot},
-                                 {"parameters", nlohmann::ordered_json::parse(behavior.parameters)},
+                                 {"parameters", objectJson(behavior, "parameters", behavior.parameters)},
                                  {"tags", behavior.tags},
                                  {"topics", nlohmann::ordered_json::object()}};
   if (behavior.end) json["end_ns"] = behavior.end->ns;
@@ -98,7 +109,10 @@ TextTable::TextTable(std::vector<std::pair<std::string, Align>> columns) {
   }
 }
 
-void TextTable::add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+void TextTable::add(std::vector<std::string> row) {
+  for (std::string& cell : row) cell = oneLine(cell);
+  rows_.push_back(std::move(row));
+}
 
 std::string TextTable::text(const std::string& indent) const {
   std::vector<std::size_t> widths(alignments_.size(), 0);
@@ -138,9 +152,9 @@ void Waiting::run() {
   std::unique_lock<std::mutex> lock(mutex_);
   int seconds = 0;
   while (!done_.wait_for(lock, std::chrono::seconds(1), [this] { return is_done_; })) {
-    std::cerr << "\r\033[K" << doing_ << " ... " << ++seconds << " s" << std::flush;
+    replaceLine(doing_ + " ... " + std::to_string(++seconds) + " s");
   }
-  if (seconds > 0) std::cerr << "\r\033[K" << std::flush;
+  if (seconds > 0) replaceLine("");
 }
 
 Progress::Progress(std::string doing)
@@ -149,15 +163,15 @@ Progress::Progress(std::string doing)
       next_(std::chrono::steady_clock::now()) {}
 
 Progress::~Progress() {
-  if (is_terminal_) std::cerr << "\r\033[K" << std::flush;
+  if (is_terminal_) replaceLine("");
 }
 
 void Progress::update(std::uint64_t done, std::uint64_t total) {
   const auto now = std::chrono::steady_clock::now();
   if (!is_terminal_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(100);
-  std::cerr << "\r\033[K" << doing_ << " " << done << " of " << total << " messages, "
-            << (total == 0 ? 100 : done * 100 / total) << " %" << std::flush;
+  replaceLine(fmt::format("{} {} of {} messages, {} %", doing_, done, total,
+                          total == 0 ? 100 : done * 100 / total));
 }
 
 void tellOfDamage(std::size_t messages) {

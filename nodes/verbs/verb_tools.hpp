@@ -37,6 +37,11 @@ std::optional<replay::Stamp> timeOption(const std::string& option, const std::st
 std::optional<replay::Stamp> momentOption(const replay::Store& store, const std::string& uri,
                                           const std::string& text);
 
+/// A field of a behavior that holds JSON; null, with a line on stderr, if it is damaged: one row of
+/// a store does not keep the others from being shown.
+nlohmann::ordered_json objectJson(const replay::Behavior& behavior, const std::string& field,
+                                  const std::string& text);
+
 /// The stable form of `list --json`: id, name, tree_path, parent, attempt, outcome, begin_ns,
 /// end_ns (null while it runs), robot, parameters, tags, topics: {topic: {type, count}}. A topic
 /// with messages of several types has the count of all and the type of most.

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/foreign_json.hpp"
 #include "replay/query/nearest.hpp"
 #include "replay/query/time_text.hpp"
 
@@ -154,7 +155,7 @@ bool evaluate(const Condition& condition, const json& document, const OnTopic& o
   return on_topic(condition);
 }
 
-json parseObject(const std::string& text) { return json::parse(text, nullptr, false); }
+json parseObject(const std::string& text) { return parseForeignJson(text); }
 
 // ----------------------------------------------------------------------------------------- parsing
 
@@ -434,6 +435,9 @@ class Parser {
 };
 
 json parseJson(const std::string& text) {
+  if (!isShallowJson(text)) {
+    throw FilterError("the filter nests deeper than " + std::to_string(kDeepestJson));
+  }
   try {
     return json::parse(text);
   } catch (const json::parse_error& error) {

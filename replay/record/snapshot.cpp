@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "replay/messages/foreign_json.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -16,7 +18,7 @@ std::set<std::string> textsOf(const nlohmann::json& object, const char* key) {
 
 /// A member of the snapshot; empty if it is not there.
 std::string textOf(const Behavior& behavior, const char* member) {
-  const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const auto json = parseForeignJson(behavior.snapshot);
   const bool is_kept = json.is_object() && json.contains(member) && json[member].is_string();
   return is_kept ? json[member].get<std::string>() : std::string();
 }
@@ -45,7 +47,7 @@ std::string recordedUrdf(const Behavior& behavior) { return textOf(behavior, "ur
 std::string recordedMap(const Behavior& behavior) { return textOf(behavior, "map"); }
 
 std::vector<std::string> requestedTopics(const Behavior& behavior) {
-  const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const auto json = parseForeignJson(behavior.snapshot);
   const nlohmann::json::json_pointer where("/request/topics");
   std::vector<std::string> topics;
   if (!json.is_object() || !json.contains(where)) return topics;
@@ -56,7 +58,7 @@ std::vector<std::string> requestedTopics(const Behavior& behavior) {
 }
 
 RecordedNodes recordedNodes(const Behavior& behavior) {
-  const auto json = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+  const auto json = parseForeignJson(behavior.snapshot);
   RecordedNodes nodes;
   if (!json.is_object() || !json.contains("nodes") || !json["nodes"].is_object()) return nodes;
   for (const auto& [topic, noted] : json["nodes"].items()) {

@@ -7,6 +7,8 @@
 #include <random>
 #include <utility>
 
+#include "replay/messages/foreign_json.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -67,6 +69,10 @@ void checkObjects(const Behavior& behavior, const std::string& store) {
   for (const auto& [what, text] : {std::pair("parameters", &behavior.parameters),
                                    std::pair("calibration", &behavior.calibration),
                                    std::pair("snapshot", &behavior.snapshot)}) {
+    if (!isShallowJson(*text)) {
+      throw StoreError(store + ": " + what + " of behavior \"" + behavior.name +
+                       "\": nested too deep");
+    }
     if (!nlohmann::json::parse(*text, nullptr, false).is_object()) {
       throw StoreError(store + ": " + what + " of behavior \"" + behavior.name +
                        "\": no JSON object");

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "replay/messages/foreign_json.hpp"
 #include "replay/store/store_import.hpp"
 
 namespace afterglow::replay {
@@ -111,7 +112,7 @@ class Sync {
   }
 
   void copyFiles(const Behavior& behavior) {
-    const auto snapshot = nlohmann::json::parse(behavior.snapshot, nullptr, false);
+    const auto snapshot = parseForeignJson(behavior.snapshot);
     if (!snapshot.is_object()) return;
     std::vector<nlohmann::json> sums;
     if (snapshot.contains("urdf")) sums.push_back(snapshot["urdf"]);

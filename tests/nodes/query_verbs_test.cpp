@@ -127,6 +127,45 @@ TEST_F(QueryVerbs, refuseInOneLine) {
   EXPECT_NE(run({"list", "--since", "gestern"}).output.find("yesterday 14:00"), std::string::npos);
 }
 
+TEST_F(QueryVerbs, listShowsTheOthersBesideADamagedRow) {
+  {
+    const auto store = replay::openStore(path_, replay::OpenMode::ReadWrite);
+    auto behavior = sampleBehavior(1, {}, 200'000'000'000, 201'000'000'000);
+    behavior.name = "damaged";
+    behavior.parameters = R"({"mark": "unhurt"})";
+    store->addBehavior(behavior);
+  }
+  std::string bytes = fileBytes(path_);
+  const std::string mark = "\"unhurt\"}";
+  for (auto at = bytes.find(mark); at != std::string::npos; at = bytes.find(mark)) {
+    bytes[at + mark.size() - 1] = ']';
+  }
+  writeFile(path_, bytes);
+  const ProgramResult listed = run({"list", "--json"});
+  EXPECT_EQ(listed.status, 0);
+  EXPECT_NE(listed.output.find("its parameters are no JSON"), std::string::npos) << listed.output;
+  EXPECT_NE(listed.output.find("\"parameters\": null"), std::string::npos);
+  EXPECT_NE(listed.output.find("\"pick blue\""), std::string::npos);
+}
+
+TEST_F(QueryVerbs, tellATerminalNoneOfTheEscapeSequencesInAName) {
+  {
+    const auto store = replay::openStore(path_, replay::OpenMode::ReadWrite);
+    auto behavior = sampleBehavior(1, {}, 200'000'000'000, 201'000'000'000);
+    behavior.name = "pick\x1b]0;owned\x07\xc2\x9b" "31m gr\xc3\xbcn\nlast";
+    store->addBehavior(behavior);
+  }
+  for (const Words& words : {Words{"list"}, Words{"list", "--json"}, Words{"show", "last"}}) {
+    const std::string output = run(words).output;
+    for (const char* hostile : {"\x1b", "\x07", "\xc2\x9b"}) {
+      EXPECT_EQ(output.find(hostile), std::string::npos) << words.front() << ": " << output;
+    }
+    EXPECT_NE(output.find("gr\xc3\xbcn"), std::string::npos) << output;
+  }
+  const std::string name = "pick\\u001b]0;owned\\u0007\\u009b31m gr\xc3\xbcn\\u000alast";
+  EXPECT_NE(run({"list"}).output.find(name), std::string::npos) << run({"list"}).output;
+}
+
 TEST_F(QueryVerbs, showSelectsByWordsAndFiltersMessages) {
   EXPECT_EQ(run({"show", "last", "failure"}).output.substr(0, 22), "behavior 2 \"pick blue\"");
   const auto count = [&](Words more) {

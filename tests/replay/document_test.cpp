@@ -5,11 +5,23 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "replay/messages/foreign_json.hpp"
 #include "tests/support/document_fields.hpp"
 #include "tests/support/message_definitions.hpp"
 
 namespace afterglow::replay::document_test {
 namespace {
+
+TEST(ForeignJson, isReadToABoundedDepth) {
+  const auto nested = [](std::size_t depth) {
+    return "{\"a\": " + std::string(depth, '[') + std::string(depth, ']') + "}";
+  };
+  EXPECT_TRUE(parseForeignJson(nested(99)).is_object());
+  EXPECT_TRUE(parseForeignJson(nested(100)).is_discarded());
+  EXPECT_TRUE(parseForeignJson(nested(100'000)).is_discarded());
+  EXPECT_TRUE(parseForeignJson(R"({"a": "]]\"[["})").is_object()) << "brackets of a text";
+  EXPECT_TRUE(parseForeignJson("{\"a\": 1").is_discarded());
+}
 
 Bytes hex(const std::string& digits) {
   Bytes bytes;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "replay/messages/foreign_json.hpp"
 #include "replay/store/sqlite/sqlite_cursor.hpp"
 
 namespace afterglow::replay {
@@ -11,7 +12,7 @@ namespace {
 std::vector<std::string> parseStrings(const std::string& array) {
   std::vector<std::string> strings;
   if (array == "[]") return strings;
-  const auto parsed = nlohmann::json::parse(array, nullptr, false);
+  const auto parsed = parseForeignJson(array);
   for (const auto& element : parsed) {
     if (element.is_string()) strings.push_back(element.get<std::string>());
   }

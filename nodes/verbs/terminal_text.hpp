@@ -1,0 +1,36 @@
+/// \file
+/// What a terminal may be told: names and texts of a store, of the network, of a file may hold
+/// escape sequences, which change its title, its colors, what it answers.
+#pragma once
+
+#include <iosfwd>
+#include <memory>
+#include <streambuf>
+#include <string>
+
+namespace afterglow::nodes {
+
+/// One line: control characters, also those of Unicode (U+0080 to U+009F), line breaks and the
+/// marks that turn the direction of writing stand as \u001b; so they do in JSON's strings.
+std::string oneLine(const std::string& text);
+
+/// While it lives, whatever the program writes to std::cout and std::cerr is as oneLine() has it,
+/// but for line breaks and tabs, which stay.
+class SafeOutput {
+ public:
+  SafeOutput();
+  SafeOutput(const SafeOutput&) = delete;
+  SafeOutput& operator=(const SafeOutput&) = delete;
+  ~SafeOutput();
+
+ private:
+  std::unique_ptr<std::streambuf> out_, errors_;
+  std::streambuf* const own_out_;
+  std::streambuf* const own_errors_;
+};
+
+/// Replaces the line on a terminal's standard error; `text`, as oneLine() has it, or nothing. The
+/// one place that writes escape sequences.
+void replaceLine(const std::string& text);
+
+}  // namespace afterglow::nodes
