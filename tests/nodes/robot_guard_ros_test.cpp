@@ -18,6 +18,7 @@
 #include "replay/clock/steady_time.hpp"
 #include "tests/support/guarded_robot.hpp"
 #include "tests/support/node_process.hpp"
+#include "tests/support/ros_bytes.hpp"
 #include "tests/support/ros_master.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -37,7 +38,7 @@ template <typename Ros>
 GuardOutput outputOf(const std::string& topic, const Ros& stop) {
   namespace traits = ros::message_traits;
   return {topic, traits::DataType<Ros>::value(), traits::MD5Sum<Ros>::value(),
-          traits::Definition<Ros>::value(), rosBytes(stop)};
+          traits::Definition<Ros>::value(), test::rosBytes(stop)};
 }
 
 /// Says that it lives, every 20 ms, and what it moves.
