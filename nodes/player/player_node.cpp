@@ -67,6 +67,7 @@ OptionTexts parameterTexts(const ros::NodeHandle& node, const PlayOption& option
 PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   PlayerNodeOptions options;
   private_node.param("store", options.store, options.store);
+  replay::refusePassword("~store", options.store);
   private_node.param("report_folder", options.report_folder, options.report_folder);
   for (const FormerOption& former : formerOptions()) {
     if (private_node.hasParam(former.name)) {

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "replay/store/store.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -28,6 +30,7 @@ RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
   RecorderNodeOptions options;
   const std::string topics = "a list of topic names";
   nodes::read(node, "store", options.store, "a text");
+  replay::refusePassword("~store", options.store);
   nodes::read(node, "robot", options.robot, "a text");
   nodes::read(node, "context_topics", options.context_topics, topics);
   readAtLeast(node, "connect_timeout", options.connect_timeout_s, 0.0);
@@ -39,6 +42,7 @@ RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
   readAtLeast(node, "min_space", options.min_space_megabytes, 0);
   nodes::read(node, "anchors", options.anchors, "a list of frames");
   nodes::read(node, "calibration", options.calibration, "a folder");
+  nodes::read(node, "file_roots", options.file_roots, "a list of folders");
   nodes::read(node, "camera_info", options.camera_info, "a topic");
   nodes::read(node, "map_topic", options.map_topic, "a topic");
   readAtLeast(node, "retention_days", options.retention_days, 0.0);

@@ -26,6 +26,8 @@ struct RecorderNodeOptions {
   /// ~anchors: frames between which poses are kept with every behavior.
   std::vector<std::string> anchors = {"map", "odom", "base_link", "projector_optical_frame"};
   std::string calibration;  ///< ~calibration: folder of the calibration in use
+  /// ~file_roots: sounds and meshes that messages name by file:// are kept from these folders.
+  std::vector<std::string> file_roots;
   std::string camera_info = "/projector/camera_info";  ///< ~camera_info: or where it is latched
   std::string map_topic = "/map";  ///< ~map_topic: the map that the robot is localized on
   double retention_days = 0;           ///< ~retention_days: older behaviors make room; 0: none

@@ -261,7 +261,7 @@ void RecordingManager::complete(const Running& running, const std::string& outco
   snapshot.end = world_.frames();
   // A map that is being made is another one all the time.
   if (snapshot.map != world_.map()) snapshot.map.clear();
-  snapshot.files = keepFiles(store_, references, remarks);
+  snapshot.files = keepFiles(store_, references, options_.file_roots, remarks);
   noteNodes(running, snapshot.nodes);
   behavior.outcome = outcome;
   behavior.snapshot = snapshot.toJson();

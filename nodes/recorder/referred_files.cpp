@@ -1,12 +1,13 @@
 #include "nodes/recorder/referred_files.hpp"
 
+#include <fcntl.h>
 #include <ros/package.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kPackage = "package://", kFile = "file://";
+const std::string kSounds = "/usr/share/sounds";
 constexpr std::uintmax_t kLargest = 20u << 20;
 constexpr std::size_t kLongestUri = 1024;
 
@@ -35,42 +37,113 @@ bool isSoundOrMesh(const fs::path& path) {
   return kKnown.count(extension) != 0;
 }
 
+/// Where a URI leads, before links are followed.
+struct Named {
+  fs::path path;
+  fs::path package;  ///< the folder of its package; empty: file://
+};
+
 /// Throws std::runtime_error saying why there is no such file.
-fs::path pathOf(const std::string& uri) {
+Named fileNamed(const std::string& uri) {
   if (uri.size() > kLongestUri || uri.find('\0') != std::string::npos) {
     throw std::runtime_error("its name is too long or holds a NUL");
   }
-  if (begins(uri, kFile)) return uri.substr(kFile.size());
+  if (begins(uri, kFile)) return {uri.substr(kFile.size()), {}};
   if (!begins(uri, kPackage)) throw std::runtime_error("neither package:// nor file://");
   const std::string rest = uri.substr(kPackage.size());
   const std::string package = rest.substr(0, rest.find('/'));
   const std::string folder = ros::package::getPath(package);
   if (folder.empty()) throw std::runtime_error("there is no ROS package of that name");
-  return folder + rest.substr(package.size());
+  return {folder + rest.substr(package.size()), folder};
 }
 
-replay::Bytes contentsOf(const std::string& uri) {
-  const fs::path path = pathOf(uri);
+bool isInside(const fs::path& real, const fs::path& root) {
   std::error_code error;
-  if (!isSoundOrMesh(path)) throw std::runtime_error("no sound and no mesh by its name");
-  if (!fs::is_regular_file(path, error)) throw std::runtime_error("there is no such file");
-  if (fs::file_size(path, error) > kLargest) throw std::runtime_error("larger than 20 MiB");
-  std::ifstream file(path, std::ios::binary);
-  replay::Bytes bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw std::runtime_error("it cannot be read");
-  return bytes;
+  const fs::path folder = fs::canonical(root, error);
+  return !error &&
+         std::mismatch(folder.begin(), folder.end(), real.begin(), real.end()).first ==
+             folder.end();
+}
+
+bool isInPackage(const fs::path& real) {
+  std::vector<std::string> names;
+  ros::package::getAll(names);
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    const std::string folder = ros::package::getPath(name);
+    return !folder.empty() && isInside(real, folder);
+  });
+}
+
+/// An open file, closed with the object.
+class OpenFile {
+ public:
+  /// Nothing is created, and no pipe or device waited for.
+  explicit OpenFile(const fs::path& path)
+      : file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+    struct stat about {};
+    if (file_ < 0 || fstat(file_, &about) != 0 || !S_ISREG(about.st_mode)) {
+      close();
+      throw std::runtime_error("there is no such file");
+    }
+    size_ = static_cast<std::uintmax_t>(about.st_size);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() { close(); }
+
+  std::uintmax_t size() const { return size_; }
+  /// Of what is open, whatever its name leads to by now.
+  fs::path realPath() const {
+    return fs::read_symlink("/proc/self/fd/" + std::to_string(file_));
+  }
+  replay::Bytes contents() const {
+    replay::Bytes bytes(static_cast<std::size_t>(size_));
+    std::size_t have = 0;
+    while (have < bytes.size()) {
+      const auto read = ::read(file_, bytes.data() + have, bytes.size() - have);
+      if (read <= 0) throw std::runtime_error("it cannot be read");
+      have += static_cast<std::size_t>(read);
+    }
+    return bytes;
+  }
+
+ private:
+  void close() {
+    if (file_ >= 0) ::close(file_);
+  }
+  int file_;
+  std::uintmax_t size_ = 0;
+};
+
+replay::Bytes contentsOf(const std::string& uri, const std::vector<std::string>& roots) {
+  const Named named = fileNamed(uri);
+  if (!isSoundOrMesh(named.path)) throw std::runtime_error("no sound and no mesh by its name");
+  const OpenFile file(named.path);
+  const fs::path real = file.realPath();
+  if (!isSoundOrMesh(real)) throw std::runtime_error("a link to what is no sound and no mesh");
+  if (!named.package.empty() && !isInside(real, named.package)) {
+    throw std::runtime_error("it leads out of its package");
+  }
+  const auto holdsIt = [&](const std::string& root) { return isInside(real, root); };
+  if (named.package.empty() && !isInside(real, kSounds) && !isInPackage(real) &&
+      std::none_of(roots.begin(), roots.end(), holdsIt)) {
+    throw std::runtime_error("outside the folders that files may come from (~file_roots)");
+  }
+  if (file.size() > kLargest) throw std::runtime_error("larger than 20 MiB");
+  return file.contents();
 }
 
 }  // namespace
 
 std::map<std::string, std::string> keepFiles(replay::Store& store,
                                              const std::set<std::string>& uris,
+                                             const std::vector<std::string>& roots,
                                              std::vector<std::string>& remarks) {
   std::map<std::string, std::string> kept;
   for (const std::string& uri : uris) {
     replay::Bytes contents;
     try {
-      contents = contentsOf(uri);
+      contents = contentsOf(uri, roots);
     } catch (const std::runtime_error& error) {
       remarks.push_back("the file '" + printable(uri.substr(0, kLongestUri)) +
                         "' was not kept: " + error.what());
@@ -86,7 +159,7 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
 bool isHere(const std::string& uri) {
   try {
     std::error_code error;
-    return fs::is_regular_file(pathOf(uri), error);
+    return fs::is_regular_file(fileNamed(uri).path, error);
   } catch (const std::runtime_error&) {
     return false;
   }

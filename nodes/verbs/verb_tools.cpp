@@ -17,7 +17,8 @@ namespace afterglow::nodes {
 
 void addStoreOption(CLI::App& verb, std::string& uri) {
   verb.add_option("--store", uri,
-                  "The store: sqlite:PATH, PATH or mongodb://... Default: $AFTERGLOW_STORE, else "
+                  "The store: sqlite:PATH, PATH, mongodb://..., or @FILE, a file whose first line is "
+                  "that (passwords: others see a command line). Default: $AFTERGLOW_STORE, else "
                   "~/.local/share/afterglow/afterglow.db");
 }
 

@@ -1,10 +1,13 @@
 #include "replay/store/store.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
+#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <string_view>
 #include <utility>
 
 #include "replay/messages/foreign_json.hpp"
@@ -28,7 +31,49 @@ std::string defaultUri() {
   return std::string(home) + "/.local/share/afterglow/afterglow.db";
 }
 
+/// Of the authority of a URI, "USER:PASSWORD@" with the @; empty without one. A password may hold an
+/// @ or a slash, though they should be written %40 and %2F: no part of it must be shown.
+std::string_view userOf(std::string_view uri) {
+  const auto scheme = uri.find("://");
+  if (scheme == uri.npos) return {};
+  const std::string_view rest = uri.substr(scheme + 3);
+  const auto end = std::min(rest.find_first_of("/?"), rest.size());
+  const auto colon = rest.find(':');
+  const bool has_port = colon + 1 < end && std::isdigit(static_cast<unsigned char>(rest[colon + 1]));
+  auto at = rest.substr(0, end).rfind('@');
+  if (at == rest.npos && colon < end && !has_port) at = rest.rfind('@');
+  return at == rest.npos ? std::string_view() : rest.substr(0, at + 1);
+}
+
+std::string withoutUser(std::string uri) {
+  if (const auto user = userOf(uri).size(); user > 0) uri.erase(uri.find("://") + 3, user);
+  return uri;
+}
+
+std::string withoutOptions(const std::string& uri) { return uri.substr(0, uri.find('?')); }
+
+/// "@FILE": its first line.
+std::string readIfFile(const std::string& uri) {
+  if (uri.empty() || uri.front() != '@') return uri;
+  std::ifstream file(uri.substr(1));
+  std::string line;
+  if (!std::getline(file, line)) {
+    throw StoreError("no store: the file " + uri.substr(1) + " that is to name it cannot be read");
+  }
+  line.erase(line.find_last_not_of(" \t\r") + 1);
+  if (line.empty() || line.front() == '@') {
+    throw StoreError("no store: the first line of " + uri.substr(1) + " is none");
+  }
+  return line;
+}
+
 }  // namespace
+
+void refusePassword(const std::string& where, const std::string& uri) {
+  if (userOf(uri).find(':') == std::string_view::npos) return;
+  throw StoreError(where + " holds a password, which everybody on the network can read there; give "
+                   "@FILE, a file whose first line is the URI, or $AFTERGLOW_STORE");
+}
 
 bool isServerUri(const std::string& uri) {
   return std::any_of(std::begin(kServerSchemes), std::end(kServerSchemes),
@@ -36,14 +81,14 @@ bool isServerUri(const std::string& uri) {
 }
 
 std::string fullStoreUri(const std::string& uri) {
-  const std::string named = uri.empty() ? defaultUri() : uri;
+  const std::string named = readIfFile(uri.empty() ? defaultUri() : uri);
   if (named.rfind(kScheme, 0) == 0) {
     if (named == kScheme) throw StoreError("sqlite: names no file");
     return named;
   }
   if (isServerUri(named)) return named;
   if (const auto scheme_end = named.find("://"); scheme_end != std::string::npos) {
-    throw StoreError(named + ": there is no store of the kind \"" + named.substr(0, scheme_end) +
+    throw StoreError(withoutUser(named) + ": there is no store of the kind \"" + named.substr(0, scheme_end) +
                      "\"; a store is sqlite:PATH or mongodb://...");
   }
   return kScheme + named;
@@ -52,11 +97,7 @@ std::string fullStoreUri(const std::string& uri) {
 std::string storeUri(const std::string& uri) {
   std::string named = fullStoreUri(uri);
   if (!isServerUri(named)) return named;
-  named = named.substr(0, named.find('?'));
-  const auto host = named.find("://") + 3;
-  const auto at = named.find('@');
-  if (at < named.find('/', host)) named.erase(host, at + 1 - host);
-  return named;
+  return withoutOptions(withoutUser(named));
 }
 
 std::string storePath(const std::string& uri) {

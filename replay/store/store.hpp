@@ -232,7 +232,13 @@ enum class OpenMode { ReadOnly, ReadWrite, Record };
 /// The URI in full, defaults filled in: "sqlite:PATH" for a plain path too; empty:
 /// $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db. Throws StoreError for an unknown
 /// kind of store.
+/// "@FILE": the first line of that file, for a URI with a password; $AFTERGLOW_STORE may say so,
+/// too.
 std::string fullStoreUri(const std::string& uri);
+
+/// Throws StoreError for a URI with a password in a place that others can read, named `where`: a
+/// parameter of the parameter server.
+void refusePassword(const std::string& where, const std::string& uri);
 
 /// Whether a full URI is a MongoDB server's.
 bool isServerUri(const std::string& uri);

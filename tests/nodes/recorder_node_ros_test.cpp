@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -48,6 +49,7 @@ struct World {
     test::writeFile(folder.path("hello.wav"), "RIFF");
     ros::param::set("/recorder_node/pre_roll_topics", Texts{"/heartbeat"});
     ros::param::set("/recorder_node/anchors", Texts{"map", "odom", "nowhere", "base_link"});
+    ros::param::set("/recorder_node/file_roots", Texts{folder.path("")});
     ros::param::set("/robot_description", "<robot name='fetch'/>");
     node = std::make_unique<ros::NodeHandle>();
     spinner.start();
@@ -246,6 +248,8 @@ TEST_F(RecorderNodeTest, keepsWhatReplayNeedsOfTheWorld) {
   moved.transforms[0].child_frame_id = "odom";
   moved.transforms[0].transform.rotation.w = 1;
   const std::string file = "file://" + world->folder.path("hello.wav");
+  const std::string linked = world->folder.path("private.wav");
+  std::filesystem::create_symlink("/etc/passwd", linked);
   sound_play::SoundRequest request_to_play;
   request_to_play.sound = sound_play::SoundRequest::PLAY_FILE;
   nlohmann::json snapshot, calibration;
@@ -257,8 +261,10 @@ TEST_F(RecorderNodeTest, keepsWhatReplayNeedsOfTheWorld) {
     const auto started = start(request({"/robotsound"}));
     request_to_play.arg = world->folder.path("hello.wav");
     publish(sound, request_to_play);
-    request_to_play.arg = "/etc/passwd";
-    publish(sound, request_to_play);
+    for (const std::string& other : {std::string("/etc/passwd"), linked}) {
+      request_to_play.arg = other;
+      publish(sound, request_to_play);
+    }
     stop(started.behavior_id);
     behavior = stored(started.behavior_id);
     snapshot = nlohmann::json::parse(behavior.snapshot);
@@ -278,8 +284,12 @@ TEST_F(RecorderNodeTest, keepsWhatReplayNeedsOfTheWorld) {
   const auto urdf = openStore()->file(snapshot["urdf"]);
   ASSERT_TRUE(urdf);
   EXPECT_EQ(std::string(urdf->begin(), urdf->end()), "<robot name='fetch'/>");
-  EXPECT_EQ(behavior.remarks, Texts{"the file 'file:///etc/passwd' was not kept: no sound and no "
-                                    "mesh by its name"});
+  const auto refusal = [](const std::string& uri, const std::string& why) {
+    return "the file 'file://" + uri + "' was not kept: " + why;
+  };
+  EXPECT_EQ(behavior.remarks,
+            (Texts{refusal("/etc/passwd", "no sound and no mesh by its name"),
+                   refusal(linked, "a link to what is no sound and no mesh")}));
   EXPECT_NEAR(static_cast<double>(behavior.wall_begin.ns - behavior.begin.ns), 0, 1e9);
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -124,11 +125,66 @@ TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {
       "mongodb://...");
 }
 
+TEST(StoreFile, isNamedByAFileThatKeepsAPassword) {
+  const TempFolder folder;
+  writeFile(folder.path("uri"), "mongodb://robot:geh@eim@host/fleet?tls=true\r\nmore\n");
+  EXPECT_EQ(fullStoreUri("@" + folder.path("uri")), "mongodb://robot:geh@eim@host/fleet?tls=true");
+  setenv("AFTERGLOW_STORE", ("@" + folder.path("uri")).c_str(), 1);
+  EXPECT_EQ(storeUri(""), "mongodb://host/fleet");
+  unsetenv("AFTERGLOW_STORE");
+  EXPECT_NE(openError("@" + folder.path("none"), OpenMode::ReadOnly).find("cannot be read"),
+            std::string::npos);
+}
+
+TEST(StoreFile, showsNoPasswordAndRefusesItWhereOthersRead) {
+  for (const char* uri : {"mongo://u:secret@h/d", "mongo://u:sec@ret@h/d", "mongo://u:sec/ret@h/d"}) {
+    EXPECT_EQ(openError(uri, OpenMode::ReadOnly).substr(0, 12), "mongo://h/d:") << uri;
+    EXPECT_THROW(refusePassword("~store", uri), StoreError);
+  }
+  for (const char* uri : {"mongodb://h:27017,i:27018/d@x", "mongodb://u@h/d", "/a/b:c@d", "@/file"}) {
+    EXPECT_NO_THROW(refusePassword("~store", uri)) << uri;
+  }
+}
+
+fs::perms modeOf(const std::string& path) { return fs::status(path).permissions(); }
+
+TEST(StoreFile, isItsOwnersAlone) {
+  const TempFolder folder;
+  const mode_t before = umask(0);
+  const std::string path = folder.path("a/b/store.db");
+  const auto store = openStore(path, OpenMode::Record);
+  store->addRecording({0, "", "x", ""});
+  umask(before);
+  for (const char* name : {"a", "a/b"}) {
+    EXPECT_EQ(modeOf(folder.path(name)), fs::perms::owner_all) << name;
+  }
+  const auto own = fs::perms::owner_read | fs::perms::owner_write;
+  for (const char* end : {"", "-wal", "-shm", ".lock"}) EXPECT_EQ(modeOf(path + end), own) << end;
+}
+
+TEST(StoreFile, isOthersToReadIfThatIsAsked) {
+  const TempFolder folder;
+  const mode_t before = umask(077);
+  setenv("AFTERGLOW_STORE_ACCESS", "all", 1);
+  openStore(folder.path("a/store.db"), OpenMode::Record);
+  EXPECT_EQ(modeOf(folder.path("a")), fs::perms(0775));
+  EXPECT_EQ(modeOf(folder.path("a/store.db")), fs::perms(0664));
+  setenv("AFTERGLOW_STORE_ACCESS", "everybody", 1);
+  EXPECT_NE(openError(folder.path("b.db"), OpenMode::ReadWrite)
+                .find("AFTERGLOW_STORE_ACCESS is \"everybody\": private, group or all"),
+            std::string::npos);
+  unsetenv("AFTERGLOW_STORE_ACCESS");
+  umask(before);
+  openStore(folder.path("a/store.db"), OpenMode::Record);
+  EXPECT_EQ(modeOf(folder.path("a/store.db")), fs::perms(0664)) << "what is there keeps its mode";
+}
+
 TEST(StoreFile, canBeReadFromAReadOnlyFolder) {
   if (geteuid() != 0) GTEST_SKIP() << "needs root, to become somebody who may not write";
   const TempFolder folder;
   const std::string path = folder.path("store.db");
   openStore(path, OpenMode::ReadWrite)->addRecording({0, "", "x", ""});
+  fs::permissions(path, fs::perms(0644));
   fs::permissions(folder.path(""), fs::perms(0555));
   ASSERT_EQ(seteuid(65534), 0);
   const std::string error = openError(path, OpenMode::ReadOnly);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "replay/store/mongo/spool_entries.hpp"
+#include "replay/store/private_files.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -33,10 +34,11 @@ INSERT INTO ids VALUES (1, 0);
 
 /// Makes the spool's folder first.
 RecorderLock lockSpool(const std::string& path) {
-  const auto folder = std::filesystem::path(path).parent_path();
-  std::error_code error;
-  if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw StoreError(path + ": cannot make the spool's folder: " + error.message());
+  try {
+    makePrivateFolder(std::filesystem::path(path).parent_path());
+  } catch (const StoreError& error) {
+    throw StoreError("the spool " + path + ": " + error.what());
+  }
   return RecorderLock(path);
 }
 

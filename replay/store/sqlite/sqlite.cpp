@@ -1,10 +1,12 @@
 #include "replay/store/sqlite/sqlite.hpp"
 
 #include <sqlite3.h>
+#include <unistd.h>
 
 #include <thread>
 
 #include "replay/store/checksum.hpp"
+#include "replay/store/private_files.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -72,6 +74,10 @@ void distrustFile(sqlite3* connection) {
 
 SqliteConnection::SqliteConnection(const std::string& path, SqliteAccess access)
     : name_("sqlite:" + path) {
+  if (access == SqliteAccess::ReadWriteCreate && path != ":memory:") {
+    // SQLite would make it with the umask; its log gets the modes of the database.
+    if (const int made = makePrivateFile(path); made >= 0) ::close(made);
+  }
   const std::string file = access == SqliteAccess::ReadOnlyImmutable ? immutableUri(path) : path;
   // One thread at a time is the owner's job, so SQLite need not lock a second time.
   const int flags = flagsOf(access) | SQLITE_OPEN_NOMUTEX;

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "replay/store/private_files.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -159,12 +161,10 @@ void checkFile(const std::string& path, OpenMode mode) {
 }
 
 void makeFolder(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
-  std::error_code error;
-  if (!folder.empty()) fs::create_directories(folder, error);
-  if (error) {
-    throw StoreError("sqlite:" + path + ": cannot make the folder " + folder.string() + ": " +
-                     error.message());
+  try {
+    makePrivateFolder(fs::path(path).parent_path());
+  } catch (const StoreError& error) {
+    throw StoreError("sqlite:" + path + ": " + error.what());
   }
 }
 

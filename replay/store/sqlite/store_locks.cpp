@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "replay/store/private_files.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -37,7 +38,9 @@ std::string importsPath(const std::string& store) { return store + ".imports"; }
 }
 
 LockFile openLockFile(const std::string& store, const std::string& path) {
-  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  // As the store: who may write to that may lock it.
+  int file = makePrivateFile(path, store);
+  if (file < 0 && errno == EEXIST) file = open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (file < 0) fail(store, "make", path);
   return LockFile(file);
 }
