@@ -1,21 +1,18 @@
 // Bags from nowhere: an import ends with a BagError or with a behavior, and neither crashes, hangs
 // nor reads beyond what it was given. Seeds: any small bags, packed with none, bz2 and lz4.
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cstdint>
-#include <string>
-
 #include "replay/bags/bag_file.hpp"
 #include "replay/store/open/open_store.hpp"
+#include "tests/fuzz/memory_file.hpp"
+#include "tests/fuzz/target.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace afterglow::replay;
+namespace afterglow::fuzz::bag_fuzz {
+
+AFTERGLOW_FUZZ_TARGET(bag) {
+  using namespace replay;
   static const auto store = openMemoryStore();
-  const int file = memfd_create("bag", 0);
-  if (file < 0 || write(file, data, size) != static_cast<ssize_t>(size)) return 0;
+  const MemoryFile file(data, size);
   try {
-    const auto imported = importBag("/proc/self/fd/" + std::to_string(file), *store);
+    const auto imported = importBag(file.path(), *store);
     const auto cursor = store->messages(imported.behavior, {});
     while (cursor->next()) {
     }
@@ -23,6 +20,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const BagError&) {
     // The right answer to most inputs.
   }
-  close(file);
-  return 0;
 }
+
+}  // namespace afterglow::fuzz::bag_fuzz

@@ -2,25 +2,27 @@
 // do not pay for; and what is understood must come out as it went in.
 // An input is a text's length (2 bytes, little endian), the text, and a message. The text is the
 // message's type, a line break, and its definition.
-// Seeds: tests/fuzz/make_message_seeds.py FOLDER.
+// More seeds: tests/fuzz/make_message_seeds.py FOLDER.
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/plan/rewrite.hpp"
+#include "tests/fuzz/target.hpp"
 #include "tests/support/document_fields.hpp"
 
+namespace afterglow::fuzz::message_fuzz {
 namespace {
 
-using namespace afterglow::replay;
+using namespace replay;
 
 void require(bool condition) {
   if (!condition) std::abort();
 }
 
 void readMessage(const Schema& schema, const Bytes& bytes) {
-  const FieldFinder finder(schema, afterglow::test::timeFields(schema));
+  const FieldFinder finder(schema, test::timeFields(schema));
   try {
     const Value document = decode(schema, bytes);
     require(encode(schema, document) == bytes);
@@ -40,7 +42,7 @@ void rewriteMessage(const Channel& channel, const Schema& schema, Bytes bytes) {
   try {
     if (rewriter.rewrite(channel, {{2'000'000'000}, 1'000'000'000}, bytes).publish) {
       // It is still a message of the same type.
-      FieldFinder(schema, afterglow::test::timeFields(schema)).find(bytes);
+      FieldFinder(schema, test::timeFields(schema)).find(bytes);
     }
   } catch (const MessageError&) {
     return;
@@ -49,8 +51,8 @@ void rewriteMessage(const Channel& channel, const Schema& schema, Bytes bytes) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  if (size < 2) return 0;
+AFTERGLOW_FUZZ_TARGET(message) {
+  if (size < 2) return;
   const std::size_t length = std::min<std::size_t>(data[0] | data[1] << 8, size - 2);
   const std::string text(data + 2, data + 2 + length);
   const std::size_t line = std::min(text.find('\n'), text.size());
@@ -64,5 +66,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const MessageError&) {
     // The right answer to most inputs.
   }
-  return 0;
 }
+
+}  // namespace afterglow::fuzz::message_fuzz
