@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
     spinner.start();
     waitForStop();
     node.close();
+    if (const std::string rest = node.sendRest(); !rest.empty()) ROS_WARN_STREAM(rest);
     letMessagesLeave();
     spinner.stop();
   } catch (const std::exception& error) {

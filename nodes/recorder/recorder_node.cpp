@@ -61,6 +61,14 @@ void RecorderNode::close() {
   manager_.interruptAll("the recorder was stopped");
 }
 
+std::string RecorderNode::sendRest() {
+  const auto left = store_->sendRest();
+  if (!left || left->unsent_messages + left->unsent_bytes + left->refused_entries == 0) return "";
+  return std::to_string(left->unsent_messages + left->refused_messages) + " messages have not " +
+         "reached " + replay::storeUri(options_.store) + " and wait in " + left->path +
+         ": the next recorder with this store sends them";
+}
+
 bool RecorderNode::onStart(StartRecording::Request& request, StartRecording::Response& response) {
   try {
     response.behavior_id = manager_.start(toRequest(request), {}, &response.message);
@@ -119,6 +127,9 @@ void RecorderNode::publishDiagnostics() {
   diagnostic_msgs::DiagnosticArray array;
   array.header.stamp = ros::Time::now();
   array.status.push_back(toDiagnostics(state));
+  const bool is_waiting =
+      state.spool && (!state.spool->last_error.empty() || state.spool->refused_entries > 0);
+  if (is_waiting) ROS_WARN_STREAM_THROTTLE(60, array.status.back().message);
   diagnostics_.publish(array);
   load_before_ = state.load;
   told_at_ = now;

@@ -35,7 +35,11 @@ void judge(const RecorderState& state, DiagnosticStatus& status) {
   } else if (state.disk.level == Level::Low) {
     status.message = state.disk.text;
   } else if (state.spool && !state.spool->last_error.empty()) {
-    status.message = "waiting on this machine's disk: " + state.spool->last_error;
+    status.message = std::to_string(state.spool->unsent_messages) + " messages wait in " +
+                     state.spool->path + ": " + state.spool->last_error;
+  } else if (state.spool && state.spool->refused_entries > 0) {
+    status.message = "the server refuses " + state.spool->last_refusal + "; it waits in " +
+                     state.spool->path + " for the next recorder to try again";
   } else {
     status.level = DiagnosticStatus::OK;
     status.message = state.running == 0 ? "ready"
@@ -64,6 +68,7 @@ DiagnosticStatus toDiagnostics(const RecorderState& state) {
   if (state.spool) {
     addValue(status, "unsent_messages", std::to_string(state.spool->unsent_messages));
     addValue(status, "unsent_bytes", std::to_string(state.spool->unsent_bytes));
+    addValue(status, "refused_messages", std::to_string(state.spool->refused_messages));
   }
   return status;
 }

@@ -25,7 +25,7 @@ class Escaper {
     if (isBeginning()) return;
     const int code = codeToEscape();
     if (code >= 0) {
-      std::array<char, 8> escape{};
+      std::array<char, 16> escape{};
       std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(code));
       out += escape.data();
     } else {

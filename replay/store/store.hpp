@@ -32,6 +32,13 @@ class StoreBusy : public StoreError {
   using StoreError::StoreError;
 };
 
+/// The server of a store cannot be reached, or answers that it cannot now. A later attempt may
+/// succeed.
+class StoreAway : public StoreError {
+ public:
+  using StoreError::StoreError;
+};
+
 /// A message that no store takes. Nothing of its batch was stored; the others can be appended
 /// without it.
 class MessageRefused : public StoreError {
@@ -119,6 +126,11 @@ struct SpoolStatus {
   std::uint64_t unsent_messages = 0;
   std::uint64_t unsent_bytes = 0;  ///< on this machine's disk, with everything else that waits
   std::string last_error;          ///< why the last attempt failed; empty: all is well
+  /// Messages, and other entries, that the server refuses. They stay on this machine's disk while
+  /// the rest goes on; the next recorder tries them again.
+  std::uint64_t refused_messages = 0, refused_entries = 0;
+  std::string last_refusal;  ///< which one and why; empty: none
+  std::string path;          ///< the file in which all of this waits
 };
 
 /// What append() does with a message that its recording has already.
@@ -208,6 +220,9 @@ class Store {
   virtual std::string folder() const { return {}; }
   /// Empty if writes reach the store at once.
   virtual std::optional<SpoolStatus> spoolStatus() const { return std::nullopt; }
+  /// At a recorder's end, instead of leaving it to the destructor: waits for a while until what was
+  /// written has reached the server. What is left then is in the status.
+  virtual std::optional<SpoolStatus> sendRest() { return std::nullopt; }
 };
 
 /// Throws StoreError with the store's name in front unless the behavior's parameters, calibration

@@ -192,6 +192,38 @@ TEST_F(SpooledStoreTest, whatATransactionThrewOutIsNotSent) {
   EXPECT_EQ(arrived(), numbers(2));
 }
 
+/// The server of these tests makes SQL of names and takes no quotes in them.
+TEST_F(SpooledStoreTest, whatTheServerRefusesHoldsUpNothing) {
+  const std::int64_t id = begin();
+  const auto quoted = store->addChannel(store->behavior(id)->recording, stringChannel("/it's"));
+  append(0, 2);
+  store->append({stringMessage(quoted, 2, 2, "quoted"), stringMessage(channel, 3, 3, "2")});
+  store->append({stringMessage(channel, 4, 4, "3")});
+  endBehavior(*store, id, Stamp{5}, "success");
+  ASSERT_TRUE(isSent());
+  EXPECT_EQ(arrived(), numbers(4));
+  const SpoolStatus status = *store->sendRest();
+  EXPECT_EQ(status.refused_messages, 1u);
+  EXPECT_EQ(status.last_refusal.rfind("1 message on /it's: mongodb://", 0), 0u)
+      << status.last_refusal;
+  EXPECT_NE(status.last_refusal.find("takes no quotes"), std::string::npos) << status.last_refusal;
+  EXPECT_EQ(status.path, folder.path("spool.db"));
+  open();
+  ASSERT_TRUE(isSent());
+  EXPECT_EQ(store->spoolStatus()->refused_messages, 1u) << "it was tried again, and is not lost";
+}
+
+TEST_F(SpooledStoreTest, theEndTellsWhatWaits) {
+  open(10ms);
+  begin();
+  ASSERT_TRUE(isSent());
+  server->kill();
+  append(0, 3);
+  const SpoolStatus status = *store->sendRest();
+  EXPECT_EQ(status.unsent_messages, 3u);
+  EXPECT_EQ(status.path, folder.path("spool.db"));
+}
+
 TEST_F(SpooledStoreTest, oneRecorderAtATimeHasASpool) {
   EXPECT_THROW(SpooledStore(uri, SpoolOptions{folder.path("spool.db")}), StoreError);
 }

@@ -1,5 +1,7 @@
 #include "replay/store/mongo/mongo_client.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <mutex>
 
 #include "replay/store/store.hpp"
@@ -91,6 +93,21 @@ MongoWrite readWrite(const bson_t& reply, const bson_error_t& error, std::size_t
   return write;
 }
 
+/// Whether the same may succeed later: nobody answers, or not the one that could.
+bool isAway(const bson_error_t& error) {
+  if (error.domain == MONGOC_ERROR_STREAM || error.domain == MONGOC_ERROR_SERVER_SELECTION ||
+      error.domain == MONGOC_ERROR_CLIENT || error.domain == MONGOC_ERROR_WRITE_CONCERN) {
+    return true;
+  }
+  // Of MongoDB's error_codes.yml: host or network, not allowed, over time, shutting down, no
+  // primary (any more), no room on the disk.
+  constexpr std::uint32_t kPassing[] = {6,     7,     13,    18,    50,    64,    89,    91,  112,
+                                        189,   262,   9001,  10107, 11600, 11602, 13435, 13436,
+                                        14031};
+  return error.domain == MONGOC_ERROR_SERVER &&
+         std::find(std::begin(kPassing), std::end(kPassing), error.code) != std::end(kPassing);
+}
+
 bool isServersAnswer(const bson_error_t& error) {
   return error.domain == MONGOC_ERROR_SERVER || error.domain == MONGOC_ERROR_WRITE_CONCERN;
 }
@@ -133,13 +150,19 @@ MongoClient::MongoClient(const std::string& text, std::chrono::milliseconds pati
   database_ = databaseOf(*uri);
   bson_error_t error;
   pool_.reset(mongoc_client_pool_new_with_error(uri.get(), &error));
-  if (!pool_) fail("use the URI", error.message);
+  if (!pool_) fail("use the URI", error);
   mongoc_client_pool_set_error_api(pool_.get(), MONGOC_ERROR_API_VERSION_2);
   mongoc_client_pool_set_appname(pool_.get(), "afterglow");
 }
 
 void MongoClient::fail(const std::string& doing, const std::string& why) const {
   throw StoreError(name_ + ": cannot " + doing + ": " + why);
+}
+
+void MongoClient::fail(const std::string& doing, const bson_error_t& error) const {
+  const std::string text = name_ + ": cannot " + doing + ": " + error.message;
+  if (isAway(error)) throw StoreAway(text);
+  throw StoreError(text);
 }
 
 Bson MongoClient::command(const std::string& database, const Bson& command,
@@ -150,7 +173,7 @@ Bson MongoClient::command(const std::string& database, const Bson& command,
   bson_destroy(&reply.raw());
   if (!mongoc_client_command_simple(client.get(), database.c_str(), &command.raw(), nullptr,
                                     &reply.raw(), &error)) {
-    fail(doing, error.message);
+    fail(doing, error);
   }
   return reply;
 }
@@ -169,7 +192,7 @@ const bson_t* MongoClient::Rows::next() {
   const bson_t* document = nullptr;
   if (mongoc_cursor_next(cursor_, &document)) return document;
   bson_error_t error;
-  if (mongoc_cursor_error(cursor_, &error)) client_.fail("read " + name_, error.message);
+  if (mongoc_cursor_error(cursor_, &error)) client_.fail("read " + name_, error);
   return nullptr;
 }
 
@@ -192,7 +215,7 @@ std::int64_t MongoClient::count(const std::string& database, const std::string& 
   bson_error_t error;
   const std::int64_t number =
       mongoc_collection_count_documents(in.get(), &filter.raw(), nullptr, nullptr, nullptr, &error);
-  if (number < 0) fail("count " + collection, error.message);
+  if (number < 0) fail("count " + collection, error);
   return number;
 }
 
@@ -216,7 +239,10 @@ MongoWrite MongoClient::insert(const std::string& database, const std::string& c
     return {};
   }
   const bool has_errors = bson_has_field(&reply.raw(), "writeErrors");
-  if (!has_errors && !isServersAnswer(error)) fail("write to " + collection, error.message);
+  // Without its write concern a document is there all the same.
+  const bool is_answer = error.domain == MONGOC_ERROR_WRITE_CONCERN ||
+                         (isServersAnswer(error) && !isAway(error));
+  if (!has_errors && !is_answer) fail("write to " + collection, error);
   return readWrite(reply.raw(), error, documents.size());
 }
 
@@ -233,7 +259,7 @@ void MongoClient::upsert(const std::string& database, const std::string& collect
   bson_error_t error;
   if (!mongoc_collection_replace_one(in.get(), &filter.raw(), &document.raw(), &options.raw(),
                                      nullptr, &error)) {
-    fail("write to " + collection, error.message);
+    fail("write to " + collection, error);
   }
 }
 
@@ -243,7 +269,7 @@ void MongoClient::update(const std::string& database, const std::string& collect
   bson_error_t error;
   if (!mongoc_collection_update_many(in.get(), &filter.raw(), &change.raw(), nullptr, nullptr,
                                      &error)) {
-    fail("change " + collection, error.message);
+    fail("change " + collection, error);
   }
 }
 
@@ -252,7 +278,7 @@ void MongoClient::remove(const std::string& database, const std::string& collect
   const Collection in(*this, database, collection);
   bson_error_t error;
   if (!mongoc_collection_delete_many(in.get(), &filter.raw(), nullptr, nullptr, &error)) {
-    fail("remove from " + collection, error.message);
+    fail("remove from " + collection, error);
   }
 }
 
@@ -286,7 +312,7 @@ std::int64_t MongoClient::takeNumbers(const std::string& database, const std::st
   bson_destroy(&reply.raw());
   if (!mongoc_client_write_command_with_opts(client.get(), database.c_str(), &change.raw(), nullptr,
                                              &reply.raw(), &error)) {
-    fail("take a number of " + counter, error.message);
+    fail("take a number of " + counter, error);
   }
   const auto last = integerAt(reply.raw(), "value.last");
   if (!last) fail("take a number of " + counter, "the server's answer has none");
@@ -299,7 +325,7 @@ std::vector<std::string> MongoClient::collections(const std::string& database) c
       mongoc_client_get_database(client.get(), database.c_str()), mongoc_database_destroy);
   bson_error_t error;
   char** names = mongoc_database_get_collection_names_with_opts(in.get(), nullptr, &error);
-  if (!names) fail("list the collections of " + database, error.message);
+  if (!names) fail("list the collections of " + database, error);
   std::vector<std::string> found;
   for (char** name = names; *name; ++name) found.emplace_back(*name);
   bson_strfreev(names);

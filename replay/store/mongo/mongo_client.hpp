@@ -70,6 +70,8 @@ class MongoClient {
   std::vector<std::string> collections(const std::string& database) const;
 
   [[noreturn]] void fail(const std::string& doing, const std::string& why) const;
+  /// Throws StoreAway where the same may succeed later.
+  [[noreturn]] void fail(const std::string& doing, const bson_error_t& error) const;
 
  private:
   struct PoolDeleter {

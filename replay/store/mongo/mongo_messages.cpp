@@ -45,6 +45,12 @@ MongoMessages::MongoMessages(const MongoClient& client, const MongoCatalog& cata
 
 // ---------------------------------------------------------------------------------------- writing
 
+/// FerretDB makes tables of collections, and SQL of their names.
+void MongoMessages::requireNameable(const std::string& topic) const {
+  if (takes_non_finite_ || topic.find_first_of("\"'`\\$") == std::string::npos) return;
+  client_.fail("store topic " + topic, "this server takes no quotes, $ or \\ in names");
+}
+
 void MongoMessages::prepareCollection(const std::string& collection) {
   if (prepared_.count(collection) > 0) return;
   client_.makeIndex(client_.database(), collection,
@@ -66,7 +72,8 @@ void MongoMessages::append(const std::vector<Message>& messages, Duplicates dupl
       appendTo(collection, part, duplicates, added);
     }
   } catch (...) {
-    takeBack(added);
+    // Who sends again, skipping what is there, leaves it: readers are not to see it come and go.
+    if (duplicates == Duplicates::Refuse || undo_.isRunning()) takeBack(added);
     throw;
   }
   undo_.onFailure([this, added] { takeBack(added); });

@@ -28,7 +28,10 @@ class MongoMessages {
                 UndoLog& undo);
 
   const MongoCatalog& catalog() const { return catalog_; }
-  /// All or none, unless the connection breaks. In batches a collection.
+  /// Throws StoreError for a name that this server cannot have.
+  void requireNameable(const std::string& topic) const;
+  /// All or none, unless the connection breaks or Duplicates::Skip is said: who sends again wants
+  /// to find what is there. In batches a collection.
   void append(const std::vector<Message>& messages, Duplicates duplicates);
   /// Removes the messages in the behavior's interval, except those in the kept behaviors' ones.
   void remove(const Behavior& behavior, const std::vector<Behavior>& kept) const;

@@ -96,6 +96,7 @@ std::size_t MongoStore::dropUnfinished() {
 
 std::int64_t MongoStore::addChannel(std::int64_t recording, const Channel& channel) {
   const Lock lock = lockToWrite();
+  messages_.requireNameable(channel.topic);
   return catalog_.addChannel(recording, channel);
 }
 

@@ -32,6 +32,12 @@ CREATE TABLE ids (next INTEGER NOT NULL, last INTEGER NOT NULL);
 INSERT INTO ids VALUES (1, 0);
 )";
 
+/// Not of version 1 from its beginning on; a program that does not know it leaves it alone.
+constexpr const char* kRefused = R"(
+CREATE TABLE IF NOT EXISTS refused (id INTEGER PRIMARY KEY, kind INTEGER NOT NULL,
+  messages INTEGER NOT NULL, payload BLOB NOT NULL, why TEXT NOT NULL);
+)";
+
 /// Makes the spool's folder first.
 RecorderLock lockSpool(const std::string& path) {
   try {
@@ -58,6 +64,7 @@ std::unique_ptr<SqliteConnection> openSpool(const std::string& path) {
     connection->execute("PRAGMA user_version = " + std::to_string(kSpoolVersion));
     transaction.commit();
   }
+  connection->execute(kRefused);
   return connection;
 }
 
@@ -68,6 +75,8 @@ Spool::Spool(const std::string& path, std::uint64_t most_bytes)
       recorder_(lockSpool(path)),
       connection_(openSpool(path)),
       recordings_(*connection_) {
+  unsent_.path = path;
+  takeUpRefused();
   count();
   tidy();
   closeOpenBehaviors();
@@ -78,6 +87,36 @@ void Spool::count() {
       connection_->integer("SELECT coalesce(sum(messages), 0) FROM outbox"));
   unsent_.unsent_bytes = static_cast<std::uint64_t>(
       connection_->integer("SELECT coalesce(sum(length(payload)), 0) FROM outbox"));
+}
+
+/// What the server refused then it may take now. Its ids are older than those of the outbox: it is
+/// sent first, in the order in which it was written.
+void Spool::takeUpRefused() {
+  SqliteTransaction transaction(*connection_);
+  connection_->execute(
+      "INSERT OR IGNORE INTO outbox SELECT id, kind, messages, payload FROM refused");
+  connection_->execute("DELETE FROM refused");
+  transaction.commit();
+}
+
+void Spool::setAside(const Entry& entry, std::uint64_t messages, const Bytes& payload,
+                     const std::string& why) {
+  const SqliteLock lock = connection_->lock();
+  SqliteTransaction transaction(*connection_);
+  SqliteStatement insert(*connection_,
+                         "INSERT OR REPLACE INTO refused (id, kind, messages, payload, why) "
+                         "VALUES (?1, ?2, ?3, ?4, ?5)");
+  insert.bind(1, entry.id).bind(2, static_cast<std::int64_t>(entry.kind));
+  insert.bind(3, static_cast<std::int64_t>(messages)).bind(4, payload);
+  insert.bind(5, why).run();
+  SqliteStatement(*connection_, "DELETE FROM outbox WHERE id = ?1").bind(1, entry.id).run();
+  transaction.commit();
+  unsent_.unsent_messages -= entry.messages;
+  unsent_.unsent_bytes -= entry.payload.size();
+  refused_bytes_ += payload.size();
+  unsent_.refused_messages += messages;
+  unsent_.refused_entries += 1;
+  unsent_.last_refusal = why;
 }
 
 /// Forgets the rows that no entry of the outbox can name any more.
@@ -109,7 +148,7 @@ void Spool::closeOpenBehaviors() {
 // ---------------------------------------------------------------------------------------- writing
 
 void Spool::add(Kind kind, std::uint64_t messages, const Bytes& payload) {
-  if (unsent_.unsent_bytes + payload.size() > most_bytes_) {
+  if (unsent_.unsent_bytes + refused_bytes_ + payload.size() > most_bytes_) {
     connection_->refuse("the spool is full: " + std::to_string(unsent_.unsent_bytes) +
                         " bytes wait for the server, at most " + std::to_string(most_bytes_) +
                         " may");

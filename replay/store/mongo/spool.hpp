@@ -8,6 +8,7 @@
 ///   channels    id (the spool's own), recording, topic, type, md5, definition, latching, caller_id
 ///   behaviors   id (the server's), key, is_open, state (BSON, mongo_layout.hpp; its recording is
 ///               the spool's id): those that run or wait to be sent
+///   refused     as the outbox, and why: entries that the server does not take
 ///   ids         next, last: behavior ids that the server has reserved for this spool
 /// Everything in the outbox names recordings and channels by the spool's ids; the sender
 /// translates.
@@ -65,12 +66,17 @@ class Spool {
   std::vector<Entry> front(std::size_t bytes) const;
   /// To be called when the server has the entries that front() gave.
   void confirm(const std::vector<Entry>& entries);
+  /// For an entry that the server refuses: it is confirmed but for `payload`, its `messages`
+  /// messages that are refused, and what it is, which stays until the spool is opened again.
+  void setAside(const Entry& entry, std::uint64_t messages, const Bytes& payload,
+                const std::string& why);
   /// Without an error.
   SpoolStatus unsent() const;
 
  private:
   void add(Kind kind, std::uint64_t messages, const Bytes& payload);
   void count();
+  void takeUpRefused();
   void closeOpenBehaviors();
   void tidy();
 
@@ -79,6 +85,7 @@ class Spool {
   const std::unique_ptr<SqliteConnection> connection_;
   SqliteRecordings recordings_;
   SpoolStatus unsent_;
+  std::uint64_t refused_bytes_ = 0;
 };
 
 }  // namespace afterglow::replay

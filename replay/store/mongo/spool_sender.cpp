@@ -11,6 +11,8 @@ namespace {
 constexpr std::int64_t kReservedIds = 1000;
 constexpr std::int64_t kFewIds = 200;
 constexpr std::size_t kSentAtOnce = 8 << 20;
+/// An answer may be of the moment: so often the server is asked before it is taken for a refusal.
+constexpr int kAttempts = 3;
 
 }  // namespace
 
@@ -25,7 +27,10 @@ SpoolSender::SpoolSender(Spool& spool, std::string uri, std::chrono::millisecond
   thread_ = std::thread([this] { run(); });
 }
 
-SpoolSender::~SpoolSender() {
+SpoolSender::~SpoolSender() { finish(); }
+
+void SpoolSender::finish() {
+  if (!thread_.joinable()) return;
   {
     std::unique_lock<std::mutex> lock(mutex_);
     is_ending_ = true;
@@ -92,9 +97,80 @@ bool SpoolSender::sendSome() {
   const auto entries = spool_.front(kSentAtOnce);
   if (entries.empty()) return false;
   reserveIds();
-  send(entries);
+  server();  // throws while it cannot be opened, which is no entry's fault
+  try {
+    send(entries);
+  } catch (const StoreAway&) {
+    throw;
+  } catch (const StoreBusy&) {
+    throw;
+  } catch (const std::exception&) {
+    if (++refusals_ < kAttempts) throw;
+    refusals_ = 0;
+    sendAlone(entries.front());
+    return true;
+  }
+  refusals_ = 0;
   spool_.confirm(entries);
   return true;
+}
+
+/// An entry that was refused, perhaps with others: message by message.
+void SpoolSender::sendAlone(const Spool::Entry& entry) {
+  std::vector<Message> refused;
+  std::string why;
+  const auto attempt = [&](const auto& work) {
+    try {
+      work();
+      return true;
+    } catch (const StoreAway&) {
+      throw;
+    } catch (const StoreBusy&) {
+      throw;
+    } catch (const std::exception& error) {
+      why = error.what();
+      return false;
+    }
+  };
+  std::vector<Message> messages;
+  const bool is_split = entry.kind == Spool::Kind::Messages &&
+                        attempt([&] { messages = unpackMessages(entry.payload); });
+  if (!is_split) {
+    if (attempt([&] { send({entry}); })) return spool_.confirm({entry});
+    return spool_.setAside(entry, entry.messages, entry.payload, nameOf(entry) + ": " + why);
+  }
+  for (const Message& message : messages) {
+    Message there = message;
+    const bool is_sent = attempt([&] {
+      there.channel = channelOnServer(message.channel);
+      server().append({there}, Duplicates::Skip);
+    });
+    if (!is_sent) refused.push_back(message);
+  }
+  if (refused.empty()) return spool_.confirm({entry});
+  spool_.setAside(entry, refused.size(), packMessages(refused, 0, refused.size()),
+                  nameOf(refused) + ": " + why);
+}
+
+std::string SpoolSender::nameOf(const std::vector<Message>& messages) const {
+  const std::size_t count = messages.size();
+  return std::to_string(count) + (count == 1 ? " message on " : " messages on ") +
+         spool_.channel(messages.front().channel).topic;
+}
+
+/// One that is no message.
+std::string SpoolSender::nameOf(const Spool::Entry& entry) {
+  switch (entry.kind) {
+    case Spool::Kind::Messages:
+      return std::to_string(entry.messages) + " messages";
+    case Spool::Kind::Behavior:
+      return "a behavior";
+    case Spool::Kind::Removal:
+      return "the removal of a behavior";
+    case Spool::Kind::File:
+      return "a file";
+  }
+  return "";
 }
 
 void SpoolSender::send(const std::vector<Spool::Entry>& entries) {

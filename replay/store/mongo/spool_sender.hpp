@@ -18,8 +18,9 @@ namespace afterglow::replay {
 
 class MongoStore;
 
-/// Sends the entries of a spool in order, each again until the server has confirmed it, and keeps a
-/// reserve of behavior ids in the spool, which must outlive it.
+/// Sends the entries of a spool in order, each again until the server has confirmed it; one that the
+/// server refuses several times is set aside, and of its messages those alone that it does not take,
+/// so that it holds up nothing. Keeps a reserve of behavior ids in the spool, which must outlive it.
 class SpoolSender {
  public:
   /// Its end waits until all is sent, but no longer than `farewell`. Between two attempts it
@@ -27,6 +28,8 @@ class SpoolSender {
   SpoolSender(Spool& spool, std::string uri, std::chrono::milliseconds farewell,
               std::chrono::milliseconds pause);
   ~SpoolSender();
+  /// What the destructor does first; nothing is sent afterwards.
+  void finish();
   SpoolSender(const SpoolSender&) = delete;
   SpoolSender& operator=(const SpoolSender&) = delete;
 
@@ -41,6 +44,9 @@ class SpoolSender {
   void run();
   bool sendSome();
   void send(const std::vector<Spool::Entry>& entries);
+  void sendAlone(const Spool::Entry& entry);
+  std::string nameOf(const std::vector<Message>& messages) const;
+  static std::string nameOf(const Spool::Entry& entry);
   void sendBehavior(Behavior behavior);
   std::int64_t recordingOnServer(std::int64_t id);
   std::int64_t channelOnServer(std::int64_t id);
@@ -49,6 +55,7 @@ class SpoolSender {
   const std::string uri_;
   const std::chrono::milliseconds farewell_, pause_;
   std::map<std::int64_t, std::int64_t> recordings_, channels_;  ///< the server's ids; the thread's
+  int refusals_ = 0;                                            ///< of the first entry; likewise
 
   mutable std::mutex server_mutex_;  ///< for opening it
   mutable std::unique_ptr<MongoStore> server_;

@@ -115,6 +115,11 @@ std::optional<SpoolStatus> SpooledStore::spoolStatus() const {
   return status;
 }
 
+std::optional<SpoolStatus> SpooledStore::sendRest() {
+  sender_.finish();
+  return spoolStatus();
+}
+
 // ---------------------------------------------------------------------------------------- reading
 
 std::optional<Behavior> SpooledStore::behavior(std::int64_t id) const {

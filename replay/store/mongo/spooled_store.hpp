@@ -2,7 +2,7 @@
 /// A recorder's store on a MongoDB server that may be slow, or away, also at the start: every write
 /// is on this machine's disk when its method returns (Spool), and a thread sends it on, in order
 /// and again until the server has confirmed it (SpoolSender). What is left when the recorder ends
-/// is sent when the next one starts. Nothing is lost, and since everything carries a key of its
+/// is sent when the next one starts; so is what the server refuses, which holds up nothing. Nothing is lost, and since everything carries a key of its
 /// own, nothing is there twice.
 #pragma once
 
@@ -65,6 +65,7 @@ class SpooledStore final : public Store {
 
   std::string folder() const override;
   std::optional<SpoolStatus> spoolStatus() const override;
+  std::optional<SpoolStatus> sendRest() override;
 
  private:
   Behavior asOnServer(const Behavior& behavior) const;

@@ -28,6 +28,7 @@ class UndoLog {
     }
     for (const auto& rest : finish()) rest();
   }
+  bool isRunning() const { return is_running_; }
   /// Takes back the write that was just made, if it is part of a transaction that fails.
   void onFailure(std::function<void()> undo) {
     if (is_running_) on_failure_.push_back(std::move(undo));
