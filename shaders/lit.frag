@@ -1,7 +1,6 @@
-// Solid things in a dimmed room with a projector's light on them, as sRGB.
+// A projector's light on solid things: linear RGB on their surface, before they reflect it.
 in vec3 point_world;
 in vec3 normal_world;
-in vec3 albedo;
 
 uniform vec3 p_world_projector;
 uniform mat4 P_shadow_optical;  // optical frame to the shadow map's clip coordinates
@@ -9,7 +8,7 @@ uniform float shadow_texel;     // size of a shadow map texel at a meter, meters
 uniform float projector_gain;   // white light at a meter
 uniform sampler2DShadow shadow_map;
 
-out vec4 seen;
+out vec4 thrown;
 
 // How much of the projector is seen from here. The point is lifted off its surface by what a texel
 // of the map spans there, so that a surface does not shade itself.
@@ -29,5 +28,5 @@ void main() {
   vec3 light = linearFromSrgb(sentLight(p_optical)) *
                (projector_gain * cosine / (distance * distance)) *
                unshaded(n_world, p_optical.z, cosine);
-  seen = vec4(seenColor(albedo * (roomLight(n_world) + light)), 1.0);
+  thrown = vec4(light, 1.0);
 }

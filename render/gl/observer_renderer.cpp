@@ -7,7 +7,9 @@
 
 #include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
+#include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
+#include "render/gl/surface_target.hpp"
 #include "render/gl/thrown_light.hpp"
 #include "render/scene/shaded_mesh.hpp"
 
@@ -16,9 +18,10 @@ namespace {
 
 const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond the modeled room
 
+constexpr double kNear = 0.05;  // meters
+
 /// y down, as images have it: see RenderTarget::read.
 glm::dmat4 clipFromObserver(const ObserverView& view) {
-  constexpr double kNear = 0.05;
   const double aspect = static_cast<double>(view.width) / view.height;
   return glm::infinitePerspectiveLH(view.vertical_fov, aspect, kNear);
 }
@@ -45,9 +48,18 @@ void check(const ObserverView& view, const ProjectedLight* light) {
 }
 
 Program makeSolidProgram(const std::vector<std::string>& fragment_files) {
-  return makeProgram({{GL_VERTEX_SHADER, {"room_light.glsl", "solid.vert"}},
-                      {GL_FRAGMENT_SHADER, fragment_files}});
+  return makeProgram(
+      {{GL_VERTEX_SHADER, {"srgb.glsl", "solid.vert"}}, {GL_FRAGMENT_SHADER, fragment_files}});
 }
+
+/// All that depends on the picture's size.
+struct SeenTargets {
+  SeenTargets(int width, int height)
+      : picture(width, height), surfaces(width, height, picture.depth()), shade(width, height) {}
+  SmoothedTarget picture;
+  SurfaceTarget surfaces;
+  RoomShade shade;
+};
 
 }  // namespace
 
@@ -57,6 +69,11 @@ struct ObserverRenderer::Impl {
     setAttribute<glm::vec3>(array, 0, offsetof(ShadedVertex, x));
     setAttribute<glm::vec3>(array, 1, offsetof(ShadedVertex, nx));
     setAttribute<glm::u8vec4>(array, 2, offsetof(ShadedVertex, color));
+    setUniform(seen_program, "reflected", SurfaceTarget::kReflectedUnit);
+    setUniform(seen_program, "facing", SurfaceTarget::kFacingUnit);
+    setUniform(seen_program, "thrown", SurfaceTarget::kThrownUnit);
+    setUniform(seen_program, "reached", RoomShade::kShadeUnit);
+    setUniform(seen_program, "background", kBackground);
   }
 
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
@@ -67,42 +84,49 @@ struct ObserverRenderer::Impl {
     index_count = static_cast<GLsizei>(mesh.indices.size());
     upload(vertex_buffer, mesh.vertices);
     upload(index_buffer, mesh.indices);
-    begin();
-    if (light) drawDepths(*light);
-    if (!target || target->width() != view.width || target->height() != view.height) {
-      target.emplace(view.width, view.height);
+    if (!targets || targets->picture.width() != view.width ||
+        targets->picture.height() != view.height) {
+      targets.emplace(view.width, view.height);
     }
-    target->begin(kBackground);
-    const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
-    const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
-    for (const Program* program : {&room_program, &mark_program, &lit_program}) {
-      setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
-      setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
-    }
-    draw(room_program);
-    if (light) drawLit();
-    return target->read();
+    drawDepths(light, view);
+    drawSurfaces(view);
+    if (light) drawThrown();
+    return see(view);
   }
 
-  void begin() {
+  /// The room from the projector's place and from the lamp's.
+  void drawDepths(const ProjectedLight* light, const ObserverView& view) {
     glDisable(GL_BLEND);
     glDisable(GL_STENCIL_TEST);
     glDisable(GL_CULL_FACE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_LEQUAL);
-  }
-
-  /// The room from the projector's place.
-  void drawDepths(const ProjectedLight& light) {
-    thrown_light.set(light);
-    setUniform(depth_program, "P_clip_world", glm::mat4(thrown_light.clipFromWorld()));
-    thrown_light.shadowMap().begin();
+    if (light) {
+      thrown_light.set(*light);
+      setUniform(depth_program, "P_clip_world", glm::mat4(thrown_light.clipFromWorld()));
+      thrown_light.shadowMap().begin();
+      draw(depth_program);
+    }
+    targets->shade.beginLamp(view);
+    setUniform(depth_program, "P_clip_world", glm::mat4(targets->shade.clipFromWorld()));
     draw(depth_program);
   }
 
-  /// Draws the visible surfaces that the projector may light once more, over the room.
-  void drawLit() {
+  void drawSurfaces(const ObserverView& view) {
+    const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
+    const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
+    for (const Program* program : {&surface_program, &mark_program, &lit_program}) {
+      setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
+      setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
+    }
+    targets->surfaces.beginSurfaces();
+    draw(surface_program);
+  }
+
+  /// Draws the visible surfaces that the projector may light once more, with its light.
+  void drawThrown() {
     thrown_light.use(mark_program, lit_program);
+    targets->surfaces.beginThrown();
     glDepthMask(GL_FALSE);
     glDepthFunc(GL_EQUAL);
     glEnable(GL_STENCIL_TEST);
@@ -117,6 +141,14 @@ struct ObserverRenderer::Impl {
     draw(lit_program);
   }
 
+  Image see(const ObserverView& view) {
+    targets->surfaces.bind();
+    targets->shade.draw(view, kNear);
+    targets->shade.bind();
+    drawScreen(targets->picture.color(), view.width, view.height, seen_program, no_vertices);
+    return targets->picture.read();
+  }
+
   void draw(const Program& program) {
     glUseProgram(program.id());
     glBindVertexArray(array.id());
@@ -127,15 +159,18 @@ struct ObserverRenderer::Impl {
   ShadedMeshBuilder builder;
   /// Several programs: software OpenGL pays for both sides of a branch, so the stencil keeps dark
   /// places from the costly program.
-  Program room_program = makeSolidProgram({"room_light.glsl", "room.frag"});
+  Program surface_program = makeSolidProgram({"surface.frag"});
   Program mark_program = makeSolidProgram({"mark_lit.frag"});
-  Program lit_program =
-      makeSolidProgram({"lens.glsl", "sent_light.glsl", "room_light.glsl", "lit.frag"});
+  Program lit_program = makeSolidProgram({"srgb.glsl", "lens.glsl", "sent_light.glsl", "lit.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
+  Program seen_program =
+      makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}},
+                   {GL_FRAGMENT_SHADER, {"srgb.glsl", "room_light.glsl", "seen.frag"}}});
   Buffer vertex_buffer = Buffer::make(), index_buffer = Buffer::make();
   VertexArray array = makeVertexArray<ShadedVertex>(vertex_buffer);
+  VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
-  std::optional<SmoothedTarget> target;
+  std::optional<SeenTargets> targets;
   GLsizei index_count = 0;
 };
 

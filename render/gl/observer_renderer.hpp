@@ -27,9 +27,10 @@ struct ProjectedLight {
   Image image;
 };
 
-/// The room as a bystander sees it: solid things (every drawable opaque, color its paint), soft
-/// room light with contact shadows left out, and the projector's light with occlusion, lens and
-/// falloff. PointStyle::Points, which has no size in a room, is left out.
+/// The room as a bystander sees it: solid things (every drawable opaque, color its paint), a lamp
+/// and a soft sky with their shadows, and the projector's light with occlusion, lens and falloff,
+/// exposed as a camera would, hues kept. PointStyle::Points, which has no size in a room, is left
+/// out.
 class ObserverRenderer {
  public:
   /// Throws std::runtime_error where OpenGL cannot be used, and why.

@@ -44,36 +44,40 @@ SmoothedTarget::SmoothedTarget(int width, int height)
       program_(makeProgram(
           {{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, {"smooth_edges.frag"}}})) {
   glTextureStorage2D(color_.id(), 1, GL_RGBA8, width, height);
-  glTextureParameteri(color_.id(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(color_.id(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  glTextureParameteri(color_.id(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(color_.id(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glNamedRenderbufferStorage(depth_.id(), GL_DEPTH24_STENCIL8, width, height);
+  glTextureStorage2D(depth_.id(), 1, GL_DEPTH24_STENCIL8, width, height);
+  setSampling(color_, GL_LINEAR);
+  setSampling(depth_, GL_NEAREST);
   glNamedRenderbufferStorage(smoothed_color_.id(), GL_RGBA8, width, height);
-  glNamedFramebufferTexture(drawn_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
-  glNamedFramebufferRenderbuffer(drawn_.id(), GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER,
-                                 depth_.id());
+  glNamedFramebufferTexture(color_only_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
   glNamedFramebufferRenderbuffer(smoothed_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
                                  smoothed_color_.id());
-  requireComplete(drawn_, width, height);
+  requireComplete(color_only_, width, height);
   requireComplete(smoothed_, width, height);
 }
 
-void SmoothedTarget::begin(const glm::vec3& background_rgb) {
-  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.id());
-  clearAll(width_, height_, background_rgb);
+Image SmoothedTarget::read() {
+  glBindTextureUnit(0, color_.id());
+  drawScreen(smoothed_, width_, height_, program_, no_vertices_);
+  return readRgb(smoothed_, width_, height_);
 }
 
-Image SmoothedTarget::read() {
-  glBindFramebuffer(GL_FRAMEBUFFER, smoothed_.id());
+void setSampling(const Texture& texture, GLenum filter, GLenum wrap) {
+  glTextureParameteri(texture.id(), GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
+  glTextureParameteri(texture.id(), GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, static_cast<GLint>(wrap));
+  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_T, static_cast<GLint>(wrap));
+}
+
+void drawScreen(const Framebuffer& framebuffer, int width, int height, const Program& program,
+                const VertexArray& no_vertices) {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.id());
+  glViewport(0, 0, width, height);
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_BLEND);
-  glUseProgram(program_.id());
-  glBindVertexArray(no_vertices_.id());
-  glBindTextureUnit(0, color_.id());
+  glUseProgram(program.id());
+  glBindVertexArray(no_vertices.id());
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  return readRgb(smoothed_, width_, height_);
 }
 
 void requireComplete(const Framebuffer& framebuffer, int width, int height) {

@@ -30,7 +30,8 @@ class RenderTarget {
   Renderbuffer resolved_color_ = Renderbuffer::make();
 };
 
-/// The same with one sample a pixel, whose edges are softened when it is read.
+/// The same with one sample a pixel, whose edges are softened when it is read. Its depth, with
+/// stencil, may be shared.
 class SmoothedTarget {
  public:
   /// Throws std::runtime_error if the driver cannot make it.
@@ -39,16 +40,17 @@ class SmoothedTarget {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  /// Clears the target; drawing goes into it from now on.
-  void begin(const glm::vec3& background_rgb);
+  const Texture& depth() const { return depth_; }
+  /// Its color alone.
+  const Framebuffer& color() const { return color_only_; }
   /// As RenderTarget::read.
   Image read();
 
  private:
   int width_, height_;
-  Texture color_ = Texture::make(GL_TEXTURE_2D);
-  Renderbuffer depth_ = Renderbuffer::make(), smoothed_color_ = Renderbuffer::make();
-  Framebuffer drawn_ = Framebuffer::make(), smoothed_ = Framebuffer::make();
+  Texture color_ = Texture::make(GL_TEXTURE_2D), depth_ = Texture::make(GL_TEXTURE_2D);
+  Renderbuffer smoothed_color_ = Renderbuffer::make();
+  Framebuffer color_only_ = Framebuffer::make(), smoothed_ = Framebuffer::make();
   VertexArray no_vertices_ = VertexArray::make();
   Program program_;
 };
@@ -58,6 +60,13 @@ void requireComplete(const Framebuffer& framebuffer, int width, int height);
 
 /// Sets the viewport and clears color, depth and stencil of the bound framebuffer.
 void clearAll(int width, int height, const glm::vec3& background_rgb);
+
+/// One filter, and what lies beyond the texture's border.
+void setSampling(const Texture& texture, GLenum filter, GLenum wrap = GL_CLAMP_TO_EDGE);
+
+/// Runs a program of screen.vert for every pixel, without depth, stencil or blending.
+void drawScreen(const Framebuffer& framebuffer, int width, int height, const Program& program,
+                const VertexArray& no_vertices);
 
 /// A framebuffer's pixels, lowest row first.
 Image readRgb(const Framebuffer& framebuffer, int width, int height);

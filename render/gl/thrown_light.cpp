@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "render/gl/glm_eigen.hpp"
+#include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
 #include "render/scene/lens_domain.hpp"
 
@@ -18,13 +19,6 @@ constexpr float kGain = 8;  ///< white light at a meter, in units of what white 
 bool sameLens(const calib::Lens& a, const calib::Lens& b) {
   return a.width == b.width && a.height == b.height && a.K == b.K && a.D == b.D &&
          a.model == b.model;
-}
-
-void setSampling(const Texture& texture, GLenum filter, GLenum wrap) {
-  glTextureParameteri(texture.id(), GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
-  glTextureParameteri(texture.id(), GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
-  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_S, static_cast<GLint>(wrap));
-  glTextureParameteri(texture.id(), GL_TEXTURE_WRAP_T, static_cast<GLint>(wrap));
 }
 
 }  // namespace
@@ -42,7 +36,7 @@ void ThrownLight::setLensOf(const ProjectedLight& light) {
   shadow_texel_ = ShadowMap::texelSize(lens_);
   image_ = Texture::make(GL_TEXTURE_2D);
   glTextureStorage2D(image_.id(), 1, GL_RGBA8, lens_.width, lens_.height);
-  setSampling(image_, GL_LINEAR, GL_CLAMP_TO_EDGE);
+  setSampling(image_, GL_LINEAR);
 }
 
 void ThrownLight::set(const ProjectedLight& light) {
@@ -75,15 +69,12 @@ void ThrownLight::use(const Program& mark_program, const Program& lit_program) c
 }
 
 // ------------------------------------------------------------------------------------- depths
-ShadowMap::ShadowMap() {
-  glTextureStorage2D(depth_.id(), 1, GL_DEPTH_COMPONENT32F, kSize, kSize);
+ShadowMap::ShadowMap(int size) : size_(size) {
+  glTextureStorage2D(depth_.id(), 1, GL_DEPTH_COMPONENT32F, size, size);
   // Outside the frustum nothing is in the way.
   const float far[4] = {1, 1, 1, 1};
   glTextureParameterfv(depth_.id(), GL_TEXTURE_BORDER_COLOR, far);
-  glTextureParameteri(depth_.id(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_BORDER);
-  glTextureParameteri(depth_.id(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_BORDER);
-  glTextureParameteri(depth_.id(), GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(depth_.id(), GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  setSampling(depth_, GL_LINEAR, GL_CLAMP_TO_BORDER);
   glTextureParameteri(depth_.id(), GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   glTextureParameteri(depth_.id(), GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
   glNamedFramebufferTexture(framebuffer_.id(), GL_DEPTH_ATTACHMENT, depth_.id(), 0);
@@ -112,7 +103,7 @@ double ShadowMap::texelSize(const calib::Lens& lens) {
 
 void ShadowMap::begin() {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.id());
-  glViewport(0, 0, kSize, kSize);
+  glViewport(0, 0, size_, size_);
   glDepthMask(GL_TRUE);
   glClearDepth(1);
   glClear(GL_DEPTH_BUFFER_BIT);

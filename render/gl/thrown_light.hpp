@@ -14,10 +14,12 @@
 
 namespace afterglow::render {
 
-/// How far a projector's light reaches: depths of the room from the projector's place.
+/// How far light reaches: depths of the room from the place of a projector or a lamp.
 class ShadowMap {
  public:
-  ShadowMap();
+  static constexpr int kSize = 768;
+
+  explicit ShadowMap(int size = kSize);  ///< texels, each way
 
   /// Pinhole frustum around all that the lens shows; distortion is left to the look-up of the
   /// light.
@@ -30,7 +32,7 @@ class ShadowMap {
   const Texture& texture() const { return depth_; }
 
  private:
-  static constexpr int kSize = 768;
+  int size_;
   Texture depth_ = Texture::make(GL_TEXTURE_2D);
   Framebuffer framebuffer_ = Framebuffer::make();
 };

@@ -45,6 +45,12 @@ class Observed : public test::GlTest {
     return Eigen::Vector2d(view_.width - 1, view_.height - 1) / 2 + f * p.head<2>() / p.z();
   }
 
+  int brightnessAt(const Image& image, const Eigen::Vector3d& p_world) const {
+    const Eigen::Vector2d p = pixel(p_world);
+    return test::brightness(image, static_cast<int>(std::lround(p.x())),
+                            static_cast<int>(std::lround(p.y())));
+  }
+
   /// Center of where two images differ, and over how many pixels they do.
   static std::pair<Eigen::Vector2d, double> difference(const Image& a, const Image& b) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -129,6 +135,36 @@ TEST_F(Observed, surfacesDoNotShadeThemselves) {
   }
   EXPECT_GT(inside, 1000);
   EXPECT_EQ(holes, 0);
+}
+
+TEST_F(Observed, aShadowFallsWhereTheLampIsHidden) {
+  const Image empty = observe(nullptr);
+  room_.push_back({at(1.3, 0, 0.5), Cube{Eigen::Vector3f::Constant(0.3f)}, {}});
+  const Image shaded = observe(nullptr);
+  const Eigen::Vector3d p_shadow(1.594, -0.071, 0), p_beside(0.6, -0.4, 0);
+  EXPECT_LT(brightnessAt(shaded, p_shadow), 0.8 * brightnessAt(empty, p_shadow));
+  EXPECT_NEAR(brightnessAt(shaded, p_beside), brightnessAt(empty, p_beside), 6);
+}
+
+TEST_F(Observed, whatStandsDarkensTheFloorAtItsFoot) {
+  const Image empty = observe(nullptr);
+  room_.push_back({at(1.3, 0, 0.15), Cube{Eigen::Vector3f::Constant(0.3f)}, {}});
+  const Image standing = observe(nullptr);
+  const Eigen::Vector3d p_foot(1.135, -0.05, 0), p_beside(0.6, 0, 0);  // the lamp's side of it
+  EXPECT_LT(brightnessAt(standing, p_foot), 0.96 * brightnessAt(empty, p_foot));
+  EXPECT_NEAR(brightnessAt(standing, p_beside), brightnessAt(empty, p_beside), 6);
+}
+
+TEST_F(Observed, strongOrangeLightStaysOrange) {
+  ProjectedLight light{lens_, T_world_projector_.inverse(), {1280, 800, {}}};
+  for (int i = 0; i < 1280 * 800; ++i) light.image.rgb.insert(light.image.rgb.end(), {206, 92, 0});
+  const Image lit = observe(&light);
+  const Eigen::Vector2d p = pixel({1.3, 0, 0});
+  const auto* rgb = &lit.rgb[3 * (static_cast<std::size_t>(std::lround(p.y())) * 640 +
+                                  static_cast<std::size_t>(std::lround(p.x())))];
+  EXPECT_GT(rgb[0], 160);
+  EXPECT_NEAR(rgb[1] / 255.0, 0.5 * rgb[0] / 255.0, 0.1);
+  EXPECT_LT(rgb[2], rgb[0] / 2) << "pink";
 }
 
 TEST_F(Observed, aDarkImageChangesNothing) {

@@ -1,0 +1,34 @@
+// What a bystander's camera sees of surfaces in the room's and the projector's light, as sRGB.
+// Needs room_light.glsl and srgb.glsl.
+uniform sampler2D reflected;   // root of the albedo
+uniform sampler2D facing;      // normals in the world; alpha 0: nothing is there
+uniform sampler2D thrown;      // the projector's light on the surfaces
+uniform sampler2D reached;     // lamp and sky; smaller than the picture
+uniform vec3 background;       // sRGB
+
+out vec4 seen;
+
+// A projector's primaries are purer than sRGB's.
+vec3 pure(vec3 light) { return mix(vec3(dot(light, vec3(0.30, 0.59, 0.11))), light, 1.22); }
+
+// A camera's shoulder. The strongest channel bends and takes the others along: bright light keeps
+// its hue instead of clipping to white.
+vec3 exposed(vec3 light) {
+  float most = max(max(light.r, light.g), max(light.b, 1e-4));
+  float kept = most < 0.55 ? most : 0.55 + 0.45 * (1.0 - 0.45 / (most - 0.10));
+  return light * (min(kept, 1.0) / most);
+}
+
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
+  vec2 uv = gl_FragCoord.xy / vec2(textureSize(reflected, 0));
+  vec4 normal = texelFetch(facing, at, 0);
+  vec3 albedo = texelFetch(reflected, at, 0).rgb;
+  albedo *= albedo;
+  vec2 shade = textureLod(reached, uv, 0.0).rg;
+  vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + pure(texelFetch(thrown, at, 0).rgb);
+  vec2 aside = uv - 0.5;
+  float vignette = 1.0 - 0.55 * dot(aside, aside);
+  vec3 color = srgbFromLinear(exposed(max(albedo * light, 0.0) * vignette));
+  seen = vec4(normal.a == 0.0 ? background : color, 1.0);
+}
