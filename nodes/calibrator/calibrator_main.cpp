@@ -4,11 +4,16 @@
 #include <iostream>
 
 #include "nodes/calibrator/calibrator_window.hpp"
+#include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
+  const bool is_helped = answersHelp(
+      argc, argv, "calibrator_node", "calibrates a projector with a camera.",
+      "calibrator.launch");
+  if (is_helped) return 0;
   try {
     requireMaster(argc, argv);
     ros::init(argc, argv, "calibrator_node", ros::init_options::NoSigintHandler);

@@ -5,9 +5,14 @@
 #include <stdexcept>
 
 #include "nodes/fetch/fake_fetch_node.hpp"
+#include "nodes/tools/node_help.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
+  const bool is_helped = answersHelp(
+      argc, argv, "fake_fetch_node", "simulates a Fetch without a camera.",
+      "fake_fetch.launch");
+  if (is_helped) return 0;
   ros::init(argc, argv, "fake_fetch");
   try {
     if (!ros::master::check())

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "nodes/guard/guard_node.hpp"
+#include "nodes/tools/node_help.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 namespace {
@@ -25,6 +26,10 @@ void hurry() {
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
+  const bool is_helped = answersHelp(
+      argc, argv, "afterglow_guard",
+      "stops this robot when a player, its machine or the network is gone.", "guard.launch");
+  if (is_helped) return 0;
   hurry();
   std::signal(SIGPIPE, SIG_IGN);
   ros::init(argc, argv, "afterglow_guard", ros::init_options::NoSigintHandler);

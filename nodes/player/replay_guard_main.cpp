@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <string>
 #include <vector>
 
 #include "nodes/player/realtime.hpp"
@@ -38,9 +39,11 @@ ros::M_string naming(const std::string& name) {
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  if (argc != 2) {
-    std::cerr << "usage: afterglow_replay_guard NODE-NAME\n";
-    return 2;
+  if (argc != 2 || argv[1][0] == '-') {
+    const bool is_asked = argc == 2 && std::string(argv[1]) == "--help";
+    (is_asked ? std::cout : std::cerr) << "usage: afterglow_replay_guard NODE-NAME\n"
+                                       << "started by players; their standard input is its link\n";
+    return is_asked ? 0 : 2;
   }
   closeInheritedFiles();
   std::signal(SIGPIPE, SIG_IGN);

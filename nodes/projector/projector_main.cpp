@@ -10,6 +10,7 @@
 
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
+#include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
@@ -87,6 +88,10 @@ void project(ProjectorNode& node, std::vector<Screen> screens) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool is_helped = afterglow::nodes::answersHelp(
+      argc, argv, "projector_node", "projects what robots publish where it belongs.",
+      "projector.launch");
+  if (is_helped) return 0;
   try {
     afterglow::nodes::requireMaster(argc, argv);
     ros::init(argc, argv, "projector_node", ros::init_options::NoSigintHandler);

@@ -14,6 +14,7 @@
 #include "calib/number_text.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/mount_poses.hpp"
+#include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
@@ -45,6 +46,10 @@ geometry_msgs::TransformStamped readTransform(const std::vector<std::string>& ar
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool is_helped = afterglow::nodes::answersHelp(
+      argc, argv, "static_transform_node",
+      "X Y Z QX QY QZ QW PARENT_FRAME CHILD_FRAME: sends that static transform.", "");
+  if (is_helped) return 0;
   try {
     afterglow::nodes::requireMaster(argc, argv);
     ros::init(argc, argv, "static_transform_node", ros::init_options::NoSigintHandler);

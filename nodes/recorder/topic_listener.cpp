@@ -1,5 +1,8 @@
 #include "nodes/recorder/topic_listener.hpp"
 
+#include <iterator>
+#include <utility>
+
 namespace afterglow::nodes {
 namespace {
 
@@ -34,6 +37,7 @@ void TopicListener::release(const std::vector<std::string>& topics) {
       recorder_.forgetLatched(topic);
       const std::lock_guard<std::mutex> channels_lock(channels_mutex_);
       senders_.erase(topic);
+      types_.erase(topic);
     }
   }
 }
@@ -114,6 +118,10 @@ std::size_t TopicListener::channelOf(const std::string& topic, const Event& even
                                 valueOf(*header, "message_definition"),
                                 valueOf(*header, "latching") == "1",
                                 valueOf(*header, "callerid")};
+  // Publishers come and go for as long as a robot runs: what only this map still holds is forgotten.
+  for (auto held = channels_.begin(); held != channels_.end();) {
+    held = held->first.use_count() == 1 ? channels_.erase(held) : std::next(held);
+  }
   types_[topic] = channel.type;
   if (!channel.caller_id.empty()) senders_[topic].insert(channel.caller_id);
   return channels_[header] = recorder_.channelIndex(channel);

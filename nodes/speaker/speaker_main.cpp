@@ -4,9 +4,14 @@
 #include <iostream>
 
 #include "nodes/speaker/speaker_node.hpp"
+#include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 int main(int argc, char** argv) {
+  const bool is_helped = afterglow::nodes::answersHelp(
+      argc, argv, "speaker_node", "speaks and plays what /robotsound asks for.",
+      "speaker.launch");
+  if (is_helped) return 0;
   try {
     afterglow::nodes::requireMaster(argc, argv);
     ros::init(argc, argv, "speaker_node");

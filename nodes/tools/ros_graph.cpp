@@ -8,11 +8,14 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iostream>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+
+#include "nodes/tools/stop_signal.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -232,6 +235,24 @@ std::vector<std::string> waitForPublishers(const std::vector<std::string>& topic
     }
   }
   return names;
+}
+
+bool awaitMaster(int argc, char** argv, const std::string& node) {
+  const std::string uri = masterUri(argc, argv);
+  std::string host;
+  std::uint32_t port = 0;
+  if (!ros::network::splitURI(uri, host, port)) {
+    throw std::runtime_error("'" + uri + "' is no ROS master's URI");
+  }
+  XmlRpcValue arguments;
+  arguments[0] = "/afterglow";
+  for (bool is_told = false; !isStopRequested(); is_told = true) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    if (call(host, static_cast<int>(port), "getPid", arguments, deadline)) return true;
+    if (!is_told) std::cerr << node << ": waiting for a ROS master at " << uri << std::endl;
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  return false;
 }
 
 void requireMaster(int argc, char** argv) {

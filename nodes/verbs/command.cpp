@@ -81,6 +81,13 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   return 1;
 }
 
+int refuseVerb(const std::string& word) {
+  std::cerr << "afterglow: there is no verb '" << oneLine(word) << "'; there are:";
+  for (const Verb& verb : kVerbs) std::cerr << " " << verb.name;
+  std::cerr << std::endl;
+  return 2;
+}
+
 const char* programOf(const std::string& verb) {
   const Verb* found = findVerb(verb);
   return found ? found->program : nullptr;

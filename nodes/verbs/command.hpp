@@ -17,6 +17,8 @@ using AddVerb = void (*)(CLI::App&);
 /// or failed, with one line on stderr; 2 wrong usage.
 int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs);
 
+/// Says on stderr, in one line, that there is no such verb; the exit status.
+int refuseVerb(const std::string& word);
 /// The program, which lies beside this one, that does a verb; none: there is no such verb.
 const char* programOf(const std::string& verb);
 /// Goes on as that program, with the same arguments. Returns (1, with one line on stderr) only if

@@ -49,6 +49,12 @@ void printTable(const replay::Store& store, const std::vector<replay::Behavior>&
   std::cout << table.text();
 }
 
+replay::BehaviorFilter anyOne() {
+  replay::BehaviorFilter filter;
+  filter.limit = 1;
+  return filter;
+}
+
 /// But for --before, which may name a behavior of the store.
 replay::BehaviorFilter filterOf(const ListOptions& options) {
   replay::BehaviorFilter filter;
@@ -81,7 +87,9 @@ void runList(const ListOptions& options) {
   if (options.json) {
     printJson(*store, behaviors);
   } else if (behaviors.empty()) {
-    std::cerr << "no such behaviors in " << replay::storeUri(options.store) << "\n";
+    const bool is_empty = store->behaviors(anyOne()).empty();
+    std::cerr << (is_empty ? "no behaviors yet in " : "no such behaviors in ")
+              << replay::storeUri(options.store) << "\n";
   } else {
     printTable(*store, behaviors);
   }

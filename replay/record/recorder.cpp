@@ -6,6 +6,8 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::size_t kMostNotices = 100;
+const std::string kTransforms = "/tf";
+constexpr std::int64_t kTransformsBefore_ns = 10'000'000'000;  // as long as tf2 remembers
 
 }  // namespace
 
@@ -203,9 +205,23 @@ void Recorder::enqueuePast(const RunningBehavior& running) {
   for (LatchedState::Entry& entry : past_.latchedAt(begin, topics)) {
     enqueue(*entry.channel, {0, begin, next_sequence_++, {}, std::move(entry.bytes)});
   }
+  enqueueEarlierTransforms(begin, topics);
   for (PreRoll::Entry& entry : past_.take(begin, topics)) {
     const bool is_wanted = running_.wants(entry.channel->topic, entry.received) ==
                            RunningBehaviors::Want::Yes;
+    if (!is_wanted) continue;
+    enqueue(*entry.channel, {0, entry.received, entry.sequence, {}, std::move(entry.bytes)});
+  }
+}
+
+/// What a camera saw just before the begin arrives after it: its transforms are older. They stand in
+/// the recording before the behavior, where those who replay it look for them.
+void Recorder::enqueueEarlierTransforms(Stamp begin, const std::set<std::string>& topics) {
+  if (topics.count(kTransforms) == 0) return;
+  for (PreRoll::Entry& entry : past_.take({begin.ns - kTransformsBefore_ns}, {kTransforms})) {
+    const bool is_wanted =
+        entry.received < begin ||
+        running_.wants(kTransforms, entry.received) == RunningBehaviors::Want::Yes;
     if (!is_wanted) continue;
     enqueue(*entry.channel, {0, entry.received, entry.sequence, {}, std::move(entry.bytes)});
   }

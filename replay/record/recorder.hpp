@@ -121,6 +121,7 @@ class Recorder {
   void enqueue(const Channel& channel, Message message);
   void drop(const std::string& topic, Stamp received, const std::string& why);
   void enqueuePast(const RunningBehavior& running);
+  void enqueueEarlierTransforms(Stamp begin, const std::set<std::string>& topics);
   /// The part of begin() before the store has given the behavior its id.
   std::int64_t admit(Behavior& behavior, const RecordingTerms& terms);
   void retire(std::int64_t behavior_id);

@@ -1,6 +1,10 @@
 #include "replay/store/store.hpp"
 
+#include <pwd.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <fstream>
@@ -23,12 +27,12 @@ constexpr const char* kServerSchemes[] = {"mongodb://", "mongodb+srv://"};
 
 std::string defaultUri() {
   if (const char* uri = std::getenv("AFTERGLOW_STORE"); uri && *uri) return uri;
-  const char* home = std::getenv("HOME");
-  if (!home || !*home) {
+  const std::string home = homeFolder();
+  if (home.empty()) {
     throw StoreError(
-        "no store: neither --store nor AFTERGLOW_STORE names one, and HOME is not set");
+        "no store: neither --store nor AFTERGLOW_STORE names one, and this account has no HOME");
   }
-  return std::string(home) + "/.local/share/afterglow/afterglow.db";
+  return home + "/.local/share/afterglow/afterglow.db";
 }
 
 /// Of the authority of a URI, "USER:PASSWORD@" with the @; empty without one. A password may hold an
@@ -68,6 +72,16 @@ std::string readIfFile(const std::string& uri) {
 }
 
 }  // namespace
+
+/// A program that systemd starts has no HOME.
+std::string homeFolder() {
+  if (const char* home = std::getenv("HOME"); home && *home) return home;
+  std::array<char, 4096> text{};
+  passwd account{};
+  passwd* found = nullptr;
+  const bool is_known = getpwuid_r(geteuid(), &account, text.data(), text.size(), &found) == 0;
+  return is_known && found && account.pw_dir ? account.pw_dir : "";
+}
 
 void refusePassword(const std::string& where, const std::string& uri) {
   if (userOf(uri).find(':') == std::string_view::npos) return;

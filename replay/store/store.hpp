@@ -255,6 +255,9 @@ std::string fullStoreUri(const std::string& uri);
 /// parameter of the parameter server.
 void refusePassword(const std::string& where, const std::string& uri);
 
+/// $HOME, else the account's; empty if neither says.
+std::string homeFolder();
+
 /// Whether a full URI is a MongoDB server's.
 bool isServerUri(const std::string& uri);
 

@@ -236,6 +236,20 @@ TEST_F(RecordingTermsTest, reachesBackWithTrueStampsAndTheStateOfThen) {
   EXPECT_EQ(store->contextTopics(*store->behavior(begun.id)).size(), 1u);
 }
 
+TEST_F(RecordingTermsTest, keepsTheTransformsFromBeforeTheBegin) {
+  say("/tf", 1 * kSecond, "forgotten");
+  say("/tf", 19 * kSecond, "tf");
+  say("/a", 19 * kSecond, "before");
+  const Behavior begun = recorder.begin(behavior(20 * kSecond));
+  say("/tf", 21 * kSecond, "later");
+  recorder.end(begun.id, {22 * kSecond}, test::outcome("success"));
+  Behavior reaching_back = *store->behavior(begun.id);
+  EXPECT_EQ(reaching_back.begin, Stamp{20 * kSecond});
+  EXPECT_TRUE(texts(begun.id).empty());
+  reaching_back.begin = {10 * kSecond};
+  EXPECT_EQ(test::readTexts(*store, reaching_back, {{"/tf"}, {}, {}}), (Texts{"tf", "later"}));
+}
+
 TEST_F(RecordingTermsTest, storesWhatTwoBehaviorsReachBackForOnce) {
   say("/a", 1 * kSecond, "1");
   const Behavior first = recorder.begin(behavior(2 * kSecond), preRoll(5));

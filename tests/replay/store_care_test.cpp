@@ -1,7 +1,11 @@
 // Checking, repairing, measuring and pruning a store; older versions.
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
+#include <array>
 #include <filesystem>
+#include <set>
 
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/retention.hpp"
@@ -101,6 +105,40 @@ TEST_F(StoreCare, namesDamageByTopicAndTime) {
              "behavior 2 (pick): its parent is not there", "behavior 2 (pick): tags is not JSON",
              "behavior 4 (pick): its messages are not as many as were counted",
              "the file of SHA-256 " + std::string(64, '0') + " has another"}));
+}
+
+/// What is taken away from a folder, or out of it.
+class FolderChanges {
+ public:
+  explicit FolderChanges(const std::string& folder) : file_(inotify_init1(IN_NONBLOCK)) {
+    inotify_add_watch(file_, folder.c_str(), IN_MOVED_FROM | IN_DELETE);
+  }
+  ~FolderChanges() { ::close(file_); }
+  std::set<std::string> gone() {
+    std::set<std::string> names;
+    alignas(inotify_event) std::array<char, 65536> buffer{};
+    const auto size = ::read(file_, buffer.data(), buffer.size());
+    for (ssize_t at = 0; at < size;) {
+      const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
+      if (event->len > 0) names.insert(event->name);
+      at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+    }
+    return names;
+  }
+
+ private:
+  int file_;
+};
+
+TEST_F(StoreCare, isThereAtEveryMomentOfARepair) {
+  fs::permissions(path_, fs::perms(0640));
+  FolderChanges changes(fs::path(path_).parent_path());
+  repairStore(path_);
+  EXPECT_EQ(changes.gone().count(fs::path(path_).filename()), 0u)
+      << "a recorder that starts just then would begin an empty store";
+  EXPECT_EQ(fs::status(path_).permissions(), fs::perms(0640));
+  EXPECT_EQ(openStore(path_, OpenMode::ReadOnly)->behaviors({}).size(), 10u);
+  EXPECT_EQ(openStore(path_ + ".damaged", OpenMode::ReadOnly)->behaviors({}).size(), 10u);
 }
 
 TEST_F(StoreCare, repairsAWholeStoreWithoutLoss) {

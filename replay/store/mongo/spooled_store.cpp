@@ -16,8 +16,8 @@ std::string defaultPath(const std::string& uri) {
   std::string folder;
   if (const char* named = std::getenv("AFTERGLOW_SPOOL"); named && *named) {
     folder = named;
-  } else if (const char* home = std::getenv("HOME"); home && *home) {
-    folder = std::string(home) + "/.local/share/afterglow";
+  } else if (const std::string home = homeFolder(); !home.empty()) {
+    folder = home + "/.local/share/afterglow";
   } else {
     throw StoreError("no place for the spool: neither AFTERGLOW_SPOOL nor HOME is set");
   }

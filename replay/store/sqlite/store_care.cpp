@@ -449,15 +449,28 @@ std::string freePath(const std::string& path) {
   return free;
 }
 
-void move(const std::string& from, const std::string& to) {
-  for (const char* suffix : {"-wal", "-shm", ""}) {
-    if (fs::exists(from + suffix)) fs::rename(from + suffix, to + suffix);
+/// Puts `copy`, which has no log, in the place of the store, which becomes `aside`. At every moment
+/// there is a store at `path`: a recorder would begin an empty one where there is none. The log goes
+/// before: it would be taken for that of the copy.
+void replaceStore(const std::string& path, const std::string& copy, const std::string& aside) {
+  std::error_code has_no_links;
+  fs::create_hard_link(path, aside, has_no_links);
+  if (has_no_links) fs::copy_file(path, aside);
+  for (const char* suffix : {"-wal", "-shm"}) {
+    if (fs::exists(path + suffix)) fs::rename(path + suffix, aside + suffix);
   }
+  fs::permissions(copy, fs::status(path).permissions());
+  fs::rename(copy, path);
 }
 
 void removeStore(const std::string& path) {
   std::error_code ignored;
   for (const char* suffix : {"", "-wal", "-shm"}) fs::remove(path + suffix, ignored);
+}
+
+/// Empty since the last checkpoint.
+void removeLog(const std::string& path) {
+  for (const char* suffix : {"-wal", "-shm"}) fs::remove(path + suffix);
 }
 
 }  // namespace
@@ -508,8 +521,8 @@ StoreRepair repairStore(const std::string& path, const StoreProgress& progress) 
   }
   repair.damaged_path = freePath(path);
   try {
-    move(path, repair.damaged_path);
-    move(copy, path);
+    removeLog(copy);
+    replaceStore(path, copy, repair.damaged_path);
   } catch (const fs::filesystem_error& error) {
     throw StoreError("sqlite:" + path + ": cannot put the repaired store " + copy +
                      " in its place: " + error.code().message());
