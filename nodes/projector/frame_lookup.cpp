@@ -14,6 +14,17 @@ namespace {
 /// Radians. The axis of a smaller turn is noise, and far away.
 constexpr double kLeastTurn = 1e-6;
 
+/// 0: static, or gone meanwhile.
+std::int64_t stampOfLink(const tf2::BufferCore& buffer, const std::string& parent,
+                         const std::string& child) {
+  try {
+    const auto link = buffer.lookupTransform(parent, child, ros::Time(0));
+    return static_cast<std::int64_t>(link.header.stamp.toNSec());
+  } catch (const tf2::TransformException&) {
+    return 0;
+  }
+}
+
 }  // namespace
 
 FrameLookup::FrameLookup(const tf2::BufferCore& buffer, std::string fixed_frame)
@@ -40,8 +51,29 @@ bool FrameLookup::isStale(const StampedPose& pose) const {
 std::string FrameLookup::noTransform(const std::string& subject, const std::string& frame) {
   const auto pose = newest(frame);
   const std::string between = "from '" + frame + "' to '" + fixed_frame_ + "'";
-  return pose && isStale(*pose) ? subject + ": the transform " + between + " is stale"
-                                : subject + ": no transform " + between;
+  return pose && isStale(*pose)
+             ? subject + ": the transform " + between + " is stale" + oldestLink(frame)
+             : subject + ": no transform " + between;
+}
+
+/// Both ways up from the frames; a static link has no age.
+std::string FrameLookup::oldestLink(const std::string& frame) const {
+  constexpr int kMostLinks = 100;
+  std::int64_t oldest_ns = now_ns_;
+  std::string words;
+  for (std::string child : {frame, fixed_frame_}) {
+    std::string parent;
+    for (int i = 0; i < kMostLinks && buffer_._getParent(child, ros::Time(0), parent); ++i) {
+      const auto stamp_ns = stampOfLink(buffer_, parent, child);
+      if (stamp_ns != 0 && stamp_ns < oldest_ns) {
+        oldest_ns = stamp_ns;
+        words = ": '" + printable(child) + "' in '" + printable(parent) + "' is " +
+                std::to_string((now_ns_ - stamp_ns) / 1'000'000'000) + " s old";
+      }
+      child = parent;
+    }
+  }
+  return words;
 }
 
 void FrameLookup::forget(std::int64_t now_ns) {

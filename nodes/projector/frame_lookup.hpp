@@ -36,13 +36,15 @@ class FrameLookup {
   std::optional<Eigen::Isometry3d> at(const std::string& frame, ros::Time stamp);
   std::optional<StampedPose> newest(const std::string& frame);  ///< even if it is stale
   bool isStale(const StampedPose& pose) const;
-  /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale.
+  /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
+  /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);
   /// Call it when the buffer may have changed. `now_ns` decides what is stale; 0: nothing is.
   void forget(std::int64_t now_ns = 0);
 
  private:
   std::optional<StampedPose> look(const std::string& frame, ros::Time stamp) const;
+  std::string oldestLink(const std::string& frame) const;
 
   const tf2::BufferCore& buffer_;
   std::string fixed_frame_;

@@ -203,12 +203,15 @@ void LayerState::update(std::int64_t now_ns, FrameLookup& frames) {
   }
   waiting_.swap(still_waiting);
   for (auto it = shown_.begin(); it != shown_.end();) {
-    it = it->second.expires_ns <= now_ns ? shown_.erase(it) : std::next(it);
+    const bool is_over = it->second.expires_ns <= now_ns;
+    if (is_over) ++status_.expired;
+    it = is_over ? shown_.erase(it) : std::next(it);
   }
 }
 
 std::vector<render::Drawable> LayerState::drawables(FrameLookup& frames) {
   hidden_for_.clear();
+  status_.invisible = 0;
   std::vector<render::Drawable> drawn;
   drawn.reserve(shown_.size());
   for (const auto& [key, shown] : shown_) {
@@ -221,7 +224,10 @@ std::vector<render::Drawable> LayerState::drawables(FrameLookup& frames) {
       }
     }
     for (const render::Drawable& own : shown.content.drawables) {
-      if (own.color.a <= 0) continue;
+      if (own.color.a * alpha_ <= 0) {
+        ++status_.invisible;
+        continue;
+      }
       render::Drawable drawable = own;
       drawable.pose = Rigid<World, World>(*T_fixed_frame * drawable.pose.matrix());
       drawable.color.a *= alpha_;

@@ -24,6 +24,7 @@
 #include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_config.hpp"
+#include "nodes/projector/topic_watch.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -58,6 +59,10 @@ struct LayerStatus {
   std::size_t shown = 0;
   std::size_t waiting = 0;  ///< for a transform
   std::string waiting_for;  ///< the frame whose transform is missing, if something waits for it
+  std::size_t invisible = 0;  ///< drawables of alpha 0 among what is shown
+  std::uint64_t expired = 0;  ///< shown until their lifetime was over, ever
+  std::string type;                   ///< the configuration's
+  std::optional<TopicSource> source;  ///< of the topic, where the master is asked
   std::map<std::string, std::uint64_t> dropped;  ///< reason -> how often
   std::map<std::string, std::uint64_t> remarks;  ///< shown, but odd
 };

@@ -13,37 +13,141 @@ using diagnostic_msgs::DiagnosticStatus;
 
 const std::string kOwnProblem = "projector: ";  // of a projector, not of the whole scene
 
+/// "3 beside it" and so on: why drawables are dark.
+std::string darkParts(const render::LayerCensus& census, std::size_t invisible) {
+  std::vector<std::string> parts;
+  const auto add = [&](std::size_t count, const char* words) {
+    if (count > 0) parts.push_back(fmt::format("{} {}", count, words));
+  };
+  add(census.outside, "beside it");
+  add(census.behind, "behind the projector");
+  add(census.clipped, "beside the surface's outline or in its shade");
+  add(census.black, "black");
+  add(invisible, "of alpha 0");
+  add(census.empty, "without points");
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// "2 of 4 drawables inside the light (2 beside it)".
+std::string lightWords(const render::LayerCensus& census, std::size_t invisible) {
+  const std::size_t all = census.drawables + invisible;
+  const std::string parts = darkParts(census, invisible);
+  return fmt::format("{} of {} {} inside the light", census.lit, all,
+                     all == 1 ? "drawable" : "drawables") +
+         (parts.empty() ? "" : " (" + parts + ")");
+}
+
+/// A layer's light by the projector that shows most of it; empty: unknown.
+std::optional<render::LayerCensus> lightOf(const ProjectorState& state, const std::string& topic) {
+  std::optional<render::LayerCensus> best;
+  for (const OutputState& output : state.outputs) {
+    for (const render::LayerCensus& census : output.census) {
+      if (census.name == topic && (!best || census.lit > best->lit)) best = census;
+    }
+  }
+  return best;
+}
+
+/// Empty: it is the configured one, or unknown.
+std::string otherType(const LayerStatus& layer) {
+  if (!layer.source || layer.source->type.empty() || layer.source->type == layer.type) return "";
+  return fmt::format("{} publishes {}, the configuration says {}",
+                     fmt::join(layer.source->publishers, ", "), layer.source->type, layer.type);
+}
+
+/// Why a layer has nothing to show.
+std::string emptyReason(const ProjectorState& state, const LayerStatus& layer) {
+  if (layer.source && layer.source->publishers.empty()) return "nobody publishes it";
+  const auto silent = state.silent_s.find(layer.topic);
+  if (silent == state.silent_s.end()) return "no message yet";
+  const std::string since = fmt::format("silent for {:.0f} s", silent->second);
+  return layer.expired > 0 ? since + ", lifetimes are over" : since;
+}
+
+/// All layers together, as one projector's light reaches them.
+render::LayerCensus sumOf(const std::vector<render::LayerCensus>& layers) {
+  render::LayerCensus sum;
+  for (const render::LayerCensus& layer : layers) {
+    for (auto count : {&render::LayerCensus::drawables, &render::LayerCensus::lit,
+                       &render::LayerCensus::outside, &render::LayerCensus::behind,
+                       &render::LayerCensus::clipped, &render::LayerCensus::black,
+                       &render::LayerCensus::empty}) {
+      sum.*count += layer.*count;
+    }
+  }
+  return sum;
+}
+
+/// Level and words of a projector without problems.
+void judgeLight(const ProjectorState& state, const OutputState& output, DiagnosticStatus& status) {
+  std::size_t invisible = 0;
+  for (const LayerStatus& layer : state.layers) invisible += layer.invisible;
+  const render::LayerCensus sum = sumOf(output.census);
+  status.level = DiagnosticStatus::OK;
+  status.message = "projecting";
+  if (output.census.empty() || sum.lit > 0) return;
+  if (sum.drawables + invisible == 0) {
+    status.message = "projecting nothing: no layer has anything to show";
+    return;
+  }
+  status.level = DiagnosticStatus::WARN;
+  status.message = "dark: " + lightWords(sum, invisible);
+}
+
 DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState& output) {
   DiagnosticStatus status;
   status.name = state.name + ": projector" + (output.name.empty() ? "" : " " + output.name);
   status.hardware_id = "projector";
-  // Problems of the projector itself come first and keep it dark.
-  const bool is_dark =
-      !output.problems.empty() && output.problems.front().rfind(kOwnProblem, 0) == 0;
-  status.level = is_dark                   ? DiagnosticStatus::ERROR
-                 : output.problems.empty() ? DiagnosticStatus::OK
-                                           : DiagnosticStatus::WARN;
-  status.message = output.problems.empty() ? "projecting" : output.problems.front();
+  if (output.problems.empty()) {
+    judgeLight(state, output, status);
+  } else {
+    // Problems of the projector itself come first and keep it dark.
+    const bool is_dark = output.problems.front().rfind(kOwnProblem, 0) == 0;
+    status.level = is_dark ? DiagnosticStatus::ERROR : DiagnosticStatus::WARN;
+    status.message = output.problems.front();
+  }
   addValue(status, "drawn_hz", fmt::format("{:.1f}", state.drawn_hz));
   addValue(status, "wanted_hz", fmt::format("{:.1f}", state.wanted_hz));
   addValue(status, "late", std::to_string(state.late));
   addValue(status, "renderer", output.renderer);
+  if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);
   return status;
 }
 
-DiagnosticStatus layerStatus(const std::string& node, const LayerStatus& layer) {
-  DiagnosticStatus status;
-  status.name = node + ": " + layer.topic;
-  status.hardware_id = "projector";
-  status.level = layer.dropped.empty() && layer.waiting_for.empty() ? DiagnosticStatus::OK
-                                                                    : DiagnosticStatus::WARN;
+/// What of a layer's darkness is known, and whether it is worth a warning.
+void judgeLayer(const ProjectorState& state, const LayerStatus& layer, DiagnosticStatus& status) {
+  const auto light = lightOf(state, layer.topic);
+  const std::string type = otherType(layer);
+  const std::size_t all = light ? light->drawables + layer.invisible : 0;
+  const bool is_dark = light && all > 0 && light->lit == 0;
+  const bool is_well = layer.dropped.empty() && layer.waiting_for.empty() && type.empty();
+  status.level = is_well && !is_dark ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
   status.message = std::to_string(layer.shown) + " shown";
+  if (!type.empty()) status.message += ", " + type;
   if (!layer.waiting_for.empty()) status.message += ", waiting for frame " + layer.waiting_for;
+  if (is_dark) status.message += ", " + lightWords(*light, layer.invisible);
   if (!layer.dropped.empty()) status.message += ", some dropped";
+  const bool is_explained = !type.empty() || !layer.waiting_for.empty() || !layer.source;
+  if (layer.shown == 0 && !is_explained) status.message += ", " + emptyReason(state, layer);
+  if (light) addValue(status, "light", lightWords(*light, layer.invisible));
+}
+
+DiagnosticStatus layerStatus(const ProjectorState& state, const LayerStatus& layer) {
+  DiagnosticStatus status;
+  status.name = state.name + ": " + layer.topic;
+  status.hardware_id = "projector";
+  judgeLayer(state, layer, status);
   addValue(status, "received", std::to_string(layer.received));
   addValue(status, "shown", std::to_string(layer.shown));
   addValue(status, "waiting", std::to_string(layer.waiting));
+  const auto silent = state.silent_s.find(layer.topic);
+  if (silent != state.silent_s.end()) {
+    addValue(status, "silent_s", fmt::format("{:.0f}", silent->second));
+  }
+  if (layer.source) {
+    addValue(status, "published_by", fmt::format("{}", fmt::join(layer.source->publishers, ", ")));
+  }
   for (const auto& [reason, count] : layer.dropped) {
     addValue(status, "dropped: " + reason, std::to_string(count));
   }
@@ -51,6 +155,13 @@ DiagnosticStatus layerStatus(const std::string& node, const LayerStatus& layer) 
     addValue(status, "remark: " + reason, std::to_string(count));
   }
   return status;
+}
+
+/// The same while it stands, though its words count seconds.
+std::string standingPart(const std::string& problem) {
+  const std::string stale = " is stale";
+  const std::size_t at = problem.find(stale);
+  return at == std::string::npos ? problem : problem.substr(0, at + stale.size());
 }
 
 }  // namespace
@@ -61,7 +172,7 @@ diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state) {
     array.status.push_back(projectorStatus(state, output));
   }
   for (const LayerStatus& layer : state.layers) {
-    array.status.push_back(layerStatus(state.name, layer));
+    array.status.push_back(layerStatus(state, layer));
   }
   return array;
 }
@@ -88,7 +199,7 @@ std::vector<std::string> FaultLog::news(const std::vector<std::string>& problems
     it = now_ns - it->second >= kAgainNs ? standing_.erase(it) : std::next(it);
   }
   for (const std::string& problem : problems) {
-    if (standing_.try_emplace(problem, now_ns).second) lines.push_back(problem);
+    if (standing_.try_emplace(standingPart(problem), now_ns).second) lines.push_back(problem);
   }
   for (const LayerStatus& layer : layers) {
     add(lines, layer.topic + ": dropped: ", layer.dropped, now_ns);
@@ -119,6 +230,7 @@ void ProjectorDiagnostics::publish(ProjectorState state,
   state.late = late_;
   drawn_before_ = drawn;
   counted_at_ = now;
+  addSilences(state);
   log(state);
   diagnostic_msgs::DiagnosticArray array = toDiagnostics(state);
   if (watch) array.status.push_back(*watch);
@@ -126,14 +238,29 @@ void ProjectorDiagnostics::publish(ProjectorState state,
   publisher_.publish(array);
 }
 
+void ProjectorDiagnostics::addSilences(ProjectorState& state) {
+  for (const LayerStatus& layer : state.layers) {
+    if (layer.received == 0) continue;
+    const auto heard =
+        heard_.try_emplace(layer.topic, Heard{layer.received, counted_at_}).first;
+    if (heard->second.received != layer.received) heard->second = {layer.received, counted_at_};
+    state.silent_s[layer.topic] =
+        std::chrono::duration<double>(counted_at_ - heard->second.at).count();
+  }
+}
+
 void ProjectorDiagnostics::log(const ProjectorState& state) {
   std::vector<std::string> problems;
-  for (const auto& [name, renderer, of_image] : state.outputs) {
+  for (const auto& [name, renderer, of_image, census] : state.outputs) {
     for (const std::string& problem : of_image) {
       const bool is_own = !name.empty() && problem.rfind(kOwnProblem, 0) == 0;
       problems.push_back(is_own ? "projector " + name + ": " + problem.substr(kOwnProblem.size())
                                 : problem);
     }
+  }
+  for (const LayerStatus& layer : state.layers) {
+    const std::string type = otherType(layer);
+    if (!type.empty()) problems.push_back(layer.topic + ": " + type);
   }
   const auto now = std::chrono::steady_clock::now().time_since_epoch();
   const std::int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "nodes/projector/layer_state.hpp"
+#include "render/compose/light_census.hpp"
 
 namespace afterglow::nodes {
 
@@ -24,6 +25,8 @@ struct OutputState {
   std::string renderer;  ///< OpenGL version and device, and who draws
   /// Of the last image; those of the projector itself begin with "projector: ".
   std::vector<std::string> problems;
+  /// Of its last pictures, by layer: what its light reaches. Empty: unknown.
+  std::vector<render::LayerCensus> census;
 };
 
 /// The state of the node, of its projectors and of its layers.
@@ -34,10 +37,13 @@ struct ProjectorState {
   std::uint64_t late = 0;  ///< images that took longer than their time, ever
   std::vector<OutputState> outputs;
   std::vector<LayerStatus> layers;
+  std::map<std::string, double> silent_s;  ///< by topic: since its last message; absent: none came
 };
 
 /// One status for each projector (an error while it is dark because something is missing, a warning
-/// while a layer lacks something) and one for each layer (a warning once something was dropped).
+/// while a layer lacks something or no content lies in the light) and one for each layer (a warning
+/// once something was dropped, while all of its content is dark, or while its topic has another
+/// type). In words that say why the floor is dark.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
 
 /// Chooses what is worth a line in the log. Bounded as the reasons of layers are. One thread at a
@@ -74,11 +80,17 @@ class ProjectorDiagnostics {
                const std::optional<diagnostic_msgs::DiagnosticStatus>& watch);
 
  private:
+  struct Heard {
+    std::uint64_t received;
+    std::chrono::steady_clock::time_point at;
+  };
+  void addSilences(ProjectorState& state);
   void log(const ProjectorState& state);
 
   const double wanted_hz_;
   std::atomic<std::uint64_t> drawn_{0}, late_{0};
   std::uint64_t drawn_before_ = 0;
+  std::map<std::string, Heard> heard_;  ///< by topic
   std::chrono::steady_clock::time_point counted_at_;
   FaultLog faults_;
   ros::NodeHandle nh_;

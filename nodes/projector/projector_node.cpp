@@ -81,6 +81,9 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
         const std::lock_guard<std::mutex> lock(mutex_);
         scene_.takeSurface(surface, finding);
       });
+  std::vector<std::string> topics;
+  for (const ros::Subscriber& subscriber : subscribers_) topics.push_back(subscriber.getTopic());
+  topic_watch_ = std::make_unique<TopicWatch>(std::move(topics));
   startDrawing();
   diagnostics_timer_ = own_.createWallTimer(
       ros::WallDuration(1), [this](const ros::WallTimerEvent&) { publishDiagnostics(); });
@@ -199,6 +202,7 @@ void ProjectorNode::drawAll() {
     has_pictures_ = true;
   }
   pictures_ready_.notify_one();
+  for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->takeCensus(scene, poses[i]);
 }
 
 void ProjectorNode::awaitPictures(std::chrono::milliseconds patience) {
@@ -224,19 +228,33 @@ void ProjectorNode::stop() {
 
 // --------------------------------------------------------------------------------------
 // diagnostics
+void ProjectorNode::addSources(std::vector<LayerStatus>& layers) const {
+  const TopicSources sources = topic_watch_->sources();
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const auto found = sources.find(subscribers_[i].getTopic());
+    if (found == sources.end()) continue;
+    layers[i].type = typeName(scene_.config().layers[i].type);
+    layers[i].source = found->second;
+  }
+}
+
 void ProjectorNode::publishDiagnostics() {
   ProjectorState state;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     state.layers = scene_.status();
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      state.outputs.push_back({outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i]});
+      state.outputs.push_back(
+          {outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i], {}});
     }
   }
+  addSources(state.layers);
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     std::vector<std::string>& problems = state.outputs[i].problems;
     const std::string window_problem = outputs_[i]->windowProblem();
     if (!window_problem.empty()) problems.insert(problems.begin(), "projector: " + window_problem);
+    for (const std::string& conflict : listener_.conflicts()) problems.push_back(conflict);
+    state.outputs[i].census = outputs_[i]->census();
   }
   const LayerStatus transforms = listener_.status();
   if (!transforms.dropped.empty() || !transforms.remarks.empty()) {

@@ -31,6 +31,7 @@
 #include "nodes/projector/projector_output.hpp"
 #include "nodes/projector/projector_scene.hpp"
 #include "nodes/projector/surface_service.hpp"
+#include "nodes/projector/topic_watch.hpp"
 #include "nodes/projector/transform_listener.hpp"
 #include "nodes/tools/window_choice.hpp"
 #include "render/gl/gl_context.hpp"
@@ -78,6 +79,8 @@ class ProjectorNode {
   bool isWaiting() const;
   /// ROS time; clears the scene when it has jumped back. With the mutex held.
   ros::Time timeInOrder();
+  /// Who publishes the layers' topics, as far as it is known.
+  void addSources(std::vector<LayerStatus>& layers) const;
   void publishDiagnostics();
 
   ProjectorNodeOptions options_;
@@ -97,6 +100,7 @@ class ProjectorNode {
   std::vector<ros::Subscriber> subscribers_;
   std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
+  std::unique_ptr<TopicWatch> topic_watch_;
   ProjectorDiagnostics diagnostics_;
   ros::WallTimer diagnostics_timer_;
   std::thread drawing_;  ///< last: uses all of the above

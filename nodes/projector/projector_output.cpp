@@ -42,7 +42,10 @@ sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirro
 }  // namespace
 
 ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own)
-    : config_(config), lens_(loadLens(config.camera_info)), light_(config.light) {
+    : config_(config),
+      lens_(loadLens(config.camera_info)),
+      light_(config.light),
+      counter_(lens_) {
   ros::NodeHandle nh(own, config.name);
   image_publisher_ = nh.advertise<sensor_msgs::Image>("image", 2);
   camera_info_publisher_ = nh.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
@@ -80,6 +83,19 @@ void ProjectorOutput::draw(const render::Scene& scene,
   const std::lock_guard<std::mutex> lock(mutex_);
   if (picture_) spare_ = std::move(*picture_);
   picture_ = std::move(image);
+}
+
+void ProjectorOutput::takeCensus(const render::Scene& scene,
+                                 const std::optional<Rigid<Projector, World>>& T_projector_world) {
+  const auto now = std::chrono::steady_clock::now();
+  if (T_projector_world && now - counted_at_ < std::chrono::seconds(1)) return;
+  std::vector<render::LayerCensus> census;
+  if (T_projector_world) {
+    counted_at_ = now;
+    census = counter_.count(scene, *T_projector_world);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  census_ = std::move(census);
 }
 
 void ProjectorOutput::stopDrawing() { renderer_.reset(); }
@@ -127,6 +143,11 @@ void ProjectorOutput::setWindowProblem(const std::string& problem) {
 std::string ProjectorOutput::windowProblem() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return window_problem_;
+}
+
+std::vector<render::LayerCensus> ProjectorOutput::census() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return census_;
 }
 
 std::string ProjectorOutput::renderer() const {

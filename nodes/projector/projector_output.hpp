@@ -7,15 +7,18 @@
 #include <sensor_msgs/Image.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/lens.hpp"
 #include "nodes/conversion/camera_messages.hpp"
 #include "nodes/projector/output_config.hpp"
+#include "render/compose/light_census.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
 
@@ -36,6 +39,9 @@ class ProjectorOutput {
   /// pose.
   void draw(const render::Scene& scene,
             const std::optional<Rigid<Projector, World>>& T_projector_world, ros::Time now);
+  /// Counts for census(), once a second; behind the drawing, which does not wait for it.
+  void takeCensus(const render::Scene& scene,
+                  const std::optional<Rigid<Projector, World>>& T_projector_world);
   void stopDrawing();  ///< before the context ends
 
   /// After drawing has ended: the last picture.
@@ -53,6 +59,8 @@ class ProjectorOutput {
   // In any thread.
   std::string renderer() const;
   std::string windowProblem() const;
+  /// Of a picture of the last seconds, by layer; empty: there is none, or it had no pose.
+  std::vector<render::LayerCensus> census() const;
 
  private:
   void publish(render::Image& image, ros::Time drawn_for);
@@ -61,6 +69,8 @@ class ProjectorOutput {
   calib::Lens lens_;
   render::LightOutput light_;
   std::unique_ptr<render::ProjectorRenderer> renderer_;
+  render::LightCensus counter_;
+  std::chrono::steady_clock::time_point counted_at_{};
   ros::Publisher image_publisher_, camera_info_publisher_;
   sensor_msgs::Image message_;  ///< lends its header; the pixels are the picture's
 
@@ -69,6 +79,7 @@ class ProjectorOutput {
   render::Image spare_;  ///< memory to draw into next
   std::string description_;
   std::string window_problem_;
+  std::vector<render::LayerCensus> census_;
 };
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,7 @@
 #include "nodes/projector/transform_listener.hpp"
 
 #include <boost/function.hpp>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <exception>
@@ -21,6 +22,11 @@ constexpr std::int64_t kFutureNs = 60'000'000'000;
 constexpr std::int64_t kLastNs = (std::int64_t{1} << 32) * 1'000'000'000 - 2 * kFutureNs;
 constexpr double kOffUnit = 0.01;               // tf2's tolerance
 constexpr double kJump = 0.5, kJumpSpeed = 20;  // m, m/s
+
+std::int64_t steadyNow() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(now).count();
+}
 
 std::string stampFault(ros::Time stamp, ros::Time now) {
   if (stamp.nsec >= 1'000'000'000u) return "stamp is no time";
@@ -99,15 +105,22 @@ void TransformListener::take(const ros::MessageEvent<const tf2_msgs::TFMessage>&
         storeTransform(buffer_, transform, event.getPublisherName(), is_static, now);
     if (!is_stored) {
       counts_.drop(reason);
-    } else if (!reason.empty()) {
-      counts_.remark(reason);
+      continue;
     }
+    if (!reason.empty()) counts_.remark(reason);
+    parents_.note(frameName(transform.child_frame_id), frameName(transform.header.frame_id),
+                  event.getPublisherName(), is_static, steadyNow());
   }
 }
 
 LayerStatus TransformListener::status() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return counts_.status();
+}
+
+std::vector<std::string> TransformListener::conflicts() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return parents_.conflicts(steadyNow());
 }
 
 StoredTransform storeTransform(tf2::BufferCore& buffer,

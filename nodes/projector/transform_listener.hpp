@@ -12,8 +12,10 @@
 
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "nodes/projector/layer_state.hpp"
+#include "nodes/projector/parent_watch.hpp"
 
 namespace afterglow::nodes {
 
@@ -27,6 +29,8 @@ class TransformListener {
   /// How many messages came, why transforms were refused, and what was odd about others; the
   /// other fields are empty.
   LayerStatus status() const;
+  /// Frames with several parents, and who publishes them (ParentWatch).
+  std::vector<std::string> conflicts() const;
 
  private:
   void take(const ros::MessageEvent<const tf2_msgs::TFMessage>& event, bool is_static);
@@ -36,8 +40,9 @@ class TransformListener {
   ros::NodeHandle nh_;
   ros::Subscriber moving_, fixed_;
   ros::Time last_time_;
-  mutable std::mutex mutex_;  ///< counts_
+  mutable std::mutex mutex_;  ///< what follows
   LayerState counts_;
+  ParentWatch parents_;
   ros::AsyncSpinner spinner_{1, &queue_};
 };
 

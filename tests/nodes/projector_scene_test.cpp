@@ -170,6 +170,36 @@ TEST_F(ProjectorSceneTest, hidesAFrameLockedMarkerWhileItsFrameIsGone) {
   EXPECT_DOUBLE_EQ(firstX(at(2)), 7);
 }
 
+TEST_F(ProjectorSceneTest, namesTheLinkOfAChainThatIsOld) {
+  transform("base", 1, at(0));
+  geometry_msgs::TransformStamped message;
+  message.header.frame_id = "base";
+  message.child_frame_id = "projector";
+  message.transform.rotation.w = 1;
+  for (const double time : {0., 4.}) {
+    message.header.stamp = at(time);
+    buffer.setTransform(message, "test");
+  }
+  EXPECT_EQ(scene.snapshot(at(4)).problems.at(0),
+            "projector: the transform from 'projector' to 'map' is stale: 'base' in 'map' is 4 s "
+            "old");
+}
+
+TEST_F(ProjectorSceneTest, countsWhatIsInvisibleAndWhoseLifetimeIsOver) {
+  Marker m = cube(1);
+  m.color.a = 0;
+  add(m, at(0));
+  m.id = 2;
+  m.lifetime = ros::Duration(1);
+  add(m, at(0));
+  EXPECT_TRUE(drawn(kMarkers, at(0)).empty());
+  EXPECT_EQ(scene.status().at(kMarkers).invisible, 2u);
+  EXPECT_EQ(scene.status().at(kMarkers).expired, 0u);
+  EXPECT_TRUE(drawn(kMarkers, at(1)).empty());
+  EXPECT_EQ(scene.status().at(kMarkers).invisible, 1u);
+  EXPECT_EQ(scene.status().at(kMarkers).expired, 1u);
+}
+
 TEST_F(ProjectorSceneTest, hidesWhatFollowsAFrameThatIsStale) {
   transform("arm", 1, at(0));
   Marker m = cube(1, "arm");
@@ -178,7 +208,8 @@ TEST_F(ProjectorSceneTest, hidesWhatFollowsAFrameThatIsStale) {
   EXPECT_EQ(drawn(kMarkers, at(2)).size(), 1u);
   const SceneSnapshot snapshot = scene.snapshot(at(2.1));
   EXPECT_TRUE(snapshot.scene.layers[kMarkers].drawables.empty());
-  EXPECT_EQ(snapshot.problems.back(), "/markers: the transform from 'arm' to 'map' is stale");
+  EXPECT_EQ(snapshot.problems.back(),
+            "/markers: the transform from 'arm' to 'map' is stale: 'arm' in 'map' is 2 s old");
   transform("arm", 2, at(3));
   EXPECT_DOUBLE_EQ(firstX(at(3)), 2);
 }
@@ -325,7 +356,9 @@ TEST_F(ProjectorSceneTest, staysDarkWithoutTheProjectorsPose) {
   EXPECT_TRUE(snapshot.problems.empty());
   snapshot = scene.snapshot(at(2.1));
   EXPECT_FALSE(snapshot.T_projector_world);
-  EXPECT_EQ(snapshot.problems.at(0), "projector: the transform from 'projector' to 'map' is stale");
+  EXPECT_EQ(snapshot.problems.at(0),
+            "projector: the transform from 'projector' to 'map' is stale: 'projector' in 'map' is "
+            "2 s old");
 }
 
 TEST_F(ProjectorSceneTest, trustsAStaticPoseForever) {

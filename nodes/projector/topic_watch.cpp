@@ -1,0 +1,61 @@
+#include "nodes/projector/topic_watch.hpp"
+
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include "nodes/tools/ros_graph.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr std::chrono::seconds kBetween(2);
+
+TopicSources ask(const std::vector<std::string>& topics) {
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  const auto types = askTopicTypes(deadlineIn(kMasterPatience));
+  TopicSources sources;
+  for (const std::string& topic : topics) {
+    TopicSource& source = sources[topic];
+    const auto nodes = graph.otherPublishers(topic);
+    source.publishers.assign(nodes.begin(), nodes.end());
+    const auto type = types.find(topic);
+    if (type != types.end() && type->second != "*" && !nodes.empty()) source.type = type->second;
+  }
+  return sources;
+}
+
+}  // namespace
+
+TopicWatch::TopicWatch(std::vector<std::string> topics)
+    : topics_(std::move(topics)), thread_([this] { run(); }) {}
+
+TopicWatch::~TopicWatch() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_stopped_ = true;
+  }
+  stopped_.notify_all();
+  thread_.join();
+}
+
+TopicSources TopicWatch::sources() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return sources_;
+}
+
+void TopicWatch::run() {
+  for (;;) {
+    TopicSources sources;
+    try {
+      sources = ask(topics_);
+    } catch (const std::exception&) {
+      // Without a master nobody knows; what is connected goes on.
+    }
+    std::unique_lock<std::mutex> lock(mutex_);
+    sources_ = std::move(sources);
+    if (stopped_.wait_for(lock, kBetween, [this] { return is_stopped_; })) return;
+  }
+}
+
+}  // namespace afterglow::nodes
