@@ -163,6 +163,7 @@ BagChunk::BagChunk(Bytes bytes) : bytes_(std::move(bytes)) {
       throw BagDamage("holds a damaged record at its byte " + std::to_string(message.offset));
     }
     message.connection = *connection;
+    message.time = fields->number<std::uint64_t>("time");
     if (is_message) messages_.push_back(message);
   }
 }

@@ -62,6 +62,8 @@ class BagChunk {
   struct Message {
     std::uint32_t offset = 0;  ///< of the record, as the index names it
     std::uint32_t connection = 0;
+    /// When it was received: seconds, and nanoseconds above them; as its own header says.
+    std::optional<std::uint64_t> time;
     std::size_t begin = 0, size = 0;  ///< of the data
   };
 

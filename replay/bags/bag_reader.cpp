@@ -266,6 +266,17 @@ const BagChunk& BagReader::chunk(std::uint64_t position) {
   return *unpacked_.back().chunk;
 }
 
+/// Who believed the index would put the message elsewhere in the order of all.
+void BagReader::requireSameTime(const Entry& entry, const BagChunk::Message& message) const {
+  if (!message.time) return;
+  const Stamp own = Stamp::fromParts(static_cast<std::uint32_t>(*message.time),
+                                     static_cast<std::uint32_t>(*message.time >> 32));
+  if (own == entry.received) return;
+  fail("the index has another time for the message at byte " + std::to_string(entry.offset) +
+       " of the chunk at byte " + std::to_string(entry.chunk) +
+       " than the message itself; 'rosbag reindex' makes a new index");
+}
+
 Bytes BagReader::read(const Entry& entry) {
   const BagChunk& chunk = this->chunk(entry.chunk);
   const BagChunk::Message* message = chunk.find(entry.offset);
@@ -274,6 +285,7 @@ Bytes BagReader::read(const Entry& entry) {
          " of the chunk at byte " + std::to_string(entry.chunk) + ", where " +
          (message ? "another connection's is" : "none is"));
   }
+  requireSameTime(entry, *message);
   return chunk.data(*message);
 }
 

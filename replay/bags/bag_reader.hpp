@@ -77,6 +77,7 @@ class BagReader {
   void checkPositions() const;
   void sortEntries();
   const BagChunk& chunk(std::uint64_t position);
+  void requireSameTime(const Entry& entry, const BagChunk::Message& message) const;
 
   const std::string path_;
   std::ifstream file_;

@@ -48,6 +48,15 @@ std::vector<Behavior> prune(Store& store, const RetentionPolicy& policy,
 
 std::vector<Behavior> pruneWould(Store& store, const RetentionPolicy& policy) {
   std::vector<Behavior> gone;
+  if (!policy.most_bytes) {  // age alone: nothing has to be tried, and nobody waits for it
+    gone = store.behaviors({});
+    const auto stays = [&](const Behavior& behavior) {
+      return isKept(behavior, policy) || !isTooOld(behavior, policy);
+    };
+    gone.erase(std::remove_if(gone.begin(), gone.end(), stays), gone.end());
+    std::reverse(gone.begin(), gone.end());
+    return gone;
+  }
   try {
     store.transaction([&] {
       gone = prune(store, policy);

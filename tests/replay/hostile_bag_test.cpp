@@ -35,8 +35,9 @@ std::string record(const std::string& fields, const std::string& data) {
 
 std::string op(char kind) { return field("op", std::string(1, kind)); }
 
-std::string messageRecord(std::uint32_t connection, const std::string& data) {
-  return record(op(2) + field("conn", packed(connection)) + field("time", packed(1ull)), data);
+std::string messageRecord(std::uint32_t connection, const std::string& data,
+                          std::uint64_t time = 1) {
+  return record(op(2) + field("conn", packed(connection)) + field("time", packed(time)), data);
 }
 
 std::string lz4(const std::string& bytes) {
@@ -144,6 +145,13 @@ TEST_F(HostileBag, isRefusedForAChunkOfAnotherSize) {
   made.compression = "bz2";
   made.size = 55;
   EXPECT_EQ(importError(made.bytes()), "the chunk at byte 90 is damaged: bzip2 says -5");
+}
+
+TEST_F(HostileBag, isRefusedForAnIndexOfOtherTimes) {
+  const MadeBag made(messageRecord(0, kHello, 2));
+  EXPECT_EQ(importError(made.bytes()),
+            "the index has another time for the message at byte 0 of the chunk at byte 90 than the "
+            "message itself; 'rosbag reindex' makes a new index");
 }
 
 TEST_F(HostileBag, isRefusedForAnIndexThatPointsElsewhere) {

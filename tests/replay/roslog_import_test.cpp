@@ -172,6 +172,8 @@ TEST_F(RoslogImportTest, readsTheTfLoggersDocuments) {
   const auto channel =
       store_->channel(test::readAll(*store_->messages(result.behaviors[0], {}))[0].channel);
   EXPECT_EQ(channel.md5, "94810edda583a504dfda3829e70d7eec") << "tf/tfMessage has the same";
+  EXPECT_EQ(result.remarks, Texts{"/tf: 1 message of tf/tfMessage, now tf2_msgs/TFMessage, which "
+                                  "has the same fields and MD5"});
 }
 
 TEST_F(RoslogImportTest, readsAMessageStore) {

@@ -39,7 +39,7 @@ std::optional<RoslogFacts> tfFacts(const bson_t& document) {
   if (!recorded || !hasAt(document, "transforms")) return std::nullopt;
   // tf/tfMessage is gone; this one has the same fields and MD5.
   return RoslogFacts{RoslogFacts::Writer::TfLogger, *recorded,
-                     absolute(textOf(document, "__topic")), "tf2_msgs/TFMessage", false};
+                     absolute(textOf(document, "__topic")), "tf2_msgs/TFMessage", false, true};
 }
 
 }  // namespace
@@ -51,7 +51,8 @@ std::optional<RoslogFacts> roslogFacts(const bson_t& document) {
   facts.writer = writerOf(document, facts.topic);
   facts.type = textOf(document, "_meta.stored_type");
   if (facts.type.empty()) facts.type = typeOfClass(textOf(document, "_meta.stored_class"));
-  if (facts.type == "tf/tfMessage") facts.type = "tf2_msgs/TFMessage";
+  facts.was_tf_message = facts.type == "tf/tfMessage";
+  if (facts.was_tf_message) facts.type = "tf2_msgs/TFMessage";
   const auto inserted = dateOf(document, "_meta.inserted_at");
   if (facts.type.empty() || !inserted) return std::nullopt;
   facts.inserted = *inserted;

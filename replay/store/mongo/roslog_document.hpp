@@ -22,6 +22,7 @@ struct RoslogFacts {
   std::string topic;  ///< absolute; empty if it is not kept
   std::string type;   ///< "package/Type"
   bool latching = false;
+  bool was_tf_message = false;  ///< its type is gone: `type` has the same fields and MD5
 };
 
 /// Empty for a document that does not say what type of message it is or when it came.

@@ -158,6 +158,10 @@ class RoslogImporter {
       } else {
         entries.back().inserted = facts->inserted;
         entries.back().channel = channelOf(collection, *facts);
+        if (facts->was_tf_message && entries.back().channel) {
+          remarks_.add(entries.back().channel->channel.topic,
+                       "of tf/tfMessage, now tf2_msgs/TFMessage, which has the same fields and MD5");
+        }
       }
       return true;
     });
