@@ -181,7 +181,7 @@ void DemoDirector::say() {
   request.command = sound_play::SoundRequest::PLAY_ONCE;
   request.volume = 1;
   request.arg = recorded_->says;
-  request.arg2 = "en-us";
+  request.arg2 = "voice_kal_diphone";  // sound_play's; speaker_node takes its own for it
   robot_.out().speech.publish(request);
 }
 

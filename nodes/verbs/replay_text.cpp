@@ -67,6 +67,9 @@ std::string losses(const PlayReport& report) {
     const auto tell = [&](const char* what, std::uint64_t count, const std::string& why) {
       if (count > 0) text += line(what, std::to_string(count) + where + why);
     };
+    if (played.replaced == 0 && played.published > topic.count) {
+      tell("repeated", played.published - topic.count, "sent again, as a seek wants it");
+    }
     tell("replaced", played.replaced, "the base was driven along its track");
     tell("skipped", played.skipped, replay::kWhySkipped);
     tell("refused", played.refused, played.problem);

@@ -170,7 +170,9 @@ std::optional<Stamp> parseTime(const std::string& text, Stamp now) {
   time.tm_min = number(match[5]);
   time.tm_sec = number(match[6]);
   time.tm_isdst = -1;
-  const auto seconds = secondsOf(time, match[8]);
+  // A simulation begins in 1970, and its times are printed in UTC: nobody means them as local.
+  const bool is_simulated = match[1] == "1970" && match[8].empty();
+  const auto seconds = secondsOf(time, is_simulated ? "Z" : match[8]);
   if (!seconds) return std::nullopt;
   return Stamp{*seconds * kSecond_ns + fraction_ns(match[7])};
 }

@@ -17,7 +17,8 @@ constexpr const char* kTimesUnderstood =
 /// The wall clock.
 Stamp wallNow();
 
-/// "2026-11-21T09:30:00.25Z", with "+01:00" for Z, local time without either; seconds and time of
+/// "2026-11-21T09:30:00.25Z", with "+01:00" for Z, local time without either, but UTC in 1970,
+/// where simulations are; seconds and time of
 /// day may be left out. Or seconds since the epoch, "1396293887.84". Or in words, local time:
 /// "now", "2h ago", "10 minutes ago", "9:30", "8pm", "today", "yesterday 14:00", "last tuesday
 /// 8:15" (the latest one before today; without "last", today's too); a day alone is its first

@@ -79,6 +79,15 @@ TEST(ReplayText, saysWhatAPersonWantsToKnow) {
   EXPECT_FALSE(has(text, "/joint_states")) << "it was not played";
 }
 
+TEST(ReplayText, saysWhatASeekSentAgain) {
+  replay::PlayReport report = test::madeUpReplay();
+  auto& [markers, played] = report.topics[2];
+  played.published = markers.count + 2;
+  const std::string text = replayText(report);
+  EXPECT_TRUE(has(text, "repeated   2 on /projection/markers: sent again, as a seek wants it\n"))
+      << text;
+}
+
 TEST(ReplayText, hasNoLinesForWhatWasNotMeasured) {
   replay::PlayReport report;
   report.behavior_id = 3;

@@ -32,6 +32,7 @@ TEST(ParseTime, takesLocalTimeWithoutAZone) {
   tzset();
   EXPECT_EQ(nanoseconds("2014-03-31T22:24:47"), 1396293887 * kSecond_ns);
   EXPECT_EQ(nanoseconds("2014-03-31"), 1396213200 * kSecond_ns);
+  EXPECT_EQ(nanoseconds("1970-01-01T00:02:03"), 123 * kSecond_ns) << "a simulation's";
   unsetenv("TZ");
   tzset();
 }
