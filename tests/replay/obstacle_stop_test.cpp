@@ -170,14 +170,14 @@ TEST(ObstacleStop, standsWithoutAScanAndWithOneThatSeesNothing) {
 TEST(ObstacleStop, keepsFartherAwayFromWhatMoves) {
   Standing standing, walking;
   standing.discs = walking.discs = {{1.2, -0.7, 0.1}};
-  EXPECT_TRUE(std::isinf(standing.judgeFor(1).speed)) << "the way passes it";
+  EXPECT_EQ(standing.judgeFor(1).speed, ObstacleStop::kFastest) << "the way passes it";
   (void)walking.judgeFor(0.6);
   for (int i = 0; i < 30; ++i) {  // at 1 m/s toward the way, and there it stands
     walking.discs[0].y = -1.3 + 0.02 * i;
     (void)walking.judge();
   }
   EXPECT_LT(walking.judge().speed, 0.8);
-  EXPECT_TRUE(std::isinf(walking.judgeFor(1.2).speed));
+  EXPECT_EQ(walking.judgeFor(1.2).speed, ObstacleStop::kFastest);
 }
 
 TEST(ObstacleStop, isSlowWhereNobodyLooks) {
