@@ -37,6 +37,8 @@ constexpr Verb kVerbs[] = {
     {"store", "Look after a store in a SQLite file", "afterglow_store"},
     {"sync", "Copy behaviors from one store to another; repeat it to go on where it broke off",
      "afterglow_store"},
+    {"watch", "Show how projector, recorder and player fare, and why the floor is dark",
+     "afterglow_play"},
     {"calibrate", "Calibrate a projector with printed and projected tags", "afterglow_calibrate"},
 };
 

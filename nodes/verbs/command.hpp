@@ -42,6 +42,7 @@ void addSaidVerb(CLI::App& app);
 void addShowVerb(CLI::App& app);
 void addStoreVerb(CLI::App& app);
 void addSyncVerb(CLI::App& app);
+void addWatchVerb(CLI::App& app);
 
 // The verbs of `afterglow calibrate`, likewise.
 void addCalibrateBoard(CLI::App& calibrate);

@@ -45,7 +45,8 @@ The folder in which a recorder keeps what a MongoDB server does not have yet.
 .TP
 .B ROS_MASTER_URI
 The ROS master that
-.B play
+.BR play ,
+.B watch
 and
 .B calibrate mount \-\-from\-tf
 ask; by default http://localhost:11311. Nothing else needs one.

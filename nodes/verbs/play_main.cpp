@@ -1,6 +1,7 @@
-// `afterglow play`.
+// The verbs that listen to the running robot: `afterglow play` and `afterglow watch`.
 #include "nodes/verbs/command.hpp"
 
 int main(int argc, char** argv) {
-  return afterglow::nodes::runCommand(argc, argv, {afterglow::nodes::addPlayVerb});
+  using namespace afterglow::nodes;
+  return runCommand(argc, argv, {addPlayVerb, addWatchVerb});
 }

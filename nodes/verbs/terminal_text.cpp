@@ -1,7 +1,9 @@
 #include "nodes/verbs/terminal_text.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <iostream>
@@ -126,6 +128,19 @@ void replaceLine(const std::string& text) {
   std::cerr.flush();
   const std::string line = "\r\033[K" + oneLine(text);
   if (::write(STDERR_FILENO, line.data(), line.size()) < 0) return;  // it was only for the eye
+}
+
+std::size_t replaceLines(const std::vector<std::string>& lines, std::size_t before) {
+  std::cout.flush();
+  winsize size{};
+  const bool is_known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  const std::size_t width = is_known ? size.ws_col : 80;
+  const std::size_t height = is_known && size.ws_row > 1 ? size.ws_row - 1u : 24;
+  const std::size_t count = std::min(lines.size(), height);
+  std::string text = before > 0 ? "\033[" + std::to_string(before) + "A\r\033[J" : "";
+  for (std::size_t i = 0; i < count; ++i) text += oneLine(lines[i]).substr(0, width - 1) + "\n";
+  if (::write(STDOUT_FILENO, text.data(), text.size()) < 0) return 0;  // it was only for the eye
+  return count;
 }
 
 }  // namespace afterglow::nodes

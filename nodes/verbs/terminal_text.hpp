@@ -3,10 +3,12 @@
 /// escape sequences, which change its title, its colors, what it answers.
 #pragma once
 
+#include <cstddef>
 #include <iosfwd>
 #include <memory>
 #include <streambuf>
 #include <string>
+#include <vector>
 
 namespace afterglow::nodes {
 
@@ -29,8 +31,12 @@ class SafeOutput {
   std::streambuf* const own_errors_;
 };
 
-/// Replaces the line on a terminal's standard error; `text`, as oneLine() has it, or nothing. The
-/// one place that writes escape sequences.
+/// Replaces the line on a terminal's standard error; `text`, as oneLine() has it, or nothing. This
+/// and replaceLines() are the places that write escape sequences.
 void replaceLine(const std::string& text);
+
+/// Replaces the last `before` lines on a terminal's standard output by others, each as oneLine()
+/// has it and cut to the terminal's width; as many as its height has room for. Returns how many.
+std::size_t replaceLines(const std::vector<std::string>& lines, std::size_t before);
 
 }  // namespace afterglow::nodes
