@@ -407,6 +407,11 @@ replay::PlayProgress ReplaySession::progress() const {
   return player_ ? player_->progress() : replay::PlayProgress{};
 }
 
+bool ReplaySession::goesToStart() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return gate_ && request_.body.start == BodyOptions::Start::MoveThere;
+}
+
 std::string ReplaySession::waitsFor() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   return gate_ ? gate_->waitsFor() : "";

@@ -47,6 +47,8 @@ class ReplaySession {
   void playNext(std::uint64_t count);
   bool togglePauseTopics();
   replay::PlayProgress progress() const;
+  /// The robot may be on its way to where the behavior began: before it plays.
+  bool goesToStart() const;
   /// What the base waits for now: a clause; empty while it does not.
   std::string waitsFor() const;
 

@@ -101,7 +101,9 @@ std::string followKey(const std::string& key, ReplaySession& session) {
 
 std::string statusText(const ReplaySession& session) {
   const replay::PlayProgress progress = session.progress();
-  const char* state = progress.state == replay::PlayProgress::State::Idle     ? "WAITING"
+  const bool is_idle = progress.state == replay::PlayProgress::State::Idle;
+  const char* state = is_idle && session.goesToStart()                        ? "TO START"
+                      : is_idle                                               ? "WAITING"
                       : progress.state == replay::PlayProgress::State::Paused ? "PAUSED "
                       : progress.is_held                                      ? "DELAYED"
                                                                               : "PLAYING";
