@@ -127,6 +127,21 @@ TEST_F(QueryVerbs, refuseInOneLine) {
   EXPECT_NE(run({"list", "--since", "gestern"}).output.find("yesterday 14:00"), std::string::npos);
 }
 
+TEST_F(QueryVerbs, listTellsAnEmptyStoreFromAFilterThatFindsNone) {
+  EXPECT_EQ(run({"list", "--name", "none"}).output, "no such behaviors in sqlite:" + path_ + "\n");
+  const std::string empty = folder_.path("empty.db");
+  replay::openStore(empty, replay::OpenMode::ReadWrite);
+  EXPECT_EQ(runProgram({AFTERGLOW_TEST_COMMAND, "list", "--store", empty}).output,
+            "no behaviors yet in sqlite:" + empty + "\n");
+}
+
+TEST_F(QueryVerbs, areNamedToWhoAsksForAnother) {
+  const ProgramResult result = runProgram({AFTERGLOW_TEST_COMMAND, "foo"});
+  EXPECT_EQ(result.status, 2);
+  EXPECT_EQ(result.output.rfind("afterglow: there is no verb 'foo'; there are: import list", 0), 0u)
+      << result.output;
+}
+
 TEST_F(QueryVerbs, listShowsTheOthersBesideADamagedRow) {
   {
     const auto store = replay::openStore(path_, replay::OpenMode::ReadWrite);

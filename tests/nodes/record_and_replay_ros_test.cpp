@@ -459,5 +459,26 @@ TEST_F(RecordAndReplay, zzEndsRunningBehaviorsAsInterruptedOnCtrlC) {
   EXPECT_EQ(stored(started.behavior_id, "/talk").size(), 1u);
 }
 
+TEST(Nodes, endOnASignalWhileThereIsNoMaster) {
+  for (const char* program : {AFTERGLOW_TEST_RECORDER_NODE, AFTERGLOW_TEST_PLAYER_NODE}) {
+    for (const int signal : {SIGTERM, SIGINT}) {
+      test::NodeProcess node({program, "__master:=http://127.0.0.1:1", "_store:=/none"});
+      ASSERT_TRUE(test::eventually(
+          [&] { return node.log().find("waiting for a ROS master") != std::string::npos; }))
+          << node.log();
+      node.signal(signal);
+      EXPECT_EQ(node.exitStatus(), 0) << node.log();
+    }
+  }
+}
+
+TEST(Nodes, explainThemselvesAndDoNothingElse) {
+  for (const char* program : {AFTERGLOW_TEST_RECORDER_NODE, AFTERGLOW_TEST_PLAYER_NODE}) {
+    test::NodeProcess node({program, "--help"});
+    EXPECT_EQ(node.exitStatus(), 0);
+    EXPECT_NE(node.log().find("usage: "), std::string::npos) << node.log();
+  }
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::record_and_replay_ros_test
