@@ -31,6 +31,7 @@ constexpr Verb kVerbs[] = {
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
     {"play", "Replay a behavior into the running robot", "afterglow_play"},
+    {"edit", "Rename, tag, note, trim or delete a behavior", "afterglow_store"},
     {"export", "Export behaviors as a bag", "afterglow_store"},
     {"render", "Draw what a projector showed during a behavior, without a ROS master",
      "afterglow_render"},

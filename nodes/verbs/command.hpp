@@ -33,6 +33,7 @@ CLI::App* addVerb(CLI::App& app, const std::string& name);
 // Each registers its verb in the program that does it, from a file of its own; parsing it does the
 // job. Failures are exceptions.
 void addCalibrateVerb(CLI::App& app);
+void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
 void addImportVerb(CLI::App& app);
 void addListVerb(CLI::App& app);

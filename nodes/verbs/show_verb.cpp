@@ -15,6 +15,7 @@
 #include "replay/query/filter.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/record/snapshot.hpp"
+#include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -72,6 +73,7 @@ void printJson(const replay::Store& store, const Behavior& behavior) {
   json["topic_details"] = summariesJson(topics);
   json["context_topics"] = summariesJson(store.contextTopics(behavior));
   json["nodes"] = nodesJson(behavior);
+  json["notes"] = replay::notesOf(behavior);
   std::cout << dumpJson(json, 2) << "\n";
 }
 
@@ -142,6 +144,7 @@ void printText(const replay::Store& store, const Behavior& behavior) {
   printField("robot", behavior.robot);
   printField("parameters", behavior.parameters);
   printField("tags", fmt::format("{}", fmt::join(behavior.tags, ", ")));
+  for (const std::string& note : replay::notesOf(behavior)) printField("note", note);
   printField("calibration", behavior.calibration);
   printField("not heard", fmt::format("{}", fmt::join(unheardTopics(behavior, topics), ", ")));
   if (!topics.empty()) printTopics("TOPIC", behavior, topics);

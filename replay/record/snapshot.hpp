@@ -18,6 +18,7 @@
 ///             it), and who heard it at the begin or the end, without the recorder; of recorded
 ///             topics, and of others that tell who drove. Imports know the senders alone, and
 ///             recordings of before nothing.
+///   "notes":  ["the gripper slipped", ...]: what people wrote later (store/behavior_edit.hpp)
 #pragma once
 
 #include <array>

@@ -66,6 +66,30 @@ class StoreVerb : public testing::Test {
   std::string path_ = folder_.path("store.db");
 };
 
+TEST_F(StoreVerb, editChangesWhatListAndShowTell) {
+  const std::string store = " --store " + path_;
+  const Outcome edited =
+      runVerb("edit 1 --rename grasp --tag shown --outcome failure --note 'it slipped'" + store);
+  EXPECT_EQ(edited.status, 0) << edited.output;
+  const Outcome shown = runVerb("show grasp" + store);
+  for (const char* text : {"behavior 1 \"grasp\"", "failure", "shown", "it slipped"}) {
+    EXPECT_NE(shown.output.find(text), std::string::npos) << shown.output;
+  }
+}
+
+TEST_F(StoreVerb, editDeletesOnlyWhatItWasToldTo) {
+  const std::string store = " --store " + path_ + " < /dev/null";
+  const Outcome asked = runVerb("edit 1 --delete" + store);
+  EXPECT_EQ(asked.status, 1);
+  EXPECT_NE(asked.output.find("Say so with --yes"), std::string::npos) << asked.output;
+  EXPECT_EQ(runVerb("edit 1 --delete --yes" + store).status, 0);
+  EXPECT_EQ(runVerb("show 1" + store).status, 1);
+  EXPECT_EQ(runVerb("show 2" + store).status, 0);
+  EXPECT_EQ(runVerb("edit 2" + store).status, 2) << "no change is named";
+  EXPECT_EQ(runVerb("edit 2 --trim 1" + store).status, 2);
+  EXPECT_EQ(runVerb("edit 2 --trim 0:3 --yes" + store).status, 1) << "it takes 10 ns";
+}
+
 TEST_F(StoreVerb, sayThatDamagedMessagesAreLeftOut) {
   for (std::int64_t i = 0; i < 2; ++i) damageFirstMessage();
   const std::string told =

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "replay/query/filter.hpp"
+#include "replay/store/behavior_edit.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/mongo_server.hpp"
@@ -313,6 +314,63 @@ TEST_P(StoreSuite, removingABehaviorKeepsWhatOthersCover) {
   EXPECT_EQ(texts(), (Texts{"b", "c", "e"}));
   EXPECT_EQ(store->behavior(child)->parent, 0);
   EXPECT_THROW(store->removeBehavior(outer), StoreError);
+}
+
+TEST_P(StoreSuite, anEditChangesABehaviorOrNothingOfIt) {
+  Behavior behavior = sampleBehavior(recording, {"/a"}, 10, 20);
+  behavior.tags = {"old"};
+  behavior.snapshot = R"({"urdf":"x"})";
+  const auto id = store->addBehavior(behavior);
+  BehaviorEdit edit;
+  edit.name = "grasp";
+  edit.outcome = "failure";
+  edit.add_tags = {"demo", "demo"};
+  edit.remove_tags = {"old"};
+  edit.notes = {"the gripper slipped"};
+  editBehavior(*store, id, edit);
+  const Behavior edited = store->behavior(id).value();
+  EXPECT_EQ(edited.name, "grasp");
+  EXPECT_EQ(edited.outcome, "failure");
+  EXPECT_EQ(edited.tags, Texts{"demo"});
+  EXPECT_EQ(notesOf(edited), Texts{"the gripper slipped"});
+  EXPECT_NE(edited.snapshot.find("urdf"), std::string::npos);
+  edit.name = "never";
+  EXPECT_THROW(editBehavior(*store, id, edit), StoreError) << "the tag is gone";
+  EXPECT_EQ(store->behavior(id)->name, "grasp");
+  EXPECT_THROW(editBehavior(*store, id + 7, {}), StoreError);
+}
+
+TEST_P(StoreSuite, whatIsBeingRecordedIsNotEdited) {
+  Behavior behavior = sampleBehavior(recording, {"/a"}, 10, 20);
+  behavior.end.reset();
+  const auto id = store->addBehavior(behavior);
+  BehaviorEdit edit;
+  edit.name = "grasp";
+  EXPECT_THROW(editBehavior(*store, id, edit), StoreError);
+}
+
+TEST_P(StoreSuite, aTrimKeepsWhatIsNeededStill) {
+  const auto latched = store->addChannel(recording, stringChannel("/map", "/server", true));
+  const auto id = store->addBehavior(sampleBehavior(recording, {"/a"}, 10, 20));
+  store->addBehavior(sampleBehavior(recording, {"/a"}, 17, 19));
+  store->append({stringMessage(latched, 10, 1, "old map"), stringMessage(latched, 11, 2, "map"),
+                 message("/a", 12, 3, "a"), message("/a", 13, 4, "b"), message("/a", 15, 5, "c"),
+                 message("/a", 16, 6, "d"), message("/a", 18, 7, "e"), message("/a", 19, 8, "f")});
+  BehaviorEdit edit;
+  edit.from_ns = 3;
+  edit.to_ns = 6;
+  const Behavior edited = editBehavior(*store, id, edit);
+  EXPECT_EQ(edited.begin, Stamp{13});
+  EXPECT_EQ(edited.end, Stamp{16});
+  EXPECT_EQ(store->behaviors({}).size(), 2u);
+  MessageRange all;
+  all.with_all_topics = true;
+  EXPECT_EQ(texts(all), (Texts{"map", "b", "c", "e"}));
+  ASSERT_EQ(store->topics(edited).size(), 1u);
+  EXPECT_EQ(store->topics(edited)[0].count, 2u);
+  edit.to_ns = 4;
+  EXPECT_THROW(editBehavior(*store, id, edit), StoreError) << "it is shorter now";
+  EXPECT_EQ(texts(all), (Texts{"map", "b", "c", "e"}));
 }
 
 TEST_P(StoreSuite, topicsAreSummedUpByTypeAndOwnership) {
