@@ -1,7 +1,8 @@
 /// \file
 /// What another rate changes in a message, so that a body goes the same way faster or slower:
 /// velocities times the rate, accelerations times its square, durations divided by it. Efforts and
-/// tolerances stay as they were. Lifetimes of markers are durations, too.
+/// tolerances stay as they were. Lifetimes of markers are durations, too. A head goal that asks for
+/// no velocity would be as fast at every rate: at a lower one it gets one.
 #pragma once
 
 #include <memory>
@@ -21,6 +22,7 @@ struct PlayPlan;
 struct ScaledField {
   std::string path;  ///< as in FieldPath; below an array, every element
   int power;
+  double instead_of_0 = 0;  ///< at rates below 1, as 0 there says "as fast as it goes"
 };
 
 /// Known by the types they lie in, wherever those are nested: geometry_msgs/Twist, trajectory

@@ -262,6 +262,25 @@ TEST(KindsOfMotion, areSlowedDownByTheirRateOrPlayedAsRecordedOnly) {
   }
 }
 
+/// goal.max_velocity of a head goal that asked for `velocity`, at a rate.
+double headVelocityAt(double rate, double velocity) {
+  const Kind head = kinds().at("*/PointHeadActionGoal");
+  const Schema schema = schemaOf(head.channel);
+  Bytes bytes = head.moving(velocity);
+  MotionRate(schema).apply(bytes, rate);
+  Value goal = decode(schema, bytes);
+  return std::get<double>(test::at(goal, "goal.max_velocity"));
+}
+
+TEST(MotionRate, slowsTheHeadThatAsksForNoVelocity) {
+  const double half = headVelocityAt(0.5, 0);
+  EXPECT_GT(half, 0);
+  EXPECT_DOUBLE_EQ(headVelocityAt(0.25, 0), half / 2);
+  EXPECT_EQ(headVelocityAt(1, 0), 0);
+  EXPECT_EQ(headVelocityAt(2, 0), 0);
+  EXPECT_EQ(headVelocityAt(0.5, 0.3), 0.15);
+}
+
 TEST(OddNumber, isNamedByItsPlace) {
   const Channel goal = kArm;
   EXPECT_EQ(oddNumber(schemaOf(goal), trajectory(goal, "goal.trajectory.", std::nan(""))),
