@@ -30,6 +30,8 @@ constexpr Verb kVerbs[] = {
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
+    {"ask", "Ask the robot what it did, in words: which behavior answers, and what was said then",
+     "afterglow_play"},
     {"play", "Replay a behavior into the running robot", "afterglow_play"},
     {"edit", "Rename, tag, note, trim or delete a behavior", "afterglow_store"},
     {"export", "Export behaviors as a bag", "afterglow_store"},

@@ -32,6 +32,7 @@ CLI::App* addVerb(CLI::App& app, const std::string& name);
 
 // Each registers its verb in the program that does it, from a file of its own; parsing it does the
 // job. Failures are exceptions.
+void addAskVerb(CLI::App& app);
 void addCalibrateVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
