@@ -24,7 +24,6 @@ using replay::GoalOutcome;
 
 constexpr std::chrono::milliseconds kGoalLook(20);  // at a goal that is under way
 constexpr double kLivePatience = 3.0;               // s
-constexpr double kMeanOf = 2.0;                     // s of localization
 /// Beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 90;  // s
 
@@ -75,6 +74,60 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const 
   return missing;
 }
 
+std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options) {
+  if (parts.unnamed.empty() || options.start == BodyOptions::Start::Anywhere) return "";
+  return fmt::format("what {} moves is not told by its messages and cannot be compared with how it "
+                     "stood: --any-start (~any_start) moves it from anywhere",
+                     fmt::join(parts.unnamed, ", "));
+}
+
+replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
+                           const replay::StartPose& then, const replay::TrackFrames& frames,
+                           const std::function<bool()>& is_stopped) {
+  PoseQuestion question;
+  const auto ask = [&](const std::string& joint) {
+    if (!options.joints.mimicOf(joint)) question.joints.push_back(joint);
+  };
+  for (const std::string& joint : parts.joints()) ask(joint);
+  for (const auto& [joint, position] : then.joints) ask(joint);
+  question.asks_base = then.base.has_value();
+  question.joint_topics = options.joint_topics;
+  question.frames = frames;
+  if (question.joints.empty() && !question.asks_base) return {};
+  return askLivePose(question, kLivePatience, is_stopped);
+}
+
+std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& parts,
+                        const replay::StartPose& now) {
+  std::vector<std::string> unknown;
+  for (const std::string& joint : parts.joints()) {
+    const bool is_told = now.joints.count(joint) > 0 || options.joints.mimicOf(joint);
+    if (!is_told) unknown.push_back(joint);
+  }
+  if (unknown.empty()) return "";
+  return fmt::format("this robot has no joint {} ({})", fmt::join(unknown, ", "),
+                     fmt::join(options.joint_topics, ", "));
+}
+
+replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
+                              const BodyOptions& options, const replay::MotionLimits& limits) {
+  const replay::Stamp from{plan.begin.ns - replay::kLongestRecordedWayNs};
+  std::optional<replay::PoseTrack> base;
+  if (options.start == BodyOptions::Start::MoveThere) {
+    std::string why;
+    base = readPoseTrack(store, replay::aroundMoments(plan.behavior, from, plan.end),
+                         options.base.frames, options.base.noise, why);
+  }
+  replay::Approach::Rules rules;
+  rules.speed = options.speed;
+  rules.limits = limits;
+  rules.accepts_unchecked = options.accepts_unchecked;
+  rules.robot = options.joints;
+  rules.tolerances = options.tolerances;
+  return {replay::JointTrack::read(store, plan.behavior, from, plan.end), std::move(base),
+          std::move(rules)};
+}
+
 BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
                    const BodyOptions& options, const replay::MotionLimits& limits,
                    replay::MessageSink& sink, replay::Clock& clock,
@@ -105,11 +158,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   stops_->check();
   replay::MovedParts parts = movedParts(store_, plan_);
   parts.robot = options_.joints;
-  if (!parts.unnamed.empty() && options_.start != BodyOptions::Start::Anywhere) {
-    refuse(fmt::format("what {} moves is not told by its messages and cannot be compared with how "
-                       "it stood: --any-start (~any_start) moves it from anywhere",
-                       fmt::join(parts.unnamed, ", ")));
-  }
+  if (const std::string why = whyUnnamed(parts, options_); !why.empty()) refuse(why);
   if (parts.moves_base) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
@@ -123,8 +172,10 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   }
   replay::StartPose now = live(parts, then, is_stopped);
   if (is_stopped()) return;
-  checkJoints(parts, now);
-  if (joints_ || !parts.goals.empty()) readApproach();
+  if (const std::string why = whyNoJoints(options_, parts, now); !why.empty()) refuse(why);
+  if (joints_ || !parts.goals.empty()) {
+    approach_.emplace(readApproach(store_, plan_, options_, limits_));
+  }
   checkWays(parts, then, now);
   waitForGuards(is_stopped);
   const std::vector<std::string> deviations = goToStart(parts, then, now, is_stopped);
@@ -257,7 +308,7 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
   // Localization's noise alone may be that large.
   replay::StartPose mean;
   const auto look = [&] {
-    mean.base = base_->measure(kMeanOf, is_stopped);
+    mean.base = base_->measure(ReplayedBase::kMeanOf, is_stopped);
     const std::string off = replay::baseDeviation(then, mean, options_.tolerances);
     const replay::PoseError doubt = base_->startDoubt(then.base_share);
     const std::string sure = replay::baseDeviation(then, mean, widened(options_.tolerances, doubt));
@@ -284,28 +335,8 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
 
 replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
                                  const std::function<bool()>& is_stopped) const {
-  PoseQuestion question;
-  const auto ask = [&](const std::string& joint) {
-    if (!options_.joints.mimicOf(joint)) question.joints.push_back(joint);
-  };
-  for (const std::string& joint : parts.joints()) ask(joint);
-  for (const auto& [joint, position] : then.joints) ask(joint);
-  question.asks_base = then.base.has_value();
-  question.joint_topics = options_.joint_topics;
-  if (base_) question.frames = base_->frames();
-  if (question.joints.empty() && !question.asks_base) return {};
-  return askLivePose(question, kLivePatience, is_stopped);
-}
-
-void BodyGate::checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const {
-  std::vector<std::string> unknown;
-  for (const std::string& joint : parts.joints()) {
-    const bool is_told = now.joints.count(joint) > 0 || options_.joints.mimicOf(joint);
-    if (!is_told) unknown.push_back(joint);
-  }
-  if (unknown.empty()) return;
-  refuse(fmt::format("this robot has no joint {} ({})", fmt::join(unknown, ", "),
-                     fmt::join(options_.joint_topics, ", ")));
+  return askStart(options_, parts, then, base_ ? base_->frames() : replay::TrackFrames{},
+                  is_stopped);
 }
 
 // ----------------------------------------------------------------------------------- to the start
@@ -334,25 +365,6 @@ std::vector<std::string> BodyGate::goToStart(const replay::MovedParts& parts,
     if (!was_released || is_stopped()) return deviations;
     now = live(parts, then, is_stopped);
   }
-}
-
-/// What was recorded of joints and base until two minutes before what is played.
-void BodyGate::readApproach() {
-  const replay::Stamp from{plan_.begin.ns - replay::kLongestRecordedWayNs};
-  std::optional<replay::PoseTrack> base;
-  if (options_.start == BodyOptions::Start::MoveThere) {
-    std::string why;
-    base = readPoseTrack(store_, replay::aroundMoments(plan_.behavior, from, plan_.end),
-                         options_.base.frames, options_.base.noise, why);
-  }
-  replay::Approach::Rules rules;
-  rules.speed = options_.speed;
-  rules.limits = limits_;
-  rules.accepts_unchecked = options_.accepts_unchecked;
-  rules.robot = options_.joints;
-  rules.tolerances = options_.tolerances;
-  approach_.emplace(replay::JointTrack::read(store_, plan_.behavior, from, plan_.end),
-                    std::move(base), std::move(rules));
 }
 
 /// Before anything moves, the base, too; but MoveIt has to know the base at its start.

@@ -47,6 +47,18 @@ struct BodyOptions {
 /// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there
 /// is no action server /arm/follow_joint_trajectory".
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph);
+/// Why a replay may not begin whose messages do not tell what they move; empty: it may.
+std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options);
+/// How the parts stand now that are moved, or that are known of `then`; waits at most 3 s for them.
+replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
+                           const replay::StartPose& then, const replay::TrackFrames& frames,
+                           const std::function<bool()>& is_stopped);
+/// Which joints that are moved the robot lacks; empty: none.
+std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& parts,
+                        const replay::StartPose& now);
+/// By what was recorded of joints and base until two minutes before what is played.
+replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
+                              const BodyOptions& options, const replay::MotionLimits& limits);
 
 /// For one replay. Everything given must outlive it.
 class BodyGate {
@@ -89,13 +101,11 @@ class BodyGate {
  private:
   replay::StartPose live(const replay::MovedParts& parts, const replay::StartPose& then,
                          const std::function<bool()>& is_stopped) const;
-  void checkJoints(const replay::MovedParts& parts, const replay::StartPose& now) const;
   std::string baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                             const std::function<bool()>& is_stopped);
   std::vector<std::string> goToStart(const replay::MovedParts& parts,
                                      const replay::StartPose& then, replay::StartPose now,
                                      const std::function<bool()>& is_stopped);
-  void readApproach();
   void checkWays(const replay::MovedParts& parts, const replay::StartPose& then,
                  const replay::StartPose& now) const;
   std::optional<replay::StartGoal> goalToStart(const replay::JointGoals& goals,

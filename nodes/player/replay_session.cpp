@@ -17,6 +17,7 @@
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/tools/stop_signal.hpp"
+#include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -155,6 +156,28 @@ void ReplaySession::refuseOtherMap() const {
   if (!why.empty()) {
     throw std::runtime_error(why + ": base and light would be anywhere (--any-map, ~any_map)");
   }
+}
+
+Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& is_stopped) {
+  Rehearsal rehearsal;
+  rehearsal.ask([this] { checkPlayable(); });
+  if (plan_.playedTopics().empty()) return rehearsal;
+  if (has_master) {
+    rehearsal.ask([&] {
+      if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
+      refuseLivePublishers(plan_, is_stopped);
+    });
+    rehearsal.ask([this] { refuseOtherMap(); });
+  } else {
+    rehearsal.unchecked.push_back("who publishes the same");
+    const bool needs_map = !request_.body.is_any_map_right && isPlacedOnMap() &&
+                           !replay::recordedMap(plan_.behavior).empty();
+    if (needs_map) rehearsal.unchecked.push_back("whether the map is the recorded one");
+  }
+  if (plan_.motionTopics().empty()) return rehearsal;
+  if (has_master) describeRobotNow(request_);
+  rehearseBody(store_, plan_, request_.body, request_.limits, has_master, is_stopped, rehearsal);
+  return rehearsal;
 }
 
 replay::PlayReport ReplaySession::run() {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nodes/player/anchor_broadcast.hpp"
+#include "nodes/player/rehearsal.hpp"
 #include "nodes/player/replay_request.hpp"
 #include "nodes/player/ros_sink.hpp"
 
@@ -28,6 +29,9 @@ class ReplaySession {
   void checkMotionAllowed() const;
   /// The same, and for a replay that publishes nothing.
   void checkPlayable() const;
+  /// What run() would be refused for, as far as it can be known: moves, advertises and publishes
+  /// nothing. With a master ROS has been started. Throws StoreError.
+  Rehearsal rehearse(bool has_master, const std::function<bool()>& is_stopped);
 
   /// Plays and cleans up. Throws std::runtime_error, before anything is advertised, if it would
   /// move the robot and may not or has nothing to play, if base or light were recorded on another

@@ -62,8 +62,7 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
       plan_(plan),
       options_(options),
       limits_(limits),
-      live_frames_(liveFrames(options, plan)),
-      poses_(live_frames_) {
+      live_frames_(liveFrames(options, plan)) {
   std::vector<std::string> played;
   for (const replay::PlannedTopic* topic : velocityTopics(plan)) {
     played.push_back(topic->channel.topic);
@@ -135,7 +134,7 @@ std::string ReplayedBase::missingThen() const {
 
 std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
   const bool is_localized = track_->isLocalized();
-  const replay::BaseInput live = poses_.wait(is_localized, kPosesPatience, is_stopped);
+  const replay::BaseInput live = poses_->wait(is_localized, kPosesPatience, is_stopped);
   if (!live.T_odom_base) {
     return "nobody tells where it is now (tf's " + live_frames_.odometry + " -> " +
            live_frames_.base + ")";
@@ -147,12 +146,20 @@ std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
   return "";
 }
 
-std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
-  if (!why_open_loop_.empty()) return "";
-  const std::string why = why_not_.empty() ? missingNow(is_stopped) : why_not_;
-  if (why.empty() || is_stopped()) return "";
+std::string ReplayedBase::cannotFollow(const std::string& why) const {
   return "the base cannot follow its recorded poses: " + why +
          "; --open-loop (~open_loop) sends its recorded velocities, wherever they lead";
+}
+
+std::string ReplayedBase::recordedRefusal() const {
+  return why_open_loop_.empty() && !why_not_.empty() ? cannotFollow(why_not_) : "";
+}
+
+std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
+  poses_.emplace(live_frames_);
+  if (!why_open_loop_.empty()) return "";
+  const std::string why = why_not_.empty() ? missingNow(is_stopped) : why_not_;
+  return why.empty() || is_stopped() ? "" : cannotFollow(why);
 }
 
 replay::TrackerOptions ReplayedBase::trackerOptions() const {
@@ -166,14 +173,9 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
 
 // ------------------------------------------------------------------------------- what it looks at
 
-std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
-                                    std::function<void(const std::string&)> on_wait) {
-  on_wait_ = std::move(on_wait);
+std::string ReplayedBase::scanRefusal() const {
   const ScanOptions& scan = options_.scan;
-  if (scan.is_waived) {
-    notes_.push_back("nothing saw what stood in the base's way (--no-scan, ~no_scan)");
-    return "";
-  }
+  if (scan.is_waived) return "";
   for (const replay::PlannedTopic& topic : plan_.topics) {
     const bool is_steered = topic.isPlayed() && topic.count > 0 &&
                             stopOf(topic).kind == replay::StopKind::Speed;
@@ -182,11 +184,21 @@ std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
            " leads the base, whose steering is not known: --no-scan (~no_scan) drives it all the "
            "same";
   }
-  if (scan.topic.empty() && !first_motion_) return "";  // it only hears zeros
-  if (scan.topic.empty()) {
-    return "nothing sees what stands in the base's way: --scan TOPIC (~scan) or a robot's profile "
-           "(--robot), else --no-scan";
+  if (!scan.topic.empty() || !first_motion_) return "";  // without the latter it only hears zeros
+  return "nothing sees what stands in the base's way: --scan TOPIC (~scan) or a robot's profile "
+         "(--robot), else --no-scan";
+}
+
+std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
+                                    std::function<void(const std::string&)> on_wait) {
+  on_wait_ = std::move(on_wait);
+  const ScanOptions& scan = options_.scan;
+  if (scan.is_waived) {
+    notes_.push_back("nothing saw what stood in the base's way (--no-scan, ~no_scan)");
+    return "";
   }
+  const std::string why_not = scanRefusal();
+  if (!why_not.empty() || scan.topic.empty()) return why_not;
   scan_ = std::make_unique<LiveScan>(scan.topic, live_frames_.base, scan.footprint);
   if (!scan.footprint) {
     notes_.push_back(fmt::format(
@@ -206,7 +218,7 @@ std::optional<replay::ObstacleOptions> ReplayedBase::obstacles() const {
 
 replay::BaseInput ReplayedBase::look() {
   if (drive_) tellWait(drive_->reason());
-  replay::BaseInput input = poses_.look(stampNow());
+  replay::BaseInput input = poses_->look(stampNow());
   if (scan_) input.scan = scan_->look();
   return input;
 }
@@ -223,14 +235,14 @@ void ReplayedBase::tellWait(const std::string& reason) {
 
 std::optional<replay::PlanarPose> ReplayedBase::measure(double seconds,
                                                         const std::function<bool()>& is_stopped) {
-  replay::BaseInput input = poses_.wait(true, kPosesPatience, is_stopped);
+  replay::BaseInput input = poses_->wait(true, kPosesPatience, is_stopped);
   if (!input.T_odom_base || !input.T_map_odom) return {};
   replay::BaseLocalizer localizer(options_.noise, input.T_map_odom->pose, input.T_odom_base->pose,
                                   input.T_map_odom->stamp);
   const RobotPatience patience(seconds);
   while (!patience.isOver() && !is_stopped()) {
     std::this_thread::sleep_for(kBaseStep);
-    input = poses_.look(stampNow());
+    input = poses_->look(stampNow());
     localizer.move(input.T_odom_base->pose);
     localizer.correct(input.T_map_odom->pose, input.T_map_odom->stamp);
   }
@@ -282,7 +294,7 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
 
 void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   if (!track_) return;
-  const replay::BaseInput live = poses_.wait(track_->isLocalized(), kPosesPatience, is_stopped);
+  const replay::BaseInput live = poses_->wait(track_->isLocalized(), kPosesPatience, is_stopped);
   replay::TrackerOptions options = trackerOptions();
   options.with_localization = live.T_map_odom.has_value();
   auto drive = std::make_unique<replay::BaseDrive>(

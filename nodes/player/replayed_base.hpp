@@ -51,11 +51,17 @@ class ReplayedBase {
  public:
   /// m; nobody expects a replay to drive farther on its own.
   static constexpr int kFarthestStart = 1;
+  /// s of localization, whose mean is where it stands.
+  static constexpr double kMeanOf = 2.0;
 
   /// Throws std::runtime_error, one line, for a topic that is no velocity topic of the plan, and
   /// StoreError.
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
                const replay::MotionLimits& limits);
+
+  /// What refusal() and checkScan() say by the recording and the options alone: needs no master.
+  std::string recordedRefusal() const;
+  std::string scanRefusal() const;
 
   /// Finds out whether something sees what stands in the base's way. Returns why the base must not
   /// be driven; empty if it may. `on_wait`: told what the base waits for, and with an empty text
@@ -94,6 +100,7 @@ class ReplayedBase {
   void readVelocities();
   void readTrack();
   std::string missingThen() const;
+  std::string cannotFollow(const std::string& why) const;
   std::string missingNow(const std::function<bool()>& is_stopped);
   replay::TrackerOptions trackerOptions() const;
   void tellWait(const std::string& reason);
@@ -103,7 +110,7 @@ class ReplayedBase {
   const BaseOptions options_;
   const replay::MotionLimits limits_;
   replay::TrackFrames live_frames_;
-  BasePoses poses_;
+  std::optional<BasePoses> poses_;  ///< from refusal() on
   const replay::PlannedTopic* topic_ = nullptr;  ///< none: it is not known which is the base's
   std::string played_topics_;
   replay::Bytes sample_;  ///< its first message

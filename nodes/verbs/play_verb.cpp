@@ -188,14 +188,27 @@ bool isRobotGuarded() {
   }
 }
 
-void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request, bool is_json) {
+void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
+              const Rehearsal& rehearsal, bool is_json) {
   if (is_json) {
-    std::cout << dumpJson(toJson(plan), 2) << "\n";
+    nlohmann::ordered_json json = toJson(plan);
+    json["refusals"] = rehearsal.refusals;
+    json["unchecked"] = rehearsal.unchecked;
+    std::cout << dumpJson(json, 2) << "\n";
   } else {
     printPlan(plan, Stagehand::anchorsIn(plan, request.anchors));
   }
   std::vector<std::string> remarks = plan.warnings();
-  remarks.push_back(plan.refusal().empty() ? plan.leftOutText() : plan.refusal());
+  const bool is_told_below = !plan.refusal().empty() || plan.playedTopics().empty();
+  if (!is_told_below) remarks.push_back(plan.leftOutText());
+  for (const std::string& refusal : rehearsal.refusals) {
+    remarks.push_back("would be refused: " + refusal);
+  }
+  if (!rehearsal.unchecked.empty()) {
+    remarks.push_back((request.plan.layers ? "not known yet: "
+                                           : "not known, as no ROS master answers: ") +
+                      fmt::format("{}", fmt::join(rehearsal.unchecked, "; ")));
+  }
   if (!request.plan.layers && dependsOnLayers(plan)) {
     remarks.push_back("no ROS master answers: what a running projector would show is not known");
   }
@@ -221,29 +234,44 @@ std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
   }
 }
 
+void warnOnly() {
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
+    ros::console::notifyLoggerLevelsChanged();
+  }
+}
+
+/// Where a master answers it listens to the robot, and sends nothing.
+Rehearsal rehearse(ReplaySession& session, bool has_master) {
+  return session.rehearse(has_master, [] { return isStopRequested() || !ros::ok(); });
+}
+
 void run(const PlayCommand& command) {
   ReplayRequest request = command.request();
   const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
   request.plan.layers = layersNow();
+  const bool has_master = request.plan.layers.has_value();
+  if (command.is_dry_run && has_master) {
+    startRos();
+    warnOnly();
+  }
   std::vector<std::unique_ptr<ReplaySession>> sessions;  // all are looked at before one is played
   for (const std::int64_t id : chosen(*store, command)) {
     request.behavior = std::to_string(id);
     sessions.push_back(std::make_unique<ReplaySession>(*store, request));
     if (command.is_dry_run) {
-      showPlan(countRewrites(*store, sessions.back()->plan(), request.clock), request,
+      const Rehearsal rehearsal = rehearse(*sessions.back(), has_master);
+      showPlan(countRewrites(*store, sessions.back()->plan(), request.clock), request, rehearsal,
                command.is_json);
     } else {
       sessions.back()->checkMotionAllowed();
     }
   }
   if (command.is_dry_run) {
+    if (has_master) ros::shutdown();
     return;
   }
   startRos();
-  if (command.is_quiet &&
-      ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
-    ros::console::notifyLoggerLevelsChanged();
-  }
+  if (command.is_quiet) warnOnly();
   for (const auto& session : sessions) session->checkPlayable();
   std::vector<replay::PlayReport> reports;
   const std::string failure = playAll(sessions, command, reports);
