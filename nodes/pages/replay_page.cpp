@@ -82,6 +82,18 @@ void addEnds(const PlayReport& report, PageData& facts) {
   }
 }
 
+void addGuards(const PlayReport& report, PageData& facts) {
+  if (!report.guards) return;
+  const auto ms = [](double patience) { return fmt::format("{:.0f} ms", patience); };
+  facts.push_back(fact("Patience of the watchdog", ms(report.guards->patience_ms),
+                       fmt::format("this machine was up to {:.1f} ms late",
+                                   report.guards->lateness_ms)));
+  const auto& on_robot = report.guards->on_robot;
+  facts.push_back(on_robot ? fact("Patience of the guard on the robot", ms(on_robot->patience_ms),
+                                  on_robot->node + (on_robot->is_afar ? ", over the network" : ""))
+                           : fact("Guard on the robot", "none", ""));
+}
+
 PageData facts(const PlayReport& report) {
   const double took = static_cast<double>(report.actual_ns) * 1e-9;
   const double planned = static_cast<double>(report.planned_ns) * 1e-9;
@@ -91,6 +103,7 @@ PageData facts(const PlayReport& report) {
   addLateness(report, all);
   addWaits(report.in_step, all);
   addEnds(report, all);
+  addGuards(report, all);
   return all;
 }
 

@@ -41,6 +41,17 @@ TEST(ReplayPage, showsWhatWasMeasured) {
   }
 }
 
+TEST(ReplayPage, saysWhoStopsTheRobotWhenThePlayerIsGone) {
+  replay::PlayReport report = test::madeUpReplay();
+  report.guards = replay::PlayGuards{62.4, 2.1, {}};
+  EXPECT_TRUE(has(replayPage({report}, ""), "this machine was up to 2.1 ms late"));
+  EXPECT_TRUE(has(replayPage({report}, ""), "<dt>Guard on the robot</dt><dd>none</dd>"));
+  report.guards->on_robot = replay::PlayGuards::OnRobot{"/afterglow_guard", 340, 30, true};
+  const std::string page = replayPage({report}, "");
+  EXPECT_TRUE(has(page, "62 ms"));
+  EXPECT_TRUE(has(page, "340 ms<br/><small>/afterglow_guard, over the network"));
+}
+
 TEST(ReplayPage, leavesOutWhatWasNotMeasured) {
   replay::PlayReport report;
   report.behavior_name = "say";
