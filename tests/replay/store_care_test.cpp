@@ -224,8 +224,6 @@ TEST_F(StoreCare, removesWhatIsOldButNotWhatIsTaggedOrRuns) {
   policy.keep_tags = {"keep"};
   const std::vector<std::int64_t> expected{1, 2, 3};
   EXPECT_EQ(idsOf(pruneWould(*store, policy)), expected);
-  const auto reader = openStore(path_, OpenMode::ReadOnly);
-  EXPECT_EQ(idsOf(pruneWould(*reader, policy)), expected) << "nothing has to be tried";
   EXPECT_EQ(store->behaviors({}).size(), 11u);
   EXPECT_EQ(idsOf(prune(*store, policy)), expected);
   EXPECT_TRUE(store->behavior(running));
