@@ -4,6 +4,7 @@ uniform sampler2D reflected;   // root of the albedo
 uniform sampler2D facing;      // normals in the world; alpha 0: nothing is there
 uniform sampler2D thrown;      // the projector's light on the surfaces
 uniform sampler2D reached;     // lamp and sky; smaller than the picture
+uniform sampler2D beam;        // light from the air before it; smaller than the picture
 uniform vec3 background;       // sRGB
 
 out vec4 seen;
@@ -29,6 +30,7 @@ void main() {
   vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + pure(texelFetch(thrown, at, 0).rgb);
   vec2 aside = uv - 0.5;
   float vignette = 1.0 - 0.55 * dot(aside, aside);
-  vec3 color = srgbFromLinear(exposed(max(albedo * light, 0.0) * vignette));
-  seen = vec4(normal.a == 0.0 ? background : color, 1.0);
+  vec3 air = textureLod(beam, uv, 0.0).rgb;
+  vec3 behind = normal.a == 0.0 ? linearFromSrgb(background) : albedo * light * vignette;
+  seen = vec4(srgbFromLinear(exposed(max(behind + air, 0.0))), 1.0);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/gl/observer_renderer.hpp"
 #include "render/scene/outline.hpp"
 #include "render/scene/relief.hpp"
 #include "render/scene/triangulate.hpp"
@@ -18,7 +19,7 @@ constexpr float kBelow_m = 0.001f;
 
 render::Color paintOf(const render::SurfacePatch& surface) {
   return isFloor(surface) ? render::Color{0.80f, 0.79f, 0.76f, 1}
-                          : render::Color{0.79f, 0.69f, 0.54f, 1};
+                          : render::kWoodPaint;
 }
 
 Eigen::Vector3f at(const Eigen::Vector2d& p, float z) {

@@ -5,19 +5,21 @@
 #include <optional>
 #include <stdexcept>
 
+#include "render/gl/beam.hpp"
 #include "render/gl/glm_eigen.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
+#include "render/gl/solid_mesh.hpp"
 #include "render/gl/surface_target.hpp"
 #include "render/gl/thrown_light.hpp"
-#include "render/scene/shaded_mesh.hpp"
 
 namespace afterglow::render {
 namespace {
 
 const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond the modeled room
 
+const glm::vec3 kGhost(0.62f, 0.88f, 1.0f);         // sRGB: of outlines
 constexpr double kNear = 0.05;  // meters
 
 /// y down, as images have it: see RenderTarget::read.
@@ -55,35 +57,33 @@ Program makeSolidProgram(const std::vector<std::string>& fragment_files) {
 /// All that depends on the picture's size.
 struct SeenTargets {
   SeenTargets(int width, int height)
-      : picture(width, height), surfaces(width, height, picture.depth()), shade(width, height) {}
+      : picture(width, height),
+        surfaces(width, height, picture.depth()),
+        shade(width, height),
+        beam(width, height) {}
   SmoothedTarget picture;
   SurfaceTarget surfaces;
   RoomShade shade;
+  Beam beam;
 };
 
 }  // namespace
 
 struct ObserverRenderer::Impl {
   explicit Impl(GlContext& gl_context) : context(gl_context) {
-    glVertexArrayElementBuffer(array.id(), index_buffer.id());
-    setAttribute<glm::vec3>(array, 0, offsetof(ShadedVertex, x));
-    setAttribute<glm::vec3>(array, 1, offsetof(ShadedVertex, nx));
-    setAttribute<glm::u8vec4>(array, 2, offsetof(ShadedVertex, color));
     setUniform(seen_program, "reflected", SurfaceTarget::kReflectedUnit);
     setUniform(seen_program, "facing", SurfaceTarget::kFacingUnit);
     setUniform(seen_program, "thrown", SurfaceTarget::kThrownUnit);
     setUniform(seen_program, "reached", RoomShade::kShadeUnit);
+    setUniform(seen_program, "beam", Beam::kBeamUnit);
     setUniform(seen_program, "background", kBackground);
   }
 
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
                const ObserverView& view) {
     check(view, light);
-    const ShadedMesh& mesh = builder.build(solids, eyeOf(view));
     context.makeCurrent();
-    index_count = static_cast<GLsizei>(mesh.indices.size());
-    upload(vertex_buffer, mesh.vertices);
-    upload(index_buffer, mesh.indices);
+    mesh.set(solids, eyeOf(view));
     if (!targets || targets->picture.width() != view.width ||
         targets->picture.height() != view.height) {
       targets.emplace(view.width, view.height);
@@ -91,7 +91,9 @@ struct ObserverRenderer::Impl {
     drawDepths(light, view);
     drawSurfaces(view);
     if (light) drawThrown();
-    return see(view);
+    see(light, view);
+    if (mesh.has(SolidMesh::Kind::Ghost)) drawGhosts();
+    return targets->picture.read();
   }
 
   /// The room from the projector's place and from the lamp's.
@@ -105,22 +107,24 @@ struct ObserverRenderer::Impl {
       thrown_light.set(*light);
       setUniform(depth_program, "P_clip_world", glm::mat4(thrown_light.clipFromWorld()));
       thrown_light.shadowMap().begin();
-      draw(depth_program);
+      mesh.drawSolids(depth_program);
     }
     targets->shade.beginLamp(view);
     setUniform(depth_program, "P_clip_world", glm::mat4(targets->shade.clipFromWorld()));
-    draw(depth_program);
+    mesh.drawSolids(depth_program);
   }
 
   void drawSurfaces(const ObserverView& view) {
     const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
     const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
-    for (const Program* program : {&surface_program, &mark_program, &lit_program}) {
+    for (const Program* program : {&surface_program, &wood_program, &mark_program, &lit_program,
+                                   &ghost_program}) {
       setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
       setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
     }
     targets->surfaces.beginSurfaces();
-    draw(surface_program);
+    mesh.draw(surface_program, SolidMesh::Kind::Paint);
+    mesh.draw(wood_program, SolidMesh::Kind::Wood);
   }
 
   /// Draws the visible surfaces that the projector may light once more, with its light.
@@ -134,44 +138,66 @@ struct ObserverRenderer::Impl {
     glStencilFunc(GL_ALWAYS, 1, 1);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    draw(mark_program);
+    mesh.drawSolids(mark_program);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glStencilFunc(GL_EQUAL, 1, 1);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    draw(lit_program);
+    mesh.drawSolids(lit_program);
   }
 
-  Image see(const ObserverView& view) {
+  void see(const ProjectedLight* light, const ObserverView& view) {
     targets->surfaces.bind();
     targets->shade.draw(view, kNear);
     targets->shade.bind();
+    if (light) {
+      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear);
+    } else {
+      targets->beam.clear();
+    }
     drawScreen(targets->picture.color(), view.width, view.height, seen_program, no_vertices);
-    return targets->picture.read();
   }
 
-  void draw(const Program& program) {
-    glUseProgram(program.id());
-    glBindVertexArray(array.id());
-    glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+  /// Over the picture: a breath of what is gone, once where several parts lie behind each other,
+  /// and its outline.
+  void drawGhosts() {
+    targets->picture.beginMore();
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDepthFunc(GL_LEQUAL);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    mesh.draw(ghost_program, SolidMesh::Kind::Ghost);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glDepthFunc(GL_EQUAL);
+    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.09f));
+    mesh.draw(ghost_program, SolidMesh::Kind::Ghost);
+    // Half of a line lies within the body.
+    glDepthFunc(GL_LEQUAL);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(-4, -4000);
+    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.85f));
+    mesh.draw(ghost_program, SolidMesh::Kind::Outline);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_BLEND);
   }
 
   GlContext& context;
-  ShadedMeshBuilder builder;
+  SolidMesh mesh;
   /// Several programs: software OpenGL pays for both sides of a branch, so the stencil keeps dark
   /// places from the costly program.
   Program surface_program = makeSolidProgram({"surface.frag"});
+  Program wood_program = makeSolidProgram({"wood.frag"});
   Program mark_program = makeSolidProgram({"mark_lit.frag"});
   Program lit_program = makeSolidProgram({"srgb.glsl", "lens.glsl", "sent_light.glsl", "lit.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
+  Program ghost_program = makeSolidProgram({"even.frag"});
   Program seen_program =
       makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}},
                    {GL_FRAGMENT_SHADER, {"srgb.glsl", "room_light.glsl", "seen.frag"}}});
-  Buffer vertex_buffer = Buffer::make(), index_buffer = Buffer::make();
-  VertexArray array = makeVertexArray<ShadedVertex>(vertex_buffer);
   VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
   std::optional<SeenTargets> targets;
-  GLsizei index_count = 0;
 };
 
 ObserverRenderer::ObserverRenderer(GlContext& context) {

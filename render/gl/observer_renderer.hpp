@@ -13,6 +13,9 @@
 
 namespace afterglow::render {
 
+/// What is painted so is wood: its grain is drawn.
+constexpr Color kWoodPaint{0.79f, 0.69f, 0.54f, 1};
+
 /// A bystander's eye: pinhole, no distortion.
 struct ObserverView {
   Rigid<World, Observer> T_world_observer;
@@ -27,10 +30,11 @@ struct ProjectedLight {
   Image image;
 };
 
-/// The room as a bystander sees it: solid things (every drawable opaque, color its paint), a lamp
-/// and a soft sky with their shadows, and the projector's light with occlusion, lens and falloff,
-/// exposed as a camera would, hues kept. PointStyle::Points, which has no size in a room, is left
-/// out.
+/// The room as a bystander sees it: solid things (color is their paint), a lamp and a soft sky with
+/// their shadows, and the projector's light with occlusion, lens and falloff, exposed as a camera
+/// would, hues kept, and faintly in the air. What is translucent (alpha below 1) is gone: only its
+/// outline is drawn, dashed, and it takes no light. PointStyle::Points, which has no size in a
+/// room, is left out.
 class ObserverRenderer {
  public:
   /// Throws std::runtime_error where OpenGL cannot be used, and why.

@@ -51,8 +51,16 @@ SmoothedTarget::SmoothedTarget(int width, int height)
   glNamedFramebufferTexture(color_only_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
   glNamedFramebufferRenderbuffer(smoothed_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
                                  smoothed_color_.id());
+  glNamedFramebufferTexture(drawn_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
+  glNamedFramebufferTexture(drawn_.id(), GL_DEPTH_STENCIL_ATTACHMENT, depth_.id(), 0);
   requireComplete(color_only_, width, height);
+  requireComplete(drawn_, width, height);
   requireComplete(smoothed_, width, height);
+}
+
+void SmoothedTarget::beginMore() {
+  glBindFramebuffer(GL_FRAMEBUFFER, drawn_.id());
+  glViewport(0, 0, width_, height_);
 }
 
 Image SmoothedTarget::read() {

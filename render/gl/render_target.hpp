@@ -43,6 +43,8 @@ class SmoothedTarget {
   const Texture& depth() const { return depth_; }
   /// Its color alone.
   const Framebuffer& color() const { return color_only_; }
+  /// Drawing goes into it over what is there, with its depth.
+  void beginMore();
   /// As RenderTarget::read.
   Image read();
 
@@ -50,7 +52,8 @@ class SmoothedTarget {
   int width_, height_;
   Texture color_ = Texture::make(GL_TEXTURE_2D), depth_ = Texture::make(GL_TEXTURE_2D);
   Renderbuffer smoothed_color_ = Renderbuffer::make();
-  Framebuffer color_only_ = Framebuffer::make(), smoothed_ = Framebuffer::make();
+  Framebuffer color_only_ = Framebuffer::make(), drawn_ = Framebuffer::make();
+  Framebuffer smoothed_ = Framebuffer::make();
   VertexArray no_vertices_ = VertexArray::make();
   Program program_;
 };

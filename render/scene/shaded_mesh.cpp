@@ -19,9 +19,11 @@ ShadedVertex shadedVertex(const Eigen::Vector3d& p, const Eigen::Vector3d& n, co
 const ShadedMesh& ShadedMeshBuilder::build(const std::vector<Drawable>& solids, const Eye& eye) {
   shaded_.vertices.clear();
   shaded_.indices.clear();
+  shaded_.ends.clear();
   for (const Drawable& solid : solids) {
     tessellate(solid, eye, tessellation_);
     addMesh(tessellation_.mesh);
+    shaded_.ends.push_back(shaded_.indices.size());
   }
   return shaded_;
 }

@@ -2,6 +2,7 @@
 /// Solid things as triangles with normals, for a lit room.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct ShadedVertex {
 struct ShadedMesh {
   std::vector<ShadedVertex> vertices;
   std::vector<std::uint32_t> indices;
+  std::vector<std::size_t> ends;  ///< of each drawable among the indices
 };
 
 /// Keeps its buffers from frame to frame.

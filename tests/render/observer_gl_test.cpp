@@ -167,6 +167,27 @@ TEST_F(Observed, strongOrangeLightStaysOrange) {
   EXPECT_LT(rgb[2], rgb[0] / 2) << "pink";
 }
 
+TEST_F(Observed, whatIsGoneIsOutlinedInDashesAndStandsInNobodysLight) {
+  const Image empty = observe(nullptr);
+  room_.push_back({at(1.3, 0, 0.15), Cube{Eigen::Vector3f::Constant(0.3f)}, {1, 1, 1, 0.3f}});
+  const Image gone = observe(nullptr);
+  const auto change = [&](double x, double y, double z) {
+    return brightnessAt(gone, {x, y, z}) - brightnessAt(empty, {x, y, z});
+  };
+  EXPECT_GT(change(1.3, -0.15, 0.3), 100) << "the middle of an edge is a dash";
+  EXPECT_LT(change(1.3, -0.15, 0.15), 70) << "a breath of its side";
+  EXPECT_EQ(change(1.55, -0.02, 0), 0) << "no shadow";
+}
+
+TEST_F(Observed, theBeamIsFaintlySeenInTheAir) {
+  const ProjectedLight light = lightForSquare(1.3, 0, 0.3f);
+  const Image lit = observe(&light), dark = observe(nullptr);
+  const Eigen::Vector3d p_beam(0.5, 0, 0.92), p_beside(0.5, 0, 0.4);  // on the way to the square
+  EXPECT_GT(brightnessAt(lit, p_beam), brightnessAt(dark, p_beam));
+  EXPECT_LT(brightnessAt(lit, p_beam), brightnessAt(dark, p_beam) + 150);
+  EXPECT_NEAR(brightnessAt(lit, p_beside), brightnessAt(dark, p_beside), 3);
+}
+
 TEST_F(Observed, aDarkImageChangesNothing) {
   ProjectedLight light{lens_, T_world_projector_.inverse(), {1280, 800, {}}};
   light.image.rgb.assign(3 * 1280 * 800, 0);

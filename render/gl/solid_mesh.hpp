@@ -1,0 +1,40 @@
+/// \file
+/// Solid things on the GPU, drawn by what they are.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "render/gl/gl_handle.hpp"
+#include "render/scene/shaded_mesh.hpp"
+
+namespace afterglow::render {
+
+class SolidMesh {
+ public:
+  enum class Kind { Paint, Wood, Ghost, Outline };
+
+  SolidMesh();
+
+  /// Wood is what is painted in kWoodPaint, ghosts are what isGhost says.
+  void set(const std::vector<Drawable>& solids, const Eye& eye);
+  bool has(Kind kind) const;
+  /// Draws what is of that kind. The program's vertex shader is solid.vert.
+  void draw(const Program& program, Kind kind) const;
+  /// Draws all that stands in the room.
+  void drawSolids(const Program& program) const;
+
+ private:
+  struct Run {
+    Kind kind;
+    std::size_t begin, end;  ///< indices
+  };
+  void add(Kind kind, std::size_t begin, std::size_t end);
+
+  ShadedMeshBuilder builder_;
+  std::vector<Run> runs_;
+  Buffer vertices_ = Buffer::make(), indices_ = Buffer::make();
+  VertexArray array_;
+};
+
+}  // namespace afterglow::render
