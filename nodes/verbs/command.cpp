@@ -27,6 +27,7 @@ struct Verb {
 // As --help lists them.
 constexpr Verb kVerbs[] = {
     {"import", "Import bags, one behavior each, or a database of mongodb_log", "afterglow_store"},
+    {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play"},
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},

@@ -39,6 +39,7 @@ void addExportVerb(CLI::App& app);
 void addImportVerb(CLI::App& app);
 void addListVerb(CLI::App& app);
 void addPlayVerb(CLI::App& app);
+void addRecordVerb(CLI::App& app);
 void addRenderVerb(CLI::App& app);
 void addSaidVerb(CLI::App& app);
 void addShowVerb(CLI::App& app);

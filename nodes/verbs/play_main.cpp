@@ -1,8 +1,8 @@
-// The verbs that listen to the running robot, `afterglow play` and `afterglow watch`, and
+// The verbs that listen to the running robot, `afterglow play`, `record` and `watch`, and
 // `afterglow ask`.
 #include "nodes/verbs/command.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  return runCommand(argc, argv, {addAskVerb, addPlayVerb, addWatchVerb});
+  return runCommand(argc, argv, {addAskVerb, addPlayVerb, addRecordVerb, addWatchVerb});
 }

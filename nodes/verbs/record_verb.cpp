@@ -1,0 +1,375 @@
+#include <afterglow/StartRecording.h>
+#include <afterglow/StopRecording.h>
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <fmt/format.h>
+#include <ros/ros.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "nodes/behavior_trees/include/afterglow/recorder_client.hpp"
+#include "nodes/recorder/recorder_node.hpp"
+#include "nodes/tools/program.hpp"
+#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/stop_signal.hpp"
+#include "nodes/verbs/command.hpp"
+#include "nodes/verbs/verb_tools.hpp"
+#include "replay/record/disk_guard.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct RecordOptions {
+  RecordingOptions asked;
+  std::string store, outcome;
+  std::vector<std::string> words;    ///< topics, then the command
+  std::vector<std::string> command;  ///< what stands behind "--"
+  double duration_s = 0;             ///< 0: no end
+};
+
+/// CLI11 does not tell what stands behind "--" from what stands before it.
+std::vector<std::string> wordsBehindDashes() {
+  std::ifstream file("/proc/self/cmdline");
+  std::vector<std::string> words;
+  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
+  const auto dashes = std::find(words.begin(), words.end(), "--");
+  if (dashes == words.end()) return {};
+  return {std::next(dashes), words.end()};
+}
+
+/// A recorder's services, on connections that outlive the master.
+class RecordCalls {
+ public:
+  explicit RecordCalls(const std::string& node)
+      : start_(nh_.serviceClient<StartRecording>(node + "/start_recording", true)),
+        stop_(nh_.serviceClient<StopRecording>(node + "/stop_recording", true)) {}
+
+  StartRecording::Response start(const RecordingOptions& asked) {
+    StartRecording call;
+    copyRecordingFields(asked, call.request);
+    return answer(start_, call);
+  }
+  StopRecording::Response stop(std::int64_t id, const std::string& outcome) {
+    StopRecording call;
+    call.request.behavior_id = id;
+    call.request.outcome = outcome;
+    return answer(stop_, call);
+  }
+
+ private:
+  template <typename Call>
+  typename Call::Response answer(ros::ServiceClient& client, Call& call) {
+    if (!client.call(call)) throw std::runtime_error("the recorder gives no answer");
+    if (!call.response.success) throw std::runtime_error(call.response.message);
+    return call.response;
+  }
+
+  ros::NodeHandle nh_;
+  ros::ServiceClient start_, stop_;
+};
+
+/// A recorder's own words on /diagnostics.
+class RecorderWords {
+ public:
+  explicit RecorderWords(const std::string& node) : name_(node.substr(1) + ": recorder") {
+    subscriber_ = nh_.subscribe<diagnostic_msgs::DiagnosticArray>(
+        "/diagnostics", 10, [this](const diagnostic_msgs::DiagnosticArrayConstPtr& array) {
+          for (const auto& status : array->status) {
+            if (status.name == name_) take(status);
+          }
+        });
+  }
+
+  /// "812 messages, 204.1 a second, 0 lost; ready", since the first that was heard.
+  std::string text() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (values_.empty()) return "";
+    const std::string trouble = level_ == diagnostic_msgs::DiagnosticStatus::OK ? "" : message_;
+    return fmt::format("{} messages, {} a second, {} lost{}", since("messages"),
+                       values_["messages_per_s"], since("dropped"),
+                       trouble.empty() ? "" : "; " + trouble);
+  }
+  /// It ended what it recorded by itself: its disk is full, its store fails.
+  bool isCutShort() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return has_run_ && values_["behaviors"] == "0";
+  }
+  std::string store() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return values_["store"];
+  }
+
+ private:
+  void take(const diagnostic_msgs::DiagnosticStatus& status) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    values_.clear();
+    for (const auto& value : status.values) values_[value.key] = value.value;
+    if (first_.empty()) first_ = values_;
+    if (values_["behaviors"] != "0") has_run_ = true;
+    level_ = status.level;
+    message_ = status.message;
+  }
+  std::uint64_t since(const std::string& key) {
+    const auto number = [](const std::string& text) {
+      return std::strtoull(text.c_str(), nullptr, 10);
+    };
+    const std::uint64_t now = number(values_[key]), first = number(first_[key]);
+    return now - std::min(now, first);
+  }
+
+  const std::string name_;
+  std::mutex mutex_;
+  std::map<std::string, std::string> values_, first_;
+  int level_ = 0;
+  bool has_run_ = false;
+  std::string message_;
+  ros::NodeHandle nh_;
+  ros::Subscriber subscriber_;  ///< last: its callbacks use all of the above
+};
+
+/// The program that is the behavior. Ctrl-C in a terminal reaches it by itself.
+class BehaviorProgram {
+ public:
+  explicit BehaviorProgram(const std::vector<std::string>& command) {
+    if (command.empty()) return;
+    ProgramStart start;
+    start.input = start.output = start.error = ProgramStart::kOurs;
+    pid_ = startProgram(command, start);
+  }
+  BehaviorProgram(const BehaviorProgram&) = delete;
+  BehaviorProgram& operator=(const BehaviorProgram&) = delete;
+  ~BehaviorProgram() { end(); }
+
+  bool isThere() const { return pid_ > 0; }
+  bool hasEnded() {
+    int status = 0;
+    if (pid_ > 0 && ::waitpid(pid_, &status, WNOHANG) == pid_) {
+      pid_ = -1;
+      status_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+    return status_ >= 0;
+  }
+  int status() const { return status_; }
+  /// Asks it to, ever more firmly.
+  void end() {
+    const bool knows = isatty(STDIN_FILENO) != 0 && isStopRequested();
+    for (const int number : {knows ? 0 : SIGINT, SIGTERM, SIGKILL}) {
+      if (pid_ <= 0) return;
+      ::kill(pid_, number);
+      for (const Deadline until = deadlineIn(5); !hasEnded() && Deadline::clock::now() < until;) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    }
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int status_ = -1;
+};
+
+void startRecordRos() {
+  setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
+  requireMaster(0, nullptr);
+  int argc = 0;
+  ros::init(argc, nullptr, "afterglow_record",
+            ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
+                ros::init_options::NoRosout);
+  catchShutdownRequests();
+  catchStopSignals(SecondSignal::IsIgnored);
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
+    ros::console::notifyLoggerLevelsChanged();
+  }
+}
+
+/// A recorder_node that runs; empty if there is none.
+std::string runningRecorder() {
+  const std::string ending = "/start_recording";
+  for (const auto& [service, nodes] : askMaster(deadlineIn(kMasterPatience)).services) {
+    const bool is_start = service.size() > ending.size() &&
+                          service.substr(service.size() - ending.size()) == ending;
+    const std::string node = is_start ? service.substr(0, service.size() - ending.size()) : "";
+    const bool is_other = node.rfind("/afterglow_record_", 0) != 0;  // it ends with its behavior
+    if (is_start && is_other && isAlive(node, deadlineIn(1))) return node;
+  }
+  return "";
+}
+
+std::string diskText(const std::string& store) {
+  if (store.rfind("sqlite:", 0) != 0) return "";
+  const auto free = replay::freeBytes(replay::storePath(store));
+  return free ? fmt::format("; {:.1f} GB free", static_cast<double>(*free) * 1e-9) : "";
+}
+
+/// Until the behavior ends: a line a second. Returns its outcome.
+std::string awaitEnd(const RecordOptions& options, BehaviorProgram& program, RecorderWords& words) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  double told_s = 0;
+  while (ros::ok() && !isStopRequested()) {
+    if (program.hasEnded()) return program.status() == 0 ? "success" : "failure";
+    if (words.isCutShort()) return "";
+    if (options.duration_s > 0 && seconds() >= options.duration_s) return "";
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (seconds() < told_s + 1) continue;
+    told_s = seconds();
+    if (const std::string text = words.text(); !text.empty()) {
+      std::cerr << fmt::format("{:.0f} s: {}{}\n", told_s, text, diskText(words.store()));
+    }
+  }
+  return "";
+}
+
+void tellEnd(const StopRecording::Response& ended, const std::string& store) {
+  for (const std::string& remark : ended.remarks) {
+    std::cerr << "afterglow record: " << remark << "\n";
+  }
+  if (!ended.kept) {
+    std::cout << "nothing is kept: --keep-if does not name its outcome\n";
+    return;
+  }
+  std::cout << "behavior " << ended.behavior_id << ": " << ended.messages << " messages, "
+            << ended.dropped << " lost; afterglow show " << ended.behavior_id << "  ("
+            << store << ")\n";
+}
+
+/// By the recorder of that name.
+void recordBehavior(const RecordOptions& options, const std::string& node) {
+  RecorderWords words(node);
+  RecordCalls calls(node);
+  const StartRecording::Response started = calls.start(options.asked);
+  if (!started.message.empty()) std::cerr << "afterglow record: " << started.message << "\n";
+  const std::int64_t id = started.behavior_id;
+  std::cerr << "recording behavior " << id << " '" << options.asked.name << "' by " << node
+            << (options.command.empty() ? "; Ctrl-C ends it\n" : "\n");
+  std::string outcome = "failure";
+  std::string failure;
+  int status = 0;
+  try {
+    BehaviorProgram program(options.command);
+    outcome = awaitEnd(options, program, words);
+    program.end();
+    status = std::max(0, program.status());
+  } catch (const std::exception& error) {  // the command cannot be started
+    failure = error.what();
+  }
+  const bool is_chosen = !options.outcome.empty() && failure.empty();
+  tellEnd(calls.stop(id, is_chosen ? options.outcome : outcome), words.store());
+  if (failure.empty() && status != 0 && outcome == "failure") {
+    failure = "the command ended with status " + std::to_string(status);
+  }
+  if (!failure.empty()) throw std::runtime_error(failure);
+}
+
+/// Without a recorder that runs: by one in this process.
+void recordAlone(const RecordOptions& options) {
+  RecorderNodeOptions own;
+  own.store = options.store;
+  own.mongodb_logger = false;
+  RecorderNode node(own);
+  const auto finish = [&node] {
+    node.close();
+    const std::string rest = node.sendRest();
+    if (!rest.empty()) std::cerr << "afterglow record: " << rest << "\n";
+  };
+  try {
+    recordBehavior(options, ros::this_node::getName());
+  } catch (...) {
+    finish();
+    throw;
+  }
+  finish();
+}
+
+void runRecord(RecordOptions& options) {
+  options.command = wordsBehindDashes();
+  const std::size_t behind = std::min(options.words.size(), options.command.size());
+  options.words.resize(options.words.size() - behind);
+  startRecordRos();
+  const ros::NodeHandle stays;  // with the last handle ROS shuts down
+  for (const std::string& word : options.words) {
+    options.asked.topics.push_back(ros::names::resolve(word));
+  }
+  ros::AsyncSpinner spinner(4);
+  spinner.start();
+  const std::string running = options.store.empty() ? runningRecorder() : "";
+  if (running.empty()) {
+    recordAlone(options);
+  } else {
+    recordBehavior(options, running);
+  }
+}
+
+/// An option for each field of a request.
+struct AddField {
+  CLI::App& verb;
+
+  static std::string names(const std::string& field) {
+    static const std::map<std::string, std::string> usual = {
+        {"regexes", "-e,--regex"}, {"all", "-a,--all"},  {"exclude", "-x,--exclude"},
+        {"limits", "--limit"},     {"tags", "--tag"}};
+    if (const auto found = usual.find(field); found != usual.end()) return found->second;
+    std::string name = "--" + field;
+    std::replace(name.begin(), name.end(), '_', '-');
+    return name;
+  }
+  void operator()(const RecordingField& field, std::vector<std::string>& values) const {
+    if (std::string(field.name) == "topics") return;  // words without an option
+    verb.add_option(names(field.name), values, std::string(field.help) + "; may be repeated")
+        ->expected(1)
+        ->take_all();
+  }
+  void operator()(const RecordingField& field, bool& value) const {
+    verb.add_flag(names(field.name), value, field.help);
+  }
+  template <typename Value>
+  void operator()(const RecordingField& field, Value& value) const {
+    verb.add_option(names(field.name), value, field.help);
+  }
+};
+
+}  // namespace
+
+void addRecordVerb(CLI::App& app) {
+  auto options = std::make_shared<RecordOptions>();
+  options->asked.attempt = 0;
+  CLI::App* verb = addVerb(app, "record");
+  verb->add_option("topics", options->words,
+                   "Topics, and behind -- a command that is the behavior: it is run, and its exit "
+                   "status says how it ended");
+  visitRecordingFields(AddField{*verb}, options->asked);
+  verb->get_option("--name")->required();
+  verb->add_option("--duration", options->duration_s, "Ends by itself after so long: 30, 5m, 2h")
+      ->transform(CLI::AsNumberWithUnit(
+          std::map<std::string, double>{{"s", 1.0}, {"m", 60.0}, {"h", 3600.0}},
+          CLI::AsNumberWithUnit::CASE_SENSITIVE));
+  verb->add_option("--outcome", options->outcome,
+                   "How it ends: any word; otherwise the command says success or failure, and "
+                   "Ctrl-C stopped");
+  addStoreOption(*verb, options->store);
+  verb->get_option("--store")->description(
+      "Record into this store, by this process alone: sqlite:PATH, PATH, mongodb://..., @FILE. "
+      "Default: by a recorder_node that runs, into its store, or else $AFTERGLOW_STORE or "
+      "~/.local/share/afterglow/afterglow.db");
+  verb->callback([options] { runRecord(*options); });
+  verb->footer(
+      "Examples:\n"
+      "  afterglow record --name tour /cmd_vel /projector/green_points /robotsound\n"
+      "  afterglow record --name pick -e '/arm_.*' -- rosrun my_robot pick.py\n");
+}
+
+}  // namespace afterglow::nodes
