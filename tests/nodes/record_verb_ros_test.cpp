@@ -1,0 +1,100 @@
+// `afterglow record`, as a user meets it: alone and by a recorder_node, until Ctrl-C and with a
+// command.
+#include <gtest/gtest.h>
+#include <std_msgs/String.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "replay/store/open/open_store.hpp"
+#include "replay/store/store.hpp"
+#include "tests/support/node_process.hpp"
+#include "tests/support/ros_master.hpp"
+#include "tests/support/store_samples.hpp"
+#include "tests/support/temp_folder.hpp"
+
+namespace afterglow::nodes::record_verb_ros_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+class RecordVerb : public testing::Test {
+ protected:
+  RecordVerb() {
+    static test::TestGraph graph;
+    static const ros::NodeHandle stays;  // with the last handle ROS shuts down
+    node_ = std::make_unique<ros::NodeHandle>();
+    chat_ = node_->advertise<std_msgs::String>("/chat", 10, true);
+    std_msgs::String hello;
+    hello.data = "hello";
+    chat_.publish(hello);
+    spinner_.start();
+  }
+  ~RecordVerb() override { spinner_.stop(); }
+
+  test::NodeProcess record(const Words& words) {
+    Words all = {AFTERGLOW_TEST_COMMAND, "record"};
+    all.insert(all.end(), words.begin(), words.end());
+    return test::NodeProcess(all);
+  }
+  /// Of behavior 1.
+  replay::Behavior recorded() {
+    const auto store = replay::openStore(path_, replay::OpenMode::ReadOnly);
+    const auto behavior = store->behavior(1);
+    EXPECT_TRUE(behavior);
+    if (!behavior) return {};
+    EXPECT_EQ(test::readTexts(*store, *behavior), Words{"hello"});
+    return *behavior;
+  }
+  static bool says(const test::NodeProcess& process, const std::string& text) {
+    return test::eventually([&] { return process.log().find(text) != std::string::npos; });
+  }
+
+  test::TempFolder folder_;
+  std::string path_ = folder_.path("store.db");
+  std::unique_ptr<ros::NodeHandle> node_;
+  ros::Publisher chat_;
+  ros::AsyncSpinner spinner_{1};
+};
+
+TEST_F(RecordVerb, endsWithOneInterruptOrMore) {
+  auto verb = record({"--name", "talk", "--store", path_, "--outcome", "done", "chat"});
+  EXPECT_TRUE(says(verb, "Ctrl-C ends it")) << verb.log();
+  verb.interrupt();
+  verb.interrupt();
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_NE(verb.log().find("afterglow show 1"), std::string::npos) << verb.log();
+  EXPECT_EQ(recorded().name, "talk");
+  EXPECT_EQ(recorded().outcome, "done");
+  EXPECT_TRUE(recorded().end);
+}
+
+TEST_F(RecordVerb, takesACommandForTheBehavior) {
+  auto verb = record({"--name", "talk", "--store", path_, "-e", "/ch.*", "--", "sh", "-c",
+                      "echo running; exit 3"});
+  EXPECT_EQ(verb.exitStatus(), 1);
+  EXPECT_NE(verb.log().find("running"), std::string::npos) << verb.log();
+  EXPECT_NE(verb.log().find("the command ended with status 3"), std::string::npos) << verb.log();
+  EXPECT_EQ(recorded().outcome, "failure");
+}
+
+TEST_F(RecordVerb, asksARecorderThatRuns) {
+  test::NodeProcess recorder({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + path_});
+  ASSERT_TRUE(test::eventually(
+      [] { return ros::service::exists("/recorder_node/start_recording", false); }));
+  auto verb = record({"--name", "talk", "/chat", "--", "true"});
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_NE(verb.log().find("by /recorder_node"), std::string::npos) << verb.log();
+  EXPECT_EQ(recorded().outcome, "success");
+}
+
+TEST_F(RecordVerb, refusesWhatCannotBeRecorded) {
+  auto nothing = record({"--name", "talk", "--store", path_});
+  EXPECT_EQ(nothing.exitStatus(), 1);
+  EXPECT_NE(nothing.log().find("no topics are named"), std::string::npos) << nothing.log();
+  EXPECT_EQ(record({"/chat", "--store", path_}).exitStatus(), 2) << "it has no name";
+}
+
+}  // namespace
+}  // namespace afterglow::nodes::record_verb_ros_test
