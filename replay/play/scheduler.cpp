@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace afterglow::replay {
@@ -316,6 +318,7 @@ void Scheduler::moveTo(Stamp to) {
 SceneAt Scheduler::readScene(Stamp at) {
   const PlayPlan& plan = play_.plan;
   SceneAt scene;
+  std::set<std::string> unrepeated;
   if (at <= plan.behavior.begin) {
     return scene;
   }
@@ -324,8 +327,16 @@ SceneAt Scheduler::readScene(Stamp at) {
   while (auto message = play_.transport.isStopped() ? std::nullopt : cursor->next()) {
     const Channel& channel = channelOf(message->channel);
     if (const OutboxTopic* topic = parts_.outbox.find(channel.topic)) {
+      if (topic->planned.rule_stop.kind != StopKind::None) unrepeated.insert(channel.topic);
       scene.add(channel, topic->planned.modality, std::move(*message));
     }
+  }
+  // A position that was commanded there may be far from here, and nothing bounds the way to it.
+  for (const std::string& topic : unrepeated) {
+    play_.ledger.note(fmt::format(
+        "what {} was told until {:.2f} s was not sent again when the replay went on there: only a "
+        "rule knows how it is stopped, and nobody the way there",
+        topic, 1e-9 * static_cast<double>(at.ns - plan.behavior.begin.ns)));
   }
   return scene;
 }

@@ -191,6 +191,27 @@ TEST_F(PlayerTransport, seeksWithTheBodyStandingFirstAndGivesItTimeToGetThere) {
   EXPECT_TRUE(report.is_complete);
 }
 
+TEST_F(PlayerTransport, sendsNothingAgainThatOnlyARuleCanStop) {
+  const Channel crane = test::twistChannel("/crane/command");
+  MotionStop stop;
+  stop.kind = StopKind::Zero;
+  stop.rule = "rules.yaml:1";
+  plan_options.rewriting.stops[crane.topic] = stop;
+  record(crane, 0, twist(0.4));
+  record(crane, 3000, twist(0.5));
+  at(500, [this] { player->seek({2'000'000'000}); });
+  const PlayReport report = play(4000);
+  const std::vector<Sent> sent = sink.on(crane.topic);
+  ASSERT_GE(sent.size(), 3u);
+  EXPECT_EQ(sent[1].bytes, twist(0)) << "it stands at once";
+  const auto next = std::find_if(sent.begin() + 1, sent.end(),
+                                 [](const Sent& s) { return s.bytes != twist(0); });
+  ASSERT_NE(next, sent.end());
+  EXPECT_EQ(next->bytes, twist(0.5)) << "until it is told where to go";
+  ASSERT_EQ(report.notes.size(), 1u);
+  EXPECT_EQ(report.notes[0].find("what /crane/command was told until 2.00 s was not sent"), 0u);
+}
+
 TEST_F(PlayerTransport, sendsTargetsOfASeekInAPauseOnlyWhenItGoesOn) {
   record(kArm, 0, goalMessage("a", {1.0}));
   options.starts_paused = true;
