@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "nodes/player/robot_file.hpp"
 #include "nodes/verbs/topic_classes.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 
@@ -91,10 +92,14 @@ void addTable(CLI::App& verb, PlayCommand& command) {
 
 /// Before anything that is missing on the command line is missed.
 [[noreturn]] void showClasses(const CLI::App& verb) {
+  const replay::RobotTopics robot =
+      verb.count("--robot") > 0
+          ? replay::RobotTopics(findRobotProfile(verb["--robot"]->as<std::string>()))
+          : replay::RobotTopics();
   if (verb.count("--json") > 0) {
-    std::cout << dumpJson(topicClassesJson(), 2) << "\n";
+    std::cout << dumpJson(topicClassesJson(robot), 2) << "\n";
   } else {
-    std::cout << topicClassesText();
+    std::cout << topicClassesText(robot);
   }
   throw CLI::Success();
 }

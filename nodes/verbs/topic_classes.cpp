@@ -11,6 +11,9 @@
 namespace afterglow::nodes {
 namespace {
 
+/// Where it is stricter, or the table knows how such motion is stopped.
+constexpr const char* kOfProfile = "the robot's profile says so, where it may";
+
 /// Empty for what moves nothing.
 std::string stopOf(const replay::TopicRow& row) {
   replay::MotionStop stop;
@@ -26,10 +29,15 @@ std::string line(const char* title, const std::vector<std::string_view>& pattern
 
 }  // namespace
 
-std::string topicClassesText() {
+std::string topicClassesText(const replay::RobotTopics& robot) {
   std::string text =
       "The first that fits counts. * stands for any characters; namespaces may stand before a "
       "topic.\n";
+  for (const auto& [topic_class, names] : robot.words()) {
+    if (names.empty()) continue;
+    text += fmt::format("\n{}: {}\n", name(topic_class), kOfProfile);
+    text += line("topics", {names.begin(), names.end()});
+  }
   for (const replay::TopicRow& row : replay::topicTable()) {
     text += fmt::format("\n{}: {}{}\n", name(row.role.topic_class), row.role.why,
                         row.is_by_name ? " (played only if it is named)" : "");
@@ -39,8 +47,17 @@ std::string topicClassesText() {
   return text;
 }
 
-nlohmann::ordered_json topicClassesJson() {
+nlohmann::ordered_json topicClassesJson(const replay::RobotTopics& robot) {
   auto rows = nlohmann::ordered_json::array();
+  for (const auto& [topic_class, names] : robot.words()) {
+    if (names.empty()) continue;
+    rows.push_back({{"class", std::string(name(topic_class))},
+                    {"topics", names},
+                    {"types", std::vector<std::string>()},
+                    {"why", kOfProfile},
+                    {"stop", nullptr},
+                    {"by_name", false}});
+  }
   for (const replay::TopicRow& row : replay::topicTable()) {
     nlohmann::ordered_json stop;  // null
     if (std::string text = stopOf(row); !text.empty()) stop = std::move(text);

@@ -27,14 +27,16 @@ class RobotTopics {
   TopicRole roleOf(std::string_view topic, std::string_view type) const;
   /// Why the profile's word for this topic is refused, one clause; empty: it counts, or is none.
   std::string refusal(std::string_view topic, std::string_view type) const;
+  /// The profile's names by class, as of isCalled(), the strictest class first.
+  using Words = std::vector<std::pair<TopicClass, std::vector<std::string>>>;
+  const Words& words() const { return words_; }
 
  private:
   /// What the profile calls it; the strictest, if it says several things.
   std::optional<TopicClass> wordOf(std::string_view topic) const;
 
   std::string robot_;
-  /// Names as of isCalled(), the strictest class first.
-  std::vector<std::pair<TopicClass, std::vector<std::string>>> words_;
+  Words words_;
 };
 
 }  // namespace afterglow::replay

@@ -296,6 +296,11 @@ TEST_F(DefaultDeny, printsItsTableAsTextAndAsJson) {
   EXPECT_EQ(json[0]["class"], "control input");
   EXPECT_EQ(json[0]["types"][0], "sensor_msgs/Joy*");
   EXPECT_TRUE(json[0]["stop"].is_null());
+  test::NodeProcess fetch({AFTERGLOW_TEST_COMMAND, "play", "--classes", "--robot", "fetch"});
+  EXPECT_EQ(fetch.exitStatus(), 0);
+  EXPECT_TRUE(contains(fetch.log(), "the robot's profile says so, where it may\n  topics "))
+      << fetch.log();
+  EXPECT_FALSE(contains(text.log(), "profile says so"));
 }
 
 TEST_F(DefaultDeny, refusesMotionThatNothingStops) {
