@@ -68,7 +68,9 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
     throw std::runtime_error("~words_per_minute is " + std::to_string(options.words_per_minute) +
                              "; 80 to 450 can be spoken");
   }
+  options.engine = private_node.param<std::string>("engine", "auto");
   speech_ = std::make_unique<Speech>(options);
+  ROS_INFO("speaks with %s", speech_->defaultVoice().c_str());
   const auto player = private_node.param<std::string>("player", "");
   if (player == "none") {
     silence_ = std::make_unique<Silence>();

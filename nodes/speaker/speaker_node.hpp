@@ -26,9 +26,10 @@ namespace afterglow::nodes {
 /// latched: ~state (std_msgs/String), the text being said, empty when it has been said; ~duration
 /// (std_msgs/Float64), how many seconds it takes in all, 0 when it has been said, 1e9 in a loop;
 /// /robotsound/problem (std_msgs/String), why nothing can be heard or the last request was refused,
-/// empty: all is well. Parameters: ~voice (en-us), ~words_per_minute (160), ~player ("": aplay or
-/// paplay, whichever is there; "none": silent), ~folder ("": keep nothing; else a WAV file for
-/// every sound and speech.json), and those of FloorCaption. The constructor throws
+/// empty: all is well. Parameters: ~voice (en-us), ~engine (auto: better_voice.hpp),
+/// ~words_per_minute (160), ~player ("": aplay or paplay, whichever is there; "none": silent),
+/// ~folder ("": keep nothing; else a WAV file for every sound and speech.json), and those of
+/// FloorCaption. The constructor throws
 /// std::runtime_error for a parameter that cannot be obeyed.
 class SpeakerNode {
  public:

@@ -57,8 +57,17 @@ int startEngine() {
 
 }  // namespace
 
-Speech::Speech(const SpeechOptions& options) : options_(options), sample_rate_(startEngine()) {
+Speech::Speech(const SpeechOptions& options)
+    : options_(options),
+      engine_(chooseEngine(options.engine, options.voice)),
+      sample_rate_(startEngine()) {
+  if (engine_ == SpeechEngine::Mbrola) options_.voice = mbrolaVoice();
   knownVoice(options_.voice);
+}
+
+std::string Speech::defaultVoice() const {
+  if (engine_ == SpeechEngine::Pico) return "pico2wave";
+  return "eSpeak NG, voice " + options_.voice;
 }
 
 std::string Speech::knownVoice(const std::string& requested) {
@@ -87,6 +96,11 @@ std::shared_ptr<const Sound> Speech::say(const std::string& text, const std::str
 }
 
 Sound Speech::synthesize(const std::string& text, const std::string& voice) {
+  if (engine_ == SpeechEngine::Pico && voice == options_.voice) {
+    Sound said = sayByPico(text, voice);
+    trim(said);
+    return said;
+  }
   Sound sound{sample_rate_, 1, {}};
   espeak_SetParameter(espeakRATE, options_.words_per_minute, 0);
   const espeak_ERROR error = espeak_Synth(text.c_str(), text.size() + 1, 0, POS_CHARACTER, 0,

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
+
+#include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::speech_test {
 namespace {
@@ -83,6 +86,29 @@ TEST(Speech, refusesTextsWithNothingToSayOrTooMuch) {
   EXPECT_EQ(refusal(speech, " \n ", ""), "nothing to say in \" \n \"");
   EXPECT_EQ(refusal(speech, std::string(5000, 'a'), ""),
             "a text of 5000 bytes; at most 4000 are said at once");
+}
+
+TEST(Speech, usesAPleasantVoiceThatIsInstalled) {
+  test::TempFolder folder;
+  writeWav(folder.path("said.wav"), {16000, 1, std::vector<std::int16_t>(1600, 5000)});
+  test::writeFile(folder.path("pico2wave"), "#!/bin/sh\ncp '" + folder.path("said.wav") +
+                                                "' \"$4\"\n[ \"$6\" != fail ]\n");
+  std::filesystem::permissions(folder.path("pico2wave"), std::filesystem::perms::owner_all);
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", (folder.path("") + ":" + path).c_str(), 1);
+  Speech speech({"en-us", 160, "auto"});
+  EXPECT_EQ(speech.defaultVoice(), "pico2wave");
+  EXPECT_EQ(speech.say("Hello.")->sample_rate, 16000);
+  EXPECT_NEAR(speech.say("Hello.")->seconds(), 0.1, 1e-9);
+  EXPECT_GT(speech.say("Hallo, wie geht es dir?", "de")->seconds(), 0.2) << "by eSpeak NG";
+  EXPECT_EQ(refusal(speech, "fail", ""), "pico2wave ended with status 1 on \"fail\"");
+  EXPECT_EQ(Speech({"de", 160, "auto"}).defaultVoice(), "eSpeak NG, voice de");
+  EXPECT_EQ(Speech({"en-us", 160, "espeak"}).defaultVoice(), "eSpeak NG, voice en-us");
+  setenv("PATH", folder.path("nothing").c_str(), 1);
+  EXPECT_EQ(Speech({"en-us", 160, "auto"}).defaultVoice(), "eSpeak NG, voice en-us");
+  EXPECT_THROW(Speech({"en-us", 160, "pico"}), std::runtime_error);
+  EXPECT_THROW(Speech({"en-us", 160, "festival"}), std::runtime_error);
+  setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace

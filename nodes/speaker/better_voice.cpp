@@ -1,0 +1,68 @@
+#include "nodes/speaker/better_voice.hpp"
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+
+#include "nodes/tools/program.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+bool isEnglish(const std::string& voice) { return voice.rfind("en", 0) == 0; }
+
+/// A file for a WAV, gone with the object. pico2wave demands the ending.
+class WavFile {
+ public:
+  WavFile() {
+    const int file = ::mkstemps(path_.data(), 4);
+    if (file < 0) throw std::runtime_error("cannot make a file for speech in /tmp");
+    ::close(file);
+  }
+  WavFile(const WavFile&) = delete;
+  WavFile& operator=(const WavFile&) = delete;
+  ~WavFile() { ::unlink(path_.c_str()); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_ = "/tmp/afterglow_speech_XXXXXX.wav";
+};
+
+}  // namespace
+
+std::string mbrolaVoice() {
+  if (!hasProgram("mbrola")) return "";
+  for (const std::string name : {"us1", "en1", "us2", "us3"}) {
+    if (std::filesystem::exists("/usr/share/mbrola/" + name + "/" + name)) return "mb-" + name;
+  }
+  return "";
+}
+
+SpeechEngine chooseEngine(const std::string& wanted, const std::string& voice) {
+  if (wanted == "espeak") return SpeechEngine::Espeak;
+  const bool is_auto = wanted.empty() || wanted == "auto";
+  if (is_auto && !isEnglish(voice)) return SpeechEngine::Espeak;
+  if ((is_auto || wanted == "pico") && hasProgram("pico2wave")) return SpeechEngine::Pico;
+  if ((is_auto || wanted == "mbrola") && !mbrolaVoice().empty()) return SpeechEngine::Mbrola;
+  if (is_auto) return SpeechEngine::Espeak;
+  const bool is_known = wanted == "pico" || wanted == "mbrola";
+  throw std::runtime_error("~engine is \"" + wanted + "\", " +
+                           (is_known ? "which is not installed"
+                                     : "and has to be auto, pico, mbrola or espeak"));
+}
+
+Sound sayByPico(const std::string& text, const std::string& voice) {
+  const WavFile file;
+  const std::string language = voice.rfind("en-gb", 0) == 0 ? "en-GB" : "en-US";
+  const ProgramResult result =
+      runProgram({"pico2wave", "-l", language, "-w", file.path(), "--", text});
+  if (result.status != 0) {
+    throw std::runtime_error("pico2wave ended with status " + std::to_string(result.status) +
+                             " on \"" + text + "\"");
+  }
+  return readWav(file.path());
+}
+
+}  // namespace afterglow::nodes
