@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "nodes/conversion/beam_markers.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -59,6 +61,10 @@ ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
   if (!(options.rate_hz >= 0.1 && options.rate_hz <= 240)) {
     throw std::runtime_error("parameter ~rate should be from 0.1 to 240 Hz");
   }
+  own.param("beam_length", options.beam_m, options.beam_m);
+  if (!(options.beam_m >= 0 && options.beam_m <= 100)) {
+    throw std::runtime_error("parameter ~beam_length should be from 0 to 100 m");
+  }
   options.window = WindowChoice::read(own);
   return options;
 }
@@ -69,7 +75,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
       schedule_(options.rate_hz),
       diagnostics_(options.rate_hz) {
   for (const OutputConfig& projector : scene_.config().projectors) {
-    outputs_.push_back(std::make_unique<ProjectorOutput>(projector, own_));
+    outputs_.push_back(std::make_unique<ProjectorOutput>(projector, own_, options.beam_m));
   }
   problems_.resize(outputs_.size());
   subscribeAll();
@@ -81,6 +87,7 @@ ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
         const std::lock_guard<std::mutex> lock(mutex_);
         scene_.takeSurface(surface, finding);
       });
+  surfaces_publisher_ = own_.advertise<visualization_msgs::MarkerArray>("surfaces", 1, true);
   std::vector<std::string> topics;
   for (const ros::Subscriber& subscriber : subscribers_) topics.push_back(subscriber.getTopic());
   topic_watch_ = std::make_unique<TopicWatch>(std::move(topics));
@@ -243,6 +250,8 @@ void ProjectorNode::publishDiagnostics() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     state.layers = scene_.status();
+    surfaces_publisher_.publish(
+        surfaceMarkers(scene_.surfaces(), scene_.config().fixed_frame));
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
       state.outputs.push_back(
           {outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i], {}});

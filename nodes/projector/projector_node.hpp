@@ -3,13 +3,14 @@
 ///
 /// Publishes ~image (sensor_msgs/Image rgb8, as it is sent to the projector; stamp = the time it is
 /// drawn for, frame = the projector's optical frame), ~camera_info beside each image (of a picture
-/// that is sent mirrored: with negative focal lengths), /diagnostics once a second. Of several
-/// projectors: ~NAME/image and ~NAME/camera_info each.
+/// that is sent mirrored: with negative focal lengths), /diagnostics once a second; for RViz,
+/// latched, ~beam and ~surfaces (visualization_msgs/MarkerArray). Of several projectors:
+/// ~NAME/image, ~NAME/camera_info and ~NAME/beam each.
 /// Service ~find_surfaces (std_srvs/Trigger): finds in the next clouds the surfaces that are to be
 /// found, and keeps them until it is called again.
 /// Parameters: ~config, ~calibration (folder of the lens's file; empty: the configuration's),
-/// ~rate (Hz, 30), ~window (auto, true, false), ~monitor (of the only projector: connector, model
-/// or index; comes before its `monitor` in the configuration).
+/// ~rate (Hz, 30), ~beam_length (m, 3; 0: no ~beam), ~window (auto, true, false), ~monitor (of the
+/// only projector: connector, model or index; comes before its `monitor` in the configuration).
 #pragma once
 
 #include <ros/ros.h>
@@ -43,6 +44,7 @@ struct ProjectorNodeOptions {
   std::string calibration;
   /// How often what moves is drawn. New content is drawn at once, at most twice as often.
   double rate_hz = 30;
+  double beam_m = 3;  ///< how far the beam reaches that RViz is shown; 0: none
   WindowChoice window;
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
@@ -100,6 +102,7 @@ class ProjectorNode {
   std::vector<ros::Subscriber> subscribers_;
   std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
+  ros::Publisher surfaces_publisher_;
   std::unique_ptr<TopicWatch> topic_watch_;
   ProjectorDiagnostics diagnostics_;
   ros::WallTimer diagnostics_timer_;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "calib/camera_info_file.hpp"
+#include "nodes/conversion/beam_markers.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -41,7 +42,8 @@ sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirro
 
 }  // namespace
 
-ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own)
+ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own,
+                                 double beam_m)
     : config_(config),
       lens_(loadLens(config.camera_info)),
       light_(config.light),
@@ -51,6 +53,10 @@ ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHand
   camera_info_publisher_ = nh.advertise<sensor_msgs::CameraInfo>("camera_info", 2, true);
   message_ = toImage({lens_.width, lens_.height, {}});
   message_.header.frame_id = config.frame;
+  if (beam_m <= 0) return;
+  beam_publisher_ = nh.advertise<visualization_msgs::MarkerArray>("beam", 1, true);
+  const std::string name = config.name.empty() ? "beam" : config.name;
+  beam_publisher_.publish(beamMarkers(lens_, config.frame, name, beam_m));
 }
 
 // ------------------------------------------------------------------------------------------

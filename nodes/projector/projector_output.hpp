@@ -26,9 +26,10 @@ namespace afterglow::nodes {
 
 class ProjectorOutput {
  public:
-  /// Topics lie below `own`, those of a projector with a name below that. Throws
-  /// std::runtime_error: the lens's file, and why.
-  ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own);
+  /// Topics lie below `own`, those of a projector with a name below that. The beam (beamMarkers) is
+  /// published so long, in meters; 0: not at all. Throws std::runtime_error: the lens's file, and
+  /// why.
+  ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own, double beam_m);
 
   const calib::Lens& lens() const { return lens_; }
   const OutputConfig& config() const { return config_; }
@@ -71,7 +72,7 @@ class ProjectorOutput {
   std::unique_ptr<render::ProjectorRenderer> renderer_;
   render::LightCensus counter_;
   std::chrono::steady_clock::time_point counted_at_{};
-  ros::Publisher image_publisher_, camera_info_publisher_;
+  ros::Publisher image_publisher_, camera_info_publisher_, beam_publisher_;
   sensor_msgs::Image message_;  ///< lends its header; the pixels are the picture's
 
   mutable std::mutex mutex_;  ///< what follows

@@ -88,6 +88,8 @@ class ProjectorScene {
                                                        std::vector<std::string>& problems);
   /// scene() and projectorPose() of the first projector.
   SceneSnapshot snapshot(ros::Time now);
+  /// Those whose place is known, as of the last scene().
+  std::vector<render::SurfacePatch> surfaces() const { return surfaces_.known(); }
   /// Whether content waits for a transform, so that the next transform may show it.
   bool isWaiting() const;
   /// Forgets all content, but not the counts, because time has jumped.
