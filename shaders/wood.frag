@@ -12,13 +12,14 @@ void main() {
   float board = floor(across / kBoard);
   float tone = fract(43.7585 * sin(12.9898 * board));
   float bend = 0.010 * sin(3.7 * along + 9.0 * tone) + 0.003 * sin(13.0 * along + 5.0 * board);
-  float ring = (across + bend) / kRing + 3.0 * tone;
+  // Rings are not equally wide.
+  float ring = (across + bend) / kRing + 3.0 * tone + 1.1 * sin(61.0 * across + 7.0 * tone);
   float grain = abs(2.0 * fract(ring) - 1.0);
   grain *= grain * clamp(1.4 - 1.6 * fwidth(ring), 0.0, 1.0);  // gone before it flickers
   float from_seam = abs(across - kBoard * (board + 0.5)) / kBoard;
   float seam = clamp((from_seam - 0.485) * 90.0, 0.0, 1.0);
   vec3 wood = albedo * (0.86 + 0.24 * tone) * (1.0 - 0.45 * seam);
-  wood *= mix(vec3(1.0), vec3(0.80, 0.71, 0.62), grain);
+  wood *= mix(vec3(1.0), vec3(0.84, 0.76, 0.68), grain);
   reflected = vec4(sqrt(wood), 1.0);
   facing = vec4(0.5 + 0.5 * normalize(normal_world), 1.0);
 }
