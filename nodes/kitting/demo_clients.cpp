@@ -101,12 +101,13 @@ ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
 Bystander::Bystander()
     : look_(node_.advertise<std_msgs::String>("look", 10)),
       caption_(node_.advertise<std_msgs::String>("caption", 10)),
+      asked_(node_.advertise<std_msgs::String>("asked", 10)),
       key_frame_(node_.advertise<std_msgs::String>("key_frame", 10)) {}
 
 void Bystander::waitUntilReady(double seconds) {
   const auto is_heard = [this] {
     return look_.getNumSubscribers() > 0 && caption_.getNumSubscribers() > 0 &&
-           key_frame_.getNumSubscribers() > 0;
+           asked_.getNumSubscribers() > 0 && key_frame_.getNumSubscribers() > 0;
   };
   if (!waitUntil(is_heard, seconds)) throw TaskError("observer_node is not there");
 }
@@ -117,13 +118,16 @@ void Bystander::caption(const std::string& tag, const std::string& text) {
   publishText(caption_, tag + "|" + text);
 }
 
+void Bystander::asks(const std::string& question) { publishText(asked_, question); }
+
 void Bystander::takeImage(const std::string& name) { publishText(key_frame_, name); }
 
-void Bystander::finishFilm() {
+std::int64_t Bystander::finishFilm() {
   std_srvs::Trigger finish;
   if (!ros::service::call("/observer_node/finish", finish) || !finish.response.success) {
     throw TaskError("observer_node did not finish the film: " + finish.response.message);
   }
+  return std::stoll(finish.response.message);
 }
 
 void expectAllNodes() {

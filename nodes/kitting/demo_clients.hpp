@@ -49,14 +49,16 @@ class Bystander {
   /// From which of the view file's other places; empty: from the usual one.
   void look(const std::string& place);
   void caption(const std::string& tag, const std::string& text);
+  /// A human asks the robot: shown and heard in the film.
+  void asks(const std::string& question);
   /// Saves the next image as NAME.png, the projector's as NAME_projector.png.
   void takeImage(const std::string& name);
-  /// Ends the film; it is in place then.
-  void finishFilm();
+  /// Ends the film; it is in place then. Its first image's ROS time.
+  std::int64_t finishFilm();
 
  private:
   ros::NodeHandle node_{"/observer_node"};
-  ros::Publisher look_, caption_, key_frame_;
+  ros::Publisher look_, caption_, asked_, key_frame_;
 };
 
 /// Whoever died on the way took part of the demo with them.

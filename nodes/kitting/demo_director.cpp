@@ -13,6 +13,8 @@
 #include "calib/camera_info_file.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/speaker/speech_log.hpp"
+#include "nodes/tools/side_by_side.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -22,6 +24,8 @@ namespace {
 
 constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
+constexpr double kQuestionSeconds = 2.6;  // to be asked in
+constexpr double kShortFilmSeconds = 19;
 constexpr double kBeat = 0.2;  // seconds after a behavior, until tf tells its end
 
 // The nodes may still be starting.
@@ -51,6 +55,8 @@ std::string imageName(const std::string& behavior, const std::string& moment, co
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 }
+
+std::int64_t nowNs() { return static_cast<std::int64_t>(ros::Time::now().toNSec()); }
 
 /// While it lives its name stands on the terminal; then a line that says how it went.
 class Stage {
@@ -169,6 +175,7 @@ void DemoDirector::onMoment(const std::string& moment) {
   KeyFrame frame;
   frame.moment = moment;
   frame.offset_s = (ros::WallTime::now() - recording_began_).toSec();
+  frame.live_ns = nowNs();
   frame.live = imageName(recorded_->name, moment, "recorded");
   frame.replay = imageName(recorded_->name, moment, "replayed");
   bystander_.takeImage(frame.live);
@@ -222,18 +229,23 @@ void DemoDirector::removeObjects() {
 void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behavior) {
   Stage stage("Finding and replaying '" + behavior.name + "'");
   bystander_.look(behavior.name);
-  bystander_.caption(story_.replay_tag, behavior.question);
+  bystander_.caption(story_.replay_tag, "");
+  bystander_.asks(behavior.question);
+  measured.asked_ns = nowNs();
+  sleepFor(kQuestionSeconds);
   std::size_t next = 0;
-  const auto& frames = measured.key_frames;
+  auto& frames = measured.key_frames;
   const ros::WallTime begin = ros::WallTime::now();
   const ReplayResult result =
       player_.replay(behavior.name, durationOf(measured.behavior), [&](double position) {
         if (next < frames.size() && position >= frames[next].offset_s) {
+          frames[next].replay_ns = nowNs();
           bystander_.takeImage(frames[next++].replay);
         }
       });
   measured.replay_s = (ros::WallTime::now() - begin).toSec();
   sleepFor(kBeat);
+  measured.replay_end_ns = nowNs();
   measured.replay_end = endPose();
   measured.player_report = nlohmann::json::parse(result.report);
   if (result.behavior_id != measured.behavior.id) {
@@ -248,8 +260,37 @@ void DemoDirector::finishFilm() {
   bystander_.caption(story_.title, story_.subtitle);
   bystander_.look("");
   sleepFor(kCardSeconds);
-  bystander_.finishFilm();
+  const std::int64_t begin_ns = bystander_.finishFilm();
   stage.done(report_.video);
+  for (MeasuredBehavior& each : report_.behaviors) makeShortFilm(each, begin_ns);
+}
+
+void DemoDirector::makeShortFilm(MeasuredBehavior& measured, std::int64_t film_begin_ns) const {
+  const auto filmed = [&](std::int64_t ns) {
+    return static_cast<double>(ns - film_begin_ns) * 1e-9;
+  };
+  Stage stage("Showing '" + measured.behavior.name + "' then and now");
+  std::vector<FilmMoment> moments;
+  for (const KeyFrame& frame : measured.key_frames) {
+    if (frame.replay_ns != 0) moments.push_back({filmed(frame.live_ns), filmed(frame.replay_ns)});
+  }
+  std::vector<FilmSpan> speech;
+  const double asked_s = filmed(measured.asked_ns), end_s = filmed(measured.replay_end_ns);
+  for (const Utterance& said : readSpeechLog(folders_.out + "/speech/speech.json")) {
+    const double onset_s = filmed(said.onset_ns);
+    if (onset_s > asked_s && onset_s < end_s) {
+      speech.push_back({onset_s, std::min(end_s, onset_s + said.duration_s)});
+    }
+  }
+  SideBySide films;
+  films.then = films.now = folders_.out + "/" + report_.video;
+  films.lead = {asked_s, asked_s + kQuestionSeconds};
+  films.spans = keptSpans(moments, speech, {films.lead.end_s, end_s},
+                          kShortFilmSeconds - kQuestionSeconds);
+  films.moments = moments;
+  makeSideBySide(films, folders_.out + "/" + measured.behavior.name + ".mp4");
+  measured.film = measured.behavior.name + ".mp4";
+  stage.done(measured.film);
 }
 
 }  // namespace afterglow::nodes

@@ -36,6 +36,7 @@ class DemoDirector {
   void removeObjects();
   void replay(MeasuredBehavior& measured, const BehaviorStory& behavior);
   void finishFilm();
+  void makeShortFilm(MeasuredBehavior& measured, std::int64_t film_begin_ns) const;
   void onMoment(const std::string& moment);
   void say();
   void readStore(MeasuredBehavior& measured) const;

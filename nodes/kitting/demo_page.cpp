@@ -49,6 +49,8 @@ std::string reportHtml(const DemoReport& report, const DemoStory& story) {
   for (std::size_t i = 0; i < report.behaviors.size(); ++i) {
     PageData& behavior = data["behaviors"][i];
     addStory(story, behavior);
+    const auto& frames = report.behaviors[i].key_frames;
+    behavior["poster"] = frames.empty() ? "" : frames[frames.size() / 2].replay;
     behavior["topic_count"] = report.behaviors[i].topics.size();
     behavior["worst_joint"] = worstJointText(report.behaviors[i].player_report);
   }

@@ -51,6 +51,7 @@ json behaviorJson(const MeasuredBehavior& measured) {
           {"end_ns", behavior.end ? json(behavior.end->ns) : json()},
           {"duration_s", rounded(durationOf(behavior), 1e-3)},
           {"says", measured.says},
+          {"film", measured.film},
           {"messages", measured.messages},
           {"dropped", measured.dropped},
           {"topics", topicsJson(measured.topics)},

@@ -20,6 +20,7 @@ struct KeyFrame {
   std::string moment;
   double offset_s = 0;       ///< into the behavior
   std::string live, replay;  ///< images, frames/NAME.png and frames/NAME_projector.png
+  std::int64_t live_ns = 0, replay_ns = 0;  ///< ROS time of the images; 0: none was taken
 };
 
 /// Where a behavior left the robot.
@@ -38,6 +39,8 @@ struct MeasuredBehavior {
   EndPose live_end, replay_end;
   double replay_s = 0;
   nlohmann::json player_report;  ///< as the player gave it
+  std::int64_t asked_ns = 0, replay_end_ns = 0;  ///< ROS time of the replay
+  std::string film;  ///< the short one, relative to the report; empty: none
 };
 
 struct DemoReport {

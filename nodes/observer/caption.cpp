@@ -9,8 +9,10 @@
 namespace afterglow::nodes {
 namespace {
 
-const cv::Scalar kWhite(255, 255, 255), kPale(150, 215, 255), kDark(12, 14, 18);
-constexpr double kBarOpacity = 0.62;
+const cv::Scalar kWhite(255, 255, 255), kPale(150, 215, 255), kWarm(255, 214, 120),
+    kDark(12, 14, 18);
+constexpr int kSteps = 8;      // that the lit part is found in, across the image
+constexpr int kLitLevel = 24;  // of 255: less is no light to look at
 
 cv::Mat pixelsOf(render::Image& image) {
   return {image.height, image.width, CV_8UC3, image.rgb.data()};
@@ -70,6 +72,27 @@ void CaptionPainter::Impl::writeLine(cv::Mat pixels, const std::string& text, cv
   write(pixels, text, origin, heightFor(text, height, room), color);
 }
 
+int stripHeight(int width) { return std::max(16, width * 7 / 160 * 2); }
+
+std::optional<ImagePart> litPart(const render::Image& image) {
+  int left = kSteps, top = kSteps, right = -1, bottom = -1;  // in steps
+  for (int v = 0; v < image.height; ++v) {
+    const std::uint8_t* row = image.rgb.data() + static_cast<std::size_t>(v * image.width) * 3;
+    for (int u = 0; u < image.width; ++u, row += 3) {
+      if (std::max({row[0], row[1], row[2]}) < kLitLevel) continue;
+      const int column = u * kSteps / image.width, line = v * kSteps / image.height;
+      left = std::min(left, column), right = std::max(right, column);
+      top = std::min(top, line), bottom = std::max(bottom, line);
+    }
+  }
+  if (right < 0) return std::nullopt;
+  const int size = std::max({right - left + 1, bottom - top + 1, 2});
+  const int x = std::clamp((left + right + 1 - size) / 2, 0, kSteps - size);
+  const int y = std::clamp((top + bottom + 1 - size) / 2, 0, kSteps - size);
+  return ImagePart{x * image.width / kSteps, y * image.height / kSteps,
+                   size * image.width / kSteps, size * image.height / kSteps};
+}
+
 Caption parseCaption(const std::string& message) {
   const std::size_t bar = message.find('|');
   if (bar == std::string::npos) return {"", message, ""};
@@ -91,30 +114,34 @@ CaptionPainter::CaptionPainter(const std::string& font) : impl_(std::make_unique
 
 CaptionPainter::~CaptionPainter() = default;
 
-void CaptionPainter::paint(render::Image& image, const Caption& caption) {
-  const std::string text = printableLine(caption.text), tag = printableLine(caption.tag);
-  const std::string speech =
-      caption.speech.empty() ? "" : "“" + printableLine(caption.speech) + "”";
-  const int lines = (text.empty() && tag.empty() ? 0 : 1) + (speech.empty() ? 0 : 1);
-  if (lines == 0) return;
-  cv::Mat pixels = pixelsOf(image);
-  const int height = std::max(10, image.height / 30);
-  const int line = 2 * height, bar = std::min(image.height, lines * line + height / 2);
-  darken(pixels.rowRange(image.height - bar, image.height), kBarOpacity);
-  cv::Point origin(height, image.height - bar + line - height / 3);
-  if (!text.empty() || !tag.empty()) {
-    cv::Point after_tag = origin;
-    if (!tag.empty()) after_tag.x = impl_->writeTag(pixels, tag, origin, height * 4 / 5);
-    impl_->writeLine(pixels, text, after_tag, height, kWhite);
-    origin.y += line;
-  }
-  if (!speech.empty()) impl_->writeLine(pixels, speech, origin, height, kPale);
+render::Image CaptionPainter::withStrip(const render::Image& image, const Caption& caption) {
+  const int strip = stripHeight(image.width);
+  render::Image whole{image.width, image.height + strip, image.rgb};
+  whole.rgb.resize(image.rgb.size() + static_cast<std::size_t>(strip * image.width) * 3);
+  cv::Mat pixels = pixelsOf(whole);
+  pixels.rowRange(image.height, whole.height).setTo(kDark);
+  const std::string tag = printableLine(caption.tag);
+  const bool is_asked = !caption.asked.empty();
+  const std::string text =
+      is_asked ? "You: “" + printableLine(caption.asked) + "”" : printableLine(caption.text);
+  const int height = std::max(7, strip / 5), line = strip * 9 / 20;
+  cv::Point origin(height, image.height + line * 4 / 5);
+  cv::Point after_tag = origin;
+  if (!tag.empty()) after_tag.x = impl_->writeTag(pixels, tag, origin, height * 4 / 5);
+  if (!text.empty()) impl_->writeLine(pixels, text, after_tag, height, is_asked ? kWarm : kWhite);
+  if (caption.speech.empty()) return whole;
+  origin.y += line;
+  const std::string speech = "Robot: “" + printableLine(caption.speech) + "”";
+  impl_->writeLine(pixels, speech, origin, height, kPale);
+  return whole;
 }
 
 void CaptionPainter::paintInset(render::Image& image, const render::Image& inset,
                                 const std::string& label) {
+  const auto lit = litPart(inset);
+  if (!lit) return;
   const int margin = std::max(4, image.height / 45), text = std::max(8, image.height / 50);
-  const int width = image.width * 23 / 100;
+  const int width = image.width * 15 / 100;  // beside what side_by_side.hpp keeps
   const int height = width * inset.height / std::max(1, inset.width);
   const cv::Rect box(image.width - margin - width, margin, width, height + 2 * text);
   const cv::Rect whole(0, 0, image.width, image.height);
@@ -123,8 +150,9 @@ void CaptionPainter::paintInset(render::Image& image, const render::Image& inset
   darken(pixels(box), 0.8);
   const cv::Mat source(inset.height, inset.width, CV_8UC3,
                        const_cast<std::uint8_t*>(inset.rgb.data()));
-  cv::resize(source, pixels(cv::Rect(box.tl(), cv::Size(width, height))), {width, height}, 0, 0,
-             cv::INTER_AREA);
+  const cv::Rect part(lit->left, lit->top, lit->width, lit->height);
+  const cv::Rect shown(box.tl(), cv::Size(width, height));
+  cv::resize(source(part), pixels(shown), shown.size(), 0, 0, cv::INTER_AREA);
   cv::rectangle(pixels, box, {120, 125, 135}, 1);
   impl_->write(pixels, label, {box.x + text / 2, box.br().y - text / 2}, text, {205, 210, 220});
 }

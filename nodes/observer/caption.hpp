@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "render/scene/image.hpp"
@@ -13,11 +14,23 @@ namespace afterglow::nodes {
 struct Caption {
   std::string tag;     ///< a word or two in a colored field before the text: "live", "replay"
   std::string text;    ///< what is being shown
-  std::string speech;  ///< what is being said
+  std::string speech;  ///< what the robot is saying
+  std::string asked = {};  ///< what a human has asked it, shown in place of `text`
 };
 
 /// "TAG|TEXT" or "TEXT" as it comes in one message.
 Caption parseCaption(const std::string& message);
+
+/// Of the strip below images of that width, pixels; even.
+int stripHeight(int width);
+
+/// Part of an image, pixels.
+struct ImagePart {
+  int left, top, width, height;
+};
+/// The part of a mostly dark image that has the light in it, with the image's own proportions. In
+/// steps of an eighth of the image, so that it stays where the light moves a little.
+std::optional<ImagePart> litPart(const render::Image& image);
 
 /// Text is as large as the image asks for. One thread at a time.
 class CaptionPainter {
@@ -26,9 +39,10 @@ class CaptionPainter {
   explicit CaptionPainter(const std::string& font = defaultFont());
   ~CaptionPainter();
 
-  /// A dark, translucent bar along the bottom; nothing if the caption is empty.
-  void paint(render::Image& image, const Caption& caption);
-  /// A small image in a box with its label in the upper right corner.
+  /// The image, untouched, above a dark strip of stripHeight() with the caption.
+  render::Image withStrip(const render::Image& image, const Caption& caption);
+  /// The lit part of a projector's image in a box with its label in the upper right corner; nothing
+  /// where all of it is dark.
   void paintInset(render::Image& image, const render::Image& inset, const std::string& label);
 
   /// DejaVu Sans where Debian and Ubuntu keep it.

@@ -31,10 +31,14 @@ struct Clip {
   double begin_s;    ///< in the film
 };
 
-std::vector<Clip> clipsOf(const std::string& speech_log, std::int64_t begin_ns, double seconds) {
+std::vector<Clip> clipsOf(const std::vector<std::string>& speech_logs, std::int64_t begin_ns,
+                          double seconds) {
+  std::vector<Utterance> utterances;
+  for (const std::string& log : speech_logs) {
+    for (Utterance& utterance : readSpeechLog(log)) utterances.push_back(std::move(utterance));
+  }
   std::vector<Clip> clips;
-  if (speech_log.empty()) return clips;
-  for (const Utterance& utterance : readSpeechLog(speech_log)) {
+  for (const Utterance& utterance : utterances) {
     const double onset_s = static_cast<double>(utterance.onset_ns - begin_ns) * 1e-9;
     if (onset_s >= seconds || onset_s + utterance.duration_s <= 0) continue;
     if (utterance.duration_s <= 0 || utterance.volume <= 0) continue;
@@ -60,6 +64,11 @@ std::string soundTrack(const std::vector<Clip>& clips, double seconds) {
       "{}{}amix=inputs={}:normalize=0:duration=longest,volume={}dB,alimiter=limit={}:level=0,"
       "apad=whole_dur={:.9g},atrim=end={:.9g}[sound]",
       graph, names, clips.size(), kGain_db, kPeakLimit, seconds, seconds);
+}
+
+std::vector<std::string> withoutEmpty(std::vector<std::string> names) {
+  names.erase(std::remove(names.begin(), names.end(), ""), names.end());
+  return names;
 }
 
 std::string oneLine(std::string text) {
@@ -93,13 +102,16 @@ void addSound(const std::string& silent, const std::vector<Clip>& clips, double 
 
 }  // namespace
 
-Film::Film(const std::string& path, int width, int height, int fps, std::string speech_log)
+Film::Film(const std::string& path, int width, int height, int fps,
+           std::vector<std::string> speech_logs)
     : path_(path),
-      silent_path_(speech_log.empty() ? path
-                                      : fs::path(path).replace_extension(".silent.mp4").string()),
-      speech_log_(std::move(speech_log)),
+      silent_path_(path),
+      speech_logs_(withoutEmpty(std::move(speech_logs))),
       fps_(fps),
-      writer_(silent_path_, width, height, fps) {}
+      writer_(speech_logs_.empty()
+                  ? path
+                  : silent_path_ = fs::path(path).replace_extension(".silent.mp4").string(),
+              width, height, fps) {}
 
 std::int64_t Film::indexAt(std::int64_t ros_ns) const {
   // Half an image's grace: one made just before its moment belongs to it.
@@ -128,10 +140,10 @@ void Film::close(std::int64_t ros_ns) {
     repeatUntil(indexAt(ros_ns));
   }
   writer_.close();
-  if (speech_log_.empty()) return;
+  if (speech_logs_.empty()) return;
   const double seconds = static_cast<double>(count_) / fps_;
   try {
-    const std::vector<Clip> clips = clipsOf(speech_log_, begin_ns_, seconds);
+    const std::vector<Clip> clips = clipsOf(speech_logs_, begin_ns_, seconds);
     if (clips.empty()) return fs::rename(silent_path_, path_);
     addSound(silent_path_, clips, seconds, path_);
   } catch (const std::exception& error) {

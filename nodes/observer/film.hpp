@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nodes/tools/video_writer.hpp"
 #include "render/scene/image.hpp"
@@ -15,9 +16,10 @@ namespace afterglow::nodes {
 /// which repeat the one before. Errors are VideoWriter's.
 class Film {
  public:
-  /// `speech_log`: SpeechLog's speech.json, whose sounds come in at their moments, as loud as
-  /// spoken video usually is; empty: the film is silent.
-  Film(const std::string& path, int width, int height, int fps, std::string speech_log = "");
+  /// `speech_logs`: SpeechLog's speech.json files, whose sounds come in at their moments, as loud
+  /// as spoken video usually is; none, or empty names: the film is silent.
+  Film(const std::string& path, int width, int height, int fps,
+       std::vector<std::string> speech_logs = {});
 
   /// Shows the image from its moment on. Ignored if its place has already been written. Throws
   /// std::runtime_error if ROS time has jumped ahead by more than an hour.
@@ -26,12 +28,14 @@ class Film {
   /// there. A film without an image is an error. Where its sound cannot be made, the error says
   /// where the film without sound is: what was filmed cannot be filmed again.
   void close(std::int64_t ros_ns);
+  std::int64_t begin() const { return begin_ns_; }  ///< ROS time of the first image
 
  private:
   std::int64_t indexAt(std::int64_t ros_ns) const;
   void repeatUntil(std::int64_t index);
 
-  std::string path_, silent_path_, speech_log_;
+  std::string path_, silent_path_;
+  std::vector<std::string> speech_logs_;
   int fps_;
   std::int64_t begin_ns_ = 0;  ///< ROS time of the first image
   std::int64_t count_ = 0;     ///< images written

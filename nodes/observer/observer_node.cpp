@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "nodes/conversion/camera_messages.hpp"
-#include "render/image_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -64,6 +63,7 @@ ObserverNodeOptions ObserverNodeOptions::read(const ros::NodeHandle& own) {
   own.param("video", options.video, options.video);
   own.param("speech", options.speech, options.speech);
   own.param("folder", options.folder, options.folder);
+  own.param("human_voice", options.human_voice, options.human_voice);
   own.param("fps", options.fps, options.fps);
   own.param("inset", options.inset, options.inset);
   own.param("font", options.font, options.font);
@@ -82,15 +82,30 @@ ObserverNode::ObserverNode(const ObserverNodeOptions& options, const RoomView& r
       look_from_(room.look),
       look_to_(room.look),
       scene_(room, tf_),
-      painter_(options.font),
+      has_film_(!options.video.empty()),
       image_publisher_(own_.advertise<sensor_msgs::Image>("image", 1)) {
   if (!options_.folder.empty()) std::filesystem::create_directories(options_.folder);
-  if (!options_.video.empty()) {
-    film_ = std::make_unique<Film>(options_.video, room_.width, room_.height, options_.fps,
-                                   options_.speech);
-  }
+  darkroom_ = std::make_unique<Darkroom>(darkroomOptions());
   subscribe();
   finish_ = own_.advertiseService("finish", &ObserverNode::onFinish, this);
+}
+
+DarkroomOptions ObserverNode::darkroomOptions() {
+  DarkroomOptions darkroom;
+  darkroom.width = room_.width;
+  darkroom.height = room_.height;
+  darkroom.fps = options_.fps;
+  darkroom.video = options_.video;
+  if (has_film_ && !options_.speech.empty()) {
+    const auto folder = std::filesystem::path(options_.speech).parent_path() / "asked";
+    asked_ = std::make_unique<SpeechLog>(folder.string());
+    darkroom.speech = {options_.speech, (folder / "speech.json").string()};
+  }
+  darkroom.folder = options_.folder;
+  darkroom.font = options_.font;
+  darkroom.has_inset = options_.inset;
+  darkroom.on_image = [this](std::int64_t ros_ns, const auto& image) { publish(ros_ns, image); };
+  return darkroom;
 }
 
 void ObserverNode::subscribe() {
@@ -104,6 +119,7 @@ void ObserverNode::subscribe() {
     caption_ = {parseCaption(text).tag, parseCaption(text).text, caption_.speech};
   });
   hears(node, "/speaker_node/state", 10, [this](const auto& text) { caption_.speech = text; });
+  hears(own_, "asked", 10, [this](const std::string& text) { onAsked(text); });
   hears(own_, "look", 10, [this](const std::string& name) { onLook(name); });
   hears(own_, "key_frame", 100, [this](const std::string& name) { onKeyFrame(name); });
   subscribers_.push_back(node.subscribe<visualization_msgs::MarkerArray>(
@@ -126,17 +142,19 @@ void ObserverNode::run(const std::function<bool()>& is_stopped) {
     hearNews();
     const ros::Time now = ros::Time::now();  // no earlier than what was heard
     if (toNs(now) < deadline_ns) continue;
-    if (isWatched()) show(now);
+    // A live picture is of now, or none.
+    const bool waits = is_filming_ || !key_frames_.empty();
+    if (isWatched() && (waits || darkroom_->isIdle())) darkroom_->add(shoot(now));
     deadline_ns = pace.nextAfter(toNs(ros::Time::now()));
   }
-  if (film_) film_->close(toNs(ros::Time::now()));
+  if (has_film_) darkroom_->finish(toNs(ros::Time::now()));
 }
 
 bool ObserverNode::onFinish(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   is_filming_ = false;
   try {
-    if (!film_) throw std::runtime_error("there is no film");
-    std::exchange(film_, nullptr)->close(toNs(ros::Time::now()));
+    has_film_ = false;
+    response.message = std::to_string(darkroom_->finish(toNs(ros::Time::now())));
     response.success = true;
   } catch (const std::runtime_error& error) {
     response.message = error.what();
@@ -156,7 +174,7 @@ void ObserverNode::hearNews() {
     const auto reasons = scene_.status().dropped;
     ROS_WARN_THROTTLE(10, "something is not shown: %s", reasons.begin()->first.c_str());
   }
-  is_filming_ = film_ && (is_filming_ || scene_.isFurnished());
+  is_filming_ = has_film_ && (is_filming_ || scene_.isFurnished());
 }
 
 void ObserverNode::onKeyFrame(const std::string& name) {
@@ -196,41 +214,43 @@ void ObserverNode::lookForRobot() {
   }
 }
 
-render::Image ObserverNode::draw(ros::Time now) {
-  const render::ObserverView view = viewFrom(lookAt(now), room_.width, room_.height);
-  render::Image image = renderer_.render(scene_.solids(now), scene_.light(now), view);
-  const render::Image* projector = scene_.projectorImage();
-  if (options_.inset && projector != nullptr) {
-    painter_.paintInset(image, *projector, "projector image");
+void ObserverNode::onAsked(const std::string& question) {
+  caption_.asked = question;
+  if (!asked_ || !is_filming_) return;
+  try {
+    if (!human_) human_ = std::make_unique<Speech>(SpeechOptions{options_.human_voice});
+    const auto sound = human_->say(question);
+    const double duration_s = static_cast<double>(sound->samples.size()) / sound->sample_rate;
+    const std::int64_t onset_ns = toNs(ros::Time::now());
+    asked_->add({question, options_.human_voice, onset_ns, duration_s, 1, false, ""}, *sound);
+  } catch (const std::runtime_error& error) {
+    ROS_WARN_ONCE("a question is shown but not heard: %s", error.what());
   }
-  painter_.paint(image, caption_);
-  return image;
 }
 
-void ObserverNode::show(ros::Time now) {
-  render::Image image = draw(now);
-  saveKeyFrames(image);
-  if (image_publisher_.getNumSubscribers() > 0) {
-    sensor_msgs::Image message = toImage(image);
-    message.header.stamp = now;
-    message.header.frame_id = "observer_optical_frame";
-    image_publisher_.publish(message);
+Shot ObserverNode::shoot(ros::Time now) {
+  Shot shot;
+  shot.ros_ns = toNs(now);
+  shot.solids = scene_.solids(now);
+  if (const render::ProjectedLight* light = scene_.light(now)) {
+    shot.light = render::ProjectedLight{light->lens, light->T_projector_world, {}};
+    shot.packed_light = PackedImage(light->image);
   }
-  if (is_filming_) film_->add(toNs(now), std::move(image));
+  shot.look = lookAt(now);
+  shot.caption = caption_;
+  shot.key_frames = std::exchange(key_frames_, {});
+  const render::Image* projected = scene_.projectorImage();
+  if (!shot.key_frames.empty() && projected != nullptr) shot.projected = *projected;
+  shot.is_filmed = is_filming_;
+  return shot;
 }
 
-void ObserverNode::saveKeyFrames(const render::Image& image) {
-  for (const std::string& name : std::exchange(key_frames_, {})) {
-    const std::string stem = (std::filesystem::path(options_.folder) / name).string();
-    try {
-      render::writePng(stem + ".png", image);
-      if (const auto* projected = scene_.projectorImage()) {
-        render::writePng(stem + "_projector.png", *projected);
-      }
-    } catch (const std::runtime_error& error) {
-      ROS_ERROR("%s", error.what());
-    }
-  }
+void ObserverNode::publish(std::int64_t ros_ns, const render::Image& image) const {
+  if (image_publisher_.getNumSubscribers() == 0) return;
+  sensor_msgs::Image message = toImage(image);
+  message.header.stamp.fromNSec(static_cast<std::uint64_t>(ros_ns));
+  message.header.frame_id = "observer_optical_frame";
+  image_publisher_.publish(message);
 }
 
 }  // namespace afterglow::nodes

@@ -3,6 +3,7 @@
 ///
 /// Subscribes to /room/solids (MarkerArray), /projector/image and /projector/camera_info, /tf,
 /// ~caption (std_msgs/String: "TEXT" or "TAG|TEXT"), /speaker_node/state (what is being said),
+/// ~asked (std_msgs/String: what a human asks, shown and heard in the film until the next caption),
 /// ~look (std_msgs/String: goes over to that place of the view's `others`, empty: back),
 /// ~key_frame (std_msgs/String: saves the next image as FOLDER/NAME.png and the projector's as
 /// FOLDER/NAME_projector.png). Publishes ~image (rgb8, while somebody listens). Service ~finish
@@ -20,12 +21,12 @@
 #include <string>
 #include <vector>
 
-#include "nodes/observer/caption.hpp"
-#include "nodes/observer/film.hpp"
+#include "nodes/observer/darkroom.hpp"
 #include "nodes/observer/observer_scene.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/projector/transform_listener.hpp"
-#include "render/gl/observer_renderer.hpp"
+#include "nodes/speaker/speech.hpp"
+#include "nodes/speaker/speech_log.hpp"
 
 namespace afterglow::nodes {
 
@@ -34,8 +35,9 @@ struct ObserverNodeOptions {
   std::string view;    ///< loadRoomView's file
   std::string video;   ///< MP4 to write; empty: none
   std::string speech;  ///< speaker_node's speech.json, for the video's sound; empty: silent
+  std::string human_voice = "en-gb+f3";  ///< eSpeak NG's, for what is asked
   std::string folder;  ///< for key frames; empty: the current one
-  int fps = 12;
+  int fps = 25;
   bool inset = true;  ///< the projector's image in a corner
   std::string font = CaptionPainter::defaultFont();
 
@@ -43,7 +45,8 @@ struct ObserverNodeOptions {
   static ObserverNodeOptions read(const ros::NodeHandle& own);
 };
 
-/// Everything in the thread that constructs and runs it; no spinner is needed.
+/// Everything in the thread that constructs and runs it, but what the darkroom draws; no spinner is
+/// needed.
 class ObserverNode {
  public:
   /// Throws std::runtime_error: view, font, OpenGL or ffmpeg, and why.
@@ -64,27 +67,27 @@ class ObserverNode {
   Look lookAt(ros::Time now) const;
   void lookForRobot();
   bool isWatched() const;
-  render::Image draw(ros::Time now);
-  void show(ros::Time now);
-  void saveKeyFrames(const render::Image& image);
+  void onAsked(const std::string& question);
+  DarkroomOptions darkroomOptions();
+  Shot shoot(ros::Time now);
+  void publish(std::int64_t ros_ns, const render::Image& image) const;
 
   ObserverNodeOptions options_;
   ros::NodeHandle own_{"~"};
   tf2_ros::Buffer tf_;
   TransformListener tf_listener_{tf_};
-  render::GlContext context_;
-  render::ObserverRenderer renderer_{context_};
   RoomView room_;
   Look look_from_, look_to_;  ///< on the way from one to the other
   ros::Time look_changed_;
   ObserverScene scene_;
-  CaptionPainter painter_;
-  std::unique_ptr<Film> film_;  ///< empty without one, or when it is finished
-  bool is_filming_ = false;     ///< the video has begun
+  std::unique_ptr<SpeechLog> asked_;  ///< what was asked in the film; empty without one
+  std::unique_ptr<Speech> human_;     ///< made when it is first needed
+  bool has_film_, is_filming_ = false;  ///< the video is not yet finished, has begun
   Caption caption_;
   std::vector<std::string> key_frames_;  ///< to save with the next image
   ros::WallTime next_robot_look_;
   ros::Publisher image_publisher_;
+  std::unique_ptr<Darkroom> darkroom_;
   std::vector<ros::Subscriber> subscribers_;
   ros::ServiceServer finish_;
 };

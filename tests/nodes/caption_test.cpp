@@ -25,22 +25,11 @@ int brightest(const render::Image& image, int left, int top, int right, int bott
   return most;
 }
 
-/// The first row that differs from a picture of this level.
-int firstChangedRow(const render::Image& image, int level) {
-  for (int v = 0; v < image.height; ++v) {
-    for (int u = 0; u < image.width; ++u) {
-      if (test::brightness(image, u, v) != 3 * level) return v;
-    }
-  }
-  return image.height;
-}
-
 /// How wide the white letters are.
 int widthOfText(const Caption& caption) {
-  render::Image picture = gray(kWidth, kHeight, 60);
-  CaptionPainter().paint(picture, caption);
+  const render::Image picture = CaptionPainter().withStrip(gray(kWidth, kHeight, 60), caption);
   int left = kWidth, right = 0;
-  for (int v = 0; v < kHeight; ++v) {
+  for (int v = kHeight; v < picture.height; ++v) {
     for (int u = 0; u < kWidth; ++u) {
       if (test::brightness(picture, u, v) < 500) continue;
       left = std::min(left, u);
@@ -59,26 +48,36 @@ TEST(Caption, comesWithOrWithoutATag) {
   EXPECT_EQ(tagged.text, "What did you do? | Tell me.");
 }
 
-TEST(Caption, isWhiteOnADarkBarAtTheBottom) {
-  render::Image picture = gray(kWidth, kHeight, 200);
-  CaptionPainter().paint(picture, {"", "The robot looks.", ""});
-  const int bar = firstChangedRow(picture, 200);
-  EXPECT_GT(bar, kHeight * 85 / 100);
-  EXPECT_LT(test::brightness(picture, kWidth - 2, bar + 5), 300) << "a dark bar, ...";
-  EXPECT_GT(test::brightness(picture, kWidth - 2, bar + 5), 100) << "... but translucent";
-  EXPECT_GT(brightest(picture, 0, bar, kWidth / 2, kHeight), 740);
+TEST(Caption, isInAStripBelowThePictureWhichStaysAsItIs) {
+  const render::Image picture = gray(kWidth, kHeight, 200);
+  const render::Image whole =
+      CaptionPainter().withStrip(picture, {"replay", "The robot looks.", "Ok.", ""});
+  EXPECT_EQ(whole.width, kWidth);
+  EXPECT_EQ(whole.height, kHeight + stripHeight(kWidth));
+  ASSERT_EQ(whole.rgb.size(), static_cast<std::size_t>(whole.width * whole.height * 3));
+  EXPECT_TRUE(std::equal(picture.rgb.begin(), picture.rgb.end(), whole.rgb.begin()));
+  EXPECT_LT(test::brightness(whole, kWidth - 2, kHeight), 100);
+  EXPECT_GT(brightest(whole, 0, kHeight, kWidth, whole.height), 700);
 }
 
-TEST(Caption, isTallerWithSpeech) {
-  render::Image text = gray(kWidth, kHeight, 200), both = text, speech = text, none = text;
+TEST(Caption, hasTheSameStripWhateverIsSaid) {
   CaptionPainter painter;
-  painter.paint(text, {"", "The robot looks.", ""});
-  painter.paint(both, {"", "The robot looks.", "Ok."});
-  painter.paint(speech, {"", "", "Ok."});
-  painter.paint(none, {"", "", ""});
-  EXPECT_LT(firstChangedRow(both, 200), firstChangedRow(text, 200));
-  EXPECT_EQ(firstChangedRow(speech, 200), firstChangedRow(text, 200));
-  EXPECT_EQ(firstChangedRow(none, 200), kHeight) << "nothing is painted";
+  const render::Image none = painter.withStrip(gray(kWidth, kHeight, 200), {});
+  EXPECT_EQ(none.height, kHeight + stripHeight(kWidth));
+  EXPECT_LT(brightest(none, 0, kHeight, kWidth, none.height), 100);
+  const int first_line = kHeight + stripHeight(kWidth) / 2;
+  const render::Image said = painter.withStrip(gray(kWidth, kHeight, 200), {"", "", "Ok.", ""});
+  EXPECT_GT(brightest(said, 0, first_line, kWidth, said.height), 400);
+  EXPECT_EQ(stripHeight(1280), 112);
+  EXPECT_EQ(stripHeight(1281) % 2, 0) << "as yuv420p wants it";
+}
+
+TEST(Caption, showsWhatAHumanAskedInPlaceOfTheText) {
+  EXPECT_GT(widthOfText({"", "", "", "What did you pick up, and where?"}), 100);
+  CaptionPainter painter;
+  const render::Image picture = gray(kWidth, kHeight, 60);
+  EXPECT_EQ(painter.withStrip(picture, {"", "what it is about", "", "Why?"}).rgb,
+            painter.withStrip(picture, {"", "", "", "Why?"}).rgb);
 }
 
 TEST(Caption, makesLongTextFitThePicture) {
@@ -96,9 +95,33 @@ TEST(Caption, framesAnInsetInTheCorner) {
   render::Image picture = gray(kWidth, kHeight, 60);
   const render::Image inset = gray(128, 80, 250);
   CaptionPainter().paintInset(picture, inset, "projector image");
-  EXPECT_GT(test::brightness(picture, kWidth - 80, 40), 740);
+  EXPECT_GT(test::brightness(picture, kWidth - 50, 30), 740);
   EXPECT_EQ(test::brightness(picture, kWidth / 2, 40), 180);
   EXPECT_EQ(test::brightness(picture, kWidth - 80, kHeight / 2), 180);
+}
+
+TEST(Caption, findsTheLitPartWithTheProportionsOfTheImage) {
+  render::Image image = gray(1280, 800, 0);
+  EXPECT_FALSE(litPart(image));
+  for (int u = 700; u < 760; ++u) image.rgb[3 * (1280 * 350 + u)] = 200;
+  const auto part = litPart(image);
+  ASSERT_TRUE(part);
+  EXPECT_EQ(part->width, 320);
+  EXPECT_EQ(part->height, 200);
+  EXPECT_LE(part->left, 700);
+  EXPECT_GE(part->left + part->width, 760);
+  EXPECT_LE(part->top, 350);
+  EXPECT_GE(part->top + part->height, 351);
+  const auto all = litPart(gray(1280, 800, 90));
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->width, 1280);
+  EXPECT_EQ(all->height, 800);
+}
+
+TEST(Caption, hasNoInsetWithoutLight) {
+  render::Image picture = gray(kWidth, kHeight, 60);
+  CaptionPainter().paintInset(picture, gray(128, 80, 0), "projector image");
+  EXPECT_EQ(picture.rgb, gray(kWidth, kHeight, 60).rgb);
 }
 
 TEST(Caption, leavesPicturesAloneThatAreTooSmallForAnInset) {

@@ -64,7 +64,7 @@ struct FilmTest : ::testing::Test {
   }
   /// Four seconds of 12 images each, with what was said.
   void film() {
-    Film film(output, 64, 48, 12, log);
+    Film film(output, 64, 48, 12, {log, ""});
     film.add(kStart, gray(64, 48, 90));
     film.close(at(4));
   }
@@ -152,6 +152,21 @@ TEST_F(FilmTest, cutsSpeechAtBothEndsOfTheVideo) {
   EXPECT_NEAR(measured(output, silence, "silence_start: "), 0.6, 0.05);
   EXPECT_NEAR(measured(output, silence, "silence_end: "), 3.5, 0.05);
   EXPECT_NEAR(std::stod(probe(output, "format=duration")), 4, 0.1);
+}
+
+TEST_F(FilmTest, hasTheSoundOfEveryLog) {
+  say(0.5, 1, 0.3);
+  SpeechLog(folder.path("asked"))
+      .add({"words", "", at(2.5), 1, 1, false, ""}, tone(1, 0.3));
+  {
+    Film film(output, 64, 48, 12, {log, folder.path("asked/speech.json")});
+    film.add(kStart, gray(64, 48, 90));
+    film.close(at(4));
+    EXPECT_EQ(film.begin(), kStart);
+  }
+  const std::string silence = "silencedetect=noise=-45dB:duration=0.2";
+  EXPECT_NEAR(measured(output, silence, "silence_end: "), 0.5, 0.05);
+  EXPECT_NEAR(measured(output, silence, "silence_end: ", 1), 2.5, 0.05);
 }
 
 TEST_F(FilmTest, staysSilentWithoutSpeech) {
