@@ -16,7 +16,7 @@ namespace {
 
 /// From here on every second shot waits no more: a film is late by what a slow machine needs for
 /// these, and they are kept in memory.
-constexpr std::size_t kManyWaiting = 1000;
+constexpr std::size_t kManyWaiting = 300;
 constexpr int kLowPriority = 5;  // less would starve it where others compute, too
 
 }  // namespace
