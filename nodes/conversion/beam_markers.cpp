@@ -71,7 +71,8 @@ visualization_msgs::MarkerArray beamMarkers(const calib::Lens& lens, const std::
     if (!here || !next) continue;
     edges.points.push_back(toPoint(*here));
     edges.points.push_back(toPoint(*next));
-    for (const auto& p : {origin, toPoint(*here), toPoint(*next)}) sides.points.push_back(p);
+    const auto a = toPoint(*here), b = toPoint(*next);
+    for (const auto& p : {origin, a, b, origin, b, a}) sides.points.push_back(p);  // seen from both
   }
   visualization_msgs::MarkerArray array;
   array.markers = {sides, edges};

@@ -35,7 +35,7 @@ TEST(BeamMarkers, endWhereTheLensShowsTheImagesBorder) {
     }
   }
   EXPECT_EQ(array.markers[0].type, Marker::TRIANGLE_LIST);
-  EXPECT_EQ(array.markers[0].points.size(), 3u * 4 * 16);
+  EXPECT_EQ(array.markers[0].points.size(), 3u * 4 * 16 * 2) << "RViz shows one side";
   EXPECT_EQ(array.markers[1].type, Marker::LINE_LIST);
   EXPECT_EQ(array.markers[1].points.size(), 2u * (4 * 16 + 4));
   EXPECT_GT(at_end, 0u);
