@@ -15,7 +15,7 @@ namespace {
 using visualization_msgs::Marker;
 
 TEST(BeamMarkers, endWhereTheLensShowsTheImagesBorder) {
-  const calib::Lens lens = test::viewsonic({-0.1, 0.02});  // its axis lies beside the image
+  const calib::Lens lens = test::viewsonic({-0.1, 0.02, 0, 0, 0});  // its axis lies beside the image
   const auto array = beamMarkers(lens, "projector", "beam", 2);
   ASSERT_EQ(array.markers.size(), 2u);
   std::size_t at_end = 0;

@@ -78,7 +78,8 @@ TEST(WatchView, passesOverWhatIsNotAfterglows) {
 
 TEST(WatchView, takesSilenceForAFaultOfWhoOughtToSpeak) {
   WatchView view;
-  view.take(arrayOf({statusOf("p: projector", DiagnosticStatus::OK, "projecting")}), kStart);
+  view.take(arrayOf({statusOf("projector_node: projector", DiagnosticStatus::OK, "projecting")}),
+            kStart);
   ReplayStatus idle;
   idle.message = "played to its end";
   view.take("player_node", idle, kStart);
