@@ -86,7 +86,8 @@ void Rehearsal::ask(const std::function<void()>& check) {
   try {
     check();
   } catch (const std::exception& error) {
-    add(error.what());
+    const std::string why = error.what(), said = "motion is refused: ";
+    add(why.rfind(said, 0) == 0 ? why.substr(said.size()) : why);
   }
 }
 
