@@ -29,9 +29,9 @@ class RecordVerb : public testing::Test {
     std_msgs::String hello;
     hello.data = "hello";
     chat_.publish(hello);
-    spinner_.start();
+    spinner_ = std::make_unique<ros::AsyncSpinner>(1);
+    spinner_->start();
   }
-  ~RecordVerb() override { spinner_.stop(); }
 
   test::NodeProcess record(const Words& words) {
     Words all = {AFTERGLOW_TEST_COMMAND, "record"};
@@ -55,7 +55,7 @@ class RecordVerb : public testing::Test {
   std::string path_ = folder_.path("store.db");
   std::unique_ptr<ros::NodeHandle> node_;
   ros::Publisher chat_;
-  ros::AsyncSpinner spinner_{1};
+  std::unique_ptr<ros::AsyncSpinner> spinner_;  ///< made when ROS is there
 };
 
 TEST_F(RecordVerb, endsWithOneInterruptOrMore) {
