@@ -188,13 +188,13 @@ struct ObserverNodeTest : test::GlTest {
     test::GlTest::SetUp();
     std::ofstream(view) << kView;
   }
-  std::vector<std::string> arguments() const {
+  std::vector<std::string> arguments(int fps = 10) const {
     return {"__name:=observer_node",
             "_view:=" + view,
             "_video:=" + video,
             "_inset:=false",
             "_folder:=" + folder.path("pictures"),
-            "_fps:=10"};
+            "_fps:=" + std::to_string(fps)};
   }
 };
 
@@ -202,7 +202,7 @@ TEST_F(ObserverNodeTest, showsTheLightWhereTheGeometrySaysAndFilmsItInRosTime) {
   if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   const ros::Time begin = ros::Time::now();
   Room room;
-  Running observer(arguments());
+  Running observer(arguments(2));  // so slow that a busy machine's pictures are of now
   const RoomView configured = loadRoomView(view);
   ASSERT_TRUE(room.isLitAt(pixelOf(kLitPoint, configured.look)));
 
@@ -221,7 +221,7 @@ TEST_F(ObserverNodeTest, showsTheLightWhereTheGeometrySaysAndFilmsItInRosTime) {
                                               "format=duration", "-of", "csv=p=0", video})
                                       .output);
   EXPECT_GT(filmed, 2) << "it was dark for so long";
-  EXPECT_LE(filmed, (ros::Time::now() - begin).toSec() + 0.11);
+  EXPECT_LE(filmed, (ros::Time::now() - begin).toSec() + 0.51);
   ASSERT_TRUE(ros::service::call("/observer_node/finish", finish));
   EXPECT_EQ(finish.response.message, "there is no film");
   observer.interrupt();
