@@ -33,7 +33,7 @@ void main() {
     vec4 clip = start + (t0 + (float(i) + 0.125 + turn) * pace) * ahead;
     vec3 there = 0.5 + 0.5 * clip.xyz / max(clip.w, 1e-3);
     vec3 light = textureLod(glow, there.xy, 0.0).rgb * textureLod(shadow_map, there, 0.0);
-    sum += clip.w > 0.0 ? light / (clip.w * clip.w + 0.06) : vec3(0.0);
+    sum += clip.w > 0.0 ? light / (clip.w * clip.w + 0.10) : vec3(0.0);
   }
   beam = vec4(sum * (pace * length(ray) * dust), 1.0);
 }

@@ -51,14 +51,14 @@ class Observed : public test::GlTest {
                             static_cast<int>(std::lround(p.y())));
   }
 
-  /// Center of where two images differ, and over how many pixels they do.
+  /// Center of where two images differ by more than a beam in the air, and over how many pixels.
   static std::pair<Eigen::Vector2d, double> difference(const Image& a, const Image& b) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     double weight = 0, count = 0;
     for (int v = 0; v < a.height; ++v) {
       for (int u = 0; u < a.width; ++u) {
         const int change = std::abs(test::brightness(a, u, v) - test::brightness(b, u, v));
-        if (change < 30) continue;
+        if (change < 100) continue;
         sum += change * Eigen::Vector2d(u, v);
         weight += change;
         ++count;
