@@ -1,6 +1,6 @@
-// How much of the room's lamp (x) and sky (y) reaches what is seen, at half the picture's size, and
-// how deep that is (z). Neighbors look in different directions: soften_shade.frag brings them
-// together.
+// How much of the room's lamp (x) and sky (y) reaches what is seen, at a third of the picture's
+// size, and how deep that is (z). Neighbors look in different directions: soften_shade.frag brings
+// them together.
 uniform sampler2D depths;         // of the picture
 uniform sampler2D facing;         // normals of the picture, in the world
 uniform sampler2DShadow lamp_depths;
@@ -52,7 +52,7 @@ float lampAt(vec3 p, vec3 n, vec2 turn) {
 
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy), size = textureSize(depths, 0);
-  ivec2 at = min(2 * here, size - 1);
+  ivec2 at = min(3 * here + 1, size - 1);
   vec3 p = pointAt(at, size);
   vec3 n = mat3(R_observer_world) * (2.0 * texelFetch(facing, at, 0).xyz - 1.0);
   float angle = 0.698 * float(3 * (here.x % 3) + here.y % 3);

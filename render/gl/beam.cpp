@@ -85,7 +85,8 @@ void Beam::setGlow(const ProjectedLight& light) {
 }
 
 void Beam::draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
-                double near) {
+                double near, const PixelRect& rect) {
+  clear();
   setGlow(light);
   const glm::dmat4 P_shadow_observer =
       ShadowMap::clipFromOptical(light.lens) *
@@ -101,8 +102,10 @@ void Beam::draw(const ProjectedLight& light, const ShadowMap& depths, const Obse
   setUniform(program_, "dust", kDust);
   glBindTextureUnit(kGlowUnit, glow_.id());
   glBindTextureUnit(kShadowUnit, depths.texture().id());
+  glEnable(GL_SCISSOR_TEST);
+  glScissor(rect.x / 4, rect.y / 4, rect.width / 4 + 2, rect.height / 4 + 2);
   drawScreen(framebuffer_, width_, height_, program_, no_vertices_);
-  glBindTextureUnit(kBeamUnit, beam_.id());
+  glDisable(GL_SCISSOR_TEST);
 }
 
 }  // namespace afterglow::render

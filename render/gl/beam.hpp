@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "render/gl/gl_handle.hpp"
+#include "render/gl/lit_rect.hpp"
 #include "render/gl/thrown_light.hpp"
 
 namespace afterglow::render {
@@ -21,9 +22,9 @@ class Beam {
   /// No light. Binds the beam to kBeamUnit, as draw() does.
   void clear();
   /// `depths` are the projector's. SurfaceTarget's textures must be bound; `near` is that of the
-  /// picture's depths.
+  /// picture's depths, `rect` the part of the picture that the beam can be in.
   void draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
-            double near);
+            double near, const PixelRect& rect);
 
  private:
   static constexpr int kColumns = 40, kRows = 25;  ///< of the blurred image

@@ -7,6 +7,7 @@
 
 #include "render/gl/beam.hpp"
 #include "render/gl/glm_eigen.hpp"
+#include "render/gl/lit_rect.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
@@ -90,8 +91,13 @@ struct ObserverRenderer::Impl {
     }
     drawDepths(light, view);
     drawSurfaces(view);
-    if (light) drawThrown();
-    see(light, view);
+    const auto corners = light ? thrown_light.corners() : std::nullopt;
+    const PixelRect rect =
+        corners ? litRect(thrown_light.position(), *corners, mesh.bounds(), P_clip_world,
+                          view.width, view.height)
+                : PixelRect{};
+    if (corners) drawThrown(rect);
+    see(corners ? light : nullptr, rect, view);
     if (mesh.has(SolidMesh::Kind::Ghost)) drawGhosts();
     return targets->picture.read();
   }
@@ -116,7 +122,7 @@ struct ObserverRenderer::Impl {
 
   void drawSurfaces(const ObserverView& view) {
     const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
-    const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
+    P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
     for (const Program* program : {&surface_program, &wood_program, &mark_program, &lit_program,
                                    &ghost_program}) {
       setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
@@ -127,10 +133,13 @@ struct ObserverRenderer::Impl {
     mesh.draw(wood_program, SolidMesh::Kind::Wood);
   }
 
-  /// Draws the visible surfaces that the projector may light once more, with its light.
-  void drawThrown() {
+  /// Draws the visible surfaces that the projector may light once more, with its light;
+  /// it reaches nothing outside of the rectangle.
+  void drawThrown(const PixelRect& rect) {
     thrown_light.use(mark_program, lit_program);
     targets->surfaces.beginThrown();
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(rect.x, rect.y, rect.width, rect.height);
     glDepthMask(GL_FALSE);
     glDepthFunc(GL_EQUAL);
     glEnable(GL_STENCIL_TEST);
@@ -143,14 +152,15 @@ struct ObserverRenderer::Impl {
     glStencilFunc(GL_EQUAL, 1, 1);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
     mesh.drawSolids(lit_program);
+    glDisable(GL_SCISSOR_TEST);
   }
 
-  void see(const ProjectedLight* light, const ObserverView& view) {
+  void see(const ProjectedLight* light, const PixelRect& rect, const ObserverView& view) {
     targets->surfaces.bind();
     targets->shade.draw(view, kNear);
     targets->shade.bind();
     if (light) {
-      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear);
+      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear, rect);
     } else {
       targets->beam.clear();
     }
@@ -198,6 +208,7 @@ struct ObserverRenderer::Impl {
   VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
   std::optional<SeenTargets> targets;
+  glm::dmat4 P_clip_world{1};
 };
 
 ObserverRenderer::ObserverRenderer(GlContext& context) {

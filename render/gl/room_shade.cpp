@@ -41,8 +41,8 @@ glm::dmat4 lampClipFromWorld(const glm::dvec3& p_middle, double texel) {
 }  // namespace
 
 RoomShade::RoomShade(int width, int height)
-    : width_((width + 1) / 2),
-      height_((height + 1) / 2),
+    : width_((width + 2) / 3),
+      height_((height + 2) / 3),
       shade_(makeProgram(
           {{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, {"shade.frag"}}})),
       soften_(makeProgram(

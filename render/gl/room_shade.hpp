@@ -10,7 +10,7 @@
 
 namespace afterglow::render {
 
-/// At half the picture's size: shadows of a lamp on the ceiling are soft.
+/// At a third of the picture's size: shadows of a lamp on the ceiling are soft.
 class RoomShade {
  public:
   /// Texture units that it takes.

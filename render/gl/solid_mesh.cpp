@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <glm/common.hpp>
 
 #include "render/gl/observer_renderer.hpp"
 #include "render/gl/shader.hpp"
@@ -20,6 +21,19 @@ bool isWood(const Color& color) {
 SolidMesh::Kind kindOf(const Drawable& solid) {
   if (isGhost(solid)) return SolidMesh::Kind::Ghost;
   return isWood(solid.color) ? SolidMesh::Kind::Wood : SolidMesh::Kind::Paint;
+}
+
+WorldBox boundsOf(const std::vector<ShadedVertex>& vertices) {
+  if (vertices.empty()) return {};
+  const auto at = [](const ShadedVertex& vertex) {
+    return glm::dvec3(vertex.x, vertex.y, vertex.z);
+  };
+  WorldBox box{at(vertices.front()), at(vertices.front())};
+  for (const ShadedVertex& vertex : vertices) {
+    box.low = glm::min(box.low, at(vertex));
+    box.high = glm::max(box.high, at(vertex));
+  }
+  return box;
 }
 
 }  // namespace
@@ -42,6 +56,7 @@ void SolidMesh::set(const std::vector<Drawable>& solids, const Eye& eye) {
     add(i < outlines ? Kind::Outline : kindOf(all[i]), begin, mesh.ends[i]);
     begin = mesh.ends[i];
   }
+  bounds_ = boundsOf(mesh.vertices);
   upload(vertices_, mesh.vertices);
   upload(indices_, mesh.indices);
 }

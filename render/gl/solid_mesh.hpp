@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/gl/gl_handle.hpp"
+#include "render/gl/lit_rect.hpp"
 #include "render/scene/shaded_mesh.hpp"
 
 namespace afterglow::render {
@@ -19,6 +20,8 @@ class SolidMesh {
   /// Wood is what is painted in kWoodPaint, ghosts are what isGhost says.
   void set(const std::vector<Drawable>& solids, const Eye& eye);
   bool has(Kind kind) const;
+  /// Around all of them.
+  const WorldBox& bounds() const { return bounds_; }
   /// Draws what is of that kind. The program's vertex shader is solid.vert.
   void draw(const Program& program, Kind kind) const;
   /// Draws all that stands in the room.
@@ -33,6 +36,7 @@ class SolidMesh {
 
   ShadedMeshBuilder builder_;
   std::vector<Run> runs_;
+  WorldBox bounds_;
   Buffer vertices_ = Buffer::make(), indices_ = Buffer::make();
   VertexArray array_;
 };

@@ -51,6 +51,18 @@ void ThrownLight::set(const ProjectedLight& light) {
                       GL_UNSIGNED_BYTE, lit_mask_->mark(light.image).data());
 }
 
+std::optional<std::array<glm::dvec3, 4>> ThrownLight::corners() const {
+  if (!lit_mask_ || lit_mask_->marked().isEmpty()) return std::nullopt;
+  const Eigen::Vector2d low = lit_mask_->marked().min(), high = lit_mask_->marked().max();
+  const glm::dmat4 T_world_clip = glm::inverse(P_shadow_world_);
+  const auto direction = [&](double x, double y) {
+    const glm::dvec4 p = T_world_clip * glm::dvec4(x, y, 0, 1);
+    return glm::normalize(glm::dvec3(p) / p.w - p_world_projector_);
+  };
+  return std::array<glm::dvec3, 4>{direction(low.x(), low.y()), direction(high.x(), low.y()),
+                                   direction(high.x(), high.y()), direction(low.x(), high.y())};
+}
+
 void ThrownLight::use(const Program& mark_program, const Program& lit_program) const {
   setUniform(mark_program, "lit_mask", kMaskUnit);
   setUniform(mark_program, "P_shadow_world", glm::mat4(P_shadow_world_));
@@ -155,11 +167,17 @@ bool LitMask::isLit(const Image& image, int column, int row) const {
 }
 
 const std::vector<std::uint8_t>& LitMask::mark(const Image& image) {
+  marked_.setEmpty();
   mask_.assign(static_cast<std::size_t>(kWidth) * kHeight, 0);
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < columns_; ++column) {
       if (!isLit(image, column, row)) continue;
       const Cells& cells = cells_of_[static_cast<std::size_t>(row * columns_ + column)];
+      const Eigen::Array2d count(kWidth, kHeight);
+      if ((cells.low <= cells.high).all()) {
+        marked_.extend((2 * cells.low.cast<double>() / count - 1).matrix());
+        marked_.extend((2 * (cells.high + 1).cast<double>() / count - 1).matrix());
+      }
       for (int y = cells.low.y(); y <= cells.high.y(); ++y) {
         const auto begin = mask_.begin() + y * kWidth;
         if (cells.low.x() <= cells.high.x()) {

@@ -2,7 +2,8 @@
 /// A projector's light as the shaders of a lit room need it: image, lens, depths, and where it is.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
@@ -48,6 +49,8 @@ class LitMask {
   /// Cells of ShadowMap::clipFromOptical's square, rows from y = -1 up: 255 where light may be.
   /// The image's size must be the lens's. Valid until the next call.
   const std::vector<std::uint8_t>& mark(const Image& image);
+  /// Around what was marked last, of the square from -1 to 1; empty (high < low): nothing.
+  const Eigen::AlignedBox2d& marked() const { return marked_; }
 
  private:
   static constexpr int kBlock = 16;  // px
@@ -59,6 +62,7 @@ class LitMask {
   int columns_, rows_;
   std::vector<Cells> cells_of_;  ///< by block of the image
   std::vector<std::uint8_t> mask_;
+  Eigen::AlignedBox2d marked_;
 };
 
 /// Image, lens, depths and pose of a projector.
@@ -74,6 +78,9 @@ class ThrownLight {
   /// The depths are the caller's to draw, with clipFromWorld.
   ShadowMap& shadowMap() { return shadow_map_; }
   const glm::dmat4& clipFromWorld() const { return P_shadow_world_; }
+  const glm::dvec3& position() const { return p_world_projector_; }
+  /// Directions of the corners around the light, in the world; none: it is dark.
+  std::optional<std::array<glm::dvec3, 4>> corners() const;
   /// Sets the uniforms of mark_lit.frag and of lit.frag, and binds the textures.
   void use(const Program& mark_program, const Program& lit_program) const;
 
