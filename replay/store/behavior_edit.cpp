@@ -57,23 +57,32 @@ std::pair<Stamp, Stamp> trimmed(const Behavior& behavior, const BehaviorEdit& ed
   return {Stamp{behavior.begin.ns + from}, Stamp{behavior.begin.ns + to}};
 }
 
-/// Of each latched channel the last message before `begin`, stamped with it. Their sequences are
-/// lower than those of what came then, and unique in the recording.
+/// A copy has a sequence of its own, as a server knows a message of a recording by that alone.
+constexpr std::uint64_t kCopied = std::uint64_t{1} << 48;
+
+/// Of each latched channel that says nothing at `begin` itself the last message before it, stamped
+/// with it.
 std::vector<Message> latchedInForce(const Store& store, const Behavior& behavior, Stamp begin) {
   MessageRange before;
   before.with_all_topics = true;
-  before.end = begin;
+  before.end = Stamp{begin.ns + 1};
   std::map<std::int64_t, bool> is_latched;
   std::map<std::int64_t, Message> last;
   const auto cursor = store.messages(behavior, before);
   while (auto message = cursor->next()) {
     const auto [known, is_new] = is_latched.emplace(message->channel, false);
     if (is_new) known->second = store.channel(message->channel).latching;
-    if (known->second) last[message->channel] = std::move(*message);
+    if (!known->second) continue;
+    if (message->received < begin) {
+      last[message->channel] = std::move(*message);
+    } else {
+      last.erase(message->channel);
+    }
   }
   std::vector<Message> messages;
   for (auto& [channel, message] : last) {
     message.received = begin;
+    message.sequence += kCopied;
     messages.push_back(std::move(message));
   }
   return messages;
@@ -103,7 +112,7 @@ void trim(Store& store, Behavior& behavior, const BehaviorEdit& edit) {
   }
   behavior.wall_begin.ns += behavior.begin.ns - before.begin.ns;
   if (before.begin < behavior.begin) {
-    store.append(latchedInForce(store, before, behavior.begin), Duplicates::Skip);
+    store.append(latchedInForce(store, before, behavior.begin));
   }
   store.updateBehavior(behavior);
   removeMessages(store, behavior, before.begin, behavior.begin);
