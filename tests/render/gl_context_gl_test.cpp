@@ -39,7 +39,7 @@ TEST_F(GlContextTest, compileErrorsNameFileAndLine) {
     FAIL() << "compiled";
   } catch (const std::runtime_error& error) {
     const std::string text = error.what();
-    EXPECT_NE(text.find("lit.frag:29("), std::string::npos) << text;
+    EXPECT_NE(text.find("lit.frag:28("), std::string::npos) << text;
   }
   EXPECT_THROW(makeProgram({{GL_VERTEX_SHADER, {"none.vert"}}}), std::logic_error);
 }
