@@ -35,12 +35,12 @@ namespace {
 struct RecordOptions {
   RecordingOptions asked;
   std::string store, outcome;
-  std::vector<std::string> words;    ///< topics, then the command
+  std::vector<std::string> words;    ///< topics
   std::vector<std::string> command;  ///< what stands behind "--"
   double duration_s = 0;             ///< 0: no end
 };
 
-/// CLI11 does not tell what stands behind "--" from what stands before it.
+/// The command that is run as the behavior: play_main.cpp keeps it from CLI11.
 std::vector<std::string> wordsBehindDashes() {
   std::ifstream file("/proc/self/cmdline");
   std::vector<std::string> words;
@@ -297,8 +297,6 @@ void recordAlone(const RecordOptions& options) {
 
 void runRecord(RecordOptions& options) {
   options.command = wordsBehindDashes();
-  const std::size_t behind = std::min(options.words.size(), options.command.size());
-  options.words.resize(options.words.size() - behind);
   startRecordRos();
   const ros::NodeHandle stays;  // with the last handle ROS shuts down
   for (const std::string& word : options.words) {
