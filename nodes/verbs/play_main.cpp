@@ -10,5 +10,6 @@ int main(int argc, char** argv) {
   // What `record` runs as the behavior has options of its own, which CLI11 would take for ours.
   const bool is_record = argc > 1 && argv[1] == std::string("record");
   char** const end = is_record ? std::find(argv, argv + argc, std::string("--")) : argv + argc;
-  return runCommand(static_cast<int>(end - argv), argv, {addAskVerb, addPlayVerb, addRecordVerb, addWatchVerb});
+  return runCommand(static_cast<int>(end - argv), argv,
+                    {addAskVerb, addPlayVerb, addRecordVerb, addWatchVerb});
 }
