@@ -22,12 +22,13 @@ struct Verb {
   const char* name;
   const char* help;
   const char* program;
+  bool runs_command = false;  ///< which stands behind "--"
 };
 
 // As --help lists them.
 constexpr Verb kVerbs[] = {
     {"import", "Import bags, one behavior each, or a database of mongodb_log", "afterglow_store"},
-    {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play"},
+    {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
@@ -52,6 +53,17 @@ const Verb* findVerb(const std::string& name) {
   return found == std::end(kVerbs) ? nullptr : found;
 }
 
+std::vector<std::string> words_behind_dashes;
+
+/// How many words of the command line are the verb's; keeps the others.
+int splitAtDashes(int argc, char** argv) {
+  const Verb* verb = argc > 1 ? findVerb(argv[1]) : nullptr;
+  if (!verb || !verb->runs_command) return argc;
+  char** const dashes = std::find(argv, argv + argc, std::string("--"));
+  if (dashes != argv + argc) words_behind_dashes.assign(dashes + 1, argv + argc);
+  return static_cast<int>(dashes - argv);
+}
+
 void printFailure(const CLI::App& app, std::string text) {
   for (char& c : text) {
     if (c == '\n' || c == '\r') c = ' ';
@@ -74,7 +86,7 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   app.require_subcommand(1);
   for (const AddVerb add : verbs) add(app);
   try {
-    app.parse(argc, argv);
+    app.parse(splitAtDashes(argc, argv), argv);
     if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
     return 0;
   } catch (const CLI::ParseError& error) {
@@ -86,6 +98,8 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   }
   return 1;
 }
+
+const std::vector<std::string>& wordsBehindDashes() { return words_behind_dashes; }
 
 int refuseVerb(const std::string& word) {
   std::cerr << "afterglow: there is no verb '" << oneLine(word) << "'; there are:";

@@ -1,14 +1,12 @@
 #include "nodes/verbs/command.hpp"
 
 #include <fmt/format.h>
-#include <ros/network.h>
 #include <ros/ros.h>
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <future>
 #include <iostream>
@@ -28,6 +26,7 @@
 #include "nodes/verbs/play_keys.hpp"
 #include "nodes/verbs/replay_text.hpp"
 #include "nodes/verbs/terminal_text.hpp"
+#include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -99,23 +98,10 @@ std::string reportFile(const std::string& path, const std::vector<replay::PlayRe
   return ending == ".txt" ? text : reports.size() == 1 ? text + "\n" : "[" + text + "]\n";
 }
 
-/// The process is a node by name, and the master can be asked.
-void nameNode() {
-  setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(getenv("ROS_MASTER_URI"), host, port)) {
-    throw std::runtime_error(std::string("ROS_MASTER_URI is no URI: ") + getenv("ROS_MASTER_URI"));
-  }
-  int argc = 0;
-  ros::init(argc, nullptr, "afterglow_play",
-            ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
-                ros::init_options::NoRosout);
-}
+constexpr const char* kNodeName = "afterglow_play";
 
 void startRos() {
-  nameNode();
-  askMaster(deadlineIn(kMasterPatience));
+  startVerbNode(kNodeName);
   catchShutdownRequests();
   ros::start();
   catchStopSignals();
@@ -124,7 +110,7 @@ void startRos() {
 /// Empty if no master answers.
 std::optional<std::set<std::string>> layersNow() {
   try {
-    nameNode();
+    nameVerbNode(kNodeName);
     return projectedTopics(deadlineIn(kMasterPatience));
   } catch (const std::exception&) {  // a replay needs the master, and says so then
     return std::nullopt;
@@ -234,12 +220,6 @@ std::string playAll(const std::vector<std::unique_ptr<ReplaySession>>& sessions,
   }
 }
 
-void warnOnly() {
-  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
-    ros::console::notifyLoggerLevelsChanged();
-  }
-}
-
 /// Where a master answers it listens to the robot, and sends nothing.
 Rehearsal rehearse(ReplaySession& session, bool has_master) {
   return session.rehearse(has_master, [] { return isStopRequested() || !ros::ok(); });
@@ -252,7 +232,7 @@ void run(const PlayCommand& command) {
   const bool has_master = request.plan.layers.has_value();
   if (command.is_dry_run && has_master) {
     startRos();
-    warnOnly();
+    printWarningsOnly();
   }
   std::vector<std::unique_ptr<ReplaySession>> sessions;  // all are looked at before one is played
   for (const std::int64_t id : chosen(*store, command)) {
@@ -271,7 +251,7 @@ void run(const PlayCommand& command) {
     return;
   }
   startRos();
-  if (command.is_quiet) warnOnly();
+  if (command.is_quiet) printWarningsOnly();
   for (const auto& session : sessions) session->checkPlayable();
   std::vector<replay::PlayReport> reports;
   const std::string failure = playAll(sessions, command, reports);

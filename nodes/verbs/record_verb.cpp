@@ -10,9 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -25,6 +23,7 @@
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
+#include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/store/store.hpp"
@@ -39,16 +38,6 @@ struct RecordOptions {
   std::vector<std::string> command;  ///< what stands behind "--"
   double duration_s = 0;             ///< 0: no end
 };
-
-/// The command that is run as the behavior: play_main.cpp keeps it from CLI11.
-std::vector<std::string> wordsBehindDashes() {
-  std::ifstream file("/proc/self/cmdline");
-  std::vector<std::string> words;
-  for (std::string word; std::getline(file, word, '\0');) words.push_back(word);
-  const auto dashes = std::find(words.begin(), words.end(), "--");
-  if (dashes == words.end()) return {};
-  return {std::next(dashes), words.end()};
-}
 
 /// A recorder's services, on connections that outlive the master.
 class RecordCalls {
@@ -181,17 +170,10 @@ class BehaviorProgram {
 };
 
 void startRecordRos() {
-  setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
-  requireMaster(0, nullptr);
-  int argc = 0;
-  ros::init(argc, nullptr, "afterglow_record",
-            ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
-                ros::init_options::NoRosout);
+  startVerbNode("afterglow_record");
   catchShutdownRequests();
   catchStopSignals(SecondSignal::IsIgnored);
-  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn)) {
-    ros::console::notifyLoggerLevelsChanged();
-  }
+  printWarningsOnly();
 }
 
 /// A recorder_node that runs; empty if there is none.
@@ -243,8 +225,8 @@ void tellEnd(const StopRecording::Response& ended, const std::string& store) {
     return;
   }
   std::cout << "behavior " << ended.behavior_id << ": " << ended.messages << " messages, "
-            << ended.dropped << " lost; afterglow show " << ended.behavior_id << "  ("
-            << store << ")\n";
+            << ended.dropped << " lost; afterglow show " << ended.behavior_id
+            << (store.empty() ? "" : " --store " + store) << "\n";
 }
 
 /// By the recorder of that name.
@@ -268,7 +250,8 @@ void recordBehavior(const RecordOptions& options, const std::string& node) {
     failure = error.what();
   }
   const bool is_chosen = !options.outcome.empty() && failure.empty();
-  tellEnd(calls.stop(id, is_chosen ? options.outcome : outcome), words.store());
+  tellEnd(calls.stop(id, is_chosen ? options.outcome : outcome),
+          options.store.empty() ? words.store() : replay::storeUri(options.store));
   if (failure.empty() && status != 0 && outcome == "failure") {
     failure = "the command ended with status " + std::to_string(status);
   }

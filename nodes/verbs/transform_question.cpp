@@ -4,23 +4,16 @@
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
-#include <cstdlib>
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/verbs/verb_node.hpp"
 
 namespace afterglow::nodes {
 
 Eigen::Isometry3d askTransform(const std::string& target, const std::string& source,
                                double patience_s) {
-  setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
-  requireMaster(0, nullptr);                              // roscpp would wait for it forever
-  if (!ros::isInitialized()) {
-    int argc = 0;
-    ros::init(argc, nullptr, "afterglow_calibrate",
-              ros::init_options::AnonymousName | ros::init_options::NoRosout);
-  }
+  startVerbNode("afterglow_calibrate");
   const ros::NodeHandle node;
   tf2_ros::Buffer buffer;
   const tf2_ros::TransformListener listener(buffer);

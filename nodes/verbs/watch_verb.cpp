@@ -4,7 +4,6 @@
 
 #include <boost/function.hpp>
 #include <chrono>
-#include <cstdlib>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/terminal_text.hpp"
+#include "nodes/verbs/verb_node.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "nodes/verbs/watch_view.hpp"
 
@@ -165,12 +165,7 @@ struct WatchOptions {
 };
 
 void runWatch(const WatchOptions& options) {
-  setenv("ROS_MASTER_URI", "http://localhost:11311", 0);  // roscpp ends the process without it
-  requireMaster(0, nullptr);
-  int argc = 0;
-  ros::init(argc, nullptr, "afterglow_watch",
-            ros::init_options::NoSigintHandler | ros::init_options::AnonymousName |
-                ros::init_options::NoRosout);
+  startVerbNode("afterglow_watch");
   catchStopSignals();
   Watch watch;
   if (options.once) {

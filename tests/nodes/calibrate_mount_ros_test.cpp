@@ -131,7 +131,7 @@ TEST_F(MountCommand, asksTheRunningRobot) {
   ros::shutdown();
   setenv("ROS_MASTER_URI", "http://localhost:1", 1);
   expectRefused({"mount", "--calibration", path("one"), "--from-tf", "x", "--out", path("out")},
-                "no ROS master at http://localhost:1");
+                "no ROS master answers at http://localhost:1");
 }
 
 TEST_F(MountCommand, endsWithTwoForWrongUsage) {

@@ -64,7 +64,7 @@ TEST_F(RecordVerb, endsWithOneInterruptOrMore) {
   verb.interrupt();
   verb.interrupt();
   EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
-  EXPECT_NE(verb.log().find("afterglow show 1"), std::string::npos) << verb.log();
+  EXPECT_NE(verb.log().find("afterglow show 1 --store "), std::string::npos) << verb.log();
   EXPECT_EQ(recorded().name, "talk");
   EXPECT_EQ(recorded().outcome, "done");
   EXPECT_TRUE(recorded().end);
