@@ -18,7 +18,7 @@ class WavFile {
  public:
   WavFile() {
     const int file = ::mkstemps(path_.data(), 4);
-    if (file < 0) throw std::runtime_error("cannot make a file for speech in /tmp");
+    if (file < 0) throw std::runtime_error("cannot make " + path_ + " for speech");
     ::close(file);
   }
   WavFile(const WavFile&) = delete;
@@ -27,7 +27,9 @@ class WavFile {
   const std::string& path() const { return path_; }
 
  private:
-  std::string path_ = "/tmp/afterglow_speech_XXXXXX.wav";
+  std::error_code no_folder_;  ///< then making the file fails, and says where
+  std::string path_ =
+      (std::filesystem::temp_directory_path(no_folder_) / "afterglow_speech_XXXXXX.wav").string();
 };
 
 }  // namespace
