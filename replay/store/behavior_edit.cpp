@@ -57,8 +57,12 @@ std::pair<Stamp, Stamp> trimmed(const Behavior& behavior, const BehaviorEdit& ed
   return {Stamp{behavior.begin.ns + from}, Stamp{behavior.begin.ns + to}};
 }
 
-/// A copy has a sequence of its own, as a server knows a message of a recording by that alone.
-constexpr std::uint64_t kCopied = std::uint64_t{1} << 48;
+/// A copy has a sequence of its own, as a server knows a message of a recording by that alone: other
+/// than the original's, and than that of a copy which another behavior's trim made of it.
+std::uint64_t sequenceOfCopy(const Message& original, const Behavior& behavior) {
+  const auto copier = static_cast<std::uint64_t>(behavior.id % 0x7fff);
+  return original.sequence + ((copier + 1) << 48);
+}
 
 /// Of each latched channel that says nothing at `begin` itself the last message before it, stamped
 /// with it.
@@ -82,7 +86,7 @@ std::vector<Message> latchedInForce(const Store& store, const Behavior& behavior
   std::vector<Message> messages;
   for (auto& [channel, message] : last) {
     message.received = begin;
-    message.sequence += kCopied;
+    message.sequence = sequenceOfCopy(message, behavior);
     messages.push_back(std::move(message));
   }
   return messages;
