@@ -440,7 +440,7 @@ json parseJson(const std::string& text) {
   }
   try {
     return json::parse(text);
-  } catch (const json::parse_error& error) {
+  } catch (const json::exception& error) {  // a number too large for a double is no parse_error
     std::string what = error.what();
     if (const auto bracket = what.find("] "); bracket != std::string::npos) {
       what.erase(0, bracket + 2);

@@ -5,7 +5,9 @@
 #include <array>
 #include <cctype>
 #include <chrono>
+#include <cstdlib>
 #include <ctime>
+#include <limits>
 #include <vector>
 
 #include "replay/query/nearest.hpp"
@@ -15,6 +17,8 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+/// Nanoseconds reach from 1677 to 2262.
+constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / kSecond_ns;
 
 using Parts = std::vector<std::string>;  // of a match; those that take no part are empty
 
@@ -28,11 +32,17 @@ std::int64_t fraction_ns(const std::string& part) {
   return std::stoll(digits);
 }
 
+/// Empty for what nanoseconds do not reach.
+std::optional<Stamp> stampOf(std::int64_t seconds, std::int64_t rest_ns) {
+  if (std::abs(seconds) >= kMostSeconds) return std::nullopt;
+  return Stamp{seconds * kSecond_ns + rest_ns};
+}
+
 std::optional<Stamp> parseEpoch(const std::string& text) {
   static const RegularExpression pattern(R"((\d{1,10})(\.\d{1,9})?)");
   const Parts match = pattern.groups(text);
   if (match.empty()) return std::nullopt;
-  return Stamp{std::stoll(match[1]) * kSecond_ns + fraction_ns(match[2])};
+  return stampOf(std::stoll(match[1]), fraction_ns(match[2]));
 }
 
 /// Empty for a day or hour that there is not, which mktime would carry over.
@@ -85,6 +95,7 @@ std::optional<Stamp> parseAgo(const std::string& text, Stamp now) {
   if (match.empty()) return std::nullopt;
   const double count = match[1][0] == 'a' ? 1 : std::stod(match[1]);
   const double seconds = count * secondsOfUnit(match[2][0]);
+  if (seconds >= static_cast<double>(kMostSeconds) || now.ns < 0) return std::nullopt;
   return Stamp{now.ns - static_cast<std::int64_t>(seconds * 1e9)};
 }
 
@@ -174,7 +185,7 @@ std::optional<Stamp> parseTime(const std::string& text, Stamp now) {
   const bool is_simulated = match[1] == "1970" && match[8].empty();
   const auto seconds = secondsOf(time, is_simulated ? "Z" : match[8]);
   if (!seconds) return std::nullopt;
-  return Stamp{*seconds * kSecond_ns + fraction_ns(match[7])};
+  return stampOf(*seconds, fraction_ns(match[7]));
 }
 
 std::string timeText(Stamp stamp) {

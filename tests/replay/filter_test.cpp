@@ -155,6 +155,8 @@ TEST(Filter, saysWhatIsWrongAndWhere) {
             "\"done\"}, not 5");
   EXPECT_NE(errorOf(R"({"name": )").find("filter: no JSON: parse error at line 1"),
             std::string::npos);
+  EXPECT_NE(errorOf(R"({"attempt": 1e999})").find("filter: no JSON: number overflow"),
+            std::string::npos);
   EXPECT_NE(errorOf(R"({"begin": {"$gt": "gestern"}})").find("\"gestern\" is no time"),
             std::string::npos);
   for (const char* wrong :

@@ -46,6 +46,14 @@ TEST(ParseTime, refusesWhatIsNoTime) {
   }
 }
 
+TEST(ParseTime, refusesWhatNanosecondsDoNotReach) {
+  for (const char* text : {"9999999999", "9223372036", "2500-01-01Z", "9999-12-31T23:59:59Z",
+                           "0000-01-01T00:00:00Z", "999999999 weeks ago"}) {
+    EXPECT_FALSE(parseTime(text)) << text;
+  }
+  EXPECT_EQ(nanoseconds("2262-01-01T00:00:00Z"), 9214646400 * kSecond_ns);
+}
+
 TEST(ParseTime, refusesTextsOfAnyLength) {
   for (const char letter : {' ', '1', 'a'}) {
     EXPECT_FALSE(parseTime(std::string(60'000, letter) + "!")) << letter;
