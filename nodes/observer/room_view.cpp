@@ -68,8 +68,8 @@ render::Drawable box(const Eigen::Isometry3d& pose, const Eigen::Vector3d& size,
 
 /// No two tiles are fired alike: up to 2.5 % lighter or darker, by their place.
 render::Color shade(const render::Color& color, int column, int row) {
-  const auto hash =
-      static_cast<std::uint32_t>(column * 73856093) ^ static_cast<std::uint32_t>(row * 19349663);
+  const auto hash = static_cast<std::uint32_t>(column) * 73856093u ^
+                    static_cast<std::uint32_t>(row) * 19349663u;
   const float tone = 1 + 0.05f * (static_cast<float>((hash * 2654435761u) >> 24) / 255.0f - 0.5f);
   const auto toned = [tone](float part) { return std::min(1.0f, part * tone); };
   return {toned(color.r), toned(color.g), toned(color.b), 1};
