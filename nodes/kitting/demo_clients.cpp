@@ -1,7 +1,8 @@
 #include "nodes/kitting/demo_clients.hpp"
 
-#include <afterglow/ReplayActionGoal.h>
+#include <afterglow/AskActionGoal.h>
 #include <afterglow/StartRecording.h>
+#include <fmt/format.h>
 #include <std_msgs/String.h>
 #include <std_srvs/Trigger.h>
 
@@ -51,51 +52,67 @@ StopRecordingResponse recordBehavior(const std::string& name,
   return stopRecording(call.response.behavior_id, "success");
 }
 
-PlayerClient::PlayerClient()
-    : client_(ActionClient::of<ReplayActionGoal>("player_node", "/replay")) {
+AskClient::AskClient() : client_(ActionClient::of<AskActionGoal>("ask_node", "/ask")) {
   ros::NodeHandle node;
   feedback_ = node.subscribe<ReplayActionFeedback>(
       "/replay/feedback", 10, [this](const ReplayActionFeedbackConstPtr& feedback) {
         const std::lock_guard<std::mutex> lock(mutex_);
         position_s_ = feedback->feedback.position;
       });
-  results_ = node.subscribe<ReplayActionResult>(
-      "/replay/result", 10, [this](const ReplayActionResultConstPtr& result) {
+  answers_ = node.subscribe<AskActionResult>(
+      "/ask/result", 10, [this](const AskActionResultConstPtr& answer) {
         const std::lock_guard<std::mutex> lock(mutex_);
-        result_ = result->result;
+        answer_ = answer->result;
+      });
+  replays_ = node.subscribe<ReplayActionResult>(
+      "/replay/result", 10, [this](const ReplayActionResultConstPtr& replay) {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        replay_ = *replay;
       });
 }
 
-void PlayerClient::waitUntilReady(double seconds) {
-  const auto is_ready = [this] { return client_.isServed() && results_.getNumPublishers() > 0; };
-  if (!waitUntil(is_ready, seconds)) throw TaskError("player_node is not there");
+void AskClient::waitUntilReady(double seconds) {
+  const auto is_asked = [this] { return client_.isServed() && answers_.getNumPublishers() > 0; };
+  if (!waitUntil(is_asked, seconds)) throw TaskError("ask_node is not there");
+  const auto is_played = [this] { return replays_.getNumPublishers() > 0; };
+  if (!waitUntil(is_played, seconds)) throw TaskError("player_node is not there");
 }
 
-ReplayResult PlayerClient::replay(const std::string& name, double duration_s,
-                                  const std::function<void(double)>& on_position) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    position_s_.reset();
-    result_.reset();
-  }
-  ReplayGoal goal;
-  goal.behavior = name;
-  client_.send<ReplayActionGoal>(goal);
-  const auto is_over = [&] {
-    std::unique_lock<std::mutex> lock(mutex_);
-    const auto position = position_s_;
-    const bool has_result = result_.has_value();
-    lock.unlock();
-    if (position) on_position(*position);
-    return has_result;
-  };
-  waitUntil(is_over, duration_s + kOverrun);
+void AskClient::forget() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  position_s_.reset();
+  answer_.reset();
+  replay_.reset();
+}
+
+/// The answer and the replay's own result come from two nodes.
+bool AskClient::isAnswered(const std::function<void(double)>& on_position) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const auto position = position_s_;
+  const bool is_answered = answer_ && (replay_ || answer_->answer != AskResult::REPLAYED);
+  lock.unlock();
+  if (position) on_position(*position);
+  return is_answered;
+}
+
+ReplayResult AskClient::ask(const std::string& question, double duration_s,
+                            const std::function<void(double)>& on_position) {
+  forget();
+  AskGoal goal;
+  goal.question = question;
+  client_.send<AskActionGoal>(goal);
+  waitUntil([&] { return isAnswered(on_position); }, duration_s + kOverrun);
   client_.expectSuccess(1);
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!result_ || !result_->completed) {
-    throw TaskError("player_node did not replay '" + name + "' to its end");
+  if (!answer_ || answer_->answer != AskResult::REPLAYED) {
+    const std::string why = replay_ ? replay_->status.text : answer_ ? answer_->sentence : "";
+    throw TaskError(fmt::format("'{}' was not answered by a replay: {}", question, why));
   }
-  return *result_;
+  if (!answer_->moved) throw TaskError("'" + question + "' was answered without motion");
+  if (!replay_ || !replay_->result.completed) {
+    throw TaskError("player_node did not replay the answer to its end");
+  }
+  return replay_->result;
 }
 
 Bystander::Bystander()
@@ -132,7 +149,7 @@ std::int64_t Bystander::finishFilm() {
 
 void expectAllNodes() {
   for (const char* node : {"/fake_fetch", "/projector_node", "/recorder_node", "/player_node",
-                           "/speaker_node", "/observer_node"}) {
+                           "/ask_node", "/speaker_node", "/observer_node"}) {
     // Every node of roscpp has this service.
     if (!ros::service::exists(std::string(node) + "/get_loggers", false)) {
       throw TaskError(std::string(node) + " is not there any more");

@@ -1,8 +1,9 @@
 /// \file
-/// The demo's calls to recorder_node, player_node and observer_node. Every method may throw
+/// The demo's calls to recorder_node, ask_node and observer_node. Every method may throw
 /// TaskError, one line that names who did not do what; all need a running spinner.
 #pragma once
 
+#include <afterglow/AskActionResult.h>
 #include <afterglow/ReplayActionFeedback.h>
 #include <afterglow/ReplayActionResult.h>
 #include <afterglow/StopRecording.h>
@@ -24,21 +25,27 @@ StopRecordingResponse recordBehavior(const std::string& name,
                                      const std::vector<std::string>& topics,
                                      const std::function<void()>& behavior);
 
-class PlayerClient {
+/// Asks the robot as a person does, by ask_node, and watches how player_node answers.
+class AskClient {
  public:
-  PlayerClient();
+  AskClient();
   void waitUntilReady(double seconds);
-  /// Replays the newest behavior of that name. `on_position` is called often with the seconds into
-  /// the behavior, once the player has begun.
-  ReplayResult replay(const std::string& name, double duration_s,
-                      const std::function<void(double)>& on_position);
+  /// The replay that answered, of a behavior of so many seconds, with its motion: another answer is
+  /// an error. `on_position` is called often with the seconds into the behavior, once the player
+  /// has begun.
+  ReplayResult ask(const std::string& question, double duration_s,
+                   const std::function<void(double)>& on_position);
 
  private:
+  void forget();
+  bool isAnswered(const std::function<void(double)>& on_position);
+
   ActionClient client_;
   std::mutex mutex_;
   std::optional<double> position_s_;  ///< as last told: it stands while the replay waits
-  std::optional<ReplayResult> result_;
-  ros::Subscriber feedback_, results_;
+  std::optional<AskResult> answer_;
+  std::optional<ReplayActionResult> replay_;
+  ros::Subscriber feedback_, answers_, replays_;
 };
 
 /// What a bystander sees, and the film of it.

@@ -125,7 +125,7 @@ void DemoDirector::showRoom() {
 void DemoDirector::waitUntilReady() {
   Stage stage("Starting robot, projector, recorder, player");
   robot_.waitUntilReady(kStartUp);
-  player_.waitUntilReady(kStartUp);
+  robot_asked_.waitUntilReady(kStartUp);
   bystander_.waitUntilReady(kStartUp);
   if (!ros::service::waitForService("/recorder_node/start_recording", ros::Duration(kStartUp))) {
     throw TaskError("recorder_node is not there");
@@ -227,7 +227,7 @@ void DemoDirector::removeObjects() {
 }
 
 void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behavior) {
-  Stage stage("Finding and replaying '" + behavior.name + "'");
+  Stage stage("Asking '" + behavior.question + "'");
   bystander_.look(behavior.name);
   bystander_.caption(story_.replay_tag, "");
   bystander_.asks(behavior.question);
@@ -237,7 +237,7 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   auto& frames = measured.key_frames;
   const ros::WallTime begin = ros::WallTime::now();
   const ReplayResult result =
-      player_.replay(behavior.name, durationOf(measured.behavior), [&](double position) {
+      robot_asked_.ask(behavior.question, durationOf(measured.behavior), [&](double position) {
         if (next < frames.size() && position >= frames[next].offset_s) {
           frames[next].replay_ns = nowNs();
           bystander_.takeImage(frames[next++].replay);
@@ -249,10 +249,10 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   measured.replay_end = endPose();
   measured.player_report = nlohmann::json::parse(result.report);
   if (result.behavior_id != measured.behavior.id) {
-    throw TaskError("the name '" + behavior.name + "' found another behavior");
+    throw TaskError("'" + behavior.question + "' found another behavior");
   }
-  stage.done(
-      fmt::format("p99 lateness {:.2f} ms", latenessOf(measured.player_report).p99_ms));
+  stage.done(fmt::format("replays '{}', p99 lateness {:.2f} ms", behavior.name,
+                         latenessOf(measured.player_report).p99_ms));
 }
 
 void DemoDirector::finishFilm() {

@@ -1,6 +1,6 @@
 /// \file
-/// The demo from beginning to end: the task is done and recorded, the objects are taken away, every
-/// behavior is found by name and replayed; a bystander's view films it all.
+/// The demo from beginning to end: the task is done and recorded, the objects are taken away, the
+/// robot is asked about every behavior and answers by a replay; a bystander's view films it all.
 #pragma once
 
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -47,7 +47,7 @@ class DemoDirector {
   KittingRobot robot_;
   KittingRoom room_;
   KittingTask task_;
-  PlayerClient player_;
+  AskClient robot_asked_;
   Bystander bystander_;
   ros::Publisher solids_, obstacles_;
   tf2_ros::StaticTransformBroadcaster static_tf_;
