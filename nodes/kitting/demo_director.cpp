@@ -120,6 +120,14 @@ DemoReport DemoDirector::run() {
 void DemoDirector::showRoom() {
   solids_.publish(room_.markers());
   obstacles_.publish(room_.obstacles());
+  if (recorded_ != nullptr) keepRoom();
+}
+
+/// For the ghosts of its replay.
+void DemoDirector::keepRoom() {
+  std::vector<RoomThen>& rooms = rooms_then_[recorded_->name];
+  const double offset_s = (ros::WallTime::now() - recording_began_).toSec();
+  rooms.push_back({rooms.empty() ? 0 : offset_s, room_});
 }
 
 void DemoDirector::waitUntilReady() {
@@ -152,6 +160,7 @@ void DemoDirector::record(const BehaviorStory& behavior) {
   const auto result = recordBehavior(behavior.name, kittingTopics(), [&] {
     recording_began_ = ros::WallTime::now();
     recorded_ = &behavior;
+    keepRoom();
     task_.run(behavior.name);
     recorded_ = nullptr;
   });
@@ -232,17 +241,13 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   bystander_.caption(story_.replay_tag, "");
   bystander_.asks(behavior.question);
   measured.asked_ns = nowNs();
+  Shown shown;
+  onReplayed(0, measured, shown);
   sleepFor(kQuestionSeconds);
-  std::size_t next = 0;
-  auto& frames = measured.key_frames;
   const ros::WallTime begin = ros::WallTime::now();
   const ReplayResult result =
-      robot_asked_.ask(behavior.question, durationOf(measured.behavior), [&](double position) {
-        if (next < frames.size() && position >= frames[next].offset_s) {
-          frames[next].replay_ns = nowNs();
-          bystander_.takeImage(frames[next++].replay);
-        }
-      });
+      robot_asked_.ask(behavior.question, durationOf(measured.behavior),
+                       [&](double position) { onReplayed(position, measured, shown); });
   measured.replay_s = (ros::WallTime::now() - begin).toSec();
   sleepFor(kBeat);
   measured.replay_end_ns = nowNs();
@@ -253,6 +258,21 @@ void DemoDirector::replay(MeasuredBehavior& measured, const BehaviorStory& behav
   }
   stage.done(fmt::format("replays '{}', p99 lateness {:.2f} ms", behavior.name,
                          latenessOf(measured.player_report).p99_ms));
+}
+
+/// What was there then goes its ways again, as a ghost.
+void DemoDirector::onReplayed(double position, MeasuredBehavior& measured, Shown& shown) {
+  auto& frames = measured.key_frames;
+  if (shown.frames < frames.size() && position >= frames[shown.frames].offset_s) {
+    frames[shown.frames].replay_ns = nowNs();
+    bystander_.takeImage(frames[shown.frames++].replay);
+  }
+  const auto& rooms = rooms_then_[measured.behavior.name];
+  if (shown.rooms < rooms.size() && position >= rooms[shown.rooms].offset_s) {
+    KittingRoom ghosts = rooms[shown.rooms++].room;
+    ghosts.removeObjects();
+    solids_.publish(ghosts.markers());
+  }
 }
 
 void DemoDirector::finishFilm() {

@@ -5,7 +5,9 @@
 
 #include <tf2_ros/static_transform_broadcaster.h>
 
+#include <map>
 #include <string>
+#include <vector>
 
 #include "nodes/kitting/demo_clients.hpp"
 #include "nodes/kitting/demo_report.hpp"
@@ -30,11 +32,23 @@ class DemoDirector {
   const DemoStory& story() const { return story_; }
 
  private:
+  /// The room from a moment of a behavior on, seconds.
+  struct RoomThen {
+    double offset_s;
+    KittingRoom room;
+  };
+  /// How much of a behavior's key frames and rooms has been shown in its replay.
+  struct Shown {
+    std::size_t frames = 0, rooms = 0;
+  };
+
   void showRoom();
+  void keepRoom();
   void waitUntilReady();
   void record(const BehaviorStory& behavior);
   void removeObjects();
   void replay(MeasuredBehavior& measured, const BehaviorStory& behavior);
+  void onReplayed(double position, MeasuredBehavior& measured, Shown& shown);
   void finishFilm();
   void makeShortFilm(MeasuredBehavior& measured, std::int64_t film_begin_ns) const;
   void onMoment(const std::string& moment);
@@ -46,6 +60,7 @@ class DemoDirector {
   DemoStory story_;
   KittingRobot robot_;
   KittingRoom room_;
+  std::map<std::string, std::vector<RoomThen>> rooms_then_;  ///< by behavior, in order
   KittingTask task_;
   AskClient robot_asked_;
   Bystander bystander_;

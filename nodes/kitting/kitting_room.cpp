@@ -16,6 +16,7 @@ namespace {
 
 using visualization_msgs::Marker;
 
+constexpr float kGhostAlpha = 0.3f;  // observer_node outlines what is translucent
 constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows
 constexpr std::size_t kBeams = 662;
 constexpr double kFirstAngle = -1.92, kAngleStep = 0.0058, kRange = 25;  // rad, rad, m
@@ -120,11 +121,7 @@ void KittingRoom::putDown(const std::string& name, const Eigen::Isometry3d& T_ma
 }
 
 void KittingRoom::removeObjects() {
-  std::vector<Thing> furniture;
-  for (const Thing& thing : things_) {
-    if (thing.is_furniture) furniture.push_back(thing);
-  }
-  *this = KittingRoom(std::move(furniture));
+  for (Thing& thing : things_) thing.is_gone = !thing.is_furniture;
 }
 
 visualization_msgs::MarkerArray KittingRoom::markers() const {
@@ -139,6 +136,7 @@ visualization_msgs::MarkerArray KittingRoom::markers() const {
       marker.pose = toPoseMessage((is_carried ? thing.T_carrier_thing : thing.T_map_thing) *
                                   thing.parts[i].pose.matrix());
       marker.frame_locked = true;  // what is carried moves with the gripper
+      if (thing.is_gone) marker.color.a = kGhostAlpha;
       array.markers.push_back(marker);
     }
   }
@@ -149,6 +147,7 @@ geometry_msgs::PoseArray KittingRoom::obstacles() const {
   geometry_msgs::PoseArray array;
   array.header.frame_id = "map";
   for (const Thing& thing : things_) {
+    if (thing.is_gone) continue;
     for (const render::Drawable& part : thing.parts) {
       const visualization_msgs::Marker marker = markerOf(part);
       const Eigen::Isometry3d T_map_part(thing.T_map_thing * part.pose.matrix());
@@ -181,7 +180,7 @@ std::optional<KittingRoom::Hit> KittingRoom::castRay(const Eigen::Vector3d& p_or
                                                      bool only_low) const {
   std::optional<Hit> nearest;
   for (std::size_t i = 0; i < things_.size(); ++i) {
-    if (only_low && !things_[i].is_low) continue;
+    if (things_[i].is_gone || (only_low && !things_[i].is_low)) continue;
     for (const Triangle& triangle : surfaces_[i]) {
       const std::optional<double> distance = hit(triangle, p_origin, direction);
       if (distance && (!nearest || *distance < nearest->distance)) nearest = Hit{*distance, i};

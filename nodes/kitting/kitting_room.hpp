@@ -23,6 +23,7 @@ struct Thing {
   std::string name;
   bool is_furniture = false;  ///< stays when the objects are removed
   bool is_low = false;        ///< stands on the floor where the base laser sees it
+  bool is_gone = false;       ///< only a bystander's ghost of it is left
   Eigen::Isometry3d T_map_thing = Eigen::Isometry3d::Identity();
   /// Cubes and Cylinders; each pose is in the thing.
   std::vector<render::Drawable> parts;
@@ -47,11 +48,11 @@ class KittingRoom {
              const Eigen::Isometry3d& T_link_thing);
   /// Lets go of a carried thing here.
   void putDown(const std::string& name, const Eigen::Isometry3d& T_map_thing);
-  /// Takes everything away but the furniture.
+  /// Takes everything away but the furniture: what is gone is seen by no eye and no laser.
   void removeObjects();
 
-  /// The whole room for /room/solids: clears it, then a marker for each part. Namespace: the
-  /// thing's name, id: the part's index.
+  /// The whole room for /room/solids: clears it, then a marker for each part, translucent for what
+  /// is gone. Namespace: the thing's name, id: the part's index.
   visualization_msgs::MarkerArray markers() const;
   /// What a Fetch's base laser meets, as round things for the simulated one's /obstacles:
   /// position.z is the radius.

@@ -53,14 +53,22 @@ TEST(KittingRoom, laserRangesAreTheDistancesToTheObstacle) {
   }
 }
 
-TEST(KittingRoom, removingTheObjectsLeavesTheFurniture) {
+TEST(KittingRoom, removingTheObjectsLeavesTheFurnitureAndGhostsThatNobodyMeets) {
   Thing table = box("table", {1, 1, 1}, {0, 0, 0});
   table.is_furniture = true;
-  KittingRoom room({table, box("object", {1, 1, 1}, {0, 0, 1})});
+  Thing object = box("object", {1, 1, 1}, {2, 0, 0});
+  object.is_low = true;
+  KittingRoom room({table, object});
+  ASSERT_EQ(room.obstacles().poses.size(), 2u);
   room.removeObjects();
-  EXPECT_EQ(room.markers().markers.size(), 2u) << "one clears, one is the table";
-  EXPECT_NO_THROW(room.thing("table"));
-  EXPECT_THROW(room.thing("object"), std::invalid_argument);
+  const auto markers = room.markers().markers;
+  ASSERT_EQ(markers.size(), 3u) << "one clears";
+  EXPECT_EQ(markers[1].color.a, 1);
+  EXPECT_EQ(markers[2].ns, "object");
+  EXPECT_GT(markers[2].color.a, 0);
+  EXPECT_LT(markers[2].color.a, 0.9);
+  EXPECT_EQ(room.obstacles().poses.size(), 1u);
+  EXPECT_TRUE(room.visiblePoints("object", {2, 5, 0}, 0.01).empty());
 }
 
 TEST(KittingRoom, showsWhatIsCarriedWithItsCarrier) {
