@@ -55,6 +55,9 @@ void GuardedPlayer::hear(const GuardBeat& beat, replay::SteadyTime now) {
   }
   last_ = beat;
   last_heard_ = now;
+  for (const auto& stop : stops_) {
+    if (publishers_.at(stop.first).getNumSubscribers() > 0) heard_.insert(stop.first);
+  }
   patience_ns_ = static_cast<std::int64_t>(beat.patience_ms) * 1000000;
   if (!is_beside_) patience_ns_ = std::min(patience_ns_, kMostPatienceAfar);
   watch_.setLongestSilence(patience_ns_);
@@ -97,6 +100,8 @@ bool GuardedPlayer::step(replay::SteadyTime now) {
 
 bool GuardedPlayer::isBraking() const { return !watch_.isOver() && !watch_.reason().empty(); }
 
+/// Only what somebody heard before is missed: some stops are for controllers that need not be
+/// there, and the player moves nothing that no controller hears.
 std::string GuardedPlayer::account() const {
   std::string unheard;
   std::size_t heard = 0;
@@ -105,7 +110,7 @@ std::string GuardedPlayer::account() const {
     const std::string& topic = stops_[output].first;
     if (publishers_.at(topic).getNumSubscribers() > 0) {
       ++heard;
-    } else {
+    } else if (heard_.count(topic) > 0) {
       unheard += " " + topic;
     }
   }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,6 +59,7 @@ class GuardedPlayer {
   std::uint32_t version_ = 0;
   Publishers publishers_;
   std::vector<std::pair<std::string, StopMessage>> stops_;  ///< by output: its topic, its stop
+  std::set<std::string> heard_;  ///< topics whose stop somebody heard, at least once
   replay::Outputs stopped_;
   GuardBeat last_;  ///< that was heard
   replay::SteadyTime last_heard_;

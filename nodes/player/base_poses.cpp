@@ -10,7 +10,7 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr std::uint32_t kPoseQueue = 100;
-constexpr std::int64_t kTimeWentBack = 1'000'000'000;
+constexpr std::int64_t kLongestQueued = 100'000'000;
 constexpr std::int64_t kOldestOdometry = 500'000'000;
 
 /// Seen from above; empty if it is none.
@@ -24,9 +24,15 @@ std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& tra
 
 replay::Stamp toStamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
 
+/// When a message came that has been in the queue since: by the wall clock, if that was not set.
+replay::Stamp receiptOf(const ros::Time& received) {
+  const std::int64_t queued_ns = toStamp(ros::Time::now()).ns - toStamp(received).ns;
+  return {stampNow().ns - std::clamp<std::int64_t>(queued_ns, 0, kLongestQueued)};
+}
+
 }  // namespace
 
-replay::Stamp stampNow() { return toStamp(ros::Time::now()); }
+replay::Stamp stampNow() { return {robotNow().ns}; }
 
 BasePoses::BasePoses(const replay::TrackFrames& frames)
     : frames_{frameName(frames.map), frameName(frames.odometry), frameName(frames.base),
@@ -40,9 +46,7 @@ BasePoses::BasePoses(const replay::TrackFrames& frames)
 
 replay::BaseInput BasePoses::look(replay::Stamp now) {
   queue_.callAvailable();
-  replay::BaseInput input{now, T_odom_base_, T_map_odom_};
-  if (input.T_odom_base) input.T_odom_base->stamp.ns += delay_ns_;
-  return input;
+  return {now, T_odom_base_, T_map_odom_};
 }
 
 replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
@@ -51,7 +55,8 @@ replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
   // One alone may be a latched word of a node that is gone.
   const auto isAlive = [&] {
     const replay::BaseInput input = look(stampNow());
-    return odometry_count_ > 1 && input.now.ns - input.T_odom_base->stamp.ns <= kOldestOdometry;
+    return odometry_clock_.count() > 1 &&
+           input.now.ns - input.T_odom_base->stamp.ns <= kOldestOdometry;
   };
   const auto lacks = [&] { return !isAlive() || (for_localization && !T_map_odom_); };
   while (lacks() && !is_stopped() && !patience.isOver()) {
@@ -64,7 +69,7 @@ replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
 }
 
 void BasePoses::onTransforms(const ros::MessageEvent<tf2_msgs::TFMessage const>& event) {
-  const replay::Stamp received = toStamp(event.getReceiptTime());
+  const replay::Stamp received = receiptOf(event.getReceiptTime());
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
     const std::string parent = frameName(transform.header.frame_id);
     const std::string child = frameName(transform.child_frame_id);
@@ -81,15 +86,8 @@ void BasePoses::onOdometry(const geometry_msgs::TransformStamped& transform,
                            replay::Stamp received) {
   const auto pose = planarPose(transform.transform);
   if (!pose) return;
-  const replay::Stamp stamp = toStamp(transform.header.stamp);
-  const std::int64_t delay_ns = received.ns - stamp.ns;
-  const bool is_first =
-      !T_odom_base_ || stamp.ns < T_odom_base_->stamp.ns - kTimeWentBack;  // and began anew
-  if (!is_first && stamp < T_odom_base_->stamp) return;
-  if (is_first) odometry_count_ = 0;
-  if (odometry_count_ < 2 && (is_first || stamp.ns > T_odom_base_->stamp.ns)) ++odometry_count_;
-  delay_ns_ = is_first ? delay_ns : std::min(delay_ns_, delay_ns);
-  T_odom_base_ = replay::StampedPose{stamp, *pose};
+  const auto stamp = odometry_clock_.heard(toStamp(transform.header.stamp), received);
+  if (stamp) T_odom_base_ = replay::StampedPose{*stamp, *pose};
 }
 
 }  // namespace afterglow::nodes

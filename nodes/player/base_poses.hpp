@@ -7,10 +7,10 @@
 #include <ros/ros.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 
+#include "replay/clock/sender_clock.hpp"
 #include "replay/motion/base_tracker.hpp"
 #include "replay/motion/track_reader.hpp"
 
@@ -23,8 +23,9 @@ class BasePoses {
  public:
   explicit BasePoses(const replay::TrackFrames& frames);
 
-  /// Stamps are in ROS time here: odometry's own, moved by the shortest delay seen, so that another
-  /// machine's clock does no harm; localization's when it came, because it is dated ahead.
+  /// `now`: stampNow(). Stamps are of that time here: odometry's own, moved by the shortest delay
+  /// seen, so that neither another machine's clock nor one that is set does harm; localization's
+  /// when it came, because it is dated ahead.
   replay::BaseInput look(replay::Stamp now);
   /// The same after waiting for both, or for odometry alone. Odometry has to be alive: without a
   /// second pose that is newer, and with one that is older than half a second, there is none.
@@ -39,13 +40,12 @@ class BasePoses {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
-  std::optional<replay::StampedPose> T_odom_base_;  ///< by its own clock
-  int odometry_count_ = 0;                          ///< of stamps that rose, up to 2
-  std::optional<replay::StampedPose> T_map_odom_;
-  std::int64_t delay_ns_ = 0;  ///< of odometry, the shortest; its clock's difference is in it
+  std::optional<replay::StampedPose> T_odom_base_, T_map_odom_;
+  replay::SenderClock odometry_clock_;
 };
 
-/// ros::Time::now(), by which BasePoses dates what it hears.
+/// robotNow(), by which BasePoses dates what it hears: no wall clock, which may be set meanwhile,
+/// and so no stamp for a message.
 replay::Stamp stampNow();
 
 }  // namespace afterglow::nodes

@@ -234,6 +234,15 @@ void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
   }
 }
 
+std::map<std::string, double> BodyGate::joints() const {
+  std::map<std::string, double> fresh;
+  if (!joints_) return fresh;
+  for (const auto& [joint, position] : joints_->positions()) {
+    if (const auto live = joints_->find(joint)) fresh[joint] = live->position;
+  }
+  return fresh;
+}
+
 /// A joint that only follows another one need not be told of.
 std::optional<replay::LiveJoint> BodyGate::lookAt(const std::string& joint) const {
   const auto live = joints_->find(joint);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -95,6 +96,9 @@ class BodyGate {
   void onGoalStatus(const std::string& id, std::uint8_t status);
   /// The robot was moved. Any thread.
   bool hasMoved() const { return sink_.hasMoved(); }
+  /// Where the robot's joints are, as far as they were told of in the last half second; empty if
+  /// none are moved.
+  std::map<std::string, double> joints() const;
   /// What could not be checked, where the robot was moved, how the base was, and who watched.
   void addTo(replay::PlayReport& report) const;
 

@@ -46,6 +46,7 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
                            const replay::PlayReport& report, const BodyOptions& options,
+                           const std::map<std::string, double>& joints,
                            const std::function<bool()>& is_stopped) {
   const replay::TrackFrames& frames = options.base.frames;
   std::vector<std::string> remarks;
@@ -63,8 +64,10 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
   question.joint_topics = options.joint_topics;
   question.frames = liveFrames(options.base, plan);
   const bool asks = question.asks_base || !question.joints.empty();
-  replay::BodyEnd end = compareEnds(
-      then, asks ? askLivePose(question, kAnswerPatience, is_stopped) : replay::StartPose());
+  replay::StartPose now;
+  if (asks) now = askLivePose(question, kAnswerPatience, is_stopped);
+  now.joints.insert(joints.begin(), joints.end());
+  replay::BodyEnd end = compareEnds(then, now);
   end.remarks.insert(end.remarks.begin(), remarks.begin(), remarks.end());
   return end;
 }

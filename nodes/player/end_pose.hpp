@@ -3,6 +3,8 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <string>
 
 #include "nodes/player/body_gate.hpp"
 #include "replay/motion/start_pose.hpp"
@@ -16,9 +18,11 @@ replay::BodyEnd compareEnds(const replay::StartPose& then, const replay::StartPo
 
 /// Reads what was recorded at the end of what was played, or when its last goal had been reached,
 /// and asks the robot (/joint_states; tf, unless a drive has found where the base ended). Takes 3 s
-/// if nobody answers, at most until `is_stopped`. Throws StoreError.
+/// if nobody answers, at most until `is_stopped`; joints that nobody tells of by then are where
+/// they were heard of last, in `joints`. Throws StoreError.
 replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& plan,
                            const replay::PlayReport& report, const BodyOptions& options,
+                           const std::map<std::string, double>& joints,
                            const std::function<bool()>& is_stopped);
 
 }  // namespace afterglow::nodes

@@ -8,6 +8,7 @@
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/live_joints.hpp"
 #include "nodes/player/ros_clock.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -48,8 +49,13 @@ class PoseListener {
 replay::StartPose askLivePose(const PoseQuestion& question, double patience_s,
                               const std::function<bool()>& is_stopped) {
   PoseListener listener(question);
+  // A simulation's seconds may be short, and connecting takes real ones.
   const RobotPatience patience(patience_s);
-  while (!listener.knows(question) && !is_stopped() && !patience.isOver()) {
+  const Deadline deadline = deadlineIn(patience_s);
+  const auto isOver = [&] {
+    return patience.isOver() && std::chrono::steady_clock::now() > deadline;
+  };
+  while (!listener.knows(question) && !is_stopped() && !isOver()) {
     listener.listen();
     listener.lookForBase();
   }

@@ -74,9 +74,13 @@ std::string LiveScan::check(double longest_silence_s, const std::function<bool()
 }
 
 void LiveScan::onScan(const sensor_msgs::LaserScan& message) {
-  const replay::Stamp now = stampNow();
-  const auto stamp_ns = static_cast<std::int64_t>(message.header.stamp.toNSec());
-  delay_ns_ = std::min(delay_ns_, now.ns - stamp_ns);
+  const replay::Stamp wall = rosStampNow(), now = stampNow();
+  if (wall_clock_.hasStepped(wall, now)) {  // the next one is dated by the new time
+    delay_ns_ = 0;
+    return;
+  }
+  const std::int64_t age_ns = wall.ns - static_cast<std::int64_t>(message.header.stamp.toNSec());
+  delay_ns_ = std::min(delay_ns_, age_ns);
   const auto mount = mountOf(frameName(message.header.frame_id));
   if (!mount) return;
   if (message.ranges.size() > kMostRanges) {
@@ -85,8 +89,8 @@ void LiveScan::onScan(const sensor_msgs::LaserScan& message) {
   }
   try {
     scan_ = std::make_shared<replay::FloorScan>(
-        toRangeScan(message, {stamp_ns + delay_ns_}), *mount, outline_ ? &*outline_ : nullptr,
-        ownParts());
+        toRangeScan(message, {now.ns - age_ns + delay_ns_}), *mount,
+        outline_ ? &*outline_ : nullptr, ownParts());
     problem_.clear();
   } catch (const std::invalid_argument& error) {
     problem_ = error.what();

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "replay/clock/sender_clock.hpp"
 #include "replay/motion/obstacle_stop.hpp"
 
 namespace afterglow::nodes {
@@ -28,8 +29,8 @@ class LiveScan {
   LiveScan(const std::string& topic, const std::string& base_frame,
            const std::optional<replay::Footprint>& outline);
 
-  /// Empty before the first. Dated by ros::Time: as the scan says, but not in the future, for which
-  /// the shortest lead ever seen is taken off.
+  /// Empty before the first. Dated by stampNow(), as old as the scan says that it is, but not in
+  /// the future, for which the shortest lead ever seen is taken off.
   std::shared_ptr<const replay::FloorScan> look();
   /// Waits for the first, at most 3 s. Returns why the base cannot be driven by it: "no scan comes
   /// on /base_scan"; empty if it can.
@@ -50,6 +51,7 @@ class LiveScan {
   ros::Subscriber subscriber_;
   double height_ = 0;          ///< m, of the range finder over the base's frame
   std::int64_t delay_ns_ = 0;  ///< the shortest, if it is negative: its clock is ahead
+  replay::StepWatch wall_clock_;
   std::string problem_;        ///< why the newest message is no scan
   std::shared_ptr<const replay::FloorScan> scan_;
 };

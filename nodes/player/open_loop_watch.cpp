@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "nodes/player/base_poses.hpp"
+#include "nodes/player/ros_clock.hpp"
 #include "replay/motion/velocity.hpp"
 
 namespace afterglow::nodes {
@@ -30,7 +30,7 @@ bool OpenLoopWatch::publish(const replay::Channel& channel, const replay::Bytes&
   const std::string why_not = whyNot(bytes);
   if (why_not.empty()) return sink_.publish(channel, bytes);
   stop_("the base, which cannot wait in open loop: " + why_not);
-  return sink_.publish(channel, replay::velocityMessage(bytes, {}, stampNow()));
+  return sink_.publish(channel, replay::velocityMessage(bytes, {}, rosStampNow()));
 }
 
 /// Why the base must not be told this velocity; empty if it may.

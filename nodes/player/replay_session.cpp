@@ -279,15 +279,18 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_.reset();
   }
+  std::map<std::string, double> joints;
+  if (gate_) joints = gate_->joints();
   closeGate();
-  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(report);
+  if (report.is_complete && !plan_.motionTopics().empty()) addEnd(joints, report);
   return report;
 }
 
-void ReplaySession::addEnd(replay::PlayReport& report) const {
+void ReplaySession::addEnd(const std::map<std::string, double>& joints,
+                           replay::PlayReport& report) const {
   try {
     report.body_end =
-        measureEnd(store_, plan_, report, request_.body, [this] { return isStopped(); });
+        measureEnd(store_, plan_, report, request_.body, joints, [this] { return isStopped(); });
   } catch (const std::exception& error) {
     report.notes.push_back(std::string("how the robot ended was not measured: ") + error.what());
   }

@@ -3,6 +3,7 @@
 /// play` share.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -70,7 +71,7 @@ class ReplaySession {
   void reportOnceMoved(const std::function<void()>& prepare);
   void closeGate();
   void halt(bool halts);
-  void addEnd(replay::PlayReport& report) const;
+  void addEnd(const std::map<std::string, double>& joints, replay::PlayReport& report) const;
   void waitBeforeStart();
   void onClockJump(double seconds);
   std::optional<AnchorBroadcast::Moment> moment() const;

@@ -46,8 +46,7 @@ replay::Clock& ReplayTime::clock() {
 }
 
 replay::Stamp ReplayTime::now() const {
-  return followed_ ? followed_->time()
-                   : replay::Stamp{static_cast<std::int64_t>(ros::Time::now().toNSec())};
+  return followed_ ? followed_->time() : rosStampNow();
 }
 
 }  // namespace afterglow::nodes

@@ -47,6 +47,17 @@ void tellObstacles(const replay::ObstacleReport& obstacles, const std::string& f
   }
 }
 
+/// Where the last centimeters were left, a sentence each.
+void tellLeftAside(const replay::BaseDriveReport& driven, std::vector<std::string>& notes) {
+  constexpr double kTold = 0.001;  // m
+  for (const replay::DriveReport& drive : driven.drives) {
+    if (drive.base.left_aside < kTold) continue;
+    notes.push_back(fmt::format(
+        "the base was left {:.1f} cm beside where it had stood: it was not recorded to turn there",
+        drive.base.left_aside * 100));
+  }
+}
+
 }  // namespace
 
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan) {
@@ -265,7 +276,7 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
   options.lost_distance = kFarthestStart;
   replay::BaseTracker tracker(goal, options);
   const auto send = [&](const replay::PlanarVelocity& velocity) {
-    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, stampNow()));
+    sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, rosStampNow()));
   };
   sink.clock().watchThisThread();
   const RobotPatience patience(kLongestDrive);
@@ -299,7 +310,7 @@ void ReplayedBase::prepare(const std::function<bool()>& is_stopped) {
   options.with_localization = live.T_map_odom.has_value();
   auto drive = std::make_unique<replay::BaseDrive>(
       topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end, options,
-      // Not the player's time: poses are dated by ros::Time, which a followed clock need not be.
+      // Not the player's time: poses are dated by stampNow().
       [this](replay::Stamp) { return look(); });
   if (!drive->hasDrives()) {
     notes_.push_back("the base stood still when it was recorded: its velocities are not sent");
@@ -330,6 +341,7 @@ void ReplayedBase::addTo(replay::PlayReport& report) const {
   if (report.base && report.base->driven) {
     tellObstacles(report.base->driven->obstacles, report.base->driven->frame,
                   plan_.behavior.begin, notes);
+    tellLeftAside(*report.base->driven, notes);
   }
   report.notes.insert(report.notes.end(), notes.begin(), notes.end());
 }

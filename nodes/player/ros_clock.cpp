@@ -49,6 +49,8 @@ replay::SteadyTime robotNow() {
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
 }
 
+replay::Stamp rosStampNow() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
+
 RobotPatience::RobotPatience(double seconds)
     : begin_(robotNow()), ns_(static_cast<std::int64_t>(seconds * 1e9)) {}
 

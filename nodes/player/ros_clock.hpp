@@ -48,6 +48,8 @@ class RobotPatience {
 };
 /// The robot's time, as above: for ages of what it tells.
 replay::SteadyTime robotNow();
+/// ros::Time::now(), for the stamps of messages: a wall clock may be set.
+replay::Stamp rosStampNow();
 
 /// Drives a clock by what is heard on /clock, while it lives.
 class ClockFollower {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,8 @@ constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
 constexpr double kNearest = 0.02;
 constexpr double kSettle = 0.2;
+/// A head is taken to look where it was told within this time.
+constexpr std::int64_t kLongestLookNs = 3'000'000'000;
 /// The peak of a way from rest to rest with accelerations, as controllers interpolate it (quintic),
 /// over its mean.
 constexpr double kQuinticPeak = 1.875;
@@ -528,6 +531,18 @@ Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgre
   }
   *trajectory->points = std::move(points);
   return encode(schema, document);
+}
+
+double ArmStart::headVelocity(Stamp begun, Stamp at) const {
+  const Stamp end{std::max(begun.ns + kLongestLookNs, at.ns)};
+  double fastest = options_.speed.of(options_.robot, "head");
+  for (const std::string& joint : recorded_.names()) {
+    if (joint.find("head") == std::string::npos) continue;
+    const double limit = options_.limits.of(joint).velocity.value_or(
+        std::numeric_limits<double>::infinity());
+    fastest = std::max(fastest, std::min(limit, recorded_.fastest(joint, begun, end)));
+  }
+  return fastest / kQuinticPeak;
 }
 
 void ArmStart::halted() {

@@ -102,6 +102,11 @@ class ArmStart {
   Bytes goOn(const Channel& channel, const Bytes& goal, const GoalProgress& progress,
              double lead_s) const;
 
+  /// The mean velocity that a head's goal, sent at `begun` and going on at `at`, may have; rad/s.
+  /// Its joints are those that "head" is in the name of, as the goal tells none. At its peak that
+  /// is no faster than they were recorded within it, or than the approach.
+  double headVelocity(Stamp begun, Stamp at) const;
+
   /// The joints were halted and stand now: goals may go on from these positions, too.
   void halted();
   /// The replay goes on at another recorded moment.

@@ -28,6 +28,12 @@ Stamp later(Stamp stamp, double seconds) {
   return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
 }
 
+/// Where it may point at its end. A way to a place was not recorded, and has the turns it needs.
+HeadingRange headingsFor(const PoseTrack& track) {
+  constexpr double kPlace = 0.05;  // m
+  return track.begin() < track.end() ? track.headingsAtEnd(kPlace) : FinalApproach::kAnywhere;
+}
+
 double ramp(double value, double begin, double end) {
   return std::clamp((end - value) / (end - begin), 0., 1.);
 }
@@ -39,7 +45,7 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
     : track_(std::move(track)),
       options_(options),
       localizer_(std::move(known)),
-      approach_(track_.endPose(), options.approach),
+      approach_(track_.endPose(), options.approach, headingsFor(track_)),
       path_(track_.begin()),
       pace_(options.rate) {
   for (const double value : {options.rate, options.speed, options.turn_speed, options.acceleration,
@@ -321,6 +327,8 @@ BaseReport BaseTracker::report() const {
   const PlanarPose base = localizer_->pose();
   report.end_distance = distance(base, track_.endPose());
   report.end_turn = std::abs(wrapAngle(base.yaw - track_.endPose().yaw));
+  const PlanarPose off = between(track_.endPose(), base);
+  if (approach_.isLeftAside()) report.left_aside = std::abs(off.y);
   report.end_uncertainty = isLocalized() ? localizer_->positionError() : 0;
   if (isLocalized()) {
     const PoseError error = combined(localizer_->error(track_.measured_error), track_.end_error);

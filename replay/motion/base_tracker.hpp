@@ -81,6 +81,8 @@ struct BaseReport {
   double approach = 0;                            ///< s of the final approach
   double waited = 0;                              ///< s of waiting for poses
   int corrections = 0;                            ///< moves of the final approach
+  /// m beside its recorded end, left so as mending it takes a turn that was not recorded there.
+  double left_aside = 0;
   ObstacleReport obstacles;
 };
 

@@ -59,26 +59,49 @@ bool FinalApproach::look(const PlanarPose& base) {
   const PlanarPose left = between(base, goal_);
   const double length = std::hypot(left.x, left.y);
   const bool is_there = length <= options_.tolerance;
-  if ((is_there && std::abs(left.yaw) <= options_.turn_tolerance) ||
-      attempts_ >= options_.most_attempts) {
-    return false;
-  }
-  ++attempts_;
+  const bool is_turned = std::abs(left.yaw) <= options_.turn_tolerance;
+  if ((is_there && is_turned) || attempts_ >= options_.most_attempts) return false;
   heading_ = base.yaw;
   const bool may_back_up = !avoids_backward_ || length <= kShortWay;
+  const bool may_drive = left.x >= 0 || may_back_up;
+  const auto turn = turnToDrive(base, may_back_up);
   if (is_there) {
     enter(Phase::TurnBack);
-  } else if (std::abs(left.y) <= options_.tolerance / 2 && (left.x >= 0 || may_back_up)) {
+  } else if (std::abs(left.y) <= options_.tolerance / 2 && may_drive) {
+    enter(Phase::Drive);
+  } else if (turn) {
+    heading_ = wrapAngle(base.yaw + *turn);
+    enter(Phase::Turn);
+  } else if (may_drive && isWorthDrivingBeside(base, may_back_up)) {
     enter(Phase::Drive);
   } else {
-    double bearing = std::atan2(left.y, left.x);
-    if (std::abs(bearing) > kPi / 2 && may_back_up) {
-      bearing = wrapAngle(bearing + kPi);  // backward, for the smaller turn
-    }
-    heading_ = wrapAngle(base.yaw + bearing);
-    enter(Phase::Turn);
+    is_left_aside_ = true;
+    if (is_turned) return false;
+    enter(Phase::TurnBack);
   }
+  ++attempts_;
   return true;
+}
+
+/// It goes straight to beside the goal: it is far from there, or may turn to the goal there.
+bool FinalApproach::isWorthDrivingBeside(const PlanarPose& base, bool may_back_up) const {
+  const double way = between(base, goal_).x;
+  if (std::abs(way) > options_.tolerance) return true;
+  return std::abs(way) > kArrived && turnToDrive(alongArc(base, way, 0), may_back_up);
+}
+
+/// The smallest turn after which the goal lies straight ahead or behind; empty: it may do none.
+std::optional<double> FinalApproach::turnToDrive(const PlanarPose& base, bool may_back_up) const {
+  const PlanarPose left = between(base, goal_);
+  const double bearing = std::atan2(left.y, left.x), turned = wrapAngle(base.yaw - goal_.yaw);
+  const auto mayTurn = [&](double turn) {
+    return turned + turn >= headings_.from - options_.unrecorded_turn &&
+           turned + turn <= headings_.to + options_.unrecorded_turn;
+  };
+  const double behind = wrapAngle(bearing + kPi);
+  const bool may_ahead = mayTurn(bearing), may_behind = may_back_up && mayTurn(behind);
+  if (may_behind && (!may_ahead || std::abs(behind) < std::abs(bearing))) return behind;
+  return may_ahead ? std::optional(bearing) : std::nullopt;
 }
 
 PlanarVelocity FinalApproach::turnTo(const PlanarPose& base, double yaw, Phase next) {

@@ -1,9 +1,12 @@
 /// \file
 /// The last centimeters of a replayed drive: stand, look where the base is, and if that is not
 /// where it was, turn there, drive there, turn back. Short straight moves, because odometry makes
-/// them well; few of them, because people watch.
+/// them well; few of them, because people watch. It turns only to where the recorded base pointed
+/// at that place, and by a small angle beyond: a stretched arm sweeps what nobody has seen free.
+/// An error that would need more is left.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "replay/motion/planar_pose.hpp"
@@ -21,21 +24,29 @@ struct ApproachOptions {
   int most_attempts = 3;              ///< moves before the rest is left
   double longest_move = 15;           ///< s; a move that takes longer is given up
   double speed = 0.1;                 ///< m/s
-  double turn_speed = 0.6;            ///< rad/s
+  double turn_speed = 0.3;            ///< rad/s: a hand 0.8 m away moves by 0.25 m/s
+  double unrecorded_turn = 0.17;      ///< rad that it turns beyond the headings it is given
   double acceleration = 0.3;          ///< m/s^2, of braking
   double turn_acceleration = 1.0;     ///< rad/s^2
 };
 
 class FinalApproach {
  public:
-  FinalApproach(const PlanarPose& goal, const ApproachOptions& options)
-      : goal_(goal), options_(options) {}
+  static constexpr HeadingRange kAnywhere{-std::numeric_limits<double>::infinity(),
+                                          std::numeric_limits<double>::infinity()};
+
+  /// `headings`: where it may point at the goal, as seen from the goal's own heading.
+  FinalApproach(const PlanarPose& goal, const ApproachOptions& options,
+                const HeadingRange& headings = kAnywhere)
+      : goal_(goal), options_(options), headings_(headings) {}
 
   /// The velocity for the next `seconds`; empty when it is over. `base`: where the base will be
   /// when that takes effect; how well that is known, m and rad.
   std::optional<PlanarVelocity> step(const PlanarPose& base, double position_error,
                                      double turn_error, double seconds);
   int attempts() const { return attempts_; }
+  /// It is over, and what is left needs a turn that it may not do.
+  bool isLeftAside() const { return is_left_aside_; }
   /// Nobody sees what is behind: it drives backward by centimeters only, and turns round instead.
   void avoidBackward(bool avoids) { avoids_backward_ = avoids; }
 
@@ -45,18 +56,21 @@ class FinalApproach {
   void enter(Phase phase);
   bool isWorthWaiting(double position_error, double turn_error) const;
   bool look(const PlanarPose& base);
+  bool isWorthDrivingBeside(const PlanarPose& base, bool may_back_up) const;
+  std::optional<double> turnToDrive(const PlanarPose& base, bool may_back_up) const;
   PlanarVelocity turnTo(const PlanarPose& base, double yaw, Phase next);
   PlanarVelocity drive(const PlanarPose& base);
 
   PlanarPose goal_;
   ApproachOptions options_;
+  HeadingRange headings_;
   Phase phase_ = Phase::Stand;
   double in_phase_ = 0;   ///< s
   double known_ = 0;      ///< the position error last heard of, m
   double unchanged_ = 0;  ///< s since it was another
   double heading_ = 0;    ///< to drive along, forward or backward
   int attempts_ = 0;
-  bool avoids_backward_ = false;
+  bool avoids_backward_ = false, is_left_aside_ = false;
 };
 
 }  // namespace afterglow::replay

@@ -72,7 +72,8 @@ Bytes haltedTrajectory(const Channel& channel, const Bytes& command) {
 }
 
 bool isHeadGoal(const Channel& channel) {
-  return channel.type == "control_msgs/PointHeadActionGoal";
+  return channel.type == "control_msgs/PointHeadActionGoal" ||
+         channel.type == "pr2_controllers_msgs/PointHeadActionGoal";
 }
 
 std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal) {
@@ -80,6 +81,16 @@ std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal) {
   const Value* value = findValue(document, "goal.min_duration");
   const RosDuration* duration = value ? std::get_if<RosDuration>(value) : nullptr;
   return duration ? std::int64_t{duration->sec} * 1'000'000'000 + duration->nsec : 0;
+}
+
+Bytes noFaster(const Channel& channel, const Bytes& head_goal, double velocity) {
+  const Schema schema = Schema::parse(channel.type, channel.definition);
+  Value document = decode(schema, head_goal);
+  Value& value = valueAt(document, "goal.max_velocity");
+  const auto* own = std::get_if<double>(&value);
+  // 0, or what is no number: as fast as the controller lets it.
+  value = own && *own > 0 ? std::min(*own, velocity) : velocity;
+  return encode(schema, document);
 }
 
 Bytes presentGaze(const Channel& channel, const Bytes& goal, const std::string& gaze_frame,

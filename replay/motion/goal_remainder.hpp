@@ -33,10 +33,13 @@ Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t el
 /// The trajectory command that halts its joints where they are: no points.
 Bytes haltedTrajectory(const Channel& channel, const Bytes& command);
 
-/// control_msgs/PointHeadActionGoal
+/// control_msgs/PointHeadActionGoal, or PR2's
 bool isHeadGoal(const Channel& channel);
 /// The least that a head's goal takes; 0 if it does not say.
 std::int64_t shortestDurationNs(const Channel& channel, const Bytes& goal);
+/// The goal of a head with this mean velocity at most, rad/s: one that goes on from elsewhere has
+/// another way than it had.
+Bytes noFaster(const Channel& channel, const Bytes& head_goal, double velocity);
 /// The head's goal to keep its gaze, made of one of its goals: straight ahead in `gaze_frame`, the
 /// frame that looks along its x axis. It ends a fault of Fetch's controller, which after a
 /// cancel would jump to the next goal's target (robot_controllers issue 33). Throws MessageError.

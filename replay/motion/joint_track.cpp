@@ -83,6 +83,23 @@ std::map<std::string, double> JointTrack::at(Stamp moment) const {
   return positions;
 }
 
+std::vector<std::string> JointTrack::names() const {
+  std::vector<std::string> names;
+  for (const auto& [joint, samples] : joints_) names.push_back(joint);
+  return names;
+}
+
+double JointTrack::fastest(const std::string& joint, Stamp from, Stamp to) const {
+  constexpr std::int64_t kOver = kSecond / 4, kStep = kSecond / 20;
+  double fastest = 0;
+  for (Stamp at = from; at < to; at.ns += kStep) {
+    const auto before = around(joint, at, 0), after = around(joint, {at.ns + kOver}, 0);
+    if (!before || !after) continue;
+    fastest = std::max(fastest, std::abs(after->at - before->at) * kSecond / kOver);
+  }
+  return fastest;
+}
+
 std::optional<JointTrack::Reach> JointTrack::around(const std::string& joint, Stamp moment,
                                                     std::int64_t margin_ns) const {
   const auto known = joints_.find(joint);

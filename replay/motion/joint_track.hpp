@@ -30,6 +30,11 @@ class JointTrack {
   /// The last position of every joint until then, or else its first after it.
   std::map<std::string, double> at(Stamp moment) const;
 
+  std::vector<std::string> names() const;
+  /// The fastest that a joint was in [from, to], over a quarter of a second; 0 if it was not heard
+  /// of.
+  double fastest(const std::string& joint, Stamp from, Stamp to) const;
+
   struct Reach {
     double at = 0;              ///< at the moment, between the samples around it
     double least = 0, most = 0;  ///< around the moment

@@ -24,6 +24,11 @@ inline PoseError combined(const PoseError& a, const PoseError& b) {
   return {std::hypot(a.position, b.position), std::hypot(a.yaw, b.yaw)};
 }
 
+/// Headings on either side of one of them; rad, from <= 0 <= to, counter-clockwise.
+struct HeadingRange {
+  double from = 0, to = 0;
+};
+
 /// Of a base that cannot move sideways: m/s ahead, rad/s counter-clockwise.
 struct PlanarVelocity {
   double forward = 0, turn = 0;

@@ -11,6 +11,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::int64_t kHalfWindow = 50'000'000;  // ns on either side of a velocity
+constexpr double kAlmostAround = 2.8;  // rad; from farther off the shorter way back is another one
 
 }  // namespace
 
@@ -63,6 +64,18 @@ PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {
   // The chord of an arc points half its turn to the side.
   const double ahead = std::cos(step.yaw / 2) * step.x + std::sin(step.yaw / 2) * step.y;
   return {ahead / seconds, step.yaw / seconds};
+}
+
+HeadingRange PoseTrack::headingsAtEnd(double radius) const {
+  HeadingRange range;
+  double turned = 0;
+  for (std::size_t i = samples_.size() - 1; i-- > 0;) {
+    const PlanarPose& pose = samples_[i].pose;
+    if (distance(pose, endPose()) > radius) break;
+    turned += wrapAngle(pose.yaw - samples_[i + 1].pose.yaw);
+    range = {std::min(range.from, turned), std::max(range.to, turned)};
+  }
+  return {std::max(range.from, -kAlmostAround), std::min(range.to, kAlmostAround)};
 }
 
 std::string whyIncomplete(const PoseTrack& track, Stamp first, Stamp last) {

@@ -52,6 +52,9 @@ class PoseTrack {
   PlanarPose at(Stamp stamp) const;
   /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track.
   PlanarVelocity velocityAt(Stamp stamp) const;
+  /// Where it pointed since it came to the place of its end for the last time, as seen from its
+  /// last heading; at most 2.8 rad to either side. `radius`: of that place, m.
+  HeadingRange headingsAtEnd(double radius) const;
   /// Meters driven, forward and backward.
   double length() const { return length_; }
 

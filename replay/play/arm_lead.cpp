@@ -52,6 +52,11 @@ Bytes ArmLead::goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Sta
                                        static_cast<double>(leftNs()) * 1e-9);
 }
 
+double ArmLead::headVelocity(Stamp begun, Stamp at) const {
+  constexpr double kSlowly = 0.25;  // of a head whose joints nobody knows
+  return hasArm() ? play_.options.arm_start->headVelocity(begun, at) : kSlowly;
+}
+
 void ArmLead::lookAtHalted() {
   look_ = SteadyTime::forever();
   if (hasArm()) play_.options.arm_start->halted();

@@ -43,6 +43,9 @@ class ArmLead {
   /// ArmStart::goOn() of it with the rest of the lead. Throws ArmElsewhere, MessageError.
   Bytes goOn(const Channel& channel, const Bytes& bytes, Stamp begun, Stamp at) const;
 
+  /// The mean velocity that a head may go on with, rad/s: ArmStart::headVelocity().
+  double headVelocity(Stamp begun, Stamp at) const;
+
   /// The joints are halted now; they are looked at when they have come to rest.
   void halt(SteadyTime now) { look_ = now.after(kHaltNs); }
   /// Notes where the halted joints stand.

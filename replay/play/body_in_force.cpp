@@ -71,6 +71,9 @@ void BodyInForce::sendRest(OutboxTopic& topic, const Channel& channel, const Rec
         lead_.hasArm() && has_joints && topic.planned.modality == Modality::Body;
     Bytes rest = is_looked_at ? whole.bytes
                               : remainderOfGoal(channel, whole.bytes, at.ns - whole.at.ns, lead_ns);
+    if (isHeadGoal(channel)) {
+      rest = noFaster(channel, rest, lead_.headVelocity(whole.at, at));
+    }
     was_sent = sendAs({topic, channel, at, whole.at, std::move(rest)}, whole).has_value();
   } catch (const MessageError& error) {
     topic.report.problem = error.what();

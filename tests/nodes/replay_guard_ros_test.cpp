@@ -42,6 +42,8 @@ struct World {
     for (int i = 0; i < 1200; ++i) memory.add("/cmd_vel", i * 0.05, forward());
     memory.add(kArm + "/goal", 0.1, elbowGoal());
     long_behavior = memory.addBehavior(60);
+    for (int i = 0; i < 10; ++i) memory.add("/cmd_vel", i * 0.05, forward());
+    short_behavior = memory.addBehavior(1);
     sensor_msgs::JointState state;
     state.name = {"elbow"};
     state.position = {0.52};
@@ -65,7 +67,7 @@ struct World {
   test::RosMaster master;
   test::TempFolder folder;
   std::string store = folder.path("behaviors.db");
-  std::int64_t long_behavior = 0, from_elsewhere = 0, from_nearby = 0;
+  std::int64_t long_behavior = 0, short_behavior = 0, from_elsewhere = 0, from_nearby = 0;
   std::int64_t of_another_robot = 0, of_another_arm = 0;
   std::unique_ptr<ros::NodeHandle> node;
   std::unique_ptr<Robot> robot;
@@ -104,6 +106,10 @@ struct ReplayGuard : testing::Test {
     player = std::make_unique<test::NodeProcess>(arguments);
     client = std::make_unique<Client>(name + "/replay", false);
     ASSERT_TRUE(client->waitForServer(ros::Duration(30))) << player->log();
+    goOnWith(behavior);
+  }
+  /// By the same player.
+  void goOnWith(std::int64_t behavior) const {
     ReplayGoal goal;
     goal.behavior = std::to_string(behavior);
     client->sendGoal(goal);
@@ -183,6 +189,27 @@ TEST_F(ReplayGuard, endsWithTheReplay) {
   EXPECT_FALSE(isRegistered(name + "_guard"));
 }
 
+TEST_F(ReplayGuard, isAnotherOneForEachReplayAndNoneBetweenThem) {
+  play(world->short_behavior);
+  pid_t first = 0;
+  ASSERT_TRUE(eventually([&] { return (first = guardOf(player->pid())) > 0; })) << player->log();
+  resultText();
+  EXPECT_EQ(client->getState(), State::SUCCEEDED) << player->log();
+  EXPECT_TRUE(eventually([&] { return world->robot->stopped().has_value(); }));
+  EXPECT_EQ(guardOf(player->pid()), 0) << "nothing is in motion between two of them";
+  EXPECT_EQ(player->log().find("the robot is being stopped"), std::string::npos);
+
+  world->robot->forget();
+  goOnWith(world->long_behavior);
+  ASSERT_TRUE(eventually([&] { return world->robot->isInMotion(); })) << player->log();
+  EXPECT_NE(guardOf(player->pid()), first);
+  const Moment since = std::chrono::steady_clock::now();
+  player->signal(SIGSTOP);
+  expectStopped(since);
+  player->signal(SIGCONT);
+  EXPECT_EQ(resultText().rfind("the watchdog stopped the robot", 0), 0u);
+}
+
 // -------------------------------------------------------------------------------- the report
 
 TEST_F(ReplayGuard, reportsAReplayThatWasStoppedOnItsWayToTheStart) {
@@ -229,6 +256,21 @@ TEST_F(ReplayGuard, letsTheEmergencyStopStopTheRobotAndKeepItFromMoving) {
   client->sendGoal(again);
   EXPECT_EQ(resultText(), "motion is refused: the emergency stop is pressed (/estop)");
   EXPECT_FALSE(world->robot->drives());
+}
+
+TEST_F(ReplayGuard, letsTheEmergencyStopStopTheRobotOnItsWayToTheStart) {
+  ros::Publisher button = world->node->advertise<std_msgs::Bool>("/start_estop", 1, true);
+  button.publish(word(false));
+  play(world->from_nearby,
+       {"_to_start:=true", "_longest_stall:=10", "_estop_topic:=/start_estop"});
+  ASSERT_TRUE(eventually([&] { return world->robot->reaches(); })) << player->log();
+  const Moment since = std::chrono::steady_clock::now();
+  button.publish(word(true));
+  ASSERT_TRUE(eventually([&] { return world->robot->canceled().has_value(); })) << player->log();
+  EXPECT_LT(*world->robot->canceled() - since, kInTime);
+  EXPECT_EQ(resultText(), "the emergency stop was pressed (/start_estop)");
+  const std::string report = client->getResult()->report;
+  EXPECT_NE(report.find("the robot was moved to the start by"), std::string::npos) << report;
 }
 
 TEST_F(ReplayGuard, demandsAnEmergencyStopThatIsAlive) {

@@ -174,9 +174,9 @@ TEST_F(ReplayInSimulation, movesTheBodyAsItWentFastSlowlyAndThroughAPause) {
 
   const auto playing = play(behavior);
   ASSERT_TRUE(eventually([&] { return witness->truth().x > 0.1; })) << playing->log();
-  simulation->setSpeed(0.5);
+  simulation->setSpeed(0.3);
   const double slow_x = witness->truth().x, slow_at = simulation->now();
-  simulation->wait(0.5);
+  simulation->wait(0.4);
   EXPECT_NEAR(witness->truth().x - slow_x, kSpeed * (simulation->now() - slow_at), 0.06);
   simulation->setSpeed(0);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));  // what was on its way

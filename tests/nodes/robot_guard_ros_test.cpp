@@ -51,7 +51,8 @@ class SpokenPlayer {
     outputs_.machine = machine;
     outputs_.version = 1;
     outputs_.outputs = {outputOf("/cmd_vel", geometry_msgs::Twist()),
-                        outputOf(kArm + "/cancel", actionlib_msgs::GoalID())};
+                        outputOf(kArm + "/cancel", actionlib_msgs::GoalID()),
+                        outputOf("/no_controller/cancel", actionlib_msgs::GoalID())};
     drive_ = node_.advertise<geometry_msgs::Twist>("/cmd_vel", 10);
     outputs_topic_ = node_.advertise<GuardOutputs>("/afterglow_guard/outputs", 10);
     beats_ = node_.advertise<GuardBeat>("/afterglow_guard/beats", 10);
@@ -68,7 +69,7 @@ class SpokenPlayer {
     return eventually([&] {
       outputs_topic_.publish(outputs_);
       const GuardAnswer now = answer();
-      return now.version == 1 && now.heard_by == std::vector<std::uint32_t>{1, 1};
+      return now.version == 1 && now.heard_by == std::vector<std::uint32_t>{1, 1, 0};
     });
   }
   /// The robot drives.
@@ -98,7 +99,7 @@ class SpokenPlayer {
       beat.patience_ms = patience_ms;
       if (moves_) {
         if (first_moving_ == 0) first_moving_ = count;
-        beat.moving = {0, 1};
+        beat.moving = {0, 1, 2};
       }
       beats_.publish(beat);
     }
@@ -231,6 +232,7 @@ TEST_F(RobotGuard, stopsWhatMovesWhenItIsNotToldToGoOn) {
   expectStopped(std::chrono::steady_clock::now());
   EXPECT_TRUE(contains(guard->log(), "/spoken: the player was silent for more than 150 ms in "
                                      "motion: the robot is being stopped"));
+  EXPECT_FALSE(contains(guard->log(), "nobody hears")) << "what nobody ever heard is not missed";
   spoken.is_silent = false;
   EXPECT_TRUE(eventually([&] { return !spoken.answer().stopped.empty(); }));
 }

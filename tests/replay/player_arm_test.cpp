@@ -195,6 +195,42 @@ TEST_F(PlayerArm, sendsAHeadGoalAgainThatWasTakenForReachedAtOnce) {
   EXPECT_EQ(sink.times(kHead.topic), (Times{100, 102}));
 }
 
+double velocityOfHead(const Bytes& goal) {
+  Value document = decode(schemaOf(kHead), goal);
+  return std::get<double>(valueAt(document, "goal.max_velocity"));
+}
+
+/// After a pause and after a seek it has another way to go than it had.
+TEST_F(PlayerArm, goesOnWithAHeadAtMostAsFastAsItWasRecorded) {
+  for (int ms = 0; ms <= 6000; ms += 20) {  // 0.75 rad/s
+    track.add("head_pan_joint", {kBegin + ms * kMs}, std::min(1.5, ms / 1000.0 * 0.75));
+  }
+  record(kHead, 100, headGoal());
+  at(1000, [this] {
+    elbow = 0.5;
+    player->pause();
+  });
+  at(2000, [this] { player->resume(); });
+  at(2500, [this] { player->stop("enough"); });
+  playArm(5000);
+  const auto goals = sink.on(kHead.topic);
+  ASSERT_EQ(goals.size(), 2u);
+  EXPECT_EQ(velocityOfHead(goals[0].bytes), 0) << "as it was recorded";
+  EXPECT_NEAR(velocityOfHead(goals[1].bytes), 0.75 / 1.875, 0.01) << "the peak of its spline";
+}
+
+TEST_F(PlayerArm, goesOnSlowlyWithAHeadThatHardlyMovedWhenItWasRecorded) {
+  record(kHead, 100, headGoal());
+  at(1000, [this] {
+    elbow = 0.5;
+    player->pause();
+  });
+  at(2000, [this] { player->resume(); });
+  at(2500, [this] { player->stop("enough"); });
+  playArm(5000);
+  EXPECT_NEAR(velocityOfHead(sink.on(kHead.topic).at(1).bytes), 0.3 / 1.875, 0.01);
+}
+
 TEST_F(PlayerArm, holdsTheGazeOfAHeadThatIsHalted) {
   record(kHead, 100, headGoal());
   options.gaze_frame = "head_tilt_link";

@@ -1,0 +1,134 @@
+// The last centimeters of a drive: what they mend, and how far the base turns for it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "replay/motion/base_tracker.hpp"
+#include "replay/motion/final_approach.hpp"
+#include "tests/support/simulated_replay.hpp"
+
+namespace afterglow::replay::final_approach_test {
+namespace {
+
+using namespace test;
+
+constexpr double kTick = 0.02;  // s
+constexpr double kSmall = 0.19;  // rad: the small turn, and what a step is too far
+constexpr HeadingRange kStraight{0, 0};
+
+/// A base that does at once as it is told, next to a goal at the origin.
+struct Approached {
+  double least = 0, most = 0;  // rad, that it pointed at
+  double fastest_turn = 0;     // rad/s
+  PlanarPose end;
+  bool is_over = false, is_left_aside = false;
+  int attempts = 0;
+
+  Approached(const PlanarPose& from, const HeadingRange& headings) : end(from) {
+    FinalApproach approach({}, {}, headings);
+    for (double now = 0; now < 120; now += kTick) {
+      const auto velocity = approach.step(end, 0.001, 0.001, kTick);
+      is_over = !velocity;
+      if (is_over) break;
+      fastest_turn = std::max(fastest_turn, std::abs(velocity->turn));
+      end = advance(end, *velocity, kTick);
+      least = std::min(least, end.yaw);
+      most = std::max(most, end.yaw);
+    }
+    is_left_aside = approach.isLeftAside();
+    attempts = approach.attempts();
+  }
+  double error() const { return std::hypot(end.x, end.y); }
+};
+
+/// All around the goal, up to some centimeters off.
+std::vector<PlanarPose> places() {
+  std::vector<PlanarPose> places;
+  for (const double length : {0.008, 0.014, 0.05}) {
+    for (double bearing = -kPi; bearing < kPi; bearing += 0.3) {
+      places.push_back({length * std::cos(bearing), length * std::sin(bearing), 0});
+    }
+  }
+  return places;
+}
+
+TEST(FinalApproach, leavesAnErrorBesideAStraightEndRatherThanTurnFarForIt) {
+  const Approached beside({0.004, -0.014, 0}, kStraight);  // a turn by 74 degrees would mend it
+  EXPECT_TRUE(beside.is_over);
+  EXPECT_TRUE(beside.is_left_aside);
+  EXPECT_EQ(beside.attempts, 0);
+  EXPECT_EQ(beside.fastest_turn, 0);
+}
+
+TEST(FinalApproach, turnsByTenDegreesAtMostWhereTheRecordedBaseDidNot) {
+  for (const PlanarPose& place : places()) {
+    const Approached straight(place, kStraight);
+    EXPECT_TRUE(straight.is_over);
+    EXPECT_GT(straight.least, -kSmall) << place.x << " " << place.y;
+    EXPECT_LT(straight.most, kSmall) << place.x << " " << place.y;
+    EXPECT_LE(straight.fastest_turn, 0.3 + 1e-9);
+    EXPECT_LT(std::abs(straight.end.x), 0.0075) << place.x << " " << place.y << ": this is mended";
+    EXPECT_LE(std::abs(straight.end.y), std::abs(place.y) + 1e-3);
+    EXPECT_EQ(straight.is_left_aside, straight.error() > 0.006) << place.x << " " << place.y;
+  }
+}
+
+TEST(FinalApproach, turnsAsTheRecordedBaseDidThereAndMendsAllByThat) {
+  const HeadingRange quarter{0, kPi / 2};
+  for (const PlanarPose& place : places()) {
+    const Approached turned(place, quarter);
+    EXPECT_TRUE(turned.is_over);
+    EXPECT_FALSE(turned.is_left_aside) << place.x << " " << place.y;
+    EXPECT_GT(turned.least, -kSmall);
+    EXPECT_LT(turned.most, kPi / 2 + kSmall);
+    EXPECT_LT(turned.error(), 0.0075) << place.x << " " << place.y;
+    EXPECT_LT(std::abs(turned.end.yaw), 0.01);
+  }
+}
+
+TEST(FinalApproach, turnsToAPlaceAsItHasTo) {
+  const Approached place({0, 0.3, 0}, FinalApproach::kAnywhere);
+  EXPECT_TRUE(place.is_over);
+  EXPECT_LT(place.error(), 0.0075);
+  EXPECT_GT(std::max(place.most, -place.least), kPi / 4);
+}
+
+TEST(FinalApproach, knowsFromTheTrackWhereTheBasePointedAtItsEnd) {
+  Commands commands;
+  drive(commands, 1, 0);
+  turn(commands, 100 * kDegree);
+  drive(commands, 0.5, 0);
+  const PoseTrack straight = record(commands, {}, kExact, 1).track;
+  EXPECT_NEAR(straight.headingsAtEnd(0.05).from, 0, 0.02) << "it turned elsewhere";
+  EXPECT_NEAR(straight.headingsAtEnd(0.05).to, 0, 0.02);
+  turn(commands, 60 * kDegree);
+  turn(commands, -90 * kDegree);
+  const PoseTrack turned = record(commands, {}, kExact, 1).track;
+  EXPECT_NEAR(turned.headingsAtEnd(0.05).from, 0, 0.02);
+  EXPECT_NEAR(turned.headingsAtEnd(0.05).to, 90 * kDegree, 0.05);
+}
+
+TEST(FinalApproach, ofAStraightDriveHardlyTurnsWhateverLocalizationSays) {
+  Commands commands;
+  drive(commands, 2, 0);
+  const RecordedDrive recorded = record(commands, {}, kExact, 1);
+  for (std::uint32_t seed = 1; seed < 6; ++seed) {
+    Replay replay(recorded, {}, {0, 0.03, 0}, {1.01, 0.99, 0.02, 0.08}, k3Cm, seed);
+    double farthest = 0;
+    replay.disturb = [&](double, BaseInput&) {
+      if (replay.tracker.state() != BaseState::Approaching) return;
+      const double turned = wrapAngle(replay.robot.truth().yaw - recorded.end.yaw);
+      farthest = std::max(farthest, std::abs(turned));
+    };
+    replay.run();
+    EXPECT_EQ(replay.tracker.state(), BaseState::Done) << replay.tracker.reason();
+    EXPECT_LT(farthest, 16 * kDegree) << seed;
+    EXPECT_LT(replay.endError(), 0.06) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace afterglow::replay::final_approach_test
