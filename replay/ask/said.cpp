@@ -1,6 +1,7 @@
 #include "replay/ask/said.hpp"
 
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "replay/messages/document.hpp"
@@ -30,7 +31,9 @@ std::vector<std::string> saidIn(const Store& store, const Behavior& behavior) {
     try {
       const Channel channel = store.channel(message->channel);
       const Schema schema = Schema::parse(channel.type, channel.definition);
-      sentences.push_back(messageDocument(schema, *message).value("arg", ""));
+      const auto document = messageDocument(schema, *message);
+      const auto said = document.find("arg");
+      if (said != document.end() && said->is_string()) sentences.push_back(*said);
     } catch (const MessageError&) {  // of a definition that is none
     }
   }

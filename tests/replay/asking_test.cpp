@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "replay/ask/said.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "tests/support/store_samples.hpp"
+
 namespace afterglow::replay::asking_test {
 namespace {
 
@@ -277,6 +281,29 @@ TEST_F(AskingTest, isNotUpsetByAnyText) {
 TEST_F(AskingTest, anEmptyStoreRemembersNothing) {
   behaviors_.clear();
   EXPECT_EQ(ask("what did you pick").sentence, "I remember nothing of that kind.");
+}
+
+TEST(SaidIn, passesOverSentencesThatAreNoText) {
+  const auto store = openMemoryStore();
+  const std::int64_t recording = store->beginImport({});
+  const std::string head = "int8 sound\nint8 command\n";
+  std::vector<Message> messages;
+  for (const std::string type : {"string arg\n", "int32[] arg\n", "string other\n"}) {
+    Channel channel = test::stringChannel("/robotsound");
+    channel.type = "sound_play/SoundRequest";
+    channel.definition = head + type;
+    channel.md5 = type;
+    Bytes bytes = test::stringBytes("");  // an empty list, too
+    if (type == "string arg\n") bytes = test::stringBytes("Hello");
+    bytes.insert(bytes.begin(), {0xfd, 1});  // SAY, once
+    const auto received = static_cast<std::int64_t>(messages.size());
+    messages.push_back({store->addChannel(recording, channel), Stamp{received}, 1, {}, bytes});
+  }
+  store->append(messages);
+  const Behavior said = test::sampleBehavior(recording, {"/robotsound"}, 0, 10);
+  store->addBehavior(said);
+  store->finishImport(recording);
+  EXPECT_EQ(saidIn(*store, store->behaviors({}).front()), std::vector<std::string>{"Hello"});
 }
 
 }  // namespace
