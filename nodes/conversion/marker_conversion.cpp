@@ -195,9 +195,10 @@ MaybeShape toText(const Marker& marker, float height, MarkerAssets& assets) {
   return {render::Text{std::move(*letters.value)}, marker.text.empty() ? "text is empty" : ""};
 }
 
-MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAssets& assets) {
+MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAssets& assets,
+                  const MeshLibrary::Mesh* mesh) {
   if ((scale.array() == 0).count() > 1) return fault("scale is 0");
-  auto body = assets.meshes().get(marker.mesh_resource);
+  MeshLibrary::Mesh body = mesh != nullptr ? *mesh : assets.meshes().get(marker.mesh_resource);
   if (!body.value) return refused<render::Shape>(std::move(body.reason));
   return {
       render::MeshInstance{std::move(*body.value), scale, marker.mesh_use_embedded_materials != 0},
@@ -206,7 +207,7 @@ MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAsse
 
 /// All types but ARROW, whose shape has a pose.
 MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& scale,
-                   MarkerAssets& assets) {
+                   MarkerAssets& assets, const MeshLibrary::Mesh* mesh) {
   switch (marker.type) {
     case Marker::CUBE:
       return toSolid<render::Cube>(scale);
@@ -228,7 +229,7 @@ MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& sca
     case Marker::TEXT_VIEW_FACING:
       return toText(marker, scale.z(), assets);
     case Marker::MESH_RESOURCE:
-      return toMesh(marker, scale, assets);
+      return toMesh(marker, scale, assets, mesh);
     default:
       return fault("unknown type");
   }
@@ -259,7 +260,8 @@ render::Color colorBesides(const render::Shape& shape, const render::Color& colo
 
 }  // namespace
 
-Converted<render::Drawable> toDrawable(const Marker& marker, MarkerAssets& assets) {
+Converted<render::Drawable> toDrawable(const Marker& marker, MarkerAssets& assets,
+                                       const MeshLibrary::Mesh* mesh) {
   auto pose = toPose(marker.pose);
   if (!pose.value) return refused<render::Drawable>(std::move(pose.reason));
   const auto color = toColor(marker.color);
@@ -275,7 +277,7 @@ Converted<render::Drawable> toDrawable(const Marker& marker, MarkerAssets& asset
     const Rigid<World, World> placed(*pose.value * arrow.value->T_marker_arrow);
     return {render::Drawable{placed, std::move(arrow.value->shape), *color}, pose.reason};
   }
-  auto shape = toShape(marker, std::move(*lists.value), *scale, assets);
+  auto shape = toShape(marker, std::move(*lists.value), *scale, assets, mesh);
   if (!shape.value) return refused<render::Drawable>(std::move(shape.reason));
   const render::Color used = colorBesides(*shape.value, *color);
   return {render::Drawable{Rigid<World, World>(*pose.value), std::move(*shape.value), used},

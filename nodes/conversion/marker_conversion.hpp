@@ -24,8 +24,10 @@ namespace afterglow::nodes {
 /// TEXT_VIEW_FACING: scale.z is the height of a capital (the message's definition; RViz draws it
 /// smaller, because its font's cells are that high). MESH_RESOURCE: with
 /// mesh_use_embedded_materials the file's flat colors, times the marker's color unless that is all
-/// zero.
+/// zero. `mesh`: what `assets` know of the marker's mesh; without it they are asked, which can take
+/// as long as reading it.
 Converted<render::Drawable> toDrawable(const visualization_msgs::Marker& marker,
-                                       MarkerAssets& assets);
+                                       MarkerAssets& assets,
+                                       const MeshLibrary::Mesh* mesh = nullptr);
 
 }  // namespace afterglow::nodes

@@ -10,8 +10,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/program.hpp"
 #include "render/body_bytes.hpp"
 
 namespace afterglow::nodes {
@@ -22,7 +20,8 @@ using MaybeMesh = Converted<render::SharedBody>;
 
 const std::string kPackage = "package://", kFile = "file://";
 constexpr std::size_t kLongestResource = 1024;
-constexpr std::size_t kMostEntries = 256;
+constexpr std::size_t kMostEntries = 256, kMostRequests = 256;
+constexpr std::size_t kMostNames = 4096;  // spellings of them
 constexpr std::size_t kMostTriangles = 4'000'000;  // kept, all together
 constexpr std::chrono::seconds kRetry(5);
 constexpr int kRetryShare = 20;  // a file that took long to fail is tried again later
@@ -54,6 +53,24 @@ std::vector<std::string> packageFolders() {
 
 constexpr int kKilledBy = 128;  // plus the signal
 
+std::shared_future<MaybeMesh> ready(MaybeMesh mesh) {
+  std::promise<MaybeMesh> promise;
+  promise.set_value(std::move(mesh));
+  return promise.get_future().share();
+}
+
+/// What is known of a file, as the answer to one who named it so.
+MaybeMesh answer(const std::string& resource, MaybeMesh mesh) {
+  if (!mesh.value) mesh.reason = "mesh '" + printable(resource) + "': " + mesh.reason;
+  return mesh;
+}
+
+std::string realPath(const std::string& path) {
+  std::error_code error;
+  const fs::path real = fs::weakly_canonical(path, error);
+  return error ? path : real.string();
+}
+
 /// The reason if the reader gave neither triangles nor a reason.
 const char* endOf(int status) {
   switch (status - kKilledBy) {
@@ -68,37 +85,98 @@ const char* endOf(int status) {
 
 }  // namespace
 
-MeshLibrary::MeshLibrary(std::vector<std::string> roots, render::MeshFileLimits limits)
-    : roots_(std::move(roots)), limits_(limits), roots_are_packages_(roots_.empty()) {}
+MeshLibrary::MeshLibrary(std::vector<std::string> roots, render::MeshFileLimits limits, Read read)
+    : roots_(std::move(roots)), roots_are_packages_(roots_.empty()), read_(std::move(read)) {
+  if (read_) return;
+  read_ = [this, limits](const std::string& path, const std::string& root) {
+    return readMeshFile(program_, path, root, limits);
+  };
+}
 
-MaybeMesh MeshLibrary::get(const std::string& resource) {
-  if (resource.empty()) return refused<render::SharedBody>("no mesh_resource");
+MeshLibrary::~MeshLibrary() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_ended_ = true;
+  }
+  asked_for_.notify_all();
+  program_.end();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::shared_future<MaybeMesh> MeshLibrary::ask(const std::string& resource) {
+  if (resource.empty()) return ready(refused<render::SharedBody>("no mesh_resource"));
   if (resource.size() > kLongestResource) {
-    return refused<render::SharedBody>("mesh_resource is longer than 1024 characters");
+    return ready(refused<render::SharedBody>("mesh_resource is longer than 1024 characters"));
   }
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  auto found = entries_.find(resource);
-  if (found == entries_.end() || (!found->second.mesh.value && now > found->second.retry_at)) {
-    MaybeMesh mesh = load(resource);
-    if (!mesh.value) mesh.reason = "mesh '" + printable(resource) + "': " + mesh.reason;
-    const auto end = std::chrono::steady_clock::now();
-    const auto retry_at = end + kRetry + kRetryShare * (end - now);
-    found = entries_.insert_or_assign(resource, Entry{std::move(mesh), retry_at, 0}).first;
+  const auto name = names_.find(resource);
+  const Entry* entry = name == names_.end() ? nullptr : known(name->second);
+  if (entry != nullptr) {
+    entries_.find(name->second)->second.used = ++uses_;
+    return ready(answer(resource, entry->mesh));
   }
-  found->second.used = ++uses_;
-  const MaybeMesh mesh = found->second.mesh;
+  const auto asked = asked_.find(resource);
+  if (asked != asked_.end()) return asked->second;
+  if (requests_.size() >= kMostRequests) {
+    return ready(refused<render::SharedBody>("more than 256 meshes wait to be read"));
+  }
+  requests_.push_back({resource, {}});
+  const auto future = requests_.back().answer.get_future().share();
+  asked_.emplace(resource, future);
+  if (!thread_.joinable()) thread_ = std::thread([this] { readRequests(); });
+  asked_for_.notify_all();
+  return future;
+}
+
+/// Empty if nothing is known, or a failure is so old that the file is worth another try.
+const MeshLibrary::Entry* MeshLibrary::known(const Key& key) const {
+  const auto found = entries_.find(key);
+  if (found == entries_.end()) return nullptr;
+  const bool is_old =
+      !found->second.mesh.value && std::chrono::steady_clock::now() > found->second.retry_at;
+  return is_old ? nullptr : &found->second;
+}
+
+void MeshLibrary::readRequests() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    asked_for_.wait(lock, [this] { return is_ended_ || !requests_.empty(); });
+    if (is_ended_) return;
+    const std::string resource = requests_.front().resource;
+    lock.unlock();
+    MaybeMesh mesh = answer(resource, read(resource));
+    lock.lock();
+    Request request = std::move(requests_.front());
+    requests_.pop_front();
+    asked_.erase(resource);
+    request.answer.set_value(std::move(mesh));
+  }
+}
+
+MaybeMesh MeshLibrary::read(const std::string& resource) {
+  const Converted<Place> place = find(resource);
+  const Key key = place.value ? Key(realPath(place.value->path), realPath(place.value->root))
+                              : Key(resource, "");
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (names_.size() >= kMostNames) names_.clear();
+    names_[resource] = key;
+    if (const Entry* entry = known(key)) return entry->mesh;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  MaybeMesh mesh =
+      place.value ? load(*place.value) : refused<render::SharedBody>(place.reason);
+  const auto end = std::chrono::steady_clock::now();
+  const auto retry_at = end + kRetry + kRetryShare * (end - begin);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  entries_.insert_or_assign(key, Entry{mesh, retry_at, ++uses_});
   makeRoom();
   return mesh;
 }
 
-MaybeMesh MeshLibrary::load(const std::string& resource) {
-  const Converted<Place> place = find(resource);
-  if (!place.value) return refused<render::SharedBody>(place.reason);
+MaybeMesh MeshLibrary::load(const Place& place) {
   try {
-    return {std::make_shared<const render::Body>(
-                readMeshFile(place.value->path, place.value->root, limits_)),
-            {}};
+    return {std::make_shared<const render::Body>(read_(place.path, place.root)), {}};
   } catch (const std::exception& error) {  // also std::bad_alloc, which the file causes
     return refused<render::SharedBody>(error.what());
   }
@@ -153,9 +231,15 @@ void MeshLibrary::makeRoom() {
 
 render::Body readMeshFile(const std::string& path, const std::string& root,
                           const render::MeshFileLimits& limits) {
+  EndableProgram program;
+  return readMeshFile(program, path, root, limits);
+}
+
+render::Body readMeshFile(EndableProgram& program, const std::string& path,
+                          const std::string& root, const render::MeshFileLimits& limits) {
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
   const std::string reader = own.parent_path() / "afterglow_mesh_reader";
-  const ProgramResult result = runProgram(
+  const ProgramResult result = program.run(
       {reader, path, root, std::to_string(limits.bytes), std::to_string(limits.triangles)});
   if (result.status == 1) throw std::runtime_error(result.output);
   if (result.status != 0) throw std::runtime_error(endOf(result.status));

@@ -1,57 +1,89 @@
 /// \file
 /// Mesh resources of markers: from the name in a message to triangles. Each file is read once, by a
 /// program of its own (mesh_reader_main.cpp): a file that crashes assimp must not end the
-/// projection.
+/// projection, and one that takes long must not stop it.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
+#include <functional>
+#include <future>
 #include <map>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/tools/program.hpp"
 #include "render/mesh_file.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
 
 /// Keeps the meshes that it has read, bounded in number and size; drops the least recently used
-/// first. Any thread; one file is read at a time.
+/// first. Files are read one at a time in a thread of its own, and remembered, also as failures,
+/// by their real path: other spellings are not read again. Any thread.
 class MeshLibrary {
  public:
+  using Mesh = Converted<render::SharedBody>;
+  /// The file and the folder that it may name others in. Throws std::exception.
+  using Read = std::function<render::Body(const std::string& path, const std::string& root)>;
+
   /// `roots`: folders that file:// may name, links followed; empty: those of the ROS packages of
-  /// this machine. package:// always stays in its package.
-  explicit MeshLibrary(std::vector<std::string> roots = {}, render::MeshFileLimits limits = {});
+  /// this machine. package:// always stays in its package. `read`: instead of readMeshFile.
+  explicit MeshLibrary(std::vector<std::string> roots = {}, render::MeshFileLimits limits = {},
+                       Read read = {});
+  /// Ends a reading; what has been asked for and not been read is never answered.
+  ~MeshLibrary();
 
   /// "package://NAME/PATH" or "file:///PATH", without "..". A refusal's reason names the resource;
-  /// it stands for some seconds before the file is tried again. A file is read successfully only
-  /// once.
-  Converted<render::SharedBody> get(const std::string& resource);
+  /// it stands for some seconds, longer after a long reading, before the file is tried again. A
+  /// file is read successfully only once.
+  std::shared_future<Mesh> ask(const std::string& resource);
+  /// Waits for the answer: a minute, if no other meshes are asked for.
+  Mesh get(const std::string& resource) { return ask(resource).get(); }
 
  private:
+  using Key = std::pair<std::string, std::string>;  ///< real path and root; or the resource and ""
   struct Entry {
-    Converted<render::SharedBody> mesh;
+    Mesh mesh;
     std::chrono::steady_clock::time_point retry_at;
     std::uint64_t used = 0;
   };
   struct Place {
     std::string path, root;
   };
+  struct Request {
+    std::string resource;
+    std::promise<Mesh> answer;
+  };
 
-  Converted<render::SharedBody> load(const std::string& resource);
+  void readRequests();
+  Mesh read(const std::string& resource);
+  Mesh load(const Place& place);
+  const Entry* known(const Key& key) const;
   Converted<Place> find(const std::string& resource);
   Converted<Place> findInPackage(const std::string& name_and_path);
   Converted<Place> findFile(const std::string& path);
   void makeRoom();
 
-  std::vector<std::string> roots_;
-  render::MeshFileLimits limits_;
+  std::vector<std::string> roots_;  ///< these are the reading thread's alone, once it runs
   bool roots_are_packages_;
-  std::mutex mutex_;
-  std::map<std::string, Entry> entries_;
+  EndableProgram program_;
+  Read read_;
+  std::mutex mutex_;  ///< what follows
+  std::map<std::string, Key> names_;
+  std::map<Key, Entry> entries_;
   std::uint64_t uses_ = 0;
+  std::deque<Request> requests_;  ///< the first one is being read
+  std::map<std::string, std::shared_future<Mesh>> asked_;
+  bool is_ended_ = false;
+  std::condition_variable asked_for_;
+  std::thread thread_;  ///< from the first request on
 };
 
 /// As render::loadMeshFile. Starts afterglow_mesh_reader, which lies beside the running program,
@@ -59,5 +91,8 @@ class MeshLibrary {
 /// takes it too much time or memory, or where it cannot be started. Safe from several threads.
 render::Body readMeshFile(const std::string& path, const std::string& root,
                           const render::MeshFileLimits& limits = {});
+/// One that another thread can end.
+render::Body readMeshFile(EndableProgram& program, const std::string& path,
+                          const std::string& root, const render::MeshFileLimits& limits = {});
 
 }  // namespace afterglow::nodes

@@ -11,6 +11,7 @@
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
 #include "nodes/tools/node_help.hpp"
+#include "nodes/tools/registration.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
@@ -99,6 +100,7 @@ int main(int argc, char** argv) {
     const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down
     const auto options = ProjectorNodeOptions::read(own);
     ProjectorNode node(options);
+    const afterglow::nodes::Registration registration;
     auto screens = openScreens(node, options.window);
     ros::AsyncSpinner spinner(1);
     spinner.start();

@@ -6,7 +6,6 @@
 #include <exception>
 #include <optional>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 #include "nodes/conversion/beam_markers.hpp"
@@ -71,7 +70,7 @@ ProjectorNodeOptions ProjectorNodeOptions::read(const ros::NodeHandle& own) {
 
 ProjectorNode::ProjectorNode(const ProjectorNodeOptions& options)
     : options_(options),
-      scene_(loadConfig(options), transforms_),
+      scene_(loadConfig(options), transforms_, ProjectorScene::MeshReading::BesideDrawing),
       schedule_(options.rate_hz),
       diagnostics_(options.rate_hz) {
   for (const OutputConfig& projector : scene_.config().projectors) {
@@ -103,10 +102,6 @@ ProjectorNode::~ProjectorNode() { endDrawing(); }
 template <typename MessageType>
 ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
   const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
-    if constexpr (std::is_same_v<MessageType, visualization_msgs::Marker> ||
-                  std::is_same_v<MessageType, visualization_msgs::MarkerArray>) {
-      scene_.prepare(*message);  // drawing goes on meanwhile
-    }
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       scene_.add(layer, *message, timeInOrder());

@@ -54,12 +54,14 @@ bool hasJumped(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 }  // namespace
 
-ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer)
+ProjectorScene::ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer,
+                               MeshReading reading)
     : config_(std::move(config)),
       frames_(buffer, config_.fixed_frame),
       surfaces_(config_.surfaces),
       next_(config_.layers.size(), 0),
-      assets_(config_.mesh_roots) {
+      assets_(config_.mesh_roots),
+      reading_(reading) {
   for (const LayerConfig& layer : config_.layers) layers_.push_back(makeLayer(layer));
 }
 
@@ -112,7 +114,7 @@ void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& me
                          ros::Time now) {
   frames_.forget(toNs(now));
   layers_[layer].countMessage();
-  addMarker(layers_[layer], message, now);
+  addMarker(layer, message, now);
 }
 
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArray& message,
@@ -121,20 +123,44 @@ void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArra
   layers_[layer].countMessage();
   if (namesOneTwice(message)) layers_[layer].remark("an id twice in one array: the last is shown");
   for (const visualization_msgs::Marker& marker : message.markers) {
-    addMarker(layers_[layer], marker, now);
+    addMarker(layer, marker, now);
   }
 }
 
-void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Marker& marker,
+void ProjectorScene::addMarker(std::size_t index, const visualization_msgs::Marker& marker,
                                ros::Time now) {
   using visualization_msgs::Marker;
+  LayerState& layer = layers_[index];
   const ContentKey key{marker.ns, marker.id};
   // Deletes need no frame, and DELETEALL no namespace either.
+  if (marker.action == Marker::DELETEALL) {
+    unread_.removeAll(index);
+    return layer.removeAll();
+  }
+  if (marker.action != Marker::ADD && marker.action != Marker::DELETE) {
+    return layer.drop("unknown action");
+  }
+  unread_.remove(index, key);
   if (marker.action == Marker::DELETE) return layer.remove(key);
-  if (marker.action == Marker::DELETEALL) return layer.removeAll();
-  if (marker.action != Marker::ADD) return layer.drop("unknown action");
 
-  auto drawable = toDrawable(marker, assets_);
+  const UnreadMesh unread{index, marker, now, meshOf(marker)};
+  if (!unread.mesh.valid()) return showMarker(layer, marker, now);
+  if (unread.isRead()) return showMarker(layer, marker, now, &unread.mesh.get());
+  layer.remove(key);
+  if (!unread_.add(unread)) layer.drop("more than 1000 markers wait for their meshes");
+}
+
+std::shared_future<MeshLibrary::Mesh> ProjectorScene::meshOf(
+    const visualization_msgs::Marker& marker) {
+  const bool is_beside = reading_ == MeshReading::BesideDrawing;
+  if (!is_beside || marker.type != visualization_msgs::Marker::MESH_RESOURCE) return {};
+  return assets_.meshes().ask(marker.mesh_resource);
+}
+
+void ProjectorScene::showMarker(LayerState& layer, const visualization_msgs::Marker& marker,
+                                ros::Time arrived, const MeshLibrary::Mesh* mesh) {
+  const ContentKey key{marker.ns, marker.id};
+  auto drawable = toDrawable(marker, assets_, mesh);
   const std::string fault = drawable.value ? headerFault(marker.header) : drawable.reason;
   if (!fault.empty()) {
     layer.remove(key);  // as RViz: the marker that it replaces is no longer true
@@ -146,18 +172,7 @@ void ProjectorScene::addMarker(LayerState& layer, const visualization_msgs::Mark
   content.frame_locked = marker.frame_locked != 0;
   content.lifetime_ns =
       std::int64_t{marker.lifetime.sec} * 1'000'000'000 + std::int64_t{marker.lifetime.nsec};
-  show(layer, key, marker.header, std::move(content), now);
-}
-
-void ProjectorScene::prepare(const visualization_msgs::Marker& message) {
-  using visualization_msgs::Marker;
-  if (message.type == Marker::MESH_RESOURCE && message.action == Marker::ADD) {
-    assets_.meshes().get(message.mesh_resource);
-  }
-}
-
-void ProjectorScene::prepare(const visualization_msgs::MarkerArray& message) {
-  for (const visualization_msgs::Marker& marker : message.markers) prepare(marker);
+  show(layer, key, marker.header, std::move(content), arrived);
 }
 
 void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
@@ -169,10 +184,14 @@ void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
 // frames
 void ProjectorScene::update(ros::Time now) {
   frames_.forget(toNs(now));
+  for (const UnreadMesh& unread : unread_.takeRead()) {
+    showMarker(layers_[unread.layer], unread.marker, unread.arrived, &unread.mesh.get());
+  }
   for (LayerState& layer : layers_) layer.update(toNs(now), frames_);
 }
 
 void ProjectorScene::clear() {
+  unread_.clear();
   for (LayerState& layer : layers_) layer.removeAll();
 }
 
@@ -203,11 +222,16 @@ render::Scene ProjectorScene::scene(ros::Time now, std::vector<std::string>& pro
       problems.push_back(frames_.noTransform(status.topic, status.waiting_for));
     }
   }
+  if (!unread_.waiting().empty()) {
+    const std::string& resource = unread_.waiting().front().marker.mesh_resource;
+    problems.push_back("mesh '" + printable(resource) + "' is being read");
+  }
   return scene;
 }
 
 bool ProjectorScene::isWaiting() const {
-  return std::any_of(layers_.begin(), layers_.end(),
+  return !unread_.waiting().empty() ||
+         std::any_of(layers_.begin(), layers_.end(),
                      [](const LayerState& layer) { return layer.isWaiting(); });
 }
 

@@ -22,6 +22,7 @@
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_state.hpp"
 #include "nodes/projector/projector_config.hpp"
+#include "nodes/projector/unread_meshes.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -61,17 +62,18 @@ struct SceneSnapshot {
 /// messages are counted and never throw. The buffer must outlive this; one thread at a time.
 class ProjectorScene {
  public:
-  ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer);
+  /// When the meshes are read that markers name. Beside the drawing: the marker is shown once its
+  /// mesh has been read; what it replaces is gone at once.
+  enum class MeshReading { WithMessages, BesideDrawing };
+
+  ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer,
+                 MeshReading reading = MeshReading::WithMessages);
 
   void add(std::size_t layer, const sensor_msgs::PointCloud2& message, ros::Time now);
   void add(std::size_t layer, const sensor_msgs::LaserScan& message, ros::Time now);
   void add(std::size_t layer, const nav_msgs::Path& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::Marker& message, ros::Time now);
   void add(std::size_t layer, const visualization_msgs::MarkerArray& message, ros::Time now);
-  /// Reads the meshes that a message names, which can take seconds, so that add() need not. Only
-  /// this function may run beside the others, in any thread.
-  void prepare(const visualization_msgs::Marker& message);
-  void prepare(const visualization_msgs::MarkerArray& message);
   /// Counts a message that cannot be deserialized.
   void drop(std::size_t layer, const std::string& reason);
 
@@ -90,7 +92,7 @@ class ProjectorScene {
   SceneSnapshot snapshot(ros::Time now);
   /// Those whose place is known, as of the last scene().
   std::vector<render::SurfacePatch> surfaces() const { return surfaces_.known(); }
-  /// Whether content waits for a transform, so that the next transform may show it.
+  /// Whether content waits for a transform or a mesh, which may come at any time.
   bool isWaiting() const;
   /// Forgets all content, but not the counts, because time has jumped.
   void clear();
@@ -103,7 +105,11 @@ class ProjectorScene {
                   ros::Time now);
   /// A new key for content that decays; else the keys of the layer's buffer, in turn.
   ContentKey nextKey(std::size_t layer);
-  void addMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time now);
+  void addMarker(std::size_t layer, const visualization_msgs::Marker& marker, ros::Time now);
+  /// What is to be waited for; not valid: nothing.
+  std::shared_future<MeshLibrary::Mesh> meshOf(const visualization_msgs::Marker& marker);
+  void showMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time arrived,
+                  const MeshLibrary::Mesh* mesh = nullptr);
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,
             Content content, ros::Time now);
   std::optional<render::Layer> layer(std::size_t index, std::vector<std::string>& problems);
@@ -114,6 +120,8 @@ class ProjectorScene {
   std::vector<LayerState> layers_;
   std::vector<int> next_;  ///< by layer, for nextKey()
   MarkerAssets assets_;
+  MeshReading reading_;
+  UnreadMeshes unread_;
 };
 
 }  // namespace afterglow::nodes

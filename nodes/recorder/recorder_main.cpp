@@ -6,6 +6,7 @@
 
 #include "nodes/recorder/recorder_node.hpp"
 #include "nodes/tools/node_help.hpp"
+#include "nodes/tools/registration.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
     const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down, its log first
     const RecorderNodeOptions options = RecorderNodeOptions::read(own);
     RecorderNode node(options);
+    const Registration registration;
     // Starting a behavior waits for connections; the others go on meanwhile.
     ros::AsyncSpinner spinner(4);
     spinner.start();

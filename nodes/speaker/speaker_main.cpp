@@ -5,6 +5,7 @@
 
 #include "nodes/speaker/speaker_node.hpp"
 #include "nodes/tools/node_help.hpp"
+#include "nodes/tools/registration.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 int main(int argc, char** argv) {
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
     afterglow::nodes::requireMaster(argc, argv);
     ros::init(argc, argv, "speaker_node");
     afterglow::nodes::SpeakerNode node{ros::NodeHandle(), ros::NodeHandle("~")};
+    const afterglow::nodes::Registration registration;
     ros::spin();
     node.stop();
   } catch (const std::exception& error) {

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -100,11 +101,15 @@ int waitForProgram(pid_t pid) {
 }
 
 ProgramResult runProgram(const std::vector<std::string>& arguments) {
+  return EndableProgram().run(arguments);
+}
+
+ProgramResult EndableProgram::run(const std::vector<std::string>& arguments) {
   const int fd = ::memfd_create("program output", MFD_CLOEXEC);
   if (fd < 0) throw std::runtime_error(std::string("cannot catch output: ") + std::strerror(errno));
   ProgramResult result;
   try {
-    const int status = waitForProgram(startProgram(arguments, fd));
+    const int status = waitFor(start(arguments, fd));
     result.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   } catch (...) {
     ::close(fd);
@@ -117,6 +122,28 @@ ProgramResult runProgram(const std::vector<std::string>& arguments) {
   }
   ::close(fd);
   return result;
+}
+
+pid_t EndableProgram::start(const std::vector<std::string>& arguments, int output_fd) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (is_ended_) throw std::runtime_error(arguments.front() + " is not started any more");
+  pid_ = startProgram(arguments, output_fd);
+  return pid_;
+}
+
+int EndableProgram::waitFor(pid_t pid) {
+  siginfo_t info;
+  while (::waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);  // its number is free for others from here on
+  pid_ = 0;
+  return waitForProgram(pid);
+}
+
+void EndableProgram::end() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_ended_ = true;
+  if (pid_ > 0) ::kill(pid_, SIGKILL);
 }
 
 }  // namespace afterglow::nodes

@@ -4,6 +4,7 @@
 
 #include <sys/types.h>
 
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -38,5 +39,22 @@ struct ProgramResult {
 
 /// Runs a program to its end. Throws as startProgram does.
 ProgramResult runProgram(const std::vector<std::string>& arguments);
+
+/// Runs programs, one after the other, that another thread can end.
+class EndableProgram {
+ public:
+  /// As runProgram. Throws std::runtime_error after end().
+  ProgramResult run(const std::vector<std::string>& arguments);
+  /// Kills the program that runs; later ones are not started. Any thread.
+  void end();
+
+ private:
+  pid_t start(const std::vector<std::string>& arguments, int output_fd);
+  int waitFor(pid_t pid);
+
+  std::mutex mutex_;
+  pid_t pid_ = 0;  ///< of a program that has not been waited for, so that it is no other's number
+  bool is_ended_ = false;
+};
 
 }  // namespace afterglow::nodes

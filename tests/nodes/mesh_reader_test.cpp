@@ -3,13 +3,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
 #include <functional>
+#include <future>
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "nodes/tools/program.hpp"
 #include "tests/support/cube_files.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -96,6 +104,78 @@ TEST_F(MeshReader, survivesTamperedFiles) {
       EXPECT_EQ(why.find('\n'), std::string::npos) << why;
     }
   }
+}
+
+/// Files are read when the test lets them.
+class HeldMeshes : public ::testing::Test {
+ protected:
+  HeldMeshes()
+      : meshes_({folder_.path("")}, {}, [this](const std::string& path, const std::string&) {
+          const int running = ++running_;
+          most_running_ = std::max(most_running_.load(), running);
+          go_.wait();
+          --running_;
+          ++read_;
+          if (path.find("bad") != std::string::npos) throw std::runtime_error("bent");
+          return render::Body();
+        }) {
+    for (const char* name : {"a.stl", "b.stl", "bad.stl"}) {
+      test::writeFile(folder_.path(name), test::cubeStl());
+    }
+  }
+  std::string uri(const std::string& name) const { return "file://" + folder_.path(name); }
+  static bool isReady(const std::shared_future<MeshLibrary::Mesh>& mesh) {
+    return mesh.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
+
+  test::TempFolder folder_;
+  std::promise<void> may_go_;
+  std::shared_future<void> go_ = may_go_.get_future().share();
+  std::atomic<int> running_{0}, most_running_{0}, read_{0};
+  MeshLibrary meshes_;
+};
+
+TEST_F(HeldMeshes, areReadOneAtATimeBesideWhoAsks) {
+  const auto a = meshes_.ask(uri("a.stl")), b = meshes_.ask(uri("b.stl"));
+  EXPECT_FALSE(isReady(a));
+  EXPECT_FALSE(isReady(b));
+  EXPECT_EQ(meshes_.ask("").get().reason, "no mesh_resource");
+  may_go_.set_value();
+  EXPECT_TRUE(a.get().value);
+  EXPECT_TRUE(b.get().value);
+  EXPECT_EQ(most_running_, 1);
+  EXPECT_TRUE(isReady(meshes_.ask(uri("a.stl"))));
+  EXPECT_EQ(read_, 2);
+}
+
+TEST_F(HeldMeshes, areOneByTheirRealPathAlsoWhenTheyFail) {
+  may_go_.set_value();
+  std::filesystem::create_symlink(folder_.path("bad.stl"), folder_.path("link.stl"));
+  EXPECT_EQ(meshes_.get(uri("bad.stl")).reason, "mesh '" + uri("bad.stl") + "': bent");
+  EXPECT_EQ(meshes_.get(uri("./bad.stl")).reason, "mesh '" + uri("./bad.stl") + "': bent");
+  EXPECT_EQ(meshes_.get(uri("/bad.stl")).reason, "mesh '" + uri("/bad.stl") + "': bent");
+  EXPECT_FALSE(meshes_.get(uri("link.stl")).value);
+  EXPECT_EQ(read_, 1);
+  EXPECT_EQ(*meshes_.get(uri("a.stl")).value, *meshes_.get(uri("//a.stl")).value);
+  EXPECT_EQ(read_, 2);
+}
+
+TEST_F(HeldMeshes, refuseMoreThanCanWait) {
+  for (int i = 0; i < 256; ++i) meshes_.ask(uri(std::to_string(i) + ".stl"));
+  EXPECT_EQ(meshes_.ask(uri("a.stl")).get().reason, "more than 256 meshes wait to be read");
+  may_go_.set_value();
+}
+
+TEST(EndableProgram, endsWhatRunsAndStartsNothingMore) {
+  EndableProgram program;
+  std::thread end([&] { program.end(); });  // before or after the start: both end it
+  try {
+    EXPECT_EQ(program.run({"sleep", "1000"}).status, 128 + SIGKILL);
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "sleep is not started any more");
+  }
+  end.join();
+  EXPECT_THROW(program.run({"true"}), std::runtime_error);
 }
 
 }  // namespace

@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
 #include <string>
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "tests/support/cloud_messages.hpp"
+#include "tests/support/cube_files.hpp"
+#include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::projector_scene_test {
 namespace {
@@ -99,6 +103,67 @@ TEST_F(ProjectorSceneTest, replacesAndDeletesByNamespaceAndId) {
   add(gone, at(3));
   EXPECT_TRUE(drawn(kMarkers, at(3)).empty());
   EXPECT_TRUE(dropped(kMarkers).empty());
+}
+
+TEST_F(ProjectorSceneTest, showsAMeshOnceItHasBeenReadBesideTheDrawing) {
+  const test::TempFolder folder;
+  test::writeFile(folder.path("cube.stl"), test::cubeStl());
+  ProjectorConfig from_folder = config();
+  from_folder.mesh_roots = {folder.path("")};
+  ProjectorScene beside(from_folder, buffer, ProjectorScene::MeshReading::BesideDrawing);
+  Marker mesh = cube(1);
+  mesh.type = Marker::MESH_RESOURCE;
+  mesh.mesh_resource = "file://" + folder.path("cube.stl");
+  beside.add(kMarkers, mesh, at(0));
+  mesh.id = 2;
+  beside.add(kMarkers, mesh, at(0));
+  mesh.action = Marker::DELETE;
+  beside.add(kMarkers, mesh, at(0));
+  beside.add(kMarkers, cube(3), at(0));
+  EXPECT_FALSE(beside.snapshot(at(0)).scene.layers.at(kMarkers).drawables.empty());
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (beside.isWaiting() && std::chrono::steady_clock::now() < deadline) beside.update(at(0));
+  EXPECT_EQ(beside.snapshot(at(0)).scene.layers.at(kMarkers).drawables.size(), 2u);
+  EXPECT_TRUE(beside.status().at(kMarkers).dropped.empty());
+}
+
+TEST(UnreadMeshes, waitOneForAKeyAndAreForgottenWithIt) {
+  std::promise<MeshLibrary::Mesh> promise;
+  const std::shared_future<MeshLibrary::Mesh> mesh = promise.get_future().share();
+  const auto unread = [&](std::size_t layer, int id) {
+    UnreadMesh u;
+    u.layer = layer;
+    u.marker.id = id;
+    u.mesh = mesh;
+    return u;
+  };
+  UnreadMeshes meshes;
+  for (int id : {1, 2, 2, 3}) EXPECT_TRUE(meshes.add(unread(0, id)));
+  EXPECT_TRUE(meshes.add(unread(1, 1)));
+  EXPECT_TRUE(meshes.add(unread(2, 1)));
+  meshes.remove(0, {"", 3});
+  meshes.remove(0, {"", 99});
+  meshes.removeAll(1);
+  EXPECT_EQ(meshes.waiting().size(), 3u);
+  EXPECT_TRUE(meshes.takeRead().empty());
+  promise.set_value({std::nullopt, "bent"});
+  EXPECT_EQ(meshes.takeRead().size(), 3u);
+  EXPECT_TRUE(meshes.waiting().empty());
+}
+
+TEST(UnreadMeshes, areBounded) {
+  std::promise<MeshLibrary::Mesh> promise;
+  UnreadMesh unread;
+  unread.mesh = promise.get_future().share();
+  UnreadMeshes meshes;
+  for (int i = 0; i < 1000; ++i) {
+    unread.marker.id = i;
+    ASSERT_TRUE(meshes.add(unread));
+  }
+  unread.marker.id = 1000;
+  EXPECT_FALSE(meshes.add(unread));
+  unread.marker.id = 999;
+  EXPECT_TRUE(meshes.add(unread)) << "it replaces one";
 }
 
 TEST_F(ProjectorSceneTest, obeysTheOrderWithinAnArray) {

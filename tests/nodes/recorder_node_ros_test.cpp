@@ -384,5 +384,22 @@ TEST_F(RecorderNodeTest, leavesWhatItHadWhenItIsKilledAndMarksItNextTime) {
   EXPECT_EQ(test::readTexts(*store, behavior), Texts{"kept"});
 }
 
+/// The last: the other tests' connections do not know the new master.
+TEST_F(RecorderNodeTest, zzGoesOnWithAMasterThatIsStartedAnew) {
+  const ros::Publisher topic = advertise("/before_it_died");
+  const std::int64_t id = start(request({"/before_it_died", "/after_it_died"})).behavior_id;
+  publish(topic, say("one"));
+  world->graph.master.end();
+  publish(topic, say("two"));
+  world->graph.master.start();
+  const ros::Publisher late = advertise("/after_it_died");
+  publish(late, say("three"));
+  EXPECT_TRUE(ros::service::waitForService("/recorder_node/stop_recording", kPatience));
+  stop(id);
+  const Texts kept = texts(id);
+  EXPECT_EQ(std::set<std::string>(kept.begin(), kept.end()),
+            (std::set<std::string>{"one", "two", "three"}));
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::recorder_node_ros_test

@@ -42,6 +42,8 @@ class RosMaster {
   }
   /// It dies, and no other comes.
   void end() { core_->end(); }
+  /// Another one, which knows nothing, where the ended one was.
+  void start() { core_->start(); }
 
  private:
   TempFolder home_;
