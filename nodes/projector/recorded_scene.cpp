@@ -14,6 +14,7 @@ namespace {
 
 const char kTransforms[] = "/tf", kStaticTransforms[] = "/tf_static";
 constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf2 remembers
+constexpr std::int64_t kWaitingPeriod = 40'000'000;         // ns; that of a film
 /// ns; a cloud without a transform after this time is given up for the next one.
 constexpr std::int64_t kCloudPatience = 1'000'000'000;
 
@@ -116,9 +117,17 @@ const replay::Channel& RecordedScene::channel(std::int64_t id) {
 void RecordedScene::feed(const replay::Message& message) {
   const replay::Channel& source = channel(message.channel);
   if (source.topic == kTransforms || source.topic == kStaticTransforms) {
-    return feedTransforms(message, source);
+    feedTransforms(message, source);
+    return showWaiting(message.received);
   }
   feedLayer(layers_.at(source.topic), message, source);
+}
+
+/// What waits is placed while tf2 remembers its time, however far ahead the next image is.
+void RecordedScene::showWaiting(replay::Stamp now) {
+  if (now.ns < show_waiting_at_ns_ || !scene_.isWaiting()) return;
+  scene_.update(toTime(now));
+  show_waiting_at_ns_ = now.ns + kWaitingPeriod;
 }
 
 void RecordedScene::feedTransforms(const replay::Message& message, const replay::Channel& channel) {

@@ -40,6 +40,7 @@ class RecordedScene {
   void findSurfaces();
   void feed(const replay::Message& message);
   void feedTransforms(const replay::Message& message, const replay::Channel& channel);
+  void showWaiting(replay::Stamp now);
   void feedLayer(std::size_t layer, const replay::Message& message, const replay::Channel& channel);
   template <typename MessageType>
   void feedLayerAs(std::size_t layer, const replay::Message& message,
@@ -54,6 +55,7 @@ class RecordedScene {
   std::map<std::int64_t, replay::Channel> channels_;
   std::unique_ptr<replay::MessageCursor> cursor_;
   std::optional<replay::Message> next_;
+  std::int64_t show_waiting_at_ns_ = 0;
 };
 
 }  // namespace afterglow::nodes

@@ -67,5 +67,40 @@ TEST(RecordedSurface, isFoundInTheRecordingsFirstCloudThatCanBePlaced) {
   EXPECT_FALSE(scene.transforms().canTransform("map", "camera", ros::Time()));
 }
 
+/// As in a film, which looks at every moment on its way.
+TEST(RecordedScene, showsInAStillWhatWaitedForATransformLongAgo) {
+  const test::TempFolder folder;
+  const std::string path = folder.path("long.bag");
+  {
+    rosbag::Bag bag(path, rosbag::bagmode::Write);
+    visualization_msgs::Marker marker;
+    marker.header.frame_id = "arm";
+    marker.header.stamp = ros::Time(1000);
+    marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1;
+    marker.color.a = 1;
+    bag.write("/marker", ros::Time(1000), marker);
+    for (int i = 0; i <= 300; ++i) {
+      tf2_msgs::TFMessage transforms;
+      transforms.transforms.resize(1);
+      transforms.transforms[0].header.frame_id = "map";
+      transforms.transforms[0].header.stamp = ros::Time(999.95 + 0.05 * i);
+      transforms.transforms[0].child_frame_id = "arm";
+      transforms.transforms[0].transform.rotation.w = 1;
+      bag.write("/tf", ros::Time(1000.01 + 0.05 * i), transforms);
+    }
+    bag.close();
+  }
+  const auto store = replay::openMemoryStore();
+  const replay::Behavior behavior = replay::importBag(path, *store).behavior;
+  ProjectorConfig config;
+  config.fixed_frame = "map";
+  config.layers.resize(1);
+  config.layers[0].topic = "/marker";
+  RecordedScene scene(*store, behavior, config);
+  const SceneSnapshot snapshot = scene.at(replay::Stamp{1'012'500'000'000});
+  ASSERT_EQ(snapshot.scene.layers.size(), 1u);
+  EXPECT_EQ(snapshot.scene.layers[0].drawables.size(), 1u);
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::recorded_surface_test
