@@ -38,4 +38,13 @@ std::optional<sound_play::SoundRequest> soundRequestOf(const replay::Channel& ch
   return request;
 }
 
+bool isSoundPlay(const std::string& node) {
+  const auto has = [&](const char* name) { return node.find(name) != std::string::npos; };
+  return has("soundplay") || has("sound_play");
+}
+
+std::string soundPlayVoice(const std::string& voice) {
+  return voice.empty() || voice.rfind("voice_", 0) == 0 ? voice : "voice_kal_diphone";
+}
+
 }  // namespace afterglow::nodes

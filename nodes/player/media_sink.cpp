@@ -145,14 +145,26 @@ std::string MediaSink::replacementFor(const std::string& uri) {
   return replacements_[uri] = "";
 }
 
+void MediaSink::renameVoice(SoundRequest& request) {
+  if (request.sound != SoundRequest::SAY) return;
+  const std::string voice = soundPlayVoice(request.arg2);
+  if (voice == request.arg2) return;
+  if (renamed_voices_.size() < kMostSentences && renamed_voices_.insert(request.arg2).second) {
+    notes_.push_back("sound_play has no voice '" + printable(request.arg2) + "': it is asked for " +
+                     voice);
+  }
+  request.arg2 = voice;
+}
+
 bool MediaSink::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
   const auto found = topics_.find(channel.topic);
   if (found == topics_.end()) return sink_.publish(channel, bytes);
   const Topic& topic = found->second;
   replay::Bytes changed = bytes;
-  if (isSpeech(channel) && topic.recorded.md5 != channel.md5) {
-    const auto request = soundRequestOf(topic.recorded, bytes);
+  if (isSpeech(channel) && (has_sound_play_ || topic.recorded.md5 != channel.md5)) {
+    auto request = soundRequestOf(topic.recorded, bytes);
     if (!request) throw replay::MessageError("no sound request");
+    if (has_sound_play_) renameVoice(*request);
     changed = bytesOf(*request);
   }
   topic.references->replace(changed,

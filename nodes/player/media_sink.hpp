@@ -35,6 +35,8 @@ class MediaSink : public replay::MessageSink {
             std::string cache_folder = "");
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
+  /// From now on requests name voices that sound_play has (soundPlayVoice).
+  void speakThroughSoundPlay() { has_sound_play_ = true; }
 
   /// For the report: what came from the store, what is lost.
   const std::vector<std::string>& notes() const { return notes_; }
@@ -48,12 +50,15 @@ class MediaSink : public replay::MessageSink {
   void fetchFiles(const replay::Store& store, const replay::Behavior& behavior);
   std::string fetch(const replay::Store& store, const std::string& uri, const std::string& sha256);
   std::string replacementFor(const std::string& uri);
+  void renameVoice(sound_play::SoundRequest& request);
 
   replay::MessageSink& sink_;
   std::string cache_folder_;
   std::map<std::string, Topic> topics_;              ///< by output name
   std::map<std::string, std::string> replacements_;  ///< URIs; "": it is here, or nowhere
   std::vector<std::string> notes_;
+  bool has_sound_play_ = false;
+  std::set<std::string> renamed_voices_;
 };
 
 }  // namespace afterglow::nodes

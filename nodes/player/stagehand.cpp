@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <thread>
 #include <utility>
+
+#include "nodes/conversion/sound_request.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -76,8 +79,10 @@ void Stagehand::prepare(const std::function<bool()>& is_stopped) {
 }
 
 void Stagehand::tellAhead(Deadline deadline, const std::function<bool()>& is_stopped) {
-  const std::size_t expected =
-      askMaster(deadlineIn(kMasterPatience)).otherSubscribers(speech_topic_ + "/ahead").size();
+  const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
+  const std::set<std::string> listeners = graph.otherSubscribers(speech_topic_);
+  if (std::any_of(listeners.begin(), listeners.end(), isSoundPlay)) media_.speakThroughSoundPlay();
+  const std::size_t expected = graph.otherSubscribers(speech_topic_ + "/ahead").size();
   while (ahead_.getNumSubscribers() < expected && !is_stopped() &&
          std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

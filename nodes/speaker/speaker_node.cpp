@@ -11,6 +11,7 @@
 
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/speaker/sound.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 using sound_play::SoundRequest;
 
 constexpr double kTimerPeriod_s = 0.02;
+constexpr double kLookPeriod_s = 2, kMasterAnswers_s = 0.3;
 constexpr double kEndless_s = 1e9;
 constexpr std::size_t kMostAhead = 1000;
 
@@ -100,6 +102,30 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
       subscribe("/robotsound/ahead", [this](const AnyMessage& event) { onAhead(event); });
   timer_ = private_node.createSteadyTimer(ros::WallDuration(kTimerPeriod_s),
                                           [this](const ros::SteadyTimerEvent&) { onTimer(); });
+  look_timer_ = private_node.createSteadyTimer(
+      ros::WallDuration(kLookPeriod_s),
+      [this](const ros::SteadyTimerEvent&) { lookForSoundPlay(); });
+  lookForSoundPlay();
+}
+
+void SpeakerNode::lookForSoundPlay() {
+  std::string found;
+  try {
+    const RosGraph graph = askMaster(deadlineIn(kMasterAnswers_s));
+    for (const std::string& node : graph.otherSubscribers("/robotsound")) {
+      if (isSoundPlay(node) && isAlive(node, deadlineIn(kMasterAnswers_s))) found = node;
+    }
+  } catch (const std::runtime_error&) {
+    return;  // no master: as before
+  }
+  if (found == sound_play_) return;
+  sound_play_ = found;
+  if (found.empty()) {
+    ROS_WARN("sound_play is gone: this node speaks");
+  } else {
+    ROS_WARN("sound_play (%s) speaks what /robotsound says: this node is silent, so that nothing "
+             "is heard twice", found.c_str());
+  }
 }
 
 void SpeakerNode::stop() { board_->stopAll(now()); }
@@ -147,7 +173,8 @@ void SpeakerNode::obey(const SoundRequest& request) {
   }
   if (!std::isfinite(request.volume)) throw std::runtime_error("its volume is not a number");
   const std::shared_ptr<const Sound> sound = soundOf(request);
-  board_->play(keyOf(request), sound, loop, static_cast<double>(request.volume), now());
+  const double volume = sound_play_.empty() ? static_cast<double>(request.volume) : 0;
+  board_->play(keyOf(request), sound, loop, volume, now());
 }
 
 std::shared_ptr<const Sound> SpeakerNode::soundOf(const SoundRequest& request) {

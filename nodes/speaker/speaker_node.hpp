@@ -29,8 +29,8 @@ namespace afterglow::nodes {
 /// empty: all is well. Parameters: ~voice (en-us), ~engine (auto: better_voice.hpp),
 /// ~words_per_minute (160), ~player ("": aplay or paplay, whichever is there; "none": silent),
 /// ~folder ("": keep nothing; else a WAV file for every sound and speech.json), and those of
-/// FloorCaption. The constructor throws
-/// std::runtime_error for a parameter that cannot be obeyed.
+/// FloorCaption. While sound_play runs, it alone is heard: this node is silent, and warns. The
+/// constructor throws std::runtime_error for a parameter that cannot be obeyed.
 class SpeakerNode {
  public:
   SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node);
@@ -49,6 +49,7 @@ class SpeakerNode {
   void onEnded(const PlayingSound& playing, double heard_s);
   void onTimer();
   void prepareOne();
+  void lookForSoundPlay();
   void publishProblem();
   void publishState();
 
@@ -60,11 +61,12 @@ class SpeakerNode {
   std::map<int, std::size_t> log_entries_;  ///< of playing sounds, by their id
   std::unique_ptr<FloorCaption> caption_;   ///< empty without ~caption_topic
   std::string state_, problem_;
+  std::string sound_play_;  ///< the node that speaks instead; empty: there is none
   std::string refusal_;  ///< of the last request; empty if it was obeyed
   std::deque<sound_play::SoundRequest> ahead_;
   ros::Publisher state_publisher_, duration_publisher_, problem_publisher_;
   ros::Subscriber requests_, ahead_requests_;
-  ros::SteadyTimer timer_;
+  ros::SteadyTimer timer_, look_timer_;
 };
 
 }  // namespace afterglow::nodes

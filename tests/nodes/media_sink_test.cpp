@@ -76,6 +76,7 @@ struct MediaSinkTest : test::PlayerWorld {
     plan = makePlan(*store, behavior, plan_options);
     renewSpeechOutputs(plan);
     MediaSink media(*store, plan, sink, cache.path("files"));
+    if (has_sound_play) media.speakThroughSoundPlay();
     options.clear_projection = false;
     player = std::make_unique<replay::Player>(
         *store, plan, options, media, clock,
@@ -88,6 +89,7 @@ struct MediaSinkTest : test::PlayerWorld {
     return *toMessage<SoundRequest>(sink.on("/robotsound").at(index).bytes);
   }
 
+  bool has_sound_play = false;
   test::TempFolder cache;
   test::PlayReport report;
   std::vector<std::string> notes;
@@ -107,6 +109,24 @@ TEST(SoundRequest, isUnderstoodInTheWordsOfAllItsAges) {
       << "what is muted today is meant to be";
   EXPECT_FALSE(soundRequestOf(kSecond, oldRequest(-3, "Hello.", false)));
   EXPECT_FALSE(soundRequestOf(test::kMarkers, {}));
+}
+
+TEST_F(MediaSinkTest, namesVoicesThatSoundPlayHas) {
+  has_sound_play = true;
+  SoundRequest request = playFile("Hello.", "en-us");
+  request.sound = SoundRequest::SAY;
+  int at_ms = 100;
+  for (const char* voice : {"en-us", "", "voice_don_diphone", "en-us"}) {
+    request.arg2 = voice;
+    record(rosChannel<SoundRequest>("/robotsound"), at_ms += 100, rosBytes(request));
+  }
+  playWith({});
+  EXPECT_EQ(said(0).arg2, "voice_kal_diphone");
+  EXPECT_EQ(said(0).arg, "Hello.");
+  EXPECT_EQ(said(1).arg2, "");
+  EXPECT_EQ(said(2).arg2, "voice_don_diphone");
+  EXPECT_EQ(notes, std::vector<std::string>{"sound_play has no voice 'en-us': it is asked for "
+                                            "voice_kal_diphone"});
 }
 
 TEST_F(MediaSinkTest, bringsOldRequestsToTodaysDefinition) {

@@ -178,6 +178,29 @@ TEST_F(SpeakerNodeTest, hasPreparedWhatItIsToldAheadAndTellsHowLongItTakes) {
   EXPECT_DOUBLE_EQ(durations.back(), spoken()[0].duration_s);
 }
 
+TEST_F(SpeakerNodeTest, isSilentWhileSoundPlaySpeaks) {
+  const auto isLogged = [&](const std::string& text) {
+    return eventually([&] {
+      std::string all(1 << 16, '\0');
+      const ssize_t size = pread(fileno(log), all.data(), all.size(), 0);
+      all.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+      return all.find(text) != std::string::npos;
+    });
+  };
+  // It only has the name.
+  const pid_t other = startProgram({kProgram, "__name:=soundplay_node", "_player:=none"}, -1);
+  EXPECT_TRUE(isLogged("sound_play (/soundplay_node) speaks what /robotsound says"));
+  ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Once.");
+  ASSERT_TRUE(eventually([&] { return spoken().size() == 1; }));
+  EXPECT_EQ(spoken()[0].volume, 0);
+  kill(other, SIGKILL);
+  waitpid(other, nullptr, 0);
+  EXPECT_TRUE(isLogged("sound_play is gone: this node speaks"));
+  ask(SoundRequest::SAY, SoundRequest::PLAY_ONCE, "Again.");
+  ASSERT_TRUE(eventually([&] { return spoken().size() == 2; }));
+  EXPECT_EQ(spoken()[1].volume, 1);
+}
+
 TEST(SpeakerNode, saysWhyNothingIsHeardAndItsCaptionsGoOn) {
   ros::NodeHandle node;
   std::mutex mutex;
