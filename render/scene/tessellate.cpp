@@ -63,7 +63,7 @@ void addJoin(const RibbonPoint& from, const RibbonPoint& point, const RibbonPoin
   Eigen::Vector3d a = sideways(eye, point.p_world - from.p_world, point.p_world, width);
   Eigen::Vector3d b = sideways(eye, to.p_world - point.p_world, point.p_world, width);
   const double turn = std::atan2(a.cross(b).dot(n), a.dot(b));
-  if (turn > 0) {  // sideways is on the right-hand side, as the eye sees it
+  if (turn < 0) {  // sideways is on the right-hand side, as the eye sees it: outside of a left turn
     a = -a;
     b = -b;
   }

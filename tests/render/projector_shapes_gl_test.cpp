@@ -210,6 +210,35 @@ TEST_F(Placed, drapedCubeCoversItsFootprint) {
   expectOutline(draw(layer), lens_, optical({{1.15, 0}, {1.45, 0}, {1.45, 0.2}, {1.15, 0.2}}));
 }
 
+TEST_F(Placed, linesHaveNoNotchesInTheirCorners) {
+  const Eigen::Vector2d corner(1.35, 0.05);
+  for (const Placement placement : {Placement::Direct, Placement::Drape}) {
+    for (const double turn : {M_PI / 2, -M_PI / 2, M_PI / 3, -M_PI / 3, 2.5, -2.5}) {
+      SCOPED_TRACE(std::to_string(turn) + (placement == Placement::Drape ? " draped" : ""));
+      const Eigen::Vector2d from = corner - Eigen::Vector2d(0.3, 0);
+      const Eigen::Vector2d to = corner + 0.3 * Eigen::Vector2d(std::cos(turn), std::sin(turn));
+      Lines lines;
+      lines.strip = true;
+      lines.width = 0.1f;
+      for (const auto& p : {from, corner, to}) {
+        lines.points.push_back(Eigen::Vector3d(p.x(), p.y(), 0).cast<float>());
+      }
+      Layer layer = floorLayer(placement);
+      if (placement == Placement::Direct) layer.surface.reset();
+      layer.drawables = {{{}, lines, {}}};
+      const Image image = draw(layer);
+      // On the outer side, within the line's half width, which is 20 pixels at least.
+      const Eigen::Vector2d p = pixel(corner.x(), corner.y());
+      const Eigen::Vector2d a = (p - pixel(from.x(), from.y())).normalized(),
+                            b = (p - pixel(to.x(), to.y())).normalized();
+      const Eigen::Vector2d outside = p + 12 * (a + b).normalized();
+      const auto column = static_cast<std::size_t>(std::lround(outside.x())),
+                 row = static_cast<std::size_t>(std::lround(outside.y()));
+      EXPECT_EQ(image.rgb[3 * (row * static_cast<std::size_t>(image.width) + column)], 255);
+    }
+  }
+}
+
 TEST_F(Placed, viewerSeesContentWhereItWouldBe) {
   Layer layer = floorLayer(Placement::Viewer);
   const Eigen::Vector3d p(1.3, -0.1, 0.3);
