@@ -57,7 +57,10 @@ struct ProjectorRenderer::Impl {
     } else if (wanted != Drawing::Measured) {
       description += " (configured)";
     }
-    if (gl) description += "; " + context.description();
+    if (gl) {
+      description += "; " + context.description();
+      gl_context = &context;
+    }
     drawer = std::move(gl ? gl : cpu);
   }
 
@@ -92,10 +95,22 @@ struct ProjectorRenderer::Impl {
     by.draw(composer.compose(scene, T_projector_world), image);
   }
 
+  /// Once the GPU was reset, by the CPU: light must not go out.
+  void renderOrReplace(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
+                       Image& image) {
+    render(*drawer, scene, T_projector_world, image);
+    if (gl_context == nullptr || !gl_context->isLost()) return;
+    gl_context = nullptr;
+    drawer = std::make_unique<CpuDrawer>(lens);
+    description = "drawn by the CPU (OpenGL's context was lost)";
+    render(*drawer, scene, T_projector_world, image);
+  }
+
   calib::Lens lens;
   LightComposer composer;
   std::unique_ptr<ImageDrawer> drawer;
   std::string description;
+  GlContext* gl_context = nullptr;  ///< while OpenGL draws
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)
@@ -114,7 +129,7 @@ Image ProjectorRenderer::render(const Scene& scene,
 
 void ProjectorRenderer::render(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                                Image& image) {
-  impl_->render(*impl_->drawer, scene, T_projector_world, image);
+  impl_->renderOrReplace(scene, T_projector_world, image);
 }
 
 const std::string& ProjectorRenderer::description() const { return impl_->description; }

@@ -36,7 +36,7 @@ class ProjectorRenderer {
   /// Throws std::runtime_error where OpenGL is wanted and cannot be used.
   ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing = Drawing::Cpu);
   ~ProjectorRenderer();
-  /// Throws std::logic_error as placementMatrix does.
+  /// Throws std::logic_error as placementMatrix does. The CPU draws on where the GPU was reset.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
   /// The same into an image whose memory is used again.
   void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);

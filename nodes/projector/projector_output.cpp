@@ -87,6 +87,7 @@ void ProjectorOutput::draw(const render::Scene& scene,
   }
   publish(image, now);
   const std::lock_guard<std::mutex> lock(mutex_);
+  description_ = renderer_->description();
   if (picture_) spare_ = std::move(*picture_);
   picture_ = std::move(image);
 }

@@ -95,14 +95,22 @@ class EglContext {
     if (!eglChooseConfig(display_, wanted, &config, 1, &count) || count == 0) {
       throw std::runtime_error("no EGL configuration for OpenGL");
     }
-    const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
-                              4,
-                              EGL_CONTEXT_MINOR_VERSION,
-                              5,
-                              EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                              EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                              EGL_NONE};
-    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, version);
+    // Told of resets where the driver can; the attributes before are all that is needed.
+    EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION,
+                     4,
+                     EGL_CONTEXT_MINOR_VERSION,
+                     5,
+                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                     EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                     EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                     EGL_LOSE_CONTEXT_ON_RESET,
+                     EGL_NONE};
+    constexpr std::size_t kOfResets = 6;
+    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, wish);
+    if (context_ == EGL_NO_CONTEXT) {
+      wish[kOfResets] = EGL_NONE;
+      context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, wish);
+    }
     if (context_ == EGL_NO_CONTEXT) {
       throw std::runtime_error("no OpenGL 4.5 core context: " + eglError());
     }
@@ -224,6 +232,11 @@ GlContext::~GlContext() = default;
 void GlContext::makeCurrent() {
   if (!impl_->egl) impl_->egl = findContext();
   impl_->egl->makeCurrent();
+}
+
+bool GlContext::isLost() {
+  makeCurrent();
+  return glGetGraphicsResetStatus() != GL_NO_ERROR;
 }
 
 std::string GlContext::description() {

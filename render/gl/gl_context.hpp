@@ -23,6 +23,8 @@ class GlContext {
   GlContext& operator=(const GlContext&) = delete;
   /// To be called before each use of OpenGL; several contexts can take turns in a thread.
   void makeCurrent();
+  /// Whether the GPU was reset, as far as the driver tells: what is drawn from then on is nothing.
+  bool isLost();
   std::string description();  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
 
  private:

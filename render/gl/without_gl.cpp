@@ -19,6 +19,7 @@ struct GlContext::Impl {};
 GlContext::GlContext() = default;
 GlContext::~GlContext() = default;
 void GlContext::makeCurrent() { refuse(""); }
+bool GlContext::isLost() { return false; }
 std::string GlContext::description() { refuse(""); }
 
 std::unique_ptr<ImageDrawer> makeGlDrawer(GlContext&, const calib::Lens&) { refuse(""); }

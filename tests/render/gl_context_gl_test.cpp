@@ -1,4 +1,5 @@
 // The context, and what shaders say that do not compile.
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
 #include "render/gl/shader.hpp"
@@ -31,6 +32,32 @@ TEST_F(GlContextTest, severalTakeTurnsInAThread) {
     EXPECT_EQ(second.render({{layer}}, {}).rgb, expected.rgb);
   }
   EXPECT_EQ(first.render({{layer}}, {}).rgb, expected.rgb) << "after the other one has gone";
+}
+
+/// A driver that says so; none can be made to reset its GPU.
+struct LostContext {
+  LostContext() {
+    glGetGraphicsResetStatus = [] { return static_cast<GLenum>(GL_GUILTY_CONTEXT_RESET); };
+  }
+  ~LostContext() { glGetGraphicsResetStatus = real; }
+  decltype(glGetGraphicsResetStatus) real = glGetGraphicsResetStatus;
+};
+
+TEST_F(GlContextTest, drawsOnByTheCpuWhenItIsLost) {
+  const calib::Lens lens = test::viewsonic();
+  Layer layer;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() << 0, -0.3, 1.5;
+  layer.drawables = {{Rigid<World, World>(T), Cube{Eigen::Vector3f::Constant(0.1f)}, {}}};
+  ProjectorRenderer renderer(context(), lens, Drawing::Gl);
+  renderer.render({{layer}}, {});
+  EXPECT_EQ(renderer.description().rfind("drawn by OpenGL", 0), 0u) << renderer.description();
+  {
+    const LostContext lost;
+    EXPECT_EQ(renderer.render({{layer}}, {}).rgb,
+              ProjectorRenderer(context(), lens, Drawing::Cpu).render({{layer}}, {}).rgb);
+  }
+  EXPECT_EQ(renderer.description(), "drawn by the CPU (OpenGL's context was lost)");
 }
 
 TEST_F(GlContextTest, compileErrorsNameFileAndLine) {
