@@ -124,5 +124,27 @@ TEST_F(ProjectorFaults, outlivesClocksAndTransformsThatLie) {
   EXPECT_TRUE(becomes(true));
 }
 
+/// As fast as they can be sent. Nobody takes the pictures for a window, either.
+TEST_F(ProjectorFaults, drawsOnThroughAFlood) {
+  const test::NodeProcess node({AFTERGLOW_TEST_PROJECTOR_NODE, "__name:=projector",
+                                "_config:=" + folder_.path("config.yaml"), "_window:=false"});
+  setClock(ros::Time(1000));
+  ASSERT_TRUE(eventually([&] { return markers_.getNumSubscribers() > 0; }));
+  publishCube();
+  ASSERT_TRUE(becomes(true)) << node.log();
+  constexpr int kMessages = 20'000;
+  for (int i = 0; i < kMessages; ++i) {
+    if (i % 1000 == 0) setClock(ros::Time(1001 + i / 1000));
+    publishCube();
+  }
+  setClock(ros::Time(1100));
+  EXPECT_TRUE(eventually([&] { return second_ >= 1100; })) << node.log();
+  EXPECT_TRUE(becomes(true));
+  visualization_msgs::Marker none;
+  none.action = visualization_msgs::Marker::DELETEALL;
+  markers_.publish(none);
+  EXPECT_TRUE(becomes(false)) << "what comes behind the flood is obeyed";
+}
+
 }  // namespace
 }  // namespace afterglow::nodes::projector_faults_ros_test
