@@ -1,16 +1,11 @@
 // What a bystander's camera sees of surfaces in the room's and the projector's light, as sRGB.
-// Needs room_light.glsl and srgb.glsl.
+// Needs room_light.glsl, srgb.glsl and projected_light.glsl.
 uniform sampler2D reflected;   // root of the albedo
 uniform sampler2D facing;      // normals in the world; alpha 0: nothing is there
-uniform sampler2D thrown;      // the projector's light on the surfaces
 uniform sampler2D reached;     // lamp and sky; smaller than the picture
-uniform sampler2D beam;        // light from the air before it; smaller than the picture
 uniform vec3 background;       // sRGB
 
 out vec4 seen;
-
-// A projector's primaries are purer than sRGB's.
-vec3 pure(vec3 light) { return mix(vec3(dot(light, vec3(0.30, 0.59, 0.11))), light, 1.22); }
 
 // A camera's shoulder. The strongest channel bends and takes the others along: bright light keeps
 // its hue instead of clipping to white.
@@ -27,10 +22,9 @@ void main() {
   vec3 albedo = texelFetch(reflected, at, 0).rgb;
   albedo *= albedo;
   vec2 shade = textureLod(reached, uv, 0.0).rg;
-  vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + pure(texelFetch(thrown, at, 0).rgb);
+  vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + thrownAt(at);
   vec2 aside = uv - 0.5;
   float vignette = 1.0 - 0.55 * dot(aside, aside);
-  vec3 air = textureLod(beam, uv, 0.0).rgb;
   vec3 behind = normal.a == 0.0 ? linearFromSrgb(background) : albedo * light * vignette;
-  seen = vec4(srgbFromLinear(exposed(max(behind + air, 0.0))), 1.0);
+  seen = vec4(srgbFromLinear(exposed(max(behind + airAt(uv), 0.0))), 1.0);
 }

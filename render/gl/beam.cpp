@@ -58,12 +58,6 @@ Beam::Beam(int width, int height)
   requireComplete(framebuffer_, width_, height_);
 }
 
-void Beam::clear() {
-  const float none[4] = {0, 0, 0, 0};
-  glClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, none);
-  glBindTextureUnit(kBeamUnit, beam_.id());
-}
-
 void Beam::setGlow(const ProjectedLight& light) {
   const LensDomain domain(light.lens);
   const Eigen::Vector2d cell =
@@ -86,7 +80,9 @@ void Beam::setGlow(const ProjectedLight& light) {
 
 void Beam::draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
                 double near, const PixelRect& rect) {
-  clear();
+  const float none[4] = {0, 0, 0, 0};
+  glClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, none);
+  glBindTextureUnit(kBeamUnit, beam_.id());
   setGlow(light);
   const glm::dmat4 P_shadow_observer =
       ShadowMap::clipFromOptical(light.lens) *

@@ -15,13 +15,13 @@ class Beam {
  public:
   /// Texture units that it takes.
   static constexpr GLint kBeamUnit = 6, kGlowUnit = 7, kShadowUnit = 8;
+  /// px of the picture that it reaches beyond its rectangle, being blurred.
+  static constexpr int kSpill = 16;
 
   /// Of a picture of that size. Throws std::runtime_error if the driver cannot make it.
   Beam(int width, int height);
 
-  /// No light. Binds the beam to kBeamUnit, as draw() does.
-  void clear();
-  /// `depths` are the projector's. SurfaceTarget's textures must be bound; `near` is that of the
+  /// Binds the beam to kBeamUnit. `depths` are the projector's. SurfaceTarget's textures must be bound; `near` is that of the
   /// picture's depths, `rect` the part of the picture that the beam can be in.
   void draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
             double near, const PixelRect& rect);

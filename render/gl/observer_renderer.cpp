@@ -1,9 +1,12 @@
 #include "render/gl/observer_renderer.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <glm/ext/matrix_clip_space.hpp>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include "render/gl/beam.hpp"
 #include "render/gl/glm_eigen.hpp"
@@ -55,6 +58,52 @@ Program makeSolidProgram(const std::vector<std::string>& fragment_files) {
       {{GL_VERTEX_SHADER, {"srgb.glsl", "solid.vert"}}, {GL_FRAGMENT_SHADER, fragment_files}});
 }
 
+/// `light_file` says what of a projector's light there is.
+Program makeSeenProgram(const std::string& light_file) {
+  return makeProgram(
+      {{GL_VERTEX_SHADER, {"screen.vert"}},
+       {GL_FRAGMENT_SHADER, {"srgb.glsl", "room_light.glsl", light_file, "seen.frag"}}});
+}
+
+/// By so many pixels on each side, within the view.
+PixelRect grown(const PixelRect& rect, int by, const ObserverView& view) {
+  const int left = std::max(rect.x - by, 0), low = std::max(rect.y - by, 0);
+  return {left, low, std::min(rect.x + rect.width + by, view.width) - left,
+          std::min(rect.y + rect.height + by, view.height) - low};
+}
+
+/// The picture that was drawn last, and of what, but for the solids: a film's room often stands
+/// still.
+class LastPicture {
+ public:
+  bool isOf(const ProjectedLight* light, const ObserverView& view) const {
+    return view_ && isSame(*view_, view) && isSame(light);
+  }
+  void forget() { view_.reset(); }
+  void set(const ProjectedLight* light, const ObserverView& view, Image picture) {
+    view_ = view;
+    light_ = light ? std::optional<ProjectedLight>(*light) : std::nullopt;
+    picture_ = std::move(picture);
+  }
+  const Image& picture() const { return picture_; }
+
+ private:
+  static bool isSame(const ObserverView& a, const ObserverView& b) {
+    return a.width == b.width && a.height == b.height && a.vertical_fov == b.vertical_fov &&
+           a.T_world_observer.matrix().matrix() == b.T_world_observer.matrix().matrix();
+  }
+  bool isSame(const ProjectedLight* other) const {
+    if (!light_ || !other) return !light_ && !other;
+    return light_->T_projector_world.matrix().matrix() ==
+               other->T_projector_world.matrix().matrix() &&
+           isSameLens(light_->lens, other->lens) && light_->image.rgb == other->image.rgb;
+  }
+
+  std::optional<ObserverView> view_;
+  std::optional<ProjectedLight> light_;
+  Image picture_;
+};
+
 /// All that depends on the picture's size.
 struct SeenTargets {
   SeenTargets(int width, int height)
@@ -72,19 +121,29 @@ struct SeenTargets {
 
 struct ObserverRenderer::Impl {
   explicit Impl(GlContext& gl_context) : context(gl_context) {
-    setUniform(seen_program, "reflected", SurfaceTarget::kReflectedUnit);
-    setUniform(seen_program, "facing", SurfaceTarget::kFacingUnit);
+    for (const Program* program : {&seen_program, &seen_dark_program}) {
+      setUniform(*program, "reflected", SurfaceTarget::kReflectedUnit);
+      setUniform(*program, "facing", SurfaceTarget::kFacingUnit);
+      setUniform(*program, "reached", RoomShade::kShadeUnit);
+      setUniform(*program, "background", kBackground);
+    }
     setUniform(seen_program, "thrown", SurfaceTarget::kThrownUnit);
-    setUniform(seen_program, "reached", RoomShade::kShadeUnit);
     setUniform(seen_program, "beam", Beam::kBeamUnit);
-    setUniform(seen_program, "background", kBackground);
   }
 
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
                const ObserverView& view) {
     check(view, light);
     context.makeCurrent();
-    mesh.set(solids, eyeOf(view));
+    const bool is_moved = mesh.set(solids, eyeOf(view));
+    if (is_moved || !last.isOf(light, view)) {
+      last.forget();  // should drawing fail
+      last.set(light, view, draw(light, view));
+    }
+    return last.picture();
+  }
+
+  Image draw(const ProjectedLight* light, const ObserverView& view) {
     if (!targets || targets->picture.width() != view.width ||
         targets->picture.height() != view.height) {
       targets.emplace(view.width, view.height);
@@ -129,6 +188,7 @@ struct ObserverRenderer::Impl {
       setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
     }
     targets->surfaces.beginSurfaces();
+    glDepthFunc(GL_LESS);  // of two in one place the one that was listed last
     mesh.draw(surface_program, SolidMesh::Kind::Paint);
     mesh.draw(wood_program, SolidMesh::Kind::Wood);
   }
@@ -159,12 +219,24 @@ struct ObserverRenderer::Impl {
     targets->surfaces.bind();
     targets->shade.draw(view, kNear);
     targets->shade.bind();
-    if (light) {
-      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear, rect);
-    } else {
-      targets->beam.clear();
-    }
-    drawScreen(targets->picture.color(), view.width, view.height, seen_program, no_vertices);
+    if (!light) return seePart({0, 0, view.width, view.height}, seen_dark_program, view);
+    targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear, rect);
+    // Light is costly to look up: only where it may be, with what the blurred beam spills.
+    const PixelRect lit = grown(rect, Beam::kSpill, view);
+    const int right = lit.x + lit.width, above = lit.y + lit.height;
+    seePart(lit, seen_program, view);
+    seePart({0, 0, view.width, lit.y}, seen_dark_program, view);
+    seePart({0, above, view.width, view.height - above}, seen_dark_program, view);
+    seePart({0, lit.y, lit.x, lit.height}, seen_dark_program, view);
+    seePart({right, lit.y, view.width - right, lit.height}, seen_dark_program, view);
+  }
+
+  void seePart(const PixelRect& part, const Program& program, const ObserverView& view) {
+    if (part.width <= 0 || part.height <= 0) return;
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(part.x, part.y, part.width, part.height);
+    drawScreen(targets->picture.color(), view.width, view.height, program, no_vertices);
+    glDisable(GL_SCISSOR_TEST);
   }
 
   /// Over the picture: a breath of what is gone, once where several parts lie behind each other,
@@ -202,13 +274,13 @@ struct ObserverRenderer::Impl {
   Program lit_program = makeSolidProgram({"srgb.glsl", "lens.glsl", "sent_light.glsl", "lit.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
   Program ghost_program = makeSolidProgram({"even.frag"});
-  Program seen_program =
-      makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}},
-                   {GL_FRAGMENT_SHADER, {"srgb.glsl", "room_light.glsl", "seen.frag"}}});
+  Program seen_program = makeSeenProgram("projected_light.glsl");
+  Program seen_dark_program = makeSeenProgram("no_light.glsl");
   VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
   std::optional<SeenTargets> targets;
   glm::dmat4 P_clip_world{1};
+  LastPicture last;
 };
 
 ObserverRenderer::ObserverRenderer(GlContext& context) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/gl/shader.hpp"
+#include "render/scene/smooth_edges.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -38,24 +39,16 @@ void RenderTarget::read(Image& image) {
   readRgb(resolved_, width_, height_, image);
 }
 
-SmoothedTarget::SmoothedTarget(int width, int height)
-    : width_(width),
-      height_(height),
-      program_(makeProgram(
-          {{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, {"smooth_edges.frag"}}})) {
+SmoothedTarget::SmoothedTarget(int width, int height) : width_(width), height_(height) {
   glTextureStorage2D(color_.id(), 1, GL_RGBA8, width, height);
   glTextureStorage2D(depth_.id(), 1, GL_DEPTH24_STENCIL8, width, height);
   setSampling(color_, GL_LINEAR);
   setSampling(depth_, GL_NEAREST);
-  glNamedRenderbufferStorage(smoothed_color_.id(), GL_RGBA8, width, height);
   glNamedFramebufferTexture(color_only_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
-  glNamedFramebufferRenderbuffer(smoothed_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                                 smoothed_color_.id());
   glNamedFramebufferTexture(drawn_.id(), GL_COLOR_ATTACHMENT0, color_.id(), 0);
   glNamedFramebufferTexture(drawn_.id(), GL_DEPTH_STENCIL_ATTACHMENT, depth_.id(), 0);
   requireComplete(color_only_, width, height);
   requireComplete(drawn_, width, height);
-  requireComplete(smoothed_, width, height);
 }
 
 void SmoothedTarget::beginMore() {
@@ -63,10 +56,10 @@ void SmoothedTarget::beginMore() {
   glViewport(0, 0, width_, height_);
 }
 
-Image SmoothedTarget::read() {
-  glBindTextureUnit(0, color_.id());
-  drawScreen(smoothed_, width_, height_, program_, no_vertices_);
-  return readRgb(smoothed_, width_, height_);
+Image SmoothedTarget::read() const {
+  Image image = readRgb(color_only_, width_, height_);
+  smoothEdges(image);
+  return image;
 }
 
 void setSampling(const Texture& texture, GLenum filter, GLenum wrap) {

@@ -30,8 +30,8 @@ class RenderTarget {
   Renderbuffer resolved_color_ = Renderbuffer::make();
 };
 
-/// The same with one sample a pixel, whose edges are softened when it is read. Its depth, with
-/// stencil, may be shared.
+/// The same with one sample a pixel, whose edges are softened when it is read (smooth_edges.hpp).
+/// Its depth, with stencil, may be shared.
 class SmoothedTarget {
  public:
   /// Throws std::runtime_error if the driver cannot make it.
@@ -46,16 +46,12 @@ class SmoothedTarget {
   /// Drawing goes into it over what is there, with its depth.
   void beginMore();
   /// As RenderTarget::read.
-  Image read();
+  Image read() const;
 
  private:
   int width_, height_;
   Texture color_ = Texture::make(GL_TEXTURE_2D), depth_ = Texture::make(GL_TEXTURE_2D);
-  Renderbuffer smoothed_color_ = Renderbuffer::make();
   Framebuffer color_only_ = Framebuffer::make(), drawn_ = Framebuffer::make();
-  Framebuffer smoothed_ = Framebuffer::make();
-  VertexArray no_vertices_ = VertexArray::make();
-  Program program_;
 };
 
 /// Throws std::runtime_error if the driver cannot draw into it.

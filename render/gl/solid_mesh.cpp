@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <glm/common.hpp>
+#include <utility>
 
 #include "render/gl/observer_renderer.hpp"
 #include "render/gl/shader.hpp"
@@ -45,28 +47,37 @@ SolidMesh::SolidMesh() : array_(makeVertexArray<ShadedVertex>(vertices_)) {
   setAttribute<glm::u8vec4>(array_, 2, offsetof(ShadedVertex, color));
 }
 
-void SolidMesh::set(const std::vector<Drawable>& solids, const Eye& eye) {
+bool SolidMesh::set(const std::vector<Drawable>& solids, const Eye& eye) {
   std::vector<Drawable> all = ghostOutlines(solids, eye);
   const std::size_t outlines = all.size();
-  all.insert(all.end(), solids.begin(), solids.end());
+  all.insert(all.end(), solids.rbegin(), solids.rend());
   const ShadedMesh& mesh = builder_.build(all, eye);
-  runs_.clear();
+  std::vector<Run> runs;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    add(i < outlines ? Kind::Outline : kindOf(all[i]), begin, mesh.ends[i]);
-    begin = mesh.ends[i];
+    const Kind kind = i < outlines ? Kind::Outline : kindOf(all[i]);
+    if (runs.empty() || runs.back().kind != kind) runs.push_back({kind, begin, begin});
+    runs.back().end = begin = mesh.ends[i];
   }
+  if (isAsBefore(mesh, runs)) return false;
+  runs_ = std::move(runs);
+  shown_ = mesh.vertices;
+  shown_indices_ = mesh.indices;
   bounds_ = boundsOf(mesh.vertices);
   upload(vertices_, mesh.vertices);
   upload(indices_, mesh.indices);
+  return true;
 }
 
-void SolidMesh::add(Kind kind, std::size_t begin, std::size_t end) {
-  if (!runs_.empty() && runs_.back().kind == kind) {
-    runs_.back().end = end;
-  } else {
-    runs_.push_back({kind, begin, end});
-  }
+bool SolidMesh::isAsBefore(const ShadedMesh& mesh, const std::vector<Run>& runs) const {
+  const auto is_same_run = [](const Run& a, const Run& b) {
+    return a.kind == b.kind && a.begin == b.begin && a.end == b.end;
+  };
+  static_assert(sizeof(ShadedVertex) == 28, "no byte between its members");
+  return std::equal(runs.begin(), runs.end(), runs_.begin(), runs_.end(), is_same_run) &&
+         mesh.indices == shown_indices_ && mesh.vertices.size() == shown_.size() &&
+         std::memcmp(mesh.vertices.data(), shown_.data(),
+                     shown_.size() * sizeof(ShadedVertex)) == 0;
 }
 
 bool SolidMesh::has(Kind kind) const {

@@ -1,8 +1,10 @@
 /// \file
-/// Solid things on the GPU, drawn by what they are.
+/// Solid things on the GPU, drawn by what they are; what was listed last, as a robot before its
+/// room, is drawn first: where it hides others, they cost nothing.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "render/gl/gl_handle.hpp"
@@ -17,8 +19,9 @@ class SolidMesh {
 
   SolidMesh();
 
-  /// Wood is what is painted in kWoodPaint, ghosts are what isGhost says.
-  void set(const std::vector<Drawable>& solids, const Eye& eye);
+  /// Wood is what is painted in kWoodPaint, ghosts are what isGhost says. False: nothing has
+  /// changed.
+  bool set(const std::vector<Drawable>& solids, const Eye& eye);
   bool has(Kind kind) const;
   /// Around all of them.
   const WorldBox& bounds() const { return bounds_; }
@@ -32,10 +35,12 @@ class SolidMesh {
     Kind kind;
     std::size_t begin, end;  ///< indices
   };
-  void add(Kind kind, std::size_t begin, std::size_t end);
+  bool isAsBefore(const ShadedMesh& mesh, const std::vector<Run>& runs) const;
 
   ShadedMeshBuilder builder_;
   std::vector<Run> runs_;
+  std::vector<ShadedVertex> shown_;            ///< what the buffers hold
+  std::vector<std::uint32_t> shown_indices_;
   WorldBox bounds_;
   Buffer vertices_ = Buffer::make(), indices_ = Buffer::make();
   VertexArray array_;

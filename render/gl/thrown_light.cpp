@@ -16,12 +16,12 @@ namespace {
 
 constexpr float kGain = 8;  ///< white light at a meter, in units of what white paint shows as white
 
-bool sameLens(const calib::Lens& a, const calib::Lens& b) {
+}  // namespace
+
+bool isSameLens(const calib::Lens& a, const calib::Lens& b) {
   return a.width == b.width && a.height == b.height && a.K == b.K && a.D == b.D &&
          a.model == b.model;
 }
-
-}  // namespace
 
 ThrownLight::ThrownLight() {
   glTextureStorage2D(mask_.id(), 1, GL_R8, LitMask::kWidth, LitMask::kHeight);
@@ -29,7 +29,7 @@ ThrownLight::ThrownLight() {
 }
 
 void ThrownLight::setLensOf(const ProjectedLight& light) {
-  if (lit_mask_ && sameLens(lens_, light.lens)) return;
+  if (lit_mask_ && isSameLens(lens_, light.lens)) return;
   lens_ = light.lens;
   lit_mask_.emplace(lens_);
   P_shadow_optical_ = ShadowMap::clipFromOptical(lens_);

@@ -65,6 +65,8 @@ class LitMask {
   Eigen::AlignedBox2d marked_;
 };
 
+bool isSameLens(const calib::Lens& a, const calib::Lens& b);
+
 /// Image, lens, depths and pose of a projector.
 class ThrownLight {
  public:
