@@ -51,12 +51,13 @@ int main(int argc, char** argv) {
   catchStopSignals(SecondSignal::IsIgnored);
   catchShutdownRequests();
   try {
+    RealtimeScope realtime;  // a busy machine must not hold it up, nor make it see a stall
     ros::init(naming(argv[1]), "replay_guard",
               ros::init_options::NoSigintHandler | ros::init_options::NoRosout);
     ros::NodeHandle node;
     GuardLink link(STDIN_FILENO);
     ReplayGuard guard(link);
-    const RealtimeScope realtime;  // a busy machine must not hold it up, nor make it see a stall
+    realtime.extend();
     guard.run();
     ros::shutdown();
   } catch (const std::exception& error) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "replay/plan/recorded_drivers.hpp"
@@ -137,6 +138,154 @@ TEST(NestedGoals, ofAProgramThatIsClientAndServerTellNothing) {
   robot.add("/arm_controller/follow_joint_trajectory/goal", kFollow, {{"/all"}, {"/all"}});
   robot.add("/l_arm_controller/follow_joint_trajectory/goal", kFollow, {{"/all"}, {"/all"}});
   EXPECT_EQ(robot.plan().playedTopics().size(), 2u);
+}
+
+// ------------------------------------------------- whole recordings, as other robots make them
+
+std::string_view classOf(const PlayPlan& plan, const std::string& topic) {
+  for (const PlannedTopic& one : plan.topics) {
+    if (one.channel.topic == topic) return name(one.topic_class);
+  }
+  return "not planned";
+}
+
+/// What nodes of every robot send besides.
+void addStates(Robot& robot) {
+  for (const auto& [topic, type] : std::map<std::string, std::string>{
+           {"/tf", "tf2_msgs/TFMessage"},
+           {"/joint_states", "sensor_msgs/JointState"},
+           {"/odom", "nav_msgs/Odometry"},
+           {"/map", "nav_msgs/OccupancyGrid"},
+           {"/rosout", "rosgraph_msgs/Log"},
+           {"/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped"},
+           {"/move_base/result", "move_base_msgs/MoveBaseActionResult"},
+           {"/diagnostics", "diagnostic_msgs/DiagnosticArray"}}) {
+    robot.add(topic, type);
+  }
+}
+
+TEST(RobotRecording, ofATiagoPlaysItsControllersGoalsAndTheLowestInputOfItsMultiplexer) {
+  Robot robot;
+  addStates(robot);
+  robot.add("/move_base/goal", kMoveBase, {{"/tree"}, {"/move_base"}});
+  robot.add("/nav_vel", kTwist, {{"/move_base"}, {"/twist_mux"}});
+  robot.add("/joy_vel", kTwist, {{"/joystick"}, {"/twist_mux"}});
+  robot.add("/mobile_base_controller/cmd_vel", kTwist, {{"/twist_mux"}, {"/controllers"}});
+  robot.add("/joy_priority", "std_msgs/Bool", {{"/joystick"}, {"/twist_mux"}});
+  robot.add("/play_motion/goal", "play_motion_msgs/PlayMotionActionGoal",
+            {{"/tree"}, {"/play_motion"}});
+  robot.add("/arm_controller/follow_joint_trajectory/goal", kFollow,
+            {{"/play_motion"}, {"/controllers"}});
+  robot.add("/head_controller/point_head_action/goal", "control_msgs/PointHeadActionGoal",
+            {{"/tree"}, {"/head_action"}});
+  robot.add("/head_controller/command", "trajectory_msgs/JointTrajectory",
+            {{"/head_action"}, {"/controllers"}});
+  robot.add("/parallel_gripper_controller/follow_joint_trajectory/goal", kFollow,
+            {{"/tree"}, {"/parallel_gripper"}});
+  robot.add("/gripper_controller/follow_joint_trajectory/goal", kFollow,
+            {{"/parallel_gripper"}, {"/controllers"}});
+  robot.add("/torso_controller/safe_command", "trajectory_msgs/JointTrajectory",
+            {{"/joystick"}, {"/safe"}});
+  robot.add("/scan_raw", "sensor_msgs/LaserScan", {{"/laser"}, {"/amcl"}});
+  const PlayPlan plan = robot.plan();
+  EXPECT_EQ(plan.playedTopics(), (Texts{"/arm_controller/follow_joint_trajectory/goal",
+                                        "/gripper_controller/follow_joint_trajectory/goal",
+                                        "/head_controller/point_head_action/goal", "/nav_vel"}));
+  EXPECT_EQ(plan.refusal(), "");
+  EXPECT_EQ(classOf(plan, "/joy_vel"), "control input");
+  EXPECT_EQ(classOf(plan, "/joy_priority"), "control input");
+  EXPECT_EQ(classOf(plan, "/mobile_base_controller/cmd_vel"), "other") << "behind the multiplexer";
+  EXPECT_EQ(classOf(plan, "/torso_controller/safe_command"), "endless motion");
+}
+
+TEST(RobotRecording, ofAPr2PlaysActionsAndNotWhatTheySend) {
+  Robot robot;  // an import: nobody noted who sent what
+  addStates(robot);
+  robot.add("/move_base/goal", kMoveBase);
+  robot.add("/navigation/cmd_vel", kTwist);
+  robot.add("/teleop/cmd_vel", kTwist);
+  robot.add("/base_controller/command", kTwist);
+  robot.add("/joy", kJoy);
+  robot.add("/r_arm_controller/joint_trajectory_action/goal",
+            "pr2_controllers_msgs/JointTrajectoryActionGoal");
+  robot.add("/r_arm_controller/command", "trajectory_msgs/JointTrajectory");
+  robot.add("/r_gripper_controller/gripper_action/goal",
+            "pr2_controllers_msgs/Pr2GripperCommandActionGoal");
+  robot.add("/r_gripper_controller/command", "pr2_controllers_msgs/Pr2GripperCommand");
+  robot.add("/head_traj_controller/point_head_action/goal",
+            "pr2_controllers_msgs/PointHeadActionGoal");
+  robot.add("/torso_controller/position_joint_action/goal",
+            "pr2_controllers_msgs/SingleJointPositionActionGoal");
+  robot.add("/laser_tilt_controller/set_traj_cmd", "pr2_msgs/LaserTrajCmd");
+  robot.add("/power_board/state", "pr2_msgs/PowerBoardState");
+  robot.add("/tilt_scan", "sensor_msgs/LaserScan");
+  const PlayPlan plan = robot.plan();
+  EXPECT_EQ(plan.playedTopics(), (Texts{"/head_traj_controller/point_head_action/goal",
+                                        "/navigation/cmd_vel",
+                                        "/r_arm_controller/joint_trajectory_action/goal",
+                                        "/r_gripper_controller/gripper_action/goal",
+                                        "/torso_controller/position_joint_action/goal"}));
+  EXPECT_EQ(plan.refusal(), "");
+  EXPECT_EQ(classOf(plan, "/teleop/cmd_vel"), "control input");
+  EXPECT_EQ(classOf(plan, "/base_controller/command"), "other");
+  EXPECT_EQ(classOf(plan, "/laser_tilt_controller/set_traj_cmd"), "endless motion");
+  EXPECT_EQ(whyNot(plan, "/move_base/goal"),
+            "the robot sent /navigation/cmd_vel for it, which is played instead");
+}
+
+TEST(RobotRecording, ofATurtleBotPlaysWhatNavigationDroveAndNoPerson) {
+  Robot second;
+  addStates(second);
+  second.add("/cmd_vel_mux/input/navi", kTwist, {{"/smoother"}, {"/cmd_vel_mux"}});
+  second.add("/cmd_vel_mux/input/teleop", kTwist, {{"/turtlebot_teleop"}, {"/cmd_vel_mux"}});
+  second.add("/cmd_vel_mux/input/safety_controller", kTwist, {{"/safety"}, {"/cmd_vel_mux"}});
+  second.add("/mobile_base/commands/velocity", kTwist, {{"/cmd_vel_mux"}, {"/mobile_base"}});
+  second.add("/mobile_base/commands/motor_power", "kobuki_msgs/MotorPower");
+  second.add("/mobile_base/commands/reset_odometry", "std_msgs/Empty");
+  second.add("/mobile_base/events/bumper", "kobuki_msgs/BumperEvent");
+  const PlayPlan plan = second.plan();
+  EXPECT_EQ(plan.playedTopics(), Texts{"/cmd_vel_mux/input/navi"});
+  EXPECT_EQ(plan.refusal(), "");
+  for (const char* input : {"/cmd_vel_mux/input/teleop", "/cmd_vel_mux/input/safety_controller",
+                            "/mobile_base/commands/motor_power"}) {
+    EXPECT_EQ(classOf(plan, input), "control input") << input;
+  }
+  EXPECT_EQ(classOf(plan, "/mobile_base/commands/velocity"), "other");
+
+  Robot third;
+  addStates(third);
+  third.add("/cmd_vel", kTwist, {{"/move_base"}, {"/turtlebot3_core"}});
+  third.add("/cmd_vel_rc100", kTwist, {{"/turtlebot3_core"}, {"/rosbag"}});
+  third.add("/motor_power", "std_msgs/Bool");
+  third.add("/reset", "std_msgs/Empty");
+  EXPECT_EQ(third.plan().playedTopics(), Texts{"/cmd_vel"});
+  EXPECT_EQ(classOf(third.plan(), "/motor_power"), "control input");
+  third.note("/cmd_vel", kTwist, {{"/turtlebot3_teleop_keyboard"}, {"/turtlebot3_core"}});
+  EXPECT_EQ(third.plan().playedTopics(), Texts()) << "a person drove";
+}
+
+TEST(RobotRecording, ofAUrPlaysTheControllersGoalAndRefusesProgramsWhoeverNamesThem) {
+  Robot robot;
+  addStates(robot);
+  const std::string goal = "/scaled_pos_joint_traj_controller/follow_joint_trajectory/goal";
+  const std::string script = "/ur_hardware_interface/script_command";
+  robot.add("/execute_trajectory/goal", "moveit_msgs/ExecuteTrajectoryActionGoal",
+            {{"/tree"}, {"/move_group"}});
+  robot.add(goal, kFollow, {{"/move_group"}, {"/ur_hardware_interface"}});
+  robot.add(script, "std_msgs/String", {{"/tree"}, {"/ur_hardware_interface"}});
+  robot.add("/twist_controller/command", kTwist, {{"/servo"}, {"/ur_hardware_interface"}});
+  robot.add("/trajectory_execution_event", "std_msgs/String", {{"/rviz"}, {"/move_group"}});
+  robot.add("/ur_hardware_interface/safety_mode", "ur_dashboard_msgs/SafetyMode");
+  const PlayPlan plan = robot.plan();
+  EXPECT_EQ(plan.playedTopics(), Texts{goal});
+  EXPECT_EQ(classOf(plan, script), "endless motion");
+  EXPECT_EQ(classOf(plan, "/twist_controller/command"), "endless motion");
+  EXPECT_EQ(classOf(plan, "/trajectory_execution_event"), "control input");
+  PlanOptions options;
+  options.also = {script};
+  const std::string refusal = robot.plan(options).refusal();
+  EXPECT_NE(refusal.find(script), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("it runs any program"), std::string::npos) << refusal;
 }
 
 // ------------------------------------------------------------------------------------ who drove
