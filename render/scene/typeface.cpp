@@ -141,8 +141,7 @@ struct Typeface::Impl {
 
   Glyph load(char32_t character) const {
     Glyph glyph;
-    FT_UInt index = FT_Get_Char_Index(face, character);
-    if (index == 0) index = FT_Get_Char_Index(face, kReplacement);  // 0: the font's own box
+    const FT_UInt index = FT_Get_Char_Index(face, character);  // 0: the font's own box
     if (FT_Load_Glyph(face, index, FT_LOAD_NO_SCALE) != 0) return glyph;
     glyph.advance = static_cast<double>(face->glyph->metrics.horiAdvance);
     if (face->glyph->format != FT_GLYPH_FORMAT_OUTLINE) return glyph;
@@ -159,7 +158,8 @@ struct Typeface::Impl {
 
   const Glyph& glyph(char32_t character) {
     const bool control = character < 0x20 || (character >= 0x7f && character < 0xa0);
-    if (control) character = kReplacement;
+    // One glyph for all that the font lacks, or a million foreign characters would be kept.
+    if (control || FT_Get_Char_Index(face, character) == 0) character = kReplacement;
     const auto found = glyphs.find(character);
     return found != glyphs.end() ? found->second
                                  : glyphs.emplace(character, load(character)).first->second;
