@@ -6,6 +6,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr std::size_t kMostNotices = 100;
+constexpr std::size_t kMostSenders = 2000;
 const std::string kTransforms = "/tf";
 constexpr std::int64_t kTransformsBefore_ns = 10'000'000'000;  // as long as tf2 remembers
 
@@ -31,6 +32,13 @@ std::size_t Recorder::channelIndex(const Channel& channel) {
   const auto known = std::find(channels_.begin(), channels_.end(), channel);
   if (known != channels_.end()) {
     return static_cast<std::size_t>(known - channels_.begin());
+  }
+  if (channels_.size() >= kMostSenders) {
+    const auto other = std::find_if(channels_.begin(), channels_.end(), [&](Channel like) {
+      like.caller_id = channel.caller_id;
+      return like == channel;
+    });
+    if (other != channels_.end()) return static_cast<std::size_t>(other - channels_.begin());
   }
   channels_.push_back(channel);
   return channels_.size() - 1;

@@ -78,7 +78,8 @@ class Recorder {
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// A number for this channel, for offer(); the same for equal channels.
+  /// A number for this channel, for offer(); the same for equal channels, and, once there are 2000,
+  /// for those that differ in their sender only: names of nodes that come and go have no end.
   std::size_t channelIndex(const Channel& channel);
   /// Takes a message; `received` is when it arrived, taken by the caller at once. Never waits for
   /// the store.

@@ -107,6 +107,18 @@ TEST_F(RecorderTest, losesNothingOnEndWhileManyThreadsOffer) {
   EXPECT_EQ(texts(store, begun.id).size(), 2000u);
 }
 
+TEST_F(RecorderTest, tellsSendersWithoutEndNotApartForEver) {
+  Recorder recorder(store, options());
+  const std::size_t first = recorder.channelIndex(channel("/a", false, "/talker_0"));
+  for (int i = 1; i < 2000; ++i) {
+    recorder.channelIndex(channel("/a", false, "/talker_" + std::to_string(i)));
+  }
+  EXPECT_EQ(recorder.channelIndex(channel("/a", false, "/one_more")), first);
+  EXPECT_EQ(recorder.channelIndex(channel("/a", false, "/talker_7")), 7u) << "it is known";
+  EXPECT_EQ(recorder.channelIndex(channel("/b")), 2000u) << "another topic";
+  EXPECT_EQ(recorder.channelIndex(channel("/a", true)), 2001u) << "one that latches";
+}
+
 TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
   RecorderOptions small = options();
   small.queue_bytes = 4000;
