@@ -21,8 +21,9 @@ class Beam {
   /// Of a picture of that size. Throws std::runtime_error if the driver cannot make it.
   Beam(int width, int height);
 
-  /// Binds the beam to kBeamUnit. `depths` are the projector's. SurfaceTarget's textures must be bound; `near` is that of the
-  /// picture's depths, `rect` the part of the picture that the beam can be in.
+  /// Binds the beam to kBeamUnit. `depths` are the projector's. SurfaceTarget's textures must be
+  /// bound; `near` is that of the picture's depths, `rect` the part of the picture that the beam
+  /// can be in.
   void draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
             double near, const PixelRect& rect);
 
