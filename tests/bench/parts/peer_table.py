@@ -63,7 +63,7 @@ def number(value):
     if value is None:
         return "-"
     if math.isinf(value):
-        return "all"
+        return "∞"
     if value == 0:
         return "0"
     digits = max(0, 2 - math.floor(math.log10(abs(value))))
