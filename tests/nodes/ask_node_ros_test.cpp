@@ -89,6 +89,7 @@ struct AskNodeRos : testing::Test {
     spinner->start();
   }
   static void TearDownTestSuite() {
+    if (spinner == nullptr) return;  // there is no master
     delete spinner;
     ros::shutdown();
     delete graph;

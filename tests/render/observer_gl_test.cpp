@@ -188,6 +188,27 @@ TEST_F(Observed, theBeamIsFaintlySeenInTheAir) {
   EXPECT_NEAR(brightnessAt(lit, p_beside), brightnessAt(dark, p_beside), 3);
 }
 
+TEST_F(Observed, whatHasChangedIsDrawnAnewAndTheRestAsItWas) {
+  ObserverRenderer renderer(context());
+  const ProjectedLight light = lightForSquare(1.3, 0.2, 0.3f);
+  const Image first = renderer.render(room_, &light, view_);
+  const auto looksAsFirst = [&](const std::vector<Drawable>& room, const ProjectedLight* thrown,
+                                const ObserverView& view) {
+    return renderer.render(room, thrown, view).rgb == first.rgb;
+  };
+  EXPECT_TRUE(looksAsFirst(room_, &light, view_));
+  EXPECT_FALSE(looksAsFirst(room_, nullptr, view_));
+  std::vector<Drawable> more = room_;
+  more.push_back({at(1.3, -0.3, 0.1), Cube{{0.2f, 0.2f, 0.2f}}, {}});
+  EXPECT_FALSE(looksAsFirst(more, &light, view_));
+  ObserverView closer = view_;
+  closer.vertical_fov *= 0.9;
+  EXPECT_FALSE(looksAsFirst(room_, &light, closer));
+  EXPECT_TRUE(looksAsFirst(room_, &light, view_));
+  const ProjectedLight other = lightForSquare(1.3, 0.2, 0.2f);
+  EXPECT_FALSE(looksAsFirst(room_, &other, view_));
+}
+
 TEST_F(Observed, aDarkImageChangesNothing) {
   ProjectedLight light{lens_, T_world_projector_.inverse(), {1280, 800, {}}};
   light.image.rgb.assign(3 * 1280 * 800, 0);
