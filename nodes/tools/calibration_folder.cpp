@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "calib/file_replacement.hpp"
@@ -27,6 +29,15 @@ void keepIn(const fs::path& folder, const calib::Photographs& photographs) {
   const std::string stem = (folder / photographs.name).string();
   calib::savePicture(stem + ".png", photographs.pattern);
   if (photographs.plain) calib::savePicture(stem + "_plain.png", *photographs.plain);
+}
+
+const char* const kSumsFile = "photographs.txt";
+
+/// Of its gray levels, whatever file they came from: Fowler, Noll and Vo's, 64 bits, in hex.
+std::string sumOf(const calib::Picture& picture) {
+  std::uint64_t sum = 14695981039346656037u;
+  for (const std::uint8_t gray : picture.pixels) sum = (sum ^ gray) * 1099511628211u;
+  return fmt::format("{:016x}", sum);
 }
 
 }  // namespace
@@ -62,6 +73,9 @@ void CalibrationFolder::save(const calib::Calibration& calibration,
                              const calib::ReportFacts& facts) const {
   const std::string date = dateNow();
   calib::saveCalibration(path_, calibration, facts.names, date);
+  std::string sums;
+  for (const calib::Photographs& one : photographs) sums += sumOf(one.pattern) + "\n";
+  calib::replaceFile((fs::path(path_) / kSumsFile).string(), sums);
   std::vector<std::string> problems;
   const auto history = calib::calibrationHistory(path_, problems);
   calib::replaceFile(path_ + "/report.html",
@@ -71,6 +85,15 @@ void CalibrationFolder::save(const calib::Calibration& calibration,
 void CalibrationFolder::saveRefusal(const calib::CalibrationRefused& refused,
                                     const std::vector<calib::Photographs>& photographs) const {
   calib::replaceFile(path_ + "/report.html", refusalPage(refused, photographs, dateNow()));
+}
+
+bool CalibrationFolder::wasSolvedFrom(const calib::Picture& pattern) const {
+  std::ifstream file(fs::path(path_) / kSumsFile);
+  const std::string wanted = sumOf(pattern);
+  for (std::string sum; std::getline(file, sum);) {
+    if (sum == wanted) return true;
+  }
+  return false;
 }
 
 void CalibrationFolder::saveCheck(const calib::ErrorSummary& errors,

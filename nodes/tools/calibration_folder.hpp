@@ -4,7 +4,7 @@
 /// OUT/views/view_00.png, view_00_plain.png ... (what `afterglow calibrate solve --images` takes),
 /// camera_info.yaml (the camera as given), saveCalibration's files, report.html, check/ (the
 /// pictures of the check) and verification.yaml. Pictures of an earlier run are kept as
-/// OUT/views_DATE.
+/// OUT/views_DATE. photographs.txt has the sums of the pictures that were solved from.
 #pragma once
 
 #include <string>
@@ -12,6 +12,7 @@
 
 #include "calib/detection/observe.hpp"
 #include "calib/landing.hpp"
+#include "calib/picture.hpp"
 #include "calib/report/report.hpp"
 #include "calib/solver/calibration.hpp"
 
@@ -35,6 +36,9 @@ class CalibrationFolder {
   /// Writes the reasons to report.html; changes no other file.
   void saveRefusal(const calib::CalibrationRefused& refused,
                    const std::vector<calib::Photographs>& photographs) const;
+  /// Whether the calibration was solved from this picture of the pattern, as far as the folder
+  /// knows: older versions kept no sums.
+  bool wasSolvedFrom(const calib::Picture& pattern) const;
   void saveCheck(const calib::ErrorSummary& errors, const calib::Photographs& photographs) const;
 
  private:

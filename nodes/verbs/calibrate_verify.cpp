@@ -15,6 +15,7 @@
 #include "calib/report/calibration_files.hpp"
 #include "calib/targets/target_files.hpp"
 #include "calib/verify/throw_picture.hpp"
+#include "nodes/tools/calibration_folder.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "nodes/verbs/verify_report.hpp"
@@ -56,9 +57,17 @@ void requireGood(const calib::ErrorSummary& summary, const CalibrateVerifyOption
 
 // ---------------------------------------------------------------------------- views of the board
 
-calib::View readView(const ViewFiles& files, const calib::ViewReader& reader) {
+/// A calibration fits the photographs that it was solved from, however wrong it is.
+calib::View readView(const ViewFiles& files, const calib::ViewReader& reader,
+                     const CalibrationFolder& calibration) {
+  const calib::Photographs photographs = loadPhotographs(files);
+  if (calibration.wasSolvedFrom(photographs.pattern)) {
+    throw std::runtime_error(files.pattern +
+                             " is one of the photographs that the calibration was solved from, "
+                             "which say nothing about it: photograph the board anew");
+  }
   try {
-    return reader.observe(loadPhotographs(files));
+    return reader.observe(photographs);
   } catch (const std::invalid_argument& error) {  // not of the camera's size
     throw std::runtime_error(files.pattern + ": " + error.what());
   }
@@ -79,7 +88,8 @@ void runViews(const CalibrateVerifyOptions& options) {
   const calib::ViewReader reader(board, pattern, camera);
   std::vector<calib::ViewCheck> views;
   for (const ViewFiles& files : findViews(options.images)) {
-    views.push_back(calib::checkView(readView(files, reader), board, pattern, camera, estimate));
+    const calib::View view = readView(files, reader, CalibrationFolder(options.calibration));
+    views.push_back(calib::checkView(view, board, pattern, camera, estimate));
   }
   std::cout << (options.json ? dumpJson(verifyJson(views), 2) + "\n" : verifyText(views));
   const calib::ErrorSummary summary = summaryOf(views);

@@ -51,6 +51,11 @@ TEST_F(SolveCommand, calibratesWhatTheRefereePhotographed) {
                path("calibration/T_camera_projector.yaml"), "--max-p95-mm", "0.25"});
   EXPECT_EQ(judged.status, 0) << judged.output;
 
+  // What it was solved from does not tell how good it is.
+  expectRefused({"verify", "--images", path("views"), "--board", path("board/board.yaml"),
+                 "--pattern", path("pattern/pattern.yaml"), "--calibration", path("calibration")},
+                "view_00.png is one of the photographs that the calibration was solved from");
+
   // Two of them are too few, and what was there before stays.
   for (const char* view : {"view_00", "view_01"}) {
     std::filesystem::create_directories(path("two"));
