@@ -85,7 +85,7 @@ std::vector<PlanarVelocity> commandsOf(const RecordedDrive& recorded, std::int64
   replay.run();
   EXPECT_EQ(replay.tracker.state(), BaseState::Done) << replay.tracker.reason();
   EXPECT_LT(replay.endError(), 0.012);
-  EXPECT_EQ(replay.tracker.report().waited, 0);
+  EXPECT_LT(replay.tracker.report().waited, 0.1) << "until localization is seen first";
   return commands;
 }
 
