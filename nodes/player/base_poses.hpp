@@ -22,6 +22,8 @@ namespace afterglow::nodes {
 class BasePoses {
  public:
   explicit BasePoses(const replay::TrackFrames& frames);
+  BasePoses(const BasePoses&) = delete;
+  BasePoses& operator=(const BasePoses&) = delete;
 
   /// `now`: stampNow(). Stamps are of that time here: odometry's own, moved by the shortest delay
   /// seen, so that neither another machine's clock nor one that is set does harm; localization's

@@ -35,6 +35,8 @@ class RateControl : public replay::MessageSink {
   RateControl(const RateControlOptions& options, const replay::PlayPlan& plan,
               bool has_recorded_time, replay::MessageSink& next, Replay replay);
   ~RateControl() override;
+  RateControl(const RateControl&) = delete;
+  RateControl& operator=(const RateControl&) = delete;
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
 

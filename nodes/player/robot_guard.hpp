@@ -37,6 +37,8 @@ class RobotGuard : public Watchdog {
   /// `graph` says who hears the outputs.
   explicit RobotGuard(const RosGraph& graph);
   ~RobotGuard() override;
+  RobotGuard(const RobotGuard&) = delete;
+  RobotGuard& operator=(const RobotGuard&) = delete;
 
   void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) override;
   void tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
