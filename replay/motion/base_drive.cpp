@@ -20,14 +20,10 @@ constexpr double kShortStop = 3, kPassing = 0.03;
 /// A base that moved less than that between two stands was shaken, not driven: m, rad.
 constexpr double kShaken = 0.01, kTurnShaken = 0.02;
 
-Stamp after(Stamp stamp, double seconds) {
-  return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
-}
-
 /// It gets farther from where it begins than a shaken base.
 bool isDriven(const PoseTrack& drive) {
   const PlanarPose begin = drive.startPose();
-  for (Stamp at = drive.begin(); at < drive.end(); at = after(at, 0.1)) {
+  for (Stamp at = drive.begin(); at < drive.end(); at = later(at, 0.1)) {
     const PlanarPose pose = drive.at(std::min(at, drive.end()));
     if (distance(begin, pose) > kShaken || std::abs(wrapAngle(pose.yaw - begin.yaw)) > kTurnShaken)
       return true;
@@ -134,11 +130,11 @@ BaseDrive::Step BaseDrive::follow(Stamp at, bool is_held, double rate, Stamp ros
     tracker_->rest();
     return {PlanarVelocity{}, limit_};
   }
-  tracker_->setLimit(is_held ? at : after(at, kStepsAhead * rate));
+  tracker_->setLimit(is_held ? at : later(at, kStepsAhead * rate));
   tracker_->meet(at);
   const PlanarVelocity command = tracker_->update(look_(ros_now));
   const double ahead = tracker_->isOnTime() ? kStepsAhead : kStepAhead;
-  return {command, std::min(after(tracker_->progress(), ahead * rate), tracker_->track().end())};
+  return {command, std::min(later(tracker_->progress(), ahead * rate), tracker_->track().end())};
 }
 
 void BaseDrive::finish() {

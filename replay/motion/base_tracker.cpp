@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <stdexcept>
 #include <utility>
 
@@ -13,7 +14,6 @@ constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has no
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
-constexpr double kHurry = 1.05;     // of the path time, to catch up with the timeline
 
 /// s that a correction of the end is waited for; then the base stays where it is.
 constexpr double kCorrectionPatience = 3;
@@ -23,10 +23,6 @@ constexpr double kLagBegin = 0.04, kLagEnd = 0.15;    // m
 constexpr double kSideBegin = 0.06, kSideEnd = 0.25;  // m; only driving on takes a base sideways,
 constexpr double kSlowestAside = 0.3;                 // so it never stands for that
 constexpr double kTurnBegin = 0.12, kTurnEnd = 0.45;  // rad
-
-Stamp later(Stamp stamp, double seconds) {
-  return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
-}
 
 /// Where it may point at its end. A way to a place was not recorded, and has the turns it needs.
 HeadingRange headingsFor(const PoseTrack& track) {
@@ -46,11 +42,12 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
       options_(options),
       localizer_(std::move(known)),
       approach_(track_.endPose(), options.approach, headingsFor(track_)),
-      path_(track_.begin()),
-      pace_(options.rate) {
-  for (const double value : {options.rate, options.speed, options.turn_speed, options.acceleration,
-                             options.turn_acceleration}) {
-    if (!(value > 0)) throw std::invalid_argument("rate and limits of a base must be above zero");
+      path_(track_.begin(), track_.end(), options.rate),
+      command_({options.speed, options.turn_speed, options.acceleration, options.turn_acceleration,
+                options.command_delay, options.longest_silence}) {
+  for (const double value :
+       {options.speed, options.turn_speed, options.acceleration, options.turn_acceleration}) {
+    if (!(value > 0)) throw std::invalid_argument("the limits of a base must be above zero");
   }
   if (options.obstacles) obstacles_.emplace(*options.obstacles, track_.frame());
 }
@@ -69,8 +66,8 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
     return halt(input.now);
   }
   localize(input);
-  const PlanarPose base =
-      predict(input.T_odom_base->stamp, later(input.now, options_.command_delay));
+  const PlanarPose base = command_.predict(localizer_->pose(), input.T_odom_base->stamp,
+                                           later(input.now, options_.command_delay));
   if (obstacles_) {
     obstacles_->move(input.T_odom_base->stamp, odometry_);
     obstacles_->hear(input.scan);
@@ -97,14 +94,8 @@ void BaseTracker::rest() {
   if (last_update_) halt(*last_update_);
 }
 
-void BaseTracker::setRate(double rate) {
-  if (!(rate > 0)) throw std::invalid_argument("the rate of a base must be above zero");
-  pace_ *= rate / options_.rate;
-  options_.rate = rate;
-}
-
 bool BaseTracker::isOnTime() const {
-  return state_ == BaseState::Following && reason_.empty() && pace_ > 0.999 * options_.rate;
+  return state_ == BaseState::Following && reason_.empty() && path_.pace() > 0.999 * path_.rate();
 }
 
 std::string BaseTracker::whyWaiting(const BaseInput& input) const {
@@ -131,37 +122,19 @@ void BaseTracker::localize(const BaseInput& input) {
   if (isLocalized()) localizer_->correct(input.T_map_odom->pose, input.T_map_odom->stamp);
 }
 
-/// The commands on their way are done, each when its delay is over.
-PlanarPose BaseTracker::predict(Stamp from, Stamp to) const {
-  PlanarPose base = localizer_->pose();
-  PlanarVelocity velocity;
-  Stamp at = from;
-  for (const Sent& sent : sent_) {
-    const Stamp effect = std::min(later(sent.at, options_.command_delay), to);
-    if (effect > at) {
-      base = advance(base, velocity, secondsBetween(at, effect));
-      at = effect;
-    }
-    velocity = sent.velocity;
-  }
-  return to > at ? advance(base, velocity, secondsBetween(at, to)) : base;
-}
-
 PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
-  Stamp next = later(path_, pace_ * seconds);
-  if (met_ && next < *met_) next = std::min(*met_, later(path_, kHurry * pace_ * seconds));
-  path_ = std::min({next, track_.end(), std::max(path_, limit_.value_or(track_.end()))});
-  if (path_ >= track_.end()) {
+  path_.advance(seconds);
+  if (path_.isAtEnd()) {
     state_ = BaseState::Approaching;
-    report_.delay = taken_ - secondsBetween(track_.begin(), track_.end()) / options_.rate;
+    report_.delay = taken_ - secondsBetween(track_.begin(), track_.end()) / path_.rate();
     return {};
   }
-  const Stamp reference = later(path_, pace_ * options_.command_delay);
+  const Stamp reference = path_.in(options_.command_delay);
   const PlanarPose error = between(base, track_.at(reference));
   if (isOff(error)) return {};
   const PlanarVelocity recorded = track_.velocityAt(reference);
-  pace_ = paceFor(error, recorded);
-  if (pace_ < 0.05 * options_.rate) {
+  double pace = paceFor(error, recorded);
+  if (pace < 0.05 * path_.rate()) {
     idle(seconds,
          fmt::format("the base does not follow: {:.2f} m and {:.0f} deg behind",
                      std::hypot(error.x, error.y), std::abs(error.yaw) * kDegreesPerRadian));
@@ -170,16 +143,17 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   }
   if (obstacles_) {
     const double rim = rimSpeed(recorded, obstacles_->options().footprint.radius());
-    if (rim * pace_ > fastest_) pace_ = fastest_ / rim;
+    if (rim * pace > fastest_) pace = fastest_ / rim;
   }
-  return law(error, {recorded.forward * pace_, recorded.turn * pace_});
+  path_.setPace(pace);
+  return law(error, {recorded.forward * pace, recorded.turn * pace});
 }
 
 /// What the scan sees along the track.
 bool BaseTracker::isWayFree(const PlanarPose& base, Stamp now, double seconds) {
   if (!obstacles_) return true;
   const double radius = obstacles_->options().footprint.radius();
-  return mayGoOn(base, pathAlong(track_, path_, base, radius, obstacles_->lookAhead()), now,
+  return mayGoOn(base, pathAlong(track_, path_.now(), base, radius, obstacles_->lookAhead()), now,
                  seconds);
 }
 
@@ -188,7 +162,7 @@ bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp n
   using Kind = ObstacleStop::Verdict::Kind;
   const PlanarPose T_odom_base = compose(odometry_, between(localizer_->pose(), base));
   const ObstacleStop::Verdict verdict =
-      obstacles_->judge({now, T_odom_base, base, path_, seconds}, path);
+      obstacles_->judge({now, T_odom_base, base, path_.now(), seconds}, path);
   // After a wait it gets faster as it would from any stand.
   fastest_ = std::min(verdict.speed, fastest_ + options_.acceleration * seconds);
   is_barred_ = verdict.kind != Kind::Go;
@@ -216,7 +190,7 @@ double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recor
   const double speed = std::abs(recorded.forward), turn_speed = std::abs(recorded.turn);
   const double lag =
       speed > kResting ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x);
-  double pace = options_.rate;
+  double pace = path_.rate();
   pace *= std::min(ramp(lag, kLagBegin, kLagEnd), ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
   pace *= std::max(kSlowestAside, ramp(std::abs(error.y), kSideBegin, kSideEnd));
   if (speed * pace > options_.speed) pace = options_.speed / speed;
@@ -264,7 +238,7 @@ bool BaseTracker::isOff(const PlanarPose& error) {
     deviation_ = off;
     if (off > report_.largest_distance) {
       report_.largest_distance = off;
-      report_.largest_distance_at = path_;
+      report_.largest_distance_at = path_.now();
     }
     report_.largest_turn = std::max(report_.largest_turn, turned);
   }
@@ -283,35 +257,20 @@ void BaseTracker::idle(double seconds, const std::string& why) {
 }
 
 PlanarVelocity BaseTracker::send(const PlanarVelocity& wanted, Stamp now, double seconds) {
-  const double step = options_.acceleration * seconds;
-  const double turn_step = options_.turn_acceleration * seconds;
-  const double forward = std::clamp(wanted.forward, -options_.speed, options_.speed);
-  const double turn = std::clamp(wanted.turn, -options_.turn_speed, options_.turn_speed);
-  command_.forward += std::clamp(forward - command_.forward, -step, step);
-  command_.turn += std::clamp(turn - command_.turn, -turn_step, turn_step);
-  if (obstacles_) {  // at once, and along the same curve
-    const double rim = rimSpeed(command_, obstacles_->options().footprint.radius());
-    const double share = rim > fastest_ ? fastest_ / rim : 1;
-    command_ = {command_.forward * share, command_.turn * share};
+  command_.change(wanted, seconds);
+  if (obstacles_) {
+    const double rim = rimSpeed(command_.velocity(), obstacles_->options().footprint.radius());
+    if (rim > fastest_) command_.slow(fastest_ / rim);
   }
-  const bool is_first_step = command_.forward != 0 || command_.turn != 0;
-  if (is_first_step && !T_map_odom_at_start_) {
+  if (command_.isMoving() && !T_map_odom_at_start_) {
     T_map_odom_at_start_ = compose(localizer_->pose(), inverse(odometry_));
   }
-  return remember(now);
+  return command_.send(now);
 }
 
 PlanarVelocity BaseTracker::halt(Stamp now) {
-  command_ = {};
-  return remember(now);
-}
-
-PlanarVelocity BaseTracker::remember(Stamp now) {
-  sent_.push_back({now, command_});
-  // The command in effect at the oldest odometry that counts is kept.
-  const Stamp oldest = later(now, -options_.command_delay - options_.longest_silence);
-  while (sent_.size() > 1 && sent_[1].at < oldest) sent_.pop_front();
-  return command_;
+  command_.halt();
+  return command_.send(now);
 }
 
 std::optional<PlanarPose> BaseTracker::pose() const {

@@ -17,15 +17,16 @@
 /// until base.state() is Done or Lost. Messages recorded during the drive wait for base.progress().
 #pragma once
 
-#include <deque>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "replay/motion/base_command.hpp"
 #include "replay/motion/base_localizer.hpp"
 #include "replay/motion/final_approach.hpp"
 #include "replay/motion/obstacle_stop.hpp"
+#include "replay/motion/path_time.hpp"
 #include "replay/motion/pose_track.hpp"
 
 namespace afterglow::replay {
@@ -99,16 +100,16 @@ class BaseTracker {
   /// A zero was sent, not by update().
   void rest();
   /// From the next update on.
-  void setRate(double rate);
+  void setRate(double rate) { path_.setRate(rate); }
   /// The path time does not pass this stamp; at first there is no limit.
-  void setLimit(Stamp limit) { limit_ = limit; }
+  void setLimit(Stamp limit) { path_.setLimit(limit); }
   /// Where the replay's timeline is: a path time behind it runs a little faster. At first it is not
   /// known.
-  void meet(Stamp recorded) { met_ = recorded; }
+  void meet(Stamp recorded) { path_.meet(recorded); }
 
   BaseState state() const { return state_; }
   /// The recorded stamp that has been reached; never goes back.
-  Stamp progress() const { return {path_.ns}; }
+  Stamp progress() const { return path_.now(); }
   /// Why the base is lost, or what is missing while it waits; empty otherwise.
   const std::string& reason() const { return reason_; }
   /// The estimated pose of the base in the track's frame; empty before the first pose.
@@ -122,14 +123,8 @@ class BaseTracker {
   const PoseTrack& track() const { return track_; }
 
  private:
-  struct Sent {
-    Stamp at;
-    PlanarVelocity velocity;
-  };
-
   std::string whyWaiting(const BaseInput& input) const;
   void localize(const BaseInput& input);
-  PlanarPose predict(Stamp from, Stamp to) const;
   PlanarVelocity follow(const PlanarPose& base, double seconds);
   PlanarVelocity approach(const PlanarPose& base, double seconds);
   double paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const;
@@ -141,7 +136,6 @@ class BaseTracker {
   void idle(double seconds, const std::string& why);
   PlanarVelocity send(const PlanarVelocity& wanted, Stamp now, double seconds);
   PlanarVelocity halt(Stamp now);
-  PlanarVelocity remember(Stamp now);
   bool isLocalized() const { return track_.isLocalized() && options_.with_localization; }
 
   PoseTrack track_;
@@ -151,15 +145,11 @@ class BaseTracker {
   std::optional<BaseLocalizer> localizer_;
   FinalApproach approach_;
   std::optional<Stamp> last_update_;
-  Stamp path_;                  ///< path time
-  std::optional<Stamp> limit_;  ///< of it
-  std::optional<Stamp> met_;    ///< where it should be
-  double pace_;                 ///< of the path time, to real time
-  double idle_ = 0;             ///< s without getting on
-  double taken_ = 0;            ///< s
-  double deviation_ = 0;        ///< m
-  PlanarVelocity command_;
-  std::deque<Sent> sent_;  ///< those that may not have had their effect
+  PathTime path_;
+  BaseCommand command_;
+  double idle_ = 0;       ///< s without getting on
+  double taken_ = 0;      ///< s
+  double deviation_ = 0;  ///< m
   PlanarPose odometry_;
   std::optional<PlanarPose> T_map_odom_at_start_;
   std::optional<ObstacleStop> obstacles_;

@@ -14,6 +14,9 @@ namespace afterglow::replay {
 inline double secondsBetween(Stamp from, Stamp to) {
   return static_cast<double>(to.ns - from.ns) * 1e-9;
 }
+inline Stamp later(Stamp stamp, double seconds) {
+  return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
+}
 
 /// A while without any pose; the track goes straight through it.
 struct TrackGap {

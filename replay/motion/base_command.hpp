@@ -1,0 +1,50 @@
+/// \file
+/// What a base is told: velocities within its limits; and where those on their way take it.
+#pragma once
+
+#include <deque>
+
+#include "replay/messages/message.hpp"
+#include "replay/motion/planar_pose.hpp"
+
+namespace afterglow::replay {
+
+struct CommandLimits {
+  double speed, turn_speed;                ///< m/s and rad/s, either way
+  double acceleration, turn_acceleration;  ///< m/s^2 and rad/s^2
+  double delay;                            ///< s until the base does as it is told
+  double longest_silence;                  ///< s that the oldest odometry that counts is old
+};
+
+class BaseCommand {
+ public:
+  explicit BaseCommand(const CommandLimits& limits) : limits_(limits) {}
+
+  /// Changes towards `wanted` as far as `seconds` allow.
+  void change(const PlanarVelocity& wanted, double seconds);
+  /// Slows down to this share at once, along the same curve.
+  void slow(double share) { velocity_ = {velocity_.forward * share, velocity_.turn * share}; }
+  /// Stands at once.
+  void halt() { velocity_ = {}; }
+
+  const PlanarVelocity& velocity() const { return velocity_; }
+  bool isMoving() const { return velocity_.forward != 0 || velocity_.turn != 0; }
+
+  /// The velocity is sent now.
+  PlanarVelocity send(Stamp now);
+  /// Where a base that was at `base` at `from` will be at `to`: each velocity on its way has its
+  /// effect when its delay is over.
+  PlanarPose predict(PlanarPose base, Stamp from, Stamp to) const;
+
+ private:
+  struct Sent {
+    Stamp at;
+    PlanarVelocity velocity;
+  };
+
+  CommandLimits limits_;
+  PlanarVelocity velocity_;
+  std::deque<Sent> sent_;  ///< those that may not have had their effect
+};
+
+}  // namespace afterglow::replay
