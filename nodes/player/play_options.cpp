@@ -423,7 +423,7 @@ std::vector<PlayOption> theRobotsStart() {
 
 /// What a profile says holds where no other option, which are all set later, says more.
 void setRobot(Request& request, const std::string& name_or_file) {
-  request.robot = findRobotProfile(name_or_file);
+  request.robot = inNamespace(findRobotProfile(name_or_file), rosNamespace());
   request.body.robot = request.robot;
   const replay::RobotProfile::Base& base = request.robot.base;
   request.body.base.usual_topic = base.velocity_topic;

@@ -1,5 +1,10 @@
 #include "nodes/player/robot_file.hpp"
 
+#include <ros/init.h>
+#include <ros/names.h>
+#include <ros/this_node.h>
+
+#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 #include <vector>
@@ -154,6 +159,24 @@ RobotProfile findRobotProfile(const std::string& name_or_file) {
   }
   throw std::runtime_error("no robot '" + name_or_file + "' is known" +
                            advice(name_or_file, names) + " (a file has a slash or ends in .yaml)");
+}
+
+RobotProfile inNamespace(RobotProfile robot, const std::string& name_space) {
+  RobotProfile::Base& base = robot.base;
+  std::vector<std::string*> topics = {&base.velocity_topic, &base.output_topic,
+                                      &base.odometry_topic, &robot.scan_topic,
+                                      &robot.emergency_stop.topic};
+  for (std::string& topic : base.take_over_topics) topics.push_back(&topic);
+  for (std::string* topic : topics) {
+    if (!topic->empty()) *topic = ros::names::clean(name_space + "/" + *topic);
+  }
+  return robot;
+}
+
+std::string rosNamespace() {
+  if (ros::isInitialized()) return ros::this_node::getNamespace();
+  const char* name_space = std::getenv("ROS_NAMESPACE");
+  return name_space ? ros::names::clean("/" + std::string(name_space)) : "";
 }
 
 }  // namespace afterglow::nodes
