@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kStartUp = 30;  // seconds that nodes may take to come up on a busy machine
 constexpr double kCardSeconds = 2.5;
+constexpr double kWalkSeconds = 1.3;      // that the bystander takes to another place
 constexpr double kQuestionSeconds = 2.6;  // to be asked in
 constexpr double kShortFilmSeconds = 19;
 constexpr double kBeat = 0.2;  // seconds after a behavior, until tf tells its end
@@ -155,6 +156,7 @@ void DemoDirector::record(const BehaviorStory& behavior) {
   Stage stage("Doing and recording '" + behavior.name + "'");
   bystander_.look(behavior.name);
   bystander_.caption(story_.live_tag, behavior.caption);
+  sleepFor(kWalkSeconds);
   MeasuredBehavior& measured = report_.behaviors.emplace_back();
   measured.says = behavior.says;
   const auto result = recordBehavior(behavior.name, kittingTopics(), [&] {

@@ -107,9 +107,9 @@ std::vector<std::string> commandsToTry(const DemoReport& report) {
   const std::string id = std::to_string(first.behavior.id);
   commands.push_back(report.command + " show " + id);
   commands.push_back(report.command + " play " + first.behavior.name + " --dry-run");
-  commands.push_back(report.command + " render " + id + " --config " + report.assets +
+  commands.push_back(report.command + " render " + id + " --film --config " + report.assets +
                      "/projector.yaml --out " + report.folder + "/" + first.behavior.name +
-                     "_light.mp4");
+                     "_film.mp4");
   return commands;
 }
 

@@ -11,7 +11,8 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 constexpr double kSpacing = 0.12;  // m: an arrow's length, and the gap to the next
-constexpr double kShaft = 0.06, kHead = 0.10, kGoalSize = 0.14;  // m; diameters
+constexpr double kShaft = 0.05, kHead = 0.11, kGoalSize = 0.14;  // m; diameters
+constexpr double kHeadLength = 0.06;  // m: seen as an arrow from aside, too
 
 Marker pathMarker(int id, int type) {
   Marker marker;
@@ -68,7 +69,7 @@ MarkerArray pathMarkers(const FloorPath& path) {
   for (double along = 0; along + kSpacing <= length; along += 2 * kSpacing) {
     Marker arrow = pathMarker(static_cast<int>(array.markers.size()), Marker::ARROW);
     arrow.points = {onFloor(pointAlong(path, along)), onFloor(pointAlong(path, along + kSpacing))};
-    setLook(arrow, {kShaft, kHead, 0}, {1, 0, 1});
+    setLook(arrow, {kShaft, kHead, kHeadLength}, {1, 0, 1});
     array.markers.push_back(arrow);
   }
   Marker goal = pathMarker(static_cast<int>(array.markers.size()), Marker::SPHERE);

@@ -17,6 +17,8 @@ namespace {
 using visualization_msgs::Marker;
 
 constexpr float kGhostAlpha = 0.3f;  // observer_node outlines what is translucent
+/// Of a ghost only parts are shown that are so long, of the longest one: more is a tangle of lines.
+constexpr float kGhostPart = 0.39f;
 constexpr double kHalfView = 0.1;  // m around a thing's origin that its camera image shows
 constexpr std::size_t kBeams = 662;
 constexpr double kFirstAngle = -1.92, kAngleStep = 0.0058, kRange = 25;  // rad, rad, m
@@ -32,6 +34,18 @@ Marker markerOf(const render::Drawable& part) {
     setLook(marker, std::get<render::Cube>(part.shape).size.cast<double>(), part.color);
   }
   return marker;
+}
+
+float extentOf(const render::Drawable& part) {
+  const auto* cylinder = std::get_if<render::Cylinder>(&part.shape);
+  return (cylinder ? cylinder->size : std::get<render::Cube>(part.shape).size).maxCoeff();
+}
+
+/// Whether a ghost of the thing shows this part.
+bool isTelling(const render::Drawable& part, const Thing& thing) {
+  const auto is_shorter = [](const auto& a, const auto& b) { return extentOf(a) < extentOf(b); };
+  const auto longest = std::max_element(thing.parts.begin(), thing.parts.end(), is_shorter);
+  return extentOf(part) >= kGhostPart * extentOf(*longest);
 }
 
 // Moeller and Trumbore: distance in units of `direction`; empty if the ray misses.
@@ -129,6 +143,7 @@ visualization_msgs::MarkerArray KittingRoom::markers() const {
   for (const Thing& thing : things_) {
     const bool is_carried = !thing.carrier.empty();
     for (std::size_t i = 0; i < thing.parts.size(); ++i) {
+      if (thing.is_gone && !isTelling(thing.parts[i], thing)) continue;
       Marker marker = markerOf(thing.parts[i]);
       marker.header.frame_id = is_carried ? thing.carrier : "map";
       marker.ns = thing.name;

@@ -52,7 +52,7 @@ class KittingRoom {
   void removeObjects();
 
   /// The whole room for /room/solids: clears it, then a marker for each part, translucent for what
-  /// is gone. Namespace: the thing's name, id: the part's index.
+  /// is gone, and of that the large parts alone. Namespace: the thing's name, id: the part's index.
   visualization_msgs::MarkerArray markers() const;
   /// What a Fetch's base laser meets, as round things for the simulated one's /obstacles:
   /// position.z is the radius.

@@ -10,7 +10,8 @@ namespace afterglow::nodes {
 namespace {
 
 const cv::Scalar kWhite(255, 255, 255), kPale(150, 215, 255), kWarm(255, 214, 120),
-    kDark(12, 14, 18);
+    kDark(12, 14, 18), kGhost(165, 180, 195);
+constexpr const char* kGhostLegend = "dashed: stood there then, is gone now";
 constexpr int kSteps = 8;      // that the lit part is found in, across the image
 constexpr int kLitLevel = 24;  // of 255: less is no light to look at
 
@@ -53,8 +54,11 @@ struct CaptionPainter::Impl {
   }
   /// How far the text may go on after the tag.
   int writeTag(cv::Mat pixels, const std::string& tag, cv::Point origin, int height);
-  void writeLine(cv::Mat pixels, const std::string& text, cv::Point origin, int height,
+  /// Smaller where it would reach beyond `right`.
+  void writeLine(cv::Mat pixels, const std::string& text, cv::Point origin, int right, int height,
                  const cv::Scalar& color);
+  /// At the line's right end, the baseline at `y`; where it begins.
+  int writeLegend(cv::Mat pixels, const std::string& text, int y, int height);
 };
 
 int CaptionPainter::Impl::writeTag(cv::Mat pixels, const std::string& tag, cv::Point origin,
@@ -67,9 +71,16 @@ int CaptionPainter::Impl::writeTag(cv::Mat pixels, const std::string& tag, cv::P
 }
 
 void CaptionPainter::Impl::writeLine(cv::Mat pixels, const std::string& text, cv::Point origin,
-                                     int height, const cv::Scalar& color) {
-  const int room = pixels.cols - 2 * height - origin.x;
-  write(pixels, text, origin, heightFor(text, height, room), color);
+                                     int right, int height, const cv::Scalar& color) {
+  write(pixels, text, origin, heightFor(text, height, right - 2 * height - origin.x), color);
+}
+
+int CaptionPainter::Impl::writeLegend(cv::Mat pixels, const std::string& text, int y, int height) {
+  const int small = std::max(7, height * 7 / 10);
+  const int left = pixels.cols - height - widthOf(text, small);
+  if (left < pixels.cols * 2 / 3) return pixels.cols;
+  write(pixels, text, {left, y}, small, kGhost);
+  return left;
 }
 
 int stripHeight(int width) { return std::max(16, width * 7 / 160 * 2); }
@@ -128,11 +139,16 @@ render::Image CaptionPainter::withStrip(const render::Image& image, const Captio
   cv::Point origin(height, image.height + line * 4 / 5);
   cv::Point after_tag = origin;
   if (!tag.empty()) after_tag.x = impl_->writeTag(pixels, tag, origin, height * 4 / 5);
-  if (!text.empty()) impl_->writeLine(pixels, text, after_tag, height, is_asked ? kWarm : kWhite);
-  if (caption.speech.empty()) return whole;
+  if (!text.empty()) {
+    impl_->writeLine(pixels, text, after_tag, whole.width, height, is_asked ? kWarm : kWhite);
+  }
   origin.y += line;
+  const int right = caption.has_ghosts
+                        ? impl_->writeLegend(pixels, kGhostLegend, origin.y, height)
+                        : whole.width;
+  if (caption.speech.empty()) return whole;
   const std::string speech = "Robot: “" + printableLine(caption.speech) + "”";
-  impl_->writeLine(pixels, speech, origin, height, kPale);
+  impl_->writeLine(pixels, speech, origin, right, height, kPale);
   return whole;
 }
 

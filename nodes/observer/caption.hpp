@@ -16,6 +16,7 @@ struct Caption {
   std::string text;    ///< what is being shown
   std::string speech;  ///< what the robot is saying
   std::string asked = {};  ///< what a human has asked it, shown in place of `text`
+  bool has_ghosts = false;  ///< says in the corner of the strip what dashed outlines are
 };
 
 /// "TAG|TEXT" or "TEXT" as it comes in one message.

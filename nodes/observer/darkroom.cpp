@@ -109,14 +109,8 @@ bool Darkroom::takeNext(Shot& shot) {
 }
 
 void Darkroom::draw(Tools& tools, Shot& shot) {
-  const render::ObserverView view = viewFrom(shot.look, options_.width, options_.height);
-  if (shot.light) shot.light->image = shot.packed_light.unpacked();
-  render::Image image =
-      tools.renderer.render(shot.solids, shot.light ? &*shot.light : nullptr, view);
-  if (options_.has_inset && shot.light) {
-    tools.painter.paintInset(image, shot.light->image, "projector image");
-  }
-  image = tools.painter.withStrip(image, shot.caption);
+  render::Image image = paintShot(shot, tools.renderer, tools.painter, options_.width,
+                                  options_.height, options_.has_inset);
   saveKeyFrames(shot, image);
   if (options_.on_image) options_.on_image(shot.ros_ns, image);
   if (shot.is_filmed && film_) film_->add(shot.ros_ns, std::move(image));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "nodes/conversion/camera_messages.hpp"
+#include "nodes/observer/room_solids.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -208,7 +209,11 @@ void ObserverNode::lookForRobot() {
   std::string xml;
   if (!ros::param::get("/robot_description", xml)) return;
   try {
-    scene_.setRobot(RobotModel::fromXml(xml, "/robot_description"));
+    MeshLibrary meshes;
+    scene_.setRobot(RobotModel::fromXml(
+        xml, "/robot_description", robotMeshes(meshes, [](const std::string& why) {
+          ROS_WARN("a part of the robot is not shown: %s", why.c_str());
+        })));
   } catch (const std::runtime_error& error) {
     ROS_ERROR_ONCE("the robot is not shown: %s", error.what());
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "render/gl/observer_renderer.hpp"
 #include "render/scene/outline.hpp"
@@ -95,6 +96,15 @@ std::vector<render::Drawable> solidsOf(const render::Scene& scene) {
     solids.insert(solids.end(), layer.drawables.begin(), layer.drawables.end());
   }
   return solids;
+}
+
+MeshReader robotMeshes(MeshLibrary& library, std::function<void(const std::string& why)> tell) {
+  return [&library, tell = std::move(tell)](const std::string& resource) -> render::SharedBody {
+    const MeshLibrary::Mesh mesh = library.get(resource);
+    if (mesh.value) return *mesh.value;
+    tell(mesh.reason);
+    return nullptr;
+  };
 }
 
 std::vector<render::Drawable> robotSolids(const RobotModel& robot, FrameLookup& frames) {

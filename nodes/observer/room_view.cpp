@@ -1,5 +1,6 @@
 #include "nodes/observer/room_view.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,6 +16,15 @@ constexpr double kShellThickness_m = 0.1;  // of floor and walls: light does not
 constexpr double kJoint_m = 0.006;         // between tiles
 constexpr int kMostPixels = 4096;          // in one direction
 constexpr double kMostTiles = 40'000;
+
+// Of a room that nobody has described.
+constexpr double kToWall_m = 2, kWallHeight_m = 2.7, kTile_m = 0.5;
+constexpr double kNearest_m = 2.1, kEyeHeight_m = 1.75, kTargetHeight_m = 0.65;
+constexpr double kAside = 1.45;      // rad, from where the light points
+constexpr double kAroundFov = 0.75;  // rad
+constexpr int kAroundHeight = 608;   // pixels; 720 with captions below
+const render::Color kFloorPaint{0.80f, 0.79f, 0.76f, 1}, kJointPaint{0.60f, 0.59f, 0.57f, 1},
+    kWarmPaint{0.85f, 0.84f, 0.79f, 1}, kColdPaint{0.80f, 0.83f, 0.85f, 1};
 
 std::vector<double> numbersOf(const YamlMap& map, const std::string& key, std::size_t count) {
   return map.numbers(map.at(key), "'" + key + "' of " + map.where(), count);
@@ -94,7 +104,17 @@ render::Drawable tiles(const Eigen::Vector2d& corner, const Eigen::Vector2d& siz
   return {{}, triangles, {}};
 }
 
-void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
+void addFloor(const Eigen::Vector2d& center, const Eigen::Vector2d& size, double edge,
+              const render::Color& color, const render::Color& joints,
+              std::vector<render::Drawable>& shell) {
+  // What shows between the tiles lies a little lower.
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() << center, -kShellThickness_m / 2 - 0.003;
+  shell.push_back(box(pose, {size.x(), size.y(), kShellThickness_m}, joints));
+  shell.push_back(tiles(center - size / 2, size, edge, color));
+}
+
+void readFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
   const Eigen::Vector2d center(numbersOf(map, "center", 2).data());
   const Eigen::Vector2d size(numbersOf(map, "size", 2).data());
   if (size.minCoeff() <= 0 || size.maxCoeff() > kFarthest_m) {
@@ -104,26 +124,44 @@ void addFloor(const YamlMap& map, std::vector<render::Drawable>& shell) {
   if (size.prod() / (edge * edge) > kMostTiles) {
     map.fail(map.at("tile"), "more than 40000 tiles on the floor");
   }
-  // What shows between the tiles lies a little lower.
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation() << center, -kShellThickness_m / 2 - 0.003;
   const render::Color joints = readPlainColor(map, "joint_color");
-  shell.push_back(box(pose, {size.x(), size.y(), kShellThickness_m}, joints));
-  shell.push_back(tiles(center - size / 2, size, edge, readPlainColor(map, "color")));
+  addFloor(center, size, edge, readPlainColor(map, "color"), joints, shell);
 }
 
-void addWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
-  const Eigen::Vector2d from(numbersOf(map, "from", 2).data()), to(numbersOf(map, "to", 2).data());
+void addWall(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double height,
+             const render::Color& color, std::vector<render::Drawable>& shell) {
   const Eigen::Vector2d along = to - from;
-  if (along.norm() < 0.01 || along.norm() > kFarthest_m) {
-    map.fail(map.at("to"), "a wall should be 0.01 to 100 m long");
-  }
-  const double height = map.number("height", 0.01, kFarthest_m);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation() << (from + to) / 2, height / 2;
   pose.rotate(Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
   const Eigen::Vector3d wall(along.norm(), kShellThickness_m, height);
-  shell.push_back(box(pose, wall, readPlainColor(map, "color")));
+  shell.push_back(box(pose, wall, color));
+}
+
+void readWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
+  const Eigen::Vector2d from(numbersOf(map, "from", 2).data()), to(numbersOf(map, "to", 2).data());
+  const double length = (to - from).norm();
+  if (length < 0.01 || length > kFarthest_m) {
+    map.fail(map.at("to"), "a wall should be 0.01 to 100 m long");
+  }
+  const double height = map.number("height", 0.01, kFarthest_m);
+  addWall(from, to, height, readPlainColor(map, "color"), shell);
+}
+
+/// Behind the places, seen from `p_eye`.
+void addRoom(const Eigen::AlignedBox2d& places, const Eigen::Vector2d& p_eye, RoomView& room) {
+  const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kToWall_m), middle = places.center();
+  const Eigen::AlignedBox2d inside(places.min() - margin, places.max() + margin);
+  const Eigen::AlignedBox2d around_eye(p_eye - margin, p_eye + margin);
+  const Eigen::AlignedBox2d floor = inside.merged(around_eye);
+  const double tile = std::max(kTile_m, floor.sizes().maxCoeff() / 100);
+  addFloor(floor.center(), floor.sizes(), tile, kFloorPaint, kJointPaint, room.shell);
+  const Eigen::Vector2d corner(p_eye.x() < middle.x() ? inside.max().x() : inside.min().x(),
+                               p_eye.y() < middle.y() ? inside.max().y() : inside.min().y());
+  addWall({corner.x(), floor.min().y()}, {corner.x(), floor.max().y()}, kWallHeight_m, kWarmPaint,
+          room.shell);
+  addWall({floor.min().x(), corner.y()}, {floor.max().x(), corner.y()}, kWallHeight_m, kColdPaint,
+          room.shell);
 }
 
 }  // namespace
@@ -138,6 +176,28 @@ render::ObserverView viewFrom(const Look& look, int width, int height) {
   return {eyeAt(look.p_eye, look.p_target), width, height, look.vertical_fov};
 }
 
+RoomView roomAround(const std::string& fixed_frame,
+                    const std::vector<Eigen::Vector3d>& p_world_places,
+                    const Eigen::Vector3d& ahead) {
+  Eigen::AlignedBox2d places;
+  for (const Eigen::Vector3d& place : p_world_places) places.extend(place.head<2>());
+  if (places.isEmpty()) places.extend(Eigen::Vector2d(0, 0));
+  const bool has_heading = ahead.head<2>().norm() > 1e-3;
+  const Eigen::Vector2d heading =
+      has_heading ? Eigen::Vector2d(ahead.head<2>().normalized()) : Eigen::Vector2d(1, 0);
+  const double distance = kNearest_m + 0.6 * places.diagonal().norm();
+  const Eigen::Vector2d p_eye =
+      places.center() + distance * (Eigen::Rotation2Dd(kAside) * heading);
+  RoomView room;
+  room.fixed_frame = fixed_frame;
+  room.height = kAroundHeight;
+  room.look.p_eye << p_eye, kEyeHeight_m;
+  room.look.p_target << places.center(), kTargetHeight_m;
+  room.look.vertical_fov = kAroundFov;
+  addRoom(places, p_eye, room);
+  return room;
+}
+
 RoomView loadRoomView(const std::string& path) {
   const YamlMap map(
       path, loadYaml(path), "the view",
@@ -147,13 +207,14 @@ RoomView loadRoomView(const std::string& path) {
   room.look = lookOf(map);
   readSize(map, room);
   if (map.has("others")) readOthers(path, map, room);
-  addFloor({path, map.at("floor"), "the floor", {"center", "size", "color", "tile", "joint_color"}},
-           room.shell);
+  readFloor(
+      {path, map.at("floor"), "the floor", {"center", "size", "color", "tile", "joint_color"}},
+      room.shell);
   const YAML::Node walls = map.at("walls");
   if (!walls.IsSequence()) map.fail(walls, "'walls' should be a list");
   for (std::size_t i = 0; i < walls.size(); ++i) {
-    addWall({path, walls[i], "wall " + std::to_string(i + 1), {"from", "to", "height", "color"}},
-            room.shell);
+    readWall({path, walls[i], "wall " + std::to_string(i + 1), {"from", "to", "height", "color"}},
+             room.shell);
   }
   return room;
 }

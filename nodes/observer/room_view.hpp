@@ -32,6 +32,13 @@ struct RoomView {
 /// What is seen from there; World is the fixed frame.
 render::ObserverView viewFrom(const Look& look, int width, int height);
 
+/// For a room that nobody has described: floor, and two walls behind these places (fixed frame),
+/// seen from the left of somebody who looks along `ahead` (any length), from so far away that they
+/// are in the picture.
+RoomView roomAround(const std::string& fixed_frame,
+                    const std::vector<Eigen::Vector3d>& p_world_places,
+                    const Eigen::Vector3d& ahead);
+
 /// Throws std::runtime_error "FILE:LINE: what is wrong" for a key that is unknown, missing or given
 /// twice, and for a value of the wrong type or out of range.
 RoomView loadRoomView(const std::string& path);

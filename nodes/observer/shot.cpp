@@ -1,5 +1,7 @@
 #include "nodes/observer/shot.hpp"
 
+#include <algorithm>
+
 namespace afterglow::nodes {
 
 PackedImage::PackedImage(const render::Image& image)
@@ -20,6 +22,18 @@ render::Image PackedImage::unpacked() const {
     }
   }
   return image;
+}
+
+render::Image paintShot(Shot& shot, render::ObserverRenderer& renderer, CaptionPainter& painter,
+                        int width, int height, bool has_inset) {
+  if (shot.light && shot.light->image.rgb.empty()) shot.light->image = shot.packed_light.unpacked();
+  const render::ObserverView view = viewFrom(shot.look, width, height);
+  render::Image image = renderer.render(shot.solids, shot.light ? &*shot.light : nullptr, view);
+  if (has_inset && shot.light) painter.paintInset(image, shot.light->image, "projector image");
+  Caption caption = shot.caption;
+  caption.has_ghosts = std::any_of(shot.solids.begin(), shot.solids.end(),
+                                   [](const auto& solid) { return solid.color.a < 1; });
+  return painter.withStrip(image, caption);
 }
 
 }  // namespace afterglow::nodes

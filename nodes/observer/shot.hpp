@@ -1,5 +1,5 @@
 /// \file
-/// What is to be seen at one moment, kept until there is time to draw it.
+/// What is to be seen at one moment, kept until there is time to draw it, and how it is drawn.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ class PackedImage {
 struct Shot {
   std::int64_t ros_ns = 0;
   std::vector<render::Drawable> solids;
-  std::optional<render::ProjectedLight> light;  ///< its image is in packed_light
+  std::optional<render::ProjectedLight> light;  ///< its image, if it is empty, is in packed_light
   PackedImage packed_light;
   Look look;
   Caption caption;
@@ -42,5 +42,11 @@ struct Shot {
   render::Image projected = {};              ///< for the key frames; empty: none
   bool is_filmed = false;
 };
+
+/// What a film shows: the room as a bystander sees it, width x height pixels, with the projector's
+/// image in a corner (`has_inset`), and the caption in a strip below. Unpacks the shot's light. The
+/// renderer's thread; throws std::logic_error as the renderer does.
+render::Image paintShot(Shot& shot, render::ObserverRenderer& renderer, CaptionPainter& painter,
+                        int width, int height, bool has_inset);
 
 }  // namespace afterglow::nodes

@@ -50,11 +50,15 @@ replay::RobotJoints readRobotJoints(const std::string& urdf, const replay::Robot
   return {model->getName(), std::move(joints), robot.gripper_joints};
 }
 
-replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,
-                                   const replay::RobotProfile& robot) {
+std::string recordedDescription(const replay::Store& store, const replay::Behavior& behavior) {
   const std::string hash = replay::recordedUrdf(behavior);
   const auto text = hash.empty() ? std::nullopt : store.file(hash);
-  return readRobotJoints(text ? std::string(text->begin(), text->end()) : std::string(), robot);
+  return text ? std::string(text->begin(), text->end()) : std::string();
+}
+
+replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,
+                                   const replay::RobotProfile& robot) {
+  return readRobotJoints(recordedDescription(store, behavior), robot);
 }
 
 replay::RobotJoints liveDescription(const replay::RobotProfile& robot) {

@@ -16,6 +16,9 @@ namespace afterglow::nodes {
 /// By a URDF. Of no joint if the text is none.
 replay::RobotJoints readRobotJoints(const std::string& urdf, const replay::RobotProfile& robot);
 
+/// The URDF that was recorded with the behavior; empty without one. Throws StoreError.
+std::string recordedDescription(const replay::Store& store, const replay::Behavior& behavior);
+
 /// By the description that was recorded with the behavior; of no joint without one. Throws
 /// StoreError.
 replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,

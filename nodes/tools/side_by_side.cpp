@@ -61,6 +61,22 @@ std::vector<Cut> cutsOf(const SideBySide& films) {
   return cuts;
 }
 
+/// A filter's text between quotes. Of what both levels of ffmpeg's escaping would change, colons
+/// alone are worth it.
+std::string quoted(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    if (c == '\'') {
+      safe += "’";
+    } else if (c == ':') {
+      safe += "\\:";
+    } else {
+      safe += c == '\\' || static_cast<unsigned char>(c) < 32 ? ' ' : c;
+    }
+  }
+  return "'" + safe + "'";
+}
+
 /// One of the two pictures: what of an input's picture, under which label.
 std::string panel(const SideBySide& films, const std::string& from, const std::string& label,
                   const std::string& color) {
@@ -68,9 +84,9 @@ std::string panel(const SideBySide& films, const std::string& from, const std::s
   const int width = films.width / 4 * 2 - 2;
   return fmt::format(
       "{}crop={}:{}:0:0,scale=-2:{},crop={}:{},drawtext=fontfile={}:text={}:fontsize=26:"
-      "fontcolor=white:box=1:boxcolor={}:boxborderw=8:x=18:y=18",
-      from, films.width, films.height - films.strip, height, width, height, kLabelFont, label,
-      color);
+      "expansion=none:fontcolor=white:box=1:boxcolor={}:boxborderw=8:x=18:y=18",
+      from, films.width, films.height - films.strip, height, width, height, kLabelFont,
+      quoted(label), color);
 }
 
 bool hasSound(const std::string& path) {
@@ -140,8 +156,9 @@ std::string sideBySideGraph(const SideBySide& films, bool has_sound) {
     const std::string frozen =
         fmt::format("tpad=stop_mode=clone:stop_duration={:.3f},", cut.length_s);
     graph += fmt::format("[{}:v]split[now{}][below{}];", 2 * i + 1, i, i);
-    graph += panel(films, then + frozen, "then", "0x1E78BE") + fmt::format("[left{}];", i);
-    graph += panel(films, now, "now", "0xEC6E14") + fmt::format("[right{}];", i);
+    graph += panel(films, then + frozen, films.then_label, "0x1E78BE");
+    graph += fmt::format("[left{}];", i) + panel(films, now, films.now_label, "0xEC6E14");
+    graph += fmt::format("[right{}];", i);
     graph += fmt::format(
         "[left{0}][right{0}]hstack=shortest=1,pad={1}:ih:(ow-iw)/2:0:0x0C0E12[above{0}];"
         "[below{0}]crop={1}:{2}:0:{3}[strip{0}];[above{0}][strip{0}]vstack=shortest=1,setsar=1"

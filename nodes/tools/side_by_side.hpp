@@ -26,6 +26,7 @@ std::vector<FilmSpan> keptSpans(const std::vector<FilmMoment>& moments,
 
 struct SideBySide {
   std::string then, now;        ///< MP4 files of one size and rate; may be the same one
+  std::string then_label = "THEN", now_label = "NOW";  ///< in the pictures' corners
   int width = 1280, strip = 112;  ///< of both; the strip below their pictures
   int height = 720;               ///< with the strip
   FilmSpan lead;                ///< of now, first; then stands still meanwhile

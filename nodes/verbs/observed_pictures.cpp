@@ -2,18 +2,22 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <iostream>
 #include <stdexcept>
 #include <utility>
 
 #include "calib/number_text.hpp"
-#include "nodes/conversion/mesh_library.hpp"
 #include "nodes/observer/room_solids.hpp"
+#include "nodes/player/robot_description.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr double kVerticalFov = 0.75;  // radians; a picture on a wall is seen so
+constexpr int kLooks = 40;             // at a recording, to see where it took place
+constexpr double kFarthestLight_m = 3;
 
 Eigen::Vector3d pointOf(const std::string& option, const std::string& text) {
   Eigen::Vector3d point;
@@ -41,7 +45,32 @@ Look placeIn(const RoomView& room, const ObserverOptions& options) {
                                        options.room, options.place, fmt::join(names, ", ")));
 }
 
-RoomView roomViewOf(const ProjectorConfig& config, const ObserverOptions& options) {
+/// Where the projector was and where the middle of its image pointed, on the floor or before it.
+RoomView roomOfRecording(const replay::Store& store, const replay::Behavior& behavior,
+                         const ProjectorConfig& config, const calib::Lens& lens) {
+  const auto ray = calib::unproject(lens, {(lens.width - 1) / 2.0, (lens.height - 1) / 2.0});
+  std::vector<Eigen::Vector3d> places;
+  Eigen::Vector3d ahead = Eigen::Vector3d::Zero();
+  RecordedScene scene(store, behavior, config);
+  const std::int64_t last_ns = endOf(store, behavior).ns - 1;
+  const std::int64_t step_ns = std::max<std::int64_t>(1, (last_ns - behavior.begin.ns) / kLooks);
+  for (std::int64_t ns = behavior.begin.ns; ns <= last_ns; ns += step_ns) {
+    const auto T_projector_world = scene.at({ns}).T_projector_world;
+    if (!T_projector_world) continue;
+    const Eigen::Isometry3d T_world_projector = T_projector_world->inverse().matrix();
+    const Eigen::Vector3d p = T_world_projector.translation();
+    const Eigen::Vector3d to =
+        T_world_projector.linear() * ray.value_or(Eigen::Vector3d::UnitZ()).normalized();
+    const double to_floor = to.z() < 0 ? std::max(0.0, p.z() / -to.z()) : kFarthestLight_m;
+    places.push_back(p);
+    places.emplace_back(p + std::min(to_floor, kFarthestLight_m) * to);
+    ahead += to;
+  }
+  return roomAround(config.fixed_frame, places, ahead);
+}
+
+/// As it is described, or with no floor and walls of its own if only the eye's place is given.
+RoomView givenRoom(const ProjectorConfig& config, const ObserverOptions& options) {
   RoomView room;
   room.fixed_frame = config.fixed_frame;
   room.look.vertical_fov = kVerticalFov;
@@ -52,9 +81,6 @@ RoomView roomViewOf(const ProjectorConfig& config, const ObserverOptions& option
                                "', the configuration of '" + config.fixed_frame + "'");
     }
     room.look = placeIn(room, options);
-  } else if (options.eye.empty()) {
-    throw std::runtime_error(
-        "--view observer needs to know where from: --eye x,y,z and --look-at x,y,z, or --room");
   }
   if (options.eye.empty()) return room;
   room.look.p_eye = pointOf("--eye", options.eye);
@@ -65,15 +91,21 @@ RoomView roomViewOf(const ProjectorConfig& config, const ObserverOptions& option
   return room;
 }
 
-std::optional<RobotModel> robotOf(const ProjectorConfig& config, const std::string& urdf) {
-  if (urdf.empty()) return std::nullopt;
+std::optional<RobotModel> robotOf(const ProjectorConfig& config, const std::string& urdf,
+                                  const std::string& recorded) {
+  if (urdf.empty() && recorded.empty()) return std::nullopt;
   MeshLibrary meshes(config.mesh_roots);
-  return RobotModel::fromFile(urdf, [&](const std::string& resource) -> render::SharedBody {
-    auto mesh = meshes.get(resource);
-    if (mesh.value) return *mesh.value;
-    std::cerr << "afterglow render: " << urdf << ": " << mesh.reason << std::endl;
-    return nullptr;
+  const std::string name = urdf.empty() ? "the recorded /robot_description" : urdf;
+  const MeshReader read_mesh = robotMeshes(meshes, [&](const std::string& why) {
+    std::cerr << "afterglow render: " << name << ": " << why << std::endl;
   });
+  if (!urdf.empty()) return RobotModel::fromFile(urdf, read_mesh);
+  try {
+    return RobotModel::fromXml(recorded, name, read_mesh);
+  } catch (const std::runtime_error& error) {
+    std::cerr << "afterglow render: the robot is not shown: " << error.what() << std::endl;
+    return std::nullopt;
+  }
 }
 
 /// The scene's surfaces without floors, for a room that has its own.
@@ -92,7 +124,7 @@ render::Scene withoutFloors(const render::Scene& scene) {
 }  // namespace
 
 void addObserverOptions(CLI::App& verb, ObserverOptions& options) {
-  const std::string group = "Of --view observer";
+  const std::string group = "Of --view observer and --film";
   CLI::Option* eye =
       verb.add_option("--eye", options.eye, "Where from: x,y,z in the fixed frame, meters")
           ->group(group);
@@ -101,23 +133,29 @@ void addObserverOptions(CLI::App& verb, ObserverOptions& options) {
   eye->needs(look_at);
   CLI::Option* room =
       verb.add_option("--room", options.room,
-                      "Floor, walls and places to look from (assets/demo/view.yaml)")
+                      "Floor, walls and places to look from (assets/demo/view.yaml); without it "
+                      "and --eye, a room around what was recorded")
           ->group(group);
   verb.add_option("--place", options.place, "One of the room's places")
       ->group(group)
       ->needs(room)
       ->excludes(eye);
-  verb.add_option("--urdf", options.urdf, "The robot, drawn where the recorded tf has its links")
+  verb.add_option("--urdf", options.urdf,
+                  "The robot, drawn where the recorded tf has its links; without it, as it was "
+                  "described when it was recorded")
       ->group(group);
 }
 
 ObservedPictures::ObservedPictures(render::GlContext& context, const replay::Store& store,
                                    const replay::Behavior& behavior, const ProjectorConfig& config,
-                                   const ObserverOptions& options)
-    : room_view_(roomViewOf(config, options)),
+                                   const calib::Lens& lens, const ObserverOptions& options)
+    : lens_(lens),
+      room_view_((options.room + options.eye).empty()
+                     ? roomOfRecording(store, behavior, config, lens)
+                     : givenRoom(config, options)),
       room_(store, behavior, roomSolidsConfig(config.fixed_frame)),
       frames_(room_.transforms(), config.fixed_frame),
-      robot_(robotOf(config, options.urdf)),
+      robot_(robotOf(config, options.urdf, recordedDescription(store, behavior))),
       renderer_(context) {}
 
 std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
@@ -137,13 +175,31 @@ std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
   return all;
 }
 
+Shot ObservedPictures::shoot(replay::Stamp moment, const SceneSnapshot& snapshot,
+                             render::Image projected) {
+  Shot shot;
+  shot.ros_ns = moment.ns;
+  shot.solids = solids(moment, snapshot);
+  shot.look = room_view_.look;
+  if (snapshot.T_projector_world) {
+    shot.light = render::ProjectedLight{lens_, *snapshot.T_projector_world, std::move(projected)};
+  }
+  return shot;
+}
+
 render::Image ObservedPictures::see(replay::Stamp moment, const SceneSnapshot& snapshot,
-                                    const calib::Lens& lens, render::Image projected) {
-  const render::ObserverView view = viewFrom(room_view_.look, room_view_.width, room_view_.height);
-  const std::vector<render::Drawable> all = solids(moment, snapshot);
-  if (!snapshot.T_projector_world) return renderer_.render(all, nullptr, view);
-  const render::ProjectedLight light{lens, *snapshot.T_projector_world, std::move(projected)};
-  return renderer_.render(all, &light, view);
+                                    render::Image projected) {
+  const Shot shot = shoot(moment, snapshot, std::move(projected));
+  return renderer_.render(shot.solids, shot.light ? &*shot.light : nullptr,
+                          viewFrom(shot.look, width(), height()));
+}
+
+render::Image ObservedPictures::seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
+                                          render::Image projected, const Caption& caption,
+                                          CaptionPainter& painter) {
+  Shot shot = shoot(moment, snapshot, std::move(projected));
+  shot.caption = caption;
+  return paintShot(shot, renderer_, painter, width(), height(), true);
 }
 
 }  // namespace afterglow::nodes

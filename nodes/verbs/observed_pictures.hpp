@@ -1,6 +1,6 @@
 /// \file
-/// `afterglow render --view observer`: the room as a bystander sees it, with the projected light
-/// falling on it.
+/// `afterglow render --view observer` and `--film`: the room as a bystander sees it, with the
+/// projected light falling on it.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -10,6 +10,7 @@
 
 #include "nodes/fetch/robot_model.hpp"
 #include "nodes/observer/room_view.hpp"
+#include "nodes/observer/shot.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "render/gl/observer_renderer.hpp"
 
@@ -27,25 +28,31 @@ struct ObserverOptions {
 /// --eye, --look-at, --room, --place and --urdf.
 void addObserverOptions(CLI::App& verb, ObserverOptions& options);
 
-/// Solid are the recorded /room/solids, the robot where tf had it, the configuration's surfaces
-/// and, with a room, its floor and walls. The store must outlive this; the thread of `context`.
+/// Solid are the recorded /room/solids, the robot where tf had it (of a URDF that is given, else of
+/// the recording), the configuration's surfaces, floor and walls. Where nobody says where to look
+/// from and what room it is, roomAround() does. The store must outlive this; the thread of
+/// `context`.
 class ObservedPictures {
  public:
-  /// Throws std::runtime_error for a room, a place or a URDF that cannot be used, and for options
-  /// that do not say where to look from.
+  /// Throws std::runtime_error for a room, a place or a URDF that cannot be used.
   ObservedPictures(render::GlContext& context, const replay::Store& store,
                    const replay::Behavior& behavior, const ProjectorConfig& config,
-                   const ObserverOptions& options);
+                   const calib::Lens& lens, const ObserverOptions& options);
 
   int width() const { return room_view_.width; }
   int height() const { return room_view_.height; }
-  /// `projected` is what `snapshot` looks like through `lens`. Moments must not decrease.
-  render::Image see(replay::Stamp moment, const SceneSnapshot& snapshot, const calib::Lens& lens,
-                    render::Image projected);
+  /// `projected` is what `snapshot` looks like through the lens. Moments must not decrease.
+  render::Image see(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
+  /// The same as a film shows it: stripHeight() higher, the projector's image in a corner.
+  render::Image seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
+                          render::Image projected, const Caption& caption,
+                          CaptionPainter& painter);
 
  private:
   std::vector<render::Drawable> solids(replay::Stamp moment, const SceneSnapshot& snapshot);
+  Shot shoot(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
 
+  const calib::Lens lens_;
   RoomView room_view_;
   RecordedScene room_;  ///< /room/solids, and tf for the robot
   FrameLookup frames_;

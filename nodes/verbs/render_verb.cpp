@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -14,14 +17,18 @@
 #include <utility>
 
 #include "calib/camera_info_file.hpp"
+#include "nodes/observer/film.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
+#include "nodes/tools/side_by_side.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/behavior_source.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
+#include "nodes/verbs/recorded_speech.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/image_file.hpp"
 #include "render/projector_renderer.hpp"
+#include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -37,12 +44,20 @@ struct RenderOptions {
   std::optional<double> at_s;
   std::string out;
   int fps = 30;
-  bool is_observed = false;
+  bool is_observed = false, is_film = false;
+  std::string beside;  // a second behavior
   ObserverOptions observer;
 };
 
+namespace fs = std::filesystem;
+
 /// How finely the last lit moment is looked for.
 constexpr std::int64_t kSearchStepNs = 100'000'000;
+
+/// A line on stderr, unless it is empty.
+void tell(const std::string& remark) {
+  if (!remark.empty()) std::cerr << "afterglow render: " << remark << std::endl;
+}
 
 bool isLit(const render::Image& image) {
   return std::any_of(image.rgb.begin(), image.rgb.end(),
@@ -80,6 +95,14 @@ ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
                            (known.empty() ? ", its only one has no name" : "; known: " + known));
 }
 
+/// "pick, 2026-11-23 07:13:45 UTC, success".
+std::string captionOf(const replay::Behavior& behavior) {
+  const std::string time = replay::timeText(behavior.begin);
+  const std::string outcome = behavior.outcome.empty() ? "" : ", " + behavior.outcome;
+  return fmt::format("{}, {} {} UTC{}", behavior.name, time.substr(0, 10), time.substr(11, 8),
+                     outcome);
+}
+
 /// Draws one behavior at its moments.
 class BehaviorPictures {
  public:
@@ -93,7 +116,8 @@ class BehaviorPictures {
         end_(endOf(*source_.store, source_.behavior)),
         renderer_(context_, lens_, config_.projectors[0].drawing) {
     if (options.is_observed) {
-      observed_.emplace(context_, *source_.store, source_.behavior, config_, options.observer);
+      observed_.emplace(context_, *source_.store, source_.behavior, config_, lens_,
+                        options.observer);
     }
   }
 
@@ -145,8 +169,45 @@ class BehaviorPictures {
   void writeVideo(const std::string& path, int fps) {
     VideoWriter video(path, observed_ ? observed_->width() : lens_.width,
                       observed_ ? observed_->height() : lens_.height, fps);
+    eachImage(fps, [&](Stamp moment, const SceneSnapshot& snapshot, render::Image image) {
+      video.write(shown(moment, snapshot, std::move(image)));
+    });
+    video.close();
+  }
+
+  /// As a bystander saw and heard it. It takes `seconds`: the last image stands for what is left.
+  /// Sounds are kept in the folder, which is there and empty.
+  void writeFilm(const std::string& path, int fps, double seconds, const std::string& folder) {
+    const RecordedSpeech speech(*source_.store, source_.behavior, folder);
+    CaptionPainter painter;
+    Film film(path, observed_->width(), observed_->height() + stripHeight(observed_->width()), fps,
+              {speech.log()});
+    Caption caption{"recorded", captionOf(source_.behavior), ""};
+    eachImage(fps, [&](Stamp moment, const SceneSnapshot& snapshot, render::Image image) {
+      caption.speech = speech.at(moment);
+      film.add(moment.ns,
+               observed_->seeFilmed(moment, snapshot, std::move(image), caption, painter));
+    });
+    film.close(begin_.ns + std::llround(seconds * 1e9));
+    tell(speech.problem());
+  }
+
+  /// Of a film's room, pixels.
+  int width() const { return observed_->width(); }
+  int height() const { return observed_->height(); }
+
+ private:
+  calib::Lens loadLens(const std::string& path) {
+    const calib::CameraInfoFile file = calib::loadCameraInfo(path);
+    if (!file.warning.empty()) remark_ = path + ": " + file.warning;
+    return file.lens;
+  }
+
+  /// Takes every image of a video; says so if none was lit.
+  template <typename Take>
+  void eachImage(int fps, const Take& take) {
     RecordedScene scene = start();
-    Progress progress("rendering");
+    Progress progress("rendering " + source_.name, "");
     const auto total = static_cast<std::uint64_t>(end_.ns - begin_.ns);
     bool is_dark = true;
     SceneSnapshot snapshot;
@@ -154,21 +215,13 @@ class BehaviorPictures {
       snapshot = scene.at(moment);
       render::Image image = draw(snapshot);
       is_dark = is_dark && !isLit(image);
-      video.write(shown(moment, snapshot, std::move(image)));
+      take(moment, snapshot, std::move(image));
       progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
     });
-    video.close();
     if (is_dark) {
       std::cerr << "afterglow render: the video is dark: " << darkReason(snapshot, scene.status())
                 << std::endl;
     }
-  }
-
- private:
-  calib::Lens loadLens(const std::string& path) {
-    const calib::CameraInfoFile file = calib::loadCameraInfo(path);
-    if (!file.warning.empty()) remark_ = path + ": " + file.warning;
-    return file.lens;
   }
 
   RecordedScene start() const { return {*source_.store, source_.behavior, config_}; }
@@ -188,7 +241,7 @@ class BehaviorPictures {
   /// What is to be seen of it: as it is sent to the projector, or as it falls on the room, where
   /// the projector's own ways have no part.
   render::Image shown(Stamp moment, const SceneSnapshot& snapshot, render::Image image) {
-    if (observed_) return observed_->see(moment, snapshot, lens_, std::move(image));
+    if (observed_) return observed_->see(moment, snapshot, std::move(image));
     light_.apply(image);
     return image;
   }
@@ -221,24 +274,90 @@ class BehaviorPictures {
   std::optional<ObservedPictures> observed_;
 };
 
-bool isVideo(const std::string& path) { return std::filesystem::path(path).extension() == ".mp4"; }
+bool isVideo(const std::string& path) { return fs::path(path).extension() == ".mp4"; }
 
 std::string checkEnding(const std::string& path) {
-  const std::string ending = std::filesystem::path(path).extension().string();
+  const std::string ending = fs::path(path).extension().string();
   return ending == ".png" || ending == ".mp4" ? "" : "should end with .png or .mp4";
 }
 
+/// Beside a file that is being made, for what it is made of; gone with the object.
+class WorkFolder {
+ public:
+  explicit WorkFolder(const std::string& file) : path_(file + ".parts.XXXXXX") {
+    if (::mkdtemp(path_.data()) == nullptr) {
+      throw std::runtime_error(path_ + ": cannot make the folder: " + std::strerror(errno));
+    }
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  std::string path(const std::string& name) const { return (fs::path(path_) / name).string(); }
+  /// A new folder in it.
+  std::string folder(const std::string& name) const {
+    fs::create_directory(path(name));
+    return path(name);
+  }
+
+ private:
+  std::string path_;
+};
+
+double secondsOf(const BehaviorSource& source) {
+  return static_cast<double>(endOf(*source.store, source.behavior).ns - source.behavior.begin.ns) *
+         1e-9;
+}
+
+std::string labelOf(const BehaviorSource& source) {
+  return fmt::format("{} {}", source.behavior.name, source.behavior.id);
+}
+
+/// Each as a film of its own, both of the same length, then one out of both, with captions and
+/// sound of `source`.
+void filmBeside(const RenderOptions& options, BehaviorSource source, const WorkFolder& work) {
+  BehaviorSource other = openBehavior(options.beside, options.store);
+  SideBySide films;
+  films.then = work.path("left.mp4");
+  films.now = work.path("right.mp4");
+  films.then_label = labelOf(other);
+  films.now_label = labelOf(source);
+  const double seconds = std::max(secondsOf(source), secondsOf(other));
+  films.spans = {{0, seconds}};
+  {
+    BehaviorPictures left(std::move(other), options);
+    left.writeFilm(films.then, options.fps, seconds, work.folder("left"));
+    films.strip = stripHeight(left.width());
+    films.height = left.height() + films.strip;
+    films.width = left.width() / 2 * 2;
+  }
+  BehaviorPictures right(std::move(source), options);
+  right.writeFilm(films.now, options.fps, seconds, work.folder("right"));
+  makeSideBySide(films, options.out);
+  tell(right.remark());
+}
+
+void runFilm(const RenderOptions& options) {
+  BehaviorSource source = openBehavior(options.what, options.store);
+  const WorkFolder work(options.out);
+  if (!options.beside.empty()) return filmBeside(options, std::move(source), work);
+  const double seconds = secondsOf(source);
+  BehaviorPictures pictures(std::move(source), options);
+  pictures.writeFilm(options.out, options.fps, seconds, work.folder("speech"));
+  tell(pictures.remark());
+}
+
 void runRender(const RenderOptions& options) {
+  if (options.is_film) return runFilm(options);
   BehaviorPictures pictures(openBehavior(options.what, options.store), options);
   if (isVideo(options.out)) {
     pictures.writeVideo(options.out, options.fps);
   } else {
     render::writePng(options.out, options.at_s ? pictures.at(*options.at_s) : pictures.lastLit());
   }
-  // Last, so that a refusal is one line.
-  if (!pictures.remark().empty()) {
-    std::cerr << "afterglow render: " << pictures.remark() << std::endl;
-  }
+  tell(pictures.remark());  // last, so that a refusal is one line
 }
 
 }  // namespace
@@ -256,6 +375,14 @@ void addRenderVerb(CLI::App& app) {
   CLI::Option* view = verb->add_option(
       "--view", "projector (default): the projector's picture; observer: the room it lights");
   view->check(CLI::IsMember({"projector", "observer"}));
+  CLI::Option* film = verb->add_flag(
+      "--film", options->is_film,
+      "The room that it lights, with captions, the projector's image in a corner and, as sound, "
+      "what was said: a video to be shown to people");
+  verb->add_option("--beside", options->beside,
+                   "Another behavior, shown to the left of it from both beginnings on; captions "
+                   "and sound are not its own")
+      ->needs(film);
   verb->add_option("--out", options->out, "The picture (.png) or video (.mp4) to write")
       ->required()
       ->check(CLI::Validator(checkEnding, "FILE.png|FILE.mp4"));
@@ -268,9 +395,16 @@ void addRenderVerb(CLI::App& app) {
   addStoreOption(*verb, options->store);
   addObserverOptions(*verb, options->observer);
   verb->callback([options, at, view] {
-    options->is_observed = !view->empty() && view->as<std::string>() == "observer";
+    const bool is_sent = !view->empty() && view->as<std::string>() == "projector";
+    options->is_observed = options->is_film || (!view->empty() && !is_sent);
+    if (options->is_film && is_sent) {
+      throw CLI::ValidationError("--view", "a film shows the room, not the projector's view");
+    }
+    if (options->is_film && !isVideo(options->out)) {
+      throw CLI::ValidationError("--out", "should end with .mp4, as --film makes a video");
+    }
     if (!options->is_observed && options->observer.isGiven()) {
-      throw CLI::ValidationError("--view", "these options need --view observer");
+      throw CLI::ValidationError("--view", "these options need --view observer or --film");
     }
     if (isVideo(options->out) && !at->empty()) {
       throw CLI::ValidationError("--at", "a video shows the whole behavior");

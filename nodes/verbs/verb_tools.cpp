@@ -5,6 +5,7 @@
 
 #include <CLI/Error.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <map>
 
@@ -158,10 +159,20 @@ void Waiting::run() {
   if (seconds > 0) replaceLine("");
 }
 
-Progress::Progress(std::string doing)
+std::string timeLeft(double share, double taken_s) {
+  if (share < 0.01 || taken_s < 2) return "";
+  const auto left_s = static_cast<long>(std::ceil(taken_s * (1 - std::min(share, 1.0)) / share));
+  if (left_s < 60) return fmt::format("{} s left", left_s);
+  if (left_s < 3600) return fmt::format("{} min {} s left", left_s / 60, left_s % 60);
+  return fmt::format("{} h {} min left", left_s / 3600, left_s / 60 % 60);
+}
+
+Progress::Progress(std::string doing, std::string counted)
     : doing_(std::move(doing)),
+      counted_(std::move(counted)),
       is_terminal_(isatty(STDERR_FILENO) == 1),
-      next_(std::chrono::steady_clock::now()) {}
+      begin_(std::chrono::steady_clock::now()),
+      next_(begin_) {}
 
 Progress::~Progress() {
   if (is_terminal_) replaceLine("");
@@ -171,8 +182,12 @@ void Progress::update(std::uint64_t done, std::uint64_t total) {
   const auto now = std::chrono::steady_clock::now();
   if (!is_terminal_ || now < next_) return;
   next_ = now + std::chrono::milliseconds(100);
-  replaceLine(fmt::format("{} {} of {} messages, {} %", doing_, done, total,
-                          total == 0 ? 100 : done * 100 / total));
+  std::string line = doing_ + " ";
+  if (!counted_.empty()) line += fmt::format("{} of {} {}, ", done, total, counted_);
+  const double share = total == 0 ? 1 : static_cast<double>(done) / static_cast<double>(total);
+  const std::string left = timeLeft(share, std::chrono::duration<double>(now - begin_).count());
+  replaceLine(line + fmt::format("{:.0f} %", std::floor(100 * share)) +
+              (left.empty() ? "" : ", " + left));
 }
 
 void tellOfDamage(std::size_t messages) {

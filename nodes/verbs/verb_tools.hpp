@@ -72,6 +72,10 @@ class TextTable {
 /// A line on stderr, if there were any: what a reader must know of a damaged store.
 void tellOfDamage(std::size_t messages);
 
+/// "3 min 20 s left", from the seconds that a share (0 to 1) of the work has taken; empty while
+/// that tells too little.
+std::string timeLeft(double share, double taken_s);
+
 /// A line on stderr that says for how long something has taken, from the first second on, if stderr
 /// is a terminal; gone afterwards.
 class Waiting {
@@ -91,18 +95,21 @@ class Waiting {
   std::thread thread_;
 };
 
-/// A line on stderr that counts up, if stderr is a terminal; gone afterwards.
+/// A line on stderr that counts up and says how long it will still take, if stderr is a terminal;
+/// gone afterwards.
 class Progress {
  public:
-  explicit Progress(std::string doing);
+  /// `counted`: of what done and total are so many; empty: of nothing that people count.
+  explicit Progress(std::string doing, std::string counted = "messages");
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();
   void update(std::uint64_t done, std::uint64_t total);
 
  private:
-  std::string doing_;
-  bool is_terminal_;
+  const std::string doing_, counted_;
+  const bool is_terminal_;
+  const std::chrono::steady_clock::time_point begin_;
   std::chrono::steady_clock::time_point next_;
 };
 

@@ -23,7 +23,7 @@ namespace {
 
 const glm::vec3 kBackground(0.03f, 0.033f, 0.04f);  // sRGB: dark beyond the modeled room
 
-const glm::vec3 kGhost(0.62f, 0.88f, 1.0f);         // sRGB: of outlines
+const glm::vec3 kGhost(0.72f, 0.80f, 0.87f);  // sRGB: of outlines, paler than any projected light
 constexpr double kNear = 0.05;  // meters
 
 /// y down, as images have it: see RenderTarget::read.
@@ -252,13 +252,13 @@ struct ObserverRenderer::Impl {
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthFunc(GL_EQUAL);
-    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.09f));
+    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.07f));
     mesh.draw(ghost_program, SolidMesh::Kind::Ghost);
     // Half of a line lies within the body.
     glDepthFunc(GL_LEQUAL);
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(-4, -4000);
-    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.85f));
+    setUniform(ghost_program, "color", glm::vec4(kGhost, 0.7f));
     mesh.draw(ghost_program, SolidMesh::Kind::Outline);
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_BLEND);

@@ -80,6 +80,23 @@ TEST(Caption, showsWhatAHumanAskedInPlaceOfTheText) {
             painter.withStrip(picture, {"", "", "", "Why?"}).rgb);
 }
 
+TEST(Caption, saysWhatDashedOutlinesAreBesideWhatIsSaid) {
+  CaptionPainter painter;
+  Caption caption{"", "", std::string(120, 'o'), ""};
+  const auto rightHalf = [&] {
+    const render::Image whole = painter.withStrip(gray(1280, 608, 60), caption);
+    std::vector<int> levels;
+    for (int u = 960; u < 1280; ++u) levels.push_back(brightest(whole, u, 664, u + 1, 720));
+    return levels;
+  };
+  const std::vector<int> said = rightHalf();
+  caption.has_ghosts = true;
+  const std::vector<int> both = rightHalf();
+  EXPECT_NE(said, both);
+  caption.speech.clear();
+  EXPECT_EQ(rightHalf(), both) << "long words end before it";
+}
+
 TEST(Caption, makesLongTextFitThePicture) {
   const std::string words = "The robot picks up what it takes for a gearbox bottom. ";
   EXPECT_LT(widthOfText({"", words + words, ""}), kWidth - 30) << "it ends before the edge";

@@ -71,6 +71,15 @@ TEST(KittingRoom, removingTheObjectsLeavesTheFurnitureAndGhostsThatNobodyMeets) 
   EXPECT_TRUE(room.visiblePoints("object", {2, 5, 0}, 0.01).empty());
 }
 
+TEST(KittingRoom, ghostsShowTheirLargePartsAlone) {
+  Thing object = box("object", {0.1f, 0.1f, 0.1f}, {2, 0, 0});
+  object.parts.push_back({{}, render::Cube{Eigen::Vector3f(0.01f, 0.02f, 0.01f)}, {}});
+  KittingRoom room({object});
+  EXPECT_EQ(room.markers().markers.size(), 3u);
+  room.removeObjects();
+  EXPECT_EQ(room.markers().markers.size(), 2u);
+}
+
 TEST(KittingRoom, showsWhatIsCarriedWithItsCarrier) {
   KittingRoom room({box("thing", {1, 1, 1}, {0, 0, 1})});
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
+#include <sound_play/SoundRequest.h>
 #include <tf2_msgs/TFMessage.h>
 #include <visualization_msgs/Marker.h>
 
@@ -319,6 +320,52 @@ TEST_F(ObservedBehavior, standsInARoomWithPlaces) {
             "320,180,3\n");
 }
 
+TEST_F(ObservedBehavior, standsInARoomAroundItWhereNobodyDescribesOne) {
+  const ProgramResult result = observe(png_);
+  ASSERT_EQ(result.status, 0) << result.output;
+  const render::Image image = readPng(png_);
+  EXPECT_EQ(image.height, 608);
+  EXPECT_GT(green(image).pixels, 200);
+}
+
+TEST_F(ObservedBehavior, becomesAFilmWithCaptionsAndSound) {
+  if (!hasProgram("ffmpeg") || !hasProgram("ffprobe")) GTEST_SKIP() << "ffmpeg is not installed";
+  const auto probe = [](const std::string& path, const std::string& entries) {
+    return runProgram({"ffprobe", "-v", "error", "-count_frames", "-show_entries", entries, "-of",
+                       "csv=p=0", path})
+        .output;
+  };
+  rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+  sound_play::SoundRequest request;
+  request.sound = sound_play::SoundRequest::SAY;
+  request.command = sound_play::SoundRequest::PLAY_ONCE;
+  request.volume = 1;
+  request.arg = "Here.";
+  bag.write("/robotsound", ros::Time(1000.2), request);
+  bag.close();
+  const std::string path = folder_.path("film.mp4");
+  const std::vector<std::string> film = {AFTERGLOW_TEST_COMMAND, "render",  bag_,   "--film",
+                                         "--config",             config_,   "--fps", "5",
+                                         "--out",                path};
+  ProgramResult result = runProgram(film);
+  ASSERT_EQ(result.status, 0) << result.output;
+  EXPECT_EQ(result.output, "");
+  EXPECT_EQ(probe(path, "stream=codec_name,width,height"), "h264,1280,720\naac\n");
+  const std::string frame = folder_.path("frame.png");
+  runProgram({"ffmpeg", "-v", "error", "-ss", "0.8", "-i", path, "-frames:v", "1", frame});
+  EXPECT_GT(green(readPng(frame)).pixels, 400) << "in the room, and in the projector's image";
+  std::vector<std::string> beside = film;
+  beside.insert(beside.end(), {"--beside", bag_});
+  result = runProgram(beside);
+  ASSERT_EQ(result.status, 0) << result.output;
+  EXPECT_EQ(probe(path, "stream=codec_name,width,height"), "h264,1280,568\naac\n");
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path("."))) {
+    EXPECT_EQ(entry.path().string().find("parts"), std::string::npos) << entry.path();
+  }
+  beside.insert(beside.end(), {"--view", "projector"});
+  EXPECT_EQ(runProgram(beside).status, 2);
+}
+
 TEST_F(ObservedBehavior, refusesInOneLine) {
   const auto expectRefusal = [this](const ProgramResult& result, const std::string& text) {
     EXPECT_EQ(result.status, 1) << result.output;
@@ -326,7 +373,6 @@ TEST_F(ObservedBehavior, refusesInOneLine) {
     EXPECT_EQ(std::count(result.output.begin(), result.output.end(), '\n'), 1) << result.output;
     EXPECT_FALSE(std::filesystem::exists(png_));
   };
-  expectRefusal(observe(png_), "--view observer needs to know where from: --eye");
   expectRefusal(observe(png_, {"--eye", "1,2", "--look-at", "0,0,0"}),
                 "--eye should be x,y,z in meters, not '1,2'");
   expectRefusal(observe(png_, {"--eye", "1,2,3", "--look-at", "0,0,zero"}),

@@ -4,6 +4,7 @@
 #include "nodes/player/end_pose.hpp"
 #include "nodes/pages/replay_page.hpp"
 #include "nodes/verbs/replay_text.hpp"
+#include "nodes/verbs/verb_tools.hpp"
 #include "tests/support/made_up_replay.hpp"
 #include "tests/support/markup.hpp"
 
@@ -12,6 +13,15 @@ namespace {
 
 bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
+}
+
+TEST(TimeLeft, isWhatTheRestWillTakeAtTheSamePace) {
+  EXPECT_EQ(timeLeft(0.5, 20), "20 s left");
+  EXPECT_EQ(timeLeft(0.25, 60), "3 min 0 s left");
+  EXPECT_EQ(timeLeft(0.02, 120), "1 h 38 min left");
+  EXPECT_EQ(timeLeft(0.5, 1), "") << "too early to tell";
+  EXPECT_EQ(timeLeft(0, 10), "");
+  EXPECT_EQ(timeLeft(1, 10), "0 s left");
 }
 
 TEST(ReplayPage, isWellFormedWhateverNamesSay) {

@@ -96,6 +96,40 @@ TEST_F(RoomViewTest, buildsFloorAndWalls) {
       (room.shell[2].pose * Eigen::Vector3d(2, 0, 0)).isApprox(Eigen::Vector3d(0, 4, 1.25)));
 }
 
+TEST_F(RoomViewTest, isMadeAroundWhatHappenedWhereNobodyDescribesIt) {
+  for (const double turn : {0.0, 1.0, 2.5, 4.0}) {
+    const Eigen::Matrix3d R(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()));
+    const std::vector<Eigen::Vector3d> places = {{5, 1, 1.3}, {6.5, 1.5, 0}, {9, 0, 1.3}};
+    std::vector<Eigen::Vector3d> turned;
+    for (const Eigen::Vector3d& place : places) turned.emplace_back(R * place);
+    const RoomView room = roomAround("map", turned, R * Eigen::Vector3d(1, 0.2, -1));
+    const auto T_observer_world =
+        viewFrom(room.look, room.width, room.height).T_world_observer.inverse();
+    for (const Eigen::Vector3d& place : turned) {
+      const Eigen::Vector3d p = T_observer_world * place;
+      EXPECT_GT(p.z(), 1) << turn;
+      EXPECT_LT(std::abs(p.y() / p.z()), std::tan(room.look.vertical_fov / 2)) << turn;
+      EXPECT_LT(std::abs(p.x() / p.z()),
+                std::tan(room.look.vertical_fov / 2) * room.width / room.height);
+    }
+    EXPECT_GT(Eigen::Vector3d(R.transpose() * room.look.p_eye).y(), 2) << "from the left";
+    ASSERT_EQ(room.shell.size(), 4u) << "joints, tiles, two walls";
+    for (std::size_t i = 2; i < 4; ++i) {
+      const auto T_wall_world = room.shell[i].pose.matrix().inverse();
+      const double eye_side = (T_wall_world * room.look.p_eye).y();
+      for (const Eigen::Vector3d& place : turned) {
+        EXPECT_GT((T_wall_world * place).y() * eye_side, 0) << "no wall before the eye";
+      }
+    }
+  }
+}
+
+TEST_F(RoomViewTest, isMadeAroundTheOriginOfARecordingWithoutAProjectorsPose) {
+  const RoomView room = roomAround("odom", {}, Eigen::Vector3d::Zero());
+  EXPECT_EQ(room.fixed_frame, "odom");
+  EXPECT_TRUE(room.look.p_target.head<2>().isZero());
+}
+
 TEST_F(RoomViewTest, refusesWhatItDoesNotUnderstand) {
   EXPECT_EQ(refusal(edited("target:", "targt:")),
             ":3: unknown key 'targt' in the view; did you mean 'target'?");

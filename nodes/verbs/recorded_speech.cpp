@@ -1,0 +1,112 @@
+#include "nodes/verbs/recorded_speech.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "nodes/conversion/sound_request.hpp"
+#include "nodes/speaker/sound.hpp"
+#include "nodes/tools/program.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+namespace fs = std::filesystem;
+using sound_play::SoundRequest;
+
+constexpr const char* kRequestType = "sound_play/SoundRequest";
+constexpr double kEndless_s = 1e9;
+constexpr double kPerByte_s = 0.065;  // about eSpeak NG's pace, for what cannot be heard
+
+/// By the program that speaks; the WAV file is one to write.
+Sound spoken(const std::string& text, const std::string& voice, const std::string& wav) {
+  const fs::path speaker = fs::read_symlink("/proc/self/exe").parent_path() / "speaker_node";
+  const ProgramResult result = runProgram({speaker.string(), "--wav", wav, voice, text});
+  if (result.status != 0) {
+    throw std::runtime_error(result.output.substr(0, result.output.find('\n')));
+  }
+  return readWav(wav);
+}
+
+double secondsBetween(std::int64_t from_ns, std::int64_t to_ns) {
+  return static_cast<double>(to_ns - from_ns) * 1e-9;
+}
+
+}  // namespace
+
+RecordedSpeech::RecordedSpeech(const replay::Store& store, const replay::Behavior& behavior,
+                               const std::string& folder)
+    : folder_(folder), log_(folder) {
+  listen(store, behavior);
+  for (Utterance& utterance : utterances_) speak(utterance);
+}
+
+void RecordedSpeech::listen(const replay::Store& store, const replay::Behavior& behavior) {
+  std::set<std::string> topics;
+  for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
+    for (const replay::TopicSummary& topic : known) {
+      if (topic.type == kRequestType) topics.insert(topic.topic);
+    }
+  }
+  if (topics.empty()) return;
+  replay::MessageRange range;
+  range.topics.assign(topics.begin(), topics.end());
+  std::map<std::int64_t, replay::Channel> channels;
+  const auto cursor = store.messages(behavior, range);
+  while (const auto message = cursor->next()) {
+    auto channel = channels.find(message->channel);
+    if (channel == channels.end()) {
+      channel = channels.emplace(message->channel, store.channel(message->channel)).first;
+    }
+    const auto request = soundRequestOf(channel->second, message->bytes);
+    if (!request) continue;
+    take(message->received, *request);
+  }
+}
+
+void RecordedSpeech::take(replay::Stamp moment, const SoundRequest& request) {
+  const bool is_sentence = request.sound == SoundRequest::SAY;
+  if (request.command != SoundRequest::PLAY_STOP) {
+    if (!is_sentence || request.arg.empty()) return;
+    const double volume = static_cast<double>(request.volume);
+    utterances_.push_back({request.arg, request.arg2, moment.ns, kEndless_s,
+                           std::isfinite(volume) ? std::clamp(volume, 0.0, 1.0) : 1, false, ""});
+    return;
+  }
+  for (Utterance& utterance : utterances_) {
+    const bool is_meant =
+        request.sound == SoundRequest::ALL || (is_sentence && utterance.text == request.arg);
+    if (!is_meant) continue;
+    utterance.duration_s =
+        std::min(utterance.duration_s, secondsBetween(utterance.onset_ns, moment.ns));
+  }
+}
+
+void RecordedSpeech::speak(Utterance& utterance) {
+  try {
+    const Sound sound = spoken(utterance.text, utterance.voice,
+                               (fs::path(folder_) / "spoken.wav").string());
+    utterance.duration_s = std::min(utterance.duration_s, sound.seconds());
+    log_.add(utterance, sound);
+    log_path_ = (fs::path(folder_) / "speech.json").string();
+  } catch (const std::exception& error) {
+    const double about_s = 0.5 + kPerByte_s * static_cast<double>(utterance.text.size());
+    utterance.duration_s = std::min(utterance.duration_s, about_s);
+    if (!problem_.empty()) return;
+    problem_ = std::string("what was said is shown, not heard: ") + error.what();
+  }
+}
+
+std::string RecordedSpeech::at(replay::Stamp moment) const {
+  const auto sounds = [&](const Utterance& utterance) {
+    const double since_s = secondsBetween(utterance.onset_ns, moment.ns);
+    return since_s >= 0 && since_s < utterance.duration_s;
+  };
+  const auto latest = std::find_if(utterances_.rbegin(), utterances_.rend(), sounds);
+  return latest == utterances_.rend() ? "" : latest->text;
+}
+
+}  // namespace afterglow::nodes

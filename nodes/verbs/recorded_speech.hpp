@@ -1,0 +1,42 @@
+/// \file
+/// What a recorded behavior said aloud, made again for a film of it.
+#pragma once
+
+#include <sound_play/SoundRequest.h>
+
+#include <string>
+#include <vector>
+
+#include "nodes/speaker/speech_log.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// The sentences that were asked of sound_play, spoken by the speaker_node that lies beside this
+/// program: what links eSpeak NG stays apart. They sound from the moment of their recording.
+class RecordedSpeech {
+ public:
+  /// Keeps sounds and speech.json in the folder, which is there and empty. Throws
+  /// replay::StoreError, and std::runtime_error if the folder cannot be written.
+  RecordedSpeech(const replay::Store& store, const replay::Behavior& behavior,
+                 const std::string& folder);
+
+  /// The sentence that sounds then, of several the latest; "": none.
+  std::string at(replay::Stamp moment) const;
+  /// The speech.json, for Film's sound; empty: nothing can be heard.
+  const std::string& log() const { return log_path_; }
+  /// Why sentences are shown and not heard, one line; empty: all is heard.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  void listen(const replay::Store& store, const replay::Behavior& behavior);
+  void take(replay::Stamp moment, const sound_play::SoundRequest& request);
+  void speak(Utterance& utterance);
+
+  const std::string folder_;
+  std::string log_path_, problem_;
+  SpeechLog log_;
+  std::vector<Utterance> utterances_;  ///< in the order of their onsets
+};
+
+}  // namespace afterglow::nodes
