@@ -312,6 +312,7 @@ void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
 /// After it was driven there, if that is asked for.
 std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                                     const std::function<bool()>& is_stopped) {
+  if (!base_) return baseDeviationAtALook(then, now, options_.tolerances);
   std::string deviation = replay::baseDeviation(then, now, options_.tolerances);
   if (deviation.empty() || !now.base) return deviation;
   // Localization's noise alone may be that large.
@@ -344,7 +345,7 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
 
 replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
                                  const std::function<bool()>& is_stopped) const {
-  return askStart(options_, parts, then, base_ ? base_->frames() : replay::TrackFrames{},
+  return askStart(options_, parts, then, base_ ? base_->frames() : options_.base.frames,
                   is_stopped);
 }
 

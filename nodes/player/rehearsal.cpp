@@ -30,7 +30,8 @@ struct StartRehearsal {
   }
 
   void lookAtBase(const replay::StartPose& then, const replay::StartPose& now) const {
-    std::string deviation = replay::baseDeviation(then, now, options.tolerances);
+    std::string deviation = base ? replay::baseDeviation(then, now, options.tolerances)
+                                 : baseDeviationAtALook(then, now, options.tolerances);
     if (deviation.empty()) return;
     if (!base || !now.base) return refuseAsItStands(deviation);
     replay::StartPose mean;
@@ -71,7 +72,7 @@ struct StartRehearsal {
     const bool compares = options.start != Start::Anywhere;
     if (compares) then = readStartPose(store, plan, parts, remarks, options.base.frames);
     const replay::StartPose now =
-        askStart(options, parts, then, base ? base->frames() : replay::TrackFrames{}, is_stopped);
+        askStart(options, parts, then, base ? base->frames() : options.base.frames, is_stopped);
     const std::string lacks = whyNoJoints(options, parts, now);
     rehearsal.add(lacks);
     if (!compares) return;

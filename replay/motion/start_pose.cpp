@@ -131,7 +131,10 @@ StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedPar
   StartPose pose;
   pose.robot = parts.robot;
   pose.joints = movedJoints(store, plan, parts, plan.begin, "at the start", remarks);
-  if (parts.moves_base) readBase(store, plan, frames, pose, remarks);
+  std::vector<std::string> unsaid;  // an arm may stand on a base that nobody localizes
+  if (parts.moves_base || parts.moves_joints) {
+    readBase(store, plan, frames, pose, parts.moves_base ? remarks : unsaid);
+  }
   return pose;
 }
 
@@ -213,6 +216,15 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
       off, turn * kDegreesPerRadian, std::abs(way.x), way.x < 0 ? "behind" : "ahead",
       std::abs(way.y), way.y < 0 ? "right" : "left", turn * kDegreesPerRadian,
       way.yaw < 0 ? "right" : "left");
+}
+
+std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
+                                 const StartTolerances& tolerances) {
+  constexpr PoseError kOneLook{0.05, 0.05};  // m, rad
+  const std::string deviation = baseDeviation(then, now, widened(tolerances, kOneLook));
+  if (deviation.empty()) return "";
+  return deviation + "; joints alone are moved, which would lead elsewhere (" +
+         (now.base ? "--start-tolerance base=M base_turn=RAD" : "--any-start") + " allows it)";
 }
 
 StartTolerances widened(StartTolerances tolerances, const PoseError& doubt) {

@@ -52,8 +52,8 @@ struct StartPose {
 };
 
 /// What was recorded of the moved parts at the begin of what is played: the last position until
-/// then, else the first within a second after it, on topics of sensor_msgs/JointState; for the base
-/// tf. `remarks` says what is not known, a sentence each. Throws StoreError.
+/// then, else the first within a second after it, on topics of sensor_msgs/JointState; of the base,
+/// also where joints alone are moved, by tf. `remarks` says what is not known, a sentence each. Throws StoreError.
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
                         std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
@@ -80,6 +80,10 @@ std::vector<std::string> jointDeviations(const StartPose& then, const StartPose&
 /// Of the base, with where it was as seen from where it is; empty if there is none.
 std::string baseDeviation(const StartPose& then, const StartPose& now,
                           const StartTolerances& tolerances);
+/// The same for a replay that moves joints alone, of a base that is looked at once: a localization's
+/// noise is allowed for. With the way to allow it.
+std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
+                                 const StartTolerances& tolerances);
 /// The tolerances for a base of which localization knows no more than that, two standard
 /// deviations; at most 0.1 m and 0.1 rad wider.
 StartTolerances widened(StartTolerances tolerances, const PoseError& doubt);

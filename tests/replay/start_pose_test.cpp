@@ -122,7 +122,7 @@ TEST_F(StartPoseOf, isTheLastThatEachPublisherToldBeforeTheBegin) {
   record(arm, 1000, armGoal({"elbow", "wrist"}));
   const StartPose pose = read();
   EXPECT_EQ(pose.joints, (std::map<std::string, double>{{"elbow", 0.52}, {"wrist", 0.3}}));
-  EXPECT_FALSE(pose.base) << "it is not moved";
+  EXPECT_FALSE(pose.base) << "nobody localized it";
   EXPECT_TRUE(remarks.empty());
 }
 
@@ -166,6 +166,30 @@ TEST_F(StartPoseOf, hasTheBaseAtItsEndAsFarAsItWasLocalized) {
   EXPECT_NEAR(base->x, 3, 0.011) << "the part ends before its end";
   EXPECT_NEAR(base->y, 3, 1e-6);
   EXPECT_NEAR(base->yaw, 0.5, 1e-6);
+}
+
+TEST_F(StartPoseOf, hasTheBaseThoughTheArmAloneIsMoved) {
+  recordJoints(0, {{"elbow", 0.1}, {"wrist", 0.2}});
+  record(arm, 1000, armGoal({"elbow", "wrist"}));
+  for (int i = -10; i <= 10; ++i) {
+    recordTransform(i * 100, "odom", "base_link", {1, 0, 0});
+    recordTransform(i * 100, "map", "odom", {2, 3, 0});
+  }
+  const StartPose then = read();
+  ASSERT_TRUE(then.base);
+  EXPECT_TRUE(remarks.empty());
+  StartPose now = then;
+  now.base = PlanarPose{3.08, 3, 0};
+  EXPECT_EQ(baseDeviationAtALook(then, now, {}), "") << "as far as a localization may be off";
+  now.base = PlanarPose{5, 3, 0};
+  EXPECT_EQ(baseDeviationAtALook(then, now, {}),
+            "the base is 2.00 m and 0.0 deg off (then it stood 2.00 m behind and 0.00 m to the "
+            "left, turned 0.0 deg to the left); joints alone are moved, which would lead elsewhere "
+            "(--start-tolerance base=M base_turn=RAD allows it)");
+  now.base.reset();
+  EXPECT_EQ(baseDeviationAtALook(then, now, {}),
+            "nobody tells where the base is (tf); joints alone are moved, which would lead "
+            "elsewhere (--any-start allows it)");
 }
 
 TEST_F(StartPoseOf, isThatOfTheMomentThePlayedPartBegins) {
