@@ -18,7 +18,8 @@ constexpr int kMostPixels = 4096;          // in one direction
 constexpr double kMostTiles = 40'000;
 
 // Of a room that nobody has described.
-constexpr double kToWall_m = 2, kWallHeight_m = 2.7, kTile_m = 0.5;
+constexpr double kToWall_m = 2, kWallHeight_m = 4.5, kTile_m = 0.5;  // nothing is seen above
+constexpr double kAside_m = 8;  // of floor and walls, beyond what is in the picture
 constexpr double kNearest_m = 2.1, kEyeHeight_m = 1.75, kTargetHeight_m = 0.65;
 constexpr double kAside = 1.45;      // rad, from where the light points
 constexpr double kAroundFov = 0.75;  // rad
@@ -152,7 +153,8 @@ void readWall(const YamlMap& map, std::vector<render::Drawable>& shell) {
 void addRoom(const Eigen::AlignedBox2d& places, const Eigen::Vector2d& p_eye, RoomView& room) {
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(kToWall_m), middle = places.center();
   const Eigen::AlignedBox2d inside(places.min() - margin, places.max() + margin);
-  const Eigen::AlignedBox2d around_eye(p_eye - margin, p_eye + margin);
+  const Eigen::Vector2d aside = Eigen::Vector2d::Constant(kAside_m);
+  const Eigen::AlignedBox2d around_eye(p_eye - aside, p_eye + aside);
   const Eigen::AlignedBox2d floor = inside.merged(around_eye);
   const double tile = std::max(kTile_m, floor.sizes().maxCoeff() / 100);
   addFloor(floor.center(), floor.sizes(), tile, kFloorPaint, kJointPaint, room.shell);
@@ -185,7 +187,7 @@ RoomView roomAround(const std::string& fixed_frame,
   const bool has_heading = ahead.head<2>().norm() > 1e-3;
   const Eigen::Vector2d heading =
       has_heading ? Eigen::Vector2d(ahead.head<2>().normalized()) : Eigen::Vector2d(1, 0);
-  const double distance = kNearest_m + 0.6 * places.diagonal().norm();
+  const double distance = kNearest_m + 0.45 * places.diagonal().norm();
   const Eigen::Vector2d p_eye =
       places.center() + distance * (Eigen::Rotation2Dd(kAside) * heading);
   RoomView room;
