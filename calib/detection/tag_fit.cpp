@@ -68,7 +68,11 @@ struct Axis {
   static constexpr int kCells = 5;
   int first;
   double share[kCells], slope[kCells], blur[kCells];
-  Axis(double at, double sigma) : first(static_cast<int>(std::floor(at)) - kCells / 2) {
+  Axis(double asked, double sigma) {
+    // All is white far from a tag, on the horizon, too, where a trial step may have put a pixel.
+    constexpr double kFar = 1e3;
+    const double at = std::isfinite(asked) ? std::clamp(asked, -kFar, kFar) : kFar;
+    first = static_cast<int>(std::floor(at)) - kCells / 2;
     double below = 0, below_slope = 0, below_blur = 0;
     for (int i = 0; i < kCells; ++i) {
       // Weight of everything up to the cell's upper edge; the outermost cells extend to infinity.

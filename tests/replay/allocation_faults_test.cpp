@@ -32,11 +32,16 @@ thread_local bool has_allocation_failed = false;
 
 // Not inlined, or the compiler takes malloc and delete for a pair that do not match.
 [[gnu::noinline]] void* operator new(std::size_t size) {
+  if (void* memory = operator new(size, std::nothrow)) return memory;
+  throw std::bad_alloc();
+}
+// A sanitizer has one of its own otherwise, which wants its own delete.
+[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   const bool fails = allocations_left == 0;
   if (allocations_left >= 0 && !fails) --allocations_left;
   if (void* memory = fails ? nullptr : std::malloc(size > 0 ? size : 1)) return memory;
   has_allocation_failed = true;
-  throw std::bad_alloc();
+  return nullptr;
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
