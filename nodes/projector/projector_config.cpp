@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "nodes/tools/yaml_map.hpp"
@@ -24,6 +25,7 @@ class ConfigReader {
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
         readOutputs(root, calibration_folder_.empty() ? own_folder : calibration_folder_);
+    refuseItselfAsLens(root);
     if (root.has("surfaces")) config_.surfaces = readSurfaceConfigs(root);
     readLayers(root);
     if (root.has("mesh_roots")) readMeshRoots(root);
@@ -34,6 +36,18 @@ class ConfigReader {
   }
 
  private:
+  /// A configuration and the lens in a calibration's folder often share the name projector.yaml.
+  void refuseItselfAsLens(const YamlMap& root) const {
+    for (const OutputConfig& output : config_.projectors) {
+      std::error_code none;
+      if (!std::filesystem::equivalent(output.camera_info, file_, none)) continue;
+      root.fail(root.at(root.has("projector") ? "projector" : "projectors"),
+                "'camera_info' names this configuration itself: the lens is in the folder that "
+                "\"afterglow calibrate\" wrote; name that folder (--calibration, argument "
+                "'calibration')");
+    }
+  }
+
   YamlMap map(const YAML::Node& node, const std::string& where,
               const std::vector<std::string>& keys) const {
     return {file_, node, where, keys};

@@ -55,6 +55,7 @@ short flagOf(ProgramStart::Leader leader) {
 }  // namespace
 
 bool hasProgram(const std::string& name) {
+  if (name.find('/') != name.npos) return ::access(name.c_str(), X_OK) == 0;
   const char* path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');) {

@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// Whether a command of that name can be found on PATH.
+/// Whether a command of that name can be found: on PATH, or where its slashes say.
 bool hasProgram(const std::string& name);
 
 /// How a program is started: its standard streams, and whether it gets our group's signals.

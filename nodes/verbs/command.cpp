@@ -12,8 +12,10 @@
 #include <iostream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "nodes/verbs/terminal_text.hpp"
+#include "replay/query/nearest.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -76,6 +78,23 @@ void printFailure(const CLI::App& app, std::string text) {
   std::cerr << ": " << text << std::endl;
 }
 
+/// For the first option that the verb does not know: the one that it may have been meant for.
+std::string nearestOption(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* verb = &app;
+  while (!verb->get_subcommands().empty()) verb = verb->get_subcommands().front();
+  std::vector<std::string> known;
+  for (const CLI::Option* option : verb->get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
+    if (word == "--") break;
+    if (word.rfind("--", 0) != 0 || std::count(known.begin(), known.end(), word) > 0) continue;
+    return replay::didYouMean(word, known);
+  }
+  return "";
+}
+
 }  // namespace
 
 int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
@@ -90,7 +109,9 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
     if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
     return 0;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;  // --help and --version come this way too
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+    printFailure(app, error.what() + nearestOption(app, argc, argv) + "; see --help");
+    return 2;
   } catch (const std::bad_alloc&) {
     printFailure(app, "not enough memory");
   } catch (const std::exception& error) {

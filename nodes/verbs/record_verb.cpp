@@ -280,6 +280,10 @@ void recordAlone(const RecordOptions& options) {
 
 void runRecord(RecordOptions& options) {
   options.command = wordsBehindDashes();
+  if (!options.command.empty() && !hasProgram(options.command.front())) {
+    throw std::runtime_error("cannot start " + options.command.front() +
+                             ": there is no such program; nothing was recorded");
+  }
   startRecordRos();
   const ros::NodeHandle stays;  // with the last handle ROS shuts down
   for (const std::string& word : options.words) {

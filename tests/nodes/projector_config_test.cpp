@@ -99,6 +99,14 @@ TEST_F(ProjectorConfigTest, findsTheLensBesideItselfWithoutACalibrationFolder) {
   EXPECT_EQ(load(kHead + kCloud + "}\n").projectors.at(0).camera_info, folder_.path("p.yaml"));
 }
 
+TEST_F(ProjectorConfigTest, isNotItsOwnLens) {
+  const std::string itself =
+      "fixed_frame: map\nprojector: {camera_info: projector.yaml, frame: optical}\n";
+  const std::string said = fault(itself + "layers:\n" + kCloud + ", surface: floor}\n");
+  EXPECT_NE(said.find("names this configuration itself"), std::string::npos) << said;
+  EXPECT_NE(said.find("--calibration"), std::string::npos) << said;
+}
+
 TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {
   EXPECT_EQ(fault(kHead + kCloud + "}\n" + kMarker + ", colour: red}\n"),
             ":7: unknown key 'colour' in layer 2; did you mean 'color'?");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <std_msgs/String.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -77,6 +78,17 @@ TEST_F(RecordVerb, takesACommandForTheBehavior) {
   EXPECT_NE(verb.log().find("running"), std::string::npos) << verb.log();
   EXPECT_NE(verb.log().find("the command ended with status 3"), std::string::npos) << verb.log();
   EXPECT_EQ(recorded().outcome, "failure");
+}
+
+TEST_F(RecordVerb, recordsNothingWhereTheCommandIsMisspelled) {
+  for (const std::string program : {"no_such_program", "/no/such/program"}) {
+    auto verb = record({"--name", "talk", "--store", path_, "/chat", "--", program});
+    EXPECT_EQ(verb.exitStatus(), 1);
+    EXPECT_NE(verb.log().find("cannot start " + program + ": there is no such program"),
+              std::string::npos)
+        << verb.log();
+  }
+  EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
 TEST_F(RecordVerb, asksARecorderThatRuns) {
