@@ -101,22 +101,42 @@ AskResult AskNode::answer(const std::string& question) {
 /// False, with the result as it was, where no player replays it: it is told then.
 bool AskNode::replay(const replay::AskAnswer& answer, AskResult& result) {
   if (!player_.waitForServer(kPlayerPatience)) return false;
+  const std::string behavior = std::to_string(answer.behavior.id);
+  result.moved = mayMove(answer);
+  if (result.moved) say("Let me show you.");  // the way to the start may take a minute
+  bool is_replayed = replayOnce(behavior, result.moved);
+  if (result.moved && !is_replayed && wasRefused()) {
+    result.moved = false;
+    is_replayed = replayOnce(behavior, false);
+  }
+  if (is_replayed) result.answer = AskResult::REPLAYED;
+  result.moved = result.moved && is_replayed;
+  return is_replayed || server_.isPreemptRequested();
+}
+
+/// To its end. Light and speech need no body: they can be replayed where motion is refused.
+bool AskNode::replayOnce(const std::string& behavior, bool moves) {
   ReplayGoal goal;
-  goal.behavior = std::to_string(answer.behavior.id);
-  const bool moves = mayMove(answer);
+  goal.behavior = behavior;
   if (!moves) goal.options = {"only=ar,speech"};
   player_.sendGoal(goal);
   while (ros::ok() && !player_.waitForResult(ros::Duration(0.1))) {
     if (!player_.isServerConnected()) return false;
     if (server_.isPreemptRequested()) player_.cancelGoal();
   }
-  if (player_.getState() == actionlib::SimpleClientGoalState::SUCCEEDED) {
-    result.answer = AskResult::REPLAYED;
-    result.moved = moves;
-    return true;
-  }
+  if (player_.getState() == actionlib::SimpleClientGoalState::SUCCEEDED) return true;
   ROS_WARN_STREAM("not replayed: " << player_.getState().getText());
-  return server_.isPreemptRequested();
+  return false;
+}
+
+/// Whether the last replay never began. One that was stopped on its way does not go on in light.
+bool AskNode::wasRefused() {
+  if (server_.isPreemptRequested() ||
+      player_.getState() != actionlib::SimpleClientGoalState::ABORTED) {
+    return false;
+  }
+  const ReplayResultConstPtr result = player_.getResult();
+  return result && result->behavior_id == 0;
 }
 
 bool AskNode::mayMove(const replay::AskAnswer& answer) const {

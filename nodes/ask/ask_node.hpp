@@ -42,6 +42,8 @@ class AskNode {
   void onGoal(const AskGoalConstPtr& goal);
   AskResult answer(const std::string& question);
   bool replay(const replay::AskAnswer& answer, AskResult& result);
+  bool replayOnce(const std::string& behavior, bool moves);
+  bool wasRefused();
   bool mayMove(const replay::AskAnswer& answer) const;
   void say(const std::string& sentence);
 

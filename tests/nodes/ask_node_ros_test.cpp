@@ -60,6 +60,14 @@ class PretendPlayer {
     const std::lock_guard<std::mutex> lock(mutex_);
     refuses_ = refuses;
   }
+  void refuseMotion() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    refuses_motion_ = true;
+  }
+  void stopOnTheWay() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stops_ = true;
+  }
   std::vector<ReplayGoal> goals() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return goals_;
@@ -69,11 +77,15 @@ class PretendPlayer {
   void onGoal(const ReplayGoalConstPtr& goal) {
     const std::lock_guard<std::mutex> lock(mutex_);
     goals_.push_back(*goal);
-    refuses_ ? server_.setAborted({}, "its arm is elsewhere") : server_.setSucceeded();
+    const bool is_refused = refuses_ || (refuses_motion_ && goal->options.empty());
+    ReplayResult stopped;
+    stopped.behavior_id = stops_ ? 1 : 0;  // as player_node has it: none for what never began
+    is_refused || stops_ ? server_.setAborted(stopped, "its arm is elsewhere")
+                         : server_.setSucceeded();
   }
 
   std::mutex mutex_;
-  bool refuses_ = false;
+  bool refuses_ = false, refuses_motion_ = false, stops_ = false;
   std::vector<ReplayGoal> goals_;
   ros::NodeHandle node_;
   actionlib::SimpleActionServer<ReplayAction> server_{
@@ -210,6 +222,38 @@ TEST_F(AskNodeRos, movesTheRobotWhereQuestionNodeAndPlayerAllowIt) {
   for (const ReplayGoal& goal : player.goals()) options.push_back(goal.options);
   EXPECT_EQ(options, (std::vector<Texts>{kLightAndSpeech, kAll, kLightAndSpeech,
                                          kLightAndSpeech}));
+}
+
+TEST_F(AskNodeRos, announcesAnAnswerThatMoves) {
+  allowPlayer(true);
+  stop();
+  start({"_allow_motion:=true"});
+  EXPECT_TRUE(ask("what did you pick").moved);
+  EXPECT_TRUE(says("Let me show you."));
+}
+
+TEST_F(AskNodeRos, showsLightWhereMotionIsRefused) {
+  allowPlayer(true);
+  player.refuseMotion();
+  stop();
+  start({"_allow_motion:=true"});
+  const AskResult answer = ask("what did you pick");
+  EXPECT_EQ(answer.answer, AskResult::REPLAYED) << answer.sentence << process->log();
+  EXPECT_FALSE(answer.moved);
+  ASSERT_EQ(player.goals().size(), 2u);
+  EXPECT_EQ(player.goals()[0].options, kAll);
+  EXPECT_EQ(player.goals()[1].options, kLightAndSpeech);
+}
+
+TEST_F(AskNodeRos, doesNotGoOnInLightAfterAStop) {
+  allowPlayer(true);
+  player.stopOnTheWay();
+  stop();
+  start({"_allow_motion:=true"});
+  const AskResult answer = ask("what did you pick");
+  EXPECT_EQ(answer.answer, AskResult::TOLD);
+  EXPECT_FALSE(answer.moved);
+  EXPECT_EQ(player.goals().size(), 1u);
 }
 
 TEST_F(AskNodeRos, asksBackWhenTwoFitAndUnderstandsWhichOne) {
