@@ -110,7 +110,9 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
-    printFailure(app, error.what() + nearestOption(app, argc, argv) + "; see --help");
+    const std::string text = error.what() + nearestOption(app, argc, argv);
+    const bool is_referred = text.find("see --help") != text.npos;
+    printFailure(app, text + (is_referred ? "" : "; see --help"));
     return 2;
   } catch (const std::bad_alloc&) {
     printFailure(app, "not enough memory");
