@@ -131,6 +131,13 @@ void printField(const std::string& name, const std::string& value) {
   std::cout << "  " << name << std::string(12 - name.size(), ' ') << value << "\n";
 }
 
+/// A line of a terminal has no room for a whole camera_info.
+std::string beginningOf(const std::string& json) {
+  constexpr std::size_t kRoom = 160, kShown = 120;
+  if (json.size() <= kRoom) return json;
+  return json.substr(0, kShown) + " ... (all of it: --json)";
+}
+
 void printText(const replay::Store& store, const Behavior& behavior) {
   const auto topics = store.topics(behavior);
   std::cout << "behavior " << behavior.id << " \"" << behavior.name << "\"\n";
@@ -142,10 +149,10 @@ void printText(const replay::Store& store, const Behavior& behavior) {
   printField("end", behavior.end ? timeText(*behavior.end) : "none: running, or cut off");
   printField("duration", fmt::format("{:.3f} s", durationSeconds(behavior, topics)));
   printField("robot", behavior.robot);
-  printField("parameters", behavior.parameters);
+  printField("parameters", beginningOf(behavior.parameters));
   printField("tags", fmt::format("{}", fmt::join(behavior.tags, ", ")));
   for (const std::string& note : replay::notesOf(behavior)) printField("note", note);
-  printField("calibration", behavior.calibration);
+  printField("calibration", beginningOf(behavior.calibration));
   printField("not heard", fmt::format("{}", fmt::join(unheardTopics(behavior, topics), ", ")));
   if (!topics.empty()) printTopics("TOPIC", behavior, topics);
   const auto context = store.contextTopics(behavior);

@@ -181,6 +181,21 @@ TEST_F(QueryVerbs, tellATerminalNoneOfTheEscapeSequencesInAName) {
   EXPECT_NE(run({"list"}).output.find(name), std::string::npos) << run({"list"}).output;
 }
 
+TEST_F(QueryVerbs, showLeavesTheWholeOfALongCalibrationToJson) {
+  {
+    const auto store = replay::openStore(path_, replay::OpenMode::ReadWrite);
+    auto behavior = sampleBehavior(1, {}, 200'000'000'000, 201'000'000'000);
+    behavior.calibration = R"({"camera_info": ")" + std::string(300, 'K') + R"("})";
+    store->addBehavior(behavior);
+  }
+  const std::string output = run({"show", "last"}).output;
+  const auto begin = output.find("calibration {\"camera_info\": \"KKK");
+  ASSERT_NE(begin, std::string::npos) << output;
+  const std::string line = output.substr(begin, output.find('\n', begin) - begin);
+  EXPECT_LT(line.size(), 170u) << line;
+  EXPECT_NE(line.find("(all of it: --json)"), std::string::npos) << line;
+}
+
 TEST_F(QueryVerbs, showSelectsByWordsAndFiltersMessages) {
   EXPECT_EQ(run({"show", "last", "failure"}).output.substr(0, 22), "behavior 2 \"pick blue\"");
   const auto count = [&](Words more) {
