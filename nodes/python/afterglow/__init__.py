@@ -1,0 +1,21 @@
+"""Records a robot's behaviors, finds them again and replays them: nodes/README.md, "From Python".
+
+    from afterglow import Recording, find
+
+    with Recording("pick", topics=["/tf", "/gripper/command"]) as recording:
+        if not grasp():
+            recording.fail("dropped")
+
+    last = find(name="pick", outcome="dropped", limit=1)[0]
+    for topic, message, stamp in last.messages():
+        ...
+
+For Python 2.7 and 3. trees.py, for py_trees, is imported by itself: `from afterglow import trees`.
+The package's messages live here, too: afterglow.msg, afterglow.srv.
+"""
+from .recording import Recording, RecordingFailed, recorded
+from .replay import Replay, ReplayFailed, play
+from .store import Behavior, StoreError, find, said
+
+__all__ = ["Behavior", "Recording", "RecordingFailed", "Replay", "ReplayFailed", "StoreError", "find", "play",
+           "recorded", "said"]

@@ -1,0 +1,74 @@
+"""Replaying behaviors by player_node's action."""
+import json
+
+import rospy
+
+ACTION = "/replay"
+
+
+class ReplayFailed(RuntimeError):
+    """The replay was refused, or ended early: in the player's words. report: what was measured until then."""
+
+    def __init__(self, why, report=None):
+        RuntimeError.__init__(self, why)
+        self.report = report
+
+
+def play(behavior, action=ACTION, wait=True, timeout_s=5.0, **options):
+    """Replays a behavior: its id, its name (the newest), or words such as "last failed pick".
+
+    options: those of `afterglow play`, with _ for -: play(7, rate=0.5, only="ar,speech", pause=True). What is not
+    given is as the player's parameters have it; nothing moves that the player was not allowed to move. Returns the
+    report as a dict, with wait=False a Replay. action: the player's, in another namespace another; timeout_s: how long
+    it is waited for. Raises ReplayFailed.
+    """
+    replay = Replay(behavior, action, timeout_s, options)
+    return replay.result() if wait else replay
+
+
+class Replay(object):
+    """A replay under way."""
+
+    def __init__(self, behavior, action, timeout_s, options):
+        import actionlib
+        from afterglow.msg import ReplayAction, ReplayGoal
+        self._client = actionlib.SimpleActionClient(action, ReplayAction)
+        if not self._client.wait_for_server(rospy.Duration(timeout_s)):
+            raise ReplayFailed("there is no player at " + action)
+        self.position = 0.0  #: seconds into the behavior
+        self._client.send_goal(ReplayGoal(behavior=str(behavior), options=_words(options)),
+                               feedback_cb=self._on_feedback)
+
+    def stop(self):
+        """Robot and light stop; result() then raises ReplayFailed."""
+        self._client.cancel_goal()
+
+    def is_done(self):
+        from actionlib_msgs.msg import GoalStatus
+        return self._client.get_state() not in (GoalStatus.PENDING, GoalStatus.ACTIVE)
+
+    def result(self):
+        """Waits for the end; the report as a dict."""
+        from actionlib_msgs.msg import GoalStatus
+        self._client.wait_for_result()
+        result = self._client.get_result()
+        report = json.loads(result.report) if result and result.report else None
+        if self._client.get_state() != GoalStatus.SUCCEEDED:
+            raise ReplayFailed(self._client.get_goal_status_text() or "the replay was stopped", report)
+        return report
+
+    def _on_feedback(self, feedback):
+        self.position = feedback.position
+
+
+def _words(options):
+    """{"rate": 0.5, "pause": True, "also": ["/a"]} as "rate=0.5", "pause", "also=/a"."""
+    words = []
+    for name, value in sorted(options.items()):
+        name = name.replace("_", "-")
+        if value is True:
+            words.append(name)
+        elif value is not None and value is not False:
+            text = ",".join(value) if isinstance(value, (list, tuple)) else str(value)
+            words.append("{}={}".format(name, text))
+    return words
