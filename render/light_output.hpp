@@ -1,6 +1,6 @@
 /// \file
-/// From the drawn image to the one that is sent to a projector: the projector's measured response,
-/// the limit of its light, its mirrors. GL-free.
+/// From the drawn image to the one that is sent to a projector: the projector's measured response
+/// or colors, the limit of its light, its mirrors. GL-free.
 #pragma once
 
 #include <array>
@@ -30,9 +30,13 @@ struct LightSettings {
   /// Share of its full light that white gets, in (linear) light; all else dims in proportion.
   double max_brightness = 1;
   Mirror mirror = Mirror::None;
+  /// What to send for colors (calib::colorTable), with gamma and limit of light in it; empty: as
+  /// drawn.
+  std::vector<std::uint8_t> colors{};
 };
 
-/// Tables made once, for images of one projector. Any thread; black stays black.
+/// Tables made once, for images of one projector. Any thread; black stays black. Throws
+/// std::invalid_argument for a table of colors of another size.
 class LightOutput {
  public:
   explicit LightOutput(const LightSettings& settings);
@@ -42,10 +46,14 @@ class LightOutput {
  private:
   /// Both pixels' new values, each in the other's place. They may be one and the same.
   void exchange(std::uint8_t* a, std::uint8_t* b) const;
+  void recolor(Image& image) const;
+  /// Between the eight colors of the table around it.
+  void recolor(std::uint8_t* pixel) const;
 
   bool is_identity_;
   bool flips_columns_, flips_rows_;
   std::array<std::array<std::uint8_t, 256>, 3> tables_;
+  std::vector<std::uint8_t> colors_;
 };
 
 }  // namespace afterglow::render

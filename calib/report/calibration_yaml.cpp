@@ -83,6 +83,15 @@ std::string parameterNames() {
   return fmt::format("[{}]", fmt::join(names, ", "));
 }
 
+/// By distance in meters.
+std::string lightMap(const Calibration& calibration) {
+  std::vector<std::string> parts;
+  for (const LightError& error : calibration.light) {
+    parts.push_back(fmt::format("{:g}: {}", error.distance_m, exactText(error.mm)));
+  }
+  return fmt::format("{{{}}}", fmt::join(parts, ", "));
+}
+
 bool isKnown(const Lens& lens) { return lens.width > 0; }
 
 int viewsUsed(const Calibration& calibration) {
@@ -134,6 +143,10 @@ std::string calibrationYaml(const Calibration& calibration, const CalibrationNam
       exactText(calibration.held_out_rms_px) +
       "\nheld_out_rms_mm: " + exactText(calibration.held_out_rms_mm) +
       "\npredicted_mm: " + exactText(calibration.predicted_mm) +
+      "\n# 95 % of the light that the camera sees is closer to its place, with 95 % certainty.\n"
+      "light_mm: " +
+      lightMap(calibration) + "\n# Of calib/solver/board_shape.hpp.\nboard_shape: " +
+      flat(calibration.board_shape.parameters.transpose()) +
       "\ntraining_rms_px: " + exactText(calibration.training_rms_px) +
       "\nboard_rms_px: " + exactText(calibration.board_rms_px) +
       "\ncoverage: " + exactText(calibration.coverage.share()) +

@@ -88,11 +88,23 @@ Json heldOut(const Calibration& calibration) {
           {"farthest_m", farthest}};
 }
 
+/// The figures are those at 2 m, where the camera sees light there.
+Json lightData(const Calibration& calibration) {
+  if (calibration.light.empty()) return nullptr;
+  const LightError& headline = calibration.light[calibration.light.size() > 1 ? 1 : 0];
+  return {{"mm", headline.mm},
+          {"px", headline.px},
+          {"distance_m", headline.distance_m},
+          {"text", lightText(calibration)}};
+}
+
 void addErrors(const Calibration& calibration, Json& data) {
   data["held_out"] = heldOut(calibration);
   data["training_rms_px"] = calibration.training_rms_px;
   data["board_rms_px"] = calibration.board_rms_px;
   data["predicted_mm"] = calibration.predicted_mm;
+  data["light"] = lightData(calibration);
+  data["board_text"] = shapeText(calibration.board_shape);
   data["is_camera_held"] = calibration.camera_change.fate == CameraFate::Held;
   data["used_count"] = usedViews(calibration);
   data["view_count"] = calibration.views.size();

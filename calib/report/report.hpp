@@ -25,8 +25,10 @@ struct ReportFacts {
 ///   (what became of camera_info); board {width_mm, height_mm, tags, family, tag_mm}, pattern
 ///   {width, height, tags, family};
 /// - held_out {rms_mm, rms_px, view_count, nearest_m, farthest_m}, null if no view was kept back;
-///   training_rms_px, board_rms_px, predicted_mm, is_camera_held, used_count, view_count, coverage
-///   (0 to 1), left_out [{name, reason}], warnings [those about other things];
+///   training_rms_px, board_rms_px, predicted_mm, light {mm, px, distance_m, text} (what light is
+///   off by in the room; null if nobody knows), board_text (how the board is bent; empty if it is
+///   flat), is_camera_held, used_count, view_count, coverage (0 to 1), left_out [{name, reason}],
+///   warnings [those about other things];
 /// - views [viewData];
 /// - lens {throw_ratio, wide_deg, shift (share of the height), shift_side, pixel_mm (at 1 m),
 ///   parameters}, pose {apart_mm (from the camera's lens), parameters, trade_off {across, down}

@@ -37,10 +37,8 @@ std::optional<Eigen::Vector2d> projectPerturbed(const ProjectorEstimate& estimat
 
 }  // namespace
 
-std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
-                                           const Eigen::Vector3d& p_camera) {
-  const auto pixel = projectPerturbed(estimate, p_camera, Perturbation::Zero());
-  if (!pixel) return std::nullopt;
+std::optional<Eigen::Matrix<double, 2, kCalibrationParameters>> pixelSlopes(
+    const ProjectorEstimate& estimate, const Eigen::Vector3d& p_camera) {
   Eigen::Matrix<double, 2, kCalibrationParameters> J;
   for (int i = 0; i < kCalibrationParameters; ++i) {
     // A thousandth of a deviation: linear, and far above rounding.
@@ -53,7 +51,15 @@ std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
     if (!above || !below) return std::nullopt;
     J.col(i) = (*above - *below) / (2 * step);
   }
-  return PredictedPixel{*pixel, J * estimate.covariance * J.transpose()};
+  return J;
+}
+
+std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
+                                           const Eigen::Vector3d& p_camera) {
+  const auto pixel = projectPerturbed(estimate, p_camera, Perturbation::Zero());
+  const auto J = pixel ? pixelSlopes(estimate, p_camera) : std::nullopt;
+  if (!J) return std::nullopt;
+  return PredictedPixel{*pixel, *J * estimate.covariance * J->transpose()};
 }
 
 double Coverage::share() const {
@@ -91,6 +97,18 @@ Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern) {
     }
   }
   return coverageOf(corners, pattern);
+}
+
+std::string lightText(const Calibration& calibration) {
+  if (calibration.light.empty()) return "";
+  std::vector<std::string> parts;
+  for (const LightError& error : calibration.light) {
+    parts.push_back(fmt::format("{:.2f} mm at {:.0f} m", error.mm, error.distance_m));
+  }
+  return fmt::format(
+      "Light is off by at most {} (95 %), and by {:.2f} mm for each 0.1 % that the print's size is "
+      "off",
+      fmt::join(parts, ", "), calibration.print_mm_per_permille);
 }
 
 CalibrationRefused::CalibrationRefused(const std::vector<std::string>& reasons)

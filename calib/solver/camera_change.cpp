@@ -83,11 +83,13 @@ double deviationsOf(const Lens& given, const CameraChange& change) {
                   change.center_px.cwiseAbs().maxCoeff() / usual.center_px);
 }
 
-/// "focal length +0.20 %, center (+1.0, -0.9) px, up to 2.1 px in the picture"
+/// "fx is 0.20 % larger than its file says, center (+1.0, -0.9) px, up to 2.1 px in the picture"
 std::string changeText(const CameraChange& change) {
   return fmt::format(
-      "focal length {:+.2f} %, center ({:+.1f}, {:+.1f}) px, up to {:.1f} px in the picture",
-      100 * change.focal, change.center_px.x(), change.center_px.y(), change.largest_px);
+      "fx is {:.2f} % {} than its file says, center ({:+.1f}, {:+.1f}) px, up to {:.1f} px in the "
+      "picture",
+      100 * std::abs(change.focal), change.focal < 0 ? "smaller" : "larger", change.center_px.x(),
+      change.center_px.y(), change.largest_px);
 }
 
 }  // namespace

@@ -61,14 +61,9 @@ void setRays(ViewEvidence& view, const Lens& camera) {
   }
 }
 
-Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board) {
-  const Eigen::Vector3d direction = ray.homogeneous();
-  const Eigen::Vector3d normal = T_camera_board.matrix().linear().col(2);
-  const double distance = normal.dot(T_camera_board.matrix().translation()) / normal.dot(direction);
-  if (!(distance > 0)) {
-    return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  }
-  return distance * direction;
+Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board,
+                        const BoardShape& shape) {
+  return meetSheet(Eigen::Vector3d::Zero(), ray.homogeneous(), T_camera_board.matrix(), shape);
 }
 
 std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const Board& board,

@@ -11,6 +11,7 @@
 #include "calib/detection/observe.hpp"
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
+#include "calib/solver/board_shape.hpp"
 #include "calib/targets/board.hpp"
 #include "calib/targets/pattern.hpp"
 
@@ -49,6 +50,7 @@ std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const B
 void setRays(ViewEvidence& view, const Lens& camera);
 
 /// Where a camera ray meets the board, in the camera's frame; NaN if it does not.
-Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board);
+Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board,
+                        const BoardShape& shape = {});
 
 }  // namespace afterglow::calib

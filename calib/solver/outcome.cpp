@@ -3,8 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "calib/landing.hpp"
-
 namespace afterglow::calib {
 namespace {
 
@@ -45,11 +43,12 @@ bool addResiduals(const ProjectorModel& model, const ViewEvidence& view, const S
   for (std::size_t i = 0; i < 4; ++i) {
     CornerResidual residual = cornerOf(tag, i, is_projected);
     residual.is_outlier = isOutlier(error);
-    const auto on_board = is_projected ? landing(model.projector, tag.target[i], T_projector_board)
-                                       : std::optional<Eigen::Vector2d>(tag.target[i]);
+    const auto on_board =
+        is_projected
+            ? landingOnSheet(model.projector, tag.target[i], T_projector_board, model.shape)
+            : std::optional<Eigen::Vector3d>(model.shape.place(tag.target[i]));
     if (!on_board) continue;
-    const auto expected = project(
-        model.camera, view.T_camera_board * Eigen::Vector3d(on_board->x(), on_board->y(), 0));
+    const auto expected = project(model.camera, view.T_camera_board * *on_board);
     if (!expected) continue;
     residual.error_px = tag.camera_px[i] - *expected;
     if (is_projected) residual.pattern_error_px = error.error.segment<2>(2 * Eigen::Index(i));

@@ -43,17 +43,55 @@ Eigen::Isometry3d isometryOf(const PoseBlock& block) {
   return T;
 }
 
-/// Holds the camera's parameters that are not estimated, and adds the prior of the others.
-void holdCamera(ceres::Problem& problem, LensBlock& camera, const ProjectorModel& model,
-                const RefineSettings& settings) {
-  if (!settings.free_camera) return problem.SetParameterBlockConstant(camera.data());
-  std::vector<int> held{4, 9, 10, 11, 12};
-  if (!settings.free_camera_distortion) held.insert(held.end(), {5, 6, 7, 8});
-  problem.SetManifold(camera.data(), new ceres::SubsetManifold(kLensSize, held));
-  problem.AddResidualBlock(
-      new ceres::AutoDiffCostFunction<CameraPrior, kCameraParameters, kLensSize>(
-          new CameraPrior{blockOf(model.camera_info), usualDeviations(model.camera_info)}),
-      nullptr, camera.data());
+/// The rotation vector turns it further; the translation takes the place of its own.
+Rigid<Camera, Projector> turnedBy(const Rigid<Camera, Projector>& T, const PoseBlock& pose) {
+  Eigen::Isometry3d turned = T.matrix();
+  turned.linear() = turned.linear() * isometryOf(pose).linear();
+  turned.translation() = Eigen::Map<const Eigen::Vector3d>(pose.data() + 3);
+  return Rigid<Camera, Projector>(turned);
+}
+
+std::vector<int> heldOfCamera(const RefineSettings& settings) {
+  if (settings.free_camera && settings.free_camera_distortion) return {4, 9, 10, 11, 12};
+  if (settings.free_camera) return {4, 5, 6, 7, 8, 9, 10, 11, 12};
+  return {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+}
+
+std::vector<int> heldOfLens(const RefineSettings& settings) {
+  std::vector<int> held;
+  if (!settings.free_skew) held.push_back(4);
+  if (!settings.free_rational) held.insert(held.end(), {10, 11, 12});
+  return held;
+}
+
+/// The lens of an earlier calibration, with its covariance and what drifts since.
+LensDriftPrior lensDriftPrior(const ProjectorEstimate& start) {
+  LensDriftPrior prior;
+  prior.before = blockOf(start.projector);
+  const double fx = prior.before[0], fy = prior.before[1];
+  const double center_px = LensDrift::kCenter * start.projector.width;
+  LensDriftPrior::Matrix covariance = LensDriftPrior::Matrix::Identity();  // of the skew, held
+  for (Eigen::Index i = 0; i < kLensSize - 1; ++i) {
+    for (Eigen::Index k = 0; k < kLensSize - 1; ++k) {
+      covariance(sharedIndex(i), sharedIndex(k)) = start.covariance(i, k);
+    }
+  }
+  LensDriftPrior::Vector alike = LensDriftPrior::Vector::Zero(), alone = alike;
+  alike.head<2>() << LensDrift::kFocal * fx, LensDrift::kFocal * fy;
+  alone << LensDrift::kAspect * fx, LensDrift::kAspect * fy, center_px, center_px, 0, 5e-3, 1e-2,
+      5e-4, 5e-4, 1e-2, 1e-2, 1e-2, 1e-2;
+  covariance += alike * alike.transpose();
+  covariance.diagonal() += alone.cwiseAbs2();
+  const LensDriftPrior::Matrix L = covariance.llt().matrixL();
+  prior.root = L.triangularView<Eigen::Lower>().solve(LensDriftPrior::Matrix::Identity());
+  return prior;
+}
+
+ShapeVector shapeDeviations(const RefineSettings& settings) {
+  constexpr double kWide = 0.02;
+  ShapeVector deviations = usualShape();
+  if (settings.free_stretch) deviations[0] = kWide;
+  return deviations;
 }
 
 /// A Ceres problem with the memory of its parameters.
@@ -66,13 +104,14 @@ class Bundle {
         settings_(settings),
         lens_(blockOf(model.projector)),
         camera_(blockOf(model.camera)) {
+    Eigen::Map<ShapeVector>(shape_.data()) = model.shape.parameters;
     Eigen::Map<Eigen::Vector3d>(pose_.data()).setZero();
     Eigen::Map<Eigen::Vector3d>(pose_.data() + 3) = model.T_camera_projector.matrix().translation();
     boards_.resize(views.size());
     for (std::size_t i = 0; i < views.size(); ++i) {
       if (views[i].is_used) addView(i);
     }
-    hold();
+    addPriors();
   }
 
   void solve() {
@@ -94,16 +133,12 @@ class Bundle {
   /// Copies the parameters back into model and views.
   void store(ProjectorModel& model) {
     model.projector = lensOf(lens_, model.projector);
+    model.shape.parameters = Eigen::Map<const ShapeVector>(shape_.data());
     if (settings_.free_camera) {
       model.camera = lensOf(camera_, model.camera);
       for (ViewEvidence& view : views_) setRays(view, model.camera);
     }
-    Eigen::Isometry3d T = model.T_camera_projector.matrix();
-    Eigen::Matrix3d turn;
-    ceres::AngleAxisToRotationMatrix(pose_.data(), turn.data());
-    T.linear() = T.linear() * turn;
-    T.translation() = Eigen::Map<const Eigen::Vector3d>(pose_.data() + 3);
-    model.T_camera_projector = Rigid<Camera, Projector>(T);
+    model.T_camera_projector = turnedBy(model.T_camera_projector, pose_);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       if (views_[i].is_used) {
         views_[i].T_camera_board = Rigid<Camera, Surface>(isometryOf(boards_[i]));
@@ -111,102 +146,151 @@ class Bundle {
     }
   }
 
-  /// Of lens (13) and pose (6).
-  Eigen::MatrixXd covariance() {
-    return covarianceOf({lens_.data(), pose_.data()}, kLensSize + kPoseSize);
+  Influence influence() const {
+    Influence influence;
+    influence.views.resize(views_.size());
+    std::vector<WithBoard> sums(views_.size());
+    for (const Block& block : blocks_) addTo(block, sums[block.view]);
+    for (std::size_t i = 0; i < sums.size(); ++i) influence.views[i] = sums[i].eliminated();
+    for (const Block& block : priors_) {
+      WithBoard sum;
+      addTo(block, sum);
+      influence.prior += sum.information.topLeftCorner<kSharedSize, kSharedSize>();
+    }
+    influence.is_free.fill(true);
+    const auto hold = [&](Eigen::Index from, const std::vector<int>& held) {
+      for (int i : held) influence.is_free[std::size_t(from + i)] = false;
+    };
+    hold(kLensAt, heldOfLens(settings_));
+    hold(kCameraAt, heldOfCamera(settings_));
+    for (int i = 0; i < kShapeSize; ++i) {
+      if (!settings_.free_shape) hold(kShapeAt, {i});
+    }
+    return influence;
   }
-  Eigen::MatrixXd cameraCovariance() { return covarianceOf({camera_.data()}, kLensSize); }
 
  private:
-  Eigen::MatrixXd covarianceOf(const std::vector<const double*>& blocks, int size) {
-    ceres::Covariance::Options options;
-    options.algorithm_type = ceres::SPARSE_QR;
-    options.apply_loss_function = true;
-    ceres::Covariance covariance(options);
-    // Ceres ends the program when asked for the covariance of a block that is in no equation.
-    const bool is_known = std::all_of(blocks.begin(), blocks.end(), [&](const double* block) {
-      return problem_.HasParameterBlock(block);
-    });
-    if (!is_known || !covariance.Compute(blocks, &problem_)) {
-      throw CalibrationRefused(
-          {"the views leave the projector undetermined: tilt the board more, and differently"});
+  /// A cost function, as Ceres knows it, and where its parameters stand among the shared ones;
+  /// kBoardAt stands for the view's board.
+  struct Block {
+    const ceres::CostFunction* cost;
+    std::vector<double*> parameters;
+    std::vector<Eigen::Index> at;
+    std::size_t view = 0;
+    bool is_robust = true;
+  };
+  static constexpr Eigen::Index kBoardAt = kSharedSize, kAllSize = kSharedSize + kPoseSize;
+
+  struct WithBoard {
+    Eigen::Matrix<double, kAllSize, kAllSize> information =
+        Eigen::Matrix<double, kAllSize, kAllSize>::Zero();
+    Eigen::Matrix<double, kAllSize, 1> score = Eigen::Matrix<double, kAllSize, 1>::Zero();
+
+    Influence::OfView eliminated() const {
+      const Eigen::Matrix<double, kPoseSize, kPoseSize> board =
+          information.bottomRightCorner<kPoseSize, kPoseSize>();
+      if (!(board.diagonal().minCoeff() > 0)) return {};
+      const auto factors = board.ldlt();
+      const Eigen::Matrix<double, kSharedSize, kPoseSize> mixed =
+          information.topRightCorner<kSharedSize, kPoseSize>();
+      Influence::OfView view;
+      view.information = information.topLeftCorner<kSharedSize, kSharedSize>() -
+                         mixed * factors.solve(mixed.transpose());
+      view.score = score.head<kSharedSize>() - mixed * factors.solve(score.tail<kPoseSize>());
+      return view;
     }
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> result(size, size);
-    covariance.GetCovarianceMatrix(blocks, result.data());
-    return result;
+  };
+
+  void addTo(const Block& block, WithBoard& sum) const {
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const int rows = block.cost->num_residuals();
+    Eigen::VectorXd residual(rows);
+    std::vector<Rows> slopes;
+    std::vector<double*> to;
+    for (int size : block.cost->parameter_block_sizes()) slopes.emplace_back(rows, size);
+    for (Rows& slope : slopes) to.push_back(slope.data());
+    if (!block.cost->Evaluate(block.parameters.data(), residual.data(), to.data())) return;
+    double rho[3] = {0, 1, 0};
+    if (block.is_robust) {
+      ceres::CauchyLoss(lossScale()).Evaluate(residual.squaredNorm(), rho);
+    }
+    for (std::size_t i = 0; i < slopes.size(); ++i) {
+      sum.score.segment(block.at[i], slopes[i].cols()) +=
+          rho[1] * slopes[i].transpose() * residual;
+      for (std::size_t k = 0; k < slopes.size(); ++k) {
+        sum.information.block(block.at[i], block.at[k], slopes[i].cols(), slopes[k].cols()) +=
+            rho[1] * slopes[i].transpose() * slopes[k];
+      }
+    }
   }
 
   void addView(std::size_t index) {
     ViewEvidence& view = views_[index];
     PoseBlock& board = boards_[index];
     board = blockOf(view.T_camera_board.matrix());
+    const Eigen::Vector2d& half_m = model_.shape.half_m;
     const double printed_2 = model_.printed_scale * model_.printed_scale;
     const double projected_2 = model_.projected_scale * model_.projected_scale;
+    const bool can_printed_move =
+        settings_.free_boards || settings_.free_camera || settings_.free_shape;
     for (const Sighting& tag : view.printed) {
-      addPrinted({&tag, whitening(tag.covariance * printed_2), model_.camera.model}, board);
+      if (!can_printed_move) break;
+      add(index, new PrintedCost(tag, whitening(tag.covariance * printed_2), model_.camera.model,
+                                 half_m),
+          {camera_.data(), board.data(), shape_.data()}, {kCameraAt, kBoardAt, kShapeAt});
     }
     for (const Sighting& tag : view.projected) {
+      if (!settings_.use_projected) break;
       const Matrix8 covariance = projectorCovariance(model_, view, tag) * projected_2;
       if (!covariance.allFinite()) continue;
-      addProjected({&tag, whitening(covariance), model_.T_camera_projector.matrix().linear(),
-                    model_.camera.model},
-                   board, view);
+      add(index,
+          new ProjectedCost(tag, whitening(covariance), model_.T_camera_projector.matrix().linear(),
+                            model_.camera.model, half_m),
+          {camera_.data(), board.data(), shape_.data(), lens_.data(), pose_.data()},
+          {kCameraAt, kBoardAt, kShapeAt, kLensAt, kPoseAt});
     }
     if (!settings_.free_boards && problem_.HasParameterBlock(board.data())) {
       problem_.SetParameterBlockConstant(board.data());
     }
   }
 
-  template <typename Cost, int... kSizes, typename... Blocks>
-  void add(Cost* cost, Blocks*... blocks) {
-    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<Cost, 8, kSizes...>(cost), loss(),
-                              blocks...);
+  void add(std::size_t view, ceres::CostFunction* cost, const std::vector<double*>& parameters,
+           const std::vector<Eigen::Index>& at) {
+    problem_.AddResidualBlock(cost, new ceres::CauchyLoss(lossScale()), parameters);
+    blocks_.push_back({cost, parameters, at, view});
   }
-
-  void addPrinted(const PrintedCost& cost, PoseBlock& board) {
-    if (settings_.free_camera) {
-      add<PrintedCost, kLensSize, kPoseSize>(new PrintedCost(cost), camera_.data(), board.data());
-    } else if (settings_.free_boards) {
-      add<PrintedKnownCameraCost, kPoseSize>(new PrintedKnownCameraCost{cost, camera_},
-                                             board.data());
-    }
-  }
-
-  void addProjected(const ProjectedCost& cost, PoseBlock& board, const ViewEvidence& view) {
-    if (settings_.free_camera) {
-      add<ProjectedCost, kLensSize, kPoseSize, kLensSize, kPoseSize>(
-          new ProjectedCost(cost), camera_.data(), board.data(), lens_.data(), pose_.data());
-    } else if (settings_.free_boards) {
-      add<ProjectedKnownCameraCost, kPoseSize, kLensSize, kPoseSize>(
-          new ProjectedKnownCameraCost{cost}, board.data(), lens_.data(), pose_.data());
-    } else {
-      std::array<Eigen::Vector3d, 4> p_camera;
-      for (std::size_t i = 0; i < 4; ++i) {
-        p_camera[i] = onBoard(cost.tag->rays[i], view.T_camera_board);
-      }
-      add<ProjectedKnownBoardCost, kLensSize, kPoseSize>(
-          new ProjectedKnownBoardCost{cost, p_camera}, lens_.data(), pose_.data());
-    }
-  }
-
   /// On the norm of the eight whitened errors of a tag.
-  ceres::LossFunction* loss() const {
-    return new ceres::CauchyLoss(settings_.robust_deviations * std::sqrt(8.0));
+  double lossScale() const { return settings_.robust_deviations * std::sqrt(8.0); }
+
+  template <typename Prior, int kResiduals, int kSize>
+  void addPrior(const Prior& prior, std::array<double, kSize>& block, Eigen::Index at,
+                const std::vector<int>& held) {
+    if (!problem_.HasParameterBlock(block.data())) return;
+    if (held.size() == std::size_t(kSize)) return problem_.SetParameterBlockConstant(block.data());
+    auto* cost = new ceres::AutoDiffCostFunction<Prior, kResiduals, kSize>(new Prior(prior));
+    problem_.AddResidualBlock(cost, nullptr, block.data());
+    priors_.push_back({cost, {block.data()}, {at}, 0, false});
+    if (held.empty()) return;
+    problem_.SetManifold(block.data(), new ceres::SubsetManifold(kSize, held));
   }
 
-  void hold() {
-    problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<LensPrior, 9, kLensSize>(
-                                  new LensPrior{settings_.free_skew ? 1.0 : 0.01}),
-                              nullptr, lens_.data());
+  void addPriors() {
+    if (model_.start && !settings_.free_skew) {
+      addPrior<LensDriftPrior, kLensSize, kLensSize>(lensDriftPrior(*model_.start), lens_, kLensAt,
+                                                     heldOfLens(settings_));
+    } else {
+      addPrior<LensPrior, 9, kLensSize>({settings_.free_skew ? 1.0 : 0.01}, lens_, kLensAt,
+                                        heldOfLens(settings_));
+    }
+    addPrior<CameraPrior, kCameraParameters, kLensSize>(
+        {blockOf(model_.camera_info), usualDeviations(model_.camera_info)}, camera_, kCameraAt,
+        heldOfCamera(settings_));
     std::vector<int> held;
-    if (!settings_.free_skew) held.push_back(4);
-    if (!settings_.free_rational) held.insert(held.end(), {10, 11, 12});
-    if (!held.empty()) {
-      problem_.SetManifold(lens_.data(), new ceres::SubsetManifold(kLensSize, held));
+    for (int i = 0; i < kShapeSize; ++i) {
+      if (!settings_.free_shape) held.push_back(i);
     }
-    if (problem_.HasParameterBlock(camera_.data())) {
-      holdCamera(problem_, camera_, model_, settings_);
-    }
+    addPrior<ShapePrior, kShapeSize, kShapeSize>({shapeDeviations(settings_)}, shape_, kShapeAt,
+                                                 held);
   }
 
   const ProjectorModel& model_;
@@ -215,10 +299,39 @@ class Bundle {
   ceres::Problem problem_;
   LensBlock lens_, camera_;
   PoseBlock pose_;
+  ShapeBlock shape_;
   std::vector<PoseBlock> boards_;
+  std::vector<Block> blocks_, priors_;
 };
 
+SharedMatrix covarianceOf(const Influence& influence) {
+  const auto covariance = influence.covariance();
+  if (!covariance) {
+    throw CalibrationRefused(
+        {"the views leave the projector undetermined: tilt the board more, and differently"});
+  }
+  return *covariance;
+}
+
 }  // namespace
+
+ProjectorModel movedBy(const ProjectorModel& model, const SharedVector& by) {
+  ProjectorModel moved = model;
+  const auto add = [&](Lens& lens, Eigen::Index at) {
+    LensBlock block = blockOf(lens);
+    for (std::size_t i = 0; i < block.size(); ++i) block[i] += by[at + Eigen::Index(i)];
+    lens = lensOf(block, lens);
+  };
+  add(moved.projector, kLensAt);
+  if (!by.segment<kLensSize>(kCameraAt).isZero(0)) add(moved.camera, kCameraAt);
+  PoseBlock pose;
+  Eigen::Map<Eigen::Matrix<double, kPoseSize, 1>> block(pose.data());
+  block = by.segment<kPoseSize>(kPoseAt);
+  block.tail<3>() += model.T_camera_projector.matrix().translation();
+  moved.T_camera_projector = turnedBy(model.T_camera_projector, pose);
+  moved.shape.parameters += by.segment<kShapeSize>(kShapeAt);
+  return moved;
+}
 
 void refine(ProjectorModel& model, std::vector<ViewEvidence>& views,
             const RefineSettings& settings) {
@@ -227,29 +340,30 @@ void refine(ProjectorModel& model, std::vector<ViewEvidence>& views,
   bundle.store(model);
 }
 
-ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
-                             const RefineSettings& settings) {
+Influence influenceOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
+                      const RefineSettings& settings) {
+  return Bundle(model, views, settings).influence();
+}
+
+ProjectorEstimate estimateOf(const ProjectorModel& model, const Influence& influence,
+                             double dispersion) {
   ProjectorEstimate estimate;
   estimate.projector = model.projector;
   estimate.T_camera_projector = model.T_camera_projector;
-  const Eigen::MatrixXd full = Bundle(model, views, settings).covariance();
-  // Skew, number 4 of the block, is not among kCalibrationParameters.
-  std::array<Eigen::Index, kCalibrationParameters> from;
-  for (Eigen::Index i = 0; i < kCalibrationParameters; ++i)
-    from[std::size_t(i)] = i < 4 ? i : i + 1;
+  covarianceOf(influence);  // or refuses
+  const SharedMatrix full = *influence.covariance(dispersion);
   for (Eigen::Index row = 0; row < kCalibrationParameters; ++row) {
     for (Eigen::Index column = 0; column < kCalibrationParameters; ++column) {
-      estimate.covariance(row, column) = full(from[std::size_t(row)], from[std::size_t(column)]);
+      estimate.covariance(row, column) = full(sharedIndex(row), sharedIndex(column));
     }
   }
   return estimate;
 }
 
-CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvidence>& views,
-                              const RefineSettings& settings) {
-  const Eigen::MatrixXd full = Bundle(model, views, settings).cameraCovariance();
+CameraMatrix cameraCovariance(const Influence& influence) {
+  const SharedMatrix full = covarianceOf(influence);
   // Skew, number 4 of the block, is not estimated.
-  const auto from = [](Eigen::Index i) { return i < 4 ? i : i + 1; };
+  const auto from = [](Eigen::Index i) { return kCameraAt + (i < 4 ? i : i + 1); };
   CameraMatrix covariance;
   for (Eigen::Index row = 0; row < kCameraParameters; ++row) {
     for (Eigen::Index column = 0; column < kCameraParameters; ++column) {
@@ -260,16 +374,20 @@ CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvide
 }
 
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
+  if (view.printed.empty()) return;
   PoseBlock board = blockOf(view.T_camera_board.matrix());
+  LensBlock camera = blockOf(model.camera);
+  ShapeBlock shape;
+  Eigen::Map<ShapeVector>(shape.data()) = model.shape.parameters;
   ceres::Problem problem;
   for (const Sighting& tag : view.printed) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<PrintedKnownCameraCost, 8, kPoseSize>(
-            new PrintedKnownCameraCost{{&tag, whitening(tag.covariance), model.camera.model},
-                                       blockOf(model.camera)}),
-        new ceres::CauchyLoss(4 * model.printed_scale * std::sqrt(8.0)), board.data());
+    problem.AddResidualBlock(new PrintedCost(tag, whitening(tag.covariance), model.camera.model,
+                                             model.shape.half_m),
+                             new ceres::CauchyLoss(4 * model.printed_scale * std::sqrt(8.0)),
+                             camera.data(), board.data(), shape.data());
   }
-  if (view.printed.empty()) return;
+  problem.SetParameterBlockConstant(camera.data());
+  problem.SetParameterBlockConstant(shape.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.logging_type = ceres::SILENT;
@@ -280,39 +398,17 @@ void refineBoardPose(const ProjectorModel& model, ViewEvidence& view) {
 
 PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
                           bool free_camera) {
-  LensBlock camera = blockOf(model.camera);
-  std::vector<PoseBlock> boards;
-  boards.reserve(views.size());
-  double stretch = 0;
-  ceres::Problem problem;
-  for (const ViewEvidence& view : views) {
-    if (!view.is_used) continue;
-    boards.push_back(blockOf(view.T_camera_board.matrix()));
-    for (const Sighting& tag : view.printed) {
-      const PrintedCost cost{&tag,
-                             whitening(tag.covariance * model.printed_scale * model.printed_scale),
-                             model.camera.model};
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<StretchedCost, 8, kLensSize, kPoseSize, 1>(
-              new StretchedCost{cost}),
-          new ceres::CauchyLoss(4 * std::sqrt(8.0)), camera.data(), boards.back().data(), &stretch);
-    }
-  }
-  if (!problem.HasParameterBlock(&stretch)) return {};
+  ProjectorModel free = model;
+  std::vector<ViewEvidence> moved = views;
   RefineSettings settings;
   settings.free_camera = free_camera;
-  holdCamera(problem, camera, model, settings);
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  ceres::Covariance covariance{ceres::Covariance::Options()};
-  double variance = 0;
-  if (covariance.Compute({&stretch}, &problem)) {
-    covariance.GetCovarianceBlock(&stretch, &stretch, &variance);
-  }
-  return {stretch, std::sqrt(variance)};
+  settings.free_shape = settings.free_stretch = true;
+  settings.use_projected = false;
+  refine(free, moved, settings);
+  Influence influence = influenceOf(free, moved, settings);
+  for (Eigen::Index i = kLensAt; i < kCameraAt; ++i) influence.is_free[std::size_t(i)] = false;
+  const auto covariance = influence.covariance();
+  return {free.shape.parameters[0], covariance ? std::sqrt((*covariance)(kShapeAt, kShapeAt)) : 0};
 }
 
 PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
@@ -322,8 +418,9 @@ PixelShape pixelShape(const ProjectorModel& model, const std::vector<ViewEvidenc
   RefineSettings settings;
   settings.free_skew = true;
   settings.free_camera = free_camera;
+  settings.free_shape = true;
   refine(free, moved, settings);
-  const Eigen::MatrixXd covariance = Bundle(free, moved, settings).covariance();
+  const SharedMatrix covariance = covarianceOf(influenceOf(free, moved, settings));
   PixelShape shape;
   const double fx = free.projector.K(0, 0), fy = free.projector.K(1, 1);
   shape.aspect = fx / fy;

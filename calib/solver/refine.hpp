@@ -7,6 +7,7 @@
 
 #include "calib/solver/calibration.hpp"
 #include "calib/solver/camera_change.hpp"
+#include "calib/solver/influence.hpp"
 #include "calib/solver/refusals.hpp"
 #include "calib/solver/tag_errors.hpp"
 
@@ -17,7 +18,10 @@ struct RefineSettings {
   bool free_rational = false;          ///< k4 k5 k6 too
   bool free_camera = false;            ///< with camera_info and its usual deviations as prior
   bool free_camera_distortion = true;  ///< if the camera is free at all
+  bool free_shape = false;             ///< the board's, with usualShape as prior
+  bool free_stretch = false;           ///< whatever printers usually do
   bool free_boards = true;
+  bool use_projected = true;
   /// Tags beyond this many deviations count less and less (Cauchy).
   double robust_deviations = 4;
   int iterations = 30;
@@ -28,14 +32,19 @@ struct RefineSettings {
 void refine(ProjectorModel& model, std::vector<ViewEvidence>& views,
             const RefineSettings& settings);
 
+/// At the finished model.
+Influence influenceOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
+                      const RefineSettings& settings);
+/// The model with its shared parameters moved.
+ProjectorModel movedBy(const ProjectorModel& model, const SharedVector& by);
+
 /// Of the finished model, with its covariance. Throws CalibrationRefused if the views leave a
 /// parameter undetermined.
-ProjectorEstimate estimateOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
-                             const RefineSettings& settings);
+ProjectorEstimate estimateOf(const ProjectorModel& model, const Influence& influence,
+                             double dispersion = 1);
 
 /// Of the camera of a model that was refined with its camera free, the prior included.
-CameraMatrix cameraCovariance(const ProjectorModel& model, std::vector<ViewEvidence>& views,
-                              const RefineSettings& settings);
+CameraMatrix cameraCovariance(const Influence& influence);
 
 /// The board's pose from its printed tags alone.
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view);

@@ -315,4 +315,26 @@ std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const
   return reasons;
 }
 
+std::vector<std::string> refiningRefusals(const std::vector<PosedView>& views,
+                                          const Board& board) {
+  std::vector<std::string> reasons;
+  judgePoses(views, reasons);
+  judgeDistance(views, board, reasons);
+  return reasons;
+}
+
+std::vector<std::string> driftRefusals(const Lens& before, const Lens& now) {
+  constexpr double kDeviations = 4;
+  const double focal = std::sqrt(now.K(0, 0) * now.K(1, 1) / (before.K(0, 0) * before.K(1, 1))) - 1;
+  const Eigen::Vector2d center = (now.K - before.K).col(2).head<2>();
+  if (std::abs(focal) < kDeviations * LensDrift::kFocal &&
+      center.norm() < kDeviations * LensDrift::kCenter * now.width) {
+    return {};
+  }
+  return {fmt::format("the projector's lens is not that of the calibration to start from (focal "
+                      "length {:+.1f} %, center by ({:+.0f}, {:+.0f}) px): zoom, focus or lens "
+                      "shift were touched; take 16 views, and calibrate without that start",
+                      100 * focal, center.x(), center.y())};
+}
+
 }  // namespace afterglow::calib

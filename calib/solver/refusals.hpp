@@ -28,6 +28,16 @@ struct PosedView {
 /// few corners, corners in a part of the projector's picture only (the empty sides are named).
 std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const Board& board,
                                       const Pattern& pattern);
+/// The same of views that refine a calibration, which need not cover the picture again.
+std::vector<std::string> refiningRefusals(const std::vector<PosedView>& views, const Board& board);
+
+/// Standard deviations of what a projector's lens does when it warms up or is bumped, as shares of
+/// the focal length, of fx / fy and of the picture's width.
+struct LensDrift {
+  static constexpr double kFocal = 0.003, kAspect = 0.0002, kCenter = 0.003;
+};
+/// For a lens that changed by more than LensDrift since.
+std::vector<std::string> driftRefusals(const Lens& before, const Lens& now);
 
 /// After solving: the predicted error (the larger half axis of the 95 % ellipse, projector pixels)
 /// of the corners on the boards; too large when the views leave something open that no check above

@@ -10,6 +10,7 @@
 
 #include "calib/median.hpp"
 #include "calib/parallel.hpp"
+#include "calib/solver/beam.hpp"
 #include "calib/solver/cross_validation.hpp"
 #include "calib/solver/linear_start.hpp"
 #include "calib/solver/outcome.hpp"
@@ -61,6 +62,8 @@ class Solve {
         progress_(progress),
         views_(gatherEvidence(views, board, pattern, camera)) {
     model_.camera = model_.camera_info = camera;
+    model_.shape = BoardShape::flat(board);
+    model_.start = options.start;
     is_spoiled_.resize(views_.size(), false);
   }
 
@@ -68,14 +71,18 @@ class Solve {
   void solve() {
     say("starting", 0);
     refuseIf(printRefusals(board_, std::nullopt, options_.measured_ruler_m));
-    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
-    startLinearly();
+    refuseUnfitViews();
+    begin();
     dropSpoiledViews();
     say("refining", 0.2);
-    refineRounds(2);
-    dropSpoiledViews();
-    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
     const bool free_camera = options_.camera_use != CameraUse::Hold;
+    settings_.free_camera = free_camera;
+    settings_.free_shape = true;
+    refineRounds(2);
+    if (model_.start) refuseIf(driftRefusals(model_.start->projector, model_.projector));
+    dropSpoiledViews();
+    refuseUnfitViews();
+    refuseIf(shapeRefusals(model_.shape));
     refuseIf(printRefusals(board_, printStretch(model_, views_, free_camera),
                            options_.measured_ruler_m));
     refuseIf(pixelShapeRefusals(pixelShape(model_, views_, free_camera), model_.projector));
@@ -84,8 +91,8 @@ class Solve {
 
   /// Without checks of print and pixel shape: a lens good enough to read the tags once more.
   void solveRoughly() {
-    refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
-    startLinearly();
+    refuseUnfitViews();
+    begin();
     dropSpoiledViews();
     refineRounds(1);
   }
@@ -94,22 +101,22 @@ class Solve {
 
   Calibration finish() {
     say("leaving out one view after the other", 0.5);
-    std::vector<std::optional<HeldOut>> held_out =
-        leaveOneOut(model_, views_, settings_, options_.threads);
+    std::vector<std::optional<HeldOut>> held_out = leaveOut();
     if (dropUnpredictedViews(held_out)) {
-      refuseIf(viewRefusals(posedViews(views_), board_, pattern_));
+      refuseUnfitViews();
       refineRounds(2);
-      held_out = leaveOneOut(model_, views_, settings_, options_.threads);
+      held_out = leaveOut();
     }
     say("measuring uncertainty", 0.8);
     Calibration calibration;
     ProjectorModel widened = model_;
     measureScales(widened, views_);
     widenScales(widened, views_);
-    calibration.estimate = estimateThrough(widened, held_out);
+    setEstimate(widened, calibration);
     calibration.camera = model_.camera;
     calibration.camera_info = model_.camera_info;
     calibration.camera_change = camera_change_;
+    calibration.board_shape = model_.shape;
     calibration.predicted_mm = predictedError(calibration.estimate, posedViews(views_)).mm;
     calibration.coverage = coverageOfUsed();
     for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -178,6 +185,29 @@ class Solve {
     return why;
   }
 
+  void refuseUnfitViews() const {
+    refuseIf(model_.start ? refiningRefusals(posedViews(views_), board_)
+                          : viewRefusals(posedViews(views_), board_, pattern_));
+  }
+
+  void begin() {
+    if (model_.start) {
+      model_.projector = model_.start->projector;
+      model_.T_camera_projector = model_.start->T_camera_projector;
+      const auto& D = model_.projector.D;
+      settings_.free_rational = D[5] != 0 || D[6] != 0 || D[7] != 0;
+    } else {
+      startLinearly();
+    }
+    RefineSettings coarse;
+    coarse.free_boards = false;
+    coarse.robust_deviations = 2;
+    for (int round = 0; round < 4; ++round) {
+      measureScales(model_, views_);
+      refine(model_, views_, coarse);
+    }
+  }
+
   void startLinearly() {
     const auto start = linearStart(views_, pattern_);
     if (!start) {
@@ -189,13 +219,6 @@ class Solve {
     K(0, 1) = 0;
     model_.projector = makeLens(pattern_.width, pattern_.height, K, {});
     model_.T_camera_projector = start->T_camera_projector;
-    RefineSettings coarse;
-    coarse.free_boards = false;
-    coarse.robust_deviations = 2;
-    for (int round = 0; round < 4; ++round) {
-      measureScales(model_, views_);
-      refine(model_, views_, coarse);
-    }
   }
 
   void refineRounds(int rounds) {
@@ -252,7 +275,7 @@ class Solve {
     settings_.free_camera = true;
     refineFully();
     camera_change_ = cameraChange(model_.camera_info, model_.camera,
-                                  cameraCovariance(model_, views_, settings_));
+                                  cameraCovariance(influenceOf(model_, views_, settings_)));
     const bool is_contradicted = camera_change_.isContradicted();
     const bool is_refined =
         options_.camera_use == CameraUse::Refine ||
@@ -265,12 +288,18 @@ class Solve {
     model_ = model;
     views_ = views;
     settings_ = settings;
+    seeThroughCameraInfo();
     settings_.free_camera = is_refined;
     settings_.free_camera_distortion = false;
     refineFully();
     if (!is_refined) return;
     judgeSpoiledViewsAnew();
     camera_change_.describe(model_.camera_info, model_.camera);
+  }
+
+  void seeThroughCameraInfo() {
+    model_.camera = model_.camera_info;
+    for (ViewEvidence& view : views_) setRays(view, model_.camera);
   }
 
   /// They were left out because they contradicted others when seen through the camera as given.
@@ -290,24 +319,32 @@ class Solve {
 
   void refineFully() {
     refineRounds(2);
-    tryRational();
+    if (!model_.start) tryRational();
   }
 
-  /// With the covariance that the camera's uncertainty is part of, unless it was held: also that of
-  /// a camera_info which the views just do not contradict. What left-out views show of errors alike
-  /// is compared with the covariance for a known camera, with which they are solved.
-  ProjectorEstimate estimateThrough(const ProjectorModel& widened,
-                                    const std::vector<std::optional<HeldOut>>& held_out) {
+  std::vector<std::optional<HeldOut>> leaveOut() {
+    return leaveOneOut(model_, views_, influenceOf(model_, views_, settings_), options_.threads);
+  }
+
+  /// With the covariance that the uncertainties of camera and board are part of: also that of a
+  /// camera_info which the views just do not contradict; unless it was held.
+  void setEstimate(const ProjectorModel& widened, Calibration& calibration) {
     RefineSettings held = settings_, open = settings_;
     held.free_camera = false;
     open.free_camera = camera_change_.fate != CameraFate::Held;
     open.free_camera_distortion = true;
-    through_known_camera_ = estimateOf(widened, views_, held);
-    const double inflation = jackknifeInflation(through_known_camera_, views_, held_out);
-    through_known_camera_.covariance *= inflation;
-    ProjectorEstimate estimate = estimateOf(widened, views_, open);
-    estimate.covariance *= inflation;
-    return estimate;
+    held.free_shape = open.free_shape = true;
+    const Influence influence = influenceOf(widened, views_, open);
+    const ProjectorEstimate plain = estimateOf(widened, influence);
+    const Beam beam(plain, model_.camera);
+    const double dispersion = influence.dispersion(beam.importance());
+    through_known_camera_ =
+        estimateOf(widened, influenceOf(widened, views_, held), dispersion);
+    calibration.estimate = estimateOf(widened, influence, dispersion);
+    const auto used = std::count_if(views_.begin(), views_.end(),
+                                    [](const ViewEvidence& view) { return view.is_used; });
+    calibration.light = beam.errors(calibration.estimate, static_cast<int>(used));
+    calibration.print_mm_per_permille = model_.T_camera_projector.matrix().translation().norm();
   }
 
   /// Rational distortion, if the errors are much smaller with it: three more parameters always fit
@@ -341,21 +378,28 @@ class Solve {
     refuseIf(misfitRefusals(calibration.held_out_rms_px, calibration.estimate.projector));
     // More views do not help when the camera is not known well.
     refuseIf(uncertaintyRefusals(through_known_camera_, posedViews(views_)));
-    const Reach reach =
-        reachOf(calibration.estimate, calibration.camera, pattern_, posedViews(views_));
-    refuseIf(reachRefusals(reach));
-    for (const std::string& warning : reachWarnings(reach)) calibration.warnings.push_back(warning);
+    if (!model_.start) judgeReach(calibration);
     for (const ViewResult& view : calibration.views) {
       if (!view.is_used) calibration.warnings.push_back(view.name + " left out: " + view.reason);
     }
     const std::string unsure_size = unsureSizeText(board_);
     if (!unsure_size.empty()) calibration.warnings.push_back(unsure_size);
+    for (const std::string& warning : shapeWarnings(model_.shape)) {
+      calibration.warnings.push_back(warning);
+    }
     for (const std::string& warning : cameraWarnings(model_.camera_info, camera_change_)) {
       calibration.warnings.push_back(warning);
     }
     if (settings_.free_rational) {
       calibration.warnings.push_back("the lens needed rational distortion (8 coefficients)");
     }
+  }
+
+  void judgeReach(Calibration& calibration) const {
+    const Reach reach =
+        reachOf(calibration.estimate, calibration.camera, pattern_, posedViews(views_));
+    refuseIf(reachRefusals(reach));
+    for (const std::string& warning : reachWarnings(reach)) calibration.warnings.push_back(warning);
   }
 
   const std::vector<View>& observed_;

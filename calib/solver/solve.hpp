@@ -22,6 +22,10 @@ struct SolveOptions {
   CameraUse camera_use = CameraUse::RefineIfContradicted;
   int threads = 2;
   std::optional<double> measured_ruler_m;  ///< measured length of the board's printed ruler
+  /// An earlier calibration of the same projector and camera: its lens is known but for what
+  /// warming up changes (LensDrift), where it sits is not. Few views are enough then, and need not
+  /// cover the picture.
+  std::optional<ProjectorEstimate> start;
 };
 
 /// From corners. Throws CalibrationRefused.

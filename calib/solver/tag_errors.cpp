@@ -14,7 +14,7 @@ Eigen::Matrix2d pixelTransfer(const ProjectorModel& model, const ViewEvidence& v
                               const Eigen::Vector2d& ray) {
   const Rigid<Projector, Camera> T_projector_camera = model.T_camera_projector.inverse();
   const auto pixel = [&](const Eigen::Vector2d& at) -> Eigen::Vector2d {
-    const Eigen::Vector3d p = T_projector_camera * onBoard(at, view.T_camera_board);
+    const Eigen::Vector3d p = T_projector_camera * onBoard(at, view.T_camera_board, model.shape);
     return (model.projector.K * distort(model.projector, p.hnormalized()).homogeneous()).head<2>();
   };
   // A tenth of a camera pixel. The camera's own distortion changes its scale by a few percent
@@ -86,8 +86,7 @@ TagError printedError(const ProjectorModel& model, const ViewEvidence& view, con
   TagError result;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto pixel =
-        project(model.camera,
-                view.T_camera_board * Eigen::Vector3d(tag.target[i].x(), tag.target[i].y(), 0));
+        project(model.camera, view.T_camera_board * model.shape.place(tag.target[i]));
     result.error.segment<2>(2 * Eigen::Index(i)) =
         pixel ? Eigen::Vector2d(tag.camera_px[i] - *pixel)
               : Eigen::Vector2d(Eigen::Vector2d::Constant(std::nan("")));
@@ -102,7 +101,8 @@ TagError projectedError(const ProjectorModel& model, const ViewEvidence& view,
   const Rigid<Projector, Camera> T_projector_camera = model.T_camera_projector.inverse();
   for (std::size_t i = 0; i < 4; ++i) {
     const auto pixel =
-        project(model.projector, T_projector_camera * onBoard(tag.rays[i], view.T_camera_board));
+        project(model.projector,
+                T_projector_camera * onBoard(tag.rays[i], view.T_camera_board, model.shape));
     result.error.segment<2>(2 * Eigen::Index(i)) =
         pixel ? Eigen::Vector2d(*pixel - tag.target[i])
               : Eigen::Vector2d(Eigen::Vector2d::Constant(std::nan("")));

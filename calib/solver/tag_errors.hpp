@@ -2,10 +2,13 @@
 /// The errors of a model in the views, tag by tag, and their scales.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "calib/frames.hpp"
 #include "calib/lens.hpp"
+#include "calib/solver/board_shape.hpp"
+#include "calib/solver/calibration.hpp"
 #include "calib/solver/evidence.hpp"
 
 namespace afterglow::calib {
@@ -16,6 +19,8 @@ struct ProjectorModel {
   Rigid<Camera, Projector> T_camera_projector;
   Lens camera;
   Lens camera_info;  ///< the camera as given: the prior
+  BoardShape shape;
+  std::optional<ProjectorEstimate> start;  ///< the projector's lens before: the prior
   /// The true errors divided by what the tags' own covariances predict: printed and projected cells
   /// are not ideal. Estimated from the residuals.
   double printed_scale = 1, projected_scale = 1;

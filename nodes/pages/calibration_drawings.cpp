@@ -85,6 +85,31 @@ void writeAmounts(const UncertaintyGrid& grid, HeatUnit unit, Drawing& drawing) 
   }
 }
 
+/// The board's heights over its best plane, as colors or, `is_written`, as numbers: amounts in
+/// millimeters have one look on all pages.
+void drawHeights(const calib::BoardShape& shape, bool is_written, Drawing& drawing) {
+  constexpr int kAcross = 25, kDown = 15, kWrittenEach = 5;
+  const Eigen::Vector2d cells(kAcross, kDown);
+  const Eigen::Vector2d cell_mm = 2000 * shape.half_m.cwiseQuotient(cells);
+  const Eigen::Vector3d plane = shape.plane();
+  for (int i = 0; i < kAcross * kDown; ++i) {
+    const int column = i % kAcross, row = i / kAcross;
+    const Eigen::Vector2d from_mm(column * cell_mm.x() - 0.5, row * cell_mm.y() - 0.5);
+    const Eigen::Vector2d middle_mm = from_mm + cell_mm / 2;
+    const Eigen::Vector2d at(1e-3 * (middle_mm.x() + 0.5) - shape.half_m.x(),
+                             shape.half_m.y() - 1e-3 * (middle_mm.y() + 0.5));
+    const double mm = 1000 * (shape.height(at) - plane.dot(at.homogeneous()));
+    const std::size_t heat = heatOf(calib::Uncertainty{0, std::abs(mm)}, HeatUnit::kMillimeters);
+    if (!is_written) {
+      drawing.box("heat heat-" + std::to_string(heat), from_mm.x(), from_mm.y(), cell_mm.x(),
+                  cell_mm.y());
+    } else if (column % kWrittenEach == 2 && row % kWrittenEach == 2) {
+      drawing.text(heat < kFirstDark ? "on-light" : "on-dark", middle_mm.x(), middle_mm.y(),
+                   (mm < 0 ? "−" : "+") + calib::fixedText(std::abs(mm), 2));
+    }
+  }
+}
+
 /// The part of a picture that is shown.
 struct Part {
   int left = 0, top = 0, width = 0, height = 0;
@@ -174,6 +199,17 @@ PageData heatScale(HeatUnit unit) {
         calib::exactText(kHeatLimits[i]) + (unit == HeatUnit::kPixels ? " px" : " mm");
   }
   return scale;
+}
+
+PageData boardFigure(const calib::BoardShape& shape) {
+  const std::string text = shapeText(shape);
+  if (text.empty()) return nullptr;
+  const Eigen::Vector2d size_mm = 2000 * shape.half_m;
+  Drawing drawing("map", size_mm.x(), size_mm.y(), size_mm.x() / 32, "The board " + text);
+  drawHeights(shape, false, drawing);
+  drawHeights(shape, true, drawing);
+  return figure("", drawing.data(),
+                "The board " + text + ": millimeters above its mean plane, seen from its face.");
 }
 
 PageData residualFigure(const calib::Calibration& calibration) {

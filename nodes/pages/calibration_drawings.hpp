@@ -24,6 +24,9 @@ PageData heatMap(const calib::UncertaintyGrid& grid, HeatUnit unit,
 /// [{look, limit}]: amounts below the limit; the last has none.
 PageData heatScale(HeatUnit unit);
 
+/// The board's height over its best plane, for figure.html; null if it is flat.
+PageData boardFigure(const calib::BoardShape& shape);
+
 /// The residuals of all used views over the projector's picture, with caption and legend, for
 /// figure.html.
 PageData residualFigure(const calib::Calibration& calibration);

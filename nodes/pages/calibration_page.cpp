@@ -192,6 +192,7 @@ std::string calibrationPage(const Calibration& calibration,
   addNotice("Be careful", data["warnings"], false, data["notices"]);
   addShares(data["views"]);
   addCoverage(calibration, data);
+  data["board_figure"] = boardFigure(calibration.board_shape);
   data["uncertainty"] = uncertaintyMaps(calibration);
   addHistory(data);
   addPhotographs(calibration.views, photographs,

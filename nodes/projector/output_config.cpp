@@ -4,13 +4,17 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <stdexcept>
 #include <utility>
+
+#include "calib/color/color.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 const std::vector<std::string> kKeys = {"camera_info", "frame", "latency_ms",     "drawing",
-                                        "monitor",     "gamma", "max_brightness", "mirror"};
+                                        "monitor",     "gamma", "max_brightness", "mirror",
+                                        "color"};
 // In the order of the enum it names.
 const std::vector<std::string> kDrawings = {"auto", "opengl", "cpu"};
 
@@ -31,6 +35,18 @@ std::array<double, 3> readGamma(const YamlMap& map) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
+/// Relative to the folder, as the lens's file is.
+std::vector<std::uint8_t> readColors(const YamlMap& map, const std::string& folder,
+                                     const render::LightSettings& light) {
+  if (light.gamma) map.fail(map.at("color"), "either 'gamma' or 'color', which measures it, too");
+  const auto path = std::filesystem::path(folder) / map.text("color");
+  try {
+    return calib::colorTable(calib::loadColor(path.string()), light.max_brightness);
+  } catch (const std::runtime_error& error) {
+    map.fail(map.at("color"), error.what());
+  }
+}
+
 OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   OutputConfig output;
   output.camera_info = (std::filesystem::path(folder) / map.text("camera_info")).string();
@@ -42,6 +58,7 @@ OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   if (map.has("monitor")) output.monitor = map.text("monitor");
   if (map.has("gamma")) output.light.gamma = readGamma(map);
   output.light.max_brightness = map.number("max_brightness", 0, 1, 1);
+  if (map.has("color")) output.light.colors = readColors(map, folder, output.light);
   if (map.has("mirror")) {
     output.light.mirror = static_cast<render::Mirror>(map.choice("mirror", render::kMirrorNames));
   }

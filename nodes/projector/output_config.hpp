@@ -26,7 +26,8 @@ struct OutputConfig {
 };
 
 /// The projectors of a whole configuration, at least one: `projector` or `projectors`.
-/// `camera_info` is relative to `folder`. Throws std::runtime_error "FILE:LINE: what is wrong".
+/// `camera_info` and `color` are relative to `folder`. Throws std::runtime_error "FILE:LINE: what
+/// is wrong".
 std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder);
 
 }  // namespace afterglow::nodes

@@ -45,6 +45,38 @@ void requireOneOf(const YamlMap& map, const std::string& a, const std::string& b
   }
 }
 
+/// As tf prints it, or as rows.
+Eigen::Isometry3d readTransform(const YamlMap& map, const std::string& numbers,
+                                const std::string& rows) {
+  requireOneOf(map, numbers, rows);
+  if (map.has(rows)) return readMatrix(map, rows);
+  const YAML::Node node = map.at(numbers);
+  const std::string what = "'" + numbers + "' of " + map.where();
+  try {
+    return poseFromNumbers(map.numbers(node, what, 7), what);
+  } catch (const std::invalid_argument& error) {
+    map.fail(node, error.what());
+  }
+}
+
+void readTurret(const YamlMap& pose, MountRecord& record) {
+  const YAML::Node joints = pose.at("turret");
+  const std::string what = "'turret' of " + pose.where();
+  if (!joints.IsSequence() || joints.size() == 0) {
+    pose.fail(joints, what + " should be a list of joints, from the base on");
+  }
+  for (const YAML::Node& node : joints) {
+    const YamlMap joint = pose.map(node, what, {"parent", "link", "tf", "T_parent_link"});
+    if (record.links.empty()) record.links.push_back(joint.text("parent"));
+    if (joint.text("parent") != record.links.back()) {
+      joint.fail(node, what + ": a joint's parent is the link before, '" + record.links.back() +
+                           "'");
+    }
+    record.links.push_back(joint.text("link"));
+    record.T_parent_link.push_back(readTransform(joint, "tf", "T_parent_link"));
+  }
+}
+
 MountRecord readRecord(const YamlMap& map, const std::string& path, std::size_t index) {
   MountRecord record;
   record.name = map.has("name") ? map.text("name") : "pose " + std::to_string(index + 1);
@@ -57,17 +89,8 @@ MountRecord readRecord(const YamlMap& map, const std::string& path, std::size_t 
   } else {
     record.T_camera_projector = Rigid<Camera, Projector>(readMatrix(map, "T_camera_projector"));
   }
-  if (map.has("T_link_camera")) {
-    record.T_link_camera = Rigid<Link, Camera>(readMatrix(map, "T_link_camera"));
-    return record;
-  }
-  const YAML::Node node = map.at("camera_tf");
-  const std::string what = "'camera_tf' of " + map.where();
-  try {
-    record.T_link_camera = Rigid<Link, Camera>(poseFromNumbers(map.numbers(node, what, 7), what));
-  } catch (const std::invalid_argument& error) {
-    map.fail(node, error.what());
-  }
+  record.T_link_camera = Rigid<Link, Camera>(readTransform(map, "camera_tf", "T_link_camera"));
+  if (map.has("turret")) readTurret(map, record);
   return record;
 }
 
@@ -89,7 +112,26 @@ std::string quoted(const std::string& text) {
   return out.c_str();
 }
 
+std::string turretText(const MountRecord& record) {
+  std::string text = record.links.empty() ? "" : "    turret:\n";
+  for (std::size_t i = 0; i < record.T_parent_link.size(); ++i) {
+    text += "      - {parent: " + quoted(record.links[i]) + ", link: " +
+            quoted(record.links[i + 1]) +
+            ", T_parent_link: " + rowsText(record.T_parent_link[i]) + "}\n";
+  }
+  return text;
+}
+
 }  // namespace
+
+std::vector<std::string> turretLinks(const std::vector<MountRecord>& records) {
+  for (const MountRecord& record : records) {
+    if (record.links == records.front().links) continue;
+    throw std::runtime_error("poses " + records.front().name + " and " + record.name +
+                             " are not of the same turret: take all with the same --turret");
+  }
+  return records.empty() ? std::vector<std::string>() : records.front().links;
+}
 
 Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std::string& what) {
   const bool is_finite = std::all_of(numbers.begin(), numbers.end(),
@@ -121,7 +163,8 @@ std::vector<MountRecord> loadMountRecords(const std::string& path) {
   std::vector<MountRecord> records;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const YamlMap map(path, poses[i], "pose " + std::to_string(i + 1),
-                      {"name", "calibration", "T_camera_projector", "camera_tf", "T_link_camera"});
+                      {"name", "calibration", "T_camera_projector", "camera_tf", "T_link_camera",
+                       "turret"});
     records.push_back(readRecord(map, path, i));
     const auto same = std::count_if(records.begin(), records.end(), [&](const auto& other) {
       return other.name == records.back().name;
@@ -145,7 +188,8 @@ void addMountRecord(const std::string& path, const MountRecord& record) {
   for (const MountRecord& each : records) {
     text += "  - name: " + quoted(each.name) +
             "\n    T_camera_projector: " + rowsText(each.T_camera_projector.matrix()) +
-            "\n    T_link_camera: " + rowsText(each.T_link_camera.matrix()) + "\n";
+            "\n    T_link_camera: " + rowsText(each.T_link_camera.matrix()) + "\n" +
+            turretText(each);
   }
   calib::replaceFile(path, text);
 }

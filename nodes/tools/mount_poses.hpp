@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/mount/mount.hpp"
+#include "calib/mount/turret_fit.hpp"
 
 namespace afterglow::nodes {
 
@@ -20,11 +20,22 @@ struct MountRecord {
   Rigid<Link, Camera> T_link_camera;
   Rigid<Camera, Projector> T_camera_projector;
 
+  /// Of a turret: its links, the base first, and by tf each in the one before; else empty.
+  std::vector<std::string> links;
+  std::vector<Eigen::Isometry3d> T_parent_link;
+
   calib::MountPose pose() const { return {name, T_link_camera * T_camera_projector}; }
+  calib::TurretPose turretPose() const { return {pose(), T_parent_link}; }
 };
 
+/// The links that all poses name; empty if none names any. Throws std::runtime_error where they
+/// differ.
+std::vector<std::string> turretLinks(const std::vector<MountRecord>& records);
+
 /// poses: a list of {name, calibration: FOLDER (relative to the file) or T_camera_projector: 4 rows
-/// of 4, camera_tf: [x, y, z, qx, qy, qz, qw] or T_link_camera: 4 rows of 4}; name may be missing.
+/// of 4, camera_tf: [x, y, z, qx, qy, qz, qw] or T_link_camera: 4 rows of 4, turret: a list of
+/// {parent, link, tf: [x, y, z, qx, qy, qz, qw] or T_parent_link: 4 rows of 4}}; name and turret
+/// may be missing.
 /// Throws std::runtime_error "FILE:LINE: what is wrong".
 std::vector<MountRecord> loadMountRecords(const std::string& path);
 

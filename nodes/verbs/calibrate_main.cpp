@@ -11,6 +11,7 @@ void addCalibrateVerb(CLI::App& app) {
   addCalibrateSolve(*calibrate);
   addCalibrateMount(*calibrate);
   addCalibrateVerify(*calibrate);
+  addCalibrateColor(*calibrate);
 }
 
 }  // namespace afterglow::nodes

@@ -2,7 +2,7 @@
 """How far off calibrations are, judged by the independent simulator tests/referee/procam_sim.py.
 
   calibration_referee.py [--command build/bin/afterglow] [--seeds 3] [--first-seed 1] [--kinds ...] [--work DIR]
-                         [--camera-off] [--fix-camera]
+                         [--camera-off] [--trust-camera]
 
 For every kind of rig and seed: 16 photographed poses of the default A2 board under the default pattern, `afterglow
 calibrate solve`, and the referee's error of the result in millimeters (95th percentile over the beam). Prints a row a
@@ -59,7 +59,7 @@ def error_mm(options, folder):
     work, camera = options.work, camera_off(folder) if options.camera_off else f"{folder}/camera.yaml"
     run(options.command, "calibrate", "solve", "--images", folder, "--board", f"{work}/board/board.yaml", "--pattern",
         f"{work}/pattern/pattern.yaml", "--camera", camera, "--out", f"{folder}/calibration",
-        *["--fix-camera"] * options.fix_camera)
+        *["--trust-camera"] * options.trust_camera)
     said = run(sys.executable, REFEREE, "compare", "--truth", f"{folder}/truth.yaml", "--projector",
                f"{folder}/calibration/projector.yaml", "--pose", f"{folder}/calibration/T_camera_projector.yaml")
     return float(re.search(r"mm: .*p95 ([0-9.]+)", said).group(1))
@@ -73,7 +73,7 @@ def main():
     parser.add_argument("--kinds", nargs="+", default=list(BARS_MM), choices=list(BARS_MM))
     parser.add_argument("--work", default="out/calibration_referee")
     parser.add_argument("--camera-off", action="store_true", help="a camera_info 0.2 %% and a pixel off")
-    parser.add_argument("--fix-camera", action="store_true", help="takes the camera_info as exact")
+    parser.add_argument("--trust-camera", action="store_true", help="takes the camera_info as exact")
     options = parser.parse_args()
     run(options.command, "calibrate", "board", "--out", f"{options.work}/board")
     run(options.command, "calibrate", "pattern", "--width", "1280", "--height", "800", "--out", f"{options.work}/pattern")

@@ -2,6 +2,7 @@
 #include <benchmark/benchmark.h>
 
 #include "render/gl/observer_renderer.hpp"
+#include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
 #include "tests/support/optics.hpp"
 
@@ -76,6 +77,23 @@ void projectorPoints(benchmark::State& state) {
   }
 }
 BENCHMARK(projectorPoints)->Arg(100)->Arg(554)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// What color.yaml costs beside drawing: nothing lit, a usual picture, every pixel another color.
+void lightColors(benchmark::State& state) {
+  std::vector<std::uint8_t> table(3ul * 33 * 33 * 33, 100);
+  const LightOutput output({{}, 1, Mirror::None, table});
+  Image drawn{1280, 800, std::vector<std::uint8_t>(3ul * 1280 * 800)};
+  for (std::size_t i = 0; i < drawn.rgb.size() && state.range(0) > 0; ++i) {
+    if (state.range(0) == 2) drawn.rgb[i] = static_cast<std::uint8_t>(i * i >> 7);
+    if (state.range(0) == 1 && i / 3 % 1280 < 128) drawn.rgb[i] = i % 3 == 1 ? 255 : 20;
+  }
+  for (auto _ : state) {
+    Image image = drawn;
+    output.apply(image);
+    benchmark::DoNotOptimize(image);
+  }
+}
+BENCHMARK(lightColors)->DenseRange(0, 2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void observerFrame(benchmark::State& state) {
   GlContext context;

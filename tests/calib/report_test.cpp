@@ -26,6 +26,9 @@ TEST(Report, tellsTheHeldOutErrorAndWhatWasLeftOut) {
   const auto data = reportData(calibration, {}, kDate);
   EXPECT_EQ(data["held_out"]["rms_mm"], calibration.held_out_rms_mm);
   EXPECT_EQ(data["held_out"]["view_count"], 14);
+  EXPECT_EQ(data["light"]["mm"], calibration.light[1].mm);
+  EXPECT_EQ(data["light"]["distance_m"], 2);
+  EXPECT_EQ(data["board_text"], "bends by 1.1 mm over its width");
   EXPECT_EQ(data["used_count"], 14);
   EXPECT_EQ(data["view_count"], 16);
   ASSERT_EQ(data["left_out"].size(), 2u);
@@ -35,6 +38,7 @@ TEST(Report, tellsTheHeldOutErrorAndWhatWasLeftOut) {
   Calibration empty;
   empty.estimate.projector = calibration.estimate.projector;
   EXPECT_TRUE(reportData(empty, {}, kDate)["held_out"].is_null());
+  EXPECT_TRUE(reportData(empty, {}, kDate)["light"].is_null());
 }
 
 TEST(Report, givesParametersTwoDigitsOfTheirDeviation) {

@@ -8,6 +8,7 @@
 #include "calib/targets/tag.hpp"
 #include "calib/verify/throw_picture.hpp"
 #include "tests/support/referee_program.hpp"
+#include "tests/support/referee_truth.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::calib::verify_referee_test {
@@ -15,22 +16,6 @@ namespace {
 
 constexpr double kSide = 1.0;  ///< m, of the printed mat on the floor
 constexpr int kMatPixels = 2000;
-
-Lens readLens(const YAML::Node& yaml) {
-  const auto K = yaml["K"].as<std::vector<double>>();
-  return makeLens(yaml["width"].as<int>(), yaml["height"].as<int>(),
-                  Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(K.data()),
-                  yaml["D"].as<std::vector<double>>());
-}
-
-Eigen::Isometry3d readPose(const YAML::Node& yaml) {
-  Eigen::Isometry3d T;
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column)
-      T.matrix()(row, column) = yaml[row][column].as<double>();
-  }
-  return T;
-}
 
 /// Four printed tags in the corners of the mat, three thrown between them.
 TagLayout matLayout() {
@@ -69,10 +54,11 @@ class VerifyReferee : public testing::Test {
     if (!absence.empty()) GTEST_SKIP() << absence;
     ASSERT_EQ(run("rig --kind standard --seed 3 > " + path("rig.yaml")), 0);
     rig_ = YAML::LoadFile(path("rig.yaml"));
-    camera_ = readLens(rig_["camera"]);
-    projector_ = readLens(rig_["projector"]);
+    camera_ = test::readTrueLens(rig_["camera"]);
+    projector_ = test::readTrueLens(rig_["projector"]);
     T_camera_projector_ =
-        readPose(rig_["T_world_camera"]).inverse() * readPose(rig_["T_world_projector"]);
+        test::readTruePose(rig_["T_world_camera"]).inverse() *
+        test::readTruePose(rig_["T_world_projector"]);
     savePicture(path("mat.png"), matPicture(layout_));
     YAML::Node surface = rig_["surfaces"][0];
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

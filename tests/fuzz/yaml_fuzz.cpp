@@ -6,6 +6,8 @@
 #include <string>
 
 #include "calib/camera_info_file.hpp"
+#include "calib/color/color.hpp"
+#include "calib/mount/turret.hpp"
 #include "calib/targets/target_files.hpp"
 #include "nodes/observer/room_view.hpp"
 #include "nodes/player/replay_words.hpp"
@@ -23,6 +25,8 @@ const std::map<char, std::function<void(const std::string& path)>>& readers() {
   static const std::map<char, std::function<void(const std::string&)>> all = {
       {'b', calib::loadBoard},
       {'c', calib::loadCameraInfo},
+      {'k',
+       [](const std::string& path) { calib::colorToSend(calib::loadColor(path), {1, 99, 200}); }},
       {'l', nodes::readLimits},
       {'m', nodes::loadMountRecords},
       {'p', [](const std::string& path) { nodes::loadProjectorConfig(path, ""); }},
@@ -30,6 +34,7 @@ const std::map<char, std::function<void(const std::string& path)>>& readers() {
       {'t', nodes::loadTagLayout},
       {'u', nodes::readRules},
       {'v', nodes::loadRoomView},
+      {'w', calib::loadTurret},
       {'x', calib::loadPattern}};
   return all;
 }

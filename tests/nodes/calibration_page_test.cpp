@@ -78,12 +78,16 @@ class CalibrationPage : public ::testing::Test {
 const Calibration* CalibrationPage::calibration_ = nullptr;
 const std::string* CalibrationPage::page_ = nullptr;
 
-TEST_F(CalibrationPage, leadsWithTheHeldOutError) {
+TEST_F(CalibrationPage, leadsWithTheLightInTheRoomThenTheHeldOutError) {
+  const std::size_t light = page_->find("<div class=\"big\">0.087<small> mm</small></div>");
   const std::size_t large = page_->find("<div class=\"big\">0.13<small> mm</small></div>");
   const std::size_t training = page_->find("0.163 px");
+  ASSERT_NE(light, std::string::npos);
   ASSERT_NE(large, std::string::npos);
   ASSERT_NE(training, std::string::npos);
+  EXPECT_LT(light, large);
   EXPECT_LT(large, training);
+  expectIn(*page_, "0.04 mm at 1 m, 0.09 mm at 2 m, 0.14 mm at 3 m (95 %)");
   expectIn(*page_, "0.203 px of the projector");
 }
 
@@ -171,6 +175,16 @@ TEST_F(CalibrationPage, drawsTheUncertaintyInNumbers) {
   };
   EXPECT_TRUE(std::any_of(map["shapes"].begin(), map["shapes"].end(), says));
   expectIn(*page_, ">" + twoDigits(middle->px) + "</text>");
+}
+
+TEST_F(CalibrationPage, drawsTheBoardThatBends) {
+  const PageData figure = boardFigure(calibration_->board_shape);
+  EXPECT_EQ(figure["caption"],
+            "The board bends by 1.1 mm over its width: millimeters above its mean plane, seen from "
+            "its face.");
+  expectIn(*page_, "<h2>The board’s shape</h2>");
+  expectIn(*page_, ">−0.43<");  // its middle
+  EXPECT_TRUE(boardFigure({}).is_null());
 }
 
 TEST_F(CalibrationPage, hatchesWhatWasNotMeasured) {

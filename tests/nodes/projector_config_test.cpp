@@ -5,6 +5,7 @@
 #include <fstream>
 #include <string>
 
+#include "calib/color/color.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -229,6 +230,26 @@ TEST_F(ProjectorConfigTest, readsSeveralProjectorsAndTheirLight) {
             ":2: a gamma goes from 1 to 4");
   EXPECT_EQ(faultOf("projector: {camera_info: l, frame: l, max_brightness: 2}\n"),
             ":2: 'max_brightness' of 'projector' should be a number from 0 to 1, not '2'");
+}
+
+TEST_F(ProjectorConfigTest, readsHowColorsLook) {
+  std::vector<calib::ColorSample> samples;
+  for (const calib::Rgb& shown : calib::colorsToShow()) {
+    // As bright as they are sent, on something yellow.
+    samples.push_back({shown, {0.8 * shown[0] / 255, 0.7 * shown[1] / 255, 0.4 * shown[2] / 255}});
+  }
+  const calib::ColorFit fit = calib::fitColor(samples);
+  test::writeFile(folder_.path("color.yaml"), calib::colorYaml(fit));
+  const std::string layers = "layers: [{topic: /c, type: sensor_msgs/PointCloud2}]\n";
+  const auto with = [&](const std::string& keys) {
+    return "fixed_frame: map\nprojector: {camera_info: l, frame: l, " + keys + "}\n" + layers;
+  };
+  EXPECT_TRUE(load(with("latency_ms: 1")).projectors[0].light.colors.empty());
+  EXPECT_EQ(load(with("color: color.yaml, max_brightness: 0.5")).projectors[0].light.colors,
+            calib::colorTable(fit.response, 0.5));
+  EXPECT_EQ(fault(with("color: color.yaml, gamma: 2")),
+            ":2: either 'gamma' or 'color', which measures it, too");
+  EXPECT_EQ(fault(with("color: none.yaml")), ":2: " + folder_.path("none.yaml: cannot be read"));
 }
 
 TEST_F(ProjectorConfigTest, refusesFilesThatAreNoYaml) {

@@ -89,6 +89,47 @@ TEST(LightOutput, dimsLightInProportion) {
   EXPECT_EQ(sent(settings, 255)[2], 128);
 }
 
+/// Red and blue exchanged, green at half.
+std::vector<std::uint8_t> exchanging() {
+  std::vector<std::uint8_t> table;
+  const auto at = [](int step) {
+    return static_cast<std::uint8_t>(std::lround(step * 255 / 32.0));
+  };
+  for (int b = 0; b <= 32; ++b) {
+    for (int g = 0; g <= 32; ++g) {
+      for (int r = 0; r <= 32; ++r) {
+        table.insert(table.end(), {at(b), static_cast<std::uint8_t>(at(g) / 2), at(r)});
+      }
+    }
+  }
+  return table;
+}
+
+TEST(LightOutput, sendsWhatTheTableHasForAColor) {
+  LightSettings settings;
+  settings.colors = exchanging();
+  const LightOutput output(settings);
+  std::vector<std::uint8_t> drawn = {0, 0, 0};
+  for (int i = 0; i < 3000; ++i) drawn.push_back(static_cast<std::uint8_t>(i * i / 7));
+  Image image{1001, 1, drawn};
+  output.apply(image);
+  EXPECT_EQ(at(image, 0, 0), (std::array<int, 3>{0, 0, 0}));
+  for (int x = 0; x < 1001; ++x) {
+    const auto i = static_cast<std::size_t>(3 * x);
+    const auto out = at(image, x, 0);
+    EXPECT_NEAR(out[0], drawn[i + 2], 1) << x;
+    EXPECT_NEAR(out[1], drawn[i + 1] / 2, 1) << x;
+    EXPECT_NEAR(out[2], drawn[i], 1) << x;
+  }
+  settings.mirror = Mirror::Horizontal;
+  Image mirrored{1001, 1, drawn};
+  LightOutput(settings).apply(mirrored);
+  EXPECT_EQ(at(mirrored, 1000, 0), at(image, 0, 0));
+  EXPECT_EQ(at(mirrored, 3, 0), at(image, 997, 0));
+  settings.colors.pop_back();
+  EXPECT_THROW(LightOutput{settings}, std::invalid_argument);
+}
+
 TEST(LightOutput, mapsAndMirrorsEveryPixelOnce) {
   LightSettings settings;
   settings.mirror = Mirror::Both;

@@ -161,6 +161,10 @@ class Maker {
     calibration_.held_out_rms_mm = 0.1261;
     calibration_.training_rms_px = 0.1631;
     calibration_.board_rms_px = 0.0687;
+    calibration_.light = {{1, 0.041, 0.078}, {2, 0.087, 0.083}, {3, 0.14, 0.089}};
+    calibration_.print_mm_per_permille = 0.19;
+    calibration_.board_shape.half_m = Eigen::Vector2d(0.297, 0.21);
+    calibration_.board_shape.parameters[1] = 0.0011;
   }
 
   /// Of all projected corners, with their points taken as known.

@@ -123,7 +123,8 @@ std::optional<calib::SeenTag> seen(const SyntheticRig& rig, const BoardPose& pos
   calib::SeenTag tag;
   tag.id = id;
   for (std::size_t i = 0; i < 4; ++i) {
-    const Eigen::Vector3d p_world = pose * Eigen::Vector3d(on_board[i].x(), on_board[i].y(), 0);
+    const Eigen::Vector3d p_board(on_board[i].x(), on_board[i].y(), rig.height_m(on_board[i]));
+    const Eigen::Vector3d p_world = pose * p_board;
     const auto pixel = project(rig.camera, rig.T_world_camera.inverse() * p_world);
     if (!pixel || !isInPicture(rig.camera, *pixel, 2)) return std::nullopt;
     tag.corners[i] = *pixel;
@@ -148,6 +149,12 @@ std::optional<std::array<Eigen::Vector2d, 4>> litCorners(const SyntheticRig& rig
 }
 
 }  // namespace
+
+double SyntheticRig::height_m(const Eigen::Vector2d& on_board) const {
+  // A shelf on two supports under its own weight.
+  const double t = on_board.x() / board.size_m.x() + 0.5, up = on_board.y() / board.size_m.y();
+  return -3.2 * sag_m * (t - 2 * t * t * t + t * t * t * t) + 4 * twist_m * (t - 0.5) * up;
+}
 
 calib::ProjectorEstimate SyntheticRig::truth() const {
   calib::ProjectorEstimate estimate;
@@ -212,7 +219,11 @@ std::optional<Eigen::Vector2d> lightOnBoard(const SyntheticRig& rig, const Board
   const Rigid<Surface, Projector> T_board_projector = pose.inverse() * rig.T_world_projector;
   const Eigen::Vector3d eye = T_board_projector.matrix().translation();
   const Eigen::Vector3d direction = T_board_projector.matrix().linear() * *ray;
-  const double distance = -eye.z() / direction.z();
+  double distance = -eye.z() / direction.z();
+  for (int i = 0; i < 6; ++i) {
+    const double height = rig.height_m((eye + distance * direction).head<2>());
+    distance = (height - eye.z()) / direction.z();
+  }
   if (!(eye.z() > 0) || !(distance > 0)) return std::nullopt;
   return Eigen::Vector2d((eye + distance * direction).head<2>());
 }

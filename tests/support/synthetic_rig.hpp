@@ -28,8 +28,13 @@ struct SyntheticRig {
   Rigid<World, Projector> T_world_projector;
   calib::Board board;      ///< A2 by default
   calib::Pattern pattern;  ///< of the projector's resolution
+  /// The board sags by so much over its length, and its corners stand so far off its plane, two
+  /// above and two below it; in views of corners, not in photographs.
+  double sag_m = 0, twist_m = 0;
   double ambient = 0.25, projector_gain = 3, blur_px = 0.6, noise_gray = 1.5;
 
+  /// Of a place on the board above its frame's plane.
+  double height_m(const Eigen::Vector2d& on_board) const;
   /// What a perfect calibration finds; covariance zero.
   calib::ProjectorEstimate truth() const;
 };

@@ -1,0 +1,90 @@
+/// \file
+/// What a projector's colors look like on a surface, seen by a camera: measured, and turned round
+/// into what has to be sent so that a color asked for is the color seen.
+///
+/// The camera's RGB is taken for sRGB: what it calls white is white, and its curve is sRGB's. Light
+/// is linear, 1 the camera's full scale.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace afterglow::calib {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// One photograph: the color that the whole picture had, and how the surface then looked.
+struct ColorSample {
+  Rgb shown{};
+  Eigen::Vector3d seen = Eigen::Vector3d::Zero();
+};
+
+/// seen = dark + M_seen_light * (response of red, green, blue).
+struct ColorResponse {
+  std::vector<double> levels;                   ///< 0 to 255, ascending, with both
+  std::array<std::vector<double>, 3> response;  ///< at each level; from 0 to 1, not descending
+  Eigen::Matrix3d M_seen_light = Eigen::Matrix3d::Identity();  ///< of the surface's color, too
+  Eigen::Vector3d dark = Eigen::Vector3d::Zero();  ///< the room's light, and the projector's black
+
+  Eigen::Vector3d seen(const Rgb& sent) const;
+  /// The brightest gray that can be reached: what white (1, 1, 1) is shown as. 0: there is none.
+  double white() const;
+};
+
+/// What to send for a color, and how far off (CIEDE2000, beside white()) it then looks.
+struct SentColor {
+  Rgb sent{};
+  double off = 0;
+};
+
+/// `wanted` is sRGB, dimmed to this share of its light. What cannot be reached is clipped, or made
+/// paler at its lightness, whichever looks nearer. Black is no light at all, whatever the room.
+SentColor colorToSend(const ColorResponse& response, const Rgb& wanted, double brightness = 1);
+
+/// A difference that is seen when looked for: what is farther off is out of reach.
+constexpr double kReachedDifference = 2;
+
+/// Red changes fastest; what to send for colors of equal steps from 0 to 255, this many a channel.
+constexpr int kColorTableSide = 33;
+std::vector<std::uint8_t> colorTable(const ColorResponse& response, double brightness = 1);
+
+/// A measurement that cannot be used; what() says why, and what to do.
+class ColorRefused : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct ColorReach {
+  std::string name;
+  SentColor color;
+};
+
+struct ColorFit {
+  ColorResponse response;
+  /// CIEDE2000 between what the response expects and what was seen, of photographs that it was not
+  /// fitted to: median, and the worst.
+  double check_median = 0, check_worst = 0;
+  int checks = 0;
+  std::array<double, 3> gamma{};   ///< the power that is nearest to each channel's response
+  std::vector<ColorReach> named;   ///< red, green, ... and how far off they are
+  double share_reached = 0;        ///< of sRGB's colors, evenly in its cube: within reach
+};
+
+/// What to photograph: black, ramps of each channel, grays and mixtures to check with; black and
+/// white once more at the end, to see whether the camera adapts.
+std::vector<Rgb> colorsToShow();
+
+/// From black, white and three levels of each channel alone (255 among them); the colors that mix
+/// channels are checks. Throws ColorRefused: missing colors, a color seen twice that differs (the
+/// camera adapts), a camera that is over- or underexposed, a channel without light, channels that do
+/// not add up to white (a projector that mixes light in).
+ColorFit fitColor(const std::vector<ColorSample>& samples);
+
+std::string colorYaml(const ColorFit& fit);
+/// Throws std::runtime_error "FILE:LINE: what is wrong".
+ColorResponse loadColor(const std::string& path);
+
+}  // namespace afterglow::calib
