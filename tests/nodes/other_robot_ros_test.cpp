@@ -147,7 +147,8 @@ TEST_F(OtherRobot, isRefusedWhereItsBaseCouldNotFollowItsPosesAndDrivesOnlyIfTha
   drives.reset();
   ros::Publisher tf = node.advertise<tf2_msgs::TFMessage>("/tf", 10);
   const ros::Time once = ros::Time::now();
-  const ros::WallTimer odometry = node.createWallTimer(ros::WallDuration(0.02), [&](const auto&) {
+  // Of its own copy: a timer's end does not wait for its callback.
+  const ros::WallTimer odometry = node.createWallTimer(ros::WallDuration(0.02), [=](const auto&) {
     tf.publish(together({transform("odom", "base_link", 0, ros::Time::now()),
                          transform("wheels", "chassis", 0, once)}));  // again and again the same
   });

@@ -351,7 +351,7 @@ TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
   EXPECT_EQ(replay(goalOf(id)), State::SUCCEEDED) << "it could drive, but it does not";
   ReplayResult result;
   const ros::WallTimer driving = world->node->createWallTimer(
-      ros::WallDuration(0.02), [&](const auto&) { teleop.publish(geometry_msgs::Twist()); });
+      ros::WallDuration(0.02), [teleop](const auto&) { teleop.publish(geometry_msgs::Twist()); });
   const State state = replay(goalOf(id), &result);
   EXPECT_EQ(state, State::ABORTED);
   EXPECT_EQ(state.getText(), "/test drives on /drive, too: two drivers of one base are refused");
