@@ -1,6 +1,7 @@
 #include "nodes/player/player_node.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <stdexcept>
@@ -140,6 +141,8 @@ void PlayerNode::onGoal(const ReplayGoalConstPtr& goal) {
     show(nullptr, error.what());
     server_.setAborted({}, error.what());
   }
+  // Each replay's threads took memory from arenas of their own, which glibc would keep.
+  ::malloc_trim(0);
 }
 
 void PlayerNode::play(const ReplayRequest& request) {
