@@ -12,6 +12,15 @@
 namespace afterglow::calib {
 namespace {
 
+/// Keeps some of a block's parameters as they are. Ceres renamed this in 2.1 (Debian 11 has 1.14).
+void hold(ceres::Problem& problem, double* block, int size, const std::vector<int>& held) {
+#if CERES_VERSION_MAJOR < 2 || (CERES_VERSION_MAJOR == 2 && CERES_VERSION_MINOR < 1)
+  problem.SetParameterization(block, new ceres::SubsetParameterization(size, held));
+#else
+  problem.SetManifold(block, new ceres::SubsetManifold(size, held));
+#endif
+}
+
 LensBlock blockOf(const Lens& lens) {
   LensBlock block{lens.K(0, 0), lens.K(1, 1), lens.K(0, 2), lens.K(1, 2), lens.K(0, 1)};
   std::copy(lens.D.begin(), lens.D.end(), block.begin() + 5);
@@ -271,7 +280,7 @@ class Bundle {
     problem_.AddResidualBlock(cost, nullptr, block.data());
     priors_.push_back({cost, {block.data()}, {at}, 0, false});
     if (held.empty()) return;
-    problem_.SetManifold(block.data(), new ceres::SubsetManifold(kSize, held));
+    hold(problem_, block.data(), kSize, held);
   }
 
   void addPriors() {

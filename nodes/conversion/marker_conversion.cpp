@@ -56,14 +56,13 @@ Converted<PlacedArrow> arrowAlongX(const Eigen::Vector3f& scale) {
   if (scale.x() <= 0 || scale.y() <= 0 || height <= 0) {
     return refused<PlacedArrow>("arrow's length or width is not positive");
   }
-  PlacedArrow placed;
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
   if (height != scale.y()) {
-    placed.shape = ellipticArrow(scale.x(), scale.y(), height);
-  } else {
-    placed.shape =
-        render::Arrow{scale.x(), scale.y(), kHeadToShaft * scale.y(), kHeadShare * scale.x()};
+    return {PlacedArrow{here, ellipticArrow(scale.x(), scale.y(), height)}, {}};
   }
-  return {std::move(placed), {}};
+  const render::Arrow arrow{scale.x(), scale.y(), kHeadToShaft * scale.y(),
+                            kHeadShare * scale.x()};
+  return {PlacedArrow{here, arrow}, {}};
 }
 
 Converted<PlacedArrow> arrowBetween(const Eigen::Vector3d& start, const Eigen::Vector3d& end,
@@ -74,13 +73,12 @@ Converted<PlacedArrow> arrowBetween(const Eigen::Vector3d& start, const Eigen::V
   if (scale.minCoeff() < 0 || scale.head<2>().maxCoeff() == 0) {
     return refused<PlacedArrow>("arrow's length or width is not positive");
   }
-  PlacedArrow placed;
-  placed.T_marker_arrow.translation() = start;
-  placed.T_marker_arrow.linear() =
+  Eigen::Isometry3d T_marker_arrow = Eigen::Isometry3d::Identity();
+  T_marker_arrow.translation() = start;
+  T_marker_arrow.linear() =
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitX(), along).toRotationMatrix();
   const float head = scale.z() == 0 ? kHeadShare * length : std::min(scale.z(), length);
-  placed.shape = render::Arrow{length, scale.x(), scale.y(), head};
-  return {std::move(placed), {}};
+  return {PlacedArrow{T_marker_arrow, render::Arrow{length, scale.x(), scale.y(), head}}, {}};
 }
 
 /// The two forms of an ARROW marker. Semantics: RViz 1.14, markers/arrow_marker.cpp.

@@ -585,7 +585,8 @@ OptionTexts splitAtCommas(const std::string& text) {
 }
 
 /// "goal-wait" and "clock" are understood, too.
-const PlayOption& optionOfGoal(std::string name) {
+const PlayOption& optionOfGoal(const std::string& word) {
+  std::string name = word;
   for (const FormerOption& former : formerOptions()) {
     if (name == former.name) {
       throw std::invalid_argument(name + " has become " + former.now + former.remark);
@@ -663,7 +664,8 @@ void giveGoalOptions(ReplayRequest& request, const std::vector<std::string>& opt
   std::set<std::string> names;
   for (const std::string& text : options) {
     const std::size_t sign = text.find('=');
-    const PlayOption& option = optionOfGoal(text.substr(0, sign));
+    const std::string name = text.substr(0, sign);
+    const PlayOption& option = optionOfGoal(name);
     if (sign == std::string::npos && option.alone.empty()) {
       throw std::invalid_argument(option.name + " needs a value: " + option.name + "=" +
                                   option.value);

@@ -119,7 +119,7 @@ std::array<double, 3> vectorAt(const Value& message, const std::string& path) {
 }
 
 /// Elements of an array of messages; none for every other value.
-const Array& elementsAt(const Value& message, const std::string& path) {
+const Array& elementsAt(const Value& message, const char* path) {
   static const Array kNone;
   const Value* value = findValue(message, path);
   const Array* array = value ? std::get_if<Array>(value) : nullptr;
