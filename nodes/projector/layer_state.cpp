@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kShortestLifetime = 100'000;  // ns; RViz takes less for "forever"
-constexpr std::size_t kMostReasons = 32;             // frame names in them come from the network
 constexpr double kKnotSpacing = 0.01;                // s, between the poses of a moving scanner
 constexpr double kMostKnots = 100;
 
@@ -121,14 +120,6 @@ LayerState::LayerState(std::string topic, float alpha, Limits limits)
     : alpha_(alpha), limits_(limits) {
   status_.topic = std::move(topic);
 }
-
-void LayerState::count(std::map<std::string, std::uint64_t>& reasons, const std::string& reason) {
-  const bool full = reasons.size() >= kMostReasons && reasons.count(reason) == 0;
-  ++reasons[full ? "other reasons" : reason];
-}
-
-void LayerState::drop(const std::string& reason) { count(status_.dropped, reason); }
-void LayerState::remark(const std::string& reason) { count(status_.remarks, reason); }
 
 void LayerState::put(const ContentKey& key, Content content, std::int64_t now_ns,
                      FrameLookup& frames) {

@@ -24,7 +24,7 @@
 #include "nodes/conversion/scan_conversion.hpp"
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/layer_config.hpp"
-#include "nodes/projector/topic_watch.hpp"
+#include "nodes/projector/layer_status.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::nodes {
@@ -52,21 +52,6 @@ Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const Laye
 Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config);
 Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& config);
 
-/// What happened on a topic, for people.
-struct LayerStatus {
-  std::string topic;
-  std::uint64_t received = 0;  ///< messages
-  std::size_t shown = 0;
-  std::size_t waiting = 0;  ///< for a transform
-  std::string waiting_for;  ///< the frame whose transform is missing, if something waits for it
-  std::size_t invisible = 0;  ///< drawables of alpha 0 among what is shown
-  std::uint64_t expired = 0;  ///< shown until their lifetime was over, ever
-  std::string type;                   ///< the configuration's
-  std::optional<TopicSource> source;  ///< of the topic, where the master is asked
-  std::map<std::string, std::uint64_t> dropped;  ///< reason -> how often
-  std::map<std::string, std::uint64_t> remarks;  ///< shown, but odd
-};
-
 /// Times are ROS time in nanoseconds and must not run backwards: removeAll() first. The numbers of
 /// markers, points, waiting messages and distinct reasons are bounded. One thread at a time.
 class LayerState {
@@ -83,8 +68,8 @@ class LayerState {
   LayerState(std::string topic, float alpha, Limits limits);
 
   void countMessage() { ++status_.received; }
-  void drop(const std::string& reason);
-  void remark(const std::string& reason);
+  void drop(const std::string& reason) { status_.drop(reason); }
+  void remark(const std::string& reason) { status_.remark(reason); }
 
   /// Shows content as soon as its transform is known; it replaces the earlier content of its key.
   void put(const ContentKey& key, Content content, std::int64_t now_ns, FrameLookup& frames);
@@ -116,7 +101,6 @@ class LayerState {
 
   bool place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frames);
   void evictPoints();
-  void count(std::map<std::string, std::uint64_t>& reasons, const std::string& reason);
 
   float alpha_;
   Limits limits_;

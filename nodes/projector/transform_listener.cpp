@@ -77,8 +77,8 @@ bool setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped
 
 }  // namespace
 
-TransformListener::TransformListener(tf2::BufferCore& buffer)
-    : buffer_(buffer), counts_("/tf", 1, {}) {
+TransformListener::TransformListener(tf2::BufferCore& buffer) : buffer_(buffer) {
+  status_.topic = "/tf";
   using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
   nh_.setCallbackQueue(&queue_);
   const boost::function<void(const Event&)> moving = [this](const Event& e) { take(e, false); };
@@ -99,15 +99,15 @@ void TransformListener::take(const ros::MessageEvent<const tf2_msgs::TFMessage>&
   }
   last_time_ = now;
   const std::lock_guard<std::mutex> lock(mutex_);
-  counts_.countMessage();
+  ++status_.received;
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
     const auto [is_stored, reason] =
         storeTransform(buffer_, transform, event.getPublisherName(), is_static, now);
     if (!is_stored) {
-      counts_.drop(reason);
+      status_.drop(reason);
       continue;
     }
-    if (!reason.empty()) counts_.remark(reason);
+    if (!reason.empty()) status_.remark(reason);
     parents_.note(frameName(transform.child_frame_id), frameName(transform.header.frame_id),
                   event.getPublisherName(), is_static, steadyNow());
   }
@@ -115,7 +115,7 @@ void TransformListener::take(const ros::MessageEvent<const tf2_msgs::TFMessage>&
 
 LayerStatus TransformListener::status() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return counts_.status();
+  return status_;
 }
 
 std::vector<std::string> TransformListener::conflicts() const {

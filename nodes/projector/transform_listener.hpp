@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "nodes/projector/layer_state.hpp"
+#include "nodes/projector/layer_status.hpp"
 #include "nodes/projector/parent_watch.hpp"
 
 namespace afterglow::nodes {
@@ -41,7 +41,7 @@ class TransformListener {
   ros::Subscriber moving_, fixed_;
   ros::Time last_time_;
   mutable std::mutex mutex_;  ///< what follows
-  LayerState counts_;
+  LayerStatus status_;
   ParentWatch parents_;
   ros::AsyncSpinner spinner_{1, &queue_};
 };
