@@ -159,6 +159,7 @@ TEST_F(Refused, aPatternOfAnotherResolutionOrKind) {
 }
 
 TEST_F(Refused, aBoardOfAnotherFamily) {
+  if (kTagFamilies.size() < 2) GTEST_SKIP() << "AprilTag is older than 3.2: it has one family";
   Board other = rig.board;
   other.family = "tag36h10";
   EXPECT_SAYS(faultsOf(other),
@@ -188,6 +189,7 @@ TEST_F(Refused, aPatternProjectedFromBehind) {
 }
 
 TEST_F(Refused, aPatternOfAnotherFamily) {
+  if (kTagFamilies.size() < 2) GTEST_SKIP() << "AprilTag is older than 3.2: it has one family";
   const Picture other = test::patternPicture(makePattern(640, 400, "tag36h10"));
   EXPECT_SAYS(faults(shot(other), plain), "the projected tags are of the family tag36h10");
 }

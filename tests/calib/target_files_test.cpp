@@ -29,7 +29,7 @@ void expectSameTags(const std::vector<Tag>& actual, const std::vector<Tag>& expe
 TEST(BoardFile, givesBackTheBoardThatWasWritten) {
   for (const Eigen::Vector2d& size : {kA4, kA2, kOdd}) {
     const TempFolder folder;
-    const Board board = makeBoard(size, "tag36h10");
+    const Board board = makeBoard(size, kTagFamilies.back());
     writeBoard(folder.path("made/for/it"), board);
     const Board read = loadBoard(folder.path("made/for/it/board.yaml"));
     EXPECT_EQ(read.family, board.family);

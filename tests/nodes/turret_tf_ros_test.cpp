@@ -35,6 +35,11 @@ class Robot {
     turned_ = both.transforms[0].header.stamp;
   }
 
+  /// Itself and the node: what is sent before is heard by nobody again.
+  bool isConnected() const {
+    return seen_.getNumPublishers() == 2 && moving_.getNumSubscribers() == 2;
+  }
+
   /// Where the projector is, as of the last turn.
   std::optional<Eigen::Isometry3d> projector() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -128,6 +133,7 @@ TEST_F(TurretCommand, putsTheProjectorWhereItIsAtAnyAngle) {
   EXPECT_TRUE(isThere("again/turret.yaml"));
 
   test::NodeProcess node({AFTERGLOW_TEST_TURRET_TF_NODE, path("out/turret.yaml")});
+  ASSERT_TRUE(test::eventually([&] { return robot.isConnected(); })) << node.log();
   for (const auto& [pan, tilt] : {std::pair(-80.0, 20.0), {75.0, -50.0}}) {
     robot.turn(pan, tilt);
     std::optional<Eigen::Isometry3d> T_base_projector;

@@ -128,10 +128,10 @@ TEST_F(WatchConfigTest, refusesLayoutsThatCannotBe) {
 
 TEST_F(WatchConfigTest, takesABoardOnTheFloorForALayout) {
   write("board.yaml",
-        "family: tag36h10\nsize_m: [0.594, 0.42]\nruler_m: 0.2\npicture: board.png\n"
+        "family: " + calib::kTagFamilies.back() + "\nsize_m: [0.594, 0.42]\nruler_m: 0.2\npicture: board.png\n"
         "tags:\n  - {id: 0, corners: [[0, 0.1, 0], [0.1, 0.1, 0], [0.1, 0, 0], [0, 0, 0]]}\n");
   const calib::TagLayout layout = loadTagLayout(folder_.path("board.yaml"));
-  EXPECT_EQ(layout.family, "tag36h10");
+  EXPECT_EQ(layout.family, calib::kTagFamilies.back());
   EXPECT_EQ(layout.tags.size(), 1u);
 }
 
