@@ -27,8 +27,9 @@ BehaviorSource openBag(const std::string& path) {
 }  // namespace
 
 BehaviorSource openBehavior(const std::string& what, const std::string& store) {
-  const bool is_file = what.find('/') != std::string::npos ||
-                       fs::path(what).extension() == ".bag" || fs::is_regular_file(what);
+  const fs::path extension = fs::path(what).extension();
+  const bool is_file = what.find('/') != std::string::npos || extension == ".bag" ||
+                       extension == ".mcap" || extension == ".db3" || fs::is_regular_file(what);
   if (is_file) return openBag(what);
   BehaviorSource source;
   source.store = replay::openStore(store, replay::OpenMode::ReadOnly);

@@ -1,5 +1,6 @@
 #include "nodes/verbs/command.hpp"
 
+#include <CLI/Error.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -22,16 +23,32 @@ struct ExportOptions {
   std::string store;
   std::vector<std::string> topics;
   bool with_context = false;
-  std::string compression = "none";
+  std::string format, compression;  ///< empty: as the file's name and the format have it
   std::optional<std::uint64_t> split_mb;
 };
 
-void requireBag(const std::string& out) {
-  const std::string extension = fs::path(out).extension().string();
-  if (extension == ".mcap" || extension == ".db3") {
-    throw std::runtime_error(out + ": only bags of ROS 1 are written, FILE.bag" +
-                             (extension == ".mcap" ? "; this system packages no MCAP" : ""));
+replay::RecordingFormat formatOf(const ExportOptions& options) {
+  const std::string extension = fs::path(options.out).extension().string();
+  if (options.format.empty() && extension == ".db3") {
+    throw std::runtime_error(options.out + ": bags of ROS 2 are not written; FILE.bag and " +
+                             "FILE.mcap are");
   }
+  const bool is_mcap = options.format.empty() ? extension == ".mcap" : options.format == "mcap";
+  return is_mcap ? replay::RecordingFormat::Mcap : replay::RecordingFormat::Rosbag;
+}
+
+replay::BagCompression compressionOf(const ExportOptions& options,
+                                     replay::RecordingFormat format) {
+  const bool is_mcap = format == replay::RecordingFormat::Mcap;
+  if (options.compression == (is_mcap ? "bz2" : "zstd")) {
+    throw CLI::ValidationError("--compression", options.compression + " is for " +
+                                                    (is_mcap ? "bags" : "MCAP files"));
+  }
+  if (options.compression == "bz2") return replay::BagCompression::Bz2;
+  if (options.compression == "zstd") return replay::BagCompression::Zstd;
+  const bool is_default_lz4 = options.compression.empty() && is_mcap;
+  if (options.compression == "lz4" || is_default_lz4) return replay::BagCompression::Lz4;
+  return replay::BagCompression::None;
 }
 
 void requireMessages(const replay::Store& store, const replay::Behavior& behavior,
@@ -60,8 +77,8 @@ replay::BagExportResult exportWithProgress(const ExportOptions& options, const r
   range.topics = options.topics;
   range.with_all_topics = options.with_context;
   replay::BagExport bag;
-  if (options.compression == "bz2") bag.compression = replay::BagCompression::Bz2;
-  if (options.compression == "lz4") bag.compression = replay::BagCompression::Lz4;
+  bag.format = formatOf(options);
+  bag.compression = compressionOf(options, bag.format);
   if (options.split_mb) bag.split_bytes = *options.split_mb * kMegabyte;
   Progress progress("exporting");
   bag.progress = [&](auto done, auto total) { progress.update(done, total); };
@@ -81,7 +98,7 @@ std::vector<std::vector<std::string>> selections(const std::vector<std::string>&
 }
 
 void runExport(const ExportOptions& options) {
-  requireBag(options.out);
+  compressionOf(options, formatOf(options));  // refuses what cannot be, before anything is read
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   std::vector<replay::Behavior> behaviors;
   for (const auto& words : selections(options.behaviors)) {
@@ -92,7 +109,8 @@ void runExport(const ExportOptions& options) {
   std::cout << result.messages << " messages of " << behaviorNames(behaviors) << " in "
             << result.paths.front();
   if (result.paths.size() > 1) {
-    std::cout << " to " << result.paths.back() << ", " << result.paths.size() << " bags";
+    std::cout << " to " << result.paths.back() << ", " << result.paths.size()
+              << (formatOf(options) == replay::RecordingFormat::Mcap ? " files" : " bags");
   }
   std::cout << "\n";
   tellOfDamage(result.damaged);
@@ -107,7 +125,7 @@ void addExportVerb(CLI::App& app) {
                    std::string(kBehaviorHelp) + "; several ids, or several such in quotes")
       ->required()
       ->expected(-1);
-  verb->add_option("--out", options->out, "The bag to write; replaced when complete")
+  verb->add_option("--out", options->out, "The bag or MCAP file to write; replaced when complete")
       ->required()
       ->expected(1);
   CLI::Option* topics =
@@ -119,8 +137,13 @@ void addExportVerb(CLI::App& app) {
   verb->add_flag("--context", options->with_context,
                  "All that was recorded meanwhile, not the behavior's own topics alone")
       ->excludes(topics);
-  verb->add_option("--compression", options->compression, "none, bz2 or lz4; default: none")
-      ->check(CLI::IsMember({"none", "bz2", "lz4"}));
+  verb->add_option("--format", options->format,
+                   "bag (of ROS 1) or mcap (for Foxglove); default: as --out is named, else bag")
+      ->check(CLI::IsMember({"bag", "mcap"}));
+  verb->add_option("--compression", options->compression,
+                   "none, lz4, bz2 (bag) or zstd (mcap); default: none in a bag, lz4 in an MCAP "
+                   "file")
+      ->check(CLI::IsMember({"none", "bz2", "lz4", "zstd"}));
   verb->add_option("--split-size", options->split_mb,
                    "Begin another bag after so many MB: F.bag becomes F_0.bag, F_1.bag, ...")
       ->check(CLI::PositiveNumber);

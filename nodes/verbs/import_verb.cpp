@@ -84,10 +84,7 @@ void importBags(const ImportOptions& options, const std::vector<std::string>& pa
     import.progress = [&](auto done, auto total) { progress.update(done, total); };
     result = replay::importBags(paths, store, import);
   }
-  if (result.unstamped > 0) {
-    std::cerr << paths.front() << (paths.size() > 1 ? " and the others" : "") << ": left out "
-              << result.unstamped << " messages whose stamp is zero, as rosbag does\n";
-  }
+  for (const std::string& remark : result.remarks) std::cerr << remark << "\n";
   tell(options, store, result.behavior, result.messages);
 }
 
@@ -164,12 +161,14 @@ void addImportVerb(CLI::App& app) {
   auto options = std::make_shared<ImportOptions>();
   CLI::App* verb = addVerb(app, "import");
   verb->add_option("source", options->sources,
-                   "FILE.bag ..., or mongodb://HOST[:PORT]/DATABASE as mongodb_log or the paper's "
-                   "action server wrote it")
+                   "FILE.bag, FILE.mcap, FILE.db3 or a ROS 2 bag's folder ..., or "
+                   "mongodb://HOST[:PORT]/DATABASE as mongodb_log or the paper's action server "
+                   "wrote it")
       ->required()
       ->expected(-1);
   verb->add_option("--name", options->name,
-                   "Name of the behavior; default: the file's, without .bag, or the database's");
+                   "Name of the behavior; default: the file's, without .bag, or the folder's or "
+                   "database's");
   verb->add_option("--tag", options->tags, "A tag for the behavior; may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

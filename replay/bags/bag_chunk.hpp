@@ -5,21 +5,15 @@
 
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "replay/bags/packing.hpp"
 #include "replay/messages/message.hpp"
 #include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
-
-/// Bytes that violate the format; the text completes "the chunk at byte 4117 ...".
-class BagDamage : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 enum class BagRecord : std::uint8_t {
   MessageData = 0x02,
@@ -49,12 +43,6 @@ class BagFields {
  private:
   std::vector<std::pair<std::string_view, std::string_view>> fields_;
 };
-
-enum class BagPacking { None, Bz2, Lz4 };
-
-/// The `size` bytes that were packed. Memory grows with the unpacked bytes, not with `size`. Throws
-/// BagDamage if their number is another one.
-Bytes unpack(BagPacking packing, Bytes packed, std::size_t size);
 
 /// An unpacked chunk: records that follow each other to its last byte.
 class BagChunk {

@@ -1,6 +1,7 @@
 /// \file
-/// Rosbags (format 2.0, plain, bz2 or lz4) into a store and out of one. Needs rosbag_storage; built
-/// without it, all functions throw BagError saying so.
+/// Rosbags (format 2.0, plain, bz2 or lz4) and MCAP files into a store and out of one; bags of ROS
+/// 2 (sqlite3 or MCAP) into a store. Writing rosbags needs rosbag_storage, zstd needs libzstd;
+/// built without them, what needs them throws BagError saying so.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,7 @@ class BagError : public std::runtime_error {
 using BagProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 struct BagImport {
-  std::string name;  ///< of the behavior; empty: the file's name without ".bag"
+  std::string name;  ///< of the behavior; empty: the file's name without ".bag", the folder's
   std::vector<std::string> tags;
   BagProgress progress;
 };
@@ -32,15 +33,16 @@ struct BagImport {
 struct BagImportResult {
   Behavior behavior;
   std::uint64_t messages = 0;
-  /// Messages that rosbag's own reader leaves out: their stamp is zero.
-  std::uint64_t unstamped = 0;
+  /// What was left out, and what keeps the fields of ROS 2; one line each, with the file.
+  std::vector<std::string> remarks;
 };
 
-/// Bags as one recording and, over it, one behavior with outcome "imported" on all their topics.
-/// Order: the bags' stamps, then the bags by their first stamps, then position in the file, which
-/// is the order they were recorded in. Others may write meanwhile; the behavior is there when all
-/// of it is. Throws BagError or StoreError and leaves the store as it was; what an import leaves
-/// that is killed, nobody finds, and the next one drops (Store::beginImport()).
+/// Bags, MCAP files or folders of ROS 2's bags as one recording and, over it, one behavior with
+/// outcome "imported" on all their topics. Order: the bags' stamps, then the bags by their first
+/// stamps, then position in the file, which is the order they were recorded in. Messages of ROS 2
+/// become those of ROS 1 (ros2/ros2_topic.hpp). Others may write meanwhile; the behavior is there
+/// when all of it is. Throws BagError or StoreError and leaves the store as it was; what an import
+/// leaves that is killed, nobody finds, and the next one drops (Store::beginImport()).
 BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
                            const BagImport& import = {});
 
@@ -49,9 +51,12 @@ inline BagImportResult importBag(const std::string& path, Store& store,
   return importBags({path}, store, import);
 }
 
-enum class BagCompression { None, Bz2, Lz4 };
+enum class BagCompression { None, Bz2, Lz4, Zstd };
+enum class RecordingFormat { Rosbag, Mcap };
 
 struct BagExport {
+  RecordingFormat format = RecordingFormat::Rosbag;
+  /// Bz2 is for rosbags alone, Zstd for MCAP files.
   BagCompression compression = BagCompression::None;
   /// A bag that has about reached this is followed by another: F.bag becomes F_0.bag, F_1.bag, ...
   std::optional<std::uint64_t> split_bytes;
@@ -64,10 +69,11 @@ struct BagExportResult {
   std::vector<std::string> paths;  ///< of the bags, in order
 };
 
-/// Messages of behaviors (MessageRange's rules) as a bag that rosbag reads: bytes, stamps, order,
-/// definitions, latching and caller id as they were recorded; a message that several behaviors
-/// cover is in it once. Written beside `path` and renamed when complete. Throws BagError or
-/// StoreError; `path` is then as it was.
+/// Messages of behaviors (MessageRange's rules) as a bag that rosbag reads, or as an MCAP file of
+/// profile ros1, with a metadata record "afterglow/behavior" for each of them: bytes, stamps,
+/// order, definitions, latching and caller id as they were recorded; a message that several
+/// behaviors cover is in it once. Written beside `path` and renamed when complete. Throws BagError
+/// or StoreError; `path` is then as it was.
 BagExportResult exportBags(const Store& store, const std::vector<Behavior>& behaviors,
                            const MessageRange& range, const std::string& path,
                            const BagExport& options = {});

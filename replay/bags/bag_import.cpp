@@ -6,7 +6,7 @@
 #include <set>
 
 #include "replay/bags/bag_file.hpp"
-#include "replay/bags/bag_reader.hpp"
+#include "replay/bags/recorded_file.hpp"
 #include "replay/messages/field_edit.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/store_import.hpp"
@@ -22,13 +22,15 @@ class Importer {
   Importer(const std::vector<std::string>& paths, Store& store, const BagImport& import)
       : store_(store), import_(import), source_(fmt::format("{}", fmt::join(paths, ", "))) {
     for (const std::string& path : paths) {
-      bags_.push_back(std::make_unique<BagReader>(path));
-      if (bags_.back()->entries().empty()) throw BagError(path + ": the bag holds no messages");
-      total_ += bags_.back()->entries().size();
+      for (auto& file : openRecording(path)) {
+        total_ += file->total();
+        parts_.push_back({std::move(file), nameOf(path)});
+      }
     }
     // Parts of one recording, in any order on the command line.
-    std::stable_sort(bags_.begin(), bags_.end(),
-                     [](const auto& a, const auto& b) { return beginOf(*a) < beginOf(*b); });
+    std::stable_sort(parts_.begin(), parts_.end(), [](const Part& a, const Part& b) {
+      return a.file->begin() < b.file->begin();
+    });
   }
 
   BagImportResult run() {
@@ -38,13 +40,16 @@ class Importer {
       if (import_.progress) import_.progress(done, total_);
     });
     BagImportResult result;
-    for (const auto& bag : bags_) {
+    for (const Part& part : parts_) {
       channels_.clear();
-      for (const auto& entry : bag->entries()) batch.add(message(*bag, entry));
-      result.unstamped += bag->unstamped();
+      while (auto item = part.file->next()) batch.add(message(*part.file, std::move(*item)));
+      for (const std::string& remark : part.file->remarks()) {
+        result.remarks.push_back(part.file->path() + ": " + remark);
+      }
     }
     batch.flush();
     result.messages = batch.done();
+    if (result.messages == 0) throw BagError(whyNothing(result.remarks));
     import.finish([&] { result.behavior = addBehavior(); });
     return result;
   }
@@ -55,19 +60,35 @@ class Importer {
     std::optional<Schema> schema;
   };
 
-  static Stamp beginOf(const BagReader& bag) { return bag.entries().front().received; }
+  struct Part {
+    std::unique_ptr<RecordedFile> file;
+    std::string name;  ///< of a behavior that is made of it
+  };
 
-  const KnownChannel& channelOf(const BagReader& bag, std::uint32_t connection) {
-    const auto known = channels_.find(connection);
+  static std::string nameOf(const std::string& path) {
+    fs::path named = fs::path(path).lexically_normal();
+    if (named.filename().empty()) named = named.parent_path();  // "folder/"
+    std::error_code ignored;
+    return (fs::is_directory(named, ignored) ? named.filename() : named.stem()).string();
+  }
+
+  std::string whyNothing(const std::vector<std::string>& remarks) const {
+    std::string why = source_ + ": the bag holds no messages";
+    if (!remarks.empty()) why = fmt::format("{}; {}", why + " that can be read", remarks.front());
+    return why;
+  }
+
+  const KnownChannel& channelOf(const RecordedFile& file, std::uint32_t id) {
+    const auto known = channels_.find(id);
     if (known != channels_.end()) return known->second;
-    const Channel& channel = bag.channel(connection);
+    const Channel& channel = file.channel(id);
     topics_.insert(channel.topic);
     if (!channel.caller_id.empty()) {
       TopicNodes& around = snapshot_.nodes[channel.topic];
       around.type = channel.type;
       around.publishers.insert(channel.caller_id);
     }
-    KnownChannel& added = channels_[connection];
+    KnownChannel& added = channels_[id];
     added.id = store_.addChannel(recording_, channel);
     try {
       added.schema = Schema::parse(channel.type, channel.definition);
@@ -77,13 +98,15 @@ class Importer {
     return added;
   }
 
-  Message message(BagReader& bag, const BagReader::Entry& entry) {
-    const KnownChannel& channel = channelOf(bag, entry.connection);
+  Message message(const RecordedFile& file, RecordedFile::Item&& item) {
+    const KnownChannel& channel = channelOf(file, item.channel);
     Message message;
     message.channel = channel.id;
-    message.received = entry.received;
+    message.received = item.received;
     message.sequence = sequence_++;
-    message.bytes = bag.read(entry);
+    message.bytes = std::move(item.bytes);
+    first_ = sequence_ == 1 ? item.received : std::min(first_, item.received);
+    last_ = sequence_ == 1 ? item.received : std::max(last_, item.received);
     try {
       if (channel.schema) message.header_stamp = headerStamp(*channel.schema, message.bytes);
     } catch (const MessageError&) {
@@ -95,13 +118,10 @@ class Importer {
   Behavior addBehavior() {
     Behavior behavior;
     behavior.recording = recording_;
-    behavior.name =
-        import_.name.empty() ? fs::path(bags_.front()->path()).stem().string() : import_.name;
+    behavior.name = import_.name.empty() ? parts_.front().name : import_.name;
     behavior.outcome = "imported";
-    behavior.begin = beginOf(*bags_.front());
-    Stamp last = behavior.begin;
-    for (const auto& bag : bags_) last = std::max(last, bag->entries().back().received);
-    behavior.end = Stamp{last.ns + 1};
+    behavior.begin = first_;
+    behavior.end = Stamp{last_.ns + 1};
     behavior.tags = import_.tags;
     behavior.topics.assign(topics_.begin(), topics_.end());
     behavior.snapshot = snapshot_.toJson();
@@ -111,12 +131,13 @@ class Importer {
 
   Store& store_;
   const BagImport& import_;
-  std::vector<std::unique_ptr<BagReader>> bags_;  ///< by their first stamps
+  std::vector<Part> parts_;  ///< by their first stamps
   std::string source_;
   std::uint64_t total_ = 0;
   std::int64_t recording_ = 0;
   std::uint64_t sequence_ = 0;
-  std::map<std::uint32_t, KnownChannel> channels_;  ///< by the current bag's id of the connection
+  Stamp first_, last_;  ///< of all messages
+  std::map<std::uint32_t, KnownChannel> channels_;  ///< by the current file's id of the channel
   std::set<std::string> topics_;
   Snapshot snapshot_;
 };
@@ -125,7 +146,7 @@ class Importer {
 
 BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
                            const BagImport& import) {
-  if (paths.empty()) throw std::logic_error("importBags: no bags");
+  if (paths.empty()) throw std::logic_error("importBags: no files");
   return Importer(paths, store, import).run();
 }
 

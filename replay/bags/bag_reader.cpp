@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <tuple>
 
+#include "replay/bags/bag_file.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -19,10 +21,6 @@ constexpr std::size_t kMostUnpackedBytes = 64 << 20;
 
 BagReader::BagReader(const std::string& path) : path_(path) {
   std::error_code error;
-  if (std::filesystem::exists(path + "/metadata.yaml", error)) {
-    fail("a bag of ROS 2, which is not read; a bag of ROS 1 is");
-  }
-  if (std::filesystem::is_directory(path, error)) fail("is a folder");
   file_.open(path, std::ios::binary);
   if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
   file_size_ = std::filesystem::file_size(path, error);
@@ -63,12 +61,6 @@ void BagReader::readVersion() {
   const Bytes bytes = read(0, length, "the first line");
   const std::string line(bytes.begin(), bytes.end());
   if (line == kFirstLine) return;
-  if (line.rfind("\x89MCAP", 0) == 0) {
-    fail("an MCAP file, which is not read: this system packages no MCAP; a bag of ROS 1 is");
-  }
-  if (line.rfind("SQLite format", 0) == 0) {
-    fail("an SQLite file, as bags of ROS 2 are, which are not read; a bag of ROS 1 is");
-  }
   if (line.compare(0, magic.size(), magic) != 0) fail("not a bag");
   if (length < std::strlen(kFirstLine)) fail("the bag is cut short in its first line");
   fail("a bag of version " + line.substr(magic.size(), 3) + "; version 2.0 can be read");
@@ -137,17 +129,17 @@ void BagReader::visitBagHeader(const Record& record) {
 
 void BagReader::visitChunk(const Record& record) {
   Chunk chunk{record.data_at, record.data_size, number<std::uint32_t>(record, "size"),
-              BagPacking::None};
+              Packing::None};
   const std::string_view packing = record.fields.find("compression").value_or("");
   if (packing == "bz2") {
-    chunk.packing = BagPacking::Bz2;
+    chunk.packing = Packing::Bz2;
   } else if (packing == "lz4") {
-    chunk.packing = BagPacking::Lz4;
+    chunk.packing = Packing::Lz4;
   } else if (packing != "none") {
     fail("the chunk at byte " + std::to_string(record.at) +
          " is compressed in an unknown way; none, bz2 and lz4 can be read");
   }
-  const bool is_plain = chunk.packing == BagPacking::None;
+  const bool is_plain = chunk.packing == Packing::None;
   if (chunk.size > kLargestChunk || (is_plain && chunk.size != record.data_size)) {
     fail("the chunk at byte " + std::to_string(record.at) + " has a damaged size");
   }
@@ -275,6 +267,18 @@ void BagReader::requireSameTime(const Entry& entry, const BagChunk::Message& mes
   fail("the index has another time for the message at byte " + std::to_string(entry.offset) +
        " of the chunk at byte " + std::to_string(entry.chunk) +
        " than the message itself; 'rosbag reindex' makes a new index");
+}
+
+std::optional<RecordedFile::Item> BagReader::next() {
+  if (next_ == entries_.size()) return std::nullopt;
+  const Entry& entry = entries_[next_++];
+  return Item{entry.connection, entry.received, read(entry)};
+}
+
+std::vector<std::string> BagReader::remarks() const {
+  if (unstamped_ == 0) return {};
+  return {"left out " + std::to_string(unstamped_) +
+          " messages whose stamp is zero, as rosbag does"};
 }
 
 Bytes BagReader::read(const Entry& entry) {

@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "replay/bags/bag_chunk.hpp"
-#include "replay/bags/bag_file.hpp"
+#include "replay/bags/recorded_file.hpp"
 
 namespace afterglow::replay {
 
 /// An indexed bag: records that follow each other without a gap to the file's last byte, and
 /// positions that point to records of the right kind. Takes memory for the index and for the chunks
 /// that it is in.
-class BagReader {
+class BagReader : public RecordedFile {
  public:
   /// A message as the index lists it.
   struct Entry {
@@ -32,14 +32,17 @@ class BagReader {
   /// not as it should be: no bag, truncated, never closed, another version.
   explicit BagReader(const std::string& path);
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const override { return path_; }
+  std::uint64_t total() const override { return entries_.size(); }
+  Stamp begin() const override { return entries_.empty() ? Stamp{} : entries_.front().received; }
+  std::optional<Item> next() override;
+  std::vector<std::string> remarks() const override;
   /// By stamp, then position: in the order they were recorded.
   const std::vector<Entry>& entries() const { return entries_; }
-  /// How many the index lists beside these: their stamp is zero, and rosbag's own reader leaves
-  /// them out.
-  std::uint64_t unstamped() const { return unstamped_; }
   /// Of an entry.
-  const Channel& channel(std::uint32_t connection) const { return connections_.at(connection); }
+  const Channel& channel(std::uint32_t connection) const override {
+    return connections_.at(connection);
+  }
   /// A message's bytes. Throws BagError if its chunk is damaged.
   Bytes read(const Entry& entry);
 
@@ -48,7 +51,7 @@ class BagReader {
     std::uint64_t data_at = 0;
     std::uint32_t data_size = 0;
     std::uint32_t size = 0;  ///< unpacked
-    BagPacking packing = BagPacking::None;
+    Packing packing = Packing::None;
   };
   struct Record {
     std::uint64_t at = 0, data_at = 0;
@@ -83,8 +86,11 @@ class BagReader {
   std::ifstream file_;
   std::uint64_t file_size_ = 0;
   std::uint64_t index_position_ = 0;
+  /// How many the index lists beside the entries: their stamp is zero, and rosbag's own reader
+  /// leaves them out.
   std::uint64_t unstamped_ = 0;
   std::vector<Entry> entries_;
+  std::size_t next_ = 0;  ///< of the entries
   std::map<std::uint64_t, Chunk> chunks_;           ///< by position of the record
   std::map<std::uint64_t, BagRecord> kinds_;        ///< of records that positions may point to
   std::map<std::uint32_t, Channel> connections_;    ///< that have a record of their own

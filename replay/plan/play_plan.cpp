@@ -14,6 +14,7 @@
 #include "replay/plan/robot_topics.hpp"
 #include "replay/query/regular_expression.hpp"
 #include "replay/record/snapshot.hpp"
+#include "replay/ros2/ros2_definition.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -189,6 +190,9 @@ class TopicChooser {
   std::string whyNever(const PlannedTopic& topic) const {
     if (topic.output.topic == options_.emergency_stop) {
       return "it is the emergency stop that this replay obeys";
+    }
+    if (const auto why = whyForeign(topic.channel.definition)) {
+      return "its type and fields do not agree with ROS 1's, as it comes from ROS 2: " + *why;
     }
     return topic.topic_class == TopicClass::Endless ? topic.why_class : std::string();
   }

@@ -25,12 +25,16 @@ struct RobotProfile {
     std::vector<std::array<double, 2>> footprint;    ///< m, in the base frame; empty: unknown
     double deceleration = 0, command_timeout_s = 0;  ///< m/s^2, s; 0: unknown
     double fastest = 0, fastest_turn = 0;            ///< m/s, rad/s; 0: unknown
+    bool is_holonomic = false;                       ///< it goes sideways, too
   } base;
+  /// What takes its goals or commands: actions and topics, "/arm_controller/follow_joint_trajectory".
+  std::vector<std::string> controllers;
   std::string scan_topic;
   struct EmergencyStop {
     std::string topic, field;  ///< "/robot_state", "runstopped"
     bool stops_when = true;    ///< the field's value that stops the robot
   } emergency_stop;
+  std::vector<std::string> joints;  ///< all that the profile names
   /// At most, where the robot's description says nothing: rad or m, per s and s^2.
   std::map<std::string, double> joint_speeds, joint_accelerations;
   std::vector<std::string> gripper_joints;  ///< of a gripper's goal; the gap is their sum

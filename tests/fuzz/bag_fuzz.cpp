@@ -1,5 +1,6 @@
-// Bags from nowhere: an import ends with a BagError or with a behavior, and neither crashes, hangs
-// nor reads beyond what it was given. Seeds: any small bags, packed with none, bz2 and lz4.
+// Bags, MCAP files and SQLite bags of ROS 2 from nowhere: an import ends with a BagError or with a
+// behavior, and neither crashes, hangs nor reads beyond what it was given. Seeds: any small ones,
+// packed with none, bz2, lz4 and zstd.
 #include "replay/bags/bag_file.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "tests/fuzz/memory_file.hpp"

@@ -183,8 +183,14 @@ TEST_P(ImportedSession, isExportedTogetherAndCompressed) {
       afterglow({"export", "1", "--out", bag, "--compression", "lz4", "--split-size", "1"}).output,
       exported() + folder_.path("out_0.bag") + "\n");
   expectSame(folder_.path("out_0.bag"));
-  expectRefused({"export", "1", "--out", "x.mcap"},
-                "x.mcap: only bags of ROS 1 are written, FILE.bag; this system packages no MCAP");
+  const std::string mcap = folder_.path("out.mcap");
+  EXPECT_EQ(afterglow({"export", "1", "--out", mcap}).output, exported() + mcap + "\n");
+  EXPECT_EQ(afterglow({"import", mcap}).output,
+            messages(1) + " messages on 9 topics as behavior 3 \"out\" in sqlite:" + store_ + "\n");
+  EXPECT_EQ(afterglow({"export", "3", "--out", bag}).status, 0);
+  expectSame(bag);
+  expectRefused({"export", "1", "--out", "x.db3"},
+                "x.db3: bags of ROS 2 are not written; FILE.bag and FILE.mcap are");
 }
 
 TEST_P(ImportedSession, isFoundByNameTopicAndTime) {

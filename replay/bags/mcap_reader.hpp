@@ -1,0 +1,86 @@
+/// \file
+/// Reads MCAP files that may come from anybody. Internal to replay.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "replay/bags/mcap_records.hpp"
+
+namespace afterglow::replay {
+
+/// The messages of a file in the order they lie in, with memory for one chunk. Its indexes are not
+/// believed, nor needed; checksums are checked where the file has them. Throws BagError naming
+/// the file and the byte.
+class McapReader {
+ public:
+  struct Message {
+    std::uint16_t channel = 0;
+    std::uint64_t log_time = 0;
+    const std::uint8_t* data = nullptr;  ///< until the next call
+    std::size_t size = 0;
+  };
+
+  /// Refuses a file that was cut short or never closed.
+  explicit McapReader(const std::string& path);
+
+  const std::string& path() const { return path_; }
+  const std::string& profile() const { return profile_; }
+  std::uint64_t total() const { return total_; }  ///< as the file says; 0: it does not
+  std::uint64_t begin() const { return begin_; }  ///< log time, as the file says
+  /// Empty at the end of the data.
+  std::optional<Message> next();
+  /// Of a message.
+  const McapChannel& channel(std::uint16_t id) const { return channels_.at(id); }
+  /// Null if it has none.
+  const McapSchema* schema(const McapChannel& channel) const;
+  [[noreturn]] void fail(const std::string& text) const;
+
+ private:
+  struct Record {
+    std::uint64_t at = 0;
+    McapRecord kind{};
+    std::uint64_t size = 0;
+    std::uint64_t end() const { return at + kMcapRecordHeader + size; }
+  };
+
+  void readEnds();
+  void readSummary(std::uint64_t begin, std::uint64_t end);
+  void findBegin();
+  bool expectDataChecksum(std::uint64_t data_end);
+  std::uint32_t checksum(std::uint64_t at, std::uint64_t size);
+  Bytes read(std::uint64_t at, std::uint64_t size);
+  Record record(std::uint64_t at);
+  Bytes content(const Record& record);
+  void pass(const Record& record);
+  bool nextRecord();
+  std::optional<Message> nextInChunk();
+  Message message(const std::uint8_t* content, std::size_t size) const;
+  void addSchema(McapFields fields);
+  void addChannel(McapFields fields);
+  void openChunk(McapFields fields);
+  void endData(McapFields fields) const;
+
+  const std::string path_;
+  std::ifstream file_;
+  std::uint64_t file_size_ = 0;
+  std::uint64_t at_ = 0;  ///< of the next record
+  std::uint64_t data_end_ = 0;  ///< where the summary or the footer begins
+  std::uint64_t total_ = 0, begin_ = 0;
+  std::string profile_;
+  std::map<std::uint16_t, McapSchema> schemas_;
+  std::map<std::uint16_t, McapChannel> channels_;
+  std::uint64_t definition_bytes_ = 0;
+  bool has_data_checksum_ = false;
+  std::uint32_t data_checksum_ = 0;  ///< of what was read so far
+  Bytes record_;                     ///< a message outside of chunks
+  Bytes chunk_;                      ///< its records, unpacked
+  std::size_t chunk_at_ = 0;         ///< of the next record in it
+  std::uint64_t chunk_position_ = 0;
+  std::optional<Message> outside_;  ///< a message outside of chunks, to be given
+};
+
+}  // namespace afterglow::replay

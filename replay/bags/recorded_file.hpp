@@ -1,0 +1,44 @@
+/// \file
+/// Files of recorded messages that are imported: bags of ROS 1, MCAP files, bags of ROS 2. Internal
+/// to replay.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/messages/message.hpp"
+
+namespace afterglow::replay {
+
+/// Read once, from its beginning to its end, with memory for a part of it. Methods throw BagError
+/// naming the file and the place in it.
+class RecordedFile {
+ public:
+  struct Item {
+    std::uint32_t channel = 0;
+    Stamp received;
+    Bytes bytes;  ///< as ROS 1 serializes
+  };
+
+  virtual ~RecordedFile() = default;
+
+  virtual const std::string& path() const = 0;
+  /// How many messages it says to hold; 0: it does not say.
+  virtual std::uint64_t total() const = 0;
+  /// Of its first message, as it says.
+  virtual Stamp begin() const = 0;
+  /// Messages of equal stamps in the order they were recorded; empty at the end.
+  virtual std::optional<Item> next() = 0;
+  /// Of an item.
+  virtual const Channel& channel(std::uint32_t id) const = 0;
+  /// What was left out so far and what a user should know, one line each.
+  virtual std::vector<std::string> remarks() const { return {}; }
+};
+
+/// The file, or those of a ROS 2 bag's folder. Throws BagError for what is no recording.
+std::vector<std::unique_ptr<RecordedFile>> openRecording(const std::string& path);
+
+}  // namespace afterglow::replay

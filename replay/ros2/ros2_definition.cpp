@@ -1,0 +1,200 @@
+#include "replay/ros2/ros2_definition.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "replay/messages/schema.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\f\v";
+constexpr std::string_view kForeign = "# From ROS 2: ";
+constexpr const char* kHeader = "std_msgs/Header";
+constexpr const char* kHeaderFields = "uint32 seq\ntime stamp\nstring frame_id\n";
+/// IDL has no structure without members.
+constexpr std::string_view kPlaceholder = "structure_needs_at_least_one_member";
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(kSpace);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
+}
+
+std::string_view takeLine(std::string_view& text) {
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return line;
+}
+
+bool isNameLetter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+}
+
+/// The types of one definition, with the lines of each.
+class Sections {
+ public:
+  Sections(const std::string& root, std::string_view text) : root_(root) {
+    std::string type = root;
+    bool heading_awaited = false;
+    names_.push_back(root);
+    while (!text.empty()) {
+      const std::string_view line = trim(takeLine(text));
+      if (line.empty()) continue;
+      if (heading_awaited) {
+        type = heading(line);
+        heading_awaited = false;
+        if (lines_.count(type) == 0) names_.push_back(type);
+        lines_[type].clear();
+      } else if (line.size() > 1 && line.find_first_not_of('=') == std::string_view::npos) {
+        heading_awaited = true;
+      } else {
+        lines_[type].push_back(line);
+      }
+    }
+  }
+
+  /// In the order of the text, the root first.
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<std::string_view>& lines(const std::string& type) const {
+    static const std::vector<std::string_view> kNone;
+    const auto found = lines_.find(type);
+    return found == lines_.end() ? kNone : found->second;
+  }
+
+ private:
+  std::string heading(std::string_view line) const {
+    constexpr std::string_view kMark = "MSG:";
+    if (line.substr(0, kMark.size()) != kMark) {
+      throw MessageError("definition of " + root_ + ": \"" + std::string(line.substr(0, 40)) +
+                         "\" stands where \"MSG: package/Type\" should");
+    }
+    return ros1TypeName(std::string(trim(line.substr(kMark.size()))));
+  }
+
+  const std::string root_;
+  std::vector<std::string> names_;
+  std::map<std::string, std::vector<std::string_view>> lines_;  ///< views of the text
+};
+
+/// One line of a definition of ROS 2 as ROS 1 writes it.
+class LineTranslator {
+ public:
+  explicit LineTranslator(std::string owner) : owner_(std::move(owner)) {}
+
+  /// Empty for comments and for what ROS 1 does without.
+  std::string translate(std::string_view line) const {
+    if (line.front() == '#') return "";
+    if (line == "---") fail(line, "is of a service or an action, not of a message");
+    const std::size_t gap = line.find_first_of(kSpace);
+    if (gap == std::string_view::npos) fail(line, "is no field");
+    const std::string type = translateType(line, line.substr(0, gap));
+    const std::string_view rest = trim(line.substr(gap));
+    const auto name_end = std::find_if_not(rest.begin(), rest.end(), isNameLetter);
+    const std::string_view name = rest.substr(0, static_cast<std::size_t>(name_end - rest.begin()));
+    const std::string_view behind = trim(rest.substr(name.size()));
+    if (name.empty()) fail(line, "has no name");
+    if (name == kPlaceholder) return "";
+    if (behind.empty() || behind.front() != '=') {
+      return type + " " + std::string(name) + "\n";  // what stands behind it is a default value
+    }
+    return type + " " + std::string(name) + "=" + constant(type, trim(behind.substr(1))) + "\n";
+  }
+
+ private:
+  [[noreturn]] void fail(std::string_view line, const std::string& what) const {
+    throw MessageError("definition of " + owner_ + ": \"" + std::string(line.substr(0, 80)) +
+                       "\" " + what);
+  }
+
+  static std::string constant(const std::string& type, std::string_view value) {
+    if (type != "string") {
+      const std::string_view number = trim(value.substr(0, value.find('#')));
+      if (type != "bool") return std::string(number);
+      return number == "true" || number == "True" || number == "1" ? "True" : "False";
+    }
+    const char quote = value.empty() ? ' ' : value.front();
+    if (quote != '"' && quote != '\'') return std::string(value);
+    return std::string(value.substr(1, value.find(quote, 1) - 1));
+  }
+
+  std::string translateType(std::string_view line, std::string_view written) const {
+    const std::size_t open = written.find('[');
+    std::string type(written.substr(0, open));
+    std::string brackets(open == std::string_view::npos ? "" : written.substr(open));
+    if (brackets.substr(0, 3) == "[<=") brackets = "[]";
+    if (brackets.find_first_not_of("[0]") == std::string::npos && brackets.size() > 2) {
+      fail(line, "is an array of no elements, which ROS 2 has not");
+    }
+    if (const std::size_t bound = type.find("<="); bound != std::string::npos) type.resize(bound);
+    if (type == "wstring" || type == "wchar") fail(line, "has wide letters, which ROS 1 has not");
+    if (type.find('/') != std::string::npos) type = ros1TypeName(type);
+    if (type == "builtin_interfaces/Time") type = "time";
+    if (type == "builtin_interfaces/Duration") type = "duration";
+    return type + brackets;
+  }
+
+  const std::string owner_;
+};
+
+std::string fieldsOf(const std::string& type, const std::vector<std::string_view>& lines) {
+  const LineTranslator translator(type);
+  std::string fields;
+  for (const std::string_view line : lines) fields += translator.translate(line);
+  if (type != kHeader) return fields;
+  if (fields != "time stamp\nstring frame_id\n") {
+    throw MessageError("definition of std_msgs/Header: it has other fields than in ROS 2");
+  }
+  return kHeaderFields;
+}
+
+}  // namespace
+
+std::string ros1TypeName(const std::string& ros2_type) {
+  const std::size_t first = ros2_type.find('/'), last = ros2_type.rfind('/');
+  const auto isName = [](std::string_view text) {
+    return !text.empty() && std::all_of(text.begin(), text.end(), isNameLetter);
+  };
+  const std::string package = ros2_type.substr(0, first);
+  const std::string name = last == std::string::npos ? "" : ros2_type.substr(last + 1);
+  const std::string between =
+      first == last ? "msg" : ros2_type.substr(first + 1, last - first - 1);
+  if (!isName(package) || !isName(name) || !isName(between)) {
+    throw MessageError("\"" + ros2_type.substr(0, 80) +
+                       "\" is no message type; expected package/msg/Type");
+  }
+  return package + "/" + name;
+}
+
+std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition) {
+  const std::string root = ros1TypeName(ros2_type);
+  const Sections sections(root, ros2_definition);
+  std::string text;
+  for (const std::string& type : sections.names()) {
+    const bool is_root = type == root;
+    // These are numbers of ROS 1's own.
+    const bool is_builtin = type == "builtin_interfaces/Time" ||
+                            type == "builtin_interfaces/Duration";
+    if (is_builtin && !is_root) continue;
+    if (!is_root) text += std::string(80, '=') + "\nMSG: " + type + "\n";
+    text += fieldsOf(type, sections.lines(type));
+  }
+  return text;
+}
+
+std::string markAsForeign(const std::string& definition, const std::string& why) {
+  std::string line = why;
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return std::string(kForeign) + line + "\n" + definition;
+}
+
+std::optional<std::string> whyForeign(std::string_view definition) {
+  if (definition.substr(0, kForeign.size()) != kForeign) return std::nullopt;
+  definition.remove_prefix(kForeign.size());
+  return std::string(takeLine(definition));
+}
+
+}  // namespace afterglow::replay

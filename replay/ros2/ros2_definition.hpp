@@ -1,0 +1,27 @@
+/// \file
+/// Message definitions of ROS 2 in terms of ROS 1. Internal to replay. Source of the grammar:
+/// docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace afterglow::replay {
+
+/// "geometry_msgs/Twist" of "geometry_msgs/msg/Twist". Throws MessageError if it is no type's name.
+std::string ros1TypeName(const std::string& ros2_type);
+
+/// The ROS 1 definition that has the fields of a ROS 2 definition (with those of all contained
+/// types, as bags of ROS 2 and MCAP files have it): builtin_interfaces/Time and Duration are `time`
+/// and `duration`, std_msgs/Header gains `seq`, bounds and default values are gone. Throws
+/// MessageError for what ROS 1 has not, as wstring.
+std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_definition);
+
+/// A definition whose messages no ROS 1 robot may be sent, as its type has other fields there or is
+/// unknown; says so in its first line.
+std::string markAsForeign(const std::string& definition, const std::string& why);
+/// Why; empty: the definition is not marked.
+std::optional<std::string> whyForeign(std::string_view definition);
+
+}  // namespace afterglow::replay

@@ -1,0 +1,123 @@
+#include "replay/ros2/ros2_topic.hpp"
+
+#include <utility>
+
+#include "replay/ros2/known_types.hpp"
+#include "replay/ros2/ros2_definition.hpp"
+
+namespace afterglow::replay {
+namespace {
+
+constexpr std::size_t kLongestQuality = 1 << 16;
+
+/// Whether a publisher gave late subscribers its last message, as a latched topic of ROS 1 does.
+/// The policy is a number up to Humble and a word since.
+bool isTransientLocal(const std::string& quality) {
+  const std::string key = "durability:";
+  if (quality.size() > kLongestQuality) return false;
+  for (std::size_t at = quality.find(key); at != std::string::npos; at = quality.find(key, at)) {
+    at = quality.find_first_not_of(" \"'", at + key.size());
+    if (at == std::string::npos) break;
+    const std::string word = quality.substr(at, quality.find_first_of(" \"',\r\n}", at) - at);
+    if (word == "1" || word == "transient_local") return true;
+  }
+  return false;
+}
+
+std::optional<Definition> findKnown(const FindDefinition& find, const std::string& type) {
+  try {
+    return find(type);
+  } catch (const MessageError&) {
+    return std::nullopt;  // a package of this machine is not whole
+  }
+}
+
+}  // namespace
+
+Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& find) {
+  if (description.serialization != "cdr") {
+    throw MessageError("its messages are serialized as \"" +
+                       description.serialization.substr(0, 40) + "\"; cdr is read");
+  }
+  // A node of ROS 1 knows absolute names alone.
+  const bool is_absolute = description.topic.compare(0, 1, "/") == 0;
+  channel_.topic = (is_absolute ? "" : "/") + description.topic;
+  channel_.type = ros1TypeName(description.type);
+  channel_.latching = isTransientLocal(description.quality);
+  const auto known = findKnown(find, channel_.type);
+  if (description.definition_kind == "ros2msg") {
+    readOwn(description, known);
+  } else {
+    readKnown(known, description.definition_kind.empty()
+                         ? "the bag has no definition of its type"
+                         : "its type is defined as \"" +
+                               description.definition_kind.substr(0, 40) + "\"; ros2msg is read");
+  }
+}
+
+void Ros2Topic::readOwn(const Ros2Description& description,
+                        const std::optional<Definition>& known) {
+  const std::string own = ros1Definition(description.type, description.definition);
+  Schema schema = Schema::parse(channel_.type, own);
+  channel_.md5 = definitionMd5(channel_.type, own);
+  if (known && known->md5 == channel_.md5) {
+    channel_.definition = known->text;
+    layouts_.push_back({CdrMessage(std::move(schema)), std::nullopt});
+    return;
+  }
+  try {
+    if (!known) throw MessageError("no ROS 1 type " + channel_.type + " is known here");
+    FieldMapping mapping(schema, Schema::parse(channel_.type, known->text));
+    channel_.md5 = known->md5;
+    channel_.definition = known->text;
+    layouts_.push_back({CdrMessage(std::move(schema)), std::move(mapping)});
+  } catch (const MessageError& reason) {
+    why_foreign_ = reason.what();
+    channel_.definition = markAsForeign(own, why_foreign_);
+    layouts_.push_back({CdrMessage(std::move(schema)), std::nullopt});
+  }
+}
+
+void Ros2Topic::readKnown(const std::optional<Definition>& known,
+                          const std::string& why_not_own) {
+  if (!known) throw MessageError(why_not_own + ", and ROS 1 knows none here");
+  const Schema target = Schema::parse(channel_.type, known->text);
+  for (const std::string& text : ros2Layouts(channel_.type, *known)) {
+    Schema schema = Schema::parse(channel_.type, text);
+    std::optional<FieldMapping> mapping;
+    if (text != known->text) mapping.emplace(schema, target);
+    layouts_.push_back({CdrMessage(std::move(schema)), std::move(mapping)});
+  }
+  if (layouts_.empty()) {
+    throw MessageError(why_not_own + ", and it is not known to have ROS 1's fields");
+  }
+  channel_.md5 = known->md5;
+  channel_.definition = known->text;
+}
+
+Bytes Ros2Topic::Layout::toRos1(const Bytes& bytes) const {
+  Bytes ros1 = message.toRos1(bytes.data(), bytes.size());
+  return mapping ? mapping->map(ros1) : ros1;
+}
+
+Bytes Ros2Topic::toRos1(const Bytes& bytes) {
+  if (layouts_.size() == 1) return layouts_.front().toRos1(bytes);
+  std::vector<Layout> fitting;
+  Bytes ros1;
+  std::string problem;
+  for (const Layout& layout : layouts_) {
+    try {
+      Bytes read = layout.toRos1(bytes);
+      if (fitting.empty()) ros1 = std::move(read);
+      fitting.push_back(layout);
+    } catch (const MessageError& error) {
+      problem = error.what();
+    }
+  }
+  if (fitting.empty()) throw MessageError(problem);
+  // A list that is empty fits all of them.
+  if (fitting.size() == 1) layouts_ = std::move(fitting);
+  return ros1;
+}
+
+}  // namespace afterglow::replay

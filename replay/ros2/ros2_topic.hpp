@@ -1,0 +1,60 @@
+/// \file
+/// A topic of ROS 2 as one of ROS 1. Internal to replay.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "replay/messages/definitions.hpp"
+#include "replay/messages/message.hpp"
+#include "replay/ros2/cdr_message.hpp"
+#include "replay/ros2/field_mapping.hpp"
+
+namespace afterglow::replay {
+
+/// Finds ROS 1's own definition of a type; empty: it is not known here.
+using FindDefinition = std::function<std::optional<Definition>(const std::string& type)>;
+
+/// As a recording describes it.
+struct Ros2Description {
+  std::string topic, type;      ///< "geometry_msgs/msg/Twist"
+  std::string serialization;    ///< "cdr"
+  std::string definition_kind;  ///< "ros2msg", others are not understood; empty: there is none
+  std::string definition;
+  std::string quality;  ///< offered_qos_profiles, YAML
+};
+
+/// Its messages become those of the ROS 1 type if that is known and has the same fields, or all of
+/// them (FieldMapping); else they keep the fields of ROS 2, and the definition is marked
+/// (markAsForeign()), so that they can be looked at and are not sent to a robot of ROS 1.
+class Ros2Topic {
+ public:
+  /// Throws MessageError, which says why, if its messages cannot be read.
+  Ros2Topic(const Ros2Description& description, const FindDefinition& find);
+
+  const Channel& channel() const { return channel_; }
+  /// Why its messages stay with the fields of ROS 2; empty: they do not.
+  const std::string& whyForeign() const { return why_foreign_; }
+  /// Throws MessageError if the bytes are none of the type's messages.
+  Bytes toRos1(const Bytes& bytes);
+
+ private:
+  struct Layout {
+    CdrMessage message;
+    std::optional<FieldMapping> mapping;  ///< onto the channel's definition; empty: has it already
+    Bytes toRos1(const Bytes& bytes) const;
+  };
+
+  void readOwn(const Ros2Description& description, const std::optional<Definition>& known);
+  void readKnown(const std::optional<Definition>& known, const std::string& why_not_own);
+
+  Channel channel_;
+  std::string why_foreign_;
+  /// Those that a message may have; once one alone fits, the others are gone.
+  std::vector<Layout> layouts_;
+};
+
+}  // namespace afterglow::replay
