@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <utility>
 
 #include "nodes/player/ros_clock.hpp"
@@ -36,11 +35,10 @@ bool OpenLoopWatch::publish(const replay::Channel& channel, const replay::Bytes&
 /// Why the base must not be told this velocity; empty if it may.
 std::string OpenLoopWatch::whyNot(const replay::Bytes& bytes) {
   const replay::Velocity velocity = replay::velocityOf(bytes);
-  const replay::PlanarVelocity wanted{velocity[0], velocity[5]};
+  const replay::PlanarVelocity wanted{velocity[0], velocity[5], velocity[1]};
   const replay::ObstacleOptions& options = obstacles_.options();
   const double radius = options.footprint.radius();
-  const double speed =
-      replay::rimSpeed({std::hypot(wanted.forward, velocity[1]), wanted.turn}, radius);
+  const double speed = replay::rimSpeed(wanted, radius);
   const double way = speed * options.reaction + speed * speed / (2 * options.deceleration);
   const replay::BaseInput input = look_();
   const replay::PlanarPose T_odom_base =
@@ -48,7 +46,7 @@ std::string OpenLoopWatch::whyNot(const replay::Bytes& bytes) {
   if (input.T_odom_base) obstacles_.move(input.T_odom_base->stamp, T_odom_base);
   obstacles_.hear(input.scan);
   const auto verdict = obstacles_.judge({input.now, T_odom_base, {}, input.now, 0},
-                                        pathOf(wanted, radius, way, velocity[1]));
+                                        pathOf(wanted, radius, way));
   if (verdict.kind != replay::ObstacleStop::Verdict::Kind::Go) return verdict.reason;
   if (verdict.speed >= speed) return "";
   return verdict.is_unseen && verdict.speed == options.unseen_speed

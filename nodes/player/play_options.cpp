@@ -427,6 +427,7 @@ void setRobot(Request& request, const std::string& name_or_file) {
   request.body.robot = request.robot;
   const replay::RobotProfile::Base& base = request.robot.base;
   request.body.base.usual_topic = base.velocity_topic;
+  request.body.base.is_holonomic = base.is_holonomic;
   replay::TrackFrames& frames = request.body.base.frames;
   if (!base.map_frame.empty()) frames.map = base.map_frame;
   if (!base.odom_frame.empty()) frames.odometry = base.odom_frame;
@@ -446,7 +447,8 @@ void setRobot(Request& request, const std::string& name_or_file) {
 std::vector<PlayOption> whichRobot() {
   return {
       row("robot", text("NAME|FILE"),
-          "What is known of this robot: fetch, or a file (assets/README.md); default: nothing",
+          "What is known of this robot: fetch, pr2, tiago, turtlebot3, ur, or a file "
+          "(assets/README.md); default: nothing",
           [](Request& r, const OptionTexts& texts) { setRobot(r, texts.front()); }),
       member("any_map", flag(),
              "Another map than it was recorded on will do; default: base and light stay where they "

@@ -179,6 +179,7 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
   if (limits_.linear) options.speed = std::min(options.speed, *limits_.linear);
   if (limits_.angular) options.turn_speed = std::min(options.turn_speed, *limits_.angular);
   options.obstacles = obstacles();
+  options.is_holonomic = options_.is_holonomic;
   return options;
 }
 

@@ -36,6 +36,7 @@ struct BaseOptions {
   bool is_odometry_enough = false;
   std::string topic;               ///< which of several velocity topics is the base's [~base_topic]
   std::string usual_topic;         ///< which it is if that is not said: the profile's
+  bool is_holonomic = false;       ///< it goes sideways, too: the profile's
   bool has_recorded_time = false;  ///< the clock is the recording's
   replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
   std::string tf_topic = "/tf";    ///< where today's transforms are

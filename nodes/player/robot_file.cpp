@@ -45,13 +45,22 @@ std::vector<std::string> textsIn(const YamlMap& map, const std::string& key) {
   return texts;
 }
 
-/// A name that begins with a slash, as --prefix and --remap take it.
+/// Refuses what does not begin with a slash, as --prefix and --remap take it.
+void checkTopic(const YamlMap& map, const std::string& key, const std::string& topic) {
+  if (topic.empty() || (topic.size() > 1 && topic[0] == '/')) return;
+  map.fail(map.at(key), "'" + topic + "' should be a topic, /NAME");
+}
+
 std::string topicIn(const YamlMap& map, const std::string& key) {
   const std::string topic = textIn(map, key);
-  if (!topic.empty() && (topic.size() < 2 || topic[0] != '/')) {
-    map.fail(map.at(key), "'" + topic + "' should be a topic, /NAME");
-  }
+  checkTopic(map, key, topic);
   return topic;
+}
+
+std::vector<std::string> topicsIn(const YamlMap& map, const std::string& key) {
+  const std::vector<std::string> topics = textsIn(map, key);
+  for (const std::string& topic : topics) checkTopic(map, key, topic);
+  return topics;
 }
 
 void readTopics(const YamlMap& map, RobotProfile& robot) {
@@ -88,6 +97,9 @@ void readBase(const YamlMap& map, RobotProfile::Base& base) {
   base.command_timeout_s = numberIn(map, "command_timeout");
   base.fastest = numberIn(map, "fastest");
   base.fastest_turn = numberIn(map, "fastest_turn");
+  if (map.has("holonomic")) {
+    base.is_holonomic = map.choice("holonomic", {"false", "true"}) == 1;
+  }
 }
 
 void readEmergencyStop(const YamlMap& map, RobotProfile::EmergencyStop& stop) {
@@ -101,6 +113,7 @@ void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robo
   for (const auto& joint : joints) {
     const auto name = joint.first.as<std::string>();
     const YamlMap limits = map.map(joint.second, "joint " + name, {"speed", "acceleration"});
+    robot.joints.push_back(name);
     if (limits.has("speed")) robot.joint_speeds[name] = numberIn(limits, "speed");
     if (limits.has("acceleration")) {
       robot.joint_accelerations[name] = numberIn(limits, "acceleration");
@@ -110,8 +123,8 @@ void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robo
 
 RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
   const YamlMap map(path, root, "the robot",
-                    {"name", "topics", "base", "scan_topic", "emergency_stop", "joints",
-                     "gripper_joints", "gaze_frame"});
+                    {"name", "topics", "controllers", "base", "scan_topic", "emergency_stop",
+                     "joints", "gripper_joints", "gaze_frame"});
   RobotProfile robot;
   robot.name = map.text("name");
   if (map.has("topics")) {
@@ -121,9 +134,10 @@ RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
     readBase(map.map(map.at("base"), "base",
                      {"velocity_topic", "take_over_topics", "output_topic", "odometry_topic",
                       "frames", "footprint", "deceleration", "command_timeout", "fastest",
-                      "fastest_turn"}),
+                      "fastest_turn", "holonomic"}),
              robot.base);
   }
+  robot.controllers = topicsIn(map, "controllers");
   robot.scan_topic = topicIn(map, "scan_topic");
   if (map.has("emergency_stop")) {
     readEmergencyStop(map.map(map.at("emergency_stop"), "emergency_stop",
@@ -167,6 +181,7 @@ RobotProfile inNamespace(RobotProfile robot, const std::string& name_space) {
                                       &base.odometry_topic, &robot.scan_topic,
                                       &robot.emergency_stop.topic};
   for (std::string& topic : base.take_over_topics) topics.push_back(&topic);
+  for (std::string& topic : robot.controllers) topics.push_back(&topic);
   for (std::string* topic : topics) {
     if (!topic->empty()) *topic = ros::names::clean(name_space + "/" + *topic);
   }

@@ -1,17 +1,28 @@
 #include "replay/motion/base_command.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "replay/motion/pose_track.hpp"
 
 namespace afterglow::replay {
+namespace {
+
+/// Of what is wanted, that a limit allows.
+double shareOf(double limit, double wanted) { return wanted > limit ? limit / wanted : 1; }
+
+}  // namespace
 
 void BaseCommand::change(const PlanarVelocity& wanted, double seconds) {
   const double step = limits_.acceleration * seconds;
   const double turn_step = limits_.turn_acceleration * seconds;
-  const double forward = std::clamp(wanted.forward, -limits_.speed, limits_.speed);
+  const double slower = shareOf(limits_.speed, wanted.speed());
+  const double forward = wanted.forward * slower - velocity_.forward;
+  const double left = wanted.left * slower - velocity_.left;
+  const double share = shareOf(step, std::hypot(forward, left));
   const double turn = std::clamp(wanted.turn, -limits_.turn_speed, limits_.turn_speed);
-  velocity_.forward += std::clamp(forward - velocity_.forward, -step, step);
+  velocity_.forward += forward * share;
+  velocity_.left += left * share;
   velocity_.turn += std::clamp(turn - velocity_.turn, -turn_step, turn_step);
 }
 

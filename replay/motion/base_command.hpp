@@ -23,12 +23,14 @@ class BaseCommand {
   /// Changes towards `wanted` as far as `seconds` allow.
   void change(const PlanarVelocity& wanted, double seconds);
   /// Slows down to this share at once, along the same curve.
-  void slow(double share) { velocity_ = {velocity_.forward * share, velocity_.turn * share}; }
+  void slow(double share) {
+    velocity_ = {velocity_.forward * share, velocity_.turn * share, velocity_.left * share};
+  }
   /// Stands at once.
   void halt() { velocity_ = {}; }
 
   const PlanarVelocity& velocity() const { return velocity_; }
-  bool isMoving() const { return velocity_.forward != 0 || velocity_.turn != 0; }
+  bool isMoving() const { return !velocity_.isZero(); }
 
   /// The velocity is sent now.
   PlanarVelocity send(Stamp now);

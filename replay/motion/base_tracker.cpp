@@ -11,6 +11,7 @@ namespace afterglow::replay {
 namespace {
 
 constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has not driven
+constexpr double kHolonomicGain = 2;  // 1/s, in x, y and yaw
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
@@ -34,6 +35,23 @@ double ramp(double value, double begin, double end) {
   return std::clamp((end - value) / (end - begin), 0., 1.);
 }
 
+/// An error ahead in the direction of a motion, and beside it.
+struct Lag {
+  double along = 0, aside = 0;
+};
+Lag lagOf(const PlanarPose& error, const PlanarVelocity& motion) {
+  if (motion.speed() <= kResting) return {std::hypot(error.x, error.y), 0};
+  const double x = motion.forward / motion.speed(), y = motion.left / motion.speed();
+  return {x * error.x + y * error.y, x * error.y - y * error.x};
+}
+
+/// As a base sees it that is turned by so much less.
+PlanarVelocity turned(const PlanarVelocity& velocity, double yaw) {
+  const double c = std::cos(yaw), s = std::sin(yaw);
+  return {c * velocity.forward - s * velocity.left, velocity.turn,
+          s * velocity.forward + c * velocity.left};
+}
+
 }  // namespace
 
 BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
@@ -41,7 +59,7 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
     : track_(std::move(track)),
       options_(options),
       localizer_(std::move(known)),
-      approach_(track_.endPose(), options.approach, headingsFor(track_)),
+      approach_(track_.endPose(), options.approach, headingsFor(track_), options.is_holonomic),
       path_(track_.begin(), track_.end(), options.rate),
       command_({options.speed, options.turn_speed, options.acceleration, options.turn_acceleration,
                 options.command_delay, options.longest_silence}) {
@@ -78,7 +96,7 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   const PlanarVelocity wanted = state_ == BaseState::Following
                                     ? follow(base, seconds)
                                     : approach(base, is_barred_ ? 0 : seconds);
-  if (state_ == BaseState::Approaching && obstacles_ && (wanted.forward != 0 || wanted.turn != 0)) {
+  if (state_ == BaseState::Approaching && obstacles_ && !wanted.isZero()) {
     const ObstacleStop& stop = *obstacles_;
     const double radius = stop.options().footprint.radius();
     if (!mayGoOn(base, pathOf(wanted, radius, stop.lookAhead()), input.now, seconds)) {
@@ -132,7 +150,8 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   const Stamp reference = path_.in(options_.command_delay);
   const PlanarPose error = between(base, track_.at(reference));
   if (isOff(error)) return {};
-  const PlanarVelocity recorded = track_.velocityAt(reference);
+  PlanarVelocity recorded = track_.velocityAt(reference);
+  if (!options_.is_holonomic) recorded.left = 0;
   double pace = paceFor(error, recorded);
   if (pace < 0.05 * path_.rate()) {
     idle(seconds,
@@ -146,15 +165,16 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
     if (rim * pace > fastest_) pace = fastest_ / rim;
   }
   path_.setPace(pace);
-  return law(error, {recorded.forward * pace, recorded.turn * pace});
+  return law(error, {recorded.forward * pace, recorded.turn * pace, recorded.left * pace});
 }
 
 /// What the scan sees along the track.
 bool BaseTracker::isWayFree(const PlanarPose& base, Stamp now, double seconds) {
   if (!obstacles_) return true;
   const double radius = obstacles_->options().footprint.radius();
-  return mayGoOn(base, pathAlong(track_, path_.now(), base, radius, obstacles_->lookAhead()), now,
-                 seconds);
+  return mayGoOn(base, pathAlong(track_, path_.now(), base, radius, obstacles_->lookAhead(),
+                            options_.is_holonomic),
+                 now, seconds);
 }
 
 bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now,
@@ -187,23 +207,49 @@ void BaseTracker::lookBehind() {
 }
 
 double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const {
-  const double speed = std::abs(recorded.forward), turn_speed = std::abs(recorded.turn);
-  const double lag =
-      speed > kResting ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x);
+  const double speed = recorded.speed(), turn_speed = std::abs(recorded.turn);
+  Lag lag{speed > kResting ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x),
+          error.y};
+  if (options_.is_holonomic) lag = lagOf(error, recorded);
   double pace = path_.rate();
-  pace *= std::min(ramp(lag, kLagBegin, kLagEnd), ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
-  pace *= std::max(kSlowestAside, ramp(std::abs(error.y), kSideBegin, kSideEnd));
+  pace *= std::min(ramp(lag.along, kLagBegin, kLagEnd),
+                   ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
+  const double slowest = options_.is_holonomic ? 0 : kSlowestAside;
+  pace *= std::max(slowest, ramp(std::abs(lag.aside), kSideBegin, kSideEnd));
   if (speed * pace > options_.speed) pace = options_.speed / speed;
   if (turn_speed * pace > options_.turn_speed) pace = options_.turn_speed / turn_speed;
   return pace;
 }
 
 PlanarVelocity BaseTracker::law(const PlanarPose& error, const PlanarVelocity& wanted) const {
-  const bool is_resting = std::abs(wanted.forward) < kResting && std::abs(wanted.turn) < kResting;
-  if (is_resting && std::abs(error.x) < std::max(kRest, 3 * localizer_->positionError()) &&
+  const bool is_resting = wanted.speed() < kResting && std::abs(wanted.turn) < kResting;
+  const double off = options_.is_holonomic ? std::hypot(error.x, error.y) : std::abs(error.x);
+  if (is_resting && off < std::max(kRest, 3 * localizer_->positionError()) &&
       std::abs(error.yaw) < std::max(kRest, 3 * localizer_->yawError())) {
     return {};
   }
+  return options_.is_holonomic ? holonomicLaw(error, wanted) : unicycleLaw(error, wanted);
+}
+
+PlanarVelocity BaseTracker::holonomicLaw(const PlanarPose& error,
+                                         const PlanarVelocity& wanted) const {
+  const PlanarVelocity seen = turned(wanted, error.yaw);
+  PlanarVelocity velocity{seen.forward + kHolonomicGain * error.x,
+                          seen.turn + kHolonomicGain * error.yaw,
+                          seen.left + kHolonomicGain * error.y};
+  // A base that is ahead waits; it does not go the other way.
+  if (seen.speed() < kResting) return velocity;
+  const double x = seen.forward / seen.speed(), y = seen.left / seen.speed();
+  const double along = x * velocity.forward + y * velocity.left;
+  if (along < 0) {
+    velocity.forward -= along * x;
+    velocity.left -= along * y;
+  }
+  return velocity;
+}
+
+PlanarVelocity BaseTracker::unicycleLaw(const PlanarPose& error,
+                                        const PlanarVelocity& wanted) const {
   const double frequency = std::max(
       kLeastGain,
       std::sqrt(wanted.turn * wanted.turn + options_.stiffness * wanted.forward * wanted.forward));

@@ -7,7 +7,9 @@
 /// (e1 ahead, e2 left, e3 turn),
 ///   v = v_d cos e3 + k1 e1,   w = w_d + b v_d (sin e3 / e3) e2 + k3 e3,
 ///   k1 = k3 = 2 zeta sqrt(w_d^2 + b v_d^2).
-/// It holds for driving forward, backward and for turning in place. The reference is the track at
+/// It holds for driving forward, backward and for turning in place. A holonomic base has a law of
+/// its own, in x, y and yaw independently: the reference's velocity, as seen from the base, and a
+/// gain times each error. The reference is the track at
 /// the path time, which runs with the clock and slower, down to standing still, when the base lags
 /// behind or is off: corners are not cut. The end is FinalApproach's, on the mean of what
 /// localization says while the base stands.
@@ -44,6 +46,7 @@ struct TrackerOptions {
   double lost_turn = 0.52;              ///< rad
   double patience = 10;                 ///< s without getting on: given up
   double damping = 0.8, stiffness = 8;  ///< zeta, and b in 1/m^2
+  bool is_holonomic = false;            ///< it goes sideways, too, by linear.y
   bool with_localization = true;        ///< false: on odometry alone, the base being at the start
   LocalizationNoise noise;
   ApproachOptions approach;
@@ -129,6 +132,8 @@ class BaseTracker {
   PlanarVelocity approach(const PlanarPose& base, double seconds);
   double paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const;
   PlanarVelocity law(const PlanarPose& error, const PlanarVelocity& wanted) const;
+  PlanarVelocity unicycleLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
+  PlanarVelocity holonomicLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
   bool mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now, double seconds);
   bool isWayFree(const PlanarPose& base, Stamp now, double seconds);
   void lookBehind();

@@ -44,6 +44,8 @@ std::optional<PlanarVelocity> FinalApproach::step(const PlanarPose& base, double
       return drive(base);
     case Phase::TurnBack:
       return turnTo(base, goal_.yaw, Phase::Stand);
+    case Phase::Slide:
+      return slide(base);
   }
   return {};
 }
@@ -61,6 +63,11 @@ bool FinalApproach::look(const PlanarPose& base) {
   const bool is_there = length <= options_.tolerance;
   const bool is_turned = std::abs(left.yaw) <= options_.turn_tolerance;
   if ((is_there && is_turned) || attempts_ >= options_.most_attempts) return false;
+  if (is_holonomic_) {
+    enter(Phase::Slide);
+    ++attempts_;
+    return true;
+  }
   heading_ = base.yaw;
   const bool may_back_up = !avoids_backward_ || length <= kShortWay;
   const bool may_drive = left.x >= 0 || may_back_up;
@@ -111,6 +118,21 @@ PlanarVelocity FinalApproach::turnTo(const PlanarPose& base, double yaw, Phase n
     return {};
   }
   return {0, speedFor(left, options_.turn_speed, options_.turn_acceleration)};
+}
+
+PlanarVelocity FinalApproach::slide(const PlanarPose& base) {
+  const PlanarPose left = between(base, goal_);
+  const double length = std::hypot(left.x, left.y);
+  const bool is_turned = std::abs(left.yaw) < kTurned;
+  if (length < kArrived && is_turned) {
+    enter(Phase::Stand);
+    return {};
+  }
+  const double turn =
+      is_turned ? 0 : speedFor(left.yaw, options_.turn_speed, options_.turn_acceleration);
+  if (length < kArrived) return {0, turn};
+  const double share = speedFor(length, options_.speed, options_.acceleration) / length;
+  return {share * left.x, turn, share * left.y};
 }
 
 PlanarVelocity FinalApproach::drive(const PlanarPose& base) {

@@ -3,7 +3,7 @@
 /// where it was, turn there, drive there, turn back. Short straight moves, because odometry makes
 /// them well; few of them, because people watch. It turns only to where the recorded base pointed
 /// at that place, and by a small angle beyond: a stretched arm sweeps what nobody has seen free.
-/// An error that would need more is left.
+/// An error that would need more is left. A holonomic base goes straight there and turns meanwhile.
 #pragma once
 
 #include <limits>
@@ -37,8 +37,8 @@ class FinalApproach {
 
   /// `headings`: where it may point at the goal, as seen from the goal's own heading.
   FinalApproach(const PlanarPose& goal, const ApproachOptions& options,
-                const HeadingRange& headings = kAnywhere)
-      : goal_(goal), options_(options), headings_(headings) {}
+                const HeadingRange& headings = kAnywhere, bool is_holonomic = false)
+      : goal_(goal), options_(options), headings_(headings), is_holonomic_(is_holonomic) {}
 
   /// The velocity for the next `seconds`; empty when it is over. `base`: where the base will be
   /// when that takes effect; how well that is known, m and rad.
@@ -51,7 +51,7 @@ class FinalApproach {
   void avoidBackward(bool avoids) { avoids_backward_ = avoids; }
 
  private:
-  enum class Phase { Stand, Turn, Drive, TurnBack };
+  enum class Phase { Stand, Turn, Drive, TurnBack, Slide };
 
   void enter(Phase phase);
   bool isWorthWaiting(double position_error, double turn_error) const;
@@ -60,10 +60,12 @@ class FinalApproach {
   std::optional<double> turnToDrive(const PlanarPose& base, bool may_back_up) const;
   PlanarVelocity turnTo(const PlanarPose& base, double yaw, Phase next);
   PlanarVelocity drive(const PlanarPose& base);
+  PlanarVelocity slide(const PlanarPose& base);
 
   PlanarPose goal_;
   ApproachOptions options_;
   HeadingRange headings_;
+  bool is_holonomic_;
   Phase phase_ = Phase::Stand;
   double in_phase_ = 0;   ///< s
   double known_ = 0;      ///< the position error last heard of, m

@@ -29,9 +29,12 @@ struct HeadingRange {
   double from = 0, to = 0;
 };
 
-/// Of a base that cannot move sideways: m/s ahead, rad/s counter-clockwise.
+/// m/s ahead, rad/s counter-clockwise, and m/s to the left, which only a holonomic base goes.
 struct PlanarVelocity {
-  double forward = 0, turn = 0;
+  double forward = 0, turn = 0, left = 0;
+
+  bool isZero() const { return forward == 0 && turn == 0 && left == 0; }
+  double speed() const { return left == 0 ? std::abs(forward) : std::hypot(forward, left); }
 };
 
 /// The same angle in [-pi, pi].
@@ -68,7 +71,15 @@ inline PlanarPose alongArc(const PlanarPose& pose, double arc, double turn) {
 
 /// Where a base is after `seconds` of a steady velocity.
 inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity, double seconds) {
-  return alongArc(pose, velocity.forward * seconds, velocity.turn * seconds);
+  if (velocity.left == 0) {
+    return alongArc(pose, velocity.forward * seconds, velocity.turn * seconds);
+  }
+  // The arc of a base that looks where it goes.
+  const double aside = std::atan2(velocity.left, velocity.forward);
+  PlanarPose after = alongArc({pose.x, pose.y, pose.yaw + aside}, velocity.speed() * seconds,
+                              velocity.turn * seconds);
+  after.yaw = wrapAngle(after.yaw - aside);
+  return after;
 }
 
 /// Where a frame's x points, seen from above, of an orientation of any length.

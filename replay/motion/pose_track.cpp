@@ -62,8 +62,9 @@ PlanarVelocity PoseTrack::velocityAt(Stamp stamp) const {
   const double seconds = secondsBetween(from, to);
   const PlanarPose step = between(at(from), at(to));
   // The chord of an arc points half its turn to the side.
-  const double ahead = std::cos(step.yaw / 2) * step.x + std::sin(step.yaw / 2) * step.y;
-  return {ahead / seconds, step.yaw / seconds};
+  const double c = std::cos(step.yaw / 2), s = std::sin(step.yaw / 2);
+  return {(c * step.x + s * step.y) / seconds, step.yaw / seconds,
+          (c * step.y - s * step.x) / seconds};
 }
 
 HeadingRange PoseTrack::headingsAtEnd(double radius) const {

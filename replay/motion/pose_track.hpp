@@ -53,7 +53,8 @@ class PoseTrack {
   const PlanarPose& endPose() const { return samples_.back().pose; }
   /// At any recorded stamp, interpolated; before and after the track its ends.
   PlanarPose at(Stamp stamp) const;
-  /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track.
+  /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track. To
+  /// the left a base that cannot go there has noise.
   PlanarVelocity velocityAt(Stamp stamp) const;
   /// Where it pointed since it came to the place of its end for the last time, as seen from its
   /// last heading; at most 2.8 rad to either side. `radius`: of that place, m.

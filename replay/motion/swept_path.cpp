@@ -67,17 +67,19 @@ std::vector<NearPoint> nearPoints(const SweptPath& path, const Footprint& footpr
 }  // namespace
 
 double rimSpeed(const PlanarVelocity& velocity, double radius) {
-  return std::abs(velocity.forward) + radius * std::abs(velocity.turn);
+  return velocity.speed() + radius * std::abs(velocity.turn);
 }
 
 SweptPath pathAlong(const PoseTrack& track, Stamp from, const PlanarPose& base, double radius,
-                    double longest) {
+                    double longest, bool is_holonomic) {
   SweptPath path(1);
   PlanarPose last = track.at(from);
-  // The track's pose may lie before the base or behind it; only ahead or backward, as it drives.
-  const double forward = track.velocityAt(from).forward;
-  const double lag = between(base, last).x;
-  double way = std::abs(forward) > kMoving ? std::copysign(lag, forward * lag) : 0;
+  // The track's pose may lie before the base or behind it, in the direction in which it drives.
+  PlanarVelocity velocity = track.velocityAt(from);
+  if (!is_holonomic) velocity.left = 0;
+  const PlanarPose lag = between(base, last);
+  const double speed = velocity.speed();
+  double way = speed > kMoving ? (velocity.forward * lag.x + velocity.left * lag.y) / speed : 0;
   const Stamp end = std::min(track.end(), Stamp{from.ns + static_cast<std::int64_t>(
                                                               kFarthestAhead * 1e9)});
   double added = way;
@@ -96,19 +98,13 @@ SweptPath pathAlong(const PoseTrack& track, Stamp from, const PlanarPose& base, 
   return path;
 }
 
-SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest, double left) {
+SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest) {
   SweptPath path(1);
-  const double speed = rimSpeed({std::hypot(velocity.forward, left), velocity.turn}, radius);
+  const double speed = rimSpeed(velocity, radius);
   if (speed < kMoving / 10) return path;
-  // The arc of a base that looks where it goes.
-  const double aside = left == 0 ? 0 : std::atan2(left, velocity.forward);
-  const PlanarVelocity along{left == 0 ? velocity.forward : std::hypot(velocity.forward, left),
-                             velocity.turn};
   for (double way = 0; way < longest;) {
     way = std::min(longest, way + kPoseStep);
-    PlanarPose pose = advance({0, 0, aside}, along, way / speed);
-    pose.yaw = wrapAngle(pose.yaw - aside);
-    path.push_back({pose, way});
+    path.push_back({advance({}, velocity, way / speed), way});
   }
   return path;
 }

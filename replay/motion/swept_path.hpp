@@ -26,9 +26,9 @@ double rimSpeed(const PlanarVelocity& velocity, double radius);
 /// Along a track from a moment on; the base is at `base`, in the track's frame. Ends with the
 /// track, or after `longest` m.
 SweptPath pathAlong(const PoseTrack& track, Stamp from, const PlanarPose& base, double radius,
-                    double longest);
-/// The way of a velocity that is kept; a holonomic base also goes to the left, m/s.
-SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest, double left = 0);
+                    double longest, bool is_holonomic = false);
+/// The way of a velocity that is kept.
+SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest);
 
 struct FreeWay {
   double way = std::numeric_limits<double>::infinity();  ///< m; infinite: all of the path is free

@@ -31,7 +31,7 @@ inline Velocity velocityOf(const Bytes& bytes) {
 /// The same message with another velocity, and a new stamp if it has a header; a message without a
 /// velocity stays as it is.
 inline Bytes velocityMessage(Bytes bytes, const PlanarVelocity& wanted, Stamp now) {
-  const Velocity velocity{wanted.forward, 0, 0, 0, 0, wanted.turn};
+  const Velocity velocity{wanted.forward, wanted.left, 0, 0, 0, wanted.turn};
   if (bytes.size() < sizeof(Velocity)) return bytes;
   std::memcpy(bytes.data() + bytes.size() - sizeof(Velocity), velocity.data(), sizeof(Velocity));
   constexpr std::size_t kShortestHeader = 16;  // seq, stamp, the frame's length

@@ -70,7 +70,7 @@ TEST(SweptPath, ofTurningOnTheSpotIsWhatTheCornersSweep) {
 }
 
 TEST(SweptPath, goesSidewaysWithAHolonomicBase) {
-  const SweptPath path = pathOf({0, 0}, 0.3, kFar, 0.5);
+  const SweptPath path = pathOf({0, 0, 0.5}, 0.3, kFar);
   EXPECT_NEAR(freeWay(path, kRound, kClearance, {{0, 1.5}}).way, 1.05, 0.03);
   EXPECT_NEAR(path.back().T_base_then.yaw, 0, 1e-9);
 }

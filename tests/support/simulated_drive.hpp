@@ -46,9 +46,11 @@ struct DriveFaults {
   double slip = 0;       ///< of each wheel's travel in a step, relative; independent
   double delay = 0.08;   ///< s from a command to its effect
   double track = 0.375;  ///< m between the wheels
+  bool is_holonomic = false;  ///< a PR2's base
 };
 
-/// Limits 0.75 m/s^2 and 3 rad/s^2; it brakes 0.25 s after its last command.
+/// Limits 0.75 m/s^2 and 3 rad/s^2; it brakes 0.25 s after its last command. A PR2's: 2 m/s^2 and
+/// 2 rad/s^2, and 0.2 s after its last command it stands at once.
 class SimulatedDrive {
  public:
   SimulatedDrive(const replay::PlanarPose& start, const replay::PlanarPose& odometry,
@@ -63,6 +65,7 @@ class SimulatedDrive {
     for (; !commands_.empty() && commands_.front().at <= now + 1e-9; commands_.pop_front()) {
       wanted_ = commands_.front();
     }
+    if (faults_.is_holonomic) return stepHolonomic(now);
     if (now - wanted_.at > 0.25) wanted_.velocity = {};
     approach(is_stuck ? 0 : wanted_.velocity.forward, 0.75, velocity_.forward);
     approach(is_stuck ? 0 : wanted_.velocity.turn, 3, velocity_.turn);
@@ -87,6 +90,21 @@ class SimulatedDrive {
     double at = -1;
     replay::PlanarVelocity velocity;
   };
+  void stepHolonomic(double now) {
+    const bool is_silent = now - wanted_.at > 0.2;
+    if (is_silent) wanted_.velocity = {};
+    const double limit = is_silent ? 1e9 : 2;
+    approach(is_stuck ? 0 : wanted_.velocity.forward, limit, velocity_.forward);
+    approach(is_stuck ? 0 : wanted_.velocity.left, limit, velocity_.left);
+    approach(is_stuck ? 0 : wanted_.velocity.turn, limit, velocity_.turn);
+    odometry_ = advance(odometry_, velocity_, kStep);
+    const double ahead = faults_.distance_scale * (1 + bell_(faults_.slip));
+    const double aside = faults_.distance_scale * (1 + bell_(faults_.slip));
+    const double around = faults_.turn_scale * (1 + bell_(faults_.slip));
+    truth_ = advance(truth_,
+                     {velocity_.forward * ahead, velocity_.turn * around, velocity_.left * aside},
+                     kStep);
+  }
   static void approach(double wanted, double limit, double& value) {
     value += std::clamp(wanted - value, -limit * kStep, limit * kStep);
   }
