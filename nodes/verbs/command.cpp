@@ -29,7 +29,8 @@ struct Verb {
 
 // As --help lists them.
 constexpr Verb kVerbs[] = {
-    {"import", "Import bags, one behavior each, or a database of mongodb_log", "afterglow_store"},
+    {"import", "Import bags and MCAP files, one behavior each, or a database of mongodb_log",
+     "afterglow_store"},
     {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
     {"list", "List behaviors, newest first", "afterglow_store"},
     {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
@@ -38,7 +39,7 @@ constexpr Verb kVerbs[] = {
      "afterglow_play"},
     {"play", "Replay a behavior into the running robot", "afterglow_play"},
     {"edit", "Rename, tag, note, trim or delete a behavior", "afterglow_store"},
-    {"export", "Export behaviors as a bag", "afterglow_store"},
+    {"export", "Export behaviors as a bag or an MCAP file", "afterglow_store"},
     {"render", "Draw what a projector showed during a behavior, without a ROS master",
      "afterglow_render"},
     {"store", "Look after a store in a SQLite file", "afterglow_store"},
@@ -47,6 +48,10 @@ constexpr Verb kVerbs[] = {
     {"watch", "Show how projector, recorder and player fare, and why the floor is dark",
      "afterglow_play"},
     {"calibrate", "Calibrate a projector with printed and projected tags", "afterglow_calibrate"},
+    {"doctor", "Check what this machine and the running robot have, with advice",
+     "afterglow_doctor"},
+    {"init", "Write a projector's configuration and a launch file for the robot that runs",
+     "afterglow_doctor"},
 };
 
 const Verb* findVerb(const std::string& name) {

@@ -38,9 +38,11 @@ CLI::App* addVerb(CLI::App& app, const std::string& name);
 // job. Failures are exceptions.
 void addAskVerb(CLI::App& app);
 void addCalibrateVerb(CLI::App& app);
+void addDoctorVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);
 void addImportVerb(CLI::App& app);
+void addInitVerb(CLI::App& app);
 void addListVerb(CLI::App& app);
 void addPlayVerb(CLI::App& app);
 void addRecordVerb(CLI::App& app);

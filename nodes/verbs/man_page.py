@@ -46,7 +46,9 @@ The folder in which a recorder keeps what a MongoDB server does not have yet.
 .B ROS_MASTER_URI
 The ROS master that
 .BR play ,
-.B watch
+.BR watch ,
+.BR doctor ,
+.B init
 and
 .B calibrate mount \-\-from\-tf
 ask; by default http://localhost:11311. Nothing else needs one.

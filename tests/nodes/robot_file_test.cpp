@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "nodes/player/play_options.hpp"
+#include "replay/plan/robot_topics.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::robot_file_test {
@@ -51,6 +52,116 @@ TEST_F(RobotFileTest, theFetchIsBuiltIn) {
   EXPECT_EQ(fetch.gaze_frame, "head_tilt_link");
 }
 
+std::string_view classOf(const replay::RobotProfile& robot, const char* topic, const char* type) {
+  return name(replay::RobotTopics(robot).roleOf(topic, type).topic_class);
+}
+
+constexpr const char* kTwist = "geometry_msgs/Twist";
+constexpr const char* kNumbers = "std_msgs/Float64MultiArray";
+constexpr const char* kFollow = "control_msgs/FollowJointTrajectoryActionGoal";
+
+TEST_F(RobotFileTest, everyRobotThatIsBuiltInIsKnownByTheNameOfItsFile) {
+  for (const char* known : {"fetch", "pr2", "tiago", "turtlebot3", "ur"}) {
+    const replay::RobotProfile robot = findRobotProfile(known);
+    EXPECT_EQ(robot.name, known);
+    EXPECT_FALSE(robot.controllers.empty()) << known;
+    const replay::RobotTopics topics(robot);
+    for (const std::string& controller : robot.controllers) {
+      const bool is_velocity = controller == robot.base.velocity_topic;
+      const replay::TopicRole role = is_velocity ? topics.roleOf(controller, kTwist)
+                                                 : topics.roleOf(controller + "/goal", kFollow);
+      EXPECT_EQ(name(role.topic_class), "body") << known << " " << controller;
+    }
+    for (const auto& [joint, speed] : robot.joint_speeds) EXPECT_GT(speed, 0) << joint;
+  }
+}
+
+TEST_F(RobotFileTest, aTiagoIsEnteredAtItsMultiplexersLowestInput) {
+  const replay::RobotProfile tiago = findRobotProfile("tiago");
+  EXPECT_FALSE(tiago.base.is_holonomic);
+  EXPECT_EQ(tiago.base.base_frame, "base_footprint");
+  EXPECT_EQ(tiago.base.odometry_topic, "/mobile_base_controller/odom");
+  EXPECT_EQ(tiago.base.command_timeout_s, 0.25);
+  EXPECT_EQ(tiago.base.fastest, 1.0);
+  EXPECT_EQ(tiago.base.fastest_turn, 2.09);
+  EXPECT_EQ(tiago.emergency_stop.topic, "/power_status");
+  EXPECT_TRUE(tiago.emergency_stop.stops_when);
+  EXPECT_EQ(tiago.joint_speeds.at("arm_3_joint"), 2.35);
+  EXPECT_EQ(tiago.joint_speeds.at("torso_lift_joint"), 0.07);
+  EXPECT_EQ(classOf(tiago, "/nav_vel", kTwist), "body");
+  for (const char* persons : {"/joy_vel", "/tab_vel", "/key_vel", "/servoing_cmd_vel"}) {
+    EXPECT_EQ(classOf(tiago, persons, kTwist), "control input") << persons;
+  }
+  EXPECT_EQ(classOf(tiago, "/mobile_base_controller/cmd_vel", kTwist), "other");
+  EXPECT_EQ(classOf(tiago, "/joy_priority", "std_msgs/Bool"), "control input");
+  EXPECT_EQ(classOf(tiago, "/joy_priority_action/goal", "twist_mux_msgs/JoyPriorityActionGoal"),
+            "control input");
+  EXPECT_EQ(classOf(tiago, "/arm_forward_velocity_controller/command", kNumbers),
+            "endless motion");
+  EXPECT_EQ(classOf(tiago, "/head_controller/increment/goal",
+                    "teleop_tools_msgs/IncrementActionGoal"),
+            "other");
+}
+
+TEST_F(RobotFileTest, aPr2MayMoveWhileItsRunStopIsTrue) {
+  const replay::RobotProfile pr2 = findRobotProfile("pr2");
+  EXPECT_EQ(pr2.emergency_stop.topic, "/power_board/state");
+  EXPECT_EQ(pr2.emergency_stop.field, "run_stop");
+  EXPECT_FALSE(pr2.emergency_stop.stops_when) << "unlike a Fetch's";
+  EXPECT_TRUE(pr2.base.is_holonomic);
+  EXPECT_EQ(pr2.base.odom_frame, "odom_combined");
+  EXPECT_EQ(pr2.base.command_timeout_s, 0.2);
+  EXPECT_EQ(pr2.joints.size(), 14u);
+  EXPECT_TRUE(pr2.joint_speeds.empty()) << "the description has them";
+  EXPECT_EQ(classOf(pr2, "/navigation/cmd_vel", kTwist), "body");
+  EXPECT_EQ(classOf(pr2, "/teleop/cmd_vel", kTwist), "control input");
+  EXPECT_EQ(classOf(pr2, "/base_controller/command", kTwist), "other");
+  EXPECT_EQ(classOf(pr2, "/power_board/state", "pr2_msgs/PowerBoardState"), "other");
+  EXPECT_EQ(classOf(pr2, "/laser_tilt_controller/set_traj_cmd", "pr2_msgs/LaserTrajCmd"),
+            "endless motion");
+  const char* const gripper = "/r_gripper_controller/gripper_action/goal";
+  const char* const goal = "pr2_controllers_msgs/Pr2GripperCommandActionGoal";
+  EXPECT_EQ(classOf(pr2, gripper, goal), "body");
+  EXPECT_EQ(replay::knownStop(gripper, goal), replay::StopKind::EndsItself)
+      << "a cancel drops what it holds";
+}
+
+TEST_F(RobotFileTest, aTurtleBot3HasNoMultiplexerAndNoEmergencyStop) {
+  const replay::RobotProfile robot = findRobotProfile("turtlebot3");
+  EXPECT_EQ(robot.base.velocity_topic, "/cmd_vel");
+  EXPECT_TRUE(robot.base.output_topic.empty());
+  EXPECT_EQ(robot.base.fastest, 0.22) << "a Burger's";
+  EXPECT_EQ(robot.base.fastest_turn, 1.82) << "a Waffle's";
+  EXPECT_EQ(robot.base.command_timeout_s, 0.5);
+  EXPECT_TRUE(robot.emergency_stop.topic.empty());
+  EXPECT_EQ(classOf(robot, "/cmd_vel", kTwist), "body");
+  EXPECT_EQ(classOf(robot, "/motor_power", "std_msgs/Bool"), "control input");
+  EXPECT_EQ(classOf(robot, "/reset", "std_msgs/Empty"), "other");
+}
+
+TEST_F(RobotFileTest, aUrStopsWhenItsProgramDoesAndTakesNoEndlessVelocities) {
+  const replay::RobotProfile ur = findRobotProfile("ur");
+  EXPECT_TRUE(ur.base.velocity_topic.empty());
+  EXPECT_EQ(ur.emergency_stop.topic, "/ur_hardware_interface/robot_program_running");
+  EXPECT_FALSE(ur.emergency_stop.stops_when);
+  EXPECT_EQ(ur.joint_speeds.size(), 6u);
+  EXPECT_EQ(classOf(ur, "/joint_group_vel_controller/command", kNumbers), "endless motion");
+  EXPECT_EQ(classOf(ur, "/twist_controller/command", kTwist), "endless motion");
+  EXPECT_EQ(classOf(ur, "/ur_hardware_interface/script_command", "std_msgs/String"),
+            "endless motion");
+  EXPECT_EQ(classOf(ur, "/ur_hardware_interface/safety_mode", "ur_dashboard_msgs/SafetyMode"),
+            "other");
+}
+
+TEST_F(RobotFileTest, aHolonomicBaseIsFollowedAsOne) {
+  ReplayRequest request;
+  for (const PlayOption& option : playOptions()) {
+    if (option.name == "robot") giveOption(request, option, {"pr2"});
+  }
+  EXPECT_TRUE(request.body.base.is_holonomic);
+  EXPECT_EQ(request.body.stops.emergency_stop.text(), "/power_board/state:!run_stop");
+}
+
 TEST_F(RobotFileTest, ofANameOnlyNothingIsKnown) {
   const replay::RobotProfile robot = readRobotProfile(write("name: mine\n"));
   EXPECT_EQ(robot.name, "mine");
@@ -70,6 +181,7 @@ TEST_F(RobotFileTest, whatIsNotUnderstoodIsRefusedWithItsLineAndTheNearestKey) {
             "robot.yaml:3: 'footprint' should be a list of at least 3 corners, [x, y] in m");
   EXPECT_EQ(fault("name: a\njoints: {elbow: {sped: 1}}\n"),
             "robot.yaml:2: unknown key 'sped' in joint elbow; did you mean 'speed'?");
+  EXPECT_EQ(fault("name: a\ncontrollers: [arm]\n"), "robot.yaml:2: 'arm' should be a topic, /NAME");
   const std::string stop = fault("name: a\nemergency_stop: {topic: /stop, stops_when: maybe}\n");
   EXPECT_EQ(stop.find("robot.yaml:2: unknown stops_when 'maybe' in emergency_stop"), 0u) << stop;
 }

@@ -1,0 +1,52 @@
+/// \file
+/// The running robot, as a node hears it in a few seconds: for `afterglow doctor` and `init`.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "nodes/tools/ros_graph.hpp"
+#include "replay/plan/robot_profile.hpp"
+
+namespace afterglow::nodes {
+
+/// What came on a topic.
+struct HeardTopic {
+  std::size_t count = 0;
+  std::string frame;               ///< of the first message's header, or first marker; else empty
+  std::set<std::string> joints;    ///< of JointStates
+  std::optional<bool> stops;       ///< of the emergency stop's topic: the last word
+  std::string problem;             ///< why a message could not be read
+};
+
+struct RunningRobot {
+  RosGraph graph;
+  std::map<std::string, std::string> types;  ///< of all topics
+  std::map<std::string, HeardTopic> heard;   ///< by topic, of those that were listened to
+  std::map<std::string, std::string> parents;  ///< of tf's frames
+  std::set<std::string> living;              ///< of the nodes that were asked
+  double seconds = 0;                        ///< so long it was listened
+  bool has_description = false;              ///< robot_description is set
+
+  bool hasFrame(const std::string& frame) const;
+  /// In one tree of tf.
+  bool areConnected(const std::string& frame, const std::string& other) const;
+  /// Topics of this type that have a publisher.
+  std::vector<std::string> publishedTopics(const std::string& type) const;
+};
+
+/// Listens, as a ROS node whose master answers, to `topics`, to joint states and to tf, for
+/// `seconds`; asks `nodes` whether they live. A type's definition is the publisher's. Throws
+/// std::runtime_error, one line, if the master does not answer.
+RunningRobot listenToRobot(const replay::RobotProfile& robot, std::vector<std::string> topics,
+                           const std::vector<std::string>& nodes, double seconds);
+
+/// The topics that a profile names and that should be heard.
+std::vector<std::string> topicsToHear(const replay::RobotProfile& robot);
+
+}  // namespace afterglow::nodes
