@@ -26,6 +26,7 @@ from parts import soak_work  # noqa: E402
 HERE, THERE, SPACE = "10.213.8.1", "10.213.8.2", "afterglow_workstation"
 SECONDS, NUMBERS_HZ, COLORS_HZ = 20, 50, 10
 SIZE = "320x200"
+LATEST_S = 15  # after a replay's end, until its marks have come
 
 
 class Link:
@@ -65,7 +66,9 @@ class TwoMachines(fetch_world.World):
         self.node_afar("recorder_node", "__name:=recorder_afar", store=self.folder / "afar.db", mongodb_logger="false")
         self.node_afar("projector_node", config=soak_work.configuration(str(self.folder), SIZE), window="false",
                        rate=15)
-        for name, value in (("allow_motion", True), ("robot", "fetch"), ("to_start", True), ("hold", 0)):
+        # Longer than by default, which refuses motion over such a link: the emergency stop is heard too late.
+        for name, value in (("allow_motion", True), ("robot", "fetch"), ("to_start", True), ("hold", 0),
+                            ("estop_longest_silence", 3)):
             rospy.set_param("/player_node/" + name, value)
         self.node_afar("player_node", store=self.store)
         self.eyes = self.folder / "eyes.txt"
@@ -188,7 +191,9 @@ def replay(world, link, name, behavior, rhythm, told, cut_s):
         time.sleep(cut_s)
         link.say("up")
     fetch_world.wait_until(lambda: results, "the replay's end", 120)
-    result = results[0]
+    result, deadline = results[0], time.monotonic() + LATEST_S
+    while len(told.seen) < len(rhythm) and time.monotonic() < deadline:
+        time.sleep(0.1)  # each connection comes back in its own time
     line = f"  replay, {name}: " + ("to its end" if result.result.completed else "stopped: " + result.status.text)
     seen = told.take()
     common = sorted(set(seen) & set(rhythm))
