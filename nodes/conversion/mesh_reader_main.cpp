@@ -20,8 +20,8 @@ namespace {
 constexpr rlim_t kCpuSeconds = 20;  // a million triangles of STL take 5 here
 constexpr unsigned kSeconds = 60;
 constexpr rlim_t kOutput = rlim_t{512} << 20;
-#ifdef __SANITIZE_ADDRESS__
-constexpr rlim_t kMemory = RLIM_INFINITY;  // the sanitizer reserves terabytes of addresses
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr rlim_t kMemory = RLIM_INFINITY;  // the sanitizers reserve terabytes of addresses
 #else
 constexpr rlim_t kMemory = rlim_t{3} << 30;  // and 2 GiB
 #endif
