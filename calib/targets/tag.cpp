@@ -1,7 +1,9 @@
 #include "calib/targets/tag.hpp"
 
 #include <apriltag/apriltag.h>
+extern "C" {  // which AprilTag 3.1's families leave to others
 #include <apriltag/tag36h11.h>
+}
 #if __has_include(<apriltag/tag36h10.h>)
 #define AFTERGLOW_HAS_TAG36H10  // AprilTag 3.1, of Debian 11, has not
 #include <apriltag/tag36h10.h>

@@ -110,11 +110,13 @@ class Search {
 void printJson(const Utterances& utterances) {
   auto list = nlohmann::ordered_json::array();
   for (const auto& [key, utterance] : utterances) {
-    list.push_back({{"received_ns", utterance.received.ns},
-                    {"text", utterance.is_sentence ? nlohmann::json(utterance.text) : nullptr},
-                    {"file", utterance.is_sentence ? nullptr : nlohmann::json(utterance.text)},
-                    {"behavior", utterance.behavior.id},
-                    {"name", utterance.behavior.name}});
+    nlohmann::ordered_json entry = {{"received_ns", utterance.received.ns},
+                                    {"text", nullptr},
+                                    {"file", nullptr},
+                                    {"behavior", utterance.behavior.id},
+                                    {"name", utterance.behavior.name}};
+    entry[utterance.is_sentence ? "text" : "file"] = utterance.text;
+    list.push_back(std::move(entry));
   }
   std::cout << dumpJson(list, 2) << "\n";
 }

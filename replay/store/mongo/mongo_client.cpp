@@ -38,9 +38,12 @@ std::string nameOf(const mongoc_uri_t& uri) {
   for (const mongoc_host_list_t* host = mongoc_uri_get_hosts(&uri); host; host = host->next) {
     hosts += (hosts.empty() ? "" : ",") + std::string(host->host_and_port);
   }
-  if (const char* service = mongoc_uri_get_srv_hostname(&uri); hosts.empty() && service) {
-    hosts = service;
-  }
+#if MONGOC_CHECK_VERSION(1, 23, 0)
+  const char* service = mongoc_uri_get_srv_hostname(&uri);
+#else
+  const char* service = mongoc_uri_get_service(&uri);  // its name until then
+#endif
+  if (hosts.empty() && service) hosts = service;
   return "mongodb://" + hosts + "/" + databaseOf(uri);
 }
 
@@ -149,7 +152,12 @@ MongoClient::MongoClient(const std::string& text, std::chrono::milliseconds pati
   name_ = nameOf(*uri);
   database_ = databaseOf(*uri);
   bson_error_t error;
+#if MONGOC_CHECK_VERSION(1, 23, 0)
   pool_.reset(mongoc_client_pool_new_with_error(uri.get(), &error));
+#else
+  bson_set_error(&error, MONGOC_ERROR_CLIENT, 0, "libmongoc does not say why");
+  pool_.reset(mongoc_client_pool_new(uri.get()));
+#endif
   if (!pool_) fail("use the URI", error);
   mongoc_client_pool_set_error_api(pool_.get(), MONGOC_ERROR_API_VERSION_2);
   mongoc_client_pool_set_appname(pool_.get(), "afterglow");

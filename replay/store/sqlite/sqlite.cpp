@@ -130,7 +130,13 @@ std::int64_t SqliteConnection::lastInsertedId() const {
 
 bool SqliteConnection::isInTransaction() const { return sqlite3_get_autocommit(connection_) == 0; }
 
-std::int64_t SqliteConnection::changedRows() const { return sqlite3_changes64(connection_); }
+std::int64_t SqliteConnection::changedRows() const {
+#if SQLITE_VERSION_NUMBER >= 3037000
+  return sqlite3_changes64(connection_);
+#else
+  return sqlite3_changes(connection_);  // of a statement: below two thousand millions
+#endif
+}
 
 void SqliteConnection::foldLog(int fold, int longest) {
   fold_pages_ = fold;
