@@ -1,6 +1,7 @@
-// `afterglow console`.
+// `afterglow console`, and the page of `afterglow show`.
 #include "nodes/verbs/command.hpp"
 
 int main(int argc, char** argv) {
-  return afterglow::nodes::runCommand(argc, argv, {afterglow::nodes::addConsoleVerb});
+  using namespace afterglow::nodes;
+  return runCommand(argc, argv, {addConsoleVerb, addShowPageVerb});
 }

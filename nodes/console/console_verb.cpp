@@ -16,6 +16,8 @@
 #include "nodes/console/console_access.hpp"
 #include "nodes/console/console_api.hpp"
 #include "nodes/console/http_server.hpp"
+#include "nodes/console/moment_images.hpp"
+#include "nodes/console/picture_settings.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/verb_tools.hpp"
@@ -29,6 +31,8 @@ constexpr const char* kTokenVariable = "AFTERGLOW_CONSOLE_TOKEN";
 
 struct ConsoleOptions {
   std::string store, address = "127.0.0.1", token_file;
+  PictureOptions pictures;
+  ObserverOptions observer;
   std::uint16_t port = 8080;
   std::vector<std::string> hosts;
 };
@@ -73,10 +77,15 @@ void runConsole(const ConsoleOptions& options) {
   ConsoleFacts facts;
   facts.version = AFTERGLOW_VERSION;
   facts.store = replay::storeUri(options.store);
-  facts.why_no_render = "this console draws no pictures yet";
+  auto desk = openDesk(options.store, options.pictures, options.observer);
+  if (!desk) facts.why_no_render = "no projector is configured: start the console with --config";
   ConsoleApi api(*store, index, ConsoleAccess(token, options.hosts), facts);
+  if (desk) api.setPictures(*desk);
+  api.setFile([&desk](const BehaviorDetail& detail) {
+    return behaviorPage(detail, desk ? keyImages(detail, *desk) : std::vector<MomentImage>());
+  });
   catchStopSignals();
-  const HttpServer server(
+  HttpServer server(
       options.address, options.port,
       [&api](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); });
   std::cout << "the console of " << facts.store << " is at "
@@ -84,6 +93,8 @@ void runConsole(const ConsoleOptions& options) {
   if (!token.empty()) std::cout << "token: " << token << "\n";
   std::cout << std::flush;
   waitForSignal();
+  server.stop();
+  desk.reset();
 }
 
 }  // namespace
@@ -104,7 +115,9 @@ void addConsoleVerb(CLI::App& app) {
                    "A name, too, by which browsers may call this machine; may be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  addPictureOptions(*verb, options->pictures);
   addStoreOption(*verb, options->store);
+  addObserverOptions(*verb, options->observer);
   verb->callback([options] { runConsole(*options); });
 }
 

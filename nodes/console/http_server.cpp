@@ -151,7 +151,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
 
 struct HttpServer::Impl {
   Impl(const std::string& address, std::uint16_t port, HttpHandler handler, HttpLimits limits)
-      : shared(std::make_shared<HttpShared>()), io(limits.threads), acceptor(asio::make_strand(io)) {
+      : shared(std::make_shared<HttpShared>()),
+        io(limits.threads),
+        acceptor(asio::make_strand(io)) {
     shared->handler = std::move(handler);
     shared->limits = limits;
     error_code error;
@@ -170,9 +172,12 @@ struct HttpServer::Impl {
     for (int i = 0; i < limits.threads; ++i) threads.emplace_back([this] { io.run(); });
   }
 
-  ~Impl() {
+  ~Impl() { stop(); }
+
+  void stop() {
     io.stop();
     for (std::thread& thread : threads) thread.join();
+    threads.clear();
   }
 
   void accept() {
@@ -196,6 +201,8 @@ HttpServer::HttpServer(const std::string& address, std::uint16_t port, HttpHandl
     : impl_(std::make_unique<Impl>(address, port, std::move(handler), limits)) {}
 
 HttpServer::~HttpServer() = default;
+
+void HttpServer::stop() { impl_->stop(); }
 
 std::uint16_t HttpServer::port() const { return impl_->acceptor.local_endpoint().port(); }
 
