@@ -12,7 +12,7 @@ namespace afterglow::nodes {
 /// Every picture becomes as wide as a cell, `kCell` px, and has its caption below.
 class ContactSheet {
  public:
-  static constexpr int kCell = 480, kColumns = 4, kGap = 8;  ///< pixels
+  static constexpr int kCell = 640, kColumns = 3, kGap = 8;  ///< pixels
 
   /// Pictures of one moment, one above the other; all moments have as many of the same sizes.
   void add(const std::vector<render::Image>& pictures, const Caption& caption);
