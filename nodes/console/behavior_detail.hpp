@@ -19,7 +19,7 @@ struct BehaviorDetail {
   std::shared_ptr<const IndexedBehavior> one;
   replay::Behavior behavior;  ///< all of it
   std::vector<TopicLane> lanes;
-  BehaviorStory story;
+  ToldStory story;
   IndexedBehaviors children;  ///< newest first
   IndexedBehaviors attempts;  ///< others of this name and tree path under the same parent
 };

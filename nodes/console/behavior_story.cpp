@@ -134,9 +134,9 @@ std::string clockText(const replay::Behavior& behavior, double t) {
   return text.data();
 }
 
-BehaviorStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& lanes,
+ToldStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& lanes,
                         const IndexedBehaviors& children) {
-  BehaviorStory story;
+  ToldStory story;
   auto& entries = story.entries;
   for (const SaidSentence& sentence : one.said) {
     entries.push_back(entry(secondsInto(one.behavior, sentence.at), "said",

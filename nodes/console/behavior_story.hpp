@@ -21,13 +21,13 @@ struct StoryEntry {
   bool is_bad = false;        ///< a failure
 };
 
-struct BehaviorStory {
+struct ToldStory {
   std::vector<StoryEntry> entries;  ///< in their order
   std::vector<double> key_moments;  ///< at most 6, which pictures should show
 };
 
 /// `children`: in any order.
-BehaviorStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& lanes,
+ToldStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& lanes,
                         const IndexedBehaviors& children);
 
 /// "12:03:20", local time, of a moment of the behavior.
