@@ -92,8 +92,8 @@ std::vector<SaidSentence> saidDuring(const replay::Store& store,
                      own.empty() ? speakingTopics(store.contextTopics(behavior)) : own);
 }
 
-BehaviorIndex::BehaviorIndex(std::unique_ptr<replay::Store> store)
-    : store_(std::move(store)), all_(std::make_shared<const IndexedBehaviors>()) {
+BehaviorIndex::BehaviorIndex(const replay::Store& store)
+    : store_(store), all_(std::make_shared<const IndexedBehaviors>()) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -150,7 +150,7 @@ void BehaviorIndex::run() {
 }
 
 void BehaviorIndex::read() {
-  const std::vector<replay::Behavior> behaviors = store_->behaviors({});
+  const std::vector<replay::Behavior> behaviors = store_.behaviors({});
   Known left;
   for (const replay::Behavior& behavior : behaviors) {
     const auto found = known_.find(behavior.id);
@@ -175,11 +175,11 @@ void BehaviorIndex::readMessages(const std::vector<replay::Behavior>& behaviors)
     }
     auto indexed = std::make_shared<IndexedBehavior>(*known_[behavior.id]);
     indexed->messages = 0;
-    for (const replay::TopicSummary& topic : store_->topics(behavior)) {
+    for (const replay::TopicSummary& topic : store_.topics(behavior)) {
       indexed->messages += topic.count;
       if (!behavior.end) indexed->end = std::max(indexed->end, topic.last);
     }
-    indexed->said = saidDuring(*store_, behavior);
+    indexed->said = saidDuring(store_, behavior);
     indexed->searched = searchedText(*indexed);
     known_[behavior.id] = std::move(indexed);
     is_heard_[behavior.id] = true;

@@ -42,8 +42,9 @@ using IndexedBehaviors = std::vector<std::shared_ptr<const IndexedBehavior>>;
 /// second what has changed. A behavior that is not read yet is found by its own fields.
 class BehaviorIndex {
  public:
-  /// For this thread alone, so that requests do not wait for its reads.
-  explicit BehaviorIndex(std::unique_ptr<replay::Store> store);
+  /// The store has to outlive it. It is not opened a second time: of a file that a process opens
+  /// twice, it may lose its locks (fcntl), and then sees no more what others write.
+  explicit BehaviorIndex(const replay::Store& store);
   BehaviorIndex(const BehaviorIndex&) = delete;
   BehaviorIndex& operator=(const BehaviorIndex&) = delete;
   ~BehaviorIndex();
@@ -65,7 +66,7 @@ class BehaviorIndex {
   void readMessages(const std::vector<replay::Behavior>& behaviors);
   void publish(const std::vector<replay::Behavior>& order);
 
-  const std::unique_ptr<replay::Store> store_;
+  const replay::Store& store_;
   Known known_;                            ///< of the thread
   std::map<std::int64_t, bool> is_heard_;  ///< of the thread: its messages have been read
 

@@ -73,11 +73,11 @@ std::string addressText(const std::string& address, std::uint16_t port) {
 void runConsole(const ConsoleOptions& options) {
   const std::string token = tokenOf(options);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
-  BehaviorIndex index(replay::openStore(options.store, replay::OpenMode::ReadOnly));
+  BehaviorIndex index(*store);
   ConsoleFacts facts;
   facts.version = AFTERGLOW_VERSION;
   facts.store = replay::storeUri(options.store);
-  auto desk = openDesk(options.store, options.pictures, options.observer);
+  auto desk = openDesk(*store, options.pictures, options.observer);
   if (!desk) facts.why_no_render = "no projector is configured: start the console with --config";
   ConsoleApi api(*store, index, ConsoleAccess(token, options.hosts), facts);
   if (desk) api.setPictures(*desk);

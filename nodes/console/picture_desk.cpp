@@ -16,8 +16,8 @@ HttpResponse superseded() { return errorResponse(503, "superseded"); }
 
 }  // namespace
 
-PictureDesk::PictureDesk(std::unique_ptr<replay::Store> store, PictureSettings settings)
-    : store_(std::move(store)), settings_(std::move(settings)) {
+PictureDesk::PictureDesk(const replay::Store& store, PictureSettings settings)
+    : store_(store), settings_(std::move(settings)) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -90,7 +90,7 @@ void PictureDesk::run() {
 HttpResponse PictureDesk::drawn(const PictureWish& wish, std::list<Easel>& easels,
                                 render::GlContext& context) {
   try {
-    const auto behavior = store_->behavior(wish.behavior);
+    const auto behavior = store_.behavior(wish.behavior);
     if (!behavior) return errorResponse(404, "there is no behavior of this id");
     const Picture picture(wish.behavior, behavior->end.value_or(behavior->begin).ns, wish.view,
                           wish.width, std::llround(wish.t * kPerSecond));
@@ -118,7 +118,7 @@ MomentPainter& PictureDesk::painterOf(const PictureWish& wish, const replay::Beh
     easels.splice(easels.begin(), easels, found);
   } else {
     easels.push_front({wish.behavior, wish.view, wish.width,
-                       std::make_unique<MomentPainter>(context, *store_, behavior, settings_,
+                       std::make_unique<MomentPainter>(context, store_, behavior, settings_,
                                                        wish.view, wish.width)});
     if (easels.size() > kMostEasels) easels.pop_back();
   }

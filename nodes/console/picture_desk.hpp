@@ -23,7 +23,8 @@ namespace afterglow::nodes {
 /// where it was.
 class PictureDesk : public PictureSource {
  public:
-  PictureDesk(std::unique_ptr<replay::Store> store, PictureSettings settings);
+  /// The store has to outlive it.
+  PictureDesk(const replay::Store& store, PictureSettings settings);
   PictureDesk(const PictureDesk&) = delete;
   PictureDesk& operator=(const PictureDesk&) = delete;
   /// Wishes that wait are told 503.
@@ -55,7 +56,7 @@ class PictureDesk : public PictureSource {
                            std::list<Easel>& easels, render::GlContext& context);
   void keep(const Picture& picture, const std::string& jpeg);
 
-  const std::unique_ptr<replay::Store> store_;
+  const replay::Store& store_;
   const PictureSettings settings_;
 
   std::mutex mutex_;

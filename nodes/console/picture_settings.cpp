@@ -5,7 +5,6 @@
 
 #include "calib/camera_info_file.hpp"
 #include "nodes/verbs/projector_choice.hpp"
-#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 
@@ -18,7 +17,7 @@ void addPictureOptions(CLI::App& verb, PictureOptions& options) {
                   "Which of several projectors of the configuration");
 }
 
-std::unique_ptr<PictureDesk> openDesk(const std::string& store, const PictureOptions& options,
+std::unique_ptr<PictureDesk> openDesk(const replay::Store& store, const PictureOptions& options,
                                       const ObserverOptions& observer) {
   if (options.config.empty()) {
     if (observer.isGiven()) throw std::runtime_error("pictures need --config");
@@ -29,8 +28,7 @@ std::unique_ptr<PictureDesk> openDesk(const std::string& store, const PictureOpt
       ofProjector(loadProjectorConfig(options.config, options.calibration), options.projector);
   settings.lens = calib::loadCameraInfo(settings.config.projectors[0].camera_info).lens;
   settings.observer = observer;
-  return std::make_unique<PictureDesk>(replay::openStore(store, replay::OpenMode::ReadOnly),
-                                       std::move(settings));
+  return std::make_unique<PictureDesk>(store, std::move(settings));
 }
 
 }  // namespace afterglow::nodes

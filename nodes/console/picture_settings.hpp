@@ -19,7 +19,7 @@ void addPictureOptions(CLI::App& verb, PictureOptions& options);
 
 /// Null where no projector is configured. Throws std::runtime_error for a configuration that cannot
 /// be used, and replay::StoreError.
-std::unique_ptr<PictureDesk> openDesk(const std::string& store, const PictureOptions& options,
+std::unique_ptr<PictureDesk> openDesk(const replay::Store& store, const PictureOptions& options,
                                       const ObserverOptions& observer = {});
 
 }  // namespace afterglow::nodes

@@ -25,11 +25,11 @@ struct ShowPageOptions {
 void runShowPage(const ShowPageOptions& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   const replay::Behavior behavior = findBehavior(*store, options.store, options.behavior);
-  BehaviorIndex index(replay::openStore(options.store, replay::OpenMode::ReadOnly));
+  BehaviorIndex index(*store);
   index.refresh();
   const auto detail = BehaviorDetails(*store, index).of(behavior.id);
   std::vector<MomentImage> images;
-  if (const auto desk = openDesk(options.store, options.pictures)) {
+  if (const auto desk = openDesk(*store, options.pictures)) {
     images = keyImages(*detail, *desk);
   }
   std::ofstream file(options.html, std::ios::binary);

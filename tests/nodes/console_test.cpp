@@ -72,8 +72,7 @@ class Console : public testing::Test {
                     resultMessage(result, 203, 3, "")});
     failed_ = add(recording, 100, "failure", R"({"part": "gear"})");
     succeeded_ = add(recording, 200, "success", R"({"part": "bolt"})");
-    index_ = std::make_unique<BehaviorIndex>(
-        replay::openStore(path_, replay::OpenMode::ReadOnly));
+    index_ = std::make_unique<BehaviorIndex>(*store_);
     index_->refresh();
   }
 
