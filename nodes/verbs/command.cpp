@@ -25,6 +25,9 @@ struct Verb {
   const char* help;
   const char* program;
   bool runs_command = false;  ///< which stands behind "--"
+  /// With this option another program does it.
+  const char* option = nullptr;
+  const char* program_of_option = nullptr;
 };
 
 // As --help lists them.
@@ -33,7 +36,8 @@ constexpr Verb kVerbs[] = {
      "afterglow_store"},
     {"record", "Record topics as a behavior, as rosbag record does", "afterglow_play", true},
     {"list", "List behaviors, newest first", "afterglow_store"},
-    {"show", "Show a behavior, its topics, its messages", "afterglow_store"},
+    {"show", "Show a behavior, its topics, its messages", "afterglow_store", false, "--html",
+     "afterglow_console"},
     {"said", "What the robot said and which sounds it played, newest first", "afterglow_store"},
     {"ask", "Ask the robot what it did, in words: which behavior answers, and what was said then",
      "afterglow_play"},
@@ -42,6 +46,8 @@ constexpr Verb kVerbs[] = {
     {"export", "Export behaviors as a bag or an MCAP file", "afterglow_store"},
     {"render", "Draw what a projector showed during a behavior, without a ROS master",
      "afterglow_render"},
+    {"console", "Browse a store with a web browser: find behaviors, look at them moment by moment",
+     "afterglow_console"},
     {"store", "Look after a store in a SQLite file", "afterglow_store"},
     {"sync", "Copy behaviors from one store to another; repeat it to go on where it broke off",
      "afterglow_store"},
@@ -136,9 +142,14 @@ int refuseVerb(const std::string& word) {
   return 2;
 }
 
-const char* programOf(const std::string& verb) {
+const char* programOf(const std::string& verb, char** argv) {
   const Verb* found = findVerb(verb);
-  return found ? found->program : nullptr;
+  if (!found) return nullptr;
+  for (char** word = argv; found->option && *word; ++word) {
+    const std::string text = *word;
+    if (text.substr(0, text.find('=')) == found->option) return found->program_of_option;
+  }
+  return found->program;
 }
 
 void addVerbNames(CLI::App& app) {

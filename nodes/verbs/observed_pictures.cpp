@@ -97,7 +97,7 @@ std::optional<RobotModel> robotOf(const ProjectorConfig& config, const std::stri
   MeshLibrary meshes(config.mesh_roots);
   const std::string name = urdf.empty() ? "the recorded /robot_description" : urdf;
   const MeshReader read_mesh = robotMeshes(meshes, [&](const std::string& why) {
-    std::cerr << "afterglow render: " << name << ": " << why << std::endl;
+    std::cerr << "afterglow: " << name << ": " << why << std::endl;
   });
   if (!urdf.empty()) return RobotModel::fromFile(urdf, read_mesh);
   try {
@@ -149,14 +149,23 @@ void addObserverOptions(CLI::App& verb, ObserverOptions& options) {
 ObservedPictures::ObservedPictures(render::GlContext& context, const replay::Store& store,
                                    const replay::Behavior& behavior, const ProjectorConfig& config,
                                    const calib::Lens& lens, const ObserverOptions& options)
-    : lens_(lens),
+    : store_(store),
+      behavior_(behavior),
+      fixed_frame_(config.fixed_frame),
+      lens_(lens),
       room_view_((options.room + options.eye).empty()
                      ? roomOfRecording(store, behavior, config, lens)
                      : givenRoom(config, options)),
-      room_(store, behavior, roomSolidsConfig(config.fixed_frame)),
-      frames_(room_.transforms(), config.fixed_frame),
       robot_(robotOf(config, options.urdf, recordedDescription(store, behavior))),
-      renderer_(context) {}
+      renderer_(context) {
+  restart();
+}
+
+void ObservedPictures::restart() {
+  frames_.reset();
+  room_.emplace(store_, behavior_, roomSolidsConfig(fixed_frame_));
+  frames_.emplace(room_->transforms(), fixed_frame_);
+}
 
 std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
                                                        const SceneSnapshot& snapshot) {
@@ -169,9 +178,9 @@ std::vector<render::Drawable> ObservedPictures::solids(replay::Stamp moment,
                               : Eigen::Vector3d(room_view_.look.p_target);
   add(surfaceSolids(room_view_.shell.empty() ? snapshot.scene : withoutFloors(snapshot.scene),
                     p_world_projector));
-  add(solidsOf(room_.at(moment).scene));
-  frames_.forget();
-  if (robot_) add(robotSolids(*robot_, frames_));
+  add(solidsOf(room_->at(moment).scene));
+  frames_->forget();
+  if (robot_) add(robotSolids(*robot_, *frames_));
   return all;
 }
 
@@ -189,9 +198,15 @@ Shot ObservedPictures::shoot(replay::Stamp moment, const SceneSnapshot& snapshot
 
 render::Image ObservedPictures::see(replay::Stamp moment, const SceneSnapshot& snapshot,
                                     render::Image projected) {
+  return seeAt(width(), moment, snapshot, std::move(projected));
+}
+
+render::Image ObservedPictures::seeAt(int width, replay::Stamp moment,
+                                      const SceneSnapshot& snapshot, render::Image projected) {
+  const int height = std::max(1, width * room_view_.height / room_view_.width);
   const Shot shot = shoot(moment, snapshot, std::move(projected));
   return renderer_.render(shot.solids, shot.light ? &*shot.light : nullptr,
-                          viewFrom(shot.look, width(), height()));
+                          viewFrom(shot.look, width, height));
 }
 
 render::Image ObservedPictures::seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,

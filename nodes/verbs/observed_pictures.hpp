@@ -43,19 +43,28 @@ class ObservedPictures {
   int height() const { return room_view_.height; }
   /// `projected` is what `snapshot` looks like through the lens. Moments must not decrease.
   render::Image see(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
+  /// The same, so many pixels wide, in another size than the room's.
+  render::Image seeAt(int width, replay::Stamp moment, const SceneSnapshot& snapshot,
+                      render::Image projected);
   /// The same as a film shows it: stripHeight() higher, the projector's image in a corner.
   render::Image seeFilmed(replay::Stamp moment, const SceneSnapshot& snapshot,
                           render::Image projected, const Caption& caption,
                           CaptionPainter& painter);
 
+  /// From the beginning again: now moments may lie before the last one.
+  void restart();
+
  private:
   std::vector<render::Drawable> solids(replay::Stamp moment, const SceneSnapshot& snapshot);
   Shot shoot(replay::Stamp moment, const SceneSnapshot& snapshot, render::Image projected);
 
+  const replay::Store& store_;
+  const replay::Behavior behavior_;
+  const std::string fixed_frame_;
   const calib::Lens lens_;
   RoomView room_view_;
-  RecordedScene room_;  ///< /room/solids, and tf for the robot
-  FrameLookup frames_;
+  std::optional<RecordedScene> room_;  ///< /room/solids, and tf for the robot
+  std::optional<FrameLookup> frames_;
   std::optional<RobotModel> robot_;
   render::ObserverRenderer renderer_;
 };

@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "calib/camera_info_file.hpp"
 #include "nodes/observer/film.hpp"
@@ -23,7 +24,9 @@
 #include "nodes/tools/side_by_side.hpp"
 #include "nodes/tools/video_writer.hpp"
 #include "nodes/verbs/behavior_source.hpp"
+#include "nodes/verbs/contact_sheet.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
+#include "nodes/verbs/projector_choice.hpp"
 #include "nodes/verbs/recorded_speech.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "render/image_file.hpp"
@@ -44,7 +47,7 @@ struct RenderOptions {
   std::optional<double> at_s;
   std::string out;
   int fps = 30;
-  bool is_observed = false, is_film = false;
+  bool is_observed = false, is_film = false, is_sheet = false;
   std::string beside;  // a second behavior
   ObserverOptions observer;
 };
@@ -53,6 +56,8 @@ namespace fs = std::filesystem;
 
 /// How finely the last lit moment is looked for.
 constexpr std::int64_t kSearchStepNs = 100'000'000;
+/// Pictures of a contact sheet.
+constexpr int kSheetMoments = 12;
 
 /// A line on stderr, unless it is empty.
 void tell(const std::string& remark) {
@@ -77,22 +82,6 @@ std::string darkReason(const SceneSnapshot& snapshot, const std::vector<LayerSta
   if (!has_received) reasons.push_back("no message on any configured topic");
   if (reasons.empty()) return "nothing within the projector's picture";
   return fmt::format("{}", fmt::join(reasons, "; "));
-}
-
-/// The configuration with one projector alone: the one of that name, or the only one.
-ProjectorConfig ofProjector(ProjectorConfig config, const std::string& name) {
-  std::vector<std::string> names;
-  for (const OutputConfig& projector : config.projectors) {
-    if (projector.name == name || (name.empty() && config.projectors.size() == 1)) {
-      config.projectors = {OutputConfig(projector)};
-      return config;
-    }
-    if (!projector.name.empty()) names.push_back(projector.name);
-  }
-  const std::string known = fmt::format("{}", fmt::join(names, ", "));
-  if (name.empty()) throw std::runtime_error("--projector is needed, one of: " + known);
-  throw std::runtime_error("no projector '" + name + "' in the configuration" +
-                           (known.empty() ? ", its only one has no name" : "; known: " + known));
 }
 
 /// "pick, 2026-11-23 07:13:45 UTC, success".
@@ -173,6 +162,25 @@ class BehaviorPictures {
       video.write(shown(moment, snapshot, std::move(image)));
     });
     video.close();
+  }
+
+  /// Moments at even distances, the last one included, with what was projected and, where the room
+  /// is drawn, the room.
+  render::Image contactSheet() {
+    ContactSheet sheet;
+    RecordedScene scene = start();
+    const std::int64_t last_ns = std::max(begin_.ns, end_.ns - 1);
+    for (int i = 0; i < kSheetMoments; ++i) {
+      const Stamp moment{begin_.ns + (last_ns - begin_.ns) * i / (kSheetMoments - 1)};
+      const SceneSnapshot snapshot = scene.at(moment);
+      const render::Image image = draw(snapshot);
+      std::vector<render::Image> pictures = {image};
+      light_.apply(pictures.front());
+      if (observed_) pictures.push_back(observed_->see(moment, snapshot, image));
+      const double seconds = static_cast<double>(moment.ns - begin_.ns) * 1e-9;
+      sheet.add(pictures, {fmt::format("{:.1f} s", seconds), source_.behavior.name, ""});
+    }
+    return sheet.image();
   }
 
   /// As a bystander saw and heard it. It takes `seconds`: the last image stands for what is left.
@@ -349,8 +357,25 @@ void runFilm(const RenderOptions& options) {
   tell(pictures.remark());
 }
 
+/// With the room, if it can be drawn here.
+void runSheet(const RenderOptions& given) {
+  RenderOptions options = given;
+  try {
+    options.is_observed = true;
+    BehaviorPictures pictures(openBehavior(options.what, options.store), options);
+    return render::writePng(options.out, pictures.contactSheet());
+  } catch (const std::runtime_error& error) {
+    if (given.is_observed) throw;
+    tell(std::string("without the room: ") + error.what());
+  }
+  options.is_observed = false;
+  BehaviorPictures pictures(openBehavior(options.what, options.store), options);
+  render::writePng(options.out, pictures.contactSheet());
+}
+
 void runRender(const RenderOptions& options) {
   if (options.is_film) return runFilm(options);
+  if (options.is_sheet) return runSheet(options);
   BehaviorPictures pictures(openBehavior(options.what, options.store), options);
   if (isVideo(options.out)) {
     pictures.writeVideo(options.out, options.fps);
@@ -383,6 +408,10 @@ void addRenderVerb(CLI::App& app) {
                    "Another behavior, shown to the left of it from both beginnings on; captions "
                    "and sound are not its own")
       ->needs(film);
+  CLI::Option* sheet = verb->add_flag(
+      "--contact-sheet", options->is_sheet,
+      "A picture of twelve moments, with their times: what was projected, and the room");
+  sheet->excludes(film);
   verb->add_option("--out", options->out, "The picture (.png) or video (.mp4) to write")
       ->required()
       ->check(CLI::Validator(checkEnding, "FILE.png|FILE.mp4"));
@@ -403,8 +432,11 @@ void addRenderVerb(CLI::App& app) {
     if (options->is_film && !isVideo(options->out)) {
       throw CLI::ValidationError("--out", "should end with .mp4, as --film makes a video");
     }
-    if (!options->is_observed && options->observer.isGiven()) {
+    if (!options->is_observed && !options->is_sheet && options->observer.isGiven()) {
       throw CLI::ValidationError("--view", "these options need --view observer or --film");
+    }
+    if (options->is_sheet && (isVideo(options->out) || !at->empty())) {
+      throw CLI::ValidationError("--contact-sheet", "is a .png of the whole behavior");
     }
     if (isVideo(options->out) && !at->empty()) {
       throw CLI::ValidationError("--at", "a video shows the whole behavior");

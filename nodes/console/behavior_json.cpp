@@ -1,0 +1,166 @@
+#include "nodes/console/behavior_json.hpp"
+
+#include <map>
+#include <optional>
+#include <set>
+
+#include "nodes/console/story_difference.hpp"
+#include "replay/messages/foreign_json.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json listJson(const IndexedBehaviors& behaviors) {
+  auto list = Json::array();
+  for (const auto& one : behaviors) list.push_back(behaviorJson(*one));
+  return list;
+}
+
+Json entryJson(const StoryEntry& entry) {
+  Json json = {{"t", entry.t},
+               {"clock", entry.clock},
+               {"kind", entry.kind},
+               {"text", entry.text},
+               {"bad", entry.is_bad}};
+  if (entry.behavior != 0) json["behavior"] = entry.behavior;
+  return json;
+}
+
+Json spanJson(const GoalSpan& span) {
+  Json json = {{"from", span.from}, {"to", nullptr}, {"outcome", span.outcome}};
+  if (span.to) json["to"] = *span.to;
+  const std::string words = span.to ? span.outcome : "no result";
+  json["text"] = "goal " + std::to_string(span.number) + ": " + words +
+                 (span.remark.empty() ? "" : " (" + span.remark + ")");
+  json["within"] = span.within;
+  return json;
+}
+
+Json laneJson(const TopicLane& lane) {
+  auto spans = Json::array();
+  for (const GoalSpan& span : lane.spans) spans.push_back(spanJson(span));
+  Json json = {{"topic", lane.topic},        {"type", lane.type},   {"count", lane.count},
+               {"hz", nullptr},              {"first", lane.first}, {"last", lane.last},
+               {"role", lane.role},          {"context", lane.is_context},
+               {"replayed", lane.why_not.empty()}, {"why_not", lane.why_not},
+               {"marks", lane.marks},        {"spans", spans}};
+  if (lane.hz) json["hz"] = *lane.hz;
+  return json;
+}
+
+Json parametersOf(const BehaviorDetail& detail) {
+  const auto json = replay::parseForeignJson<Json>(detail.behavior.parameters);
+  return json.is_object() ? json : Json::object();
+}
+
+Json valueOf(const Json& object, const std::string& key) {
+  const auto found = object.find(key);
+  return found == object.end() ? Json(nullptr) : *found;
+}
+
+Json parameterDifferences(const BehaviorDetail& a, const BehaviorDetail& b) {
+  const Json of_a = parametersOf(a), of_b = parametersOf(b);
+  std::set<std::string> keys;
+  for (const auto& [key, value] : of_a.items()) keys.insert(key);
+  for (const auto& [key, value] : of_b.items()) keys.insert(key);
+  auto list = Json::array();
+  for (const std::string& key : keys) {
+    const Json in_a = valueOf(of_a, key), in_b = valueOf(of_b, key);
+    list.push_back({{"key", key}, {"a", in_a}, {"b", in_b}, {"differs", in_a != in_b}});
+  }
+  return list;
+}
+
+Json topicDifferences(const BehaviorDetail& a, const BehaviorDetail& b) {
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> counts;
+  for (const TopicLane& lane : a.lanes) {
+    if (!lane.is_context) counts[lane.topic].first += lane.count;
+  }
+  for (const TopicLane& lane : b.lanes) {
+    if (!lane.is_context) counts[lane.topic].second += lane.count;
+  }
+  auto list = Json::array();
+  for (const auto& [topic, count] : counts) {
+    list.push_back({{"topic", topic},
+                    {"a", count.first},
+                    {"b", count.second},
+                    {"differs", (count.first == 0) != (count.second == 0)}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string stampText(replay::Stamp stamp) { return std::to_string(stamp.ns); }
+
+nlohmann::ordered_json behaviorJson(const IndexedBehavior& one) {
+  const replay::Behavior& behavior = one.behavior;
+  auto parameters = replay::parseForeignJson<nlohmann::ordered_json>(behavior.parameters);
+  if (parameters.is_discarded()) parameters = nullptr;
+  auto said = nlohmann::ordered_json::array();
+  for (const SaidSentence& sentence : one.said) said.push_back(sentence.text);
+  nlohmann::ordered_json json = {
+      {"id", behavior.id},
+      {"name", behavior.name},
+      {"outcome", behavior.outcome},
+      {"begin", stampText(behavior.begin)},
+      {"end", nullptr},
+      {"duration", static_cast<double>(one.end.ns - behavior.begin.ns) * 1e-9},
+      {"said", said},
+      {"tags", behavior.tags},
+      {"tree_path", behavior.tree_path},
+      {"attempt", behavior.attempt},
+      {"parent", nullptr},
+      {"robot", behavior.robot},
+      {"notes", one.notes},
+      {"remarks", behavior.remarks},
+      {"messages", one.messages},
+      {"parameters", parameters}};
+  if (behavior.end) json["end"] = stampText(*behavior.end);
+  if (behavior.parent != 0) json["parent"] = behavior.parent;
+  return json;
+}
+
+Json detailJson(const BehaviorDetail& detail) {
+  Json json = behaviorJson(*detail.one);
+  json["story"] = Json::array();
+  for (const StoryEntry& entry : detail.story.entries) json["story"].push_back(entryJson(entry));
+  json["lanes"] = Json::array();
+  for (const TopicLane& lane : detail.lanes) json["lanes"].push_back(laneJson(lane));
+  json["said"] = Json::array();
+  for (const SaidSentence& sentence : detail.one->said) {
+    const std::int64_t since_ns = sentence.at.ns - detail.behavior.begin.ns;
+    json["said"].push_back(
+        {{"t", static_cast<double>(since_ns) * 1e-9}, {"text", sentence.text}});
+  }
+  json["children"] = listJson(detail.children);
+  json["attempts"] = listJson(detail.attempts);
+  json["key_moments"] = detail.story.key_moments;
+  return json;
+}
+
+Json comparisonJson(const BehaviorDetail& a, const BehaviorDetail& b) {
+  auto story = Json::array();
+  for (const StoryPair& pair : pairStories(a.story.entries, b.story.entries)) {
+    Json line = {{"a", nullptr}, {"b", nullptr}, {"differs", !pair.a || !pair.b}};
+    if (pair.a) line["a"] = entryJson(a.story.entries[*pair.a]);
+    if (pair.b) line["b"] = entryJson(b.story.entries[*pair.b]);
+    story.push_back(line);
+  }
+  const Json of_a = behaviorJson(*a.one), of_b = behaviorJson(*b.one);
+  return {{"a", of_a},
+          {"b", of_b},
+          {"duration", {{"a", of_a["duration"]}, {"b", of_b["duration"]}}},
+          {"topics", topicDifferences(a, b)},
+          {"parameters", parameterDifferences(a, b)},
+          {"story", story}};
+}
+
+HttpResponse jsonResponse(const nlohmann::ordered_json& json) {
+  return {200, "application/json",
+          json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)};
+}
+
+}  // namespace afterglow::nodes

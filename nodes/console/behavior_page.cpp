@@ -1,0 +1,115 @@
+#include "nodes/console/behavior_page.hpp"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+
+#include "nodes/pages/page.hpp"
+#include "nodes/pages/time_plot.hpp"
+#include "replay/query/time_text.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kLaneHeight = 34, kLaneLabel = 18, kLaneRow = 10;  // px
+
+std::string jpegUri(const std::string& jpeg) {
+  std::string text(4 * ((jpeg.size() + 2) / 3) + 1, '\0');
+  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                   reinterpret_cast<const unsigned char*>(jpeg.data()),
+                                   static_cast<int>(jpeg.size()));
+  text.resize(static_cast<std::size_t>(size));
+  return "data:image/jpeg;base64," + text;
+}
+
+/// A look of style.css.
+std::string lookOfRole(const std::string& role) {
+  const bool is_modality = role == "body" || role == "ar" || role == "speech";
+  return is_modality ? role : "recorded";
+}
+
+std::vector<const TopicLane*> drawnLanes(const std::vector<TopicLane>& lanes) {
+  std::vector<const TopicLane*> drawn;
+  for (const char* role : {"body", "ar", "speech", ""}) {
+    for (const TopicLane& lane : lanes) {
+      const std::string look = lookOfRole(lane.role);
+      const bool is_next = look == role || (*role == '\0' && look == "recorded");
+      if (is_next && !lane.is_context) drawn.push_back(&lane);
+    }
+  }
+  return drawn;
+}
+
+void drawLane(const TopicLane& lane, double top, TimePlot& plot) {
+  plot.text("soft", plot.x(0) + 6, top + 13, lane.topic);
+  plot.text("soft end", TimePlot::kWidth - 20, top + 13, std::to_string(lane.count));
+  if (lane.spans.empty()) {
+    return plot.ticks(lane.marks, top + kLaneLabel, kLaneRow, lookOfRole(lane.role));
+  }
+  for (const GoalSpan& span : lane.spans) {
+    plot.bar(span.from, span.to.value_or(span.from), top + kLaneLabel, kLaneRow,
+             span.outcome == "succeeded" ? lookOfRole(lane.role) : "outlier");
+  }
+}
+
+PageData timeline(const BehaviorDetail& detail, double duration) {
+  const auto lanes = drawnLanes(detail.lanes);
+  if (lanes.empty()) return nullptr;
+  TimePlot plot(std::max(duration, 0.1), static_cast<double>(lanes.size()) * kLaneHeight,
+                "when messages came, topic by topic");
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    if (i > 0) plot.rule(static_cast<double>(i) * kLaneHeight);
+    drawLane(*lanes[i], static_cast<double>(i) * kLaneHeight, plot);
+  }
+  const PageData legend = PageData::array(
+      {legendEntry("body", "body"), legendEntry("ar", "ar"), legendEntry("speech", "speech"),
+       legendEntry("recorded", "other"), legendEntry("outlier", "a goal that failed")});
+  return {{"drawing", plot.data()}, {"legend", legend}};
+}
+
+PageData factsOf(const BehaviorDetail& detail, double duration) {
+  const replay::Behavior& behavior = detail.behavior;
+  PageData facts = PageData::array();
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) facts.push_back({{"name", name}, {"value", value}});
+  };
+  add("Outcome", behavior.outcome);
+  add("Duration", fmt::format("{:.1f} s", duration));
+  add("Robot", behavior.robot);
+  add("Place in the tree", behavior.tree_path);
+  add("Attempt", behavior.attempt > 1 ? std::to_string(behavior.attempt) : "");
+  add("Tags", fmt::format("{}", fmt::join(behavior.tags, ", ")));
+  add("Messages", std::to_string(detail.one->messages));
+  return facts;
+}
+
+}  // namespace
+
+std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images) {
+  const replay::Behavior& behavior = detail.behavior;
+  const double duration = static_cast<double>(detail.one->end.ns - behavior.begin.ns) * 1e-9;
+  const std::string title = behavior.name + " (" + std::to_string(behavior.id) + ")";
+  PageData data = {{"page_title", title},
+                   {"title", title},
+                   {"under", "recorded " + replay::timeText(behavior.wall_begin.ns != 0
+                                                                ? behavior.wall_begin
+                                                                : behavior.begin)},
+                   {"tells_version", true},
+                   {"facts", factsOf(detail, duration)},
+                   {"story", PageData::array()},
+                   {"images", PageData::array()},
+                   {"notes", detail.one->notes},
+                   {"lanes", timeline(detail, duration)}};
+  for (const StoryEntry& entry : detail.story.entries) {
+    data["story"].push_back(
+        {{"t", entry.t}, {"clock", entry.clock}, {"text", entry.text}, {"is_bad", entry.is_bad}});
+  }
+  for (const MomentImage& image : images) {
+    data["images"].push_back({{"uri", jpegUri(image.jpeg)},
+                              {"words", fmt::format("{} at {:.1f} s", image.view, image.t)}});
+  }
+  return makePage("behavior.html", std::move(data));
+}
+
+}  // namespace afterglow::nodes

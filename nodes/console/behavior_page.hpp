@@ -1,0 +1,22 @@
+/// \file
+/// A behavior as one self-contained page, to be mailed to somebody.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "nodes/console/behavior_detail.hpp"
+
+namespace afterglow::nodes {
+
+/// A picture of one of its moments.
+struct MomentImage {
+  double t = 0;  ///< seconds since its begin
+  std::string view;  ///< for people: "projector"
+  std::string jpeg;
+};
+
+/// Story, images, timeline and what was said, from the template behavior.html.
+std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images);
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,291 @@
+#include "nodes/console/console_api.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "calib/number_text.hpp"
+#include "nodes/console/behavior_json.hpp"
+#include "nodes/console/behavior_search.hpp"
+#include "nodes/console/console_assets.hpp"
+#include "nodes/console/recorded_message.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/query/time_text.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostListed = 1000;
+constexpr std::size_t kLongestSearch = 1000;  // bytes
+constexpr std::size_t kLongestMessage = 64 << 10;
+constexpr int kNarrowest = 64, kWidest = 1920;  // pixels of a picture
+
+/// Empty for what is no whole number.
+std::optional<std::int64_t> integerIn(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = error == std::errc() && end == text.data() + text.size();
+  return is_whole ? std::optional(value) : std::nullopt;
+}
+
+/// Empty: it is not given. Throws HttpError for what is no whole number.
+std::optional<std::int64_t> integerOf(const HttpRequest& request, const std::string& name) {
+  const std::string& text = request.parameter(name);
+  if (text.empty()) return std::nullopt;
+  const auto value = integerIn(text);
+  if (!value) throw HttpError(400, name + " should be a whole number");
+  return value;
+}
+
+std::int64_t neededInteger(const HttpRequest& request, const std::string& name) {
+  const auto value = integerOf(request, name);
+  if (!value) throw HttpError(400, name + " is missing: a behavior's id");
+  return *value;
+}
+
+/// Seconds into a behavior, not NaN; 0 if it is not given.
+double secondsOf(const HttpRequest& request) {
+  const std::string& text = request.parameter("t");
+  if (text.empty()) return 0;
+  const auto t = calib::numberFromText(text);
+  if (!t || !std::isfinite(*t) || std::abs(*t) > 1e9) {
+    throw HttpError(400, "t should be a number of seconds");
+  }
+  return *t;
+}
+
+replay::Stamp momentAt(const replay::Behavior& behavior, double t) {
+  return {behavior.begin.ns + std::llround(t * 1e9)};
+}
+
+/// As JSON, with shorter and shorter arrays until it is short enough; null if it is never.
+Json shortJson(const replay::Value& value) {
+  for (const std::size_t longest : {1024U, 64U, 8U, 0U}) {
+    const nlohmann::json json = replay::toJson(value, {longest});
+    const auto text = json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    if (text.size() <= kLongestMessage) return json;
+  }
+  return nullptr;
+}
+
+std::optional<replay::Stamp> stampOf(const HttpRequest& request, const std::string& name) {
+  const auto ns = integerOf(request, name);
+  return ns ? std::optional<replay::Stamp>({*ns}) : std::nullopt;
+}
+
+/// Day and zone, "2026-11-23" and "+01:00", in local time.
+struct LocalDay {
+  std::string day, zone;
+};
+
+LocalDay localDay(replay::Stamp stamp) {
+  const std::time_t seconds = stamp.ns / 1'000'000'000;
+  std::tm time{};
+  localtime_r(&seconds, &time);
+  std::array<char, 32> day{}, zone{};
+  std::strftime(day.data(), day.size(), "%Y-%m-%d", &time);
+  std::strftime(zone.data(), zone.size(), "%z", &time);
+  std::string sign = zone.data();
+  if (sign.size() == 5) sign.insert(3, ":");
+  return {day.data(), sign};
+}
+
+/// When people saw it: ROS time may be a simulation's.
+replay::Stamp wallBegin(const replay::Behavior& behavior) {
+  return behavior.wall_begin.ns != 0 ? behavior.wall_begin : behavior.begin;
+}
+
+bool hasFailed(const replay::Behavior& behavior) {
+  const std::string& outcome = behavior.outcome;
+  return !outcome.empty() && outcome != "success" && outcome != "imported";
+}
+
+}  // namespace
+
+ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, ConsoleAccess access,
+                       ConsoleFacts facts)
+    : store_(store),
+      index_(index),
+      access_(std::move(access)),
+      facts_(std::move(facts)),
+      details_(store, index) {}
+
+void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
+  HttpResponse refused;
+  try {
+    return answerOrThrow(request, respond);
+  } catch (const HttpError& error) {
+    refused = errorResponse(error.status(), error.what());
+  } catch (const replay::FilterError& error) {
+    refused = errorResponse(400, error.what());
+  } catch (const replay::StoreError& error) {
+    refused = errorResponse(503, error.what());
+  } catch (const std::exception& error) {
+    refused = errorResponse(500, error.what());
+  }
+  respond(std::move(refused));
+}
+
+void ConsoleApi::answerOrThrow(const HttpRequest& request, const Respond& respond) {
+  if (auto refused = access_.refusal(request)) return respond(std::move(*refused));
+  const std::string folder = "/api/behaviors/";
+  if (request.method != "GET" || request.path.rfind(folder, 0) != 0) {
+    return respond(answerNow(request));
+  }
+  const std::string rest = request.path.substr(folder.size());
+  const std::size_t slash = std::min(rest.find('/'), rest.size());
+  const auto id = integerIn(rest.substr(0, slash));
+  if (!id) throw HttpError(404, "a behavior's id is a whole number");
+  answerOf(*id, rest.substr(slash), request, respond);
+}
+
+void ConsoleApi::answerOf(std::int64_t id, const std::string& part, const HttpRequest& request,
+                          const Respond& respond) {
+  if (part.empty()) return respond(jsonResponse(detailJson(*details_.of(id))));
+  if (part == "/message") return respond(message(id, request));
+  if (part == "/picture") return picture(id, request, respond);
+  if (part == "/file" && make_file_) return respond(file(id));
+  throw HttpError(404, "there is nothing at this address");
+}
+
+HttpResponse ConsoleApi::answerNow(const HttpRequest& request) {
+  if (auto asset = consoleAsset(request)) return *asset;
+  const std::string& path = request.path;
+  if (request.method == "POST" && path == "/api/login") return access_.login(request);
+  if (request.method == "POST" || path == "/api/events" || path == "/api/projected") {
+    throw HttpError(404, "no robot: this console reads a store");
+  }
+  if (path == "/api/about") return about();
+  if (path == "/api/behaviors") return behaviors(request);
+  if (path == "/api/calendar") return calendar();
+  if (path == "/api/compare") return comparison(request);
+  throw HttpError(404, "there is nothing at this address");
+}
+
+HttpResponse ConsoleApi::about() const {
+  std::map<std::string, std::size_t> names;
+  for (const auto& one : *index_.all()) ++names[one->behavior.name];
+  return jsonResponse({{"version", facts_.version},
+                       {"store", facts_.store},
+                       {"problem", index_.problem()},
+                       {"has_robot", false},
+                       {"can_render", facts_.why_no_render.empty()},
+                       {"why_no_render", facts_.why_no_render},
+                       {"now", stampText(replay::wallNow())},
+                       {"names", names}});
+}
+
+HttpResponse ConsoleApi::behaviors(const HttpRequest& request) const {
+  BehaviorSearch search;
+  search.words = request.parameter("q");
+  if (search.words.size() > kLongestSearch) throw HttpError(400, "q is too long");
+  search.name = request.parameter("name");
+  search.outcome = request.parameter("outcome");
+  search.from = stampOf(request, "from");
+  search.to = stampOf(request, "to");
+  search.before = integerOf(request, "before");
+  const auto limit = integerOf(request, "limit");
+  if (limit && *limit < 0) throw HttpError(400, "limit should not be negative");
+  if (limit) search.limit = std::min<std::size_t>(static_cast<std::size_t>(*limit), kMostListed);
+  if (const std::string& where = request.parameter("where"); !where.empty()) {
+    replay::BehaviorFilter filter;
+    filter.where = std::make_shared<const replay::Filter>(replay::Filter::parse(where));
+    search.of_these.emplace();
+    for (const auto& behavior : store_.behaviors(filter)) search.of_these->insert(behavior.id);
+  }
+  const auto all = index_.all();
+  const FoundBehaviors found = searchBehaviors(*all, search);
+  auto list = Json::array();
+  for (const auto& one : found.behaviors) list.push_back(behaviorJson(*one));
+  return jsonResponse(
+      {{"total", all->size()}, {"matching", found.matching}, {"behaviors", list}});
+}
+
+HttpResponse ConsoleApi::calendar() const {
+  struct Day {
+    std::size_t count = 0, failed = 0;
+    std::string zone;
+  };
+  std::map<std::string, Day> days;
+  for (const auto& one : *index_.all()) {
+    const LocalDay local = localDay(wallBegin(one->behavior));
+    Day& day = days[local.day];
+    ++day.count;
+    day.zone = local.zone;
+    if (hasFailed(one->behavior)) ++day.failed;
+  }
+  auto list = Json::array();
+  for (const auto& [name, day] : days) {
+    list.push_back(
+        {{"day", name}, {"count", day.count}, {"failed", day.failed}, {"zone", day.zone}});
+  }
+  return jsonResponse(list);
+}
+
+HttpResponse ConsoleApi::message(std::int64_t id, const HttpRequest& request) const {
+  const auto behavior = store_.behavior(id);
+  if (!behavior) throw HttpError(404, "there is no behavior of this id");
+  const std::string& topic = request.parameter("topic");
+  if (topic.empty()) throw HttpError(400, "topic is missing");
+  const auto newest = newestMessage(store_, *behavior, topic,
+                                    momentAt(*behavior, secondsOf(request)));
+  if (!newest) throw HttpError(404, "nothing was heard on this topic until then");
+  const replay::Channel channel = store_.channel(newest->channel);
+  Json json = {
+      {"t", static_cast<double>(newest->received.ns - behavior->begin.ns) * 1e-9},
+      {"type", channel.type},
+      {"bytes", newest->bytes.size()},
+      {"value", nullptr}};
+  try {
+    const auto schema = replay::Schema::parse(channel.type, channel.definition);
+    json["value"] = shortJson(replay::decode(schema, newest->bytes));
+  } catch (const replay::MessageError& error) {
+    json["problem"] = error.what();
+  }
+  return jsonResponse(json);
+}
+
+HttpResponse ConsoleApi::comparison(const HttpRequest& request) {
+  const auto a = details_.of(neededInteger(request, "a"));
+  const auto b = details_.of(neededInteger(request, "b"));
+  return jsonResponse(comparisonJson(*a, *b));
+}
+
+void ConsoleApi::picture(std::int64_t id, const HttpRequest& request,
+                         const Respond& respond) const {
+  if (!pictures_) throw HttpError(503, facts_.why_no_render);
+  PictureWish wish;
+  wish.behavior = id;
+  wish.t = secondsOf(request);
+  const std::string& view = request.parameter("view");
+  if (view == "bystander") {
+    wish.view = PictureView::Bystander;
+  } else if (!view.empty() && view != "projector") {
+    throw HttpError(400, "view should be projector or bystander");
+  }
+  const std::int64_t width = integerOf(request, "width").value_or(wish.width);
+  wish.width = static_cast<int>(std::clamp<std::int64_t>(width, kNarrowest, kWidest));
+  wish.viewer = request.parameter("viewer").substr(0, 64);
+  pictures_->draw(wish, respond);
+}
+
+HttpResponse ConsoleApi::file(std::int64_t id) {
+  const auto detail = details_.of(id);
+  const std::unique_lock<std::mutex> lock(file_mutex_, std::try_to_lock);
+  if (!lock) throw HttpError(503, "another file is being made");
+  HttpResponse response{200, "text/html; charset=utf-8", make_file_(*detail)};
+  response.headers.emplace_back(
+      "Content-Disposition", "attachment; filename=\"behavior_" + std::to_string(id) + ".html\"");
+  return response;
+}
+
+}  // namespace afterglow::nodes
