@@ -86,9 +86,11 @@ export class BehaviorView {
       'Share as a file'));
   }
 
+  /** What the recorder has to say of it, and what people noted. */
   remarks(one) {
-    return one.remarks?.length ? element('div', {class: 'note'}, element('ul', {},
-      one.remarks.map((remark) => element('li', {}, remark.text || plain(remark))))) : null;
+    const lines = [one.remarks, one.notes].flat().filter(Boolean);
+    return lines.length ? element('div', {class: 'note'}, element('ul', {},
+      lines.map((line) => element('li', {}, plain(line))))) : null;
   }
 
   parameters(one) {

@@ -97,18 +97,17 @@ export class CompareView {
 
   story(lines) {
     if (!lines.length) return null;
-    const when = (t) => (typeof t === 'number' ? button(offset(t), () => this.moment.set(t), {class: 'at'}) : '–');
-    const isOnlyOne = (line) => typeof line.a !== 'number' || typeof line.b !== 'number';
+    const when = (one) => (one ? button(offset(one.t), () => this.moment.set(one.t), {class: 'at'}) : '–');
+    const text = ({a, b}) => (a && b && a.text !== b.text ? [a.text, element('br'), b.text] : (a || b).text);
     const [left, right] = this.behaviors;
-    const rows = lines.map((line) => ({class: isOnlyOne(line) ? 'differs' : null, cells: [
-      when(line.a), line.text, when(line.b), isOnlyOne(line) ?
-        `only ${typeof line.a === 'number' ? 'left' : 'right'}` : this.later(line)]}));
+    const rows = lines.map((line) => ({class: line.differs ? 'differs' : null, cells: [
+      when(line.a), text(line), when(line.b), !line.a ? 'only right' : !line.b ? 'only left' : this.later(line)]}));
     return element('section', {}, element('h2', {}, 'Both stories'), table('Both stories',
       [`#${left.id}`, 'what happened', `#${right.id}`, 'difference'], rows));
   }
 
   later(line) {
-    const late = line.b - line.a;
+    const late = line.b.t - line.a.t;
     if (Math.abs(late) < 0.1) return '';
     return `${duration(Math.abs(late))} ${late > 0 ? 'later' : 'earlier'} on the right`;
   }
@@ -117,7 +116,7 @@ export class CompareView {
     if (!topics.length) return null;
     return element('section', {}, element('h2', {}, 'Topics'), table('Messages by topic',
       ['topic', `#${this.behaviors[0].id}`, `#${this.behaviors[1].id}`, 'difference'],
-      topics.map((topic) => ({class: !topic.a !== !topic.b ? 'differs' : null, cells: [topic.topic,
+      topics.map((topic) => ({class: topic.differs ? 'differs' : null, cells: [topic.topic,
         topic.a || '–', topic.b || '–', !topic.a ? 'only right' : !topic.b ? 'only left' :
           topic.a === topic.b ? '' : `${topic.b > topic.a ? '+' : ''}${topic.b - topic.a}`]})), [1, 2]));
   }
@@ -126,11 +125,8 @@ export class CompareView {
     if (!parameters.length) return null;
     return element('section', {}, element('h2', {}, 'Parameters'), table('Parameters',
       ['parameter', `#${this.behaviors[0].id}`, `#${this.behaviors[1].id}`, 'difference'],
-      parameters.map((one) => {
-        const differs = plain(one.a) !== plain(one.b);
-        return {class: differs ? 'differs' : null, cells: [one.key, plain(one.a), plain(one.b),
-          differs ? 'differs' : '']};
-      })));
+      parameters.map((one) => ({class: one.differs ? 'differs' : null,
+        cells: [one.key, plain(one.a), plain(one.b), one.differs ? 'differs' : '']}))));
   }
 
   follow(now) {

@@ -6,6 +6,8 @@ import {count, duration, friendlyTime, localTime, outcomeLook} from './format.js
 import {VirtualList} from './virtual_list.js';
 
 const ROW_HEIGHT = 68;  // px, as style.css has it
+const KEYS = ['q', 'name', 'outcome', 'day', 'where'];
+const DAY_MS = 86400000;
 const OUTCOMES = ['success', 'failure', 'exception', 'halted'];
 
 export class Finder {
@@ -27,7 +29,7 @@ export class Finder {
       element('label', {for: 'search', class: 'unseen'}, 'Search behaviors'), this.input, this.filters),
     this.matching, this.choosing, this.scroller);
     this.list = new VirtualList(this.scroller, {rowHeight: ROW_HEIGHT, key: (one) => one.id,
-      load: (offset, limit, signal) => this.load(offset, limit, signal),
+      load: (after, limit, signal) => this.load(after, limit, signal),
       draw: (one, row) => this.draw(one, row)});
   }
 
@@ -66,7 +68,7 @@ export class Finder {
   follow(now) {
     if (this.input.value !== (now.params.q || '')) this.input.value = now.params.q || '';
     this.showFilters();
-    const asked = JSON.stringify(this.query());
+    const asked = JSON.stringify(KEYS.map((key) => now.params[key] || ''));
     if (asked !== this.asked) {
       this.asked = asked;
       this.reload();
@@ -82,14 +84,26 @@ export class Finder {
     }
     this.day.value = params.day || '';
     if (document.activeElement !== this.where) this.where.value = params.where || '';
-    const used = ['name', 'outcome', 'day', 'where'].filter((key) => params[key]);
+    const used = KEYS.slice(1).filter((key) => params[key]);
     this.filters.querySelector('summary').textContent = used.length ? `Filters (${used.length})` : 'Filters';
   }
 
-  /** The search as the server takes it. */
-  query() {
+  /** The search as the server takes it: a day is one of the robot's, wherever the browser is. */
+  async query() {
     const {q, name, outcome, day, where} = this.route.now.params;
-    return {q, name, outcome, from: day, to: day, where};
+    if (!day) return {q, name, outcome, where};
+    if (!this.zones) await this.days();
+    const from = Date.parse(`${day}T00:00:00${this.zones.get(day) ?? ''}`);
+    const ns = (ms) => `${ms}000000`;
+    return Number.isNaN(from) ? {q, name, outcome, where} :
+      {q, name, outcome, where, from: ns(from), to: ns(from + DAY_MS)};
+  }
+
+  /** The calendar's days, whose zones a day's search needs. */
+  async days(signal) {
+    const days = await get('/api/calendar', {}, signal);
+    this.zones = new Map(days.map((one) => [one.day, one.zone]));
+    return days;
   }
 
   /** Loads anew; `stay`: without scrolling, as something was recorded meanwhile. */
@@ -101,8 +115,8 @@ export class Finder {
     }
   }
 
-  async load(offset, limit, signal) {
-    const answer = await get('/api/behaviors', {...this.query(), offset, limit}, signal);
+  async load(after, limit, signal) {
+    const answer = await get('/api/behaviors', {...await this.query(), before: after?.id, limit}, signal);
     this.say(answer.matching === answer.total ? count(answer.total, 'behavior') :
       `${count(answer.matching, 'behavior')} of ${answer.total.toLocaleString('en-US')}`);
     return {total: answer.matching, rows: answer.behaviors};

@@ -4,7 +4,7 @@
  */
 
 import {button, drawn, element, put, refill} from './dom.js';
-import {duration, offset, tickStep} from './format.js';
+import {count, duration, offset, tickStep} from './format.js';
 
 const HEIGHT = 28;  // px of a lane, as style.css has it
 const AXIS = 24;
@@ -13,7 +13,7 @@ const LETTER = 7;  // px, about
 
 /** The class of a goal by how it ended. */
 function goalLook(span) {
-  const words = span.end || span.text || '';
+  const words = span.outcome || '';
   if (/abort|reject|fail/i.test(words)) return 'bad';
   if (/cancel|preempt|recall/i.test(words)) return 'other';
   return /succe/i.test(words) ? 'good' : 'open';
@@ -33,7 +33,10 @@ export class Lanes {
    * @param {{label: string, onTopic?: function(string)}} how its accessible name; called with a chosen topic
    */
   constructor(lanes, said, moment, {label, onTopic}) {
-    this.lanes = lanes;
+    this.all = lanes;
+    const own = lanes.filter((lane) => !lane.context);
+    this.lanes = own.length ? own : lanes;
+    this.onTopic = onTopic;
     this.said = said || [];
     this.moment = moment;
     this.topics = element('div', {class: 'topics'});
@@ -46,16 +49,36 @@ export class Lanes {
         pointermove: (event) => this.dragged(event)}}, this.plot);
     this.place = element('div', {class: 'lanes'}, this.topics, this.slider);
     this.chosen = null;
-    put(this.topics, element('div', {class: 'axis-name soft'}, 'time'), this.lanes.map((lane) =>
-      this.topic(lane, onTopic)));
+    const rest = this.all.length - this.lanes.length;
+    if (rest) {
+      this.more = button(`Show ${count(rest, 'topic')} of the surroundings`, () => this.showAll(), {class: 'more'});
+      put(this.place, this.more);
+    }
+    this.name();
     this.watch = new ResizeObserver(() => this.draw());
     this.watch.observe(this.plot);
     moment.follow((seconds) => this.stand(seconds));
   }
 
+  /** The topics of the recording, too, which the behavior did not ask for itself. */
+  showAll() {
+    this.lanes = this.all;
+    this.more.remove();
+    this.name();
+    this.draw();
+    this.slider.focus();
+  }
+
+  name() {
+    refill(this.topics, element('div', {class: 'axis-name soft'}, 'seconds'),
+      this.lanes.map((lane) => this.topic(lane, this.onTopic)));
+    this.choose(this.chosen);
+  }
+
   topic(lane, onTopic) {
-    const words = `${lane.topic}, ${lane.type}, ${lane.count} messages` +
-      (lane.hz ? `, ${lane.hz.toFixed(1)} a second` : '');
+    const words = `${lane.topic}, ${lane.type}, ${count(lane.count, 'message')}` +
+      (lane.hz ? `, ${lane.hz.toFixed(1)} a second` : '') +
+      (lane.why_not ? `; a replay leaves it out: ${lane.why_not}` : '');
     const inside = [element('span', {class: 'topic-name'}, element('bdi', {dir: 'ltr'}, lane.topic)),
       element('small', {class: 'soft'}, lane.count)];
     if (!onTopic) return element('div', {class: `topic ${lane.role}`, title: words}, inside);

@@ -17,7 +17,7 @@ export function showLogin(main) {
       await post('/api/login', {token: token.value.trim()});
       connection.admitted();
     } catch (refusal) {
-      problem.textContent = refusal.status === 403 || refusal.status === 401 ?
+      problem.textContent = refusal.status === 401 ?
         'That is not the token of this console.' : refusal.message;
       problem.hidden = false;
       token.select();

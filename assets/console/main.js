@@ -59,6 +59,7 @@ class Shell {
 
   about(about) {
     this.counts = JSON.stringify(about.names);
+    if (about.problem) this.notice.warn(about.problem);
     const today = new Date();
     refill(at('store'), element('bdi', {dir: 'ltr'}, about.store));
     at('store').title = `${about.store}, Afterglow ${about.version}`;

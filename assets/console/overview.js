@@ -31,14 +31,14 @@ export class Overview {
     this.abort.abort();
     this.abort = new AbortController();
     const {signal} = this.abort;
-    const {q, name, outcome, day, where} = this.route.now.params;
+    const {day} = this.route.now.params;
     this.calendar.choose(day);
     try {
       const [calendar, found] = await Promise.all([
-        get('/api/calendar', {q, name, outcome, where}, signal),
-        get('/api/behaviors', {...this.finder.query(), limit: MOST}, signal)]);
+        this.finder.days(signal),
+        get('/api/behaviors', {...await this.finder.query(), limit: MOST}, signal)]);
       if (signal.aborted) return;
-      this.calendar.show(calendar.days, day);
+      this.calendar.show(calendar, day);
       const shown = found.behaviors.length;
       this.timeline.show(found.behaviors, (shown < found.matching ?
         `The newest ${shown} of ${count(found.matching, 'behavior')}` : count(shown, 'behavior')) +

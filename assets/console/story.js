@@ -8,7 +8,7 @@ export class Story {
   constructor(story, moment) {
     this.story = story;
     this.moment = moment;
-    this.lines = story.map((one) => element('li', {class: one.kind},
+    this.lines = story.map((one) => element('li', {class: `${one.kind}${one.bad ? ' bad' : ''}`},
       button([element('span', {class: 'clock'}, one.clock || offset(one.t)),
         element('span', {class: 'text'}, one.kind === 'said' ? this.said(one.text) : one.text)],
       () => moment.set(one.t))));

@@ -62,7 +62,7 @@ export class Values {
     }
     try {
       const told = await get(`/api/behaviors/${this.id}/message`, {topic, t: t.toFixed(6)}, signal);
-      this.say(`${told.type}, of ${offset(told.t)}`, flattened(told.value));
+      this.say(told.problem || `${told.type}, of ${offset(told.t)}`, told.value ? flattened(told.value) : []);
     } catch (problem) {
       if (problem.name !== 'AbortError') this.say(problem.message, []);
     }

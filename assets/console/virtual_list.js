@@ -5,15 +5,16 @@
 
 import {element} from './dom.js';
 
-const PAGE = 100;  // rows a request
+const PAGE = 200;  // rows a request
 const AROUND = 6;  // rows made above and below those in sight
 
 export class VirtualList {
   /**
    * @param {HTMLElement} scroller the element that scrolls
-   * @param {{rowHeight: number, load: function(number, number, AbortSignal): Promise<{total, rows}>,
+   * @param {{rowHeight: number, load: function(any, number, AbortSignal): Promise<{total, rows}>,
    *   draw: function(any, HTMLElement): void, key: function(any): any}} how
-   *   load(offset, limit): rows and how many there are; draw: fills a row's element
+   *   load(after, limit): the rows after the item `after` (undefined: the first) and how many there are in all;
+   *   draw: fills a row's element
    */
   constructor(scroller, how) {
     Object.assign(this, how);
@@ -35,10 +36,10 @@ export class VirtualList {
     this.abort.abort();
     this.abort = new AbortController();
     const turn = ++this.turn;
-    const first = stay ? Math.floor(this.scroller.scrollTop / this.rowHeight / PAGE) : 0;
-    const answer = await this.load(first * PAGE, PAGE, this.abort.signal);
+    const answer = await this.load(undefined, PAGE, this.abort.signal);
     if (turn !== this.turn) return;
-    this.pages = new Map([[first, answer.rows]]);
+    this.pages = new Map([[0, answer.rows]]);
+    this.wanted = 0;
     this.total = answer.total;
     this.sheet.style.height = `${this.total * this.rowHeight}px`;
     for (const row of this.shown.values()) row.parentElement.remove();
@@ -90,7 +91,7 @@ export class VirtualList {
       }
     }
     for (let at = from; at < to; at++) if (!this.shown.has(at)) this.make(at);
-    for (let page = Math.floor(from / PAGE); page * PAGE < to; page++) this.fetchPage(page);
+    this.wantPage(Math.floor(Math.max(to - 1, 0) / PAGE));
   }
 
   make(at) {
@@ -105,18 +106,24 @@ export class VirtualList {
     if (this.item(at)) this.draw(this.item(at), row);
   }
 
-  async fetchPage(page) {
-    if (this.pages.has(page)) return;
-    this.pages.set(page, null);  // on its way
+  /** Loads all pages down to this one, each after the last row of the one above it. */
+  async wantPage(page) {
+    this.wanted = Math.max(this.wanted ?? 0, page);
+    if (this.isLoading || this.pages.size > this.wanted) return;
+    this.isLoading = true;
     const {signal} = this.abort;
     try {
-      const answer = await this.load(page * PAGE, PAGE, signal);
-      if (signal.aborted) return;
-      this.pages.set(page, answer.rows);
-      this.refresh();
-    } catch {
-      if (!signal.aborted) this.pages.delete(page);  // asked for again when it comes into sight
-    }
+      while (!signal.aborted && this.pages.size > 0 && this.pages.size <= this.wanted) {
+        const above = this.pages.get(this.pages.size - 1);
+        const answer = await this.load(above[above.length - 1], PAGE, signal);
+        if (signal.aborted) break;
+        this.pages.set(this.pages.size, answer.rows);
+        this.refresh();
+        if (!answer.rows.length) break;
+      }
+    } catch { /* asked for again when the list is scrolled */ }
+    this.isLoading = false;
+    if (signal.aborted) this.lay();
   }
 
   pressed(event) {

@@ -42,6 +42,8 @@ constexpr Verb kVerbs[] = {
     {"export", "Export behaviors as a bag or an MCAP file", "afterglow_store"},
     {"render", "Draw what a projector showed during a behavior, without a ROS master",
      "afterglow_render"},
+    {"console", "Browse a store with a web browser: find behaviors, look at them moment by moment",
+     "afterglow_console"},
     {"store", "Look after a store in a SQLite file", "afterglow_store"},
     {"sync", "Copy behaviors from one store to another; repeat it to go on where it broke off",
      "afterglow_store"},

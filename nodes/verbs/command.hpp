@@ -38,6 +38,7 @@ CLI::App* addVerb(CLI::App& app, const std::string& name);
 // job. Failures are exceptions.
 void addAskVerb(CLI::App& app);
 void addCalibrateVerb(CLI::App& app);
+void addConsoleVerb(CLI::App& app);
 void addDoctorVerb(CLI::App& app);
 void addEditVerb(CLI::App& app);
 void addExportVerb(CLI::App& app);

@@ -50,15 +50,16 @@ def details(one, all_of_them):
              *({"t": line["t"], "kind": "said", "text": line["text"]} for line in said),
              {"t": length, "kind": "ended", "text": f"ended: {one['outcome']}"}]
     for line in story:
+        line["bad"] = "aborted" in line["text"] or "failure" in line["text"]
         line["clock"] = time.strftime("%H:%M:%S", time.gmtime(int(one["begin"]) // 10 ** 9 + line["t"]))
 
     def lane(topic, kind, role, hz, spans=()):
         count = int(length * hz)
-        return {"topic": topic, "type": kind, "role": role, "count": count, "hz": hz, "first": 0.1, "last": length,
+        return {"topic": topic, "type": kind, "role": role, "count": count, "hz": hz, "context": role == "state", "why_not": "", "first": 0.1, "last": length,
                 "marks": [0.1 + at * length / min(count, 400) for at in range(min(count, 400))] if count else [],
                 "spans": list(spans)}
-    goals = [{"from": 0.4, "to": length / 2, "text": f"goal 1: {how}"},
-             {"from": length * 0.6, "to": None if one["outcome"] == "halted" else length, "text": "goal 2: succeeded"}]
+    goals = [{"from": 0.4, "to": length / 2, "outcome": how, "text": f"goal 1: {how}"},
+             {"from": length * 0.6, "to": length, "outcome": "succeeded", "text": "goal 2: succeeded"}]
     lanes = [lane("/projector/green_points", "sensor_msgs/PointCloud2", "ar", 2),
              lane("/robotsound", "sound_play/SoundRequest", "speech", 0.2),
              lane("/arm_controller/follow_joint_trajectory/goal", "control_msgs/FollowJointTrajectoryActionGoal",
@@ -185,10 +186,10 @@ class Handler(BaseHTTPRequestHandler):
         if parts == ["calendar"]:
             days = {}
             for one in every:
-                day = days.setdefault(one["local"][:10], {"day": one["local"][:10], "count": 0, "failed": 0})
+                day = days.setdefault(one["local"][:10], {"day": one["local"][:10], "zone": "+00:00", "count": 0, "failed": 0})
                 day["count"] += 1
                 day["failed"] += one["outcome"] == "failure"
-            return 200, {"zone": "+00:00", "days": list(days.values())}
+            return 200, list(days.values())
         if parts == ["behaviors"]:
             return self.find(every, query)
         if parts == ["compare"]:
@@ -209,19 +210,21 @@ class Handler(BaseHTTPRequestHandler):
         found = [one for one in every if all(word in json.dumps(one).lower() for word in words)
                  and query.get("name", one["name"]) == one["name"]
                  and query.get("outcome", one["outcome"]) == one["outcome"]
-                 and query.get("from", one["local"][:10]) == one["local"][:10]]
-        offset = int(query.get("offset", 0))
+                 and int(query.get("from", 0)) <= int(one["begin"]) < int(query.get("to", 10 ** 20))]
+        after = [one for one in found if one["id"] < int(query.get("before", 10 ** 9))]
         return 200, {"total": len(every), "matching": len(found),
-                     "behaviors": found[offset:offset + int(query.get("limit", 100))]}
+                     "behaviors": after[:int(query.get("limit", 100))]}
 
     def compare(self, every, query):
         a, b = (details(next(one for one in every if str(one["id"]) == query[key]), every) for key in "ab")
         texts = list(dict.fromkeys(line["text"] for side in (a, b) for line in side["story"]))
-        at = [{line["text"]: line["t"] for line in side["story"]} for side in (a, b)]
-        return 200, {"story": [{"text": text, "a": at[0].get(text), "b": at[1].get(text)} for text in texts],
-                     "topics": [{"topic": one["topic"], "a": one["count"], "b": other["count"]}
+        lines = [{line["text"]: line for line in side["story"]} for side in (a, b)]
+        parts = [side["parameters"]["part"] for side in (a, b)]
+        return 200, {"story": [{"a": lines[0].get(text), "b": lines[1].get(text),
+                                "differs": (text in lines[0]) != (text in lines[1])} for text in texts],
+                     "topics": [{"topic": one["topic"], "a": one["count"], "b": other["count"], "differs": False}
                                 for one, other in zip(a["lanes"], b["lanes"])],
-                     "parameters": [{"key": "part", "a": a["parameters"]["part"], "b": b["parameters"]["part"]}],
+                     "parameters": [{"key": "part", "a": parts[0], "b": parts[1], "differs": parts[0] != parts[1]}],
                      "duration": {"a": a["duration"], "b": b["duration"]}}
 
     def events(self):

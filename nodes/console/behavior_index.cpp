@@ -1,0 +1,199 @@
+#include "nodes/console/behavior_index.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include "nodes/console/folded_text.hpp"
+#include "replay/messages/document.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/store/behavior_edit.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr const char* kSoundType = "sound_play/SoundRequest";
+constexpr const char* kSentence = R"({"sound": -3, "command": {"$ne": 0}})";  // sound_play's SAY
+constexpr std::size_t kMostSentences = 200;
+constexpr std::size_t kPublishedAtOnce = 50;
+constexpr auto kPeriod = std::chrono::seconds(1);
+
+std::vector<std::string> speakingTopics(const std::vector<replay::TopicSummary>& topics) {
+  std::vector<std::string> names;
+  for (const auto& topic : topics) {
+    if (topic.type == kSoundType) names.push_back(topic.topic);
+  }
+  return names;
+}
+
+std::vector<SaidSentence> sentencesOn(const replay::Store& store,
+                                      const replay::Behavior& behavior,
+                                      std::vector<std::string> topics) {
+  static const auto is_sentence = std::make_shared<const replay::Filter>(
+      replay::Filter::parse(kSentence, replay::Filter::Over::Messages));
+  std::vector<SaidSentence> said;
+  if (topics.empty()) return said;
+  replay::MessageRange range;
+  range.topics = std::move(topics);
+  range.where = is_sentence;
+  const auto cursor = store.messages(behavior, range);
+  while (said.size() < kMostSentences) {
+    const auto message = cursor->next();
+    if (!message) break;
+    try {
+      const replay::Channel channel = store.channel(message->channel);
+      const auto schema = replay::Schema::parse(channel.type, channel.definition);
+      const auto document = replay::messageDocument(schema, *message);
+      said.push_back({message->received, document.value("arg", "")});
+    } catch (const replay::MessageError&) {  // of a definition that is none
+    }
+  }
+  return said;
+}
+
+/// One that is equal by this looks the same to everybody.
+bool isSame(const replay::Behavior& some, const replay::Behavior& other,
+            const std::vector<std::string>& notes) {
+  return some.name == other.name && some.outcome == other.outcome && some.tags == other.tags &&
+         some.begin == other.begin && some.end == other.end && some.parent == other.parent &&
+         some.attempt == other.attempt && some.tree_path == other.tree_path &&
+         some.parameters == other.parameters && some.remarks == other.remarks &&
+         some.robot == other.robot && notes == replay::notesOf(other);
+}
+
+std::string searchedText(const IndexedBehavior& indexed) {
+  const replay::Behavior& behavior = indexed.behavior;
+  std::string text = behavior.name + "\n" + behavior.outcome + "\n" + behavior.tree_path + "\n" +
+                     behavior.robot + "\n" + behavior.parameters;
+  for (const std::string& tag : behavior.tags) text += "\n" + tag;
+  for (const std::string& note : indexed.notes) text += "\n" + note;
+  for (const SaidSentence& sentence : indexed.said) text += "\n" + sentence.text;
+  return foldedText(text);
+}
+
+std::shared_ptr<IndexedBehavior> indexedOf(const replay::Behavior& behavior) {
+  auto indexed = std::make_shared<IndexedBehavior>();
+  indexed->behavior = behavior;
+  indexed->notes = replay::notesOf(behavior);
+  indexed->behavior.snapshot.clear();
+  indexed->behavior.calibration.clear();
+  indexed->end = behavior.end.value_or(behavior.begin);
+  indexed->searched = searchedText(*indexed);
+  return indexed;
+}
+
+}  // namespace
+
+std::vector<SaidSentence> saidDuring(const replay::Store& store,
+                                     const replay::Behavior& behavior) {
+  const auto own = speakingTopics(store.topics(behavior));
+  return sentencesOn(store, behavior,
+                     own.empty() ? speakingTopics(store.contextTopics(behavior)) : own);
+}
+
+BehaviorIndex::BehaviorIndex(std::unique_ptr<replay::Store> store)
+    : store_(std::move(store)), all_(std::make_shared<const IndexedBehaviors>()) {
+  thread_ = std::thread([this] { run(); });
+}
+
+BehaviorIndex::~BehaviorIndex() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_ended_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::shared_ptr<const IndexedBehaviors> BehaviorIndex::all() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return all_;
+}
+
+std::shared_ptr<const IndexedBehavior> BehaviorIndex::find(std::int64_t id) const {
+  const auto behaviors = all();
+  const auto found = std::find_if(behaviors->begin(), behaviors->end(),
+                                  [id](const auto& one) { return one->behavior.id == id; });
+  return found == behaviors->end() ? nullptr : *found;
+}
+
+std::string BehaviorIndex::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
+void BehaviorIndex::refresh() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  const std::uint64_t wanted = ++wanted_;
+  changed_.notify_all();
+  changed_.wait(lock, [&] { return done_ >= wanted || is_ended_; });
+}
+
+void BehaviorIndex::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!is_ended_) {
+    const std::uint64_t wanted = wanted_;
+    lock.unlock();
+    std::string problem;
+    try {
+      read();
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    lock.lock();
+    problem_ = problem;
+    done_ = wanted;
+    changed_.notify_all();
+    changed_.wait_for(lock, kPeriod, [this] { return is_ended_ || wanted_ > done_; });
+  }
+}
+
+void BehaviorIndex::read() {
+  const std::vector<replay::Behavior> behaviors = store_->behaviors({});
+  Known left;
+  for (const replay::Behavior& behavior : behaviors) {
+    const auto found = known_.find(behavior.id);
+    const bool is_known =
+        found != known_.end() && isSame(found->second->behavior, behavior, found->second->notes);
+    left[behavior.id] = is_known ? found->second : indexedOf(behavior);
+    // What still grows is read again every time.
+    if (!is_known || replay::isOpen(behavior)) is_heard_.erase(behavior.id);
+  }
+  known_ = std::move(left);
+  publish(behaviors);
+  readMessages(behaviors);
+}
+
+void BehaviorIndex::readMessages(const std::vector<replay::Behavior>& behaviors) {
+  std::size_t read = 0;
+  for (const replay::Behavior& behavior : behaviors) {
+    if (is_heard_.count(behavior.id) != 0) continue;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (is_ended_) return;
+    }
+    auto indexed = std::make_shared<IndexedBehavior>(*known_[behavior.id]);
+    indexed->messages = 0;
+    for (const replay::TopicSummary& topic : store_->topics(behavior)) {
+      indexed->messages += topic.count;
+      if (!behavior.end) indexed->end = std::max(indexed->end, topic.last);
+    }
+    indexed->said = saidDuring(*store_, behavior);
+    indexed->searched = searchedText(*indexed);
+    known_[behavior.id] = std::move(indexed);
+    is_heard_[behavior.id] = true;
+    if (++read % kPublishedAtOnce == 0) publish(behaviors);
+  }
+  if (read > 0) publish(behaviors);
+}
+
+void BehaviorIndex::publish(const std::vector<replay::Behavior>& order) {
+  auto all = std::make_shared<IndexedBehaviors>();
+  all->reserve(order.size());
+  for (const replay::Behavior& behavior : order) all->push_back(known_[behavior.id]);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  all_ = std::move(all);
+}
+
+}  // namespace afterglow::nodes

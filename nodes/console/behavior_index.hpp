@@ -1,0 +1,81 @@
+/// \file
+/// What the console finds behaviors by: all of them and what was said in them, in memory. Requests
+/// never wait for the store.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+
+/// A sentence that was asked of sound_play.
+struct SaidSentence {
+  replay::Stamp at;
+  std::string text;
+};
+
+/// Those of a behavior, in order: of its own topics or, where it has none that speak, of its
+/// context. At most 200. Throws replay::StoreError.
+std::vector<SaidSentence> saidDuring(const replay::Store& store, const replay::Behavior& behavior);
+
+struct IndexedBehavior {
+  replay::Behavior behavior;   ///< without calibration and snapshot
+  std::vector<std::string> notes;
+  std::uint64_t messages = 0;  ///< on its own topics
+  replay::Stamp end;           ///< of one without an end: its last message
+  std::vector<SaidSentence> said;
+  std::string searched;  ///< foldedText() of all that a search looks at
+};
+
+/// Newest first (by begin, then id).
+using IndexedBehaviors = std::vector<std::shared_ptr<const IndexedBehavior>>;
+
+/// Reads the store in a thread of its own: first all of it, the newest behaviors first, then every
+/// second what has changed. A behavior that is not read yet is found by its own fields.
+class BehaviorIndex {
+ public:
+  /// For this thread alone, so that requests do not wait for its reads.
+  explicit BehaviorIndex(std::unique_ptr<replay::Store> store);
+  BehaviorIndex(const BehaviorIndex&) = delete;
+  BehaviorIndex& operator=(const BehaviorIndex&) = delete;
+  ~BehaviorIndex();
+
+  /// As of at most a second ago, or longer while the store cannot be read. Any thread.
+  std::shared_ptr<const IndexedBehaviors> all() const;
+  /// Null if there is none of that id.
+  std::shared_ptr<const IndexedBehavior> find(std::int64_t id) const;
+  /// Why the store could not be read the last time, one line; empty: it was.
+  std::string problem() const;
+  /// Returns when the store has been read at least once from now on.
+  void refresh();
+
+ private:
+  using Known = std::map<std::int64_t, std::shared_ptr<const IndexedBehavior>>;
+
+  void run();
+  void read();
+  void readMessages(const std::vector<replay::Behavior>& behaviors);
+  void publish(const std::vector<replay::Behavior>& order);
+
+  const std::unique_ptr<replay::Store> store_;
+  Known known_;                            ///< of the thread
+  std::map<std::int64_t, bool> is_heard_;  ///< of the thread: its messages have been read
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::shared_ptr<const IndexedBehaviors> all_;
+  std::string problem_;
+  std::uint64_t wanted_ = 0, done_ = 0;  ///< reads
+  bool is_ended_ = false;
+  std::thread thread_;
+};
+
+}  // namespace afterglow::nodes

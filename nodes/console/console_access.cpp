@@ -1,0 +1,128 @@
+#include "nodes/console/console_access.hpp"
+
+#include <arpa/inet.h>
+#include <openssl/crypto.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "replay/messages/foreign_json.hpp"
+#include "replay/query/nearest.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr const char* kCookie = "afterglow_token";
+constexpr const char* kBearer = "Bearer ";
+
+bool isAddress(const std::string& text) {
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  return inet_pton(AF_INET, text.c_str(), bytes.data()) == 1 ||
+         inet_pton(AF_INET6, text.c_str(), bytes.data()) == 1;
+}
+
+/// Without port and brackets, in small letters.
+std::string nameOf(const std::string& host) {
+  std::string name = replay::lowerCase(host);
+  if (!name.empty() && name[0] == '[') {
+    const std::size_t end = name.find(']');
+    return end == std::string::npos ? "" : name.substr(1, end - 1);
+  }
+  name = name.substr(0, name.find(':'));
+  if (!name.empty() && name.back() == '.') name.pop_back();
+  return name;
+}
+
+std::string ownName() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? replay::lowerCase(name.data()) : "";
+}
+
+/// The value of our cookie among "a=1; afterglow_token=T".
+std::string cookieIn(const std::string& cookies) {
+  const std::string wanted = std::string(kCookie) + "=";
+  for (std::size_t begin = 0; begin < cookies.size();) {
+    const std::size_t end = std::min(cookies.find(';', begin), cookies.size());
+    begin = std::min(cookies.find_first_not_of(' ', begin), end);
+    if (cookies.compare(begin, wanted.size(), wanted) == 0) {
+      return cookies.substr(begin + wanted.size(), end - begin - wanted.size());
+    }
+    begin = end + 1;
+  }
+  return "";
+}
+
+/// Of a page of this very server; the scheme is whatever a proxy before it speaks.
+bool isOwnOrigin(const HttpRequest& request) {
+  const std::string origin = replay::lowerCase(request.header("origin"));
+  const std::string host = replay::lowerCase(request.header("host"));
+  return origin.empty() || origin == "http://" + host || origin == "https://" + host;
+}
+
+bool isJson(const std::string& type) {
+  return replay::lowerCase(type.substr(0, type.find(';'))) == "application/json";
+}
+
+}  // namespace
+
+bool isLoopback(const std::string& address) {
+  return address == "::1" || (isAddress(address) && address.rfind("127.", 0) == 0);
+}
+
+ConsoleAccess::ConsoleAccess(std::string token, std::vector<std::string> hosts)
+    : token_(std::move(token)), hosts_(std::move(hosts)) {
+  for (std::string& host : hosts_) host = replay::lowerCase(host);
+  hosts_.emplace_back("localhost");
+  const std::string name = ownName();
+  if (!name.empty()) hosts_.insert(hosts_.end(), {name, name + ".local"});
+}
+
+bool ConsoleAccess::isKnownHost(const std::string& host) const {
+  const std::string name = nameOf(host);
+  return isAddress(name) || std::count(hosts_.begin(), hosts_.end(), name) > 0;
+}
+
+bool ConsoleAccess::isToken(const std::string& text) const {
+  return text.size() == token_.size() &&
+         CRYPTO_memcmp(text.data(), token_.data(), token_.size()) == 0;
+}
+
+std::optional<HttpResponse> ConsoleAccess::refusal(const HttpRequest& request) const {
+  if (!isKnownHost(request.header("host"))) {
+    return errorResponse(403, "this server is not called that; --host NAME allows a name");
+  }
+  if (request.method != "GET" && request.method != "POST") {
+    return errorResponse(405, "only GET and POST are understood");
+  }
+  if (request.method == "POST") {
+    if (!isOwnOrigin(request)) return errorResponse(403, "the request comes from another site");
+    if (!isJson(request.header("content-type"))) {
+      return errorResponse(415, "Content-Type has to be application/json");
+    }
+  }
+  const bool is_open = request.path.rfind("/api/", 0) != 0 || request.path == "/api/login";
+  if (token_.empty() || is_open) return std::nullopt;
+  const std::string& bearer = request.header("authorization");
+  const std::string given = bearer.rfind(kBearer, 0) == 0 ? bearer.substr(7) : "";
+  if (isToken(given) || isToken(cookieIn(request.header("cookie")))) return std::nullopt;
+  return errorResponse(401, "the token is missing or wrong");
+}
+
+HttpResponse ConsoleAccess::login(const HttpRequest& request) const {
+  const auto json = replay::parseForeignJson<nlohmann::json>(request.body);
+  const auto token = json.is_object() ? json.find("token") : json.end();
+  if (!json.is_object() || token == json.end() || !token->is_string()) {
+    return errorResponse(400, "the body should be {\"token\": \"...\"}");
+  }
+  if (!token_.empty() && !isToken(*token)) return errorResponse(401, "the token is wrong");
+  HttpResponse response{200, "application/json", "{}"};
+  if (!token_.empty()) {
+    response.headers.emplace_back("Set-Cookie", std::string(kCookie) + "=" + token_ +
+                                                    "; HttpOnly; SameSite=Strict; Path=/");
+  }
+  return response;
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,41 @@
+/// \file
+/// Who may use the console.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nodes/console/http_message.hpp"
+
+namespace afterglow::nodes {
+
+/// Whether an IP address in numbers is this machine's own, 127.0.0.0/8 or ::1.
+bool isLoopback(const std::string& address);
+
+/// Decides on every request, before it is looked at any further.
+///
+/// A Host header has to be an IP address, localhost, this machine's name (also with .local) or a
+/// name that is given: a foreign name that was pointed at this machine (DNS rebinding) is refused.
+/// A POST has to be JSON and to come from a page of this server, or from no page. With a token, all
+/// of /api/ needs it but the login: as "Authorization: Bearer TOKEN", or as the cookie that the
+/// login sets. Tokens are compared in constant time.
+class ConsoleAccess {
+ public:
+  /// No token: whoever reaches the server may use it.
+  ConsoleAccess(std::string token, std::vector<std::string> hosts);
+
+  /// Nothing: the request may go on. Else 400, 401, 403 or 415.
+  std::optional<HttpResponse> refusal(const HttpRequest& request) const;
+  /// The answer to POST /api/login {"token": T}.
+  HttpResponse login(const HttpRequest& request) const;
+
+ private:
+  bool isKnownHost(const std::string& host) const;
+  bool isToken(const std::string& text) const;
+
+  std::string token_;
+  std::vector<std::string> hosts_;
+};
+
+}  // namespace afterglow::nodes

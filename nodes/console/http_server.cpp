@@ -1,0 +1,202 @@
+#include "nodes/console/http_server.hpp"
+
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace afterglow::nodes {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using Tcp = asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::pair<const char*, const char*> kSafeHeaders[] = {
+    {"X-Content-Type-Options", "nosniff"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Content-Security-Policy",
+     "default-src 'self'; img-src 'self' data: blob:; style-src 'self'; script-src 'self'; "
+     "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"}};
+
+std::string smallLetters(std::string text) {
+  for (char& letter : text) {
+    if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+  }
+  return text;
+}
+
+std::string textOf(const beast::string_view& view) { return {view.data(), view.size()}; }
+
+/// Throws HttpError for headers that two readers could understand in two ways.
+HttpRequest requestOf(const http::request<http::string_body>& message) {
+  HttpRequest request;
+  request.method = textOf(message.method_string());
+  for (const auto& field : message) {
+    const std::string name = smallLetters(textOf(field.name_string()));
+    const auto [at, is_new] = request.headers.emplace(name, textOf(field.value()));
+    const bool is_single = name == "host" || name == "origin" || name == "authorization";
+    if (!is_new && is_single) throw HttpError(400, "there are two headers " + name);
+    if (!is_new) at->second += (name == "cookie" ? "; " : ", ") + textOf(field.value());
+  }
+  readTarget(textOf(message.target()), request);
+  request.body = message.body();
+  return request;
+}
+
+/// What a client is told whose request could not be read; nothing: it is gone, or too slow.
+std::optional<HttpResponse> responseTo(const error_code& error) {
+  if (error == http::error::header_limit) return errorResponse(431, "the headers are too long");
+  if (error == http::error::body_limit) return errorResponse(413, "the request is too long");
+  if (error == http::error::end_of_stream || error == http::error::partial_message) return {};
+  const bool is_malformed = error.category() == make_error_code(http::error::bad_method).category();
+  return is_malformed ? std::optional(errorResponse(400, "this is no HTTP")) : std::nullopt;
+}
+
+/// What the sessions share. Lives until the last of them is gone.
+struct HttpShared {
+  HttpHandler handler;
+  HttpLimits limits;
+  std::atomic<std::size_t> connections{0};
+};
+
+/// One connection. Keeps itself alive while something is under way; in its stream's strand.
+class HttpSession : public std::enable_shared_from_this<HttpSession> {
+ public:
+  HttpSession(Tcp::socket socket, std::shared_ptr<HttpShared> shared)
+      : stream_(std::move(socket)), shared_(std::move(shared)) {
+    ++shared_->connections;
+  }
+  HttpSession(const HttpSession&) = delete;
+  HttpSession& operator=(const HttpSession&) = delete;
+  ~HttpSession() { --shared_->connections; }
+
+  void start() {
+    asio::dispatch(stream_.get_executor(), [self = shared_from_this()] { self->read(); });
+  }
+
+ private:
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(static_cast<std::uint32_t>(shared_->limits.header_bytes));
+    parser_->body_limit(shared_->limits.body_bytes);
+    stream_.expires_after(shared_->limits.patience);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](error_code error, std::size_t) {
+                       self->answer(error);
+                     });
+  }
+
+  void answer(const error_code& error) {
+    if (error) {
+      if (auto response = responseTo(error)) write(std::move(*response), false);
+      return;
+    }
+    const http::request<http::string_body> message = parser_->release();
+    const bool keeps_alive = message.keep_alive();
+    // Dropped unused, by whoever should have answered: the connection is closed with it.
+    const Respond respond = [self = shared_from_this(), keeps_alive](HttpResponse response) {
+      asio::post(self->stream_.get_executor(),
+                 [self, keeps_alive, response = std::move(response)]() mutable {
+                   self->write(std::move(response), keeps_alive);
+                 });
+    };
+    try {
+      shared_->handler(requestOf(message), respond);
+    } catch (const HttpError& refused) {
+      respond(errorResponse(refused.status(), refused.what()));
+    } catch (const std::exception& failure) {
+      respond(errorResponse(500, failure.what()));
+    }
+  }
+
+  void write(HttpResponse response, bool keeps_alive) {
+    message_ = {};
+    message_.version(11);
+    message_.result(static_cast<unsigned>(response.status));
+    for (const auto& [name, value] : kSafeHeaders) message_.set(name, value);
+    message_.set(http::field::cache_control, "no-store");
+    if (!response.type.empty()) message_.set(http::field::content_type, response.type);
+    for (const auto& [name, value] : response.headers) message_.set(name, value);
+    message_.keep_alive(keeps_alive);
+    message_.body() = std::move(response.body);
+    message_.prepare_payload();
+    stream_.expires_after(shared_->limits.patience);
+    http::async_write(stream_, message_,
+                      [self = shared_from_this(), keeps_alive](error_code error, std::size_t) {
+                        if (!error && keeps_alive) return self->read();
+                        error_code ignored;
+                        self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
+                      });
+  }
+
+  beast::tcp_stream stream_;
+  std::shared_ptr<HttpShared> shared_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  http::response<http::string_body> message_;
+};
+
+}  // namespace
+
+struct HttpServer::Impl {
+  Impl(const std::string& address, std::uint16_t port, HttpHandler handler, HttpLimits limits)
+      : shared(std::make_shared<HttpShared>()), io(limits.threads), acceptor(asio::make_strand(io)) {
+    shared->handler = std::move(handler);
+    shared->limits = limits;
+    error_code error;
+    const auto ip = asio::ip::make_address(address, error);
+    if (error) throw std::runtime_error("'" + address + "' is no IP address");
+    const Tcp::endpoint endpoint(ip, port);
+    acceptor.open(endpoint.protocol(), error);
+    if (!error) acceptor.set_option(asio::socket_base::reuse_address(true), error);
+    if (!error) acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error) {
+      throw std::runtime_error("cannot listen on " + address + ", port " + std::to_string(port) +
+                               ": " + error.message());
+    }
+    accept();
+    for (int i = 0; i < limits.threads; ++i) threads.emplace_back([this] { io.run(); });
+  }
+
+  ~Impl() {
+    io.stop();
+    for (std::thread& thread : threads) thread.join();
+  }
+
+  void accept() {
+    acceptor.async_accept(asio::make_strand(io), [this](error_code error, Tcp::socket socket) {
+      const bool has_room = shared->connections < shared->limits.connections;
+      if (!error && has_room) std::make_shared<HttpSession>(std::move(socket), shared)->start();
+      if (error == asio::error::operation_aborted) return;
+      if (error) std::this_thread::sleep_for(std::chrono::milliseconds(20));  // no descriptors left
+      accept();
+    });
+  }
+
+  std::shared_ptr<HttpShared> shared;
+  asio::io_context io;
+  Tcp::acceptor acceptor;
+  std::vector<std::thread> threads;
+};
+
+HttpServer::HttpServer(const std::string& address, std::uint16_t port, HttpHandler handler,
+                       HttpLimits limits)
+    : impl_(std::make_unique<Impl>(address, port, std::move(handler), limits)) {}
+
+HttpServer::~HttpServer() = default;
+
+std::uint16_t HttpServer::port() const { return impl_->acceptor.local_endpoint().port(); }
+
+}  // namespace afterglow::nodes
