@@ -22,14 +22,14 @@ export function heading(one, level = 'h1') {
 }
 
 export class BehaviorView {
-  constructor(main, shell) {
+  constructor(view, shell) {
     this.shell = shell;
     this.route = shell.route;
     this.id = this.route.now.ids[0];
     this.parts = [];
     this.abort = new AbortController();
     this.place = element('article', {class: 'behavior'}, element('p', {class: 'soft'}, 'Loading…'));
-    put(main, this.place);
+    put(view, this.place);
     this.reload();
   }
 

@@ -10,13 +10,13 @@ import {Picture} from './pictures.js';
 import {Transport} from './transport.js';
 
 export class CompareView {
-  constructor(main, shell) {
+  constructor(view, shell) {
     this.shell = shell;
     this.route = shell.route;
     this.parts = [];
     this.abort = new AbortController();
     this.place = element('article', {class: 'compared'}, element('p', {class: 'soft'}, 'Loading…'));
-    put(main, this.place);
+    put(view, this.place);
     this.reload();
   }
 

@@ -25,7 +25,7 @@ export class Finder {
     this.choosing = element('p', {class: 'choosing', hidden: true});
     this.filters = this.makeFilters();
     this.scroller = element('div', {class: 'scroller', tabindex: -1});
-    put(place, element('div', {class: 'search'},
+    put(place, element('h1', {class: 'unseen'}, 'Behaviors'), element('div', {class: 'search'},
       element('label', {for: 'search', class: 'unseen'}, 'Search behaviors'), this.input, this.filters),
     this.matching, this.choosing, this.scroller);
     this.list = new VirtualList(this.scroller, {rowHeight: ROW_HEIGHT, key: (one) => one.id,

@@ -10,10 +10,10 @@ const LEVELS = ['fine', 'careful', 'wrong', 'silent'];
 const level = (said) => LEVELS[said] || String(said).toLowerCase();
 
 export class LiveView {
-  constructor(main, shell) {
+  constructor(view, shell) {
     this.notice = shell.notice;
     this.place = element('article', {class: 'live'}, element('h1', {}, 'Now'));
-    put(main, this.place);
+    put(view, this.place);
     document.title = 'Now · Afterglow';
     if (!shell.robot) {
       put(this.place, element('p', {class: 'note'}, 'This console reads a store; it has no robot.'));
@@ -81,7 +81,7 @@ export class LiveView {
     this.said = said;
     const {projector, diagnostics, recorder} = state || {};
     this.light.textContent = isHeard ? projector?.words || '' : 'The robot is not heard.';
-    refill(this.layers, projector?.layers?.length ? table('Layers', ['topic', 'Hz', 'shown', ''],
+    refill(this.layers, projector?.layers?.length ? table('Layers', ['topic', 'Hz', 'shown', 'why'],
       projector.layers.map((layer) => ({class: layer.shown ? null : 'out', cells: [layer.topic,
         layer.hz?.toFixed?.(1) ?? layer.hz, layer.shown ? 'yes' : 'no', layer.words || '']})), [1]) : null);
     refill(this.diagnostics, (diagnostics || []).map((one) => element('li', {class: level(one.level)},

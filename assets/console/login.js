@@ -5,7 +5,7 @@ import {connection} from './connection.js';
 import {element, refill} from './dom.js';
 
 /** Shows the form in place of the views, until a token is accepted. */
-export function showLogin(main) {
+export function showLogin(view) {
   const problem = element('p', {class: 'note bad', role: 'alert', hidden: true});
   const token = element('input', {type: 'password', id: 'token', autocomplete: 'current-password',
     required: true, spellcheck: 'false'});
@@ -28,6 +28,6 @@ export function showLogin(main) {
   element('p', {}, 'This console is opened from another machine, so it asks for its token. ' +
     'It was printed where the console was started.'),
   element('label', {for: 'token'}, 'Token'), token, submit, problem);
-  refill(main, form);
+  refill(view, form);
   token.focus();
 }

@@ -33,7 +33,7 @@ class Shell {
     this.counts = '';
     this.route.onChange((now) => this.follow(now));
     connection.onChange((state) => this.reached(state));
-    at('skip').addEventListener('click', () => at('main').focus());
+    at('skip').addEventListener('click', () => at('view').focus());
     at('keys').addEventListener('click', () => at('help').showModal());
     listenToKeys(at('help'), this.keys());
     // The list does not wait for what the store is called.
@@ -91,7 +91,7 @@ class Shell {
       this.notice.clear();
       this.closeView();
       at('room').classList.add('locked');
-      showLogin(at('main'));
+      showLogin(at('view'));
     } else if (returned) {
       at('room').classList.remove('locked');
       this.notice.tell('The console answers again.');
@@ -122,18 +122,18 @@ class Shell {
     this.finder.chooseFor(null);
     document.title = 'Afterglow';
     this.shown = name;
-    this.view = new View(at('main'), this);
-    at('main').scrollTop = 0;
+    this.view = new View(at('view'), this);
+    at('view').scrollTop = 0;
     window.scrollTo(0, 0);
     // On a phone the list is gone now, and with it what had the focus.
-    if (!isFirst && !at('finder').contains(document.activeElement)) at('main').focus({preventScroll: true});
+    if (!isFirst && !at('finder').contains(document.activeElement)) at('view').focus({preventScroll: true});
   }
 
   closeView() {
     this.view?.close();
     this.view = null;
     this.shown = '';
-    refill(at('main'));
+    refill(at('view'));
   }
 
   /** What is clicked next in the list is compared with this one. */

@@ -9,14 +9,14 @@ import {Timeline} from './timeline.js';
 const MOST = 500;  // bars
 
 export class Overview {
-  constructor(main, {route, finder}) {
+  constructor(view, {route, finder}) {
     this.route = route;
     this.finder = finder;
     this.abort = new AbortController();
     this.calendar = new Calendar((day) => route.search({day}));
     this.timeline = new Timeline(route);
     this.problem = element('p', {class: 'note bad', hidden: true});
-    put(main, element('div', {class: 'overview'}, element('h1', {}, 'What was done, and when'),
+    put(view, element('div', {class: 'overview'}, element('h1', {}, 'What was done, and when'),
       element('p', {class: 'under'}, 'Choose a behavior of the list, a day, or a bar.'),
       this.problem, this.calendar.place, this.timeline.place));
     this.reload();

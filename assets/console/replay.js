@@ -11,13 +11,13 @@ import {ReplayControls} from './replay_controls.js';
 const MODALITIES = {body: 'Movement', ar: 'Light', speech: 'Speech'};
 
 export class ReplayView {
-  constructor(main, shell) {
+  constructor(view, shell) {
     this.shell = shell;
     this.robot = shell.robot;
     this.abort = new AbortController();
     this.id = shell.route.now.ids[0];
     this.place = element('article', {class: 'replaying'}, element('p', {class: 'soft'}, 'Loading…'));
-    put(main, this.place);
+    put(view, this.place);
     this.reload();
   }
 

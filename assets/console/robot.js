@@ -18,7 +18,7 @@ export class Robot {
     this.listeners = [];
     this.growth = [];
     connection.onChange(({returned}) => returned && this.listen());
-    // Who has started a replay and leaves, stops it. A page that crashes is caught by the heartbeat, where held.
+    // Who has started a replay and leaves, stops it. Of a browser that is killed, the server sees the events end.
     window.addEventListener('pagehide', () => {
       if (this.hasStarted && this.isMoving()) post('/api/stop', {}, true).catch(() => {});
     });
@@ -39,7 +39,7 @@ export class Robot {
 
   listen() {
     this.source?.close();
-    this.source = new EventSource('/api/events');
+    this.source = new EventSource(`/api/events?session=${SESSION}`);
     this.source.addEventListener('state', (event) => this.tell(JSON.parse(event.data), true));
     this.source.addEventListener('behaviors', () => this.growth.forEach((listener) => listener()));
     this.source.addEventListener('error', () => {

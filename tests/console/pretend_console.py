@@ -86,7 +86,7 @@ class Robot:
         self.heard, self.tokens, self.beat = [], set(), None
         self.player = {"state": "idle", "behavior": None, "position": 0, "duration": 0, "rate": 1, "words": "Nothing is replayed.",
                        "lateness_ms": 0, "skew_ms": 0, "moved": False, "robot": "fetch"}
-        self.last, self.is_held = time.monotonic(), False
+        self.last, self.is_held, self.session = time.monotonic(), False, None
 
     def step(self):
         with self.lock:
@@ -108,6 +108,12 @@ class Robot:
                     "diagnostics": [{"name": "projector", "level": 0, "words": "draws 30 images a second"},
                                     {"name": "recorder", "level": 1, "words": "the disk has 41 GB left"}]}
 
+    def left(self, session):
+        """Whose events have ended: the page that started a replay, or another."""
+        with self.lock:
+            if session == self.session and self.player["state"] != "idle":
+                self.player.update(state="idle", words="Stopped: the page that started it is gone.")
+
     def ask(self, path, body, many):
         with self.lock:
             self.heard.append(path)
@@ -126,6 +132,7 @@ class Robot:
                     return 409, {"error": "motion needs the token of a dry run"}
                 self.tokens.clear()
                 self.is_held, self.last = bool(body.get("hold")), time.monotonic()
+                self.session = body["session"]
                 length = next(one["duration"] for one in many if one["id"] == body["behavior"])
                 player.update(state="waiting" if self.is_held else "playing", behavior=body["behavior"],
                               position=body.get("start", 0), duration=length, rate=body.get("rate", 1))
@@ -171,7 +178,7 @@ class Handler(BaseHTTPRequestHandler):
                 return self.answer(200, name.read_bytes(), TYPES[name.suffix])
             return self.answer(404, {"error": "there is no such file"})
         if address.path == "/api/events":
-            return self.events()
+            return self.events(query.get("session"))
         self.answer(*self.look(parts[1:], query))
 
     def look(self, parts, query):
@@ -227,7 +234,7 @@ class Handler(BaseHTTPRequestHandler):
                      "parameters": [{"key": "part", "a": parts[0], "b": parts[1], "differs": parts[0] != parts[1]}],
                      "duration": {"a": a["duration"], "b": b["duration"]}}
 
-    def events(self):
+    def events(self, session):
         self.send_response(200)
         self.send_header("Content-Type", "text/event-stream")
         self.end_headers()
@@ -236,7 +243,7 @@ class Handler(BaseHTTPRequestHandler):
             while not self.server.closing.wait(0.1):
                 self.wfile.write(f"event: state\ndata: {json.dumps(self.server.robot.step())}\n\n".encode())
         except OSError:
-            pass
+            self.server.robot.left(session)
 
 
 class PretendConsole(ThreadingHTTPServer):
