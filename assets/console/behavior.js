@@ -5,7 +5,7 @@ import {button, element, put, refill, table} from './dom.js';
 import {count, duration, localTime, outcomeLook, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
-import {KeyMoments, Pictures} from './pictures.js';
+import {KeyMoments, noPictures, Pictures} from './pictures.js';
 import {Story} from './story.js';
 import {Transport} from './transport.js';
 import {Values} from './values.js';
@@ -52,20 +52,21 @@ export class BehaviorView {
     document.title = `${one.name} #${one.id} · Afterglow`;
     const moment = this.moment = new Moment(one.duration || 0, Number(this.route.now.params.t) || 0);
     const story = this.story = new Story(one.story || [], moment);
-    const pictures = new Pictures(one.id, moment);
+    const why = this.shell.whyNoPictures;
+    const pictures = why ? null : new Pictures(one.id, moment);
     const lanes = new Lanes(one.lanes || [], one.said, moment, {label: `Moment of ${one.name}`,
       onTopic: (topic) => this.choose(topic)});
     const values = new Values(one.id, one.lanes || [], moment, (topic) => this.choose(topic));
-    const keys = new KeyMoments(one.id, one.key_moments || [], moment);
+    const keys = why ? null : new KeyMoments(one.id, one.key_moments || [], moment);
     this.lanes = lanes;
     this.values = values;
     this.transport = new Transport(moment, story);
-    this.parts = [moment, pictures, lanes, values, keys];
+    this.parts = [moment, pictures, lanes, values, keys].filter(Boolean);
     refill(this.place,
       element('header', {}, element('div', {}, heading(one), this.labels(one)), this.actions(one)),
-      this.remarks(one), pictures.place, this.transport.place, lanes.place,
+      this.remarks(one), pictures ? pictures.place : noPictures(why), this.transport.place, lanes.place,
       element('div', {class: 'columns'}, story.place, values.place),
-      keys.place, this.parameters(one), this.relatives(one));
+      keys?.place, this.parameters(one), this.relatives(one));
     this.choose(this.route.now.params.topic || one.lanes?.[0]?.topic);
     moment.follow((seconds) => this.keep(seconds));
   }

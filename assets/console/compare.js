@@ -6,7 +6,7 @@ import {button, element, put, refill, table} from './dom.js';
 import {duration, offset, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
-import {Picture} from './pictures.js';
+import {noPictures, Picture} from './pictures.js';
 import {Transport} from './transport.js';
 
 export class CompareView {
@@ -42,16 +42,17 @@ export class CompareView {
     this.parts = [moment];
     this.pictures = element('div', {class: 'pictures'});
     this.behaviors = [one, other];
+    const why = this.shell.whyNoPictures;
     refill(this.place,
       element('h1', {}, one.name === other.name ? `${one.name}, twice` : `${one.name} and ${other.name}`),
       element('p', {class: 'under'}, this.summary(one, other)),
       element('div', {class: 'actions'}, button('Swap sides',
-        () => this.route.open('compare', [other.id, one.id])), this.views()),
-      element('div', {class: 'sides'}, this.side(one), this.side(other)), this.pictures,
+        () => this.route.open('compare', [other.id, one.id])), !why && this.views()),
+      element('div', {class: 'sides'}, this.side(one), this.side(other)), why ? noPictures(why) : this.pictures,
       this.transport.place, this.lanesOf(one, moment), this.lanesOf(other, moment),
       this.story(differences.story || []), this.topics(differences.topics || []),
       this.parameters(differences.parameters || []));
-    this.look(this.route.now.params.view === 'projector' ? 'projector' : 'bystander');
+    if (!why) this.look(this.route.now.params.view === 'projector' ? 'projector' : 'bystander');
   }
 
   summary(one, other) {

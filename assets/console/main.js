@@ -31,6 +31,7 @@ class Shell {
     this.view = null;
     this.shown = '';
     this.counts = '';
+    this.whyNoPictures = '';
     this.route.onChange((now) => this.follow(now));
     connection.onChange((state) => this.reached(state));
     at('skip').addEventListener('click', () => at('view').focus());
@@ -59,6 +60,7 @@ class Shell {
 
   about(about) {
     this.counts = JSON.stringify(about.names);
+    this.whyNoPictures = about.can_render === false ? about.why_no_render || 'it cannot' : '';
     if (about.problem) this.notice.warn(about.problem);
     const today = new Date();
     refill(at('store'), element('bdi', {dir: 'ltr'}, about.store));

@@ -62,6 +62,11 @@ export class Picture {
   }
 }
 
+/** In place of pictures: why this console makes none. */
+export function noPictures(why) {
+  return element('p', {class: 'note'}, `No pictures: ${why}`);
+}
+
 /** Both views beside each other, following a moment. */
 export class Pictures {
   constructor(id, moment) {

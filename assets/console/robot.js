@@ -57,7 +57,7 @@ export class Robot {
 
   /** Whether a replay is under way. */
   isMoving() {
-    return !['idle', 'stopped', 'done', 'failed', undefined].includes(this.state?.player?.state);
+    return !['idle', 'ready', 'stopped', 'done', 'failed', undefined].includes(this.state?.player?.state);
   }
 
   dryRun(request) {

@@ -95,7 +95,7 @@ export class VirtualList {
   }
 
   make(at) {
-    const row = element('a', {class: 'row waits', 'data-at': at});
+    const row = element('a', {class: 'row waits', 'data-at': at, tabindex: 0});
     const place = element('div', {role: 'listitem', class: 'place', 'aria-setsize': this.total,
       'aria-posinset': at + 1}, row);
     place.style.transform = `translateY(${at * this.rowHeight}px)`;

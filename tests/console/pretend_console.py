@@ -187,7 +187,8 @@ class Handler(BaseHTTPRequestHandler):
             names = {}
             for one in every:
                 names[one["name"]] = names.get(one["name"], 0) + 1
-            return 200, {"version": "1.0", "store": "sqlite:kitting.db", "has_robot": True, "can_render": True, "names": names}
+            return 200, {"version": "1.0", "store": "sqlite:kitting.db", "has_robot": True, "can_render": not self.server.why_no_render,
+                         "why_no_render": self.server.why_no_render, "names": names}
         if parts == ["projected"]:
             return 200, picture("projector", 10), "image/svg+xml"
         if parts == ["calendar"]:
@@ -205,7 +206,8 @@ class Handler(BaseHTTPRequestHandler):
         if one is None:
             return 404, {"error": f"there is no behavior {parts[1]}"}
         if parts[2:] == ["picture"]:
-            return 200, picture(query["view"], float(query["t"])), "image/svg+xml"
+            self.server.pictures.append((query["view"], float(query["t"])))
+            return 200, picture(*self.server.pictures[-1]), "image/svg+xml"
         if parts[2:] == ["message"]:
             return 200, {"t": float(query["t"]), "type": "geometry_msgs/Twist", "value": {
                 "linear": {"x": 0.2 + float(query["t"]), "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": -0.1},
@@ -252,6 +254,7 @@ class PretendConsole(ThreadingHTTPServer):
     def __init__(self, port=0, many=40):
         super().__init__(("127.0.0.1", port), Handler)
         self.behaviors, self.robot, self.closing = behaviors(many), Robot(), threading.Event()
+        self.why_no_render, self.pictures = "", []  # what was asked for: (view, t)
         self.url = f"http://127.0.0.1:{self.server_port}/"
 
     def start(self):
