@@ -1,4 +1,4 @@
-/** Asking the console's server: nodes/README.md, console, describes what it answers. */
+/** Asking the console's server: nodes/console/README.md describes what it answers. */
 
 import {connection} from './connection.js';
 

@@ -3,6 +3,7 @@
 import {getPicture, Latest} from './api.js';
 import {button, element, put} from './dom.js';
 import {offset} from './format.js';
+import {SESSION} from './session.js';
 
 const VIEWS = {
   projector: {title: 'What the projector showed', alt: 'The projector\'s picture'},
@@ -14,13 +15,15 @@ export class Picture {
   /**
    * @param {number} id of the behavior
    * @param {string} view projector or bystander
-   * @param {{title?: string, limit?: number, width?: number}} how `limit`: the behavior's length, s
+   * @param {{title?: string, limit?: number, width?: number, place?: string}} how `limit`: the behavior's length,
+   *   s; `place`: where on the page, as the server draws only the newest wish of each
    */
   constructor(id, view, how = {}) {
     this.id = id;
     this.view = view;
     this.limit = how.limit ?? Infinity;
     this.width = how.width || 640;
+    this.viewer = `${SESSION} ${how.place || 'large'}`;
     this.image = element('img', {alt: `${VIEWS[view].alt}, not loaded yet`, hidden: true});
     this.problem = element('p', {class: 'no-picture'}, 'Loading…');
     this.place = element('figure', {class: `picture ${view}`},
@@ -40,7 +43,7 @@ export class Picture {
   async load(seconds, signal) {
     try {
       const picture = await getPicture(`/api/behaviors/${this.id}/picture`,
-        {t: seconds.toFixed(3), view: this.view, width: this.width}, signal);
+        {t: seconds.toFixed(3), view: this.view, width: this.width, viewer: this.viewer}, signal);
       const address = URL.createObjectURL(picture);
       this.image.src = address;
       await this.image.decode().catch(() => {});
@@ -86,7 +89,7 @@ export class KeyMoments {
     this.strip = element('div', {class: 'strip', role: 'group', 'aria-label': 'Key moments'});
     this.place = element('section', {hidden: !seconds.length}, element('h2', {}, 'Key moments'), this.strip);
     this.views = seconds.map((t) => {
-      const view = new Picture(id, 'bystander', {title: offset(t), width: 320});
+      const view = new Picture(id, 'bystander', {title: offset(t), width: 320, place: 'small'});
       put(this.strip, button(view.place, () => moment.set(t), {class: 'key-moment',
         'aria-label': `Go to ${offset(t)}`}));
       return {t, view};

@@ -5,9 +5,8 @@
 
 import {ApiError, post} from './api.js';
 import {connection} from './connection.js';
+import {SESSION} from './session.js';
 
-/** Of this page, so that the server knows who holds a button. */
-const SESSION = Array.from(crypto.getRandomValues(new Uint32Array(4)), (one) => one.toString(16)).join('');
 const BEAT_MS = 100;  // the server stops the robot after 300 ms without
 
 export class Robot {

@@ -1,5 +1,5 @@
 """A console's server with made-up behaviors and a made-up robot, for what the page does with a robot: the real one
-needs a ROS installation, a robot that moves and minutes. Its answers are those that nodes/README.md describes.
+needs a ROS installation, a robot that moves and minutes. Its answers are those that nodes/console/README.md describes.
 
   pretend_console.py [PORT [BEHAVIORS]]   serves assets/console on loopback, to look at the page by hand
 """
