@@ -10,6 +10,13 @@ const HEIGHT = 28;  // px of a lane, as style.css has it
 const AXIS = 24;
 const STEP = 0.1;  // s, an arrow key
 const LETTER = 7;  // px, about
+const ORDER = ['speech', 'ar', 'body'];  // what people ask about stands first
+
+/** The lanes in the order they are shown. */
+function inOrder(lanes) {
+  const place = ({role}) => (ORDER.includes(role) ? ORDER.indexOf(role) : ORDER.length);
+  return [...lanes].sort((a, b) => Number(a.context) - Number(b.context) || place(a) - place(b));
+}
 
 /** The class of a goal by how it ended. */
 function goalLook(span) {
@@ -33,9 +40,9 @@ export class Lanes {
    * @param {{label: string, onTopic?: function(string)}} how its accessible name; called with a chosen topic
    */
   constructor(lanes, said, moment, {label, onTopic}) {
-    this.all = lanes;
-    const own = lanes.filter((lane) => !lane.context);
-    this.lanes = own.length ? own : lanes;
+    this.all = inOrder(lanes);
+    const own = this.all.filter((lane) => !lane.context);
+    this.lanes = own.length ? own : this.all;
     this.onTopic = onTopic;
     this.said = said || [];
     this.moment = moment;
@@ -79,7 +86,11 @@ export class Lanes {
     const words = `${lane.topic}, ${lane.type}, ${count(lane.count, 'message')}` +
       (lane.hz ? `, ${lane.hz.toFixed(1)} a second` : '') +
       (lane.why_not ? `; a replay leaves it out: ${lane.why_not}` : '');
-    const inside = [element('span', {class: 'topic-name'}, element('bdi', {dir: 'ltr'}, lane.topic)),
+    // Of an action the beginning tells it from others, of other topics mostly the end: where it is too long,
+    // that is what stays.
+    const isAction = lane.topic.endsWith('/goal');
+    const inside = [element('span', {class: isAction ? 'topic-name action' : 'topic-name'},
+      element('bdi', {dir: 'ltr'}, isAction ? lane.topic.slice(0, -'/goal'.length) : lane.topic)),
       element('small', {class: 'soft'}, lane.count)];
     if (!onTopic) return element('div', {class: `topic ${lane.role}`, title: words}, inside);
     return button(inside, () => onTopic(lane.topic), {class: `topic ${lane.role}`, title: words,
@@ -129,17 +140,18 @@ export class Lanes {
       const path = lane.marks.map((t) => `M${this.x(t).toFixed(1)} ${tall}`);
       group.append(drawn('path', {class: 'marks', d: path.join('')}));
     }
-    return put(group, goals.map((span) => this.goal(span)));
+    return put(group, goals.map((span, at) => this.goal(span, at + 1)));
   }
 
-  goal(span) {
+  goal(span, number) {
     const from = this.x(span.from);
     const width = Math.max(this.x(span.to ?? this.moment.length) - from, 3);
     const took = span.to === null || span.to === undefined ? 'no result' : duration(span.to - span.from);
     return drawn('g', {class: `goal ${goalLook(span)}`},
       drawn('title', {}, `${span.text}, ${took}`),
       drawn('rect', {x: from, y: 4, width, height: 15, rx: 3}),
-      drawn('text', {x: from + 4, y: 15}, shortened(span.text, width - 8)));
+      drawn('text', {x: from + 4, y: 15}, width < 75 ? shortened(`${number}`, width - 6) :
+        shortened(span.text, width - 8)));
   }
 
   speech() {
