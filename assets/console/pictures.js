@@ -26,8 +26,8 @@ export class Picture {
     this.viewer = `${SESSION} ${how.place || 'large'}`;
     this.image = element('img', {alt: `${VIEWS[view].alt}, not loaded yet`, hidden: true});
     this.problem = element('p', {class: 'no-picture'}, 'Loading…');
-    this.place = element('figure', {class: `picture ${view}`},
-      element('div', {class: 'frame'}, this.image, this.problem),
+    this.frame = element('div', {class: 'frame'}, this.image, this.problem);
+    this.place = element('figure', {class: `picture ${view}`}, this.frame,
       element('figcaption', {}, how.title || VIEWS[view].title));
     this.shown = null;
     this.loader = new Latest((seconds, signal) => this.load(seconds, signal));
@@ -48,6 +48,11 @@ export class Picture {
       this.image.src = address;
       await this.image.decode().catch(() => {});
       URL.revokeObjectURL(address);
+      const {naturalWidth, naturalHeight} = this.image;
+      if (naturalHeight) {  // beside each other they are equally high
+        this.frame.style.aspectRatio = `${naturalWidth} / ${naturalHeight}`;
+        this.place.style.flexGrow = naturalWidth / naturalHeight;
+      }
       this.image.alt = `${VIEWS[this.view].alt} at ${offset(seconds)}`;
       this.image.hidden = false;
       this.problem.hidden = true;
