@@ -1,0 +1,37 @@
+/** What keys do, and the list of them. Keys without a modifier act only where nobody is writing. */
+
+import {button, element, put} from './dom.js';
+
+const KEYS = [
+  ['/', 'search'],
+  ['↓ ↑', 'go down and up the list'],
+  ['Enter', 'open the one in focus; from the search, the first'],
+  ['j, k', 'next and previous behavior of the list'],
+  ['Space', 'watch, pause'],
+  ['← →', 'a tenth of a second back and on; with Shift, a second'],
+  ['[ ]', 'previous and next line of the story'],
+  ['c', 'compare with another'],
+  ['Esc', 'stop the robot, where it replays; leave what is open'],
+  ['?', 'these keys'],
+];
+
+/** Whether a key goes into what has the focus. */
+function isWriting(target) {
+  return target.closest('input, textarea, select, dialog, [contenteditable]') !== null;
+}
+
+/**
+ * @param {HTMLDialogElement} dialog
+ * @param {Object<string, function(KeyboardEvent)>} actions by key; one that returns false has done nothing
+ */
+export function listenToKeys(dialog, actions) {
+  put(dialog, element('h2', {id: 'help-title'}, 'Keys'), element('dl', {}, KEYS.map(([keys, words]) =>
+    [element('dt', {}, keys), element('dd', {}, words)])), button('Close', () => dialog.close()));
+  const all = {...actions, '?': () => dialog.showModal()};
+  window.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented) return;
+    if (isWriting(event.target)) return;
+    if (event.key === ' ' && event.target.closest('button, a, summary')) return;
+    if (Object.hasOwn(all, event.key) && all[event.key](event) !== false) event.preventDefault();
+  });
+}

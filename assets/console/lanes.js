@@ -1,0 +1,205 @@
+/**
+ * What each topic said over a behavior, as lanes over one axis of time: goals as spans from start to result,
+ * speech as text, everything else as marks. Dragging, or the arrow keys, moves the moment.
+ */
+
+import {button, drawn, element, put, refill} from './dom.js';
+import {count, duration, offset, tickStep} from './format.js';
+
+const HEIGHT = 28;  // px of a lane, as style.css has it
+const AXIS = 24;
+const STEP = 0.1;  // s, an arrow key
+const LETTER = 7;  // px, about
+const ORDER = ['speech', 'ar', 'body'];  // what people ask about stands first
+
+/** The lanes in the order they are shown. */
+function inOrder(lanes) {
+  const place = ({role}) => (ORDER.includes(role) ? ORDER.indexOf(role) : ORDER.length);
+  return [...lanes].sort((a, b) => Number(a.context) - Number(b.context) || place(a) - place(b));
+}
+
+/** The class of a goal by how it ended. */
+function goalLook(span) {
+  const words = span.outcome || '';
+  if (/abort|reject|fail/i.test(words)) return 'bad';
+  if (/cancel|preempt|recall/i.test(words)) return 'other';
+  return /succe/i.test(words) ? 'good' : 'open';
+}
+
+function shortened(text, width) {
+  const letters = Math.floor(width / LETTER);
+  if (text.length <= letters) return text;
+  return letters < 3 ? '' : `${text.slice(0, letters - 1)}…`;
+}
+
+export class Lanes {
+  /**
+   * @param {Array} lanes as /api/behaviors/ID has them
+   * @param {Array} said [{t, text}]
+   * @param {Moment} moment
+   * @param {{label: string, onTopic?: function(string)}} how its accessible name; called with a chosen topic
+   */
+  constructor(lanes, said, moment, {label, onTopic}) {
+    this.all = inOrder(lanes);
+    const own = this.all.filter((lane) => !lane.context);
+    this.lanes = own.length ? own : this.all;
+    this.onTopic = onTopic;
+    this.said = said || [];
+    this.moment = moment;
+    this.topics = element('div', {class: 'topics'});
+    this.plot = element('div', {class: 'plot'});
+    this.head = drawn('line', {class: 'playhead'});
+    this.slider = element('div', {class: 'scrub', role: 'slider', tabindex: 0, 'aria-label': label,
+      'aria-valuemin': 0, 'aria-valuemax': moment.length.toFixed(2), on: {
+        keydown: (event) => this.pressed(event),
+        pointerdown: (event) => this.grabbed(event),
+        pointermove: (event) => this.dragged(event)}}, this.plot);
+    this.place = element('div', {class: 'lanes'}, this.topics, this.slider);
+    this.chosen = null;
+    const rest = this.all.length - this.lanes.length;
+    if (rest) {
+      this.more = button(`Show ${count(rest, 'topic')} of the surroundings`, () => this.showAll(), {class: 'more'});
+      put(this.place, this.more);
+    }
+    this.name();
+    this.watch = new ResizeObserver(() => this.draw());
+    this.watch.observe(this.plot);
+    moment.follow((seconds) => this.stand(seconds));
+  }
+
+  /** The topics of the recording, too, which the behavior did not ask for itself. */
+  showAll() {
+    this.lanes = this.all;
+    this.more.remove();
+    this.name();
+    this.draw();
+    this.slider.focus();
+  }
+
+  name() {
+    refill(this.topics, element('div', {class: 'axis-name soft'}, 'seconds'),
+      this.lanes.map((lane) => this.topic(lane, this.onTopic)));
+    this.choose(this.chosen);
+  }
+
+  topic(lane, onTopic) {
+    const words = `${lane.topic}, ${lane.type}, ${count(lane.count, 'message')}` +
+      (lane.hz ? `, ${lane.hz.toFixed(1)} a second` : '') +
+      (lane.why_not ? `; a replay leaves it out: ${lane.why_not}` : '');
+    // Of an action the beginning tells it from others, of other topics mostly the end: where it is too long,
+    // that is what stays.
+    const isAction = lane.topic.endsWith('/goal');
+    const inside = [element('span', {class: isAction ? 'topic-name action' : 'topic-name'},
+      element('bdi', {dir: 'ltr'}, isAction ? lane.topic.slice(0, -'/goal'.length) : lane.topic)),
+      element('small', {class: 'soft'}, lane.count)];
+    if (!onTopic) return element('div', {class: `topic ${lane.role}`, title: words}, inside);
+    return button(inside, () => onTopic(lane.topic), {class: `topic ${lane.role}`, title: words,
+      'aria-pressed': 'false', 'data-topic': lane.topic});
+  }
+
+  /** Marks the topic whose messages are shown. */
+  choose(topic) {
+    this.chosen = topic;
+    for (const one of this.topics.querySelectorAll('[data-topic]')) {
+      one.setAttribute('aria-pressed', one.dataset.topic === topic ? 'true' : 'false');
+    }
+  }
+
+  x(seconds) {
+    return this.moment.length > 0 ? (seconds / this.moment.length) * this.width : 0;
+  }
+
+  draw() {
+    this.width = this.plot.clientWidth;
+    if (this.width < 10) return;
+    const height = AXIS + this.lanes.length * HEIGHT;
+    const ticks = [];
+    const step = tickStep(this.moment.length, this.width);
+    for (let at = 0; at <= this.moment.length; at += step) {
+      const x = this.x(at);
+      ticks.push(drawn('line', {class: 'tick', x1: x, x2: x, y1: 18, y2: height}));
+      if (x < this.width - 30) {
+        ticks.push(drawn('text', {class: 'tick-text', x: x + 3, y: 13},
+          step < 1 ? at.toFixed(1) : at < 60 ? Math.round(at) : offset(at).replace(/\.0$/, '')));
+      }
+    }
+    this.head.setAttribute('y2', height);
+    refill(this.plot, drawn('svg', {width: this.width, height, viewBox: `0 0 ${this.width} ${height}`,
+      'aria-hidden': 'true'}, ticks, this.lanes.map((lane, at) => this.lane(lane, AXIS + at * HEIGHT)),
+    this.head));
+    this.stand(this.moment.seconds);
+  }
+
+  lane(lane, y) {
+    const group = drawn('g', {class: `lane ${lane.role}`, transform: `translate(0 ${y})`},
+      drawn('line', {class: 'rule', x1: 0, x2: this.width, y1: HEIGHT, y2: HEIGHT}));
+    const goals = lane.spans || [];
+    if (lane.role === 'speech' && this.said.length) return put(group, this.speech());
+    if (lane.marks?.length) {
+      const tall = goals.length ? '20v5' : '7v14';
+      const path = lane.marks.map((t) => `M${this.x(t).toFixed(1)} ${tall}`);
+      group.append(drawn('path', {class: 'marks', d: path.join('')}));
+    }
+    return put(group, goals.map((span, at) => this.goal(span, at + 1)));
+  }
+
+  goal(span, number) {
+    const from = this.x(span.from);
+    const width = Math.max(this.x(span.to ?? this.moment.length) - from, 3);
+    const took = span.to === null || span.to === undefined ? 'no result' : duration(span.to - span.from);
+    return drawn('g', {class: `goal ${goalLook(span)}`},
+      drawn('title', {}, `${span.text}, ${took}`),
+      drawn('rect', {x: from, y: 4, width, height: 15, rx: 3}),
+      drawn('text', {x: from + 4, y: 15}, width < 75 ? shortened(`${number}`, width - 6) :
+        shortened(span.text, width - 8)));
+  }
+
+  speech() {
+    return this.said.map(({t, text}, at) => {
+      const from = this.x(t);
+      const room = (at + 1 < this.said.length ? this.x(this.said[at + 1].t) : this.width) - from;
+      return drawn('g', {class: 'saying'}, drawn('title', {}, text),
+        drawn('path', {class: 'marks', d: `M${from.toFixed(1)} 5v18`}),
+        drawn('text', {x: from + 5, y: 18}, shortened(text, room - 10)));
+    });
+  }
+
+  stand(seconds) {
+    this.slider.setAttribute('aria-valuenow', seconds.toFixed(2));
+    this.slider.setAttribute('aria-valuetext', `${offset(seconds)} of ${duration(this.moment.length)}`);
+    const x = this.width ? this.x(seconds) : 0;
+    this.head.setAttribute('x1', x);
+    this.head.setAttribute('x2', x);
+    this.head.setAttribute('y1', 0);
+  }
+
+  pressed(event) {
+    const {seconds, length} = this.moment;
+    const step = event.shiftKey ? 1 : STEP;
+    const to = {ArrowLeft: seconds - step, ArrowRight: seconds + step, ArrowDown: seconds - step,
+      ArrowUp: seconds + step, PageDown: seconds - length / 10, PageUp: seconds + length / 10,
+      Home: 0, End: length}[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    event.stopPropagation();
+    this.moment.pause();
+    this.moment.set(to);
+  }
+
+  grabbed(event) {
+    if (event.button !== 0) return;
+    this.slider.setPointerCapture(event.pointerId);
+    this.moment.pause();
+    this.dragged(event);
+  }
+
+  dragged(event) {
+    if (!(event.buttons & 1) || !this.width) return;
+    const left = this.plot.getBoundingClientRect().left;
+    this.moment.set(((event.clientX - left) / this.width) * this.moment.length);
+  }
+
+  close() {
+    this.watch.disconnect();
+  }
+}

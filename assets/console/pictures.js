@@ -1,0 +1,112 @@
+/** The projector's picture and the room at the moment, rendered by the server from what was recorded. */
+
+import {getPicture, Latest} from './api.js';
+import {button, element, put} from './dom.js';
+import {offset} from './format.js';
+import {SESSION} from './session.js';
+
+const VIEWS = {
+  projector: {title: 'What the projector showed', alt: 'The projector\'s picture'},
+  bystander: {title: 'The room, as a bystander sees it', alt: 'The room'},
+};
+
+/** One view that follows the moment: the newest wanted is loaded, what was passed over is not. */
+export class Picture {
+  /**
+   * @param {number} id of the behavior
+   * @param {string} view projector or bystander
+   * @param {{title?: string, limit?: number, width?: number, place?: string}} how `limit`: the behavior's length,
+   *   s; `place`: where on the page, as the server draws only the newest wish of each
+   */
+  constructor(id, view, how = {}) {
+    this.id = id;
+    this.view = view;
+    this.limit = how.limit ?? Infinity;
+    this.width = how.width || 640;
+    this.viewer = `${SESSION} ${how.place || 'large'}`;
+    this.image = element('img', {alt: `${VIEWS[view].alt}, not loaded yet`, hidden: true});
+    this.problem = element('p', {class: 'no-picture'}, 'Loading…');
+    this.frame = element('div', {class: 'frame'}, this.image, this.problem);
+    this.place = element('figure', {class: `picture ${view}`}, this.frame,
+      element('figcaption', {}, how.title || VIEWS[view].title));
+    this.shown = null;
+    this.loader = new Latest((seconds, signal) => this.load(seconds, signal));
+  }
+
+  at(seconds) {
+    const within = Math.min(seconds, this.limit);
+    if (this.shown === within) return;
+    this.shown = within;
+    this.loader.want(within);
+  }
+
+  async load(seconds, signal) {
+    try {
+      const picture = await getPicture(`/api/behaviors/${this.id}/picture`,
+        {t: seconds.toFixed(3), view: this.view, width: this.width, viewer: this.viewer}, signal);
+      const address = URL.createObjectURL(picture);
+      this.image.src = address;
+      await this.image.decode().catch(() => {});
+      URL.revokeObjectURL(address);
+      const {naturalWidth, naturalHeight} = this.image;
+      if (naturalHeight) {  // beside each other they are equally high
+        this.frame.style.aspectRatio = `${naturalWidth} / ${naturalHeight}`;
+        this.place.style.flexGrow = naturalWidth / naturalHeight;
+      }
+      this.image.alt = `${VIEWS[this.view].alt} at ${offset(seconds)}`;
+      this.image.hidden = false;
+      this.problem.hidden = true;
+    } catch (problem) {
+      if (problem.name === 'AbortError') return;
+      this.shown = null;  // is asked for again by the next moment, also if it is the same
+      this.image.hidden = true;
+      this.problem.hidden = false;
+      this.problem.textContent = problem.message;
+    }
+  }
+
+  close() {
+    this.loader.close();
+  }
+}
+
+/** In place of pictures: why this console makes none. */
+export function noPictures(why) {
+  return element('p', {class: 'note'}, `No pictures: ${why}`);
+}
+
+/** Both views beside each other, following a moment. */
+export class Pictures {
+  constructor(id, moment) {
+    this.views = Object.keys(VIEWS).map((view) => new Picture(id, view, {limit: moment.length}));
+    this.place = element('div', {class: 'pictures'}, this.views.map((view) => view.place));
+    moment.follow((seconds) => this.views.forEach((view) => view.at(seconds)));
+  }
+
+  close() {
+    for (const view of this.views) view.close();
+  }
+}
+
+/** Small pictures of the key moments, which lead there. Loaded one after the other. */
+export class KeyMoments {
+  constructor(id, seconds, moment) {
+    this.strip = element('div', {class: 'strip', role: 'group', 'aria-label': 'Key moments'});
+    this.place = element('section', {hidden: !seconds.length}, element('h2', {}, 'Key moments'), this.strip);
+    this.views = seconds.map((t) => {
+      const view = new Picture(id, 'bystander', {title: offset(t), width: 320, place: 'small'});
+      put(this.strip, button(view.place, () => moment.set(t), {class: 'key-moment',
+        'aria-label': `Go to ${offset(t)}`}));
+      return {t, view};
+    });
+    this.load();
+  }
+
+  async load() {
+    for (const {t, view} of this.views) await view.loader.want(t);
+  }
+
+  close() {
+    for (const {view} of this.views) view.close();
+  }
+}

@@ -1,0 +1,112 @@
+/**
+ * The robot's side, where there is one: its state as server-sent events, and what is asked of it. Several pages
+ * see the same state: what one does, the others show.
+ */
+
+import {ApiError, post} from './api.js';
+import {connection} from './connection.js';
+import {SESSION} from './session.js';
+
+const BEAT_MS = 100;  // the server stops the robot after 300 ms without
+
+export class Robot {
+  constructor() {
+    this.state = null;
+    this.isHeard = false;
+    this.hasStarted = false;
+    this.listeners = [];
+    this.growth = [];
+    connection.onChange(({returned}) => returned && this.listen());
+    // Who has started a replay and leaves, stops it. Of a browser that is killed, the server sees the events end.
+    window.addEventListener('pagehide', () => {
+      if (this.hasStarted && this.isMoving()) post('/api/stop', {}, true).catch(() => {});
+    });
+    this.listen();
+  }
+
+  /** @param {function(Object|null, boolean)} listener the state, and whether it is being heard; also called now */
+  follow(listener) {
+    this.listeners.push(listener);
+    listener(this.state, this.isHeard);
+    return () => { this.listeners = this.listeners.filter((other) => other !== listener); };
+  }
+
+  /** @param {function()} listener called when the store has grown */
+  onGrowth(listener) {
+    this.growth.push(listener);
+  }
+
+  listen() {
+    this.source?.close();
+    this.source = new EventSource(`/api/events?session=${SESSION}`);
+    this.source.addEventListener('state', (event) => this.tell(JSON.parse(event.data), true));
+    this.source.addEventListener('behaviors', () => this.growth.forEach((listener) => listener()));
+    this.source.addEventListener('error', () => {
+      this.tell(this.state, false);
+      // The browser tries again by itself unless it was refused; then the page asks whether anybody is there.
+      if (this.source.readyState === EventSource.CLOSED) connection.lost();
+    });
+  }
+
+  tell(state, isHeard) {
+    this.state = state;
+    this.isHeard = isHeard;
+    for (const listener of this.listeners) listener(state, isHeard);
+  }
+
+  /** Whether a replay is under way. */
+  isMoving() {
+    return !['idle', 'ready', 'stopped', 'done', 'failed', undefined].includes(this.state?.player?.state);
+  }
+
+  dryRun(request) {
+    return post('/api/dry-run', request);
+  }
+
+  async play(request) {
+    const answer = await post('/api/play', {...request, session: SESSION});
+    this.hasStarted = true;
+    return answer;
+  }
+
+  pause() { return post('/api/pause'); }
+  resume() { return post('/api/resume'); }
+  seek(t) { return post('/api/seek', {t}); }
+  setRate(rate) { return post('/api/rate', {rate}); }
+
+  /** Tried until the server has it: a stop that is lost is none. Throws where it cannot be said for 2 s. */
+  async stop() {
+    const until = performance.now() + 2000;
+    for (;;) {
+      try {
+        return await post('/api/stop', {}, true);
+      } catch (problem) {
+        if (performance.now() > until) {
+          throw new ApiError(`The stop was NOT heard: ${problem.message} Use the robot's emergency stop.`, 0);
+        }
+        await new Promise((resolve) => { setTimeout(resolve, 100); });
+      }
+    }
+  }
+
+  /** The dead-man heartbeat, until release(). A beat that takes too long is the server's to notice. */
+  hold(onTrouble) {
+    if (this.beating) return;
+    const beat = () => post('/api/hold', {session: SESSION}).catch((problem) => {
+      this.release();
+      onTrouble(problem);
+    });
+    beat();
+    this.beating = setInterval(beat, BEAT_MS);
+  }
+
+  release() {
+    clearInterval(this.beating);
+    this.beating = null;
+  }
+
+  /** Whether this page holds. */
+  get isHolding() {
+    return Boolean(this.beating);
+  }
+}
