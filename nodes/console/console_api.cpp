@@ -72,7 +72,16 @@ ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, Console
                        ConsoleFacts facts)
     : store_(store), index_(index), access_(std::move(access)), facts_(std::move(facts)) {}
 
+bool ConsoleApi::isRobots(const HttpRequest& request) const {
+  const bool is_posted = request.method == "POST" && request.path != "/api/login";
+  return robot_ && (is_posted || request.path == "/api/events" || request.path == "/api/projected");
+}
+
 void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
+  if (isRobots(request)) {
+    auto refused = access_.refusal(request);
+    return refused ? respond(std::move(*refused)) : robot_(request, respond);
+  }
   HttpResponse response;
   try {
     response = answerNow(request);
@@ -104,7 +113,7 @@ HttpResponse ConsoleApi::about() const {
   return jsonResponse({{"version", facts_.version},
                        {"store", facts_.store},
                        {"problem", index_.problem()},
-                       {"has_robot", false},
+                       {"has_robot", robot_ != nullptr},
                        {"can_render", facts_.why_no_render.empty()},
                        {"why_no_render", facts_.why_no_render},
                        {"now", stampText(replay::wallNow())},

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include "nodes/console/behavior_index.hpp"
 #include "nodes/console/console_access.hpp"
@@ -29,11 +29,16 @@ class ConsoleApi {
   ConsoleApi(const replay::Store& store, BehaviorIndex& index, ConsoleAccess access,
              ConsoleFacts facts);
 
+  /// Who answers what is asked of a robot: all that is posted but logins, /api/events and
+  /// /api/projected. Without, there is none. To be set before the first answer().
+  void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
+
   /// For HttpServer.
   void answer(const HttpRequest& request, const Respond& respond);
 
  private:
   HttpResponse answerNow(const HttpRequest& request);
+  bool isRobots(const HttpRequest& request) const;
   HttpResponse about() const;
   HttpResponse behaviors(const HttpRequest& request) const;
   HttpResponse calendar() const;
@@ -42,6 +47,7 @@ class ConsoleApi {
   BehaviorIndex& index_;
   ConsoleAccess access_;
   ConsoleFacts facts_;
+  HttpHandler robot_;
 };
 
 }  // namespace afterglow::nodes

@@ -36,6 +36,9 @@ class HttpServer {
   ~HttpServer();
 
   std::uint16_t port() const;
+  /// From now on nobody is answered, and the handler is not called. What holds Respond functions
+  /// can then go, before the server does.
+  void stop();
 
  private:
   struct Impl;
