@@ -119,6 +119,11 @@ ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, Console
       facts_(std::move(facts)),
       details_(store, index) {}
 
+bool ConsoleApi::isRobots(const HttpRequest& request) const {
+  const bool is_posted = request.method == "POST" && request.path != "/api/login";
+  return robot_ && (is_posted || request.path == "/api/events" || request.path == "/api/projected");
+}
+
 void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
   HttpResponse refused;
   try {
@@ -137,6 +142,7 @@ void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
 
 void ConsoleApi::answerOrThrow(const HttpRequest& request, const Respond& respond) {
   if (auto refused = access_.refusal(request)) return respond(std::move(*refused));
+  if (isRobots(request)) return robot_(request, respond);
   const std::string folder = "/api/behaviors/";
   if (request.method != "GET" || request.path.rfind(folder, 0) != 0) {
     return respond(answerNow(request));
@@ -177,7 +183,7 @@ HttpResponse ConsoleApi::about() const {
   return jsonResponse({{"version", facts_.version},
                        {"store", facts_.store},
                        {"problem", index_.problem()},
-                       {"has_robot", false},
+                       {"has_robot", robot_ != nullptr},
                        {"can_render", facts_.why_no_render.empty()},
                        {"why_no_render", facts_.why_no_render},
                        {"now", stampText(replay::wallNow())},

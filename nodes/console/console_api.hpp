@@ -39,6 +39,10 @@ class ConsoleApi {
   void setPictures(PictureSource& pictures) { pictures_ = &pictures; }
   void setFile(MakeFile make_file) { make_file_ = std::move(make_file); }
 
+  /// Who answers what is asked of a robot: all that is posted but logins, /api/events and
+  /// /api/projected. Without, there is none. To be set before the first answer().
+  void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
+
   /// For HttpServer.
   void answer(const HttpRequest& request, const Respond& respond);
 
@@ -47,6 +51,7 @@ class ConsoleApi {
   HttpResponse answerNow(const HttpRequest& request);
   void answerOf(std::int64_t id, const std::string& part, const HttpRequest& request,
                 const Respond& respond);
+  bool isRobots(const HttpRequest& request) const;
   HttpResponse about() const;
   HttpResponse behaviors(const HttpRequest& request) const;
   HttpResponse calendar() const;
@@ -63,6 +68,7 @@ class ConsoleApi {
   PictureSource* pictures_ = nullptr;
   MakeFile make_file_;
   std::mutex file_mutex_;  ///< a file takes seconds of one of the server's threads, not of several
+  HttpHandler robot_;
 };
 
 }  // namespace afterglow::nodes

@@ -3,11 +3,8 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Error.hpp>
-#include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +12,7 @@
 #include "nodes/console/behavior_index.hpp"
 #include "nodes/console/console_access.hpp"
 #include "nodes/console/console_api.hpp"
+#include "nodes/console/console_token.hpp"
 #include "nodes/console/http_server.hpp"
 #include "nodes/console/moment_images.hpp"
 #include "nodes/console/picture_settings.hpp"
@@ -26,9 +24,6 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::size_t kShortestToken = 16;
-constexpr const char* kTokenVariable = "AFTERGLOW_CONSOLE_TOKEN";
-
 struct ConsoleOptions {
   std::string store, address = "127.0.0.1", token_file;
   PictureOptions pictures;
@@ -37,41 +32,13 @@ struct ConsoleOptions {
   std::vector<std::string> hosts;
 };
 
-std::string firstLine(const std::string& path) {
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) throw std::runtime_error(path + ": cannot be read, or is empty");
-  return line;
-}
-
-/// Empty on loopback where none is given.
-std::string tokenOf(const ConsoleOptions& options) {
-  const char* variable = std::getenv(kTokenVariable);
-  const std::string given = !options.token_file.empty() ? firstLine(options.token_file)
-                            : variable                  ? variable
-                                                        : "";
-  if (given.empty()) return isLoopback(options.address) ? "" : replay::newKey();
-  for (const char letter : given) {
-    const bool is_plain = letter > ' ' && letter < 0x7F && letter != ';' && letter != ',';
-    if (!is_plain) throw std::runtime_error("the token should be plain letters and digits");
-  }
-  if (given.size() >= kShortestToken) return given;
-  throw std::runtime_error("the token should have at least " + std::to_string(kShortestToken) +
-                           " letters");
-}
-
 void waitForSignal() {
   pollfd stop{stopRequestFd(), POLLIN, 0};
   while (!isStopRequested()) poll(&stop, 1, -1);
 }
 
-std::string addressText(const std::string& address, std::uint16_t port) {
-  const bool is_v6 = address.find(':') != std::string::npos;
-  return "http://" + (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(port) + "/";
-}
-
 void runConsole(const ConsoleOptions& options) {
-  const std::string token = tokenOf(options);
+  const std::string token = consoleToken(options.address, options.token_file);
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
   BehaviorIndex index(*store);
   ConsoleFacts facts;
@@ -89,7 +56,7 @@ void runConsole(const ConsoleOptions& options) {
       options.address, options.port,
       [&api](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); });
   std::cout << "the console of " << facts.store << " is at "
-            << addressText(options.address, server.port()) << "; Ctrl-C ends it\n";
+            << consoleUrl(options.address, server.port()) << "; Ctrl-C ends it\n";
   if (!token.empty()) std::cout << "token: " << token << "\n";
   std::cout << std::flush;
   waitForSignal();

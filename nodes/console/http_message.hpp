@@ -4,12 +4,15 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace afterglow::nodes {
+
+class EventStream;
 
 struct HttpRequest {
   std::string method = "GET";
@@ -28,6 +31,8 @@ struct HttpResponse {
   std::string type = "application/json";
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers = {};
+  /// Given: after the body goes on what is pushed there, until either side ends it.
+  std::shared_ptr<EventStream> events = nullptr;
 };
 
 /// A request that is refused; the text is one line for people.

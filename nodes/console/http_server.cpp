@@ -1,16 +1,24 @@
 #include "nodes/console/http_server.hpp"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/strand.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "nodes/console/event_stream.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -28,6 +36,9 @@ constexpr std::pair<const char*, const char*> kSafeHeaders[] = {
     {"Content-Security-Policy",
      "default-src 'self'; img-src 'self' data: blob:; style-src 'self'; script-src 'self'; "
      "base-uri 'none'; form-action 'self'; frame-ancestors 'none'"}};
+
+/// Who does not even acknowledge what it is sent for so long, is gone: a cable that was pulled.
+constexpr unsigned kUnacknowledgedMs = 2000;
 
 std::string smallLetters(std::string text) {
   for (char& letter : text) {
@@ -130,8 +141,9 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     for (const auto& [name, value] : response.headers) message_.set(name, value);
     message_.keep_alive(keeps_alive);
     message_.body() = std::move(response.body);
-    message_.prepare_payload();
     stream_.expires_after(shared_->limits.patience);
+    if (response.events) return stream(std::move(response.events));
+    message_.prepare_payload();
     http::async_write(stream_, message_,
                       [self = shared_from_this(), keeps_alive](error_code error, std::size_t) {
                         if (!error && keeps_alive) return self->read();
@@ -140,11 +152,55 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                       });
   }
 
+  /// Without a length: it ends with the connection.
+  void stream(std::shared_ptr<EventStream> events) {
+    events_ = std::move(events);
+    message_.keep_alive(false);
+    const int descriptor = stream_.socket().native_handle();
+    ::setsockopt(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT, &kUnacknowledgedMs,
+                 sizeof kUnacknowledgedMs);
+    const auto self = shared_from_this();
+    http::async_write(stream_, message_, [self](error_code error, std::size_t) {
+      if (error && error != http::error::end_of_stream) return self->events_->close();
+      self->stream_.expires_never();
+      self->awaitEnd();
+      // What is pushed keeps no connection alive: awaitEnd() does, until it ends.
+      self->events_->attach([weak = self->weak_from_this()] {
+        const auto session = weak.lock();
+        if (!session) return;
+        asio::post(session->stream_.get_executor(), [session] { session->pass(); });
+      });
+    });
+  }
+
+  /// Nothing more is to come from the client; what comes is not looked at.
+  void awaitEnd() {
+    stream_.async_read_some(asio::buffer(ignored_),
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              error ? self->events_->close() : self->awaitEnd();
+                            });
+  }
+
+  void pass() {
+    if (events_->isClosed()) return stream_.close();
+    if (!passing_.empty()) return;
+    passing_ = events_->take();
+    if (passing_.empty()) return;
+    asio::async_write(stream_, asio::buffer(passing_),
+                      [self = shared_from_this()](error_code error, std::size_t) {
+                        self->passing_.clear();
+                        error ? self->events_->close() : self->pass();
+                      });
+  }
+
   beast::tcp_stream stream_;
   std::shared_ptr<HttpShared> shared_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> message_;
+  std::shared_ptr<EventStream> events_;  ///< of a response that goes on
+  std::string passing_;
+  std::array<char, 256> ignored_{};
 };
 
 }  // namespace

@@ -37,14 +37,14 @@ const char* nameOf(replay::AskAnswer::Kind kind) {
 void printAnswer(const replay::AskAnswer& answer, const AskOptions& options) {
   const bool is_found = answer.kind == replay::AskAnswer::Kind::Found;
   if (options.json) {
-    const nlohmann::ordered_json json = {
-        {"answer", nameOf(answer.kind)},
-        {"behavior", is_found ? nlohmann::ordered_json(answer.behavior.id) : nullptr},
-        {"motion", answer.may_move},
-        {"in_words", answer.in_words},
-        {"sentence", answer.sentence},
-        {"why", answer.why},
-        {"candidates", answer.candidates}};
+    nlohmann::ordered_json json = {{"answer", nameOf(answer.kind)},
+                                   {"behavior", nullptr},
+                                   {"motion", answer.may_move},
+                                   {"in_words", answer.in_words},
+                                   {"sentence", answer.sentence},
+                                   {"why", answer.why},
+                                   {"candidates", answer.candidates}};
+    if (is_found) json["behavior"] = answer.behavior.id;
     std::cout << dumpJson(json, 2) << "\n";
     return;
   }

@@ -8,6 +8,7 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #include <visualization_msgs/MarkerArray.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <mutex>

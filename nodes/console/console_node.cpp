@@ -1,0 +1,259 @@
+#include "nodes/console/console_node.hpp"
+
+#include <afterglow/StartRecording.h>
+#include <afterglow/StopRecording.h>
+
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "nodes/console/behavior_json.hpp"
+#include "nodes/console/dry_run.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+json bodyOf(const HttpRequest& request) {
+  const json body = json::parse(request.body, nullptr, false);
+  if (!body.is_object()) throw HttpError(400, "the body is no JSON object");
+  return body;
+}
+
+std::string textIn(const json& asked, const char* name) {
+  const auto found = asked.find(name);
+  if (found == asked.end() || found->is_null()) return "";
+  if (!found->is_string()) throw HttpError(400, std::string(name) + " should be a text");
+  return found->get<std::string>();
+}
+
+bool flagIn(const json& asked, const char* name) {
+  const auto found = asked.find(name);
+  if (found == asked.end()) return false;
+  if (!found->is_boolean()) throw HttpError(400, std::string(name) + " is true or false");
+  return found->get<bool>();
+}
+
+double numberIn(const json& asked, const char* name) {
+  const auto found = asked.find(name);
+  const double value = found != asked.end() && found->is_number() ? found->get<double>() : NAN;
+  if (!std::isfinite(value)) throw HttpError(400, std::string(name) + " should be a number");
+  return value;
+}
+
+const char* stateName(const ReplayStatus& status) {
+  return status.state == ReplayStatus::PLAYING  ? "playing"
+         : status.state == ReplayStatus::PAUSED ? "paused"
+                                                : "idle";
+}
+
+std::string wordsOf(const ReplayStatus& status, const ReplayKeeper::Shown& ours) {
+  if (ours.is_stopping) return "is being stopped";
+  if (status.state == ReplayStatus::IDLE) {
+    if (ours.is_ours) return "the replay is being prepared";
+    const std::string& last = ours.last.empty() ? status.message : ours.last;
+    return last.empty() ? "nothing is replayed" : "the last replay: " + last;
+  }
+  const std::string what =
+      "replays " + status.behavior_name + " (" + std::to_string(status.behavior_id) + ")";
+  return status.message.empty() ? what : what + ": " + status.message;
+}
+
+nlohmann::ordered_json playerJson(const PlayerLink& player, const ReplayKeeper::Shown& ours) {
+  const auto status = player.status();
+  if (!status) return {{"state", "failed"}, {"words", player.player() + " is not there"}};
+  nlohmann::ordered_json said{{"state", stateName(*status)},
+                              {"behavior", status->behavior_id},
+                              {"position", status->position},
+                              {"duration", status->duration},
+                              {"rate", status->rate},
+                              {"words", wordsOf(*status, ours)}};
+  const bool is_idle = status->state == ReplayStatus::IDLE;
+  if (ours.is_ours) said["moved"] = ours.moves;  // of others' it is not known
+  if (ours.is_ours && is_idle) {
+    said["state"] = "waiting";
+    said["behavior"] = ours.behavior;
+  }
+  if (ours.waits_for_hold) {
+    said["words"] = "hold the button: the replay goes on only while it is held";
+  }
+  return said;
+}
+
+template <typename Service>
+typename Service::Response called(const std::string& name,
+                                  const typename Service::Request& request) {
+  Service service;
+  service.request = request;
+  if (!ros::service::call(name, service)) throw HttpError(503, name + " does not answer");
+  if (!service.response.success) throw HttpError(409, service.response.message);
+  return service.response;
+}
+
+}  // namespace
+
+ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, std::function<std::size_t()> total)
+    : options_(options),
+      player_(options.player),
+      projected_(options.projector),
+      farewell_(player_.player()),
+      keeper_(player_, {[this](const std::string& session) { return events_.isListening(session); },
+                        [this](bool runs) { farewell_.tell(runs); }}),
+      events_({[this] { return state(); }, std::move(total)}) {}
+
+ConsoleNode::~ConsoleNode() {
+  is_ending_ = true;
+  keeper_.close();  // before what it asks goes
+}
+
+std::string ConsoleNode::state() const {
+  const nlohmann::ordered_json state{{"player", playerJson(player_, keeper_.shown())},
+                                     {"recorder", diagnostics_.recorder()},
+                                     {"projector", diagnostics_.projector()},
+                                     {"diagnostics", diagnostics_.all()}};
+  return state.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+// ------------------------------------------------------------------------------------------ routes
+
+void ConsoleNode::answer(const HttpRequest& request, const Respond& respond) {
+  if (request.method == "POST") return answerPost(request, respond);
+  if (request.method != "GET") throw HttpError(404, "there is nothing at this address");
+  if (request.path == "/api/projected") return respond(projected_.newest());
+  respond(events_.open(request.parameter("session")));
+}
+
+void ConsoleNode::answerPost(const HttpRequest& request, const Respond& respond) {
+  const std::string& path = request.path;
+  if (path == "/api/stop") return respond(stop());  // whatever its body is
+  const json asked = bodyOf(request);
+  if (path == "/api/hold") return respond(hold(asked));
+  if (path == "/api/dry-run") {
+    return later(rehearsals_, respond, [this, asked] { return dryRun(asked); });
+  }
+  if (path == "/api/play") {
+    return later(commands_, respond, [this, asked, stops = keeper_.stopCount()] {
+      return play(asked, stops);
+    });
+  }
+  if (path == "/api/record") {
+    return later(commands_, respond, [this, asked] { return record(asked); });
+  }
+  if (path == "/api/record/stop") {
+    return later(commands_, respond, [this, asked] { return endRecording(asked); });
+  }
+  std::function<void()> command;
+  if (path == "/api/pause") {
+    command = [this] { player_.trigger("pause"); };
+  } else if (path == "/api/resume") {
+    command = [this] { keeper_.needOurs(), player_.trigger("resume"); };
+  } else if (path == "/api/seek") {
+    command = [this, t = numberIn(asked, "t")] { keeper_.needOurs(), player_.seek(t); };
+  } else if (path == "/api/rate") {
+    command = [this, rate = numberIn(asked, "rate")] { keeper_.needOurs(), player_.setRate(rate); };
+  } else {
+    throw HttpError(404, "there is nothing at this address");
+  }
+  later(commands_, respond, [command] {
+    command();
+    return jsonResponse(nlohmann::ordered_json::object());
+  });
+}
+
+void ConsoleNode::later(TaskThread& thread, const Respond& respond, Work work) {
+  const bool is_taken = thread.post([respond, work = std::move(work)] {
+    HttpResponse response;
+    try {
+      response = work();
+    } catch (const HttpError& refused) {
+      response = errorResponse(refused.status(), refused.what());
+    } catch (const std::exception& failure) {
+      response = errorResponse(500, failure.what());
+    }
+    respond(std::move(response));
+  });
+  if (!is_taken) throw HttpError(503, "too much is asked at once");
+}
+
+HttpResponse ConsoleNode::stop() {
+  if (keeper_.stop("stopped")) return jsonResponse({{"stopping", true}});
+  throw HttpError(503, player_.player() + " does not hear the stop");
+}
+
+HttpResponse ConsoleNode::hold(const json& asked) {
+  const bool is_held = keeper_.beat(textIn(asked, "session"));
+  return jsonResponse({{"held", is_held}});
+}
+
+HttpResponse ConsoleNode::dryRun(const json& asked) {
+  const PlayWish wish = readWish(asked);
+  DryRun dry;
+  if (player_.isThere()) {
+    dry = rehearseAs(player_.player(), options_.store, wish,
+                     [this] { return is_ending_.load() || !ros::ok(); });
+  } else {
+    dry.refusal = player_.player() + " is not there";
+  }
+  std::string token;
+  if (dry.refusal.empty()) token = tokens_.make({wish.key(), dry.moves}, steady_clock::now());
+  return jsonResponse({{"token", token},
+                       {"topics", dry.topics},
+                       {"moves", dry.moves},
+                       {"robot", dry.robot},
+                       {"speed", dry.speed},
+                       {"refusal", dry.refusal},
+                       {"unchecked", dry.unchecked}});
+}
+
+HttpResponse ConsoleNode::play(const json& asked, std::uint64_t stops_before) {
+  ReplayKeeper::Start start;
+  start.wish = readWish(asked);
+  start.session = textIn(asked, "session");
+  start.is_held = flagIn(asked, "hold");
+  start.after_stop = stops_before;
+  if (!farewell_.isThere()) {
+    throw HttpError(503, "the process that stops the robot if this console dies is gone: start the "
+                         "console again");
+  }
+  if (!start.wish.isWithoutBody()) {
+    const auto found = tokens_.take(textIn(asked, "confirmed"), steady_clock::now());
+    if (!found || found->key != start.wish.key()) {
+      throw HttpError(409, "without the token of a dry run of the same request, not older than a "
+                           "minute, only light and speech are replayed (\"only\": \"ar,speech\")");
+    }
+    start.moves = found->moves;
+    // What would not have moved then must not move now, whatever has changed since.
+    if (!start.moves) start.wish.only = "ar,speech";
+  }
+  if (start.is_held && start.session.empty()) throw HttpError(400, "who holds? session is missing");
+  keeper_.start(start);
+  return jsonResponse({{"waits_for_hold", start.is_held}, {"moves", start.moves}});
+}
+
+HttpResponse ConsoleNode::record(const json& asked) const {
+  StartRecording::Request request;
+  request.name = textIn(asked, "name");
+  const auto topics = asked.find("topics");
+  if (topics == asked.end() || !topics->is_array()) throw HttpError(400, "topics is no list");
+  for (const json& topic : *topics) {
+    if (!topic.is_string()) throw HttpError(400, "topics is no list of names");
+    request.topics.push_back(topic.get<std::string>());
+  }
+  const auto answer = called<StartRecording>(options_.recorder + "/start_recording", request);
+  return jsonResponse({{"behavior", answer.behavior_id}, {"words", answer.message}});
+}
+
+HttpResponse ConsoleNode::endRecording(const json& asked) const {
+  StopRecording::Request request;
+  request.outcome = textIn(asked, "outcome");
+  const auto answer = called<StopRecording>(options_.recorder + "/stop_recording", request);
+  return jsonResponse({{"behavior", answer.behavior_id},
+                       {"messages", answer.messages},
+                       {"lost", answer.dropped},
+                       {"words", answer.message}});
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,96 @@
+#include <ros/ros.h>
+
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nodes/console/behavior_index.hpp"
+#include "nodes/console/console_api.hpp"
+#include "nodes/console/console_node.hpp"
+#include "nodes/console/console_token.hpp"
+#include "nodes/console/http_server.hpp"
+#include "nodes/tools/node_help.hpp"
+#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/stop_signal.hpp"
+#include "replay/store/open/open_store.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+struct Parameters {
+  ConsoleNodeOptions node;
+  std::string address = "127.0.0.1", token_file;
+  std::vector<std::string> hosts;
+  int port = 8080;
+};
+
+Parameters readParameters() {
+  Parameters all;
+  const ros::NodeHandle own("~");
+  own.param("store", all.node.store, all.node.store);
+  replay::refusePassword("~store", all.node.store);
+  own.param("player", all.node.player, all.node.player);
+  own.param("recorder", all.node.recorder, all.node.recorder);
+  own.param("projector", all.node.projector, all.node.projector);
+  own.param("address", all.address, all.address);
+  own.param("token_file", all.token_file, all.token_file);
+  own.param("hosts", all.hosts, all.hosts);
+  own.param("port", all.port, all.port);
+  if (all.port < 0 || all.port > UINT16_MAX) throw std::runtime_error("~port is no TCP port");
+  return all;
+}
+
+void serve(const Parameters& given) {
+  const std::string token = consoleToken(given.address, given.token_file);
+  const auto store = replay::openStore(given.node.store, replay::OpenMode::ReadOnly);
+  BehaviorIndex index(replay::openStore(given.node.store, replay::OpenMode::ReadOnly));
+  ConsoleFacts facts;
+  facts.version = AFTERGLOW_VERSION;
+  facts.store = replay::storeUri(given.node.store);
+  facts.why_no_render = "console_node draws no pictures: `afterglow console` does";
+  ConsoleApi api(*store, index, ConsoleAccess(token, given.hosts), facts);
+  ros::AsyncSpinner spinner(2);
+  spinner.start();
+  auto node = std::make_unique<ConsoleNode>(given.node, [&index] { return index.all()->size(); });
+  api.setRobot([&node](const HttpRequest& request, const Respond& respond) {
+    node->answer(request, respond);
+  });
+  HttpServer server(
+      given.address, static_cast<std::uint16_t>(given.port),
+      [&api](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); });
+  std::cout << "the console of " << facts.store << " is at "
+            << consoleUrl(given.address, server.port()) << "\n";
+  if (!token.empty()) std::cout << "token: " << token << "\n";
+  std::cout << std::flush;
+  waitForStop();
+  server.stop();
+  node.reset();  // what it was to answer goes before the server
+}
+
+}  // namespace
+}  // namespace afterglow::nodes
+
+int main(int argc, char** argv) {
+  using namespace afterglow::nodes;
+  if (argc == 3 && std::strcmp(argv[1], Farewell::kArgument) == 0) return runFarewell(argv[2]);
+  const bool is_helped =
+      answersHelp(argc, argv, "console_node",
+                  "serves a page to find, look at and replay behaviors.", "console.launch");
+  if (is_helped) return 0;
+  catchStopSignals();
+  try {
+    if (!awaitMaster(argc, argv, "console_node")) return 0;
+    ros::init(argc, argv, "console_node", ros::init_options::NoSigintHandler);
+    catchShutdownRequests();
+    serve(readParameters());
+  } catch (const std::exception& error) {
+    std::cerr << "console_node: " << error.what() << "\n";
+    return 1;
+  }
+  return 0;
+}

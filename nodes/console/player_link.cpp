@@ -1,0 +1,146 @@
+#include "nodes/console/player_link.hpp"
+
+#include <actionlib_msgs/GoalStatus.h>
+#include <afterglow/ReplayActionGoal.h>
+#include <afterglow/Seek.h>
+#include <afterglow/SetRate.h>
+#include <std_srvs/Trigger.h>
+
+#include "nodes/console/http_message.hpp"
+#include "replay/store/store.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+std::string actionOf(const std::string& player) {
+  return player.substr(0, player.rfind('/') + 1) + "replay";
+}
+
+}  // namespace
+
+PlayerLink::PlayerLink(const std::string& player) : player_(ros::names::resolve(player)) {
+  const std::string action = actionOf(player_);
+  goals_ = node_.advertise<ReplayActionGoal>(action + "/goal", 4);
+  cancels_ = node_.advertise<actionlib_msgs::GoalID>(action + "/cancel", 4);
+  status_ = node_.subscribe<ReplayStatus>(player_ + "/status", 10,
+                                          [this](const auto& status) { onStatus(*status); });
+  feedback_ = node_.subscribe<ReplayActionFeedback>(
+      action + "/feedback", 10, [this](const auto& feedback) { onFeedback(*feedback); });
+  results_ = node_.subscribe<ReplayActionResult>(action + "/result", 10,
+                                                 [this](const auto& result) { onResult(*result); });
+}
+
+bool PlayerLink::isThere() const {
+  return status_.getNumPublishers() > 0 && results_.getNumPublishers() > 0 &&
+         goals_.getNumSubscribers() > 0 && cancels_.getNumSubscribers() > 0;
+}
+
+std::optional<ReplayStatus> PlayerLink::status() const {
+  if (!isThere()) return std::nullopt;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return newest_;
+}
+
+std::string PlayerLink::newGoal() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::string goal = ros::this_node::getName() + "-" + std::to_string(++goals_sent_) + "-" +
+                     replay::newKey();
+  courses_.clear();
+  courses_[goal] = {};
+  return goal;
+}
+
+void PlayerLink::send(const std::string& goal, std::int64_t behavior,
+                      const std::vector<std::string>& options) {
+  ReplayActionGoal message;
+  message.goal_id.id = goal;
+  message.goal_id.stamp = message.header.stamp = ros::Time::now();
+  message.goal.behavior = std::to_string(behavior);
+  message.goal.options = options;
+  goals_.publish(message);
+}
+
+PlayerLink::Course PlayerLink::course(const std::string& goal) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto course = courses_.find(goal);
+  return course == courses_.end() ? Course{} : course->second;
+}
+
+PlayerLink::Course PlayerLink::await(const std::string& goal, std::chrono::milliseconds patience) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  changed_.wait_for(lock, patience, [&] {
+    const auto course = courses_.find(goal);
+    return course == courses_.end() || course->second.is_begun || course->second.is_ended;
+  });
+  const auto course = courses_.find(goal);
+  return course == courses_.end() ? Course{} : course->second;
+}
+
+bool PlayerLink::cancel(const std::string& goal) {
+  const bool is_heard = cancels_.getNumSubscribers() > 0;
+  if (!goal.empty()) {
+    // A goal that comes after its cancel is canceled when it comes: of other goals, only those that
+    // are there are.
+    actionlib_msgs::GoalID one;
+    one.id = goal;
+    cancels_.publish(one);
+  }
+  cancels_.publish(actionlib_msgs::GoalID());
+  return is_heard;
+}
+
+template <typename Service>
+void PlayerLink::call(const std::string& name, const typename Service::Request& request) const {
+  Service service;
+  service.request = request;
+  if (!ros::service::call(player_ + "/" + name, service)) {
+    throw HttpError(503, player_ + " does not answer");
+  }
+  if (!service.response.success) throw HttpError(409, service.response.message);
+}
+
+void PlayerLink::trigger(const std::string& service) const {
+  call<std_srvs::Trigger>(service, {});
+}
+
+void PlayerLink::setRate(double rate) const {
+  SetRate::Request request;
+  request.rate = rate;
+  call<SetRate>("set_rate", request);
+}
+
+void PlayerLink::seek(double seconds) const {
+  Seek::Request request;
+  request.position = seconds;
+  call<Seek>("seek", request);
+}
+
+void PlayerLink::onStatus(const ReplayStatus& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  newest_ = status;
+}
+
+void PlayerLink::onFeedback(const ReplayActionFeedback& feedback) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto course = courses_.find(feedback.status.goal_id.id);
+    if (course != courses_.end()) course->second.is_begun = true;
+  }
+  changed_.notify_all();
+}
+
+void PlayerLink::onResult(const ReplayActionResult& result) {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto course = courses_.find(result.status.goal_id.id);
+    if (course == courses_.end()) return;
+    Course& ours = course->second;
+    ours.is_ended = true;
+    ours.is_completed = result.result.completed;
+    ours.words = result.status.text;
+    ours.report = result.result.report;
+  }
+  changed_.notify_all();
+}
+
+}  // namespace afterglow::nodes

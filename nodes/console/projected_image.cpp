@@ -1,0 +1,69 @@
+#include "nodes/console/projected_image.hpp"
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+#include <vector>
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr int kQuality = 80;
+
+/// As OpenCV writes it; throws HttpError 503 for what is no such image.
+cv::Mat pixelsOf(const sensor_msgs::Image& image) {
+  const bool is_rgb = image.encoding == "rgb8";
+  if (!is_rgb && image.encoding != "bgr8") {
+    throw HttpError(503, "images of encoding '" + image.encoding + "' are not shown");
+  }
+  const std::size_t row = std::size_t{image.width} * 3;
+  const bool is_whole = image.width > 0 && image.height > 0 && image.width <= 1U << 14 &&
+                        image.height <= 1U << 14 && image.step >= row &&
+                        image.data.size() >= std::size_t{image.step} * image.height;
+  if (!is_whole) throw HttpError(503, "the projector's image is damaged");
+  const cv::Mat given(static_cast<int>(image.height), static_cast<int>(image.width), CV_8UC3,
+                      const_cast<unsigned char*>(image.data.data()), image.step);
+  cv::Mat pixels = given;
+  if (is_rgb) cv::cvtColor(given, pixels, cv::COLOR_RGB2BGR);
+  return pixels;
+}
+
+}  // namespace
+
+ProjectedImage::ProjectedImage(std::string topic) : topic_(std::move(topic)) {
+  timer_ = node_.createWallTimer(ros::WallDuration(1), [this](const auto&) { look(); });
+}
+
+void ProjectedImage::hear(const sensor_msgs::ImageConstPtr& image) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  image_ = image;
+  heard_ = std::chrono::steady_clock::now();
+}
+
+void ProjectedImage::look() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (std::chrono::steady_clock::now() - asked_ <= kPatience) return;
+  subscriber_ = ros::Subscriber();
+  image_ = nullptr;
+}
+
+HttpResponse ProjectedImage::newest() {
+  sensor_msgs::ImageConstPtr image;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const Time now = std::chrono::steady_clock::now();
+    asked_ = now;
+    if (!subscriber_) {
+      subscriber_ = node_.subscribe<sensor_msgs::Image>(
+          topic_, 1, [this](const sensor_msgs::ImageConstPtr& heard) { hear(heard); });
+    }
+    if (image_ && now - heard_ <= kFresh) image = image_;
+  }
+  if (!image) throw HttpError(503, "no image comes on " + topic_);
+  std::vector<unsigned char> jpeg;
+  cv::imencode(".jpg", pixelsOf(*image), jpeg, {cv::IMWRITE_JPEG_QUALITY, kQuality});
+  return {200, "image/jpeg", std::string(jpeg.begin(), jpeg.end())};
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,185 @@
+#include "nodes/console/replay_keeper.hpp"
+
+#include <utility>
+
+#include "nodes/console/http_message.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kTick{20};
+constexpr milliseconds kAgain{100};  // between two cancels
+constexpr milliseconds kBeginPatience{3000}, kEndPatience{2000};
+
+}  // namespace
+
+ReplayKeeper::ReplayKeeper(PlayerLink& player, Surroundings surroundings)
+    : player_(player), surroundings_(std::move(surroundings)), thread_([this] { run(); }) {}
+
+ReplayKeeper::~ReplayKeeper() { close(); }
+
+void ReplayKeeper::close() {
+  if (!thread_.joinable()) return;
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    ++stops_;  // of what is being asked for just now
+    if (current_ && current_->reason.empty()) current_->reason = "the console was ended";
+    changed_.wait_for(lock, kEndPatience, [this] { return !current_; });
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+// ------------------------------------------------------------------------------ what is asked for
+
+void ReplayKeeper::start(const Start& start) {
+  const auto status = player_.status();
+  if (!status) throw HttpError(503, player_.player() + " is not there");
+  if (start.moves && !surroundings_.is_listening(start.session)) {
+    throw HttpError(409, "who moves the robot has to listen at /api/events?session=S, and to say "
+                         "the same session here: the robot is stopped when that ends");
+  }
+  std::string goal;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (is_ending_ || stops_ != start.after_stop) {
+      throw HttpError(409, "it was stopped before it began");
+    }
+    if (current_ || status->state != ReplayStatus::IDLE) {
+      throw HttpError(409, "a replay is under way: stop it first");
+    }
+    goal = player_.newGoal();
+    current_.emplace();
+    current_->goal = goal;
+    current_->start = start;
+    current_->beaten = steady_clock::now();
+    if (start.is_held) return;
+    send();
+  }
+  const PlayerLink::Course course = player_.await(goal, kBeginPatience);
+  const bool is_refused = course.is_ended && !course.is_completed;
+  if (is_refused) throw HttpError(409, course.words.empty() ? "it was refused" : course.words);
+}
+
+/// With the lock held.
+void ReplayKeeper::send() {
+  surroundings_.tell_farewell(true);
+  current_->is_sent = true;
+  player_.send(current_->goal, current_->start.wish.behavior, current_->start.wish.options());
+}
+
+bool ReplayKeeper::beat(const std::string& session) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const bool holds = current_ && current_->reason.empty() && current_->start.is_held &&
+                     current_->start.session == session;
+  if (!holds) return false;
+  const Time now = steady_clock::now();
+  if (current_->is_sent && now - current_->beaten > kBeatPatience) return false;  // too late
+  current_->beaten = now;
+  if (!current_->is_sent) send();
+  return true;
+}
+
+bool ReplayKeeper::stop(const std::string& reason) {
+  bool is_heard = false;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++stops_;
+    is_heard = player_.cancel(current_ ? current_->goal : "");
+    if (current_ && current_->reason.empty()) {
+      current_->reason = reason;
+      current_->canceled = steady_clock::now();
+      if (!current_->is_sent) {
+        end(reason);
+        is_heard = true;
+      }
+    }
+  }
+  stopper_.post([this] {
+    try {
+      player_.trigger("stop");
+    } catch (const HttpError&) {  // nothing is replayed any more; the cancel is on its way anyway
+    }
+  });
+  return is_heard;
+}
+
+std::uint64_t ReplayKeeper::stopCount() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return stops_;
+}
+
+void ReplayKeeper::needOurs() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!current_ || !current_->is_sent) {
+    throw HttpError(409, "no replay that was started here is under way");
+  }
+}
+
+ReplayKeeper::Shown ReplayKeeper::shown() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Shown shown;
+  shown.last = last_;
+  if (!current_) return shown;
+  shown.is_ours = true;
+  shown.waits_for_hold = !current_->is_sent;
+  shown.is_stopping = !current_->reason.empty();
+  shown.moves = current_->start.moves;
+  shown.behavior = current_->start.wish.behavior;
+  return shown;
+}
+
+// -------------------------------------------------------------------------------- what is watched
+
+void ReplayKeeper::run() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (!is_ending_) {
+    tick(steady_clock::now());
+    changed_.wait_for(lock, kTick, [this] { return is_ending_; });
+  }
+}
+
+/// With the lock held.
+void ReplayKeeper::tick(Time now) {
+  if (!current_) return;
+  const PlayerLink::Course course = player_.course(current_->goal);
+  if (course.is_ended) {
+    const std::string words = current_->reason.empty() ? course.words : current_->reason;
+    return end(course.is_completed ? "completed" : words);
+  }
+  if (current_->is_sent && !player_.isThere()) return end(player_.player() + " is gone");
+  if (current_->reason.empty()) current_->reason = whyStop(now);
+  if (current_->reason.empty()) return;
+  if (!current_->is_sent) return end(std::string(current_->reason));
+  if (now - current_->canceled < kAgain) return;
+  current_->canceled = now;
+  player_.cancel(current_->goal);
+}
+
+/// With the lock held.
+std::string ReplayKeeper::whyStop(Time now) const {
+  const Start& start = current_->start;
+  const auto silent = now - current_->beaten;
+  if (start.is_held && current_->is_sent && silent > kBeatPatience) {
+    return "the button was released";
+  }
+  if (start.is_held && !current_->is_sent && silent > kHoldPatience) {
+    return "nobody held the button";
+  }
+  const bool is_alone = start.moves && !surroundings_.is_listening(start.session);
+  return is_alone ? "the page that started it is gone" : "";
+}
+
+/// With the lock held.
+void ReplayKeeper::end(const std::string& words) {
+  last_ = words;
+  if (current_->is_sent) surroundings_.tell_farewell(false);
+  current_.reset();
+  changed_.notify_all();
+}
+
+}  // namespace afterglow::nodes

@@ -1,0 +1,92 @@
+/// \file
+/// The one replay that pages started here: it is stopped when who started it is gone, or lets go.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "nodes/console/play_wish.hpp"
+#include "nodes/console/player_link.hpp"
+#include "nodes/console/task_thread.hpp"
+
+namespace afterglow::nodes {
+
+/// Any thread. A thread of its own looks every 20 ms whether a replay has to be stopped, and tells
+/// the player again and again until it is.
+class ReplayKeeper {
+ public:
+  static constexpr std::chrono::milliseconds kBeatPatience{300};  ///< without POST /api/hold
+  static constexpr std::chrono::seconds kHoldPatience{30};        ///< for the first one
+
+  struct Surroundings {
+    /// Whether a page of this session listens to events.
+    std::function<bool(const std::string& session)> is_listening;
+    /// Before a goal goes out, and after it has ended: who stops it if this process dies.
+    std::function<void(bool runs)> tell_farewell;
+  };
+  struct Start {
+    PlayWish wish;
+    std::string session;
+    bool moves = false;
+    bool is_held = false;         ///< goes out with the first beat, ends with the last
+    std::uint64_t after_stop = 0;  ///< stopCount() when it was asked for: a stop since forbids it
+  };
+  /// For people.
+  struct Shown {
+    bool is_ours = false, waits_for_hold = false, is_stopping = false, moves = false;
+    std::int64_t behavior = 0;
+    std::string last;  ///< how the last one ended
+  };
+
+  ReplayKeeper(PlayerLink& player, Surroundings surroundings);
+  /// As close().
+  ~ReplayKeeper();
+  /// Stops what runs, and waits for its end for up to 2 s; from then on nothing is started.
+  void close();
+
+  /// Waits until the player has begun or refused, up to 3 s. Throws HttpError 409 with its words.
+  void start(const Start& start);
+  /// The button is held. Whether it holds a replay.
+  bool beat(const std::string& session);
+  /// Whatever is replayed, by whomever it was started. False: the player does not hear it.
+  bool stop(const std::string& reason);
+  std::uint64_t stopCount() const;
+  /// Throws HttpError 409 where what is replayed was not started here.
+  void needOurs() const;
+  Shown shown() const;
+
+ private:
+  using Time = std::chrono::steady_clock::time_point;
+  struct Current {
+    std::string goal;
+    Start start;
+    bool is_sent = false;
+    Time beaten{};       ///< last; before it is sent: when it was asked for
+    std::string reason;  ///< it is being stopped
+    Time canceled{};     ///< last
+  };
+  void run();
+  void tick(Time now);
+  std::string whyStop(Time now) const;
+  void send();
+  void end(const std::string& words);
+
+  PlayerLink& player_;
+  const Surroundings surroundings_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Current> current_;
+  std::string last_;
+  std::uint64_t stops_ = 0;
+  bool is_ending_ = false;
+  TaskThread stopper_;  ///< of ~stop, which may hang with its player
+  std::thread thread_;
+};
+
+}  // namespace afterglow::nodes
