@@ -12,6 +12,7 @@
 #include <std_srvs/Trigger.h>
 #include <topic_tools/shape_shifter.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
