@@ -12,9 +12,9 @@
 namespace afterglow::nodes {
 namespace {
 
-double numberOf(const nlohmann::json& json, const char* name, double otherwise, double least) {
-  const auto found = json.find(name);
-  if (found == json.end() || found->is_null()) return otherwise;
+double numberOf(const nlohmann::json& asked, const char* name, double otherwise, double least) {
+  const auto found = asked.find(name);
+  if (found == asked.end() || found->is_null()) return otherwise;
   const double value = found->is_number() ? found->get<double>() : NAN;
   if (std::isfinite(value) && value >= least) return value;
   throw HttpError(400, std::string(name) + " is no such number");
@@ -39,15 +39,15 @@ std::string PlayWish::key() const {
   return fmt::format("{} {}", behavior, fmt::join(options(), " "));
 }
 
-PlayWish readWish(const nlohmann::json& json) {
+PlayWish readWish(const nlohmann::json& asked) {
   PlayWish wish;
-  const auto behavior = json.find("behavior");
-  if (behavior == json.end() || !behavior->is_number_integer()) {
+  const auto behavior = asked.find("behavior");
+  if (behavior == asked.end() || !behavior->is_number_integer()) {
     throw HttpError(400, "behavior is missing: its id");
   }
   wish.behavior = behavior->get<std::int64_t>();
-  const auto only = json.find("only");
-  const bool has_only = only != json.end() && !only->is_null();
+  const auto only = asked.find("only");
+  const bool has_only = only != asked.end() && !only->is_null();
   if (has_only && !only->is_string()) throw HttpError(400, "only should be \"body,ar,speech\"");
   if (has_only) wish.only = only->get<std::string>();
   try {
@@ -55,11 +55,11 @@ PlayWish readWish(const nlohmann::json& json) {
   } catch (const std::invalid_argument& error) {
     throw HttpError(400, error.what());
   }
-  wish.rate = numberOf(json, "rate", 1, 1e-3);
-  wish.start = numberOf(json, "start", 0, 0);
-  const auto loop = json.find("loop");
-  if (loop != json.end() && !loop->is_boolean()) throw HttpError(400, "loop is true or false");
-  wish.is_looping = loop != json.end() && loop->get<bool>();
+  wish.rate = numberOf(asked, "rate", 1, 1e-3);
+  wish.start = numberOf(asked, "start", 0, 0);
+  const auto loop = asked.find("loop");
+  if (loop != asked.end() && !loop->is_boolean()) throw HttpError(400, "loop is true or false");
+  wish.is_looping = loop != asked.end() && loop->get<bool>();
   return wish;
 }
 

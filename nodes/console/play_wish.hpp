@@ -25,6 +25,6 @@ struct PlayWish {
 };
 
 /// Of {"behavior": ID, "only":, "rate":, "start":, "loop":}. Throws HttpError 400 for what is none.
-PlayWish readWish(const nlohmann::json& json);
+PlayWish readWish(const nlohmann::json& asked);
 
 }  // namespace afterglow::nodes
