@@ -95,8 +95,10 @@ typename Service::Response called(const std::string& name,
 
 }  // namespace
 
-ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, std::function<std::size_t()> total)
+ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, const replay::Store& store,
+                         std::function<std::size_t()> total)
     : options_(options),
+      store_(store),
       player_(options.player),
       projected_(options.projector),
       farewell_(player_.player()),
@@ -192,7 +194,7 @@ HttpResponse ConsoleNode::dryRun(const json& asked) {
   const PlayWish wish = readWish(asked);
   DryRun dry;
   if (player_.isThere()) {
-    dry = rehearseAs(player_.player(), options_.store, wish,
+    dry = rehearseAs(player_.player(), options_.store, store_, wish,
                      [this] { return is_ending_.load() || !ros::ok(); });
   } else {
     dry.refusal = player_.player() + " is not there";

@@ -20,6 +20,7 @@
 #include "nodes/console/projected_image.hpp"
 #include "nodes/console/replay_keeper.hpp"
 #include "nodes/console/task_thread.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
@@ -32,8 +33,9 @@ struct ConsoleNodeOptions {
 /// Answers what ConsoleApi leaves to a robot. After ros::start; with spinning threads.
 class ConsoleNode {
  public:
-  /// `total`: behaviors in the store. Throws std::runtime_error, one line.
-  ConsoleNode(const ConsoleNodeOptions& options, std::function<std::size_t()> total);
+  /// `store`: the one of the options. `total`: behaviors in it. Throws std::runtime_error, one line.
+  ConsoleNode(const ConsoleNodeOptions& options, const replay::Store& store,
+              std::function<std::size_t()> total);
   /// Stops a replay that was started here. The server has to have been stopped.
   ~ConsoleNode();
 
@@ -53,6 +55,7 @@ class ConsoleNode {
   void answerPost(const HttpRequest& request, const Respond& respond);
 
   const ConsoleNodeOptions options_;
+  const replay::Store& store_;
   std::atomic<bool> is_ending_{false};
   PlayerLink player_;
   HeardDiagnostics diagnostics_;

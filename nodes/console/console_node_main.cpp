@@ -48,7 +48,7 @@ Parameters readParameters() {
 void serve(const Parameters& given) {
   const std::string token = consoleToken(given.address, given.token_file);
   const auto store = replay::openStore(given.node.store, replay::OpenMode::ReadOnly);
-  BehaviorIndex index(replay::openStore(given.node.store, replay::OpenMode::ReadOnly));
+  BehaviorIndex index(*store);
   ConsoleFacts facts;
   facts.version = AFTERGLOW_VERSION;
   facts.store = replay::storeUri(given.node.store);
@@ -56,7 +56,7 @@ void serve(const Parameters& given) {
   ConsoleApi api(*store, index, ConsoleAccess(token, given.hosts), facts);
   ros::AsyncSpinner spinner(2);
   spinner.start();
-  auto node = std::make_unique<ConsoleNode>(given.node, [&index] { return index.all()->size(); });
+  auto node = std::make_unique<ConsoleNode>(given.node, *store, [&index] { return index.all()->size(); });
   api.setRobot([&node](const HttpRequest& request, const Respond& respond) {
     node->answer(request, respond);
   });

@@ -67,13 +67,13 @@ ReplayRequest requestOf(const std::string& player, const std::string& store,
 
 }  // namespace
 
-DryRun rehearseAs(const std::string& player, const std::string& store_uri, const PlayWish& wish,
+DryRun rehearseAs(const std::string& player, const std::string& store_uri,
+                  const replay::Store& store, const PlayWish& wish,
                   const std::function<bool()>& is_stopped) {
   DryRun dry;
   try {
     const ReplayRequest request = requestOf(player, store_uri, wish);
-    const auto store = replay::openStore(store_uri, replay::OpenMode::ReadOnly);
-    ReplaySession session(*store, request);
+    ReplaySession session(store, request);
     const replay::PlayPlan& plan = session.plan();
     for (const replay::PlannedTopic& topic : plan.topics) {
       dry.topics.push_back({{"topic", topic.output.topic.empty() ? topic.channel.topic
@@ -84,8 +84,8 @@ DryRun rehearseAs(const std::string& player, const std::string& store_uri, const
     }
     dry.moves = !plan.motionTopics().empty();
     if (dry.moves) {
-      dry.robot = robotName(*store, plan, request);
-      dry.speed = speedText(*store, plan, request);
+      dry.robot = robotName(store, plan, request);
+      dry.speed = speedText(store, plan, request);
     }
     const Rehearsal rehearsal = session.rehearse(true, is_stopped);
     dry.refusal = fmt::format("{}", fmt::join(rehearsal.refusals, "; "));

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "nodes/console/play_wish.hpp"
+#include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
@@ -20,10 +21,11 @@ struct DryRun {
   std::string unchecked;     ///< what only the replay itself will know
 };
 
-/// Listens to the robot for some seconds; moves, advertises and publishes nothing. `store`: the
-/// console's, which has to be the player's. What is wrong with the behavior, the player's
+/// Listens to the robot for some seconds; moves, advertises and publishes nothing. `store`, which
+/// is at `store_uri`: the console's, and it has to be the player's. What is wrong with the behavior, the player's
 /// parameters or the store is a refusal. Throws nothing.
-DryRun rehearseAs(const std::string& player, const std::string& store, const PlayWish& wish,
+DryRun rehearseAs(const std::string& player, const std::string& store_uri,
+                  const replay::Store& store, const PlayWish& wish,
                   const std::function<bool()>& is_stopped);
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,8 @@
 #include "replay/store/sqlite/sqlite_store.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <thread>
@@ -526,6 +528,28 @@ TEST_F(SqliteStoreTest, letsTwoStoresWriteToOneFile) {
   for (std::uint64_t i = 0; i < 100; ++i) store_->append({stringMessage(channel_, 1, i, "x")});
   other.join();
   EXPECT_EQ(count("messages"), 200);
+}
+
+/// Whether a process other than this one finds the file locked.
+bool isLockedForOthers(const std::string& path) {
+  const pid_t other = fork();
+  if (other == 0) {
+    const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+    struct flock lock {};
+    lock.l_type = F_WRLCK;
+    lock.l_whence = SEEK_SET;
+    const bool is_known = file >= 0 && fcntl(file, F_GETLK, &lock) == 0;
+    _exit(is_known && lock.l_type == F_UNLCK ? 1 : 0);
+  }
+  int status = 0;
+  waitpid(other, &status, 0);
+  return WEXITSTATUS(status) == 0;
+}
+
+TEST_F(SqliteStoreTest, keepsItsLocksWhenItIsOpenedOnceMore) {
+  ASSERT_TRUE(isLockedForOthers(path_));
+  { const auto again = openStore(path_, OpenMode::ReadOnly); }
+  EXPECT_TRUE(isLockedForOthers(path_));
 }
 
 TEST(MemoryStore, isAStoreOfItsOwn) {

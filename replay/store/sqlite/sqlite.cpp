@@ -3,6 +3,9 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <thread>
 
 #include "replay/store/checksum.hpp"
@@ -82,8 +85,8 @@ SqliteConnection::SqliteConnection(const std::string& path, SqliteAccess access)
   // One thread at a time is the owner's job, so SQLite need not lock a second time.
   const int flags = flagsOf(access) | SQLITE_OPEN_NOMUTEX;
   if (sqlite3_open_v2(file.c_str(), &connection_, flags, nullptr) != SQLITE_OK) {
-    const std::string reason =
-        connection_ ? sqlite3_errmsg(connection_) : "not enough memory for a connection";
+    const int cause = connection_ ? sqlite3_system_errno(connection_) : ENOMEM;
+    const std::string reason = cause ? std::strerror(cause) : sqlite3_errmsg(connection_);
     sqlite3_close_v2(connection_);
     throw StoreError(name_ + ": cannot open the store: " + reason);
   }
@@ -122,6 +125,17 @@ void SqliteConnection::execute(const std::string& sql) {
 std::int64_t SqliteConnection::integer(const std::string& sql) {
   SqliteStatement statement(*this, sql);
   return statement.step() ? statement.integer(0) : 0;
+}
+
+std::size_t SqliteConnection::readStart(unsigned char* bytes, std::size_t size) {
+  sqlite3_file* file = nullptr;
+  sqlite3_int64 length = 0;
+  int code = sqlite3_file_control(connection_, "main", SQLITE_FCNTL_FILE_POINTER, &file);
+  if (code == SQLITE_OK) code = file->pMethods->xFileSize(file, &length);
+  const std::size_t count = std::min(size, static_cast<std::size_t>(length));
+  if (code == SQLITE_OK) code = file->pMethods->xRead(file, bytes, static_cast<int>(count), 0);
+  if (code != SQLITE_OK) refuse(std::string("cannot read the file: ") + sqlite3_errstr(code));
+  return count;
 }
 
 std::int64_t SqliteConnection::lastInsertedId() const {

@@ -69,6 +69,11 @@ class SqliteConnection {
   /// anew.
   void foldLog(int fold, int longest);
 
+  /// The file's first bytes, as they are; returns how many there are, `size` at most. By SQLite's own
+  /// descriptor: if this process closed another one of the file, it would lose its locks on it
+  /// ("How To Corrupt An SQLite Database File", 2.2).
+  std::size_t readStart(unsigned char* bytes, std::size_t size);
+
   /// Throws SQLite's reason for the failure of the last call; `doing` completes "cannot ...".
   [[noreturn]] void fail(const std::string& doing);
   /// Throws StoreError with this text behind the store's name.

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "replay/store/private_files.hpp"
 
@@ -111,15 +110,9 @@ struct FileHeader {
 };
 
 FileHeader readHeader(const fs::path& file) {
+  SqliteConnection connection(file.string(), SqliteAccess::ReadOnlyImmutable);
   FileHeader header;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
-    throw StoreError("sqlite:" + file.string() +
-                     ": cannot open the store: " + std::strerror(errno));
-  }
-  stream.read(reinterpret_cast<char*>(header.bytes.data()),
-              static_cast<std::streamsize>(header.bytes.size()));
-  header.size = static_cast<std::size_t>(stream.gcount());
+  header.size = connection.readStart(header.bytes.data(), header.bytes.size());
   return header;
 }
 
@@ -127,8 +120,8 @@ FileHeader readHeader(const fs::path& file) {
   throw StoreError("sqlite:" + path + ": not an Afterglow store: " + why);
 }
 
-/// Reads the file without SQLite, which may leave -wal and -shm files beside a database that it
-/// opens. The file itself always has the version: tables are made before WAL mode is entered.
+/// Without SQL, for which SQLite may leave -wal and -shm files beside a database. The file itself
+/// always has the version: tables are made before WAL mode is entered.
 void checkFile(const std::string& path, OpenMode mode) {
   const fs::path file(path);
   std::error_code error;
