@@ -72,7 +72,7 @@ SharedMatrix Beam::importance() const {
   return importance;
 }
 
-std::vector<LightError> Beam::errors(const ProjectorEstimate& estimate, int views) const {
+std::vector<double> Beam::spread_mm(const ProjectorEstimate& estimate) const {
   using Parameters = Eigen::Matrix<double, kCalibrationParameters, 1>;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(estimate.covariance);
   const Eigen::MatrixXd root =
@@ -90,11 +90,19 @@ std::vector<LightError> Beam::errors(const ProjectorEstimate& estimate, int view
       drawn[i].push_back(quantile(mm, kCertain));
     }
   }
+  std::vector<double> spread;
+  for (std::vector<double>& mm : drawn) spread.push_back(quantile(mm, kCertain));
+  return spread;
+}
+
+std::vector<LightError> Beam::errors(const ProjectorEstimate& estimate,
+                                     const ProjectorEstimate& at_best, int views) const {
+  const std::vector<double> spread = spread_mm(estimate), bound = spread_mm(at_best);
   std::vector<LightError> errors;
   for (std::size_t i = 0; i < by_distance_.size(); ++i) {
     const double distance = by_distance_[i].distance_m;
-    const double mm = studentRatio(views - 1) * quantile(drawn[i], kCertain);
-    errors.push_back({distance, mm, mm * focal_px_ / (1000 * distance)});
+    const double mm = studentRatio(views - 1) * spread[i];
+    errors.push_back({distance, mm, mm * focal_px_ / (1000 * distance), bound[i]});
   }
   return errors;
 }

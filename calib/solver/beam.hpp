@@ -23,8 +23,9 @@ class Beam {
   /// For each distance at which the camera sees light: with a certainty of 95 % 95 % of the light
   /// is closer than this to its place, on a surface that faces the beam. From draws of the
   /// parameters, which the same covariance always gets alike. `views`: the fewer there are, the
-  /// less sure is the covariance itself.
-  std::vector<LightError> errors(const ProjectorEstimate& estimate, int views) const;
+  /// less sure is the covariance itself. `at_best`: with the covariance of the corners' noise alone.
+  std::vector<LightError> errors(const ProjectorEstimate& estimate,
+                                 const ProjectorEstimate& at_best, int views) const;
 
  private:
   using Slope = Eigen::Matrix<double, 2, kCalibrationParameters>;
@@ -32,6 +33,9 @@ class Beam {
     double distance_m = 0;
     std::vector<Slope> mm;  ///< d mm / d parameters
   };
+  /// For each distance.
+  std::vector<double> spread_mm(const ProjectorEstimate& estimate) const;
+
   double focal_px_;
   std::vector<Places> by_distance_;
 };

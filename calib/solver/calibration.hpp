@@ -49,6 +49,9 @@ std::optional<Eigen::Matrix<double, 2, kCalibrationParameters>> pixelSlopes(
 struct LightError {
   double distance_m = 0;
   double mm = 0, px = 0;
+  /// The same of the best estimate that the noise of the views' corners permits (Cramer and Rao):
+  /// what more exact corners or more views alone would make smaller.
+  double bound_mm = 0;
 };
 
 /// How far one corner of a projected or printed tag is from where the calibration expects it.

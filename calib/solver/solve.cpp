@@ -343,7 +343,7 @@ class Solve {
     calibration.estimate = estimateOf(widened, influence, dispersion);
     const auto used = std::count_if(views_.begin(), views_.end(),
                                     [](const ViewEvidence& view) { return view.is_used; });
-    calibration.light = beam.errors(calibration.estimate, static_cast<int>(used));
+    calibration.light = beam.errors(calibration.estimate, plain, static_cast<int>(used));
     calibration.print_mm_per_permille = model_.T_camera_projector.matrix().translation().norm();
   }
 

@@ -57,8 +57,10 @@ nlohmann::ordered_json solutionJson(const calib::Calibration& calibration) {
   json["predicted_mm"] = calibration.predicted_mm;
   json["light"] = nlohmann::ordered_json::array();
   for (const calib::LightError& error : calibration.light) {
-    json["light"].push_back(
-        {{"distance_m", error.distance_m}, {"mm", error.mm}, {"px", error.px}});
+    json["light"].push_back({{"distance_m", error.distance_m},
+                             {"mm", error.mm},
+                             {"px", error.px},
+                             {"bound_mm", error.bound_mm}});
   }
   json["print_mm_per_permille"] = calibration.print_mm_per_permille;
   json["board"] = {{"bend_across_mm", 1000 * calibration.board_shape.bends().x()},
