@@ -36,7 +36,8 @@ export class ReplayControls {
       if (event.pointerId !== undefined) made.setPointerCapture(event.pointerId);
       made.focus();
       made.classList.add('held');
-      this.robot.hold((problem) => this.notice.warn(problem.message));
+      const isHeld = () => !made.disabled && document.activeElement === made && document.hasFocus();
+      this.robot.hold(isHeld, (problem) => this.notice.warn(problem.message));
     };
     const end = (event) => {
       if (event.type === 'keyup' && event.key !== ' ') return;
@@ -72,6 +73,7 @@ export class ReplayControls {
     this.toggle.textContent = this.isPaused ? 'Go on' : 'Pause';
     this.toggle.disabled = !moving;
     this.holder.disabled = !moving;
+    if (!this.robot.isHolding) this.holder.classList.remove('held');
     if (document.activeElement !== this.seek) this.seek.value = player.position || 0;
     if (isOurs && player.rate && document.activeElement !== this.rate) this.rate.value = player.rate;
     this.seek.setAttribute('aria-valuetext', offset(player.position || 0));

@@ -89,15 +89,19 @@ export class Robot {
     }
   }
 
-  /** The dead-man heartbeat, until release(). A beat that takes too long is the server's to notice. */
-  hold(onTrouble) {
-    if (this.beating) return;
-    const beat = () => post('/api/hold', {session: SESSION}).catch((problem) => {
-      this.release();
-      onTrouble(problem);
-    });
-    beat();
+  /** The dead-man heartbeat, until release(), or until `isHeld` is false: an end that no event told of. A beat that
+   * takes too long is the server's to notice. */
+  hold(isHeld, onTrouble) {
+    if (this.beating || !isHeld()) return;
+    const beat = () => {
+      if (!isHeld()) return this.release();
+      post('/api/hold', {session: SESSION}).catch((problem) => {
+        this.release();
+        onTrouble(problem);
+      });
+    };
     this.beating = setInterval(beat, BEAT_MS);
+    beat();
   }
 
   release() {
