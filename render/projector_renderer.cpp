@@ -97,8 +97,8 @@ struct ProjectorRenderer::Impl {
     by.draw(composer.compose(scene, T_projector_world), image);
   }
 
-  /// What shows the same as the last time is not drawn again. Its image is kept from the second time
-  /// on only: a scene that changes all the time pays for no copy.
+  /// What shows the same as the last time is not drawn again. Its image is kept from the second
+  /// time on only: a scene that changes all the time pays for no copy.
   void renderChange(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                     Image& image) {
     const bool is_same =
