@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "render/compose/light_composer.hpp"
 #include "render/gl/gl_context.hpp"
 #include "render/paint/cpu_drawer.hpp"
+#include "render/scene/same_scene.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -95,6 +97,26 @@ struct ProjectorRenderer::Impl {
     by.draw(composer.compose(scene, T_projector_world), image);
   }
 
+  /// What shows the same as the last time is not drawn again. Its image is kept from the second
+  /// time on only: a scene that changes all the time pays for no copy.
+  void renderChange(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
+                    Image& image) {
+    const bool is_same =
+        last_scene &&
+        T_last_projector_world.matrix().matrix() == T_projector_world.matrix().matrix() &&
+        isSame(*last_scene, scene);
+    if (is_same && !kept.rgb.empty()) {
+      image = kept;
+      return;
+    }
+    kept.rgb.clear();
+    last_scene.reset();  // until the image is whole
+    renderOrReplace(scene, T_projector_world, image);
+    if (is_same) kept = image;
+    last_scene = scene;
+    T_last_projector_world = T_projector_world;
+  }
+
   /// Once the GPU was reset, by the CPU: light must not go out.
   void renderOrReplace(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                        Image& image) {
@@ -111,6 +133,9 @@ struct ProjectorRenderer::Impl {
   std::unique_ptr<ImageDrawer> drawer;
   std::string description;
   GlContext* gl_context = nullptr;  ///< while OpenGL draws
+  std::optional<Scene> last_scene;  ///< that was drawn
+  Rigid<Projector, World> T_last_projector_world;
+  Image kept;  ///< of the last scene, if that was drawn twice
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)
@@ -129,7 +154,7 @@ Image ProjectorRenderer::render(const Scene& scene,
 
 void ProjectorRenderer::render(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                                Image& image) {
-  impl_->renderOrReplace(scene, T_projector_world, image);
+  impl_->renderChange(scene, T_projector_world, image);
 }
 
 const std::string& ProjectorRenderer::description() const { return impl_->description; }

@@ -38,7 +38,8 @@ class ProjectorRenderer {
   ~ProjectorRenderer();
   /// Throws std::logic_error as placementMatrix does. The CPU draws on where the GPU was reset.
   Image render(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
-  /// The same into an image whose memory is used again.
+  /// The same into an image whose memory is used again. Scene and pose of the last time are not
+  /// drawn again.
   void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
   /// Which back end draws, and why; for people.
   const std::string& description() const;

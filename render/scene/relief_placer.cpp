@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@ namespace afterglow::render {
 namespace {
 
 constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
+constexpr std::size_t kFewSlots = 1024;  // enough for most meshes
 constexpr int kMaxReliefSplits = 80;  // of anything that is not absurd
 /// Content is laid as long as it is lower than this share of the eye's height over the plane.
 constexpr double kHighest = 0.999;
@@ -65,7 +67,7 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) {
   out.mesh.clear();
   out.heights.clear();
   vertices_.clear();
-  edges_.clear();
+  forgetEdges();
   if (relief_->range().isEmpty()) return;
   out_ = &out;
   const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
@@ -109,9 +111,36 @@ void ReliefPlacer::layBelowEye(const Triangle& triangle) {
 
 ReliefPlacer::Edge& ReliefPlacer::edge(std::uint32_t a, std::uint32_t b) {
   const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-  const auto [entry, is_new] = edges_.try_emplace(key, Edge{0, false, kNoVertex});
-  if (is_new) judge(entry->second, a, b);
-  return entry->second;
+  if (2 * edge_count_ >= slots_.size()) doubleSlots();
+  Slot& slot = slotOf(key);
+  if (slot.key == kFree) {
+    slot = {key, {0, false, kNoVertex}};
+    ++edge_count_;
+    judge(slot.edge, a, b);
+  }
+  return slot.edge;
+}
+
+void ReliefPlacer::forgetEdges() {
+  slots_.assign(kFewSlots, {kFree, {}});
+  edge_count_ = 0;
+}
+
+/// Its own, or the free one where it belongs.
+ReliefPlacer::Slot& ReliefPlacer::slotOf(std::uint64_t key) {
+  const std::size_t last = slots_.size() - 1;
+  const std::uint64_t mixed = key * 0x9e3779b97f4a7c15;  // Fibonacci hashing: the upper bits count
+  for (std::size_t i = (mixed >> 32) & last;; i = (i + 1) & last) {
+    if (slots_[i].key == key || slots_[i].key == kFree) return slots_[i];
+  }
+}
+
+void ReliefPlacer::doubleSlots() {
+  std::vector<Slot> old(2 * slots_.size(), {kFree, {}});
+  old.swap(slots_);
+  for (const Slot& slot : old) {
+    if (slot.key != kFree) slotOf(slot.key) = slot;
+  }
 }
 
 std::uint32_t ReliefPlacer::middle(Edge& edge, std::uint32_t a, std::uint32_t b) {

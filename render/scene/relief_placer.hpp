@@ -4,9 +4,9 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "render/scene/mesh.hpp"
@@ -56,6 +56,11 @@ class ReliefPlacer {
     bool is_empty = false;  ///< nothing is known around it
     std::uint32_t middle;   ///< a vertex, once it is there
   };
+  struct Slot {
+    std::uint64_t key;  ///< both vertices, the lesser one first; kFree: none
+    Edge edge;
+  };
+  static constexpr std::uint64_t kFree = ~std::uint64_t{0};
   using Triangle = std::array<std::uint32_t, 3>;
 
   std::optional<Eigen::Vector3d> landing(const Eigen::Vector3d& p) const;
@@ -65,7 +70,11 @@ class ReliefPlacer {
   std::uint32_t addBetween(std::uint32_t a, std::uint32_t b, double share);
   void layBelowEye(const Triangle& triangle);
   void split(const Triangle& triangle, int depth);
+  /// Until the next edge is asked for.
   Edge& edge(std::uint32_t a, std::uint32_t b);
+  void forgetEdges();
+  Slot& slotOf(std::uint64_t key);
+  void doubleSlots();
   std::uint32_t middle(Edge& edge, std::uint32_t a, std::uint32_t b);
   void judge(Edge& edge, std::uint32_t a, std::uint32_t b);
   void add(const Triangle& triangle);
@@ -76,7 +85,10 @@ class ReliefPlacer {
   Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero(), p_eye_ = Eigen::Vector3d::Zero();
   bool has_eye_ = false;
   std::vector<Vertex> vertices_;
-  std::unordered_map<std::uint64_t, Edge> edges_;  ///< by both vertices, the lesser one first
+  /// By open addressing, a power of two of them: some hundred thousand edges an image are not worth
+  /// an allocation each.
+  std::vector<Slot> slots_;
+  std::size_t edge_count_ = 0;
   LaidMesh* out_ = nullptr;
 };
 

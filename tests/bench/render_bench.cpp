@@ -1,9 +1,14 @@
 // Frames of the projector and of the bystander's view.
 #include <benchmark/benchmark.h>
 
+#include <cmath>
+#include <cstdint>
+#include <memory>
+
 #include "render/gl/observer_renderer.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
+#include "render/scene/relief.hpp"
 #include "tests/support/optics.hpp"
 
 namespace afterglow::render {
@@ -16,6 +21,14 @@ Rigid<World, World> at(double x, double y, double z) {
 }
 
 const Rigid<World, Projector> kProjector = test::lookAt<Projector>({0.2, 0, 1.6}, {1.5, 0, 0});
+
+/// A micrometer to and fro: what does not change would not be drawn.
+Rigid<Projector, World> moved(const Rigid<Projector, World>& pose) {
+  static bool is_moved = false;
+  Eigen::Isometry3d T = pose.matrix();
+  if ((is_moved = !is_moved)) T.translation().x() += 1e-6;
+  return Rigid<Projector, World>(T);
+}
 
 PointCloud cloud(int side, PointStyle style, float size) {
   PointCloud cloud;
@@ -52,7 +65,7 @@ void projectorFrame(benchmark::State& state, const std::vector<double>& D) {
   ProjectorRenderer renderer(context, test::lens(1280, 800, 1100, 640, 500, D));
   const Scene content = scene(static_cast<int>(state.range(0)));
   for (auto _ : state) {
-    benchmark::DoNotOptimize(renderer.render(content, kProjector.inverse()));
+    benchmark::DoNotOptimize(renderer.render(content, moved(kProjector.inverse())));
   }
 }
 
@@ -73,10 +86,57 @@ void projectorPoints(benchmark::State& state) {
   Layer layer;
   layer.drawables = {{{}, cloud(static_cast<int>(state.range(0)), PointStyle::Points, 3), {}}};
   for (auto _ : state) {
-    benchmark::DoNotOptimize(renderer.render({{layer}}, kProjector.inverse()));
+    benchmark::DoNotOptimize(renderer.render({{layer}}, moved(kProjector.inverse())));
   }
 }
 BENCHMARK(projectorPoints)->Arg(100)->Arg(554)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// 0.6 m x 0.6 m in cells of 1 cm: a bump, a step, and a depth camera's unevenness of half a
+/// millimeter.
+std::shared_ptr<const Relief> tableRelief() {
+  constexpr int kNodes = 61;
+  std::vector<float> heights;
+  std::uint32_t noise = 1;
+  for (int i = 0; i < kNodes * kNodes; ++i) {
+    const double x = 0.01 * (i % kNodes) - 0.3, y = 0.01 * (i / kNodes) - 0.3;
+    const double r = std::hypot(x + 0.1, y) / 0.15;
+    noise = 1664525 * noise + 1013904223;
+    const double uneven = 0.0005 * (static_cast<double>(noise >> 8) / (1 << 23) - 1);
+    heights.push_back(static_cast<float>((r < 1 ? 0.03 * (1 + std::cos(r * M_PI)) : 0) +
+                                         (x > 0.15 ? 0.05 : 0) + uneven));
+  }
+  return std::make_shared<Relief>(Eigen::Vector2d(-0.3, -0.3), 0.01, kNodes, kNodes, heights);
+}
+
+/// A box's footprint, a path and a row of arrows that move over a relief; draped or for a viewer.
+void reliefUnderMovingContent(benchmark::State& state) {
+  GlContext context;
+  ProjectorRenderer renderer(context, test::lens(1280, 800, 1100, 640, 500, kBent));
+  Layer layer;
+  layer.placement = state.range(0) == 0 ? Placement::Drape : Placement::Viewer;
+  layer.surface =
+      SurfacePatch{"table", Rigid<World, Surface>(at(1.5, 0, 0.7).matrix()), {}, tableRelief()};
+  layer.p_viewer = {2.5, -0.8, 1.8};
+  Lines path;
+  path.width = 0.03f;
+  for (int i = 0; i <= 20; ++i) {
+    path.points.emplace_back(-0.28f + 0.028f * static_cast<float>(i),
+                             0.2f + 0.05f * std::sin(0.5f * static_cast<float>(i)), 0.12f);
+  }
+  int frame = 0;
+  for (auto _ : state) {
+    const double shift = 0.001 * (frame++ % 50);
+    std::vector<Drawable> content = {{at(1.45 + shift, -0.05, 0.9), Cube{{0.3f, 0.2f, 0.1f}}, {}},
+                                     {at(1.5, shift, 0.7), path, {0, 1, 0, 1}}};
+    for (int i = 0; i < 5; ++i) {
+      content.push_back(
+          {at(1.25 + 0.1 * i + shift, -0.25, 0.85), Arrow{0.09f, 0.02f, 0.05f, 0.03f}, {}});
+    }
+    layer.drawables = content;
+    benchmark::DoNotOptimize(renderer.render({{layer}, {*layer.surface}}, kProjector.inverse()));
+  }
+}
+BENCHMARK(reliefUnderMovingContent)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// What color.yaml costs beside drawing: nothing lit, a usual picture, every pixel another color.
 void lightColors(benchmark::State& state) {

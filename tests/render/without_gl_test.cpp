@@ -32,6 +32,40 @@ TEST(WithoutGl, theCpuDrawsWhetherToldSoOrFoundOut) {
   }
 }
 
+/// In memory that its user has changed, in another size, from another place.
+TEST(WithoutGl, aSceneThatStaysLooksAsIfItWereDrawnEachTime) {
+  GlContext context;
+  Layer layer;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().z() = 1;
+  layer.drawables = {{Rigid<World, World>(T), Cube{Eigen::Vector3f::Constant(0.2f)}, {}}};
+  const Scene scene{{layer}};
+  layer.drawables[0].color = {1, 0, 0, 1};
+  const Scene red{{layer}};
+  T.translation().x() = 0.1;
+  const Rigid<Projector, World> elsewhere(T);
+  const auto fresh = [&](const Scene& of, const Rigid<Projector, World>& pose) {
+    return ProjectorRenderer(context, kLens).render(of, pose).rgb;
+  };
+  ProjectorRenderer renderer(context, kLens);
+  Image image;
+  const auto expectFresh = [&](const Scene& of, const Rigid<Projector, World>& pose) {
+    for (int i = 0; i < 4; ++i) {
+      renderer.render(of, pose, image);
+      EXPECT_EQ(image.rgb, fresh(of, pose)) << "time " << i;
+      image.width = 1;
+      image.rgb.assign(i == 2 ? 7 : image.rgb.size(), 99);
+    }
+    renderer.render(of, pose, image);
+    EXPECT_EQ(image.width, kLens.width);
+  };
+  expectFresh(scene, {});
+  expectFresh(red, {});
+  expectFresh(red, elsewhere);
+  expectFresh({}, elsewhere);
+  expectFresh(scene, {});
+}
+
 void expectRefusal(const std::function<void()>& use, const std::string& expected) {
   try {
     use();

@@ -1,0 +1,14 @@
+/// \file
+/// Whether two scenes show the same.
+#pragma once
+
+#include "render/scene/scene.hpp"
+
+namespace afterglow::render {
+
+/// By value, bit by bit; lists, bodies and reliefs that both share are not looked into. False is
+/// always allowed: equal bodies that are not shared are taken for different. Of different scenes
+/// most of the time it sees the first difference only.
+bool isSame(const Scene& a, const Scene& b);
+
+}  // namespace afterglow::render
