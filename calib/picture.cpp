@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "calib/photograph.hpp"
+
 namespace afterglow::calib {
 namespace {
 
@@ -48,13 +50,7 @@ cv::Mat asMat(const Picture& picture) {
 }  // namespace
 
 Picture loadPicture(const std::string& path) {
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception&) {
-    // A size that OpenCV refuses to allocate: reported below, as all unreadable files.
-  }
-  if (image.empty()) throw std::runtime_error(path + ": cannot be read as a picture");
+  const cv::Mat image = readPhotograph(path, cv::IMREAD_GRAYSCALE);
   if (image.cols < 16 || image.rows < 16) {
     throw std::runtime_error(path + ": " + std::to_string(image.cols) + " x " +
                              std::to_string(image.rows) + " pixels are too few for tags");

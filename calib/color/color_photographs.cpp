@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "calib/color/color_difference.hpp"
+#include "calib/photograph.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -58,13 +59,7 @@ std::vector<ColorFile> colorFiles(const std::string& folder) {
 }
 
 cv::Mat loadColors(const std::string& path) {
-  cv::Mat image;
-  try {
-    image = cv::imread(path, cv::IMREAD_COLOR);
-  } catch (const cv::Exception&) {
-    // A size that OpenCV refuses to allocate: reported below, as all unreadable files.
-  }
-  if (image.empty()) throw std::runtime_error(path + ": cannot be read as a picture");
+  cv::Mat image = readPhotograph(path, cv::IMREAD_COLOR);
   if (image.cols < kLeastSide || image.rows < kLeastSide) {
     throw std::runtime_error(path + ": too few pixels");
   }

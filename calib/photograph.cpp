@@ -1,0 +1,48 @@
+#include "calib/photograph.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <stdexcept>
+#include <string_view>
+
+namespace afterglow::calib {
+namespace {
+
+using namespace std::string_view_literals;
+
+constexpr std::size_t kLongestBeginning = 8;
+constexpr std::array kBeginnings{"\x89PNG\r\n\x1a\n"sv, "\xff\xd8\xff"sv, "BM"sv,
+                                 "II*\0"sv, "MM\0*"sv};
+
+/// P1 to P6 and white space: Netpbm's.
+bool isPnm(std::string_view begun) {
+  return begun.size() > 2 && begun[0] == 'P' && begun[1] >= '1' && begun[1] <= '6' &&
+         " \t\r\n"sv.find(begun[2]) != std::string_view::npos;
+}
+
+bool isPhotograph(const std::string& path) {
+  std::array<char, kLongestBeginning> read{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(read.data(), read.size());
+  const std::string_view begun(read.data(), static_cast<std::size_t>(file.gcount()));
+  return isPnm(begun) || std::any_of(kBeginnings.begin(), kBeginnings.end(), [&](auto beginning) {
+           return begun.substr(0, beginning.size()) == beginning;
+         });
+}
+
+}  // namespace
+
+cv::Mat readPhotograph(const std::string& path, int flags) {
+  cv::Mat image;
+  try {
+    if (isPhotograph(path)) image = cv::imread(path, flags);
+  } catch (const cv::Exception&) {
+    // A size that OpenCV refuses to allocate: reported below, as all unreadable files.
+  }
+  if (image.empty()) throw std::runtime_error(path + ": cannot be read as a picture");
+  return image;
+}
+
+}  // namespace afterglow::calib
