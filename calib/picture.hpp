@@ -19,7 +19,7 @@ struct Picture {
   }
 };
 
-/// PNG, JPEG, BMP, PNM or TIFF; color becomes gray. Throws std::runtime_error naming the
+/// PNG, JPEG, WebP, BMP, PNM or TIFF; color becomes gray. Throws std::runtime_error naming the
 /// file if it cannot be read or is smaller than 16 px a side.
 Picture loadPicture(const std::string& path);
 

@@ -158,7 +158,7 @@ class BodyBuilder {
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D p = T * mesh.mVertices[i];
       const Eigen::Vector3f point(p.x, p.y, p.z);
-      if (!(point.cwiseAbs().maxCoeff() <= kFarthest)) {  // NaN, too
+      if (!(point.array().abs() <= kFarthest).all()) {  // NaN, too
         throw std::runtime_error("a point is not finite or absurdly far");
       }
       body_.points.push_back(point);

@@ -247,7 +247,7 @@ class Fitter {
         if (light_.weight[i] == 0) continue;
         const Eigen::Vector2d at = ideal({double(x), double(y)});
         const Eigen::Vector2d cell = cellAt(plane_of_ideal, at);
-        if (!(cell.minCoeff() > -kRim_cells) || !(cell.maxCoeff() < kTagCells + kRim_cells)) {
+        if (!(cell.array() > -kRim_cells && cell.array() < kTagCells + kRim_cells).all()) {
           continue;
         }
         pixels_.push_back({at, double(light_.value[i]), double(light_.weight[i])});

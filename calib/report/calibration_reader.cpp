@@ -130,7 +130,7 @@ Rigid<Camera, Projector> Record::rigid(const std::string& key) const {
   if (!(T.matrix().row(3) == Eigen::RowVector4d(0, 0, 0, 1))) {
     refuse(key + ": the last row must be 0 0 0 1");
   }
-  if (!((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kTolerance)) {
+  if (!((R.transpose() * R - Eigen::Matrix3d::Identity()).array().abs() < kTolerance).all()) {
     refuse(key +
            ": is not rigid: its upper left 3 x 3 is no rotation (rows must be perpendicular "
            "and of length 1)");
@@ -149,7 +149,7 @@ Covariance covarianceOf(const Record& record) {
   const Covariance covariance =
       record.matrix("covariance", kCalibrationParameters, kCalibrationParameters);
   const double largest = covariance.cwiseAbs().maxCoeff();
-  if (!((covariance - covariance.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * largest) ||
+  if (!((covariance - covariance.transpose()).array().abs() <= 1e-9 * largest).all() ||
       covariance.diagonal().minCoeff() < 0) {
     record.refuse("covariance: expected a symmetric matrix with no negative variance");
   }

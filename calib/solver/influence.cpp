@@ -30,7 +30,7 @@ std::optional<SharedMatrix> inverseOf(const SharedMatrix& information,
   }
   const Eigen::LDLT<Eigen::MatrixXd> factors(some);
   constexpr double kNothing = 1e-13;
-  if (!(factors.vectorD().minCoeff() > kNothing)) return std::nullopt;
+  if (!(factors.vectorD().array() > kNothing).all()) return std::nullopt;
   const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
   SharedMatrix all = SharedMatrix::Zero();
   for (Eigen::Index i = 0; i < size; ++i) {

@@ -198,7 +198,7 @@ class Bundle {
     Influence::OfView eliminated() const {
       const Eigen::Matrix<double, kPoseSize, kPoseSize> board =
           information.bottomRightCorner<kPoseSize, kPoseSize>();
-      if (!(board.diagonal().minCoeff() > 0)) return {};
+      if (!(board.diagonal().array() > 0).all()) return {};
       const auto factors = board.ldlt();
       const Eigen::Matrix<double, kSharedSize, kPoseSize> mixed =
           information.topRightCorner<kSharedSize, kPoseSize>();

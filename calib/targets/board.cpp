@@ -95,7 +95,7 @@ std::string unsureSizeText(const Board& board) {
 
 Board makeBoard(const Eigen::Vector2d& size_m, const std::string& family) {
   tagCount(family);
-  if (!(size_m.minCoeff() >= 0.1) || !(size_m.maxCoeff() <= 5)) {
+  if (!(size_m.array() >= 0.1).all() || !(size_m.array() <= 5).all()) {
     throw std::invalid_argument("a board of " + exactText(size_m.x()) + " x " +
                                 exactText(size_m.y()) +
                                 " m: expected 0.1 to 5 m a side (meters, not millimeters)");

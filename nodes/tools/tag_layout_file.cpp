@@ -87,7 +87,7 @@ class LayoutFile {
 
   static void requireNear(const YamlMap& map, const calib::Tag& tag) {
     const bool is_near = std::all_of(tag.corners.begin(), tag.corners.end(), [](const auto& p) {
-      return p.cwiseAbs().maxCoeff() < kFarthest_m;
+      return (p.array().abs() < kFarthest_m).all();
     });
     if (!is_near) map.fail(map.node(), map.where() + " is over 100 m away: places are in meters");
   }

@@ -49,7 +49,7 @@ Cloud::Ptr thinned(const std::vector<Eigen::Vector3d>& points) {
   };
   std::vector<Placed> placed;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!(points[i].cwiseAbs().maxCoeff() < kFarthest)) continue;
+    if (!(points[i].array().abs() < kFarthest).all()) continue;
     const Eigen::Array3i cube = (points[i].array() / kGrain).floor().cast<std::int32_t>();
     placed.push_back({{cube.x(), cube.y(), cube.z()}, static_cast<std::uint32_t>(i)});
   }

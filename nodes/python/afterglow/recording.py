@@ -65,8 +65,9 @@ class _Recorder(object):
         if not rospy.core.is_initialized():
             raise RecordingFailed("no recorder can be asked before rospy.init_node")
         name = self._node + "/" + service
-        # A recorder that is not there is waited for once; later recordings only look.
-        if not _is_there(name, 0 if self._was_absent else timeout_s):
+        # A recorder that is not there is waited for once; later recordings only look. Half of the time is left
+        # for its answer, and for saying that there is none.
+        if not _is_there(name, 0 if self._was_absent else timeout_s / 2.0):
             self._was_absent = True
             raise RecordingFailed("there is no recorder at " + name)
         self._was_absent = False

@@ -62,7 +62,8 @@ void BatchCounts::add(std::int64_t recording, std::int64_t channel, Stamp receiv
 
 void BatchCounts::write() {
   SqliteStatement& update = connection_.prepared(
-      "INSERT INTO behavior_counts VALUES (?1, ?2, ?3, ?4, ?5) ON CONFLICT DO UPDATE SET "
+      "INSERT INTO behavior_counts VALUES (?1, ?2, ?3, ?4, ?5) "
+      "ON CONFLICT (behavior, channel) DO UPDATE SET "
       "count = count + excluded.count, first_ns = min(first_ns, excluded.first_ns), "
       "last_ns = max(last_ns, excluded.last_ns)");
   for (const auto& [key, count] : additions_) {

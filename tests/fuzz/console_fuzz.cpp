@@ -1,0 +1,72 @@
+// Whatever comes over the console's port: each input is a connection, whose sender says no more after
+// it. The server, the API and a store of one behavior are the console's own.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <stdexcept>
+
+#include "nodes/console/console_api.hpp"
+#include "nodes/console/http_server.hpp"
+#include "replay/store/open/open_store.hpp"
+#include "tests/fuzz/target.hpp"
+#include "tests/support/store_samples.hpp"
+
+namespace afterglow::fuzz::console_fuzz {
+namespace {
+
+using namespace nodes;
+
+std::unique_ptr<replay::Store> storeOfOneBehavior() {
+  auto store = replay::openMemoryStore();
+  const std::int64_t recording = store->beginImport({});
+  const std::int64_t channel = store->addChannel(recording, test::stringChannel("/said"));
+  store->append({test::stringMessage(channel, 100, 1, "word")});
+  store->addBehavior(test::sampleBehavior(recording, {"/said"}, 0, 700));
+  store->finishImport(recording);
+  return store;
+}
+
+/// Nobody is asked for a token: it would keep most inputs from what is behind it.
+struct Console {
+  std::unique_ptr<replay::Store> store = storeOfOneBehavior();
+  BehaviorIndex index{*store};
+  ConsoleApi api{*store, index, ConsoleAccess("", {}), {"1", "a store", "no pictures"}};
+  HttpServer server{"127.0.0.1", 0, [this](const HttpRequest& request, const Respond& respond) {
+                      api.answer(request, respond);
+                    }};
+
+  Console() { index.refresh(); }
+};
+
+int connected(std::uint16_t port) {
+  const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    throw std::runtime_error("the console does not listen any more");
+  }
+  // No end of a connection waits in the kernel: there would soon be no ports left.
+  const linger at_once{1, 0};
+  ::setsockopt(descriptor, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  return descriptor;
+}
+
+}  // namespace
+
+AFTERGLOW_FUZZ_TARGET(console) {
+  static Console* const console = new Console;  // its threads live as long as the process
+  const int descriptor = connected(console->server.port());
+  ::send(descriptor, data, size, MSG_NOSIGNAL);
+  ::shutdown(descriptor, SHUT_WR);
+  std::array<char, 4096> answer;
+  while (::recv(descriptor, answer.data(), answer.size(), 0) > 0) {
+  }
+  ::close(descriptor);
+}
+
+}  // namespace afterglow::fuzz::console_fuzz
