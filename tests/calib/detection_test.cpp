@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <fstream>
 #include <map>
 #include <random>
@@ -51,6 +52,33 @@ TEST(TagDetector, putsTheOriginInTheMiddleOfTheTopLeftPixel) {
   // Blur in encoded values shrinks the tags, evenly: the middle stays.
   EXPECT_LT(errors.bias.norm(), 0.03) << errors.bias.transpose();
   EXPECT_LT(errors.rms, 0.5);
+}
+
+TEST(TagDetector, tellsWhichWayATagIsTurned) {
+  constexpr int kSide = 300, kCell = 16;
+  const TagDetector detector("tag36h11");
+  for (const int id : {0, 5, 102}) {
+    const TagCells black = tagCells("tag36h11", id);
+    for (int degrees = 0; degrees < 360; degrees += 20) {
+      const Eigen::Rotation2Dd turn(degrees * M_PI / 180);
+      const Eigen::Vector2d center(kSide / 2, kSide / 2);
+      Picture picture{kSide, kSide, std::vector<std::uint8_t>(kSide * kSide, 255)};
+      for (int i = 0; i < kSide * kSide; ++i) {
+        const Eigen::Vector2d pixel(i % kSide, i / kSide);
+        const Eigen::Vector2d at = turn.inverse() * (pixel - center);
+        const Eigen::Array2i cell = (at.array() / kCell + kTagCells / 2).floor().cast<int>();
+        const bool is_inside = (cell >= 0 && cell < kTagCells).all();
+        if (is_inside && black[std::size_t(cell.y())][std::size_t(cell.x())]) {
+          picture.pixels[std::size_t(i)] = 0;
+        }
+      }
+      const auto found = detector.detect(picture);
+      ASSERT_EQ(found.size(), 1u) << id << " at " << degrees;
+      const double reach = kCell * kTagCells / 2;
+      const Eigen::Vector2d top_left = center + turn * Eigen::Vector2d(-reach, -reach);
+      EXPECT_LT((found[0].corners[0] - top_left).norm(), 2) << id << " at " << degrees;
+    }
+  }
 }
 
 TEST(TagDetector, refusesPicturesTheLibraryCrashesOn) {
