@@ -14,6 +14,8 @@
 #include "nodes/console/console_node.hpp"
 #include "nodes/console/console_token.hpp"
 #include "nodes/console/http_server.hpp"
+#include "nodes/console/moment_images.hpp"
+#include "nodes/console/picture_settings.hpp"
 #include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
@@ -24,6 +26,7 @@ namespace {
 
 struct Parameters {
   ConsoleNodeOptions node;
+  PictureOptions pictures;
   std::string address = "127.0.0.1", token_file;
   std::vector<std::string> hosts;
   int port = 8080;
@@ -37,6 +40,9 @@ Parameters readParameters() {
   own.param("player", all.node.player, all.node.player);
   own.param("recorder", all.node.recorder, all.node.recorder);
   own.param("projector", all.node.projector, all.node.projector);
+  own.param("config", all.pictures.config, all.pictures.config);
+  own.param("calibration", all.pictures.calibration, all.pictures.calibration);
+  own.param("drawn_projector", all.pictures.projector, all.pictures.projector);
   own.param("address", all.address, all.address);
   own.param("token_file", all.token_file, all.token_file);
   own.param("hosts", all.hosts, all.hosts);
@@ -52,11 +58,17 @@ void serve(const Parameters& given) {
   ConsoleFacts facts;
   facts.version = AFTERGLOW_VERSION;
   facts.store = replay::storeUri(given.node.store);
-  facts.why_no_render = "console_node draws no pictures: `afterglow console` does";
+  auto desk = openDesk(*store, given.pictures);
+  if (!desk) facts.why_no_render = "no projector is configured: start console_node with ~config";
   ConsoleApi api(*store, index, ConsoleAccess(token, given.hosts), facts);
+  if (desk) api.setPictures(*desk);
+  api.setFile([&desk](const BehaviorDetail& detail) {
+    return behaviorPage(detail, desk ? keyImages(detail, *desk) : std::vector<MomentImage>());
+  });
   ros::AsyncSpinner spinner(2);
   spinner.start();
-  auto node = std::make_unique<ConsoleNode>(given.node, *store, [&index] { return index.all()->size(); });
+  auto node = std::make_unique<ConsoleNode>(given.node, *store,
+                                            [&index] { return index.all()->size(); });
   api.setRobot([&node](const HttpRequest& request, const Respond& respond) {
     node->answer(request, respond);
   });
@@ -70,6 +82,7 @@ void serve(const Parameters& given) {
   waitForStop();
   server.stop();
   node.reset();  // what it was to answer goes before the server
+  desk.reset();
 }
 
 }  // namespace

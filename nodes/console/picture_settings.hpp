@@ -1,5 +1,5 @@
 /// \file
-/// What verbs are told about pictures.
+/// What verbs and console_node are told about pictures.
 #pragma once
 
 #include <CLI/App.hpp>
