@@ -47,8 +47,9 @@ std::vector<Clip> clipsOf(const std::vector<std::string>& speech_logs, std::int6
   return clips;
 }
 
-/// ffmpeg's filter graph: every clip, an input from the second on, at its place; mixed, without
-/// normalizing by their number.
+/// ffmpeg's filter graph: every clip, an input from the second on, at its place; mixed
+/// as loud as they are. Before ffmpeg 4.4 amix divides by their number, again whenever one has
+/// ended, unless it is to take its time for that: then all of it is undone.
 std::string soundTrack(const std::vector<Clip>& clips, double seconds) {
   std::string graph, names;
   for (std::size_t i = 0; i < clips.size(); ++i) {
@@ -61,9 +62,9 @@ std::string soundTrack(const std::vector<Clip>& clips, double seconds) {
     names += fmt::format("[clip{}]", i);
   }
   return fmt::format(
-      "{}{}amix=inputs={}:normalize=0:duration=longest,volume={}dB,alimiter=limit={}:level=0,"
-      "apad=whole_dur={:.9g},atrim=end={:.9g}[sound]",
-      graph, names, clips.size(), kGain_db, kPeakLimit, seconds, seconds);
+      "{}{}amix=inputs={}:dropout_transition=1e9:duration=longest,volume={},volume={}dB,"
+      "alimiter=limit={}:level=0,apad=whole_dur={:.9g},atrim=end={:.9g}[sound]",
+      graph, names, clips.size(), clips.size(), kGain_db, kPeakLimit, seconds, seconds);
 }
 
 std::vector<std::string> withoutEmpty(std::vector<std::string> names) {

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
 
 #include "nodes/console/console_api.hpp"
@@ -41,18 +43,26 @@ struct Console {
   Console() { index.refresh(); }
 };
 
-int connected(std::uint16_t port) {
-  const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+sockaddr_in loopback(std::uint32_t host, std::uint16_t port) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    throw std::runtime_error("the console does not listen any more");
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK + host);
+  return address;
+}
+
+/// Each from an address of its own: connections that have ended keep their ports for a minute.
+int connected(std::uint16_t port) {
+  static std::uint32_t host = 0;
+  host = (host + 1) % 0xfffff0;
+  const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const sockaddr_in from = loopback(host, 0), to = loopback(0, port);
+  const bool is_connected =
+      ::bind(descriptor, reinterpret_cast<const sockaddr*>(&from), sizeof from) == 0 &&
+      ::connect(descriptor, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+  if (!is_connected) {
+    throw std::runtime_error(std::string("the console cannot be reached: ") + std::strerror(errno));
   }
-  // No end of a connection waits in the kernel: there would soon be no ports left.
-  const linger at_once{1, 0};
-  ::setsockopt(descriptor, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   return descriptor;
 }
 
