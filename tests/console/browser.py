@@ -101,6 +101,8 @@ class Browser:
         return until(lambda: self.run(script, css), f"'{css}' at {self.url()}")
 
     def click(self, css):
+        """As soon as it can be clicked: the page learns of the robot's state in its own time."""
+        until(lambda: not self.run("return arguments[0].disabled", self.find(css)), f"'{css}' to click")
         found = self.find(css)
         self.ask("POST", f"/element/{found[ELEMENT]}/click", {})
 
