@@ -30,7 +30,7 @@ std::string phaseName(GuidePhase phase) {
   return kNames[static_cast<int>(phase)];
 }
 
-Guide::Guide(Board board, Pattern pattern, Lens camera, GuideOptions options)
+Guide::Guide(Board board, Pattern pattern, const Lens& camera, GuideOptions options)
     : board_(std::move(board)),
       pattern_(std::move(pattern)),
       options_(options),

@@ -60,7 +60,7 @@ std::string phaseName(GuidePhase phase);
 /// The state machine.
 class Guide {
  public:
-  Guide(Board board, Pattern pattern, Lens camera, GuideOptions options = {});
+  Guide(Board board, Pattern pattern, const Lens& camera, GuideOptions options = {});
 
   /// Forgets all views and begins.
   void start();

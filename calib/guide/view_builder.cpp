@@ -67,8 +67,11 @@ WatchedImage ViewBuilder::look(const Picture& picture, std::int64_t stamp_ns) co
 
 void ViewBuilder::keep(TakerAnswer::Keep kind, const std::string& view_name, Picture picture) {
   photographs_.name = view_name;
-  if (kind == TakerAnswer::Keep::Pattern) photographs_.pattern = std::move(picture);
-  if (kind == TakerAnswer::Keep::Plain) photographs_.plain = std::move(picture);
+  if (kind == TakerAnswer::Keep::Pattern) {
+    photographs_.pattern = std::move(picture);
+  } else if (kind == TakerAnswer::Keep::Plain) {
+    photographs_.plain = std::move(picture);
+  }
 }
 
 View ViewBuilder::read() const { return reader_.observe(photographs_); }

@@ -36,7 +36,7 @@ std::optional<double> movement(const std::vector<Tag>& first, const std::vector<
 
 }  // namespace
 
-ViewTaker::ViewTaker(Board board, Lens camera, TakerOptions options)
+ViewTaker::ViewTaker(Board board, const Lens& camera, TakerOptions options)
     : board_(std::move(board)), camera_(camera), options_(options) {}
 
 void ViewTaker::reset() {

@@ -64,7 +64,7 @@ struct TakerAnswer {
 /// Has no clock and no thread.
 class ViewTaker {
  public:
-  ViewTaker(Board board, Lens camera, TakerOptions options = {});
+  ViewTaker(Board board, const Lens& camera, TakerOptions options = {});
 
   /// Frames in the order of their stamps; one that is older than the last is ignored. `taken`:
   /// where the board was in the views there are.

@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-thread_local const BehaviorRecording* enclosing = nullptr;
+thread_local const BehaviorRecording* innermost = nullptr;
 
 Clock::time_point after(double seconds) {
   return Clock::now() +
@@ -174,7 +174,7 @@ BehaviorRecording::BehaviorRecording(RecordingOptions options,
                                      std::shared_ptr<RecorderClient> recorder)
     : state_(std::make_shared<State>()), exceptions_(std::uncaught_exceptions()) {
   if (options.tree_path.empty()) {
-    options.tree_path = (enclosing ? enclosing->treePath() + "/" : "") + options.name;
+    options.tree_path = (innermost ? innermost->treePath() + "/" : "") + options.name;
   }
   state_->options = std::move(options);
   state_->recorder = std::move(recorder);
@@ -268,10 +268,10 @@ void BehaviorRecording::finish() noexcept {
 }
 
 EnclosingRecording::EnclosingRecording(const BehaviorRecording& recording)
-    : outer_(std::exchange(enclosing, &recording)) {}
+    : outer_(std::exchange(innermost, &recording)) {}
 
-EnclosingRecording::~EnclosingRecording() { enclosing = outer_; }
+EnclosingRecording::~EnclosingRecording() { innermost = outer_; }
 
-std::uint64_t EnclosingRecording::current() { return enclosing ? enclosing->serial() : 0; }
+std::uint64_t EnclosingRecording::current() { return innermost ? innermost->serial() : 0; }
 
 }  // namespace afterglow::nodes

@@ -53,7 +53,7 @@ void ReplayKeeper::start(const Start& start) {
       throw HttpError(409, "a replay is under way: stop it first");
     }
     goal = player_.newGoal();
-    current_.emplace();
+    current_ = Current();
     current_->goal = goal;
     current_->start = start;
     current_->beaten = steady_clock::now();

@@ -141,9 +141,11 @@ class CloudReader {
       std::memcpy(&x, point + x_at, sizeof(x));
       std::memcpy(&y, point + y_at, sizeof(y));
       std::memcpy(&z, point + z_at, sizeof(z));
-      const bool fits = (std::abs(x) <= kLimit) & (std::abs(y) <= kLimit) &
-                        (std::abs(z) <= kLimit);  // NaN fails, too
-      if (!fits) continue;
+      // One branch instead of three; NaN fails, too.
+      const int fits = static_cast<int>(std::abs(x) <= kLimit) &
+                       static_cast<int>(std::abs(y) <= kLimit) &
+                       static_cast<int>(std::abs(z) <= kLimit);
+      if (fits == 0) continue;
       *next++ = Eigen::Vector3f(x, y, z);
       addColor(point);
     }

@@ -24,7 +24,7 @@ double approach(double from, double to, double most) {
 /// std::normal_distribution differs between libraries.
 double bell(std::mt19937& random) {
   double sum = 0;
-  for (int i = 0; i < 12; ++i) sum += random() / 4294967296.0;
+  for (int i = 0; i < 12; ++i) sum += static_cast<double>(random()) / 4294967296.0;
   return sum - 6;
 }
 

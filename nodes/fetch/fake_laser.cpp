@@ -44,7 +44,7 @@ std::vector<float> FakeLaser::look(const PlanarPose& T_map_laser, bool is_upside
                          (is_upside_down ? -1 : 1);
     // Three uniform numbers of deviation 1 / sqrt(12) each make a bell that is good enough.
     double bell = -1.5;
-    for (int i = 0; i < 3; ++i) bell += random_() / 4294967296.0;
+    for (int i = 0; i < 3; ++i) bell += static_cast<double>(random_()) / 4294967296.0;
     ranges.push_back(
         static_cast<float>(rangeOf(T_map_laser, T_map_laser.yaw + angle) + 2 * noise_ * bell));
   }

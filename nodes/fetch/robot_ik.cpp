@@ -59,7 +59,7 @@ KDL::JntArray makeStart(const KdlChain& chain, const KDL::JntArray& seed, int at
     const Joint& joint = *chain.joints[i];
     const bool endless = joint.kind == Joint::Kind::Continuous;
     const double half = endless ? kPi : (joint.upper - joint.lower) / 2;
-    const double unit = random() / 4294967295.0 * 2 - 1;
+    const double unit = static_cast<double>(random()) / 4294967295.0 * 2 - 1;
     const auto k = static_cast<unsigned>(i);
     start(k) = std::clamp(seed(k) + spread * half * unit, joint.lower, joint.upper);
   }

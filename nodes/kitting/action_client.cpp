@@ -22,9 +22,9 @@ bool waitUntil(const std::function<bool()>& condition, double seconds) {
   return true;
 }
 
-ActionClient::ActionClient(std::string who, const std::string& action, ros::Publisher goals)
+ActionClient::ActionClient(std::string who, const std::string& action, const ros::Publisher& goals)
     : who_(std::move(who)),
-      goals_(std::move(goals)),
+      goals_(goals),
       fresh_id_(replay::uniqueGoalIds(ros::this_node::getName())),
       statuses_(
           ros::NodeHandle().subscribe(action + "/status", 20, &ActionClient::onStatus, this)) {}

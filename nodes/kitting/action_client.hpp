@@ -55,7 +55,7 @@ class ActionClient {
   void expectSuccess(double seconds) const;
 
  private:
-  ActionClient(std::string who, const std::string& action, ros::Publisher goals);
+  ActionClient(std::string who, const std::string& action, const ros::Publisher& goals);
   std::string begin();
   void onStatus(const actionlib_msgs::GoalStatusArray& statuses);
   actionlib_msgs::GoalStatus status() const;

@@ -48,20 +48,20 @@ struct CaptionPainter::Impl {
     return height;
   }
   /// `origin`: left end of the baseline.
-  void write(cv::Mat pixels, const std::string& text, cv::Point origin, int height,
+  void write(const cv::Mat& pixels, const std::string& text, cv::Point origin, int height,
              const cv::Scalar& color) {
     font->putText(pixels, text, origin, height, color, -1, cv::LINE_AA, true);
   }
   /// How far the text may go on after the tag.
-  int writeTag(cv::Mat pixels, const std::string& tag, cv::Point origin, int height);
+  int writeTag(const cv::Mat& pixels, const std::string& tag, cv::Point origin, int height);
   /// Smaller where it would reach beyond `right`.
-  void writeLine(cv::Mat pixels, const std::string& text, cv::Point origin, int right, int height,
-                 const cv::Scalar& color);
+  void writeLine(const cv::Mat& pixels, const std::string& text, cv::Point origin, int right,
+                 int height, const cv::Scalar& color);
   /// At the line's right end, the baseline at `y`; where it begins.
-  int writeLegend(cv::Mat pixels, const std::string& text, int y, int height);
+  int writeLegend(const cv::Mat& pixels, const std::string& text, int y, int height);
 };
 
-int CaptionPainter::Impl::writeTag(cv::Mat pixels, const std::string& tag, cv::Point origin,
+int CaptionPainter::Impl::writeTag(const cv::Mat& pixels, const std::string& tag, cv::Point origin,
                                    int height) {
   const int pad = height / 2, width = widthOf(tag, height);
   cv::rectangle(pixels, {origin.x, origin.y - height - pad / 2},
@@ -70,12 +70,14 @@ int CaptionPainter::Impl::writeTag(cv::Mat pixels, const std::string& tag, cv::P
   return origin.x + width + 3 * pad;
 }
 
-void CaptionPainter::Impl::writeLine(cv::Mat pixels, const std::string& text, cv::Point origin,
-                                     int right, int height, const cv::Scalar& color) {
+void CaptionPainter::Impl::writeLine(const cv::Mat& pixels, const std::string& text,
+                                     cv::Point origin, int right, int height,
+                                     const cv::Scalar& color) {
   write(pixels, text, origin, heightFor(text, height, right - 2 * height - origin.x), color);
 }
 
-int CaptionPainter::Impl::writeLegend(cv::Mat pixels, const std::string& text, int y, int height) {
+int CaptionPainter::Impl::writeLegend(const cv::Mat& pixels, const std::string& text, int y,
+                                      int height) {
   const int small = std::max(7, height * 7 / 10);
   const int left = pixels.cols - height - widthOf(text, small);
   if (left < pixels.cols * 2 / 3) return pixels.cols;

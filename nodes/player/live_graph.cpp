@@ -81,7 +81,7 @@ class SenderEar {
   }
 
   void onMessage(const std::string& topic, const AnyMessage& event) {
-    const std::string sender = event.getPublisherName();
+    const std::string& sender = event.getPublisherName();
     const auto latching = event.getConnectionHeader().find("latching");
     const bool is_latching =
         latching != event.getConnectionHeader().end() && latching->second == "1";

@@ -56,10 +56,8 @@ template <typename Service>
 void PlayerServices::serve(
     const std::string& name,
     std::function<std::string(ReplaySession&, const typename Service::Request&)> action) {
-  using Request = typename Service::Request;
-  using Response = typename Service::Response;
-  servers_.push_back(node_.advertiseService<Request, Response>(
-      name, [this, action = std::move(action)](Request& request, Response& response) {
+  servers_.push_back(node_.advertiseService<typename Service::Request, typename Service::Response>(
+      name, [this, action = std::move(action)](auto& request, auto& response) {
         return command(response, [&](ReplaySession& session) { return action(session, request); });
       }));
 }
@@ -69,9 +67,9 @@ void PlayerServices::serveTrigger(const std::string& name, const Command& action
       name, [action](ReplaySession& session, const auto&) { return action(session); });
 }
 
-PlayerServices::PlayerServices(ros::NodeHandle private_node, const std::string& action,
+PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::string& action,
                                Player player)
-    : node_(std::move(private_node)), player_(std::move(player)) {
+    : node_(private_node), player_(std::move(player)) {
   goals_ = ros::NodeHandle().advertise<ReplayActionGoal>(action + "/goal", 1);
   serveTrigger("stop", [](ReplaySession& session) {
     session.stop("stopped");

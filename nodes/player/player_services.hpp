@@ -25,7 +25,7 @@ class PlayerServices {
     /// Throws std::runtime_error, one line, for a goal that would be refused.
     std::function<void(const ReplayGoal&)> check;
   };
-  PlayerServices(ros::NodeHandle private_node, const std::string& action, Player player);
+  PlayerServices(const ros::NodeHandle& private_node, const std::string& action, Player player);
   ~PlayerServices();
 
  private:

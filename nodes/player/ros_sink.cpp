@@ -71,7 +71,7 @@ void RosSink::watchDrivers(const std::string& topic, Output& output) {
   ros::SubscribeOptions options;
   options.initByFullCallbackType<const AnyMessage&>(
       topic, kQueue, [this, topic](const auto& event) {
-        const std::string driver = event.getPublisherName();
+        const std::string& driver = event.getPublisherName();
         if (driver != ros::this_node::getName() && !isGuard(driver) &&
             !has_second_driver_.exchange(true)) {
           listener_.on_second_driver(driver + " drives on " + topic +

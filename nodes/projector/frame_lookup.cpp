@@ -106,7 +106,8 @@ Eigen::Isometry3d extrapolate(const StampedPose& earlier, const StampedPose& lat
   const Eigen::Isometry3d& b = later.T_fixed_frame;
   const Eigen::Isometry3d step = b * earlier.T_fixed_frame.inverse();
   const Eigen::AngleAxisd turn(step.linear());
-  const Eigen::Vector3d n = turn.axis(), t = step.translation();
+  const Eigen::Vector3d& n = turn.axis();
+  const Eigen::Vector3d t = step.translation();
   Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
   if (turn.angle() < kLeastTurn) {
     // Without a turn: the movement of `b`, not that of the origin by `step`.

@@ -106,7 +106,7 @@ void TopicListener::onMessage(const std::string& topic, const Event& event) {
 }
 
 std::size_t TopicListener::channelOf(const std::string& topic, const Event& event) {
-  const boost::shared_ptr<ros::M_string> header = event.getConnectionHeaderPtr();
+  const boost::shared_ptr<ros::M_string>& header = event.getConnectionHeaderPtr();
   const std::lock_guard<std::mutex> lock(channels_mutex_);
   const auto known = channels_.find(header);
   if (known != channels_.end()) {

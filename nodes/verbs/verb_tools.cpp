@@ -103,10 +103,10 @@ double durationSeconds(const replay::Behavior& behavior,
 
 // ------------------------------------------------------------------------------------------ tables
 
-TextTable::TextTable(std::vector<std::pair<std::string, Align>> columns) {
+TextTable::TextTable(const std::vector<std::pair<std::string, Align>>& columns) {
   rows_.emplace_back();
-  for (auto& [title, align] : columns) {
-    rows_.front().push_back(std::move(title));
+  for (const auto& [title, align] : columns) {
+    rows_.front().push_back(title);
     alignments_.push_back(align);
   }
 }

@@ -59,7 +59,7 @@ double durationSeconds(const replay::Behavior& behavior,
 class TextTable {
  public:
   enum class Align { Left, Right };
-  explicit TextTable(std::vector<std::pair<std::string, Align>> columns);
+  explicit TextTable(const std::vector<std::pair<std::string, Align>>& columns);
   void add(std::vector<std::string> row);
   /// Every line begins with `indent`.
   std::string text(const std::string& indent = "") const;

@@ -71,8 +71,8 @@ class Watch {
   std::vector<WatchLine> lines() const {
     std::vector<WatchLine> lines = view_.lines(watchTime());
     if (!is_master_there_) {
-      const std::string uri = ros::master::getURI();
-      lines.push_back({"ROS master", Level::Error, "does not answer at " + uri, {}});
+      lines.push_back({"ROS master", Level::Error,
+                       "does not answer at " + ros::master::getURI(), {}});
     } else if (lines.empty()) {
       lines.push_back({"Afterglow", Level::Warning,
                        "no projector_node, recorder_node or player_node says anything", {}});

@@ -58,12 +58,12 @@ VertexArray makeVertexArray(const Buffer& vertices) {
 /// offset. Bytes arrive as 0 to 1.
 template <typename Member>
 void setAttribute(const VertexArray& array, GLuint index, std::size_t offset) {
-  constexpr bool is_bytes = std::is_same_v<Member, glm::u8vec4>;
-  static_assert(is_bytes || sizeof(Member) % sizeof(float) == 0);
-  constexpr GLint count = is_bytes ? 4 : static_cast<GLint>(sizeof(Member) / sizeof(float));
+  constexpr bool kIsBytes = std::is_same_v<Member, glm::u8vec4>;
+  static_assert(kIsBytes || sizeof(Member) % sizeof(float) == 0);
+  constexpr auto kCount = static_cast<GLint>(sizeof(Member) / (kIsBytes ? 1 : sizeof(float)));
   glEnableVertexArrayAttrib(array.id(), index);
-  glVertexArrayAttribFormat(array.id(), index, count, is_bytes ? GL_UNSIGNED_BYTE : GL_FLOAT,
-                            is_bytes, static_cast<GLuint>(offset));
+  glVertexArrayAttribFormat(array.id(), index, kCount, kIsBytes ? GL_UNSIGNED_BYTE : GL_FLOAT,
+                            kIsBytes, static_cast<GLuint>(offset));
   glVertexArrayAttribBinding(array.id(), index, 0);
 }
 

@@ -42,7 +42,7 @@ bool isInside(const LensDomain& domain, const CutVertex& vertex) {
 
 unsigned bordersBeyond(const LensDomain& domain, const CutVertex& vertex) {
   const Eigen::Vector4d& p = vertex.p_optical;
-  const Eigen::Vector2d low = domain.min(), high = domain.max();
+  const Eigen::Vector2d &low = domain.min(), &high = domain.max();
   const double distances[] = {p.w() - kMinWeight,      p.z() - LensDomain::kNear * p.w(),
                               p.x() - low.x() * p.z(), high.x() * p.z() - p.x(),
                               p.y() - low.y() * p.z(), high.y() * p.z() - p.y()};

@@ -59,14 +59,14 @@ void LensDomain::measureBox(const calib::Lens& lens) {
 /// largest second derivative of distorted by undistorted pixels along it.
 void LensDomain::measureBend(const calib::Lens& lens) {
   constexpr int kRadii = 64, kAngles = 16, kDirections = 8;
-  constexpr double h = 1e-4;
+  constexpr double kStep = 1e-4;
   const double corner = min_.cwiseAbs().cwiseMax(max_.cwiseAbs()).norm();
   radius_step_ = std::min(corner, lens.fold_radius) / (kRadii - 1);
   double bend = 0;  // the largest so far: an edge reaches from its outer end inwards
   for (int i = 0; i < kRadii; ++i) {
     for (int j = 0; j < kAngles * kDirections; ++j) {
       const Eigen::Vector2d n = i * radius_step_ * unit(2 * M_PI * (j / kDirections) / kAngles);
-      const Eigen::Vector2d step = h * unit(M_PI * (j % kDirections) / kDirections);
+      const Eigen::Vector2d step = kStep * unit(M_PI * (j % kDirections) / kDirections);
       const Eigen::Vector2d second = calib::distort(lens, n + step) - 2 * calib::distort(lens, n) +
                                      calib::distort(lens, n - step);
       bend = std::max(bend,

@@ -79,7 +79,6 @@ class ReliefPlacer {
   void judge(Edge& edge, std::uint32_t a, std::uint32_t b);
   void add(const Triangle& triangle);
 
-  const Layer* layer_ = nullptr;
   const Relief* relief_ = nullptr;
   Eigen::Isometry3d T_world_surface_ = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero(), p_eye_ = Eigen::Vector3d::Zero();

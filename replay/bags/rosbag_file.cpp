@@ -159,12 +159,12 @@ class RosbagFile : public ExportFile {
   }
 
   ros::Time rosTime(Stamp stamp) const {
-    constexpr std::int64_t second_ns = 1'000'000'000;
-    if (stamp.ns <= 0 || stamp.ns / second_ns > std::numeric_limits<std::uint32_t>::max()) {
+    constexpr std::int64_t kSecond_ns = 1'000'000'000;
+    if (stamp.ns <= 0 || stamp.ns / kSecond_ns > std::numeric_limits<std::uint32_t>::max()) {
       throw BagError(path() + ": a bag cannot hold the stamp " + std::to_string(stamp.ns) + " ns");
     }
-    return {static_cast<std::uint32_t>(stamp.ns / second_ns),
-            static_cast<std::uint32_t>(stamp.ns % second_ns)};
+    return {static_cast<std::uint32_t>(stamp.ns / kSecond_ns),
+            static_cast<std::uint32_t>(stamp.ns % kSecond_ns)};
   }
 
   std::unique_ptr<rosbag::Bag> bag_;

@@ -194,7 +194,12 @@ class BsonReader {
     for (const Field& field : type.fields) {
       path_.push_back(&field);
       // Writers keep the definition's order, so the search usually takes one step.
-      if (find(at, field) || find(at = first, field)) {
+      bool is_there = find(at, field);
+      if (!is_there) {
+        at = first;
+        is_there = find(at, field);
+      }
+      if (is_there) {
         object.emplace_back(
             field.name, field.arity == Field::Arity::Single ? single(field, at) : array(field, at));
       } else {

@@ -156,7 +156,8 @@ void addDrive(const Value& document, PeakFinder& peaks) {
   const Value* stamped = findValue(document, "drive");
   const Value& drive = stamped ? *stamped : document;
   peaks.addSpeed(numberAt(drive, "speed").value_or(0));
-  if (const double steering = numberAt(drive, "steering_angle_velocity").value_or(0)) {
+  if (const double steering = numberAt(drive, "steering_angle_velocity").value_or(0);
+      steering != 0) {
     peaks.addJointVelocity("the steering", steering);
   }
 }
@@ -223,7 +224,8 @@ class TopicPeaks {
     } else if (const auto trajectory = trajectoryIn(document)) {
       addTrajectory(*trajectory, at_s, positionsBefore(*trajectory, message.received), peaks_);
       addBodies(document, at_s, peaks_);
-    } else if (const double asked = numberAt(document, "goal.max_velocity").value_or(0)) {
+    } else if (const double asked = numberAt(document, "goal.max_velocity").value_or(0);
+               asked != 0) {
       peaks_.addAskedVelocity(asked);
     }
   }

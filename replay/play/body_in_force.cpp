@@ -223,16 +223,16 @@ void BodyInForce::holdGaze(const std::vector<GoalBook::Entry>& goals) {
   }
 }
 
-void BodyInForce::setTargets(std::vector<std::pair<Channel, Message>> targets) {
+void BodyInForce::setTargets(const std::vector<std::pair<Channel, Message>>& targets) {
   commands_.clear();
   const Stamp at = play_.timeline().recorded(play_.clock.now());
-  for (auto& [channel, message] : targets) {
+  for (const auto& [channel, message] : targets) {
     const auto end = milestones_.of(channel.topic, message.received);
     if (end && end->outcome == GoalOutcome::Canceled && end->at <= at) continue;
     if (isGoal(channel)) {
-      goals_.suspend({channel, std::move(message.bytes), message.received, ""});
+      goals_.suspend({channel, message.bytes, message.received, ""});
     } else {
-      commands_[channel.topic] = {std::move(message.bytes), message.received};
+      commands_[channel.topic] = {message.bytes, message.received};
     }
   }
   lead_.expectElsewhere();

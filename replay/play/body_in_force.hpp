@@ -51,7 +51,7 @@ class BodyInForce {
   /// For another place: zero velocities and halts are sent, the goals given up.
   void abandon();
   /// The targets in force where the replay goes on: suspended, and proceed() gives them a lead.
-  void setTargets(std::vector<std::pair<Channel, Message>> targets);
+  void setTargets(const std::vector<std::pair<Channel, Message>>& targets);
   /// Sends the rest of suspended goals and trajectories, and the velocities in force.
   void proceed();
   /// Sends the velocities in force at a recorded moment.

@@ -20,7 +20,7 @@ PlayOptions checked(const PlayOptions& options, const PlayPlan& plan) {
 }  // namespace
 
 Player::Player(const Store& store, const PlayPlan& plan, const PlayOptions& options,
-               MessageSink& sink, Clock& clock, std::function<Stamp()> ros_now,
+               MessageSink& sink, Clock& clock, const std::function<Stamp()>& ros_now,
                Rewriter::FreshId ids)
     : plan_(plan),
       options_(checked(options, plan)),

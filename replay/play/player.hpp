@@ -60,7 +60,7 @@ class Player {
   /// Everything must outlive the player. `ros_now` gives ROS time, `ids` fresh goal ids. Throws
   /// std::logic_error for options that are not for the body, if the plan moves it.
   Player(const Store& store, const PlayPlan& plan, const PlayOptions& options, MessageSink& sink,
-         Clock& clock, std::function<Stamp()> ros_now, Rewriter::FreshId ids);
+         Clock& clock, const std::function<Stamp()>& ros_now, Rewriter::FreshId ids);
   Player(const Player&) = delete;
   Player& operator=(const Player&) = delete;
 

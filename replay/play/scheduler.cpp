@@ -304,7 +304,7 @@ void Scheduler::enter(Stamp at) {
   for (Message& message : scene.targets()) {
     targets.emplace_back(channelOf(message.channel), std::move(message));
   }
-  parts_.body.setTargets(std::move(targets));
+  parts_.body.setTargets(targets);
   const bool stands = play_.timeline().isPaused() || play_.transport.isStopped();
   if (!stands) parts_.body.proceed();
 }

@@ -274,7 +274,7 @@ class Parser {
   }
 
   bool isTopic(const std::string& key) const {
-    return over_ == Filter::Over::Behaviors && !in_topic_ && key.rfind("/", 0) == 0;
+    return over_ == Filter::Over::Behaviors && !in_topic_ && key.rfind('/', 0) == 0;
   }
 
   Condition filterOperator(const std::string& name, const json& value) {

@@ -74,12 +74,15 @@ std::vector<PreRoll::Entry> PreRoll::take(Stamp from, const std::set<std::string
   for (Entry& entry : entries_) {
     const bool is_asked = entry.received >= from && topics.count(entry.channel->topic) != 0;
     if (!is_asked || entry.is_stored) continue;
-    taken.push_back(entry.is_latched ? entry : std::move(entry));
-    entry.is_stored = true;
-    if (!entry.is_latched) {
-      bytes_ -= taken.back().bytes.size();
-      entry.bytes.clear();
+    if (entry.is_latched) {
+      taken.push_back(entry);
+    } else {
+      bytes_ -= entry.bytes.size();
+      Bytes bytes = std::exchange(entry.bytes, {});
+      taken.push_back(entry);
+      taken.back().bytes = std::move(bytes);
     }
+    entry.is_stored = true;
   }
   return taken;
 }

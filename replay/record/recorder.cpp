@@ -52,14 +52,13 @@ void Recorder::offer(std::size_t channel_index, Stamp received, Bytes bytes) {
   message.received = stampOf(received);
   message.sequence = next_sequence_++;
   const Want want = running_.wants(channel.topic, message.received);
-  if (channel.latching || want == Want::No) {
-    PreRoll::Entry entry{&channel, message.received, message.sequence, want != Want::No, {}};
-    entry.bytes = want == Want::Yes ? bytes : std::move(bytes);
-    past_.push(std::move(entry));
-  }
   if (want == Want::Yes) {
+    if (channel.latching) past_.push({&channel, message.received, message.sequence, true, bytes});
     message.bytes = std::move(bytes);
     enqueue(channel, std::move(message));
+  } else if (channel.latching || want == Want::No) {
+    past_.push(
+        {&channel, message.received, message.sequence, want != Want::No, std::move(bytes)});
   }
 }
 
