@@ -2,6 +2,7 @@
 
 import {get} from './api.js';
 import {BehaviorView} from './behavior.js';
+import {CalibrateView} from './calibrate.js';
 import {CompareView} from './compare.js';
 import {connection} from './connection.js';
 import {element, refill} from './dom.js';
@@ -17,7 +18,7 @@ import {Route} from './route.js';
 import {StopBar} from './stop_bar.js';
 
 const VIEWS = {find: Overview, when: Overview, behavior: BehaviorView, compare: CompareView, replay: ReplayView,
-  live: LiveView};
+  live: LiveView, calibrate: CalibrateView};
 const LOOK_AGAIN_MS = 5000;
 
 const at = (id) => document.getElementById(id);
@@ -28,6 +29,7 @@ class Shell {
     this.notice = new Notice(at('notice'));
     this.finder = new Finder(at('finder'), this.route, this.notice);
     this.robot = null;
+    this.isReady = false;  // it is known whether there is a robot
     this.view = null;
     this.shown = '';
     this.counts = '';
@@ -55,6 +57,7 @@ class Shell {
       this.notice.warn(problem.message);
       if (!problem.status) return;  // connection asks again
     }
+    this.isReady = true;
     this.follow(this.route.now);
   }
 
@@ -71,7 +74,7 @@ class Shell {
       this.robot = new Robot();
       this.robot.onGrowth(() => this.lookAgain());
       new StopBar(at('stop-bar'), this.robot, this.notice);
-      document.querySelector('[data-view=live]').hidden = false;
+      for (const view of ['live', 'calibrate']) document.querySelector(`[data-view=${view}]`).hidden = false;
     }
   }
 
@@ -107,6 +110,7 @@ class Shell {
   follow(now) {
     if (connection.needsLogin) return;
     this.finder.follow(now);
+    if (!this.isReady) return;
     document.body.dataset.view = now.view;
     for (const link of document.querySelectorAll('nav [data-view]')) {
       link.href = this.route.to(link.dataset.view);

@@ -7,6 +7,7 @@ import {get} from './api.js';
 import {heading} from './behavior.js';
 import {button, element, put, refill, table} from './dom.js';
 import {ReplayControls} from './replay_controls.js';
+import {ReplayReport} from './replay_report.js';
 
 const MODALITIES = {body: 'Movement', ar: 'Light', speech: 'Speech'};
 
@@ -43,9 +44,10 @@ export class ReplayView {
     document.title = `Replay ${one.name} #${one.id} · Afterglow`;
     this.result = element('div', {class: 'result', 'aria-live': 'polite'});
     this.controls = new ReplayControls(this.robot, one, this.shell.notice);
+    this.report = new ReplayReport(this.robot, one);
     refill(this.place, heading(one), element('p', {}, element('a',
       {href: this.shell.route.to('behavior', [one.id])}, 'Look at it first')),
-    this.controls.place, this.form(), this.result);
+    this.controls.place, this.report.place, this.form(), this.result);
   }
 
   form() {
@@ -134,5 +136,6 @@ export class ReplayView {
   close() {
     this.abort.abort();
     this.controls?.close();
+    this.report?.close();
   }
 }

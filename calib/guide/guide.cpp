@@ -165,7 +165,7 @@ bool Guide::addView(const View& view, const Rigid<Camera, Surface>& T_camera_boa
 bool Guide::isEnough() const {
   const int count = static_cast<int>(views_.size());
   if (count < views_wanted_) return false;
-  const bool is_good = coverage() >= options_.coverage && !areParallel(poses_);
+  const bool is_good = coverage_.share() >= options_.coverage && !areParallel(poses_);
   return is_good || count >= 2 * views_wanted_;  // some of the light may be out of reach
 }
 
@@ -228,7 +228,7 @@ std::string Guide::nextName() const { return fmt::format("view_{:02}", named_); 
 
 std::string Guide::progress() const {
   return std::to_string(views_.size()) + " of " + std::to_string(views_wanted_) +
-         " views, coverage " + std::to_string(std::lround(100 * coverage())) + " %";
+         " views, coverage " + std::to_string(std::lround(100 * coverage_.share())) + " %";
 }
 
 void Prompter::tell(const std::string& text, std::int64_t now_ns) {

@@ -95,7 +95,7 @@ class Guide {
   std::string nextName() const;
   int viewsWanted() const { return views_wanted_; }
   int discarded() const { return discarded_; }
-  double coverage() const { return coverage_.share(); }
+  const Coverage& coverage() const { return coverage_; }
   /// "7 of 16 views, coverage 63 %"
   std::string progress() const;
 

@@ -8,6 +8,19 @@ namespace afterglow::nodes {
 using calib::GuidePhase;
 using Lock = std::lock_guard<std::mutex>;
 
+namespace {
+
+std::vector<std::string> litRows(const calib::Coverage& coverage) {
+  using calib::Coverage;
+  std::vector<std::string> rows(Coverage::kRows, std::string(Coverage::kColumns, '.'));
+  for (std::size_t i = 0; i < coverage.corners.size(); ++i) {
+    if (coverage.corners[i] > 0) rows[i / Coverage::kColumns][i % Coverage::kColumns] = '#';
+  }
+  return rows;
+}
+
+}  // namespace
+
 CalibrationSession::CalibrationSession(const calib::Board& board, const calib::Pattern& pattern,
                                        const calib::GuideOptions& options,
                                        const CalibrationFolder& folder, bool is_started)
@@ -183,7 +196,8 @@ CalibratorState CalibrationSession::state() const {
     state.views = static_cast<int>(guide_->views().size());
     state.views_wanted = guide_->viewsWanted();
     state.discarded = guide_->discarded();
-    state.coverage = guide_->coverage();
+    state.coverage = guide_->coverage().share();
+    state.lit = litRows(guide_->coverage());
   }
   if (calibration_) state.held_out_mm = calibration_->held_out_rms_mm;
   if (check_.corners > 0) state.check_mm = check_.rms_mm;

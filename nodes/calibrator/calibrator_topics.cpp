@@ -38,7 +38,11 @@ std_msgs::String stringMessage(const std::string& text) {
 
 }  // namespace
 
-std::string toJson(const CalibratorState& state) { return document(state).dump(); }
+std::string toJson(const CalibratorState& state) {
+  nlohmann::json json = document(state);
+  json["lit"] = state.lit;
+  return json.dump();
+}
 
 diagnostic_msgs::DiagnosticArray toDiagnostics(const CalibratorState& state,
                                                const std::string& node) {

@@ -119,9 +119,10 @@ ConsoleApi::ConsoleApi(const replay::Store& store, BehaviorIndex& index, Console
       facts_(std::move(facts)),
       details_(store, index) {}
 
-bool ConsoleApi::isRobots(const HttpRequest& request) const {
-  const bool is_posted = request.method == "POST" && request.path != "/api/login";
-  return robot_ && (is_posted || request.path == "/api/events" || request.path == "/api/projected");
+bool ConsoleApi::isRobots(const HttpRequest& request) {
+  if (request.method == "POST") return request.path != "/api/login";
+  return request.path == "/api/events" || request.path == "/api/projected" ||
+         request.path == "/api/report";
 }
 
 void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
@@ -142,7 +143,7 @@ void ConsoleApi::answer(const HttpRequest& request, const Respond& respond) {
 
 void ConsoleApi::answerOrThrow(const HttpRequest& request, const Respond& respond) {
   if (auto refused = access_.refusal(request)) return respond(std::move(*refused));
-  if (isRobots(request)) return robot_(request, respond);
+  if (robot_ && isRobots(request)) return robot_(request, respond);
   const std::string folder = "/api/behaviors/";
   if (request.method != "GET" || request.path.rfind(folder, 0) != 0) {
     return respond(answerNow(request));
@@ -167,9 +168,7 @@ HttpResponse ConsoleApi::answerNow(const HttpRequest& request) {
   if (auto asset = consoleAsset(request)) return *asset;
   const std::string& path = request.path;
   if (request.method == "POST" && path == "/api/login") return access_.login(request);
-  if (request.method == "POST" || path == "/api/events" || path == "/api/projected") {
-    throw HttpError(404, "no robot: this console reads a store");
-  }
+  if (isRobots(request)) throw HttpError(404, "no robot: this console reads a store");
   if (path == "/api/about") return about();
   if (path == "/api/behaviors") return behaviors(request);
   if (path == "/api/calendar") return calendar();

@@ -39,8 +39,8 @@ class ConsoleApi {
   void setPictures(PictureSource& pictures) { pictures_ = &pictures; }
   void setFile(MakeFile make_file) { make_file_ = std::move(make_file); }
 
-  /// Who answers what is asked of a robot: all that is posted but logins, /api/events and
-  /// /api/projected. Without, there is none. To be set before the first answer().
+  /// Who answers what is asked of a robot: all that is posted but logins, /api/events,
+  /// /api/projected and /api/report. Without, there is none. To be set before the first answer().
   void setRobot(HttpHandler robot) { robot_ = std::move(robot); }
 
   /// For HttpServer.
@@ -51,7 +51,7 @@ class ConsoleApi {
   HttpResponse answerNow(const HttpRequest& request);
   void answerOf(std::int64_t id, const std::string& part, const HttpRequest& request,
                 const Respond& respond);
-  bool isRobots(const HttpRequest& request) const;
+  static bool isRobots(const HttpRequest& request);
   HttpResponse about() const;
   HttpResponse behaviors(const HttpRequest& request) const;
   HttpResponse calendar() const;

@@ -72,6 +72,9 @@ nlohmann::ordered_json playerJson(const PlayerLink& player, const ReplayKeeper::
                               {"rate", status->rate},
                               {"words", wordsOf(*status, ours)}};
   const bool is_idle = status->state == ReplayStatus::IDLE;
+  if (std::isfinite(status->late_ms)) said["lateness_ms"] = status->late_ms;
+  if (std::isfinite(status->skew_ms)) said["skew_ms"] = status->skew_ms;
+  if (ours.reports > 0) said["reports"] = ours.reports;
   if (ours.is_ours) said["moved"] = ours.moves;  // of others' it is not known
   if (ours.is_ours && is_idle) {
     said["state"] = "waiting";
@@ -100,6 +103,7 @@ ConsoleNode::ConsoleNode(const ConsoleNodeOptions& options, const replay::Store&
     : options_(options),
       store_(store),
       player_(options.player),
+      calibrator_(options.calibrator),
       projected_(options.projector),
       farewell_(player_.player()),
       keeper_(player_, {[this](const std::string& session) { return events_.isListening(session); },
@@ -115,6 +119,7 @@ std::string ConsoleNode::state() const {
   const nlohmann::ordered_json state{{"player", playerJson(player_, keeper_.shown())},
                                      {"recorder", diagnostics_.recorder()},
                                      {"projector", diagnostics_.projector()},
+                                     {"calibrator", calibrator_.state()},
                                      {"diagnostics", diagnostics_.all()}};
   return state.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -125,6 +130,7 @@ void ConsoleNode::answer(const HttpRequest& request, const Respond& respond) {
   if (request.method == "POST") return answerPost(request, respond);
   if (request.method != "GET") throw HttpError(404, "there is nothing at this address");
   if (request.path == "/api/projected") return respond(projected_.newest());
+  if (request.path == "/api/report") return respond(report());
   respond(events_.open(request.parameter("session")));
 }
 
@@ -146,6 +152,14 @@ void ConsoleNode::answerPost(const HttpRequest& request, const Respond& respond)
   }
   if (path == "/api/record/stop") {
     return later(commands_, respond, [this, asked] { return endRecording(asked); });
+  }
+  const std::string calibrate = "/api/calibrate/";
+  if (path.rfind(calibrate, 0) == 0) {
+    const std::string command = path.substr(calibrate.size());
+    if (!CalibratorLink::isCommand(command)) throw HttpError(404, "calibrators have no " + command);
+    return later(commands_, respond, [this, command] {
+      return jsonResponse({{"words", calibrator_.trigger(command)}});
+    });
   }
   std::function<void()> command;
   if (path == "/api/pause") {
@@ -183,6 +197,15 @@ void ConsoleNode::later(TaskThread& thread, const Respond& respond, Work work) {
 HttpResponse ConsoleNode::stop() {
   if (keeper_.stop("stopped")) return jsonResponse({{"stopping", true}});
   throw HttpError(503, player_.player() + " does not hear the stop");
+}
+
+HttpResponse ConsoleNode::report() const {
+  const auto report = keeper_.report();
+  if (!report) throw HttpError(404, "no replay that was started here has ended yet");
+  auto told = nlohmann::ordered_json::parse(report->json, nullptr, false);
+  if (!told.is_object()) throw HttpError(503, "the player's report is no JSON");
+  return jsonResponse(
+      {{"behavior", report->behavior}, {"ended", report->ended}, {"report", std::move(told)}});
 }
 
 HttpResponse ConsoleNode::hold(const json& asked) {

@@ -11,6 +11,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "nodes/console/calibrator_link.hpp"
 #include "nodes/console/console_events.hpp"
 #include "nodes/console/farewell.hpp"
 #include "nodes/console/heard_diagnostics.hpp"
@@ -27,6 +28,7 @@ namespace afterglow::nodes {
 struct ConsoleNodeOptions {
   std::string store;
   std::string player = "/player_node", recorder = "/recorder_node";
+  std::string calibrator = "/calibrator_node";
   std::string projector = "/projector_node/image";  ///< sensor_msgs/Image
 };
 
@@ -47,6 +49,7 @@ class ConsoleNode {
   std::string state() const;
   void later(TaskThread& thread, const Respond& respond, Work work);
   HttpResponse stop();
+  HttpResponse report() const;
   HttpResponse hold(const nlohmann::json& asked);
   HttpResponse dryRun(const nlohmann::json& asked);
   HttpResponse play(const nlohmann::json& asked, std::uint64_t stops_before);
@@ -58,6 +61,7 @@ class ConsoleNode {
   const replay::Store& store_;
   std::atomic<bool> is_ending_{false};
   PlayerLink player_;
+  CalibratorLink calibrator_;
   HeardDiagnostics diagnostics_;
   ProjectedImage projected_;
   MotionTokens tokens_;

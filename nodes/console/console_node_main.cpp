@@ -39,6 +39,7 @@ Parameters readParameters() {
   replay::refusePassword("~store", all.node.store);
   own.param("player", all.node.player, all.node.player);
   own.param("recorder", all.node.recorder, all.node.recorder);
+  own.param("calibrator", all.node.calibrator, all.node.calibrator);
   own.param("projector", all.node.projector, all.node.projector);
   own.param("config", all.pictures.config, all.pictures.config);
   own.param("calibration", all.pictures.calibration, all.pictures.calibration);

@@ -124,6 +124,7 @@ ReplayKeeper::Shown ReplayKeeper::shown() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   Shown shown;
   shown.last = last_;
+  shown.reports = reports_;
   if (!current_) return shown;
   shown.is_ours = true;
   shown.waits_for_hold = !current_->is_sent;
@@ -131,6 +132,11 @@ ReplayKeeper::Shown ReplayKeeper::shown() const {
   shown.moves = current_->start.moves;
   shown.behavior = current_->start.wish.behavior;
   return shown;
+}
+
+std::optional<ReplayKeeper::Report> ReplayKeeper::report() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return report_;
 }
 
 // -------------------------------------------------------------------------------- what is watched
@@ -148,8 +154,13 @@ void ReplayKeeper::tick(Time now) {
   if (!current_) return;
   const PlayerLink::Course course = player_.course(current_->goal);
   if (course.is_ended) {
-    const std::string words = current_->reason.empty() ? course.words : current_->reason;
-    return end(course.is_completed ? "completed" : words);
+    const std::string why = current_->reason.empty() ? course.words : current_->reason;
+    const std::string words = course.is_completed ? "completed" : why;
+    if (!course.report.empty()) {
+      report_ = Report{current_->start.wish.behavior, words, course.report};
+      ++reports_;
+    }
+    return end(words);
   }
   if (current_->is_sent && !player_.isThere()) return end(player_.player() + " is gone");
   if (current_->reason.empty()) current_->reason = whyStop(now);

@@ -42,6 +42,13 @@ class ReplayKeeper {
     bool is_ours = false, waits_for_hold = false, is_stopping = false, moves = false;
     std::int64_t behavior = 0;
     std::string last;  ///< how the last one ended
+    std::uint64_t reports = 0;  ///< how many there have been
+  };
+  /// Of a replay that has ended.
+  struct Report {
+    std::int64_t behavior = 0;
+    std::string ended;  ///< in words
+    std::string json;   ///< of the player (keys: replay/play/play_report.hpp)
   };
 
   ReplayKeeper(PlayerLink& player, Surroundings surroundings);
@@ -60,6 +67,8 @@ class ReplayKeeper {
   /// Throws HttpError 409 where what is replayed was not started here.
   void needOurs() const;
   Shown shown() const;
+  /// Of the last replay that was started here and that the player did not refuse.
+  std::optional<Report> report() const;
 
  private:
   using Time = std::chrono::steady_clock::time_point;
@@ -83,7 +92,8 @@ class ReplayKeeper {
   std::condition_variable changed_;
   std::optional<Current> current_;
   std::string last_;
-  std::uint64_t stops_ = 0;
+  std::optional<Report> report_;
+  std::uint64_t reports_ = 0, stops_ = 0;
   bool is_ending_ = false;
   TaskThread stopper_;  ///< of ~stop, which may hang with its player
   std::thread thread_;

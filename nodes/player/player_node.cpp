@@ -4,6 +4,7 @@
 #include <malloc.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -234,6 +235,7 @@ ReplayStatus PlayerNode::status() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   ReplayStatus status;
   status.rate = 1.0;
+  status.late_ms = status.skew_ms = NAN;
   if (session_) {
     const replay::PlayPlan& plan = session_->plan();
     const replay::PlayProgress progress = session_->progress();
@@ -243,6 +245,8 @@ ReplayStatus PlayerNode::status() const {
     status.behavior_name = plan.behavior.name;
     status.rate = progress.rate;
     status.position = progress.position.seconds();
+    status.late_ms = progress.late_ms.value_or(NAN);
+    status.skew_ms = progress.skew_ms.value_or(NAN);
     status.duration = replay::PlaybackTime{plan.durationNs()}.seconds();
     const std::string waits_for = session_->waitsFor();
     if (!waits_for.empty()) status.message = "the base waits: " + waits_for;

@@ -19,7 +19,7 @@ Ledger::Ledger(const PlayPlan& plan) : plan_(plan) {
 
 void Ledger::begin(SteadyTime first_deadline) {
   first_deadline_ = first_deadline;
-  skew_ = Skew(plan_.behavior.begin, first_deadline);
+  skew_.begin(plan_.behavior.begin, first_deadline);
 }
 
 double Ledger::recordedSeconds(Stamp recorded) const {
@@ -34,6 +34,7 @@ void Ledger::addSent(const PlannedTopic& planned, const Sent& sent) {
   TopicReport& report = topic(planned.channel.topic);
   ++report.published;
   report.lateness.add(sent.late_ns);
+  recent_lateness_.add(sent.at, sent.late_ns);
   report.moments.add({recordedSeconds(sent.recorded), playedSeconds(sent.at),
                       static_cast<double>(sent.late_ns) * 1e-6});
   if (planned.modality != Modality::Body) {

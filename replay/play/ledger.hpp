@@ -13,12 +13,13 @@
 #include "replay/clock/timeline.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/play/play_report.hpp"
+#include "replay/play/recent_worst.hpp"
 #include "replay/play/skew.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
 
-/// Decides nothing and sends nothing. The plan outlives it. One thread.
+/// Decides nothing and sends nothing. The plan outlives it. One thread, unless it says otherwise.
 class Ledger {
  public:
   explicit Ledger(const PlayPlan& plan);
@@ -67,6 +68,10 @@ class Ledger {
   void measureLength(const Timeline& timeline, SteadyTime now);
   bool hasLength() const { return report_.actual_ns != 0; }
 
+  // ns, for those who watch. Any thread.
+  const RecentWorst& recentLateness() const { return recent_lateness_; }
+  const RecentWorst& recentSkew() const { return skew_.recent(); }
+
   /// How far the base was off its track, in m.
   const Samples& deviation() const { return deviation_; }
   /// Without what other parts of the player know: rate, failures, goal counts, why it ended.
@@ -82,6 +87,7 @@ class Ledger {
   std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;  ///< of goals, in the report
   std::optional<PlayWait> wait_;                                       ///< may go on
   double wait_end_s_ = 0;
+  RecentWorst recent_lateness_;
   Skew skew_;
   Samples deviation_;                ///< of the base
   std::set<std::uint64_t> damaged_;  ///< messages that were left out, by sequence

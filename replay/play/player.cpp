@@ -74,6 +74,13 @@ void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
 PlayProgress Player::progress() const {
   PlayProgress progress = transport_.progress();
   progress.published = outbox_.published();
+  const SteadyTime now = play_.clock.now();
+  const auto inMs = [now](const RecentWorst& recent) -> std::optional<double> {
+    const auto ns = recent.at(now);
+    return ns ? std::optional(static_cast<double>(*ns) * 1e-6) : std::nullopt;
+  };
+  progress.late_ms = inMs(ledger_.recentLateness());
+  progress.skew_ms = inMs(ledger_.recentSkew());
   return progress;
 }
 

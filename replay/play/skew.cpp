@@ -13,6 +13,11 @@ constexpr std::size_t kMostEarly = 500;
 
 }  // namespace
 
+void Skew::begin(Stamp begin, SteadyTime start) {
+  begin_ = begin;
+  start_ = start;
+}
+
 void Skew::expect(Stamp milestone) { expected_.push_back(milestone); }
 
 void Skew::reach(Stamp milestone, SteadyTime at) {
@@ -51,7 +56,9 @@ bool Skew::measure(const Sent& sent) {
   const double recorded_ns = static_cast<double>(sent.recorded.ns - last->milestone.ns) / sent.rate;
   const double skew_ns = static_cast<double>(sent.at.ns - last->at.ns) - recorded_ns;
   ModalitySkew& measured = measured_[sent.modality];
-  measured.size.add(static_cast<std::int64_t>(std::abs(skew_ns)));
+  const auto size_ns = static_cast<std::int64_t>(std::abs(skew_ns));
+  measured.size.add(size_ns);
+  recent_.add(std::max(sent.at, last->at), size_ns);
   measured.samples.add({static_cast<double>(sent.recorded.ns - begin_.ns) * 1e-9,
                         static_cast<double>(sent.at.ns - start_.ns) * 1e-9, skew_ns * 1e-6});
   return true;

@@ -8,18 +8,18 @@
 
 #include "replay/clock/clock.hpp"
 #include "replay/play/play_report.hpp"
+#include "replay/play/recent_worst.hpp"
 
 namespace afterglow::replay {
 
 /// A message's skew is how far its moment is from where it was recorded relative to the body's last
 /// milestone: the last that had been recorded by then, give or take kMilestoneMarginNs, whether it
 /// was reached in time or not. Above zero: the message came later than the body. What was recorded
-/// before the first milestone is not measured. A value; not thread-safe.
+/// before the first milestone is not measured. One thread, but for recent().
 class Skew {
  public:
-  Skew() = default;
   /// For the samples: the behavior's begin, and the replay's first deadline.
-  Skew(Stamp begin, SteadyTime start) : begin_(begin), start_(start) {}
+  void begin(Stamp begin, SteadyTime start);
 
   /// The body is on its way to a milestone; reach() is to follow.
   void expect(Stamp milestone);
@@ -30,6 +30,8 @@ class Skew {
   void restart();
 
   const std::map<Modality, ModalitySkew>& measured() const { return measured_; }
+  /// ns, either way.
+  const RecentWorst& recent() const { return recent_; }
 
  private:
   struct Reached {
@@ -51,6 +53,7 @@ class Skew {
   std::deque<Reached> reached_;  ///< the last ones
   std::deque<Sent> early_;       ///< sent before the milestone they are measured by
   std::map<Modality, ModalitySkew> measured_;
+  RecentWorst recent_;
 };
 
 }  // namespace afterglow::replay

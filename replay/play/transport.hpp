@@ -25,6 +25,9 @@ struct PlayProgress {
   PlaybackTime position;
   double rate = 1;
   std::uint64_t published = 0;
+  /// Of the last half to whole second, the worst: how late messages went out, and how far light
+  /// and speech were from the body. Empty: there was nothing to measure.
+  std::optional<double> late_ms, skew_ms;
 };
 
 /// Any thread may make requests; the thread that plays takes them and is the only one that changes
@@ -51,7 +54,7 @@ class Transport {
   bool isStopped() const { return stopReason().has_value(); }
   /// The first one.
   std::optional<std::string> stopReason() const;
-  /// Without the count of published messages.
+  /// Without what is known of published messages.
   PlayProgress progress() const;
   std::map<Modality, ModalityFailures> failures() const;
 

@@ -5,19 +5,23 @@
 
 Makes a store of so many behaviors of so many messages each (bags, imported; --store keeps it, or takes
 one that is there), starts `afterglow console` on it and asks as a page would: searches letter by
-letter, behaviors, pictures of both views while scrubbing forward and back. Meanwhile another process
-imports bags into the same store, over and over. Prints median and 99th percentile in ms. Needs the
-Python of ROS.
+letter, behaviors, pictures of both views while scrubbing forward and back; in Chromium, where there is
+one, also how soon the page is painted and the list follows what is typed. Meanwhile recorder_node records
+a topic of 1 kHz into the same store; what it lost is told. Prints median and 99th percentile in ms. Needs
+the Python of ROS.
 """
 import argparse
 import json
 import math
+import os
 import random
+import re
 import shutil
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import urllib.error
 import urllib.parse
@@ -150,27 +154,50 @@ class Console:
         self.process.wait()
 
 
-class Writer:
-    """Imports a bag into the store, over and over."""
+class Recorder:
+    """recorder_node, which records 1,000 messages a second into the store."""
 
-    def __init__(self, maker, afterglow, store, messages):
-        self.ended, self.count = threading.Event(), 0
-        self.thread = threading.Thread(target=self.run, args=(maker, afterglow, store, messages))
-        self.thread.start()
+    def __init__(self, maker, build, store):
+        self.folder = tempfile.mkdtemp()
+        bag = Path(self.folder) / 'kilohertz.bag'
+        with maker.rosbag.Bag(str(bag), 'w') as written:
+            for i in range(20000):
+                written.write('/kilohertz', maker.Twist(), maker.genpy.Time(BEGIN + i // 1000, i % 1000 * 1000000))
+        with socket.socket() as free:
+            free.bind(('127.0.0.1', 0))
+            port = free.getsockname()[1]
+        self.environment = {**os.environ, 'ROS_MASTER_URI': 'http://127.0.0.1:%d' % port, 'ROS_IP': '127.0.0.1',
+                            'ROS_HOME': self.folder, 'ROS_LOG_DIR': self.folder,
+                            'PYTHONPATH': str(build / 'devel/lib/python3/dist-packages')}
+        self.processes = [self.start('rosmaster', '--core', '-p', str(port))]
+        while subprocess.run(['rosparam', 'set', '/use_sim_time', 'false'], env=self.environment,
+                             stderr=subprocess.DEVNULL).returncode:
+            time.sleep(0.2)
+        self.processes.append(self.start('rosbag', 'play', '--quiet', '--loop', str(bag)))
+        self.processes.append(self.start(str(build / 'bin/recorder_node'), '_store:=%s' % store))
+        while not self.ask('start_recording', "{name: load, topics: [/kilohertz]}"):
+            time.sleep(0.2)
+        self.began = time.monotonic()
 
-    def run(self, maker, afterglow, store, messages):
-        folder = Path(tempfile.mkdtemp())
-        while not self.ended.is_set():
-            bag = folder / 'written.bag'
-            maker.make(bag, 100000 + self.count, messages)
-            subprocess.run([afterglow, 'import', str(bag), '--store', str(store)], check=True,
-                           stdout=subprocess.DEVNULL)
-            self.count += 1
-        shutil.rmtree(folder)
+    def start(self, *command):
+        return subprocess.Popen(command, env=self.environment, stdout=subprocess.DEVNULL,
+                                stderr=subprocess.DEVNULL, start_new_session=True)
+
+    def ask(self, service, request):
+        """Its answer as text; empty: none."""
+        return subprocess.run(['rosservice', 'call', '/recorder_node/' + service, request], env=self.environment,
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
 
     def end(self):
-        self.ended.set()
-        self.thread.join()
+        """What it says of the recording."""
+        seconds = time.monotonic() - self.began
+        answer = self.ask('stop_recording', "{outcome: success}")
+        for process in reversed(self.processes):
+            os.killpg(process.pid, signal.SIGTERM)
+            process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+        figure = lambda name: int(re.search(name + r': (\d+)', answer)[1])
+        return '%d messages recorded meanwhile in %.0f s, %d lost' % (figure('messages'), seconds, figure('dropped'))
 
 
 def tell(what, seconds):
@@ -208,6 +235,49 @@ def measure(console):
             print(view, 'has no pictures:', error.read().decode())
 
 
+TYPED = """
+const [word, done] = arguments, input = document.querySelector('#search'), took = [];
+let end = 0, began;
+const next = () => {
+  if (++end > word.length) { watch.disconnect(); return done(took); }
+  input.value = word.slice(0, end);
+  began = performance.now();
+  input.dispatchEvent(new Event('input'));
+};
+const watch = new PerformanceObserver((list) => {
+  if (!list.getEntries().some((entry) => entry.name.includes('/api/behaviors?'))) return;
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    took.push((performance.now() - began) / 1000);
+    setTimeout(next, 400);
+  }));
+});
+watch.observe({type: 'resource'});
+next();"""
+
+
+def measure_page(console):
+    sys.path.append(str(ROOT / 'tests/console'))
+    from browser import MISSING, Driver
+    if MISSING:
+        print('no page was measured:', MISSING)
+        return
+    driver = Driver()
+    try:
+        browser = driver.browser()
+        painted = []
+        for _ in range(10):
+            browser.open('about:blank')
+            browser.open(console.url + '/')
+            browser.find('.row .name')
+            painted.append(browser.run("return performance.getEntriesByName('first-contentful-paint')[0].startTime"))
+        tell('the page, first painted', [ms / 1000 for ms in painted])
+        tell('the list after a letter typed', sum((browser.run_async(TYPED, word) for word in
+                                                   ('caddy gearbox', 'drive', 'obstacle red')), []))
+        browser.close()
+    finally:
+        driver.close()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -215,7 +285,7 @@ def main():
     parser.add_argument('--behaviors', type=int, default=1000)
     parser.add_argument('--messages', type=int, default=1000)
     parser.add_argument('--store', type=Path)
-    parser.add_argument('--quiet', action='store_true', help='nobody writes meanwhile')
+    parser.add_argument('--quiet', action='store_true', help='nobody records meanwhile')
     options = parser.parse_args()
     afterglow = str(options.build.resolve() / 'bin/afterglow')
     maker = BagMaker(options.build.resolve())
@@ -224,16 +294,16 @@ def main():
     if not store.exists():
         fill(maker, afterglow, store, options.behaviors, options.messages)
     console = Console(afterglow, store)
-    writer = None
+    recorder = None
     try:
         print('all is read after %.1f s' % console.wait_until_read(options.behaviors))
         if not options.quiet:
-            writer = Writer(maker, afterglow, store, options.messages)
+            recorder = Recorder(maker, options.build.resolve(), store)
         measure(console)
+        measure_page(console)
     finally:
-        if writer:
-            writer.end()
-            print('%d bags were imported meanwhile' % writer.count)
+        if recorder:
+            print(recorder.end())
         console.end()
         shutil.rmtree(folder)
 

@@ -87,6 +87,7 @@ class Robot:
         self.player = {"state": "idle", "behavior": None, "position": 0, "duration": 0, "rate": 1, "words": "Nothing is replayed.",
                        "lateness_ms": 0, "skew_ms": 0, "moved": False, "robot": "fetch"}
         self.last, self.is_held, self.session = time.monotonic(), False, None
+        self.calibrator, self.report = None, None
 
     def step(self):
         with self.lock:
@@ -99,20 +100,36 @@ class Robot:
                     player["position"] += (now - self.last) * player["rate"]
                     player.update(moved=True, lateness_ms=1.4, skew_ms=3.0)
                 if player["position"] >= player["duration"]:
-                    player.update(state="idle", words="Done: nothing was late by more than 2 ms.")
+                    self.end("completed", "Done: nothing was late by more than 2 ms.")
             self.last = now
-            return {"player": dict(player), "recorder": {"words": "Records nothing; 41 GB are free; nothing was lost."},
+            return {"player": dict(player), "calibrator": self.calibrator, "recorder": {"words": "Records nothing; 41 GB are free; nothing was lost."},
                     "projector": {"words": "Shows 1 of 2 layers.", "layers": [
                         {"topic": "/projector/green_points", "hz": 2.0, "shown": True, "words": ""},
                         {"topic": "/projector/nav/path", "hz": 0, "shown": False, "words": "no message yet"}]},
                     "diagnostics": [{"name": "projector", "level": 0, "words": "draws 30 images a second"},
                                     {"name": "recorder", "level": 1, "words": "the disk has 41 GB left"}]}
 
+    def end(self, ended, words):
+        """With its report, as the player measures it."""
+        player = self.player
+        if player["state"] == "idle":
+            return
+        topic = {"published": 42, "skipped": 1, "refused": 0, "heard": True,
+                 "lateness_ms": {"p50": 0.4, "p99": 1.2, "max": 1.4}}
+        self.report = {"behavior": player["behavior"], "ended": ended, "report": {
+            "completed": ended == "completed", "planned_s": player["duration"], "actual_s": player["position"],
+            "notes": ["/tf was 3 s old"], "goals": {"sent": 2, "succeeded": 1, "failed": 1, "canceled": 0},
+            "in_step": {"gated": True, "waits": 3, "waited_s": 1.2, "skew_ms": {"ar": {"p95": 3, "max": 8.1}}},
+            "body": {"worst": {"joint": "elbow_flex_joint", "error": -0.012}}, "failures": {},
+            "topics": {"/cmd_vel": topic, "/projector/green_points": dict(topic, heard=False),
+                       "/joint_states": {"not_played": "a live sensor's"}}}}
+        player.update(state="idle", words=words, reports=player.get("reports", 0) + 1)
+
     def left(self, session):
         """Whose events have ended: the page that started a replay, or another."""
         with self.lock:
             if session == self.session and self.player["state"] != "idle":
-                self.player.update(state="idle", words="Stopped: the page that started it is gone.")
+                self.end("the page that started it is gone", "Stopped: the page that started it is gone.")
 
     def ask(self, path, body, many):
         with self.lock:
@@ -139,13 +156,17 @@ class Robot:
             elif path == "/api/hold":
                 self.beat = time.monotonic()
             elif path == "/api/stop":
-                player.update(state="idle", words="Stopped by a person.")
+                self.end("stopped", "Stopped by a person.")
             elif path in ("/api/pause", "/api/resume"):
                 player["state"] = "paused" if path == "/api/pause" else "playing"
             elif path == "/api/seek":
                 player["position"] = body["t"]
             elif path == "/api/rate":
                 player["rate"] = body["rate"]
+            elif path.startswith("/api/calibrate/"):
+                if self.calibrator["phase"] == "done":
+                    return 409, {"error": "there is nothing to stop"}
+                return 200, {"words": "started"}
             return 200, {}
 
 
@@ -189,6 +210,9 @@ class Handler(BaseHTTPRequestHandler):
                 names[one["name"]] = names.get(one["name"], 0) + 1
             return 200, {"version": "1.0", "store": "sqlite:kitting.db", "has_robot": True, "can_render": not self.server.why_no_render,
                          "why_no_render": self.server.why_no_render, "names": names}
+        if parts == ["report"]:
+            report = self.server.robot.report
+            return (200, report) if report else (404, {"error": "no replay has ended yet"})
         if parts == ["projected"]:
             return 200, picture("projector", 10), "image/svg+xml"
         if parts == ["calendar"]:

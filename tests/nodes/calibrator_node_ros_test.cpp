@@ -4,6 +4,7 @@
 #include <std_srvs/Trigger.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <mutex>
@@ -15,6 +16,8 @@
 #include "calib/camera_info_file.hpp"
 #include "calib/report/calibration_files.hpp"
 #include "calib/targets/target_files.hpp"
+#include "nodes/console/calibrator_link.hpp"
+#include "nodes/console/http_message.hpp"
 #include "tests/support/calibration_room.hpp"
 #include "tests/support/node_process.hpp"
 #include "tests/support/ros_graph.hpp"
@@ -77,6 +80,8 @@ TEST_F(CalibratorNodeTest, calibratesAProjectorThroughALaggingCamera) {
         const std::lock_guard<std::mutex> lock(mutex);
         info = *message;
       });
+  const CalibratorLink console("/guided");
+  EXPECT_TRUE(console.state().is_null());
   test::NodeProcess node(command("guided"));
   ASSERT_TRUE(room.isPhase("done")) << room.status() << "\n" << room.said() << node.log();
 
@@ -92,6 +97,14 @@ TEST_F(CalibratorNodeTest, calibratesAProjectorThroughALaggingCamera) {
   }
   EXPECT_EQ(calib::loadCameraInfo(folder_.path("out/camera_info.yaml")).lens.K, rig_.camera.K);
   EXPECT_NE(room.said().find("view taken: 5 of 5 views, coverage "), std::string::npos);
+  // What a page shows.
+  ASSERT_TRUE(eventually([&] { return console.state().value("phase", "") == "done"; }));
+  const nlohmann::ordered_json shown = console.state();
+  EXPECT_EQ(shown.at("held_out_mm").get<double>(), room.status().at("held_out_mm").get<double>());
+  EXPECT_NE(shown.at("said").dump().find("checked: the light is "), std::string::npos);
+  const std::string lit = shown.at("lit").dump();
+  EXPECT_EQ(shown.at("lit").size(), 10u);
+  EXPECT_GT(std::count(lit.begin(), lit.end(), '#'), 160 * shown.at("coverage").get<double>() / 2);
   EXPECT_NE(room.spoken().find("checked: the light is "), std::string::npos) << room.spoken();
   EXPECT_TRUE(eventually([&] {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -127,6 +140,7 @@ TEST_F(CalibratorNodeTest, refusesTooFewViewsAndGoesOn) {
   EXPECT_TRUE(room.isPhase("collecting"));
   EXPECT_TRUE(call("/few/stop").response.success);
   EXPECT_FALSE(call("/few/stop").response.success);
+  EXPECT_THROW(CalibratorLink("/few").trigger("stop"), HttpError);
   EXPECT_FALSE(call("/few/take").response.success);
   EXPECT_TRUE(eventually([&] { return room.isBlack(); }));
   EXPECT_TRUE(call("/few/start").response.success);

@@ -353,7 +353,8 @@ std::vector<double> skews(const Skew& skew) {
 }
 
 TEST(Skew, isMeasuredFromTheLastMilestoneThatWasRecordedByThen) {
-  Skew skew(recordedAt(0), liveAt(0));
+  Skew skew;
+  skew.begin(recordedAt(0), liveAt(0));
   skew.add(Modality::Ar, recordedAt(50), liveAt(80), 1);
   EXPECT_TRUE(skews(skew).empty()) << "before the first";
   skew.reach(recordedAt(1000), liveAt(1300));
@@ -366,7 +367,8 @@ TEST(Skew, isMeasuredFromTheLastMilestoneThatWasRecordedByThen) {
 }
 
 TEST(Skew, isMeasuredOfWhatRanAheadOnceTheBodyIsThere) {
-  Skew skew(recordedAt(0), liveAt(0));
+  Skew skew;
+  skew.begin(recordedAt(0), liveAt(0));
   skew.reach(recordedAt(500), liveAt(500));
   skew.expect(recordedAt(1000));
   skew.add(Modality::Ar, recordedAt(900), liveAt(900), 1);
@@ -377,6 +379,24 @@ TEST(Skew, isMeasuredOfWhatRanAheadOnceTheBodyIsThere) {
   skew.restart();
   skew.add(Modality::Ar, recordedAt(1200), liveAt(9000), 1);
   EXPECT_EQ(skews(skew).size(), 2u) << "a pause is no skew";
+}
+
+TEST(RecentWorst, isThatOfTheLastHalfToWholeSecond) {
+  RecentWorst worst;
+  EXPECT_FALSE(worst.at(liveAt(0)));
+  worst.add(liveAt(0), 0);
+  EXPECT_EQ(worst.at(liveAt(1)), 0);
+  worst.add(liveAt(100), 70);
+  worst.add(liveAt(400), 30);
+  EXPECT_EQ(worst.at(liveAt(400)), 70);
+  worst.add(liveAt(600), 20);
+  EXPECT_EQ(worst.at(liveAt(900)), 70);
+  worst.add(liveAt(1200), 10);
+  EXPECT_EQ(worst.at(liveAt(1300)), 20);
+  EXPECT_EQ(worst.at(liveAt(1900)), 10);
+  EXPECT_FALSE(worst.at(liveAt(2300))) << "nothing came for a second";
+  worst.add(liveAt(9000), 5);
+  EXPECT_EQ(worst.at(liveAt(9000)), 5);
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ class CalibrationRoom {
   }
   bool isPhase(const std::string& phase) {
     return eventually([&] { return status().value("phase", "") == phase; },
-                      std::chrono::seconds(60));
+                      std::chrono::seconds(120));
   }
   void setEncoding(const std::string& encoding) {
     const std::lock_guard<std::mutex> lock(mutex_);
