@@ -241,7 +241,8 @@ render::Body readMeshFile(EndableProgram& program, const std::string& path,
   const std::string reader = own.parent_path() / "afterglow_mesh_reader";
   const ProgramResult result = program.run(
       {reader, path, root, std::to_string(limits.bytes), std::to_string(limits.triangles)});
-  if (result.status == 1) throw std::runtime_error(result.output);
+  const bool has_reason = result.status == 1 && !result.output.empty();
+  if (has_reason) throw std::runtime_error(result.output);
   if (result.status != 0) throw std::runtime_error(endOf(result.status));
   return render::bodyFromBytes(result.output);
 }
