@@ -1,9 +1,11 @@
 """Replaying behaviors by player_node's action."""
 import json
+import time
 
 import rospy
 
 ACTION = "/replay"
+_TICK_S = 0.02
 
 
 class ReplayFailed(RuntimeError):
@@ -20,7 +22,7 @@ def play(behavior, action=ACTION, wait=True, timeout_s=5.0, **options):
     options: those of `afterglow play`, with _ for -: play(7, rate=0.5, only="ar,speech", pause=True). What is not
     given is as the player's parameters have it; nothing moves that the player was not allowed to move. Returns the
     report as a dict, with wait=False a Replay. action: the player's, in another namespace another; timeout_s: how long
-    it is waited for. Raises ReplayFailed.
+    it is waited for, also where it is gone or silent later. Raises ReplayFailed.
     """
     replay = Replay(behavior, action, timeout_s, options)
     return replay.result() if wait else replay
@@ -35,6 +37,7 @@ class Replay(object):
         self._client = actionlib.SimpleActionClient(action, ReplayAction)
         if not self._client.wait_for_server(rospy.Duration(timeout_s)):
             raise ReplayFailed("there is no player at " + action)
+        self._timeout_s = timeout_s
         self.position = 0.0  #: seconds into the behavior
         self._client.send_goal(ReplayGoal(behavior=str(behavior), options=_words(options)),
                                feedback_cb=self._on_feedback)
@@ -49,13 +52,36 @@ class Replay(object):
 
     def result(self):
         """Waits for the end; the report as a dict."""
+        from actionlib import SimpleGoalState
         from actionlib_msgs.msg import GoalStatus
-        self._client.wait_for_result()
+        stuck_s = 0.0
+        while self._client.simple_state != SimpleGoalState.DONE:
+            time.sleep(_TICK_S)
+            trouble = "this node was shut down" if rospy.is_shutdown() else self._trouble()
+            stuck_s = stuck_s + _TICK_S if trouble else 0.0
+            if rospy.is_shutdown() or stuck_s > self._timeout_s:
+                raise ReplayFailed(trouble)
         result = self._client.get_result()
         report = json.loads(result.report) if result and result.report else None
         if self._client.get_state() != GoalStatus.SUCCEEDED:
             raise ReplayFailed(self._client.get_goal_status_text() or "the replay was stopped", report)
         return report
+
+    def _trouble(self):
+        """Why a result may never come; empty: the player is at it. Results are sent once, and can be lost."""
+        from actionlib import CommState
+        from actionlib_msgs.msg import GoalStatus
+        goal = self._client.gh
+        if self._client.action_client.pub_goal.get_num_connections() == 0:
+            return "the player is gone"
+        if goal.get_comm_state() == CommState.WAITING_FOR_GOAL_ACK:
+            return "the player has not taken it"
+        status = goal.get_goal_status()
+        if status == GoalStatus.SUCCEEDED:
+            return "it was replayed, but the report was lost"
+        if status in (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.RECALLING):
+            return ""
+        return goal.get_goal_status_text() or "the replay was stopped"
 
     def _on_feedback(self, feedback):
         self.position = feedback.position
