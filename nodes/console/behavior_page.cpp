@@ -4,6 +4,7 @@
 #include <openssl/evp.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "nodes/pages/page.hpp"
 #include "nodes/pages/time_plot.hpp"
@@ -14,13 +15,42 @@ namespace {
 
 constexpr double kLaneHeight = 34, kLaneLabel = 18, kLaneRow = 10;  // px
 
-std::string jpegUri(const std::string& jpeg) {
-  std::string text(4 * ((jpeg.size() + 2) / 3) + 1, '\0');
+/// `type`: "image/jpeg".
+std::string dataUri(const std::string& type, const std::string& bytes) {
+  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
   const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                   reinterpret_cast<const unsigned char*>(jpeg.data()),
-                                   static_cast<int>(jpeg.size()));
+                                   reinterpret_cast<const unsigned char*>(bytes.data()),
+                                   static_cast<int>(bytes.size()));
   text.resize(static_cast<std::size_t>(size));
-  return "data:image/jpeg;base64," + text;
+  return "data:" + type + ";base64," + text;
+}
+
+std::string trackTime(double seconds) {
+  const auto ms = std::llround(std::max(seconds, 0.0) * 1000);
+  return fmt::format("{:02}:{:02}:{:02}.{:03}", ms / 3'600'000, ms / 60'000 % 60, ms / 1000 % 60,
+                     ms % 1000);
+}
+
+/// WebVTT; a sentence stands until the next one, for as long as it takes to read.
+std::string textTrack(const std::vector<SaidSentence>& said, replay::Stamp begin) {
+  std::string track = "WEBVTT\n";
+  for (std::size_t i = 0; i < said.size(); ++i) {
+    const auto at = [&](std::size_t sentence) {
+      return static_cast<double>(said[sentence].at.ns - begin.ns) * 1e-9;
+    };
+    std::string text;  // without what begins a tag or ends the sentence
+    for (const char c : said[i].text) {
+      if (c == '<' || c == '&') {
+        text += c == '<' ? "&lt;" : "&amp;";
+      } else {
+        text += c == '\n' || c == '\r' ? ' ' : c;
+      }
+    }
+    double end = at(i) + 2 + 0.06 * static_cast<double>(text.size());
+    if (i + 1 < said.size()) end = std::min(end, std::max(at(i + 1), at(i) + 0.1));
+    track += fmt::format("\n{} --> {}\n{}\n", trackTime(at(i)), trackTime(end), text);
+  }
+  return track;
 }
 
 /// A look of style.css.
@@ -86,7 +116,8 @@ PageData factsOf(const BehaviorDetail& detail, double duration) {
 
 }  // namespace
 
-std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images) {
+std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images,
+                         const std::string& film) {
   const replay::Behavior& behavior = detail.behavior;
   const double duration = static_cast<double>(detail.one->end.ns - behavior.begin.ns) * 1e-9;
   const std::string title = behavior.name + " (" + std::to_string(behavior.id) + ")";
@@ -99,6 +130,7 @@ std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentI
                    {"facts", factsOf(detail, duration)},
                    {"story", PageData::array()},
                    {"images", PageData::array()},
+                   {"film", nullptr},
                    {"notes", detail.one->notes},
                    {"lanes", timeline(detail, duration)}};
   for (const StoryEntry& entry : detail.story.entries) {
@@ -106,8 +138,12 @@ std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentI
         {{"t", entry.t}, {"clock", entry.clock}, {"text", entry.text}, {"is_bad", entry.is_bad}});
   }
   for (const MomentImage& image : images) {
-    data["images"].push_back({{"uri", jpegUri(image.jpeg)},
+    data["images"].push_back({{"uri", dataUri("image/jpeg", image.jpeg)},
                               {"words", fmt::format("{} at {:.1f} s", image.view, image.t)}});
+  }
+  if (!film.empty()) {
+    data["film"] = {{"uri", dataUri("video/mp4", film)},
+                    {"track", dataUri("text/vtt", textTrack(detail.one->said, behavior.begin))}};
   }
   return makePage("behavior.html", std::move(data));
 }

@@ -16,7 +16,9 @@ struct MomentImage {
   std::string jpeg;
 };
 
-/// Story, images, timeline and what was said, from the template behavior.html.
-std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images);
+/// Story, images, timeline and what was said, from the template behavior.html. `film`: the bytes of
+/// an MP4 file of the whole behavior, which gets what was said as a text track; or empty.
+std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentImage>& images,
+                         const std::string& film = "");
 
 }  // namespace afterglow::nodes

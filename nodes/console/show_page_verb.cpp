@@ -1,6 +1,9 @@
 // `afterglow show --html`: a behavior as one self-contained page.
 #include <CLI/App.hpp>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -9,7 +12,9 @@
 #include "nodes/console/behavior_detail.hpp"
 #include "nodes/console/moment_images.hpp"
 #include "nodes/console/picture_settings.hpp"
+#include "nodes/tools/program.hpp"
 #include "nodes/verbs/command.hpp"
+#include "nodes/verbs/terminal_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
 #include "replay/store/open/open_store.hpp"
 
@@ -19,8 +24,30 @@ namespace {
 struct ShowPageOptions {
   std::vector<std::string> behavior;
   std::string store, html;
+  bool is_filmed = false;
   PictureOptions pictures;
 };
+
+/// As `afterglow render --film` makes it: an MP4 file's bytes.
+std::string filmOf(const ShowPageOptions& options, std::int64_t behavior) {
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
+  const std::string film = options.html + ".mp4";  // for as long as it takes
+  std::vector<std::string> command{own.parent_path() / "afterglow_render", "render",
+                                   std::to_string(behavior), "--film", "--out", film};
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) command.insert(command.end(), {name, value});
+  };
+  add("--store", options.store);
+  add("--config", options.pictures.config);
+  add("--calibration", options.pictures.calibration);
+  add("--projector", options.pictures.projector);
+  const ProgramResult result = runProgram(command);
+  if (result.status != 0) throw std::runtime_error("no film: " + oneLine(result.output));
+  std::ifstream file(film, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::filesystem::remove(film);
+  return bytes;
+}
 
 void runShowPage(const ShowPageOptions& options) {
   const auto store = replay::openStore(options.store, replay::OpenMode::ReadOnly);
@@ -32,8 +59,9 @@ void runShowPage(const ShowPageOptions& options) {
   if (const auto desk = openDesk(*store, options.pictures)) {
     images = keyImages(*detail, *desk);
   }
+  const std::string film = options.is_filmed ? filmOf(options, behavior.id) : "";
   std::ofstream file(options.html, std::ios::binary);
-  file << behaviorPage(*detail, images);
+  file << behaviorPage(*detail, images, film);
   if (!file.flush()) throw std::runtime_error(options.html + ": cannot be written");
 }
 
@@ -44,6 +72,7 @@ void addShowPageVerb(CLI::App& app) {
   CLI::App* verb = addVerb(app, "show");
   verb->add_option("behavior", options->behavior)->required();
   verb->add_option("--html", options->html)->required();
+  verb->add_flag("--film", options->is_filmed);
   addPictureOptions(*verb, options->pictures);
   addStoreOption(*verb, options->store);
   verb->callback([options] { runShowPage(*options); });

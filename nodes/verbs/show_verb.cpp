@@ -35,6 +35,7 @@ struct ShowOptions {
   std::uint64_t limit = std::numeric_limits<std::uint64_t>::max();
   std::optional<std::size_t> last;
   std::string html, config, calibration, projector;
+  bool is_filmed = false;
 };
 
 /// Empty for a single message.
@@ -284,8 +285,13 @@ void addShowVerb(CLI::App& app) {
                        "with --config what was to be seen")
           ->excludes(json)
           ->excludes(messages);
-  verb->add_option("--config", options->config, "What is projected where (assets/projector.yaml)")
-      ->needs(html);
+  CLI::Option* config = verb->add_option("--config", options->config,
+                                         "What is projected where (assets/projector.yaml)");
+  config->needs(html);
+  verb->add_flag("--film", options->is_filmed,
+                 "With --config: the page holds the video that render --film makes, too, with what "
+                 "was said as sound and as text track")
+      ->needs(config);
   verb->add_option("--calibration", options->calibration,
                    "Folder of the lens's file; without it, the configuration's folder")
       ->needs(html);

@@ -35,6 +35,20 @@ WAIT_S = 30
 SHORT, LONG = 1, 2  # behaviors: of 2 s, of a minute
 PLAYER = {"allow_motion": True, "open_loop": True, "no_scan": True, "any_start": True, "longest_stall": 1.0,
           "also": ["/robotsound", "/projector/nav/path"], "anchor": ["body"], "realtime": False}
+PROJECTOR = """
+fixed_frame: map
+projector: {camera_info: projector_camera_info.yaml, frame: projector_optical_frame}
+layers: [{topic: /projector/nav/path, type: visualization_msgs/MarkerArray}]
+"""
+DEMO = os.path.join(HERE, "..", "..", "assets", "demo")  # has the calibration
+
+
+def projector_config():
+    """A file, for pictures of SHORT."""
+    path = os.path.join(HOME.name, "projector.yaml")
+    with open(path, "w") as file:
+        file.write(PROJECTOR)
+    return path
 
 
 def projector_above():
