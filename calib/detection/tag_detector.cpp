@@ -6,8 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <stdexcept>
+#include <vector>
 
 #include "calib/targets/tag.hpp"
 
@@ -90,6 +92,24 @@ int leastContrast(const Picture& picture) {
   return std::clamp(static_cast<int>(std::lround(8 * noiseOf(picture))), 5, 255);
 }
 
+/// libapriltag 0.10.0 (Debian 11, Ubuntu 20.04) frees what it never allocated in pictures of fewer
+/// than 50,000 pixels, after decimation. This many rows are enough.
+int leastRows(const Picture& picture, double decimation) {
+  constexpr double kLeastPixels = 60000;
+  return static_cast<int>(std::ceil(kLeastPixels * decimation * decimation / picture.width));
+}
+
+/// Continued below by its last row.
+Picture withRows(const Picture& picture, int rows) {
+  Picture larger = picture;
+  larger.height = rows;
+  const std::vector<std::uint8_t> last(picture.pixels.end() - picture.width, picture.pixels.end());
+  for (int y = picture.height; y < rows; ++y) {
+    larger.pixels.insert(larger.pixels.end(), last.begin(), last.end());
+  }
+  return larger;
+}
+
 }  // namespace
 
 struct TagDetector::Impl {
@@ -113,9 +133,13 @@ TagDetector::TagDetector(TagDetector&&) noexcept = default;
 
 std::vector<DetectedTag> TagDetector::detect(const Picture& picture) const {
   requireUsable(picture);
+  const int rows = leastRows(picture, static_cast<double>(impl_->detector->quad_decimate));
+  const bool is_small = picture.height < rows;
+  const Picture enlarged = is_small ? withRows(picture, rows) : Picture();
+  const Picture& seen = is_small ? enlarged : picture;
   // The library reads from it only.
-  image_u8_t image{picture.width, picture.height, picture.width,
-                   const_cast<std::uint8_t*>(picture.pixels.data())};
+  image_u8_t image{seen.width, seen.height, seen.width,
+                   const_cast<std::uint8_t*>(seen.pixels.data())};
   impl_->detector->qtp.min_white_black_diff = leastContrast(picture);
   const std::unique_ptr<zarray_t, void (*)(zarray_t*)> found(
       apriltag_detector_detect(impl_->detector.get(), &image), apriltag_detections_destroy);

@@ -99,6 +99,18 @@ TEST(TagDetector, refusesPicturesTheLibraryCrashesOn) {
   EXPECT_THROW(TagDetector("tag16h5"), std::invalid_argument);
 }
 
+TEST(TagDetector, comesBackFromPicturesOfFewPixels) {
+  for (const int side : {16, 23, 80, 200, 220}) {
+    Picture checkers{side, side, std::vector<std::uint8_t>(std::size_t(side) * std::size_t(side))};
+    for (std::size_t i = 0; i < checkers.pixels.size(); ++i) {
+      const auto x = static_cast<int>(i) % side, y = static_cast<int>(i) / side;
+      checkers.pixels[i] = (x / 5 + y / 5) % 2 == 0 ? 255 : 0;
+    }
+    EXPECT_TRUE(TagDetector("tag36h11").detect(checkers).empty()) << side;
+    EXPECT_TRUE(TagDetector("tag36h11", 2).detect(checkers).empty()) << side;
+  }
+}
+
 TEST(TagDetector, tellsTagsOfAMirroredPictureOnlyAfterMirroring) {
   const Pattern pattern = makePattern(640, 400);
   const Picture picture = mirrored(test::patternPicture(pattern));
