@@ -42,7 +42,7 @@ function facts({goals, in_step: step, body, failures}) {
       `${body.base.turn_deg.toFixed(1)}° from where it stood then.`);
   }
   for (const failed of Object.values(failures || {})) {
-    if (failed.count) said.push(`${count(failed.count, 'failure')}; the first: ${failed.first}.`);
+    if (failed.count) said.push(`${count(failed.count, 'failure')}; the first: ${failed.first.replace(/\.$/, '')}.`);
   }
   return said;
 }
@@ -80,13 +80,14 @@ export class ReplayReport {
   }
 
   show(ended, report) {
+    const known = facts(report);
     const played = Object.entries(report.topics || {}).filter(([, topic]) => topic.lateness_ms);
     const rows = played.map(([name, topic]) => ({class: topic.problem ? 'out' : null, cells: [name,
       topic.published, (topic.skipped || 0) + (topic.refused || 0), late(topic, 'p50'), late(topic, 'max'),
       topic.problem || (topic.heard ? '' : 'nobody listened')]}));
     refill(this.place, element('h2', {}, 'How it went'),
       element('p', {}, element('strong', {}, ending(ended, report))),
-      element('ul', {}, facts(report).map((fact) => element('li', {}, fact))),
+      known.length ? element('ul', {}, known.map((fact) => element('li', {}, fact))) : null,
       report.notes?.length ? element('div', {class: 'note'}, element('ul', {},
         report.notes.map((note) => element('li', {}, note)))) : null,
       table('What was published', ['topic', 'sent', 'left out', 'late, typically, ms', 'at most, ms', 'but'], rows,

@@ -13,6 +13,7 @@
 #include "nodes/console/moment_images.hpp"
 #include "nodes/console/picture_settings.hpp"
 #include "nodes/tools/program.hpp"
+#include "nodes/tools/work_folder.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/terminal_text.hpp"
 #include "nodes/verbs/verb_tools.hpp"
@@ -31,7 +32,8 @@ struct ShowPageOptions {
 /// As `afterglow render --film` makes it: an MP4 file's bytes.
 std::string filmOf(const ShowPageOptions& options, std::int64_t behavior) {
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
-  const std::string film = options.html + ".mp4";  // for as long as it takes
+  const WorkFolder work(options.html);
+  const std::string film = work.path("film.mp4");
   std::vector<std::string> command{own.parent_path() / "afterglow_render", "render",
                                    std::to_string(behavior), "--film", "--out", film};
   const auto add = [&](const char* name, const std::string& value) {
@@ -44,9 +46,7 @@ std::string filmOf(const ShowPageOptions& options, std::int64_t behavior) {
   const ProgramResult result = runProgram(command);
   if (result.status != 0) throw std::runtime_error("no film: " + oneLine(result.output));
   std::ifstream file(film, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  std::filesystem::remove(film);
-  return bytes;
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 void runShowPage(const ShowPageOptions& options) {

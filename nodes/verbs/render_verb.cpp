@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -23,6 +20,7 @@
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/side_by_side.hpp"
 #include "nodes/tools/video_writer.hpp"
+#include "nodes/tools/work_folder.hpp"
 #include "nodes/verbs/behavior_source.hpp"
 #include "nodes/verbs/contact_sheet.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
@@ -288,31 +286,6 @@ std::string checkEnding(const std::string& path) {
   const std::string ending = fs::path(path).extension().string();
   return ending == ".png" || ending == ".mp4" ? "" : "should end with .png or .mp4";
 }
-
-/// Beside a file that is being made, for what it is made of; gone with the object.
-class WorkFolder {
- public:
-  explicit WorkFolder(const std::string& file) : path_(file + ".parts.XXXXXX") {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      throw std::runtime_error(path_ + ": cannot make the folder: " + std::strerror(errno));
-    }
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  ~WorkFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  std::string path(const std::string& name) const { return (fs::path(path_) / name).string(); }
-  /// A new folder in it.
-  std::string folder(const std::string& name) const {
-    fs::create_directory(path(name));
-    return path(name);
-  }
-
- private:
-  std::string path_;
-};
 
 double secondsOf(const BehaviorSource& source) {
   return static_cast<double>(endOf(*source.store, source.behavior).ns - source.behavior.begin.ns) *

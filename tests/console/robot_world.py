@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -14,13 +13,13 @@ BUILD, DEVEL = (os.path.abspath(path) for path in sys.argv[1:3])
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "..", "support"), os.path.join(DEVEL, "lib/python3/dist-packages"),
                 "/usr/lib/python3/dist-packages"]
+from free_port import free_port  # noqa: E402
+
 BIN = os.path.join(BUILD, "bin")
 HOME = tempfile.TemporaryDirectory(prefix="afterglow_test.")
 os.environ["ROS_HOME"] = os.environ["ROS_LOG_DIR"] = HOME.name
 STORE = os.path.join(HOME.name, "store.db")
-with socket.socket() as free:
-    free.bind(("127.0.0.1", 0))
-    PORT = free.getsockname()[1]
+PORT = free_port()
 os.environ["ROS_MASTER_URI"] = "http://127.0.0.1:{}".format(PORT)
 os.environ["ROS_IP"] = "127.0.0.1"
 

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -26,15 +27,20 @@ inline sockaddr_in loopback(int port) {
   return address;
 }
 
+/// Below those that Linux gives to outgoing connections, so that none gets it before its server
+/// listens, or while that starts again.
 inline int freePort() {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address = loopback(0);
-  socklen_t size = sizeof address;
-  auto* raw = reinterpret_cast<sockaddr*>(&address);
-  if (bind(fd, raw, size) != 0 || getsockname(fd, raw, &size) != 0)
-    throw std::runtime_error("no free port");
-  close(fd);
-  return ntohs(address.sin_port);
+  std::random_device chance;
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    const int port = std::uniform_int_distribution<int>(15000, 32000)(chance);
+    const sockaddr_in address = loopback(port);
+    const int fd = socket(AF_INET, SOCK_STREAM, 0);
+    const bool is_free =
+        bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    close(fd);
+    if (is_free) return port;
+  }
+  throw std::runtime_error("no free port");
 }
 
 inline bool answers(int port) {
