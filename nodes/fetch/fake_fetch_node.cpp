@@ -11,6 +11,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
+#include "nodes/fetch/robot_messages.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -28,40 +29,9 @@ const std::vector<std::string> kBodyJoints = {
     "upperarm_roll_joint", "elbow_flex_joint",    "forearm_roll_joint",  "wrist_flex_joint",
     "wrist_roll_joint",    "projector_pan_joint", "projector_tilt_joint"};
 
-std::vector<JointTolerance> toTolerances(
-    const std::vector<control_msgs::JointTolerance>& messages) {
-  std::vector<JointTolerance> tolerances;
-  for (const auto& message : messages) tolerances.push_back({message.name, message.position});
-  return tolerances;
-}
-
 void append(trajectory_msgs::JointTrajectoryPoint& point, double position, double velocity) {
   point.positions.push_back(position);
   point.velocities.push_back(velocity);
-}
-
-Nanoseconds toNanoseconds(const ros::Time& time) {
-  return Nanoseconds(static_cast<std::int64_t>(time.toNSec()));
-}
-Nanoseconds toNanoseconds(const ros::Duration& duration) { return Nanoseconds(duration.toNSec()); }
-
-ros::Time toRosTime(Nanoseconds time) {
-  ros::Time result;
-  result.fromNSec(static_cast<std::uint64_t>(time.count()));
-  return result;
-}
-
-TrajectoryGoal toGoal(const control_msgs::FollowJointTrajectoryGoal& message) {
-  TrajectoryGoal goal;
-  goal.stamp = toNanoseconds(message.trajectory.header.stamp);
-  goal.joints = message.trajectory.joint_names;
-  for (const auto& point : message.trajectory.points)
-    goal.points.push_back({point.positions, point.velocities, point.accelerations,
-                           toNanoseconds(point.time_from_start)});
-  goal.path_tolerance = toTolerances(message.path_tolerance);
-  goal.goal_tolerance = toTolerances(message.goal_tolerance);
-  goal.goal_time_tolerance = toNanoseconds(message.goal_time_tolerance);
-  return goal;
 }
 
 control_msgs::FollowJointTrajectoryResult toResult(const TrajectoryStatus& status) {
@@ -86,26 +56,6 @@ control_msgs::FollowJointTrajectoryFeedback toFeedback(const JointController& co
     append(feedback.error, should.position - is.position, should.velocity - is.velocity);
   }
   return feedback;
-}
-
-geometry_msgs::TransformStamped stamped(const std::string& parent, const std::string& child,
-                                        const Eigen::Isometry3d& T_parent_child,
-                                        const ros::Time& stamp) {
-  geometry_msgs::TransformStamped message;
-  message.header.stamp = stamp;
-  message.header.frame_id = parent;
-  message.child_frame_id = child;
-  message.transform = toTransform(T_parent_child);
-  return message;
-}
-
-geometry_msgs::Pose poseMessage(const PlanarPose& pose) {
-  const geometry_msgs::Transform transform = toTransform(toIsometry(pose));
-  geometry_msgs::Pose message;
-  message.position.x = transform.translation.x;
-  message.position.y = transform.translation.y;
-  message.orientation = transform.rotation;
-  return message;
 }
 
 sensor_msgs::JointState jointMessage(const std::vector<std::string>& names,

@@ -16,10 +16,11 @@ double wallDistance(double from, double toward, double half_room) {
 
 }  // namespace
 
-FakeLaser::FakeLaser(const PlanarPose& start, double noise, std::uint32_t seed)
+FakeLaser::FakeLaser(const PlanarPose& start, double view, double noise, std::uint32_t seed)
     : half_room_(std::max({kHalfRoom, std::abs(start.x) + kLeastWay,
                            std::abs(start.y) + kLeastWay})),
       noise_(noise),
+      view_(view),
       random_(seed) {}
 
 double FakeLaser::rangeOf(const PlanarPose& T_map_laser, double heading) const {
@@ -40,7 +41,7 @@ std::vector<float> FakeLaser::look(const PlanarPose& T_map_laser, bool is_upside
   std::vector<float> ranges;
   ranges.reserve(kBeams);
   for (std::size_t beam = 0; beam < kBeams; ++beam) {
-    const double angle = (kFirstAngle + static_cast<double>(beam) * kAngleStep) *
+    const double angle = (firstAngle() + static_cast<double>(beam) * angleStep()) *
                          (is_upside_down ? -1 : 1);
     // Three uniform numbers of deviation 1 / sqrt(12) each make a bell that is good enough.
     double bell = -1.5;

@@ -1,6 +1,7 @@
 /// \file
-/// A Fetch's base laser, simulated: what it sees of a room with four walls and of round things that
-/// stand in it. Source of its limits: fetch_bringup's laser.launch. Frame: map; meters, radians.
+/// A base's laser, simulated, by default a Fetch's: what it sees of a room with four walls and of
+/// round things that stand in it. Source of its limits: fetch_bringup's laser.launch. Frame: map;
+/// meters, radians.
 #pragma once
 
 #include <cstddef>
@@ -23,13 +24,17 @@ struct RoundThing {
 class FakeLaser {
  public:
   static constexpr std::size_t kBeams = 661;
-  static constexpr double kFirstAngle = -1.92, kAngleStep = 2 * 1.92 / 660;  ///< blind behind
+  static constexpr double kFetchView = 1.92;  ///< rad to either side: blind behind
   static constexpr double kNearest = 0.05, kFarthest = 25;
   static constexpr double kPeriod = 1 / 15.;  ///< s
 
   /// A room of 12 m by 12 m about the origin, larger where the robot stands elsewhere. `noise`:
-  /// standard deviation of a range, m.
-  explicit FakeLaser(const PlanarPose& start, double noise = 0.01, std::uint32_t seed = 3);
+  /// standard deviation of a range, m. `view`: rad that it looks to either side.
+  explicit FakeLaser(const PlanarPose& start, double view = kFetchView, double noise = 0.01,
+                     std::uint32_t seed = 3);
+
+  double firstAngle() const { return -view_; }
+  double angleStep() const { return 2 * view_ / (kBeams - 1); }
 
   /// What stands in the room from now on.
   void setThings(std::vector<RoundThing> things) { things_ = std::move(things); }
@@ -39,7 +44,7 @@ class FakeLaser {
  private:
   double rangeOf(const PlanarPose& T_map_laser, double heading) const;
 
-  const double half_room_, noise_;
+  const double half_room_, noise_, view_;
   std::mt19937 random_;
   std::vector<RoundThing> things_;
 };

@@ -8,11 +8,13 @@
 
 namespace afterglow::nodes {
 
-LaserTopics::LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser)
-    : laser_(start),
+LaserTopics::LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser,
+                         const ScanTopic& scan)
+    : frame_(scan.frame),
+      laser_(start, scan.view),
       T_base_laser_(toPlanarPose(T_base_laser)),
       is_upside_down_(T_base_laser.linear()(2, 2) < 0),
-      publisher_(node_.advertise<sensor_msgs::LaserScan>("/base_scan", 5)) {}
+      publisher_(node_.advertise<sensor_msgs::LaserScan>(scan.topic, 5)) {}
 
 void LaserTopics::setThings(const geometry_msgs::PoseArray& obstacles) {
   std::vector<RoundThing> things;
@@ -28,10 +30,10 @@ void LaserTopics::publishIfDue(const ros::Time& now, const PlanarPose& T_map_bas
   next_ = now - next_ > period ? now + period : next_ + period;
   sensor_msgs::LaserScan scan;
   scan.header.stamp = now;
-  scan.header.frame_id = "laser_link";
-  scan.angle_min = static_cast<float>(FakeLaser::kFirstAngle);
+  scan.header.frame_id = frame_;
+  scan.angle_min = static_cast<float>(laser_.firstAngle());
   scan.angle_max = -scan.angle_min;
-  scan.angle_increment = static_cast<float>(FakeLaser::kAngleStep);
+  scan.angle_increment = static_cast<float>(laser_.angleStep());
   scan.range_min = static_cast<float>(FakeLaser::kNearest);
   scan.range_max = static_cast<float>(FakeLaser::kFarthest);
   scan.scan_time = static_cast<float>(FakeLaser::kPeriod);

@@ -1,5 +1,5 @@
 /// \file
-/// The simulated Fetch's laser on the ROS graph: /base_scan, and for those who set the scene
+/// A simulated robot's laser on the ROS graph, and for those who set the scene
 /// /obstacles (geometry_msgs/PoseArray in map, position.z the radius).
 #pragma once
 
@@ -7,22 +7,31 @@
 #include <ros/ros.h>
 
 #include <Eigen/Geometry>
+#include <string>
 
 #include "nodes/fetch/fake_laser.hpp"
 
 namespace afterglow::nodes {
 
+/// By default a Fetch's.
+struct ScanTopic {
+  std::string topic = "/base_scan", frame = "laser_link";
+  double view = FakeLaser::kFetchView;  ///< rad to either side
+};
+
 /// For one thread at a time, the callbacks of its node handle included.
 class LaserTopics {
  public:
   /// `T_base_laser`: where it sits.
-  LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser);
+  LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser,
+              const ScanTopic& scan = {});
 
   /// To be called often; publishes fifteen times a second.
   void publishIfDue(const ros::Time& now, const PlanarPose& T_map_base);
   void setThings(const geometry_msgs::PoseArray& obstacles);
 
  private:
+  const std::string frame_;
   FakeLaser laser_;
   const PlanarPose T_base_laser_;
   const bool is_upside_down_;

@@ -53,6 +53,16 @@ void strip(std::vector<JointKnot>& knots) {
 
 }  // namespace
 
+std::vector<JointKnot> knotsOf(const TrajectoryGoal& goal, const std::vector<Joint>& joints,
+                               Nanoseconds begin) {
+  std::vector<JointKnot> knots;
+  for (const TrajectoryPoint& point : goal.points)
+    knots.push_back({begin + point.time_from_start, reorder(point.positions, joints, goal.joints),
+                     reorder(point.velocities, joints, goal.joints),
+                     reorder(point.accelerations, joints, goal.joints)});
+  return knots;
+}
+
 bool TrajectoryFollower::check(const TrajectoryGoal& goal) {
   std::set<std::string> mine;
   for (const Joint& joint : joints()) mine.insert(joint.name);
@@ -85,7 +95,7 @@ void TrajectoryFollower::start(const TrajectoryGoal& goal, const JointStates& me
   }
   if (!check(goal)) return;
   const Nanoseconds begin = goal.stamp.count() ? goal.stamp : now;
-  std::vector<JointKnot> knots = knotsOf(goal, begin);
+  std::vector<JointKnot> knots = knotsOf(goal, joints(), begin);
   const bool is_later = goal.points[0].time_from_start > 0s || knots[0].time > now;
   if (const std::optional<JointKnot> last = spliceKnot()) {
     knots.insert(knots.begin(), *last);
@@ -95,16 +105,6 @@ void TrajectoryFollower::start(const TrajectoryGoal& goal, const JointStates& me
     strip(knots);
   }
   if (takeTolerances(goal)) take(JointPath(std::move(knots), joints()));
-}
-
-std::vector<JointKnot> TrajectoryFollower::knotsOf(const TrajectoryGoal& goal,
-                                                   Nanoseconds begin) const {
-  std::vector<JointKnot> knots;
-  for (const TrajectoryPoint& point : goal.points)
-    knots.push_back({begin + point.time_from_start, reorder(point.positions, joints(), goal.joints),
-                     reorder(point.velocities, joints(), goal.joints),
-                     reorder(point.accelerations, joints(), goal.joints)});
-  return knots;
 }
 
 std::optional<std::vector<double>> TrajectoryFollower::limitsOf(

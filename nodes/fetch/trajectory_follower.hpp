@@ -31,6 +31,10 @@ struct TrajectoryGoal {
   Nanoseconds goal_time_tolerance{0};  ///< on top of the controller's own 0.6 s
 };
 
+/// A goal's points, from `begin` on, in the order of a controller's joints, all of which it has.
+std::vector<JointKnot> knotsOf(const TrajectoryGoal& goal, const std::vector<Joint>& joints,
+                               Nanoseconds begin);
+
 class TrajectoryFollower : public JointController {
  public:
   explicit TrajectoryFollower(std::vector<Joint> joints) : JointController(std::move(joints)) {}
@@ -50,7 +54,6 @@ class TrajectoryFollower : public JointController {
  private:
   bool check(const TrajectoryGoal& goal);
   bool checkPoints(const TrajectoryGoal& goal);
-  std::vector<JointKnot> knotsOf(const TrajectoryGoal& goal, Nanoseconds begin) const;
   std::optional<std::vector<double>> limitsOf(const std::vector<JointTolerance>& tolerances,
                                               double otherwise);
   bool takeTolerances(const TrajectoryGoal& goal);

@@ -3,11 +3,11 @@
 #include <std_msgs/String.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace afterglow::nodes {
 namespace {
 
-const std::vector<std::string> kMuxInputs = {"/cmd_vel", "/teleop/cmd_vel"};
 constexpr const char* kNoInput = "__none";
 
 }  // namespace
@@ -17,12 +17,12 @@ const std::string& VelocityMux::output() {
   return topic;
 }
 
-VelocityMux::VelocityMux() {
+VelocityMux::VelocityMux(std::vector<std::string> inputs) : inputs_(std::move(inputs)) {
   output_ = node_.advertise<geometry_msgs::Twist>(output(), 10);
   selected_publisher_ = node_.advertise<std_msgs::String>("/cmd_vel_mux/selected", 1, true);
-  select(kMuxInputs.front());
-  for (const std::string& topic : kMuxInputs) {
-    inputs_.push_back(
+  select(inputs_.front());
+  for (const std::string& topic : inputs_) {
+    subscribers_.push_back(
         node_.subscribe<geometry_msgs::Twist>(topic, 10, [this, topic](const auto& twist) {
           const std::lock_guard<std::mutex> lock(mutex_);
           if (topic == selected_) output_.publish(*twist);
@@ -43,7 +43,7 @@ void VelocityMux::select(const std::string& topic) {
 bool VelocityMux::onSelect(topic_tools::MuxSelect::Request& request,
                            topic_tools::MuxSelect::Response& response) {
   const bool is_known = request.topic == kNoInput ||
-                        std::count(kMuxInputs.begin(), kMuxInputs.end(), request.topic) > 0;
+                        std::count(inputs_.begin(), inputs_.end(), request.topic) > 0;
   if (!is_known) return false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -1,6 +1,7 @@
 /// \file
-/// The multiplexer of a Fetch's base, simulated: topic_tools' mux, as fetch_bringup's teleop.launch
-/// starts it. A person takes over by a service, and nothing takes that back.
+/// The multiplexer of a base, simulated: topic_tools' mux, as fetch_bringup's teleop.launch and
+/// PR2's pr2_navigation_teleop start it. A person takes over by a service, and nothing takes that
+/// back.
 #pragma once
 
 #include <geometry_msgs/Twist.h>
@@ -13,12 +14,12 @@
 
 namespace afterglow::nodes {
 
-/// In: /cmd_vel, /teleop/cmd_vel; out: /base_controller/command, what comes on the selected one of
-/// them, and /cmd_vel_mux/selected (std_msgs/String, latched), which one that is, by the service
-/// /cmd_vel_mux/select. Without timeout or priority.
+/// In: velocities, by default of /cmd_vel and /teleop/cmd_vel; out: /base_controller/command, what
+/// comes on the selected one of them, and /cmd_vel_mux/selected (std_msgs/String, latched), which
+/// one that is, by the service /cmd_vel_mux/select. Without timeout or priority.
 class VelocityMux {
  public:
-  VelocityMux();
+  explicit VelocityMux(std::vector<std::string> inputs = {"/cmd_vel", "/teleop/cmd_vel"});
 
   /// Its output, for a node that is the base, too.
   static const std::string& output();
@@ -28,11 +29,12 @@ class VelocityMux {
   bool onSelect(topic_tools::MuxSelect::Request& request,
                 topic_tools::MuxSelect::Response& response);
 
+  const std::vector<std::string> inputs_;  ///< the first is selected at first
   std::mutex mutex_;
   std::string selected_;
   ros::NodeHandle node_;
   ros::Publisher output_, selected_publisher_;
-  std::vector<ros::Subscriber> inputs_;
+  std::vector<ros::Subscriber> subscribers_;
   ros::ServiceServer service_;
 };
 

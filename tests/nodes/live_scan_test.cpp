@@ -24,10 +24,10 @@ TEST(LiveScan, knowsTheRobotsLinksByItsDescription) {
 }
 
 TEST(FakeLaser, seesWallsAndThingsTheOtherWayRoundWhenItHangsUpsideDown) {
-  FakeLaser laser({}, 0);
+  FakeLaser laser({}, FakeLaser::kFetchView, 0);
   laser.setThings({{1, 1, 0.2}});  // ahead to the left
-  const auto at = [](double angle) {
-    return static_cast<std::size_t>((angle - FakeLaser::kFirstAngle) / FakeLaser::kAngleStep + 0.5);
+  const auto at = [&](double angle) {
+    return static_cast<std::size_t>((angle - laser.firstAngle()) / laser.angleStep() + 0.5);
   };
   const std::vector<float> upright = laser.look({}, false), hanging = laser.look({}, true);
   ASSERT_EQ(upright.size(), FakeLaser::kBeams);

@@ -15,8 +15,8 @@ namespace {
 
 using namespace test;
 
-constexpr DriveFaults kPr2{1, 1, 0, 0.08, 0, true};
-constexpr DriveFaults kImperfectPr2{1.02, 0.98, 0.03, 0.08, 0, true};
+constexpr DriveFaults kPr2{1, 1, 0, 0.08, 0, kPr2Manners};
+constexpr DriveFaults kImperfectPr2{1.02, 0.98, 0.03, 0.08, 0, kPr2Manners};
 
 TrackerOptions holonomic() {
   TrackerOptions options;

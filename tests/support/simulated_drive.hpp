@@ -1,9 +1,10 @@
 /// \file
-/// A differential drive that does not quite do what it is told, the localization that does not
+/// A base that does not quite do what it is told, the localization that does not
 /// quite see where it is, and a detour to drive. Everything is random by a seed, and the same
 /// everywhere.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <deque>
@@ -41,16 +42,25 @@ class Bell {
   std::mt19937 random_;
 };
 
+/// How a base obeys; a Fetch's.
+struct DriveManners {
+  double acceleration = 0.75, turn_acceleration = 3;  ///< m/s^2, rad/s^2
+  double timeout = 0.25;       ///< s after its last command it stops by itself
+  bool stops_at_once = false;  ///< then; else it brakes
+  bool is_holonomic = false;
+  double fastest = 1e9, fastest_back = 1e9, fastest_turn = 1e9;  ///< what is faster is cut
+};
+/// pr2_controllers' pr2_base_controller2.
+inline constexpr DriveManners kPr2Manners{2, 2, 0.2, true, true};
+
 struct DriveFaults {
   double distance_scale = 1, turn_scale = 1;  ///< true way to what the wheels measure
   double slip = 0;       ///< of each wheel's travel in a step, relative; independent
   double delay = 0.08;   ///< s from a command to its effect
   double track = 0.375;  ///< m between the wheels
-  bool is_holonomic = false;  ///< a PR2's base
+  DriveManners manners = {};
 };
 
-/// Limits 0.75 m/s^2 and 3 rad/s^2; it brakes 0.25 s after its last command. A PR2's: 2 m/s^2 and
-/// 2 rad/s^2, and 0.2 s after its last command it stands at once.
 class SimulatedDrive {
  public:
   SimulatedDrive(const replay::PlanarPose& start, const replay::PlanarPose& odometry,
@@ -58,25 +68,29 @@ class SimulatedDrive {
       : truth_(start), odometry_(odometry), faults_(faults), bell_(seed) {}
 
   void command(double now, const replay::PlanarVelocity& velocity) {
-    commands_.push_back({now + faults_.delay, velocity});
+    const DriveManners& manners = faults_.manners;
+    const double aside = manners.is_holonomic ? manners.fastest : 0;
+    commands_.push_back(
+        {now + faults_.delay,
+         {std::clamp(velocity.forward, -manners.fastest_back, manners.fastest),
+          std::clamp(velocity.turn, -manners.fastest_turn, manners.fastest_turn),
+          std::clamp(velocity.left, -aside, aside)}});
   }
   /// Lets a step pass, from `now` on.
   void step(double now) {
     for (; !commands_.empty() && commands_.front().at <= now + 1e-9; commands_.pop_front()) {
       wanted_ = commands_.front();
     }
-    if (faults_.is_holonomic) return stepHolonomic(now);
-    if (now - wanted_.at > 0.25) wanted_.velocity = {};
-    approach(is_stuck ? 0 : wanted_.velocity.forward, 0.75, velocity_.forward);
-    approach(is_stuck ? 0 : wanted_.velocity.turn, 3, velocity_.turn);
+    const DriveManners& manners = faults_.manners;
+    const bool is_silent = now - wanted_.at > manners.timeout;
+    if (is_silent) wanted_.velocity = {};
+    const replay::PlanarVelocity wanted = is_stuck ? replay::PlanarVelocity() : wanted_.velocity;
+    const double at_once = is_silent && manners.stops_at_once ? 1e9 : 0;
+    approach(wanted.forward, std::max(at_once, manners.acceleration), velocity_.forward);
+    approach(wanted.left, std::max(at_once, manners.acceleration), velocity_.left);
+    approach(wanted.turn, std::max(at_once, manners.turn_acceleration), velocity_.turn);
     odometry_ = advance(odometry_, velocity_, kStep);
-    const double half = velocity_.turn * faults_.track / 2;
-    const double left = (velocity_.forward - half) * (1 + bell_(faults_.slip));
-    const double right = (velocity_.forward + half) * (1 + bell_(faults_.slip));
-    truth_ = advance(truth_,
-                     {faults_.distance_scale * (left + right) / 2,
-                      faults_.turn_scale * (right - left) / faults_.track},
-                     kStep);
+    truth_ = advance(truth_, manners.is_holonomic ? slide() : roll(), kStep);
   }
 
   replay::PlanarPose truth() const { return truth_; }
@@ -90,20 +104,19 @@ class SimulatedDrive {
     double at = -1;
     replay::PlanarVelocity velocity;
   };
-  void stepHolonomic(double now) {
-    const bool is_silent = now - wanted_.at > 0.2;
-    if (is_silent) wanted_.velocity = {};
-    const double limit = is_silent ? 1e9 : 2;
-    approach(is_stuck ? 0 : wanted_.velocity.forward, limit, velocity_.forward);
-    approach(is_stuck ? 0 : wanted_.velocity.left, limit, velocity_.left);
-    approach(is_stuck ? 0 : wanted_.velocity.turn, limit, velocity_.turn);
-    odometry_ = advance(odometry_, velocity_, kStep);
+  // What its wheels do in truth: with two of them, with as many as it takes to go sideways.
+  replay::PlanarVelocity roll() {
+    const double half = velocity_.turn * faults_.track / 2;
+    const double left = (velocity_.forward - half) * (1 + bell_(faults_.slip));
+    const double right = (velocity_.forward + half) * (1 + bell_(faults_.slip));
+    return {faults_.distance_scale * (left + right) / 2,
+            faults_.turn_scale * (right - left) / faults_.track};
+  }
+  replay::PlanarVelocity slide() {
     const double ahead = faults_.distance_scale * (1 + bell_(faults_.slip));
     const double aside = faults_.distance_scale * (1 + bell_(faults_.slip));
     const double around = faults_.turn_scale * (1 + bell_(faults_.slip));
-    truth_ = advance(truth_,
-                     {velocity_.forward * ahead, velocity_.turn * around, velocity_.left * aside},
-                     kStep);
+    return {velocity_.forward * ahead, velocity_.turn * around, velocity_.left * aside};
   }
   static void approach(double wanted, double limit, double& value) {
     value += std::clamp(wanted - value, -limit * kStep, limit * kStep);
