@@ -278,6 +278,10 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_.reset();
+    // A goal that an emergency stop has ended may be heard of before the stop itself.
+    if (!report.is_complete && stop_reason_ && *stop_reason_ != report.reason) {
+      report.reason += "; " + *stop_reason_;
+    }
   }
   std::map<std::string, double> joints;
   if (gate_) joints = gate_->joints();
