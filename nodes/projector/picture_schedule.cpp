@@ -11,6 +11,7 @@ PictureSchedule::PictureSchedule(double rate_hz)
 void PictureSchedule::announce() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
+    if (!has_news_) news_at_ = Clock::now();
     has_news_ = true;
   }
   woken_.notify_all();
@@ -37,17 +38,17 @@ PictureSchedule::Time PictureSchedule::regularDue(Time drawn_at, bool is_waiting
   return was_news ? drawn_at + period_ + period_ / 4 : drawn_at + period_;
 }
 
-void PictureSchedule::awaitDue(Time drawn_at, bool is_waiting) {
+std::optional<Clock::duration> PictureSchedule::awaitDue(Time drawn_at, bool is_waiting) {
   std::unique_lock<std::mutex> lock(mutex_);
   const Time regular = regularDue(drawn_at, is_waiting);
   woken_.wait_until(lock, regular, [this] { return is_stopped_ || has_news_; });
-  if (has_news_) {
-    const Time soonest = news_drawn_at_ + period_ / 2;
-    // GCC 9 subtracts the clock from what it waits for, which overflows before the first picture.
-    if (soonest > Clock::now()) woken_.wait_until(lock, soonest, [this] { return is_stopped_; });
-    news_drawn_at_ = Clock::now();
-  }
+  if (!has_news_) return std::nullopt;
+  const Time soonest = news_drawn_at_ + period_ / 2;
+  // GCC 9 subtracts the clock from what it waits for, which overflows before the first picture.
+  if (soonest > Clock::now()) woken_.wait_until(lock, soonest, [this] { return is_stopped_; });
+  news_drawn_at_ = Clock::now();
   has_news_ = false;
+  return news_drawn_at_ - news_at_;
 }
 
 }  // namespace afterglow::nodes

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 
 namespace afterglow::nodes {
 
@@ -22,8 +23,9 @@ class PictureSchedule {
   void stop();
   bool isStopped() const;
   /// Waits until the next picture after that of `drawn_at` is due. `is_waiting`: content waits for
-  /// a transform, which may come at any time.
-  void awaitDue(Time drawn_at, bool is_waiting);
+  /// a transform, which may come at any time. Returns how long the oldest new
+  /// content has waited; nothing: there is none.
+  std::optional<std::chrono::steady_clock::duration> awaitDue(Time drawn_at, bool is_waiting);
 
  private:
   Time regularDue(Time drawn_at, bool is_waiting) const;
@@ -32,6 +34,7 @@ class PictureSchedule {
   mutable std::mutex mutex_;  ///< all below
   std::condition_variable woken_;
   bool has_news_ = false, is_stopped_ = false;
+  Time news_at_;  ///< where has_news_: when the first of it came
   Time news_drawn_at_ = Time::min();
 };
 

@@ -94,12 +94,21 @@ void judgeLight(const ProjectorState& state, const OutputState& output, Diagnost
   status.message = "dark: " + lightWords(sum, invisible);
 }
 
+/// More to draw than time.
+void judgeRate(const ProjectorState& state, DiagnosticStatus& status) {
+  if (state.drawing_ms * state.wanted_hz <= 1000) return;
+  status.level = DiagnosticStatus::WARN;
+  status.message += fmt::format("; drawing takes {:.0f} ms: {:.0f} of {:.0f} images a second",
+                                state.drawing_ms, state.drawn_hz, state.wanted_hz);
+}
+
 DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState& output) {
   DiagnosticStatus status;
   status.name = state.name + ": projector" + (output.name.empty() ? "" : " " + output.name);
   status.hardware_id = "projector";
   if (output.problems.empty()) {
     judgeLight(state, output, status);
+    judgeRate(state, status);
   } else {
     // Problems of the projector itself come first and keep it dark.
     const bool is_dark = output.problems.front().rfind(kOwnProblem, 0) == 0;
@@ -109,6 +118,7 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   addValue(status, "drawn_hz", fmt::format("{:.1f}", state.drawn_hz));
   addValue(status, "wanted_hz", fmt::format("{:.1f}", state.wanted_hz));
   addValue(status, "late", std::to_string(state.late));
+  for (const auto& [stage, times] : state.stages) addValue(status, "time: " + stage, times);
   addValue(status, "renderer", output.renderer);
   if (!output.census.empty()) addValue(status, "light", lightWords(sumOf(output.census), 0));
   for (const std::string& problem : output.problems) addValue(status, "problem", problem);
@@ -214,9 +224,10 @@ ProjectorDiagnostics::ProjectorDiagnostics(double wanted_hz)
   publisher_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
 }
 
-void ProjectorDiagnostics::countImage(bool is_late) {
+void ProjectorDiagnostics::countImage(std::chrono::steady_clock::duration drawing) {
   ++drawn_;
-  if (is_late) ++late_;
+  drawing_ns_ += std::chrono::nanoseconds(drawing).count();
+  if (std::chrono::duration<double>(drawing).count() * wanted_hz_ > 1) ++late_;
 }
 
 void ProjectorDiagnostics::publish(ProjectorState state,
@@ -227,6 +238,12 @@ void ProjectorDiagnostics::publish(ProjectorState state,
   state.wanted_hz = wanted_hz_;
   state.drawn_hz = static_cast<double>(drawn - drawn_before_) /
                    std::chrono::duration<double>(now - counted_at_).count();
+  const std::int64_t drawing_ns = drawing_ns_;
+  if (drawn > drawn_before_) {
+    state.drawing_ms = 1e-6 * static_cast<double>(drawing_ns - drawing_ns_before_) /
+                       static_cast<double>(drawn - drawn_before_);
+  }
+  drawing_ns_before_ = drawing_ns;
   state.late = late_;
   drawn_before_ = drawn;
   counted_at_ = now;

@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/projector/layer_state.hpp"
@@ -34,14 +35,17 @@ struct ProjectorState {
   std::string name;     ///< of the node
   double drawn_hz = 0;  ///< images in the last second
   double wanted_hz = 0;
+  double drawing_ms = 0;   ///< mean of the images of the last second, until they are published
   std::uint64_t late = 0;  ///< images that took longer than their time, ever
+  /// Name and times, StageTimes::words().
+  std::vector<std::pair<std::string, std::string>> stages;
   std::vector<OutputState> outputs;
   std::vector<LayerStatus> layers;
   std::map<std::string, double> silent_s;  ///< by topic: since its last message; absent: none came
 };
 
 /// One status for each projector (an error while it is dark because something is missing, a warning
-/// while a layer lacks something or no content lies in the light) and one for each layer (a warning
+/// while a layer lacks something, no content lies in the light, or drawing takes longer than it has) and one for each layer (a warning
 /// once something was dropped, while all of its content is dark, or while its topic has another
 /// type). In words that say why the floor is dark.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
@@ -74,7 +78,7 @@ class ProjectorDiagnostics {
  public:
   explicit ProjectorDiagnostics(double wanted_hz);
 
-  void countImage(bool is_late);
+  void countImage(std::chrono::steady_clock::duration drawing);
   /// Completes the state with the node's name and rates. `watch`: the drift watch's status.
   void publish(ProjectorState state,
                const std::optional<diagnostic_msgs::DiagnosticStatus>& watch);
@@ -89,7 +93,9 @@ class ProjectorDiagnostics {
 
   const double wanted_hz_;
   std::atomic<std::uint64_t> drawn_{0}, late_{0};
+  std::atomic<std::int64_t> drawing_ns_{0};  ///< all images, ever
   std::uint64_t drawn_before_ = 0;
+  std::int64_t drawing_ns_before_ = 0;
   std::map<std::string, Heard> heard_;  ///< by topic
   std::chrono::steady_clock::time_point counted_at_;
   FaultLog faults_;

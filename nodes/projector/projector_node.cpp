@@ -100,12 +100,24 @@ ProjectorNode::~ProjectorNode() { endDrawing(); }
 // --------------------------------------------------------------------------------------------
 // input
 template <typename MessageType>
+void ProjectorNode::timeArrival(const MessageType& message) {
+  const ros::Time* stamp = ros::message_traits::timeStamp(message);
+  const ros::Time now = ros::Time::now();
+  if (stamp == nullptr || stamp->isZero() || *stamp > now) return;
+  times_.add(Stage::Arrived, std::chrono::nanoseconds((now - *stamp).toNSec()));
+}
+
+template <typename MessageType>
 ros::Subscriber ProjectorNode::subscribe(std::size_t layer) {
   const auto callback = [this, layer](const boost::shared_ptr<const MessageType>& message) {
+    timeArrival(*message);
+    Lap lap;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
+      times_.add(Stage::Locked, lap.next());
       scene_.add(layer, *message, timeInOrder());
     }
+    times_.add(Stage::Converted, lap.next());
     schedule_.announce();
   };
   const boost::function<void(const boost::shared_ptr<const MessageType>&)> function = callback;
@@ -164,12 +176,12 @@ void ProjectorNode::drawInThread(std::promise<void>& started) {
 }
 
 void ProjectorNode::drawLoop() {
-  const std::chrono::duration<double> period(1 / options_.rate_hz);
   while (!schedule_.isStopped()) {
     const auto drawn_at = std::chrono::steady_clock::now();
     drawAll();
-    diagnostics_.countImage(std::chrono::steady_clock::now() - drawn_at > period);
-    schedule_.awaitDue(drawn_at, isWaiting());
+    diagnostics_.countImage(std::chrono::steady_clock::now() - drawn_at);
+    const auto waited = schedule_.awaitDue(drawn_at, isWaiting());
+    if (waited) times_.add(Stage::Scheduled, *waited);
   }
 }
 
@@ -183,6 +195,7 @@ void ProjectorNode::drawAll() {
   std::vector<std::optional<Rigid<Projector, World>>> poses(outputs_.size());
   std::vector<std::vector<std::string>> problems(outputs_.size());
   ros::Time now;
+  Lap lap;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     now = timeInOrder();
@@ -198,7 +211,10 @@ void ProjectorNode::drawAll() {
     }
     problems_ = std::move(problems);
   }
-  for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->draw(scene, poses[i], now);
+  times_.add(Stage::Composed, lap.next());
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    outputs_[i]->draw(scene, poses[i], now, times_);
+  }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_pictures_ = true;
@@ -252,6 +268,7 @@ void ProjectorNode::publishDiagnostics() {
           {outputs_[i]->config().name, outputs_[i]->renderer(), problems_[i], {}});
     }
   }
+  state.stages = times_.words();
   addSources(state.layers);
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     std::vector<std::string>& problems = state.outputs[i].problems;

@@ -31,6 +31,7 @@
 #include "nodes/projector/projector_diagnostics.hpp"
 #include "nodes/projector/projector_output.hpp"
 #include "nodes/projector/projector_scene.hpp"
+#include "nodes/projector/stage_times.hpp"
 #include "nodes/projector/surface_service.hpp"
 #include "nodes/projector/topic_watch.hpp"
 #include "nodes/projector/transform_listener.hpp"
@@ -79,6 +80,9 @@ class ProjectorNode {
   void drawLoop();
   void drawAll();
   bool isWaiting() const;
+  /// Its age, where it has a stamp of the past.
+  template <typename MessageType>
+  void timeArrival(const MessageType& message);
   /// ROS time; clears the scene when it has jumped back. With the mutex held.
   ros::Time timeInOrder();
   /// Who publishes the layers' topics, as far as it is known.
@@ -95,6 +99,7 @@ class ProjectorNode {
   bool has_pictures_ = false;  ///< for awaitPictures()
   std::condition_variable pictures_ready_;
 
+  StageTimes times_;
   PictureSchedule schedule_;
   ros::NodeHandle own_{"~"};
   TransformListener listener_{transforms_};

@@ -69,7 +69,8 @@ void ProjectorOutput::startDrawing(render::GlContext& context) {
 
 void ProjectorOutput::draw(const render::Scene& scene,
                            const std::optional<Rigid<Projector, World>>& T_projector_world,
-                           ros::Time now) {
+                           ros::Time now, StageTimes& times) {
+  Lap lap;
   render::Image image;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -85,7 +86,9 @@ void ProjectorOutput::draw(const render::Scene& scene,
     const auto light_ns = now.toNSec() + static_cast<std::uint64_t>(config_.latency_ns);
     now.fromNSec(std::min(light_ns, ros::TIME_MAX.toNSec()));
   }
+  times.add(Stage::Drawn, lap.next());
   publish(image, now);
+  times.add(Stage::Published, lap.next());
   const std::lock_guard<std::mutex> lock(mutex_);
   description_ = renderer_->description();
   if (picture_) spare_ = std::move(*picture_);

@@ -18,6 +18,7 @@
 #include "calib/lens.hpp"
 #include "nodes/conversion/camera_messages.hpp"
 #include "nodes/projector/output_config.hpp"
+#include "nodes/projector/stage_times.hpp"
 #include "render/compose/light_census.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
@@ -39,7 +40,8 @@ class ProjectorOutput {
   /// Publishes the picture as of ROS time `now` and lays it out for takePicture(); black without a
   /// pose.
   void draw(const render::Scene& scene,
-            const std::optional<Rigid<Projector, World>>& T_projector_world, ros::Time now);
+            const std::optional<Rigid<Projector, World>>& T_projector_world, ros::Time now,
+            StageTimes& times);
   /// Counts for census(), once a second; behind the drawing, which does not wait for it.
   void takeCensus(const render::Scene& scene,
                   const std::optional<Rigid<Projector, World>>& T_projector_world);

@@ -3,6 +3,9 @@
 
 Starts a roscore and a projector_node of its own, publishes a marker or a cloud of a new color 30
 times a second, and waits for that color in the picture's middle. Python's own time is included.
+Then whose the time is: the node's stages as its /diagnostics tell them, of the last seconds (of a
+cloud: 'arrived' is from the publication), and 'seen', from a picture's beginning to here: what
+exceeds composed, drawn and published of it is the way here and Python's.
 Exits with 1 if the 99th percentile exceeds --limit-ms (a frame at 30 Hz), or, with --memory, if the
 node's memory grows by more than 1 MiB from the middle of the run to its end.
 
@@ -81,8 +84,8 @@ def start_master(folder):
 
 
 def color_of(code):
-    """Eight values a channel, in the middle of their range."""
-    return tuple(((code >> shift) & 7) * 32 + 16 for shift in (0, 3, 6))
+    """Four values a channel, high in their range: between points' smoothed edges it is darker."""
+    return tuple(((code >> shift) & 3) * 64 + 48 for shift in (0, 2, 4))
 
 
 def middle_code(buffer):
@@ -95,7 +98,13 @@ def middle_code(buffer):
     step = struct.unpack_from("<I", buffer, at + 1)[0]
     pixel = at + 9 + height // 2 * step + width // 2 * 3
     r, g, b = buffer[pixel:pixel + 3]
-    return (r >> 5) | (g >> 5) << 3 | (b >> 5) << 6
+    return (r >> 6) | (g >> 6) << 2 | (b >> 6) << 4
+
+
+def stamp_of(buffer):
+    """Of a serialized header, s."""
+    seconds, nanoseconds = struct.unpack_from("<II", buffer, 4)
+    return seconds + nanoseconds / 1e9
 
 
 class Watch:
@@ -105,6 +114,8 @@ class Watch:
         self.lock = threading.Lock()
         self.waiting = {}  # code -> time of publication
         self.latencies = []
+        self.picture_ages = []  # s, since their drawing has begun
+        self.stages = {}
         self.pictures = 0
 
     def publish(self, code, send):
@@ -114,12 +125,21 @@ class Watch:
 
     def see(self, message):
         now = time.monotonic()
+        age = time.time() - stamp_of(message._buff)
         seen = middle_code(message._buff)
         with self.lock:
             self.pictures += 1
+            self.picture_ages.append(age)
             # A later color answers for those before it, which it has replaced.
             for code in [c for c in self.waiting if (seen - c) % CODES < CODES // 2]:
                 self.latencies.append(now - self.waiting.pop(code))
+
+
+    def hear(self, diagnostics):
+        for status in diagnostics.status:
+            for value in status.values:
+                if value.key.startswith("time: "):
+                    self.stages[value.key[len("time: "):]] = value.value
 
 
 def transform(rospy):
@@ -160,7 +180,10 @@ def cloud_sender(rospy, count, width, height):
         __slots__ = ["bytes"]
 
         def serialize(self, buff):
-            buff.write(self.bytes)
+            now = time.time()
+            buff.write(self.bytes[:4])
+            buff.write(struct.pack("<II", int(now), int(now % 1 * 1e9)))
+            buff.write(memoryview(self.bytes)[12:])
 
     columns = int((count * width / height) ** 0.5)
     points = numpy.zeros(count, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
@@ -200,6 +223,12 @@ def report_latency(watch, limit_ms):
     return share(0.99) <= limit_ms and lost <= 1
 
 
+def report_stages(watch):
+    ages = sorted(1000 * age for age in watch.picture_ages[20:])
+    print("".join(f"  {stage:<10}{times}\n" for stage, times in watch.stages.items()) +
+          f"  {'seen':<10}p50 {ages[len(ages) // 2]:.1f}, p99 {ages[len(ages) * 99 // 100]:.1f} ms")
+
+
 def report_memory(samples):
     half = samples[len(samples) // 2:]
     mean = lambda pairs: sum(bytes for _, bytes in pairs) / len(pairs)
@@ -219,6 +248,7 @@ def run(arguments, folder):
     node = subprocess.Popen([arguments.node, f"_config:={config}", "_window:=false"])
     try:
         import rospy
+        from diagnostic_msgs.msg import DiagnosticArray
         rospy.init_node("latency", disable_signals=True)
         kept = [transform(rospy)]
         watch = Watch()
@@ -229,6 +259,7 @@ def run(arguments, folder):
             senders.append(marker_sender(rospy))
         kept.append(rospy.Subscriber("/projector_node/image", rospy.AnyMsg, watch.see,
                                      buff_size=1 << 24, tcp_nodelay=True))
+        kept.append(rospy.Subscriber("/diagnostics", DiagnosticArray, watch.hear))
         while watch.pictures == 0 or any(p.get_num_connections() == 0 for p, _ in senders):
             if node.poll() is not None:
                 sys.exit("projector_node has ended")
@@ -247,6 +278,7 @@ def run(arguments, folder):
             time.sleep(max(0, due + random.uniform(-0.003, 0.003) - time.monotonic()))
         time.sleep(1)
         is_good = report_latency(watch, arguments.limit_ms)
+        report_stages(watch)
         return report_memory(samples) and is_good if arguments.memory else is_good
     finally:
         node.terminate()

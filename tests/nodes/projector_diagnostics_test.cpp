@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "nodes/projector/parent_watch.hpp"
 
 namespace afterglow::nodes::projector_diagnostics_test {
@@ -60,6 +62,28 @@ TEST(ProjectorDiagnostics, areWellWhileSomethingIsLit) {
   const ProjectorState state = stateOf(layerOf(2), censusOf(1, 1));
   EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
   EXPECT_EQ(saidOf(state, "/cloud"), "0 2 shown");
+}
+
+TEST(ProjectorDiagnostics, warnWhileDrawingTakesLongerThanItHas) {
+  ProjectorState state = stateOf(layerOf(2), censusOf(2));
+  state.wanted_hz = 30;
+  state.drawn_hz = 20.4;
+  state.drawing_ms = 48;
+  EXPECT_EQ(saidOf(state, "projector"),
+            "1 projecting; drawing takes 48 ms: 20 of 30 images a second");
+  state.drawing_ms = 33;
+  EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
+}
+
+TEST(ProjectorDiagnostics, tellTheTimesOfTheStages) {
+  ProjectorState state = stateOf(layerOf(2), censusOf(2));
+  state.stages = {{"drawn", "p50 8.0, p99 9.0 ms"}};
+  const auto values = toDiagnostics(state).status.front().values;
+  const auto found = std::find_if(values.begin(), values.end(), [](const auto& value) {
+    return value.key == "time: drawn";
+  });
+  ASSERT_NE(found, values.end());
+  EXPECT_EQ(found->value, "p50 8.0, p99 9.0 ms");
 }
 
 TEST(ProjectorDiagnostics, takeTheProjectorThatShowsMostOfALayer) {
