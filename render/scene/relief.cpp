@@ -99,6 +99,18 @@ std::optional<double> Relief::height(const Eigen::Vector2d& p) const {
   return std::isfinite(height) ? std::optional(height) : std::nullopt;
 }
 
+Eigen::Vector3d Relief::spot(int column, int row, const Eigen::Vector2d& share) const {
+  const Eigen::Vector2d grid = Eigen::Vector2d(column, row) + share;
+  const Eigen::Vector2d p = origin_ + cell_ * grid;
+  return {p.x(), p.y(), heightInCell(column, row, grid)};
+}
+
+const Relief::Range& Relief::cellRange(int column, int row) const {
+  return levels_.front()
+      .cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_ - 1) +
+             static_cast<std::size_t>(column)];
+}
+
 Relief::Range Relief::range(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const {
   const Eigen::Vector2d last(columns_ - 2, rows_ - 2);
   const Eigen::Array2d from = ((low - origin_) / cell_).array().floor();
@@ -185,13 +197,31 @@ bool Relief::passOver(Step& step) const {
 
 std::optional<Eigen::Vector3d> Relief::firstHit(const Eigen::Vector3d& from,
                                                 const Eigen::Vector3d& direction) const {
+  bool is_lost = false;
+  const auto stop = firstStop(from, direction, kInfinity, is_lost);
+  if (!stop || is_lost) return std::nullopt;
+  return Eigen::Vector3d(from + direction * *stop);
+}
+
+bool Relief::isInTheWay(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                        double touch) const {
+  const Eigen::Vector3d way = to - from;
+  bool is_lost = false;
+  return firstStop(from, way, 1 - touch / way.norm(), is_lost).has_value();
+}
+
+/// As a share of the direction, less than `until`. Lost: the ray came out of a hole below what is
+/// known beside it.
+std::optional<double> Relief::firstStop(const Eigen::Vector3d& from,
+                                        const Eigen::Vector3d& direction, double until,
+                                        bool& is_lost) const {
   if (range().isEmpty() || !(direction.z() < 0)) return std::nullopt;
   Step step{from, direction, 0, 0, 0, 0};
   step.from.head<2>() = (from.head<2>() - origin_) / cell_;
   step.direction.head<2>() /= cell_;
   // Where the ray is among the heights and over the grid.
   step.begin = std::max(0.0, (range().greatest + kMargin - from.z()) / direction.z());
-  double end = (range().least - kMargin - from.z()) / direction.z();
+  double end = std::min(until, (range().least - kMargin - from.z()) / direction.z());
   for (int axis = 0; axis < 2; ++axis) {
     const double last = axis == 0 ? columns_ - 1 : rows_ - 1;
     double in = -step.from[axis] / step.direction[axis];
@@ -222,15 +252,10 @@ std::optional<Eigen::Vector3d> Relief::firstHit(const Eigen::Vector3d& from,
     }
     const double next_x = border(0, step.column), next_y = border(1, step.row);
     step.end = std::max(step.begin, std::min({next_x, next_y, end}));
-    const std::size_t cell =
-        static_cast<std::size_t>(step.row) * static_cast<std::size_t>(columns_ - 1) +
-        static_cast<std::size_t>(step.column);
-    const bool is_known = levels_.front().cells[cell].is_complete;
+    const bool is_known = cellRange(step.column, step.row).is_complete;
     if (is_known) {
-      bool is_lost = false;
       const auto hit = hitInCell(step, was_above, is_lost);
-      if (is_lost) return std::nullopt;
-      if (hit) return Eigen::Vector3d(from + direction * *hit);
+      if (hit) return hit;
     }
     was_above = is_known;
     step.begin = step.end;

@@ -35,13 +35,21 @@ class Relief {
   double knownShare() const;  ///< of the cells
 
   std::optional<double> height(const Eigen::Vector2d& p) const;
+  /// A place of a cell, `share` of its sides from its first node; where cells meet, bit for bit the
+  /// same of each. Not finite: the cell is a hole.
+  Eigen::Vector3d spot(int column, int row, const Eigen::Vector2d& share) const;
   /// Bounds of all heights in a rectangle.
   Range range(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const;
   const Range& range() const { return levels_.back().cells.front(); }
+  /// Of a cell; empty: a hole.
+  const Range& cellRange(int column, int row) const;
   /// Where a descending ray first meets it from above. Absent if it does not, or may have met
   /// something in a hole before.
   std::optional<Eigen::Vector3d> firstHit(const Eigen::Vector3d& from,
                                           const Eigen::Vector3d& direction) const;
+  /// Whether it is known to stop a descending ray on its way to a point, more than `touch` before
+  /// it.
+  bool isInTheWay(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double touch) const;
 
  private:
   struct Level {
@@ -51,6 +59,8 @@ class Relief {
   struct Step;
 
   void addLevels();
+  std::optional<double> firstStop(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
+                                  double until, bool& is_lost) const;
   bool passOver(Step& step) const;
   double heightInCell(int column, int row, const Eigen::Vector2d& grid) const;
   std::optional<double> hitInCell(const Step& step, bool was_above, bool& is_lost) const;

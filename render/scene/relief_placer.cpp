@@ -1,25 +1,32 @@
 #include "render/scene/relief_placer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
 #include <stdexcept>
 
 namespace afterglow::render {
 namespace {
 
-constexpr std::uint32_t kNoVertex = ~std::uint32_t{0};
-constexpr std::size_t kFewSlots = 1024;  // enough for most meshes
-constexpr int kMaxReliefSplits = 80;  // of anything that is not absurd
-/// Content is laid as long as it is lower than this share of the eye's height over the plane.
+constexpr std::uint32_t kNoIndex = ~std::uint32_t{0};
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Content is laid as long as it is lower than this share of the eye's height over the relief.
 constexpr double kHighest = 0.999;
-/// Light that is stopped this near to where it is to land, meters, is not stopped: noise.
-constexpr double kTouch = 0.01;
-constexpr double kFinest = 1.0 / 8;  // of a cell
-/// The smallest triangles whose corners land this many cells apart reach over something hidden.
-constexpr double kFarApart = 2;
+/// Content seen along its edge casts nothing: as wide as this share of its length, or less.
+constexpr double kSliver = 1e-9;
+constexpr double kOnSide = 1e-10;   // meters; nearer to a side is on it
+constexpr double kRounding = 1e-6;  // of a cell
+
+bool isBefore(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+bool areWithin(double low, double high, int last, int& first, int& end) {
+  if (!(low <= last) || !(high >= 0)) return false;
+  first = static_cast<int>(std::max(0.0, low));
+  end = static_cast<int>(std::min<double>(last, high)) + 1;
+  return true;
+}
 
 }  // namespace
 
@@ -27,22 +34,19 @@ void ReliefPlacer::begin(const Layer& layer, const Eigen::Vector3d& p_light) {
   if (!layer.surface || !layer.surface->relief || layer.placement == Placement::Direct) {
     throw std::logic_error("layer " + layer.name + " is not placed on a relief");
   }
-  relief_ = layer.surface->relief.get();
+  relief_ = layer.surface->relief;
   T_world_surface_ = layer.surface->T_world_surface.matrix();
-  p_light_ = T_world_surface_.inverse() * p_light;
-  has_eye_ = layer.placement == Placement::Viewer;
-  p_eye_ = T_world_surface_.inverse() * layer.p_viewer;
-}
-
-Eigen::Vector2d ReliefPlacer::footOf(const Eigen::Vector3d& p, double height) const {
-  if (!has_eye_) return p.head<2>();
-  const double share = (p_eye_.z() - height) / (p_eye_.z() - p.z());
-  return p_eye_.head<2>() + (p.head<2>() - p_eye_.head<2>()) * share;
+  const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
+  p_light_ = T_surface_world * p_light;
+  cast_.p_eye.reset();
+  if (layer.placement == Placement::Viewer) cast_.p_eye = T_surface_world * layer.p_viewer;
+  facets_.begin(relief_, p_light_, cast_);
 }
 
 std::optional<Eigen::Vector3d> ReliefPlacer::landing(const Eigen::Vector3d& p) const {
-  if (has_eye_) {
-    return p.z() < p_eye_.z() ? relief_->firstHit(p_eye_, p - p_eye_) : std::nullopt;
+  if (cast_.p_eye) {
+    return p.z() < cast_.p_eye->z() ? relief_->firstHit(*cast_.p_eye, p - *cast_.p_eye)
+                                    : std::nullopt;
   }
   const auto height = relief_->height(p.head<2>());
   if (!height) return std::nullopt;
@@ -51,10 +55,7 @@ std::optional<Eigen::Vector3d> ReliefPlacer::landing(const Eigen::Vector3d& p) c
 
 std::optional<Eigen::Vector3d> ReliefPlacer::spotOf(const Eigen::Vector3d& p) const {
   const auto spot = landing(p);
-  if (!spot) return std::nullopt;
-  const auto stopped = relief_->firstHit(p_light_, *spot - p_light_);
-  const bool is_reached = !stopped || (*stopped - *spot).norm() < kTouch;
-  return is_reached ? spot : std::nullopt;
+  return spot && !relief_->isInTheWay(p_light_, *spot, ReliefSight::kTouch) ? spot : std::nullopt;
 }
 
 std::optional<Eigen::Vector3d> ReliefPlacer::place(const Eigen::Vector3d& p_world) const {
@@ -67,168 +68,209 @@ void ReliefPlacer::lay(const Mesh& mesh, LaidMesh& out) {
   out.mesh.clear();
   out.heights.clear();
   vertices_.clear();
-  forgetEdges();
   if (relief_->range().isEmpty()) return;
+  if (cast_.p_eye && !(cast_.p_eye->z() > double{relief_->range().least})) return;
   out_ = &out;
   const Eigen::Isometry3d T_surface_world = T_world_surface_.inverse();
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    addVertex(T_surface_world * mesh.points[i], asFloats(mesh.colors[i]));
+    vertices_.push_back({T_surface_world * mesh.points[i], asFloats(mesh.colors[i])});
   }
-  for (const Triangle& triangle : mesh.triangles) layBelowEye(triangle);
+  for (const auto& triangle : mesh.triangles) layBelowEye(triangle);
 }
 
-std::uint32_t ReliefPlacer::addVertex(const Eigen::Vector3d& p, const Eigen::Vector4f& color) {
-  vertices_.push_back({p, color, footOf(p, relief_->range().least), spotOf(p), kNoVertex});
-  return static_cast<std::uint32_t>(vertices_.size() - 1);
-}
-
-std::uint32_t ReliefPlacer::addBetween(std::uint32_t a, std::uint32_t b, double share) {
-  const Vertex &from = vertices_[a], &to = vertices_[b];
-  const Eigen::Vector3d p = from.p * (1 - share) + to.p * share;
-  const auto s = static_cast<float>(share);
-  const Eigen::Vector4f color = from.color * (1 - s) + to.color * s;
-  return addVertex(p, color);
+double ReliefPlacer::highest() const {
+  if (!cast_.p_eye) return kInfinity;
+  const double least = static_cast<double>(relief_->range().least);
+  return least + kHighest * (cast_.p_eye->z() - least);
 }
 
 /// Content as high as the eye or higher has no place below the eye.
-void ReliefPlacer::layBelowEye(const Triangle& triangle) {
-  const double highest = kHighest * p_eye_.z();
-  const auto room = [&](std::uint32_t i) { return highest - vertices_[i].p.z(); };
-  const auto is_below = [&](std::uint32_t i) { return !has_eye_ || room(i) >= 0; };
-  if (std::all_of(triangle.begin(), triangle.end(), is_below)) return split(triangle, 0);
-  std::array<std::uint32_t, 4> kept{};
+void ReliefPlacer::layBelowEye(const std::array<std::uint32_t, 3>& triangle) {
+  const double most = highest();
+  const auto room = [most](const Vertex& vertex) { return most - vertex.p.z(); };
+  std::array<Vertex, 4> kept;
   std::size_t count = 0;
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
-    if (is_below(a)) kept[count++] = a;
-    if (is_below(a) == is_below(b)) continue;
+    const Vertex &a = vertices_[triangle[i]], &b = vertices_[triangle[(i + 1) % 3]];
+    const bool is_below = room(a) >= 0;
+    if (is_below) kept[count++] = a;
+    if (is_below == (room(b) >= 0)) continue;
     // From the lower end, whichever way round the triangle has it: neighbors agree.
-    const std::uint32_t low = is_below(a) ? a : b, high = is_below(a) ? b : a;
-    kept[count++] = addBetween(low, high, room(low) / (room(low) - room(high)));
+    const Vertex &low = is_below ? a : b, &high = is_below ? b : a;
+    const double share = room(low) / (room(low) - room(high));
+    const auto weight = static_cast<float>(share);
+    kept[count++] = {low.p * (1 - share) + high.p * share,
+                     low.color * (1 - weight) + high.color * weight};
   }
-  for (std::size_t i = 2; i < count; ++i) split({kept[0], kept[i - 1], kept[i]}, 0);
+  for (std::size_t i = 2; i < count; ++i) layTriangle(kept[0], kept[i - 1], kept[i]);
 }
 
-ReliefPlacer::Edge& ReliefPlacer::edge(std::uint32_t a, std::uint32_t b) {
-  const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-  if (2 * edge_count_ >= slots_.size()) doubleSlots();
-  Slot& slot = slotOf(key);
-  if (slot.key == kFree) {
-    slot = {key, {0, false, kNoVertex}};
-    ++edge_count_;
-    judge(slot.edge, a, b);
+void ReliefPlacer::layTriangle(const Vertex& a, const Vertex& b, const Vertex& c) {
+  const Content content{{&a, &b, &c}, {sideOf(b, c, a), sideOf(c, a, b), sideOf(a, b, c)}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Side& side = content.sides[i];
+    const Eigen::Vector3d& p = content.corners[i]->p;
+    if (!(side.at(p) > kSliver * side.normal.norm() * (p - side.origin).norm())) return;
   }
-  return slot.edge;
-}
-
-void ReliefPlacer::forgetEdges() {
-  slots_.assign(kFewSlots, {kFree, {}});
-  edge_count_ = 0;
-}
-
-/// Its own, or the free one where it belongs.
-ReliefPlacer::Slot& ReliefPlacer::slotOf(std::uint64_t key) {
-  const std::size_t last = slots_.size() - 1;
-  const std::uint64_t mixed = key * 0x9e3779b97f4a7c15;  // Fibonacci hashing: the upper bits count
-  for (std::size_t i = (mixed >> 32) & last;; i = (i + 1) & last) {
-    if (slots_[i].key == key || slots_[i].key == kFree) return slots_[i];
-  }
-}
-
-void ReliefPlacer::doubleSlots() {
-  std::vector<Slot> old(2 * slots_.size(), {kFree, {}});
-  old.swap(slots_);
-  for (const Slot& slot : old) {
-    if (slot.key != kFree) slotOf(slot.key) = slot;
-  }
-}
-
-std::uint32_t ReliefPlacer::middle(Edge& edge, std::uint32_t a, std::uint32_t b) {
-  if (edge.middle == kNoVertex) edge.middle = addBetween(a, b, 0.5);
-  return edge.middle;
-}
-
-/// Looks at all that the edge's light can meet.
-void ReliefPlacer::judge(Edge& edge, std::uint32_t from, std::uint32_t to) {
-  const Vertex a = vertices_[from], b = vertices_[to];
-  const Relief::Range& all = relief_->range();
-  Eigen::Array2d low = a.foot.array().min(b.foot.array());
-  Eigen::Array2d high = a.foot.array().max(b.foot.array());
-  const auto include = [&](const Eigen::Vector2d& p) {
-    low = low.min(p.array());
-    high = high.max(p.array());
-  };
-  if (has_eye_) {
-    for (const Vertex* vertex : {&a, &b}) include(footOf(vertex->p, all.greatest));
-  }
-  const Relief::Range under = relief_->range(low, high);
-  const double any = std::numeric_limits<double>::infinity();
-  const double cell = relief_->cell();
-  edge.is_empty = under.isEmpty();
-  edge.allowed = any;
-  if (edge.is_empty) return;
-  if (!under.is_complete || a.spot.has_value() != b.spot.has_value()) {
-    edge.allowed = cell * kFinest;
+  findFootprint(content);
+  const auto [low, high] = std::minmax_element(
+      footprint_.begin(), footprint_.end(),
+      [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.y() < q.y(); });
+  int row = 0, row_end = 0;
+  if (!areWithin(low->y() - kRounding, high->y() + kRounding, relief_->rows() - 2, row, row_end)) {
     return;
   }
-  // What may stand in the light's way, between the ground and the greatest height.
-  const double rise = p_light_.z() - all.least;
-  const double share = rise > 0 ? std::min(1.0, (all.greatest - all.least) / rise) : 1;
-  const std::array<Eigen::Vector2d, 2> corners = {low.matrix(), high.matrix()};
-  for (const Eigen::Vector2d& p : corners) include(p + (p_light_.head<2>() - p) * share);
-  const Relief::Range around = relief_->range(low, high);
-  if (around.greatest - around.least <= kTolerance) return;
-  const double length = (a.foot - b.foot).norm();
-  if (length > cell) {
-    edge.allowed = cell;
-  } else if (length > cell * kFinest && a.spot) {
-    const auto& spot = vertices_[middle(edge, from, to)].spot;
-    const bool follows = spot && (*spot - (*a.spot + *b.spot) / 2).norm() <= kTolerance;
-    edge.allowed = follows ? any : cell * kFinest;
-  }
-}
-
-void ReliefPlacer::split(const Triangle& triangle, int depth) {
-  std::size_t longest = 3;
-  double length = 0;
-  bool is_empty = true;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
-    const Edge& between = edge(a, b);
-    is_empty = is_empty && between.is_empty;
-    const double own = (vertices_[a].foot - vertices_[b].foot).norm();
-    if (own <= std::max(between.allowed, length)) continue;
-    length = own;
-    longest = i;
-  }
-  if (is_empty) return;  // the edges' surroundings cover the triangle's
-  if (longest == 3 || depth == kMaxReliefSplits) return add(triangle);
-  const std::uint32_t from = triangle[longest], to = triangle[(longest + 1) % 3];
-  const std::uint32_t other = triangle[(longest + 2) % 3];
-  const std::uint32_t between = middle(edge(from, to), from, to);
-  split({from, between, other}, depth + 1);
-  split({between, to, other}, depth + 1);
-}
-
-void ReliefPlacer::add(const Triangle& triangle) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Vertex &a = vertices_[triangle[i]], &b = vertices_[triangle[(i + 1) % 3]];
-    if (!a.spot || !b.spot) return;
-    const bool is_finest = (a.foot - b.foot).norm() <= kFinest * relief_->cell();
-    if (is_finest && (*a.spot - *b.spot).norm() > kFarApart * relief_->cell()) return;
-  }
-  Triangle indices;
-  for (std::size_t i = 0; i < 3; ++i) {
-    Vertex& vertex = vertices_[triangle[i]];
-    if (vertex.index == kNoVertex) {
-      vertex.index = static_cast<std::uint32_t>(out_->mesh.points.size());
-      out_->mesh.points.push_back(T_world_surface_ * *vertex.spot);
-      out_->mesh.colors.push_back(asBytes(vertex.color));
-      out_->heights.push_back(vertex.p.z());
+  for (; row < row_end; ++row) {
+    const auto [left, right] = columnsIn(row);
+    int column = 0, end = 0;
+    if (!areWithin(left - kRounding, right + kRounding, relief_->columns() - 2, column, end)) {
+      continue;
     }
-    indices[i] = vertex.index;
+    for (; column < end; ++column) layOn(facets_.cell(column, row), content);
   }
-  out_->mesh.triangles.push_back(indices);
+}
+
+/// From the edge's lesser end: the two triangles that share it get each other's opposite, bit for
+/// bit.
+ReliefPlacer::Side ReliefPlacer::sideOf(const Vertex& a, const Vertex& b,
+                                        const Vertex& opposite) const {
+  const bool is_ordered = isBefore(a.p, b.p);
+  const Eigen::Vector3d &first = is_ordered ? a.p : b.p, &second = is_ordered ? b.p : a.p;
+  Side side{Eigen::Vector3d(first.y() - second.y(), second.x() - first.x(), 0), first, 0};
+  if (cast_.p_eye) {
+    side.normal = (first - *cast_.p_eye).cross(second - *cast_.p_eye);
+    side.origin = *cast_.p_eye;
+  }
+  side.rounding = kOnSide * side.normal.norm();
+  if (side.at(opposite.p) < 0) side.normal = -side.normal;
+  return side;
+}
+
+void ReliefPlacer::findFootprint(const Content& content) {
+  const Relief::Range& range = relief_->range();
+  const auto add = [this](const Eigen::Vector2d& foot) {
+    footprint_.emplace_back((foot - relief_->origin()) / relief_->cell());
+  };
+  footprint_.clear();
+  for (const Vertex* corner : content.corners) {
+    add(cast_.foot(corner->p, static_cast<double>(range.least)));
+    if (!cast_.p_eye) continue;
+    add(cast_.foot(corner->p, std::min(static_cast<double>(range.greatest), cast_.p_eye->z())));
+  }
+}
+
+/// From where to where the footprint's hull reaches in a row of cells.
+std::array<double, 2> ReliefPlacer::columnsIn(int row) const {
+  std::array<double, 2> columns = {kInfinity, -kInfinity};
+  const double low = row - kRounding, high = row + 1 + kRounding;
+  for (std::size_t i = 0; i < footprint_.size(); ++i) {
+    for (std::size_t j = i + 1; j < footprint_.size(); ++j) {
+      const Eigen::Vector2d &a = footprint_[i], &b = footprint_[j];
+      if (std::max(a.y(), b.y()) < low || std::min(a.y(), b.y()) > high) continue;
+      const double height = b.y() - a.y();
+      for (const double y : {low, high}) {
+        const double share =
+            height == 0 ? (y == low ? 0 : 1) : std::clamp((y - a.y()) / height, 0., 1.);
+        const double x = a.x() + share * (b.x() - a.x());
+        columns = {std::min(columns[0], x), std::max(columns[1], x)};
+      }
+    }
+  }
+  return columns;
+}
+
+void ReliefPlacer::layOn(const ReliefFacets::Cell& cell, const Content& content) {
+  if (cell.triangle_count == 0) return;
+  shares_.clear();
+  for (std::size_t i = 0; i < cell.corner_count; ++i) {
+    shares_.push_back(content.at(cell.corners[i]));
+  }
+  index_of_.assign(cell.corner_count, kNoIndex);
+  for (std::size_t i = 0; i < cell.triangle_count; ++i) {
+    const ReliefFacets::Triangle& t = cell.triangles[i];
+    const Shares &a = shares_[t[0]], &b = shares_[t[1]], &c = shares_[t[2]];
+    bool is_inside = true, is_outside = false;
+    for (std::size_t side = 0; side < 3; ++side) {
+      is_inside = is_inside && a[side] >= 0 && b[side] >= 0 && c[side] >= 0;
+      is_outside = is_outside || (a[side] <= 0 && b[side] <= 0 && c[side] <= 0);
+    }
+    if (is_outside) continue;
+    if (!is_inside) {
+      cut({cell.corners[t[0]], cell.corners[t[1]], cell.corners[t[2]]}, content);
+      continue;
+    }
+    for (const std::uint32_t at : t) {
+      if (index_of_[at] == kNoIndex) index_of_[at] = add(cell.corners[at], shares_[at], content);
+    }
+    out_->mesh.triangles.push_back({index_of_[t[0]], index_of_[t[1]], index_of_[t[2]]});
+  }
+}
+
+/// To the part inside of all sides.
+void ReliefPlacer::cut(const Facet& facet, const Content& content) {
+  polygon_.clear();
+  for (std::size_t i = 0; i < 3; ++i) polygon_.push_back({facet[i], content.at(facet[i]), i});
+  for (std::size_t side = 0; side < 3; ++side) cutOff(side, facet, content);
+  const auto first = static_cast<std::uint32_t>(out_->mesh.points.size());
+  if (polygon_.size() < 3) return;
+  for (const Corner& corner : polygon_) add(corner.p, corner.shares, content);
+  for (std::uint32_t i = 2; i < polygon_.size(); ++i) {
+    out_->mesh.triangles.push_back({first, first + i - 1, first + i});
+  }
+}
+
+void ReliefPlacer::cutOff(std::size_t side, const Facet& facet, const Content& content) {
+  clipped_.clear();
+  for (std::size_t i = 0; i < polygon_.size(); ++i) {
+    const Corner &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
+    const double at_a = a.shares[side], at_b = b.shares[side];
+    if (at_a >= 0) clipped_.push_back(a);
+    if (at_a == 0 && at_b < 0) clipped_.back().line = 3 + side;
+    if (at_a * at_b >= 0) continue;
+    const Eigen::Vector3d p = crossing(a.line, side, facet, content);
+    Shares shares = content.at(p);
+    shares[side] = 0;
+    clipped_.push_back({p, shares, at_a > 0 ? 3 + side : a.line});
+  }
+  polygon_.swap(clipped_);
+}
+
+/// Where a line of the polygon meets a side: found by what lies there, in whichever polygon, so
+/// that all that meet there agree to the last bit.
+Eigen::Vector3d ReliefPlacer::crossing(std::size_t line, std::size_t side, const Facet& facet,
+                                       const Content& content) const {
+  if (line >= 3) return landingOn(facet, content.corners[3 - (line - 3) - side]->p);
+  const Eigen::Vector3d *from = &facet[line], *to = &facet[(line + 1) % 3];
+  if (isBefore(*to, *from)) std::swap(from, to);
+  const double at_from = content.sides[side].at(*from), at_to = content.sides[side].at(*to);
+  const double share = at_from == at_to ? 0 : std::clamp(at_from / (at_from - at_to), 0.0, 1.0);
+  return *from + share * (*to - *from);
+}
+
+/// Where content is cast on a facet's plane.
+Eigen::Vector3d ReliefPlacer::landingOn(const Facet& facet, const Eigen::Vector3d& p) const {
+  const Eigen::Vector3d normal = (facet[1] - facet[0]).cross(facet[2] - facet[0]);
+  const Eigen::Vector3d from = cast_.p_eye.value_or(p);
+  const Eigen::Vector3d way = cast_.p_eye ? Eigen::Vector3d(p - from) : -Eigen::Vector3d::UnitZ();
+  return from + normal.dot(facet[0] - from) / normal.dot(way) * way;
+}
+
+/// A vertex of the output.
+std::uint32_t ReliefPlacer::add(const Eigen::Vector3d& p, const Shares& shares,
+                                const Content& content) {
+  const Eigen::Vector3d positive = Eigen::Vector3d(shares[0], shares[1], shares[2]).cwiseMax(0);
+  const Eigen::Vector3d weights = positive / positive.sum();
+  double height = 0;
+  Eigen::Vector4f color = Eigen::Vector4f::Zero();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double weight = weights[static_cast<Eigen::Index>(i)];
+    height += weight * content.corners[i]->p.z();
+    color += static_cast<float>(weight) * content.corners[i]->color;
+  }
+  out_->mesh.points.push_back(T_world_surface_ * p);
+  out_->mesh.colors.push_back(asBytes(color));
+  out_->heights.push_back(height);
+  return static_cast<std::uint32_t>(out_->mesh.points.size() - 1);
 }
 
 }  // namespace afterglow::render

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -11,6 +12,7 @@
 
 #include "render/scene/mesh.hpp"
 #include "render/scene/relief.hpp"
+#include "render/scene/relief_facets.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::render {
@@ -23,11 +25,12 @@ struct LaidMesh {
 
 /// Drape: along the plane's normal. Viewer: where the ray from the viewer's eye through the content
 /// first meets the relief. What would land in a hole, outside the relief, or where the light does
-/// not reach because the relief itself is in its way, is left out. Keeps its buffers.
+/// not reach because the relief itself is in its way, is left out. Keeps its buffers, and what it
+/// found out about the relief as long as that, the light and the viewer stay.
 class ReliefPlacer {
  public:
-  /// Which layer follows, and where the light comes from (world). The layer must outlive its
-  /// placing. Throws std::logic_error if it has no relief or is not placed on a surface.
+  /// Which layer follows, and where the light comes from (world). Throws std::logic_error if it has
+  /// no relief or is not placed on a surface.
   void begin(const Layer& layer, const Eigen::Vector3d& p_light);
 
   double cell() const { return relief_->cell(); }
@@ -35,59 +38,68 @@ class ReliefPlacer {
   /// Where a point of the content lands. World coordinates.
   std::optional<Eigen::Vector3d> place(const Eigen::Vector3d& p_world) const;
 
-  /// Replaces what `out` held. Triangles are split until they follow the relief to kTolerance, and
-  /// near steps, holes and shadows to an eighth of a cell; neighbors that share an edge share its
-  /// splits.
+  /// Replaces what `out` held. The relief's facets are cut to the triangles' shadows on them:
+  /// exact, but for what the facets leave out (ReliefFacets). Neighbors share their vertices.
   void lay(const Mesh& mesh, LaidMesh& out);
-
-  static constexpr double kTolerance = 0.0005;  ///< meters
 
  private:
   struct Vertex {
     Eigen::Vector3d p;  ///< content; surface's frame, as all here
     Eigen::Vector4f color;
-    Eigen::Vector2d foot;                 ///< on the lowest plane of the relief
-    std::optional<Eigen::Vector3d> spot;  ///< on the relief; absent: dark
-    std::uint32_t index;                  ///< in the output, once it is there
   };
-  /// Between two vertices; found once, for both triangles that it belongs to.
-  struct Edge {
-    double allowed = 0;     ///< how long it may be on the ground
-    bool is_empty = false;  ///< nothing is known around it
-    std::uint32_t middle;   ///< a vertex, once it is there
+  /// Where an edge of the content is cast.
+  struct Side {
+    Eigen::Vector3d normal, origin;
+    double rounding;  ///< less is zero
+
+    double at(const Eigen::Vector3d& p) const {
+      const double distance = normal.dot(p - origin);
+      return std::abs(distance) <= rounding ? 0 : distance;
+    }
   };
-  struct Slot {
-    std::uint64_t key;  ///< both vertices, the lesser one first; kFree: none
-    Edge edge;
+  /// Positive on the inside; together, a triangle's shares of its corners.
+  using Shares = std::array<double, 3>;
+  struct Content {
+    std::array<const Vertex*, 3> corners;
+    std::array<Side, 3> sides;  ///< each opposite the corner of its number
+    Shares at(const Eigen::Vector3d& p) const {
+      return {sides[0].at(p), sides[1].at(p), sides[2].at(p)};
+    }
   };
-  static constexpr std::uint64_t kFree = ~std::uint64_t{0};
-  using Triangle = std::array<std::uint32_t, 3>;
+  /// A facet being cut. Lines are the facet's edges, and after them the content's.
+  struct Corner {
+    Eigen::Vector3d p;
+    Shares shares;
+    std::size_t line;  ///< to the next corner
+  };
+  using Facet = std::array<Eigen::Vector3d, 3>;
 
   std::optional<Eigen::Vector3d> landing(const Eigen::Vector3d& p) const;
   std::optional<Eigen::Vector3d> spotOf(const Eigen::Vector3d& p) const;
-  Eigen::Vector2d footOf(const Eigen::Vector3d& p, double height) const;
-  std::uint32_t addVertex(const Eigen::Vector3d& p, const Eigen::Vector4f& color);
-  std::uint32_t addBetween(std::uint32_t a, std::uint32_t b, double share);
-  void layBelowEye(const Triangle& triangle);
-  void split(const Triangle& triangle, int depth);
-  /// Until the next edge is asked for.
-  Edge& edge(std::uint32_t a, std::uint32_t b);
-  void forgetEdges();
-  Slot& slotOf(std::uint64_t key);
-  void doubleSlots();
-  std::uint32_t middle(Edge& edge, std::uint32_t a, std::uint32_t b);
-  void judge(Edge& edge, std::uint32_t a, std::uint32_t b);
-  void add(const Triangle& triangle);
+  double highest() const;
+  void layBelowEye(const std::array<std::uint32_t, 3>& triangle);
+  void layTriangle(const Vertex& a, const Vertex& b, const Vertex& c);
+  Side sideOf(const Vertex& a, const Vertex& b, const Vertex& opposite) const;
+  void findFootprint(const Content& content);
+  std::array<double, 2> columnsIn(int row) const;
+  void layOn(const ReliefFacets::Cell& cell, const Content& content);
+  void cut(const Facet& facet, const Content& content);
+  void cutOff(std::size_t side, const Facet& facet, const Content& content);
+  Eigen::Vector3d crossing(std::size_t line, std::size_t side, const Facet& facet,
+                           const Content& content) const;
+  Eigen::Vector3d landingOn(const Facet& facet, const Eigen::Vector3d& p) const;
+  std::uint32_t add(const Eigen::Vector3d& p, const Shares& shares, const Content& content);
 
-  const Relief* relief_ = nullptr;
+  std::shared_ptr<const Relief> relief_;
+  ReliefFacets facets_;
   Eigen::Isometry3d T_world_surface_ = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero(), p_eye_ = Eigen::Vector3d::Zero();
-  bool has_eye_ = false;
+  Eigen::Vector3d p_light_ = Eigen::Vector3d::Zero();
+  ReliefCast cast_;
   std::vector<Vertex> vertices_;
-  /// By open addressing, a power of two of them: some hundred thousand edges an image are not worth
-  /// an allocation each.
-  std::vector<Slot> slots_;
-  std::size_t edge_count_ = 0;
+  std::vector<Eigen::Vector2d> footprint_;  ///< its hull holds the triangle's; in cells
+  std::vector<Shares> shares_;              ///< of a cell's corners
+  std::vector<std::uint32_t> index_of_;     ///< in the output
+  std::vector<Corner> polygon_, clipped_;
   LaidMesh* out_ = nullptr;
 };
 
