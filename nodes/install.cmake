@@ -9,11 +9,8 @@ install(TARGETS afterglow_guard recorder_node speaker_node
   RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT robot)
 set(programs afterglow_calibrate afterglow_console afterglow_doctor afterglow_mesh_reader afterglow_play
   afterglow_render afterglow_replay_guard ask_node calibrator_node console_node
-  fake_fetch_node kitting_demo player_node
+  fake_fetch_node kitting_demo observer_node player_node
   projector_node static_transform_node turret_tf_node)
-if(AFTERGLOW_WITH_GL)
-  list(APPEND programs observer_node)
-endif()
 install(TARGETS ${programs} RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION} COMPONENT nodes)
 install(CODE "
   set(folder \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CATKIN_GLOBAL_BIN_DESTINATION})

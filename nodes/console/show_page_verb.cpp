@@ -44,7 +44,10 @@ std::string filmOf(const ShowPageOptions& options, std::int64_t behavior) {
   add("--calibration", options.pictures.calibration);
   add("--projector", options.pictures.projector);
   const ProgramResult result = runProgram(command);
-  if (result.status != 0) throw std::runtime_error("no film: " + oneLine(result.output));
+  const auto end = result.output.find_last_not_of('\n') + 1;
+  if (result.status != 0) {
+    throw std::runtime_error("no film: " + oneLine(result.output.substr(0, end)));
+  }
   std::ifstream file(film, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
