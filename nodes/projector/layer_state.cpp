@@ -144,6 +144,9 @@ bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frame
   }
   // Content that came later may have been placed earlier.
   if (found != shown_.end() && found->second.order > waiting.order) return true;
+  if (found != shown_.end() && found->second.order >= first_order_) {
+    remark("an id twice in one array: the last is shown");
+  }
   T_fixed_frame->pretranslate(content.offset);
   for (render::Drawable& drawable : content.drawables) {
     auto* cloud = std::get_if<render::PointCloud>(&drawable.shape);
@@ -153,8 +156,12 @@ bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frame
   const bool decays = content.decay_ns > 0;
   const std::int64_t expires_ns =
       decays ? later(now_ns, content.decay_ns) : expiry(content, waiting.arrived_ns);
-  shown_.insert_or_assign(waiting.key,
-                          Shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order});
+  Shown shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order};
+  if (found != shown_.end()) {
+    found->second = std::move(shown);
+  } else {
+    shown_.emplace(waiting.key, std::move(shown));
+  }
   if (decays) evictPoints();
   return true;
 }

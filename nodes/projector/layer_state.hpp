@@ -67,7 +67,11 @@ class LayerState {
 
   LayerState(std::string topic, float alpha, Limits limits);
 
-  void countMessage() { ++status_.received; }
+  /// Counts a message. What is put until the next call comes from it.
+  void beginMessage() {
+    ++status_.received;
+    first_order_ = next_order_;
+  }
   void drop(const std::string& reason) { status_.drop(reason); }
   void remark(const std::string& reason) { status_.remark(reason); }
 
@@ -107,6 +111,7 @@ class LayerState {
   std::map<ContentKey, Shown> shown_;
   std::deque<Waiting> waiting_;
   std::uint64_t next_order_ = 0;
+  std::uint64_t first_order_ = 0;  ///< of the message's contents
   std::string hidden_for_;
   LayerStatus status_;
 };

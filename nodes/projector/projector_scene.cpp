@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <string_view>
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -28,16 +27,6 @@ LayerState makeLayer(const LayerConfig& config) {
   LayerState::Limits limits;
   if (!markers) limits.waiting = kCloudQueue;
   return {config.topic, config.alpha, limits};
-}
-
-bool namesOneTwice(const visualization_msgs::MarkerArray& message) {
-  std::vector<std::pair<std::string_view, int>> added;
-  for (const visualization_msgs::Marker& marker : message.markers) {
-    if (marker.action == visualization_msgs::Marker::ADD) added.emplace_back(marker.ns, marker.id);
-    if (marker.action == visualization_msgs::Marker::DELETEALL) added.clear();
-  }
-  std::sort(added.begin(), added.end());
-  return std::adjacent_find(added.begin(), added.end()) != added.end();
 }
 
 /// Whether two poses differ by more than tf's noise.
@@ -90,7 +79,7 @@ void ProjectorScene::addContent(std::size_t index, const std_msgs::Header& heade
                                 Converted<Content> content, ros::Time now) {
   LayerState& layer = layers_[index];
   frames_.forget(toNs(now));
-  layer.countMessage();
+  layer.beginMessage();
   if (!content.value) return layer.drop(content.reason);
   if (!content.reason.empty()) layer.remark(content.reason);
   const bool is_empty = content.value->drawables.empty();
@@ -113,15 +102,14 @@ ContentKey ProjectorScene::nextKey(std::size_t index) {
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::Marker& message,
                          ros::Time now) {
   frames_.forget(toNs(now));
-  layers_[layer].countMessage();
+  layers_[layer].beginMessage();
   addMarker(layer, message, now);
 }
 
 void ProjectorScene::add(std::size_t layer, const visualization_msgs::MarkerArray& message,
                          ros::Time now) {
   frames_.forget(toNs(now));  // once: markers of one message share what is looked up
-  layers_[layer].countMessage();
-  if (namesOneTwice(message)) layers_[layer].remark("an id twice in one array: the last is shown");
+  layers_[layer].beginMessage();
   for (const visualization_msgs::Marker& marker : message.markers) {
     addMarker(layer, marker, now);
   }
@@ -176,7 +164,7 @@ void ProjectorScene::showMarker(LayerState& layer, const visualization_msgs::Mar
 }
 
 void ProjectorScene::drop(std::size_t layer, const std::string& reason) {
-  layers_[layer].countMessage();
+  layers_[layer].beginMessage();
   layers_[layer].drop(reason);
 }
 
