@@ -74,7 +74,7 @@ void colorByAxis(render::PointCloud& cloud, const AxisColor& color,
   for (const Eigen::Vector3f& point : cloud.points.get()) {
     values.push_back(row.dot(point.cast<double>()) + origin);
   }
-  cloud.colors = colorsOf(values, color.scale);
+  cloud.colors = asBytes(colorsOf(values, color.scale));
 }
 
 }  // namespace afterglow::nodes

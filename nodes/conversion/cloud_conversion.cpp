@@ -1,7 +1,6 @@
 #include "nodes/conversion/cloud_conversion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -41,16 +40,9 @@ std::string sizeRemark(const PointCloud2& message) {
   return message.data.size() > declared ? "data is longer than declared" : "";
 }
 
-/// Color bytes as shares, in a table: a division for each would take most of the time.
-constexpr std::array<float, 256> kShares = [] {
-  std::array<float, 256> shares{};
-  for (std::size_t i = 0; i < shares.size(); ++i) shares[i] = static_cast<float>(i) / 255.0f;
-  return shares;
-}();
-
-render::Color unpack(std::uint32_t bits, bool with_alpha) {
-  const auto channel = [bits](int shift) { return kShares[(bits >> shift) & 0xffu]; };
-  return {channel(16), channel(8), channel(0), with_alpha ? channel(24) : 1.0f};
+render::Rgba unpack(std::uint32_t bits, bool with_alpha) {
+  const auto channel = [bits](int shift) { return static_cast<std::uint8_t>(bits >> shift); };
+  return {channel(16), channel(8), channel(0), with_alpha ? channel(24) : std::uint8_t{255}};
 }
 
 /// The fields that are read of every point.
@@ -86,9 +78,11 @@ class CloudReader {
       addRow(begin + first * message_.point_step, (message_.width - first - 1) / stride + 1,
              stride * message_.point_step);
     }
-    if (style_.color == ColorSource::Intensity) colors_ = colorsOf(values_, style_.scale);
+    if (style_.color == ColorSource::Intensity) {
+      colors_ = asBytes(colorsOf(values_, style_.scale));
+    }
     if (style_.color == ColorSource::Mono8) {
-      for (render::Color& color : colors_) color = gray(color);
+      for (render::Rgba& color : colors_) color = asBytes(gray(asShares(color)));
     }
     render::PointCloud cloud;
     cloud.style = style_.style;
@@ -104,14 +98,7 @@ class CloudReader {
     if (fields_.color.empty()) {
       return addPlainPoints(point, count, step, [](const std::uint8_t*) {});
     }
-    if (is_packed_ && !fields_.color[0].isSwapped()) {
-      const std::size_t at = fields_.color[0].offset();
-      return addPlainPoints(point, count, step, [this, at](const std::uint8_t* p) {
-        std::uint32_t bits;
-        std::memcpy(&bits, p + at, sizeof(bits));
-        colors_.push_back(unpack(bits, fields_.with_alpha));
-      });
-    }
+    if (is_packed_ && !fields_.color[0].isSwapped()) return addPackedPoints(point, count, step);
     addPlainPoints(point, count, step, [this](const std::uint8_t* p) { addColor(p); });
   }
 
@@ -152,6 +139,20 @@ class CloudReader {
     points_.resize(static_cast<std::size_t>(next - points_.data()));
   }
 
+  /// The same for colors that a depth camera's driver has packed.
+  void addPackedPoints(const std::uint8_t* point, std::size_t count, std::size_t step) {
+    const std::size_t at = fields_.color[0].offset(), before = colors_.size();
+    const bool with_alpha = fields_.with_alpha;
+    colors_.resize(before + count);
+    render::Rgba* next = colors_.data() + before;
+    addPlainPoints(point, count, step, [&next, at, with_alpha](const std::uint8_t* p) {
+      std::uint32_t bits;
+      std::memcpy(&bits, p + at, sizeof(bits));
+      *next++ = unpack(bits, with_alpha);
+    });
+    colors_.resize(static_cast<std::size_t>(next - colors_.data()));
+  }
+
   void addColor(const std::uint8_t* point) {
     const std::vector<FieldReader>& color = fields_.color;
     if (is_packed_) {
@@ -161,7 +162,7 @@ class CloudReader {
         const double value = color[i].number(point);
         return static_cast<float>(value > 0 ? std::min(value, 1.0) : 0);  // NaN is dark
       };
-      colors_.push_back({share(0), share(1), share(2), 1});
+      colors_.push_back(asBytes(render::Color{share(0), share(1), share(2), 1}));
     } else if (style_.color == ColorSource::Intensity) {
       values_.push_back(color[0].number(point));
     }
@@ -172,7 +173,7 @@ class CloudReader {
   CloudFields fields_;
   bool is_plain_ = false, is_packed_ = false;
   render::PointList points_;
-  render::ColorList colors_;
+  render::ByteColorList colors_;
   std::vector<double> values_;
 };
 

@@ -45,10 +45,10 @@ void addFrustum(render::PointList& triangles, float x0, const Eigen::Vector2f& r
 render::Triangles ellipticArrow(float length, float width, float height) {
   const Eigen::Vector2f shaft(width / 2, height / 2);
   const float neck = length * (1 - kHeadShare);
-  render::Triangles arrow;
-  addFrustum(arrow.points, 0, shaft, neck, shaft);
-  addFrustum(arrow.points, neck, kHeadToShaft * shaft, length, Eigen::Vector2f::Zero());
-  return arrow;
+  render::PointList arrow;
+  addFrustum(arrow, 0, shaft, neck, shaft);
+  addFrustum(arrow, neck, kHeadToShaft * shaft, length, Eigen::Vector2f::Zero());
+  return {std::move(arrow), {}};
 }
 
 Converted<PlacedArrow> arrowAlongX(const Eigen::Vector3f& scale) {
@@ -166,7 +166,7 @@ MaybeShape toPoints(Lists lists, const Eigen::Vector3f& scale) {
   if (scale.x() <= 0 || scale.y() <= 0) return fault("point size is not positive");
   render::PointCloud cloud;
   cloud.points = std::move(lists.points);
-  cloud.colors = std::move(lists.colors);
+  cloud.colors = asBytes(lists.colors);
   cloud.style = render::PointStyle::Squares;
   cloud.size = scale.x();
   cloud.size_y = scale.y();

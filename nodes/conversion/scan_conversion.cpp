@@ -60,7 +60,7 @@ Converted<ScanPoints> toScanPoints(const sensor_msgs::LaserScan& message, const 
   scan.cloud.style = style.style;
   scan.cloud.size = style.size;
   scan.cloud.points = std::move(points);
-  if (by_intensity) scan.cloud.colors = colorsOf(values, style.scale);
+  if (by_intensity) scan.cloud.colors = asBytes(colorsOf(values, style.scale));
   return {std::move(scan), {}};
 }
 

@@ -41,23 +41,23 @@ render::Outline outlineOf(const render::SurfacePatch& surface, const Eigen::Vect
 
 render::Triangles slab(const render::Outline& outline) {
   const float top = -kBelow_m, bottom = top - kSlabThickness_m;
-  render::Triangles slab;
+  render::PointList slab;
   for (const auto& t : render::triangulate(outline, {})) {
-    for (const std::uint32_t i : t) slab.points.push_back(at(outline[i], top));
-    for (const std::uint32_t i : {t[0], t[2], t[1]}) slab.points.push_back(at(outline[i], bottom));
+    for (const std::uint32_t i : t) slab.push_back(at(outline[i], top));
+    for (const std::uint32_t i : {t[0], t[2], t[1]}) slab.push_back(at(outline[i], bottom));
   }
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Eigen::Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
     for (const auto& p :
          {at(a, bottom), at(b, bottom), at(b, top), at(a, bottom), at(b, top), at(a, top)}) {
-      slab.points.push_back(p);
+      slab.push_back(p);
     }
   }
-  return slab;
+  return {std::move(slab), {}};
 }
 
 render::Triangles landscape(const render::Relief& relief) {
-  render::Triangles land;
+  render::PointList land;
   const auto node = [&](int column, int row) {
     return at(relief.origin() + relief.cell() * Eigen::Vector2d(column, row),
               relief.node(column, row) - kBelow_m);
@@ -67,10 +67,10 @@ render::Triangles landscape(const render::Relief& relief) {
       const Eigen::Vector3f a = node(column, row), b = node(column + 1, row),
                             c = node(column + 1, row + 1), d = node(column, row + 1);
       if (!std::isfinite(a.z() + b.z() + c.z() + d.z())) continue;
-      land.points.insert(land.points.end(), {a, b, c, a, c, d});
+      land.insert(land.end(), {a, b, c, a, c, d});
     }
   }
-  return land;
+  return {std::move(land), {}};
 }
 
 }  // namespace

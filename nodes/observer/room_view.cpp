@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <stdexcept>
+#include <utility>
 
 #include "nodes/projector/color_config.hpp"
 
@@ -88,7 +89,8 @@ render::Color shade(const render::Color& color, int column, int row) {
 
 render::Drawable tiles(const Eigen::Vector2d& corner, const Eigen::Vector2d& size, double edge,
                        const render::Color& color) {
-  render::Triangles triangles;
+  render::PointList points;
+  render::ColorList colors;
   for (int row = 0; row * edge < size.y(); ++row) {
     for (int column = 0; column * edge < size.x(); ++column) {
       const Eigen::Vector2d low = corner + Eigen::Vector2d(column * edge, row * edge) +
@@ -98,11 +100,11 @@ render::Drawable tiles(const Eigen::Vector2d& corner, const Eigen::Vector2d& siz
       const Eigen::Vector3f a(static_cast<float>(low.x()), static_cast<float>(low.y()), 0),
           c(static_cast<float>(high.x()), static_cast<float>(high.y()), 0), b(c.x(), a.y(), 0),
           d(a.x(), c.y(), 0);
-      triangles.points.insert(triangles.points.end(), {a, b, c, a, c, d});
-      triangles.colors.insert(triangles.colors.end(), 2, shade(color, column, row));
+      points.insert(points.end(), {a, b, c, a, c, d});
+      colors.insert(colors.end(), 2, shade(color, column, row));
     }
   }
-  return {{}, triangles, {}};
+  return {{}, render::Triangles{std::move(points), std::move(colors)}, {}};
 }
 
 void addFloor(const Eigen::Vector2d& center, const Eigen::Vector2d& size, double edge,

@@ -72,7 +72,7 @@ struct ExpandedLayer {
   std::vector<Piece> pieces;
 };
 
-/// Opaque pieces in any order, neighboring triangles as one; then the others, farthest first.
+/// Opaque pieces by their kinds, neighbors as one; then the others, farthest first.
 void sortForDrawing(std::vector<Piece>& pieces);
 
 /// Draws composed images: the CPU (paint/cpu_drawer.hpp) or OpenGL (gl/gl_context.hpp).

@@ -150,7 +150,7 @@ LightCensus::Fate LightCensus::fateOfCloud(const PointCloud& cloud, const Drawab
   for (std::size_t i = 0; i < points.size(); i += step) {
     if (!points[i].allFinite()) continue;
     has_points = true;
-    Color color = i < colors.size() ? colors[i] : drawable.color;
+    Color color = i < colors.size() ? asShares(colors[i]) : drawable.color;
     if (i < colors.size()) color.a *= drawable.color.a;
     if (isDark(color, layer.placed.gain)) continue;
     has_light = true;

@@ -102,8 +102,8 @@ const Drawable& LightComposer::laid(const Drawable& drawable, const ReliefPlacer
   out.style = cloud.style;
   out.size = cloud.size;
   PointList points;
-  ColorList colors;
-  const ColorList& own_colors = cloud.colors;
+  ByteColorList colors;
+  const ByteColorList& own_colors = cloud.colors;
   const PointList& own_points = cloud.points;
   for (std::size_t i = 0; i < own_points.size(); ++i) {
     if (!own_points[i].allFinite()) continue;

@@ -123,7 +123,7 @@ void TriangleProjector::placeVertices(const Mesh& mesh) {
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector4d p_world = mesh.points[i].homogeneous();
     CutVertex& vertex = vertices_[i];
-    vertex = {placed.P_optical_world * p_world, asFloats(mesh.colors[i], placed.gain),
+    vertex = {placed.P_optical_world.lazyProduct(p_world), asFloats(mesh.colors[i], placed.gain),
               layer_->relief != nullptr ? laid_.heights[i] : placed.height.dot(p_world)};
     inside_[i] = isInside(domain_, vertex);
     is_whole_ = is_whole_ && inside_[i];

@@ -28,7 +28,7 @@ Light sumOver(Light sum, std::uint32_t share, Light light) {
 
 Canvas::Canvas(int width)
     : width_(width),
-      behind_(static_cast<std::size_t>(width) * kBandRows + 1, Light{}),  // brushes go in pairs
+      behind_(static_cast<std::size_t>(width) * kBandRows, Light{}),
       covers_(static_cast<std::size_t>(width) * kBandRows),
       touched_(kBandRows, Touched{width, 0}) {}
 

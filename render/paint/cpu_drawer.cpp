@@ -1,60 +1,58 @@
 #include "render/paint/cpu_drawer.hpp"
 
 #include <algorithm>
-
-#include "render/paint/screen_point.hpp"
+#include <atomic>
 
 namespace afterglow::render {
 namespace {
 
-PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed) {
-  const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
-  return {placed.P_optical_world * T_world_cloud, T_world_cloud.transpose() * placed.height,
-          placed.flattened, placed.gain};
-}
+/// A part of the steps is so long, or longer where they are many: shorter ones than a worker's
+/// whole share, since some steps take longer than others.
+constexpr std::size_t kLeastPart = 16, kPartsEach = 4;
 
-/// Directions and the eye, in the list's own frame.
-void setEye(const Eye& eye, const Eigen::Isometry3d& T_world_list, SpriteShape& shape) {
-  const Eigen::Isometry3d T_list_world = T_world_list.inverse();
-  shape.eye_is_direction = eye.parallel;
-  shape.eye = (eye.parallel ? Eigen::Vector3d(T_list_world.linear() * -eye.R_world_eye.col(2))
-                            : Eigen::Vector3d(T_list_world * eye.p_world))
-                  .cast<float>();
-  shape.right = (T_list_world.linear() * eye.R_world_eye.col(0)).cast<float>();
-  shape.up = (T_list_world.linear() * eye.R_world_eye.col(1)).cast<float>();
+/// Whether its own points are shared by the workers.
+bool isShared(const Drawable& drawable) {
+  if (pixelCloud(drawable.shape) != nullptr) return true;
+  const auto list = spriteList(drawable.shape);
+  return list && Workers::areMany(list->points->size());
 }
 
 }  // namespace
 
 CpuDrawer::CpuDrawer(const calib::Lens& lens, int threads)
-    : workers_(threads),
-      point_projector_(lens),
-      sprite_projector_(lens),
-      outline_projector_(lens),
-      triangle_projector_(lens),
-      painter_(lens, workers_) {}
+    : workers_(threads), point_projector_(lens), painter_(lens, workers_) {
+  for (int i = 0; i < workers_.count(); ++i) expanders_.emplace_back(lens);
+}
 
 void CpuDrawer::draw(const ComposedImage& composed, Image& image) {
-  list_.triangles.begin(composed);
+  list_.steps.clear();
+  list_.steps.triangles.begin(composed);
   list_.runs.clear();
-  list_.sprites.clear();
   list_.layers.clear();
   screen_point_count_ = 0;
   for (const ComposedLayer& layer : composed.layers) {
-    list_.layers.push_back({layer.mask, layer.placed.flattened, {}});
-    pieces_ = &list_.layers.back().pieces;
-    for (const Drawable* drawable : layer.steps) expand(*drawable, layer);
-    sortForDrawing(*pieces_);
+    list_.steps.pieces.clear();
+    addSteps(layer);
+    list_.layers.push_back({layer.mask, layer.placed.flattened, list_.steps.pieces});
+    sortForDrawing(list_.layers.back().pieces);
   }
   painter_.paint(list_, image.rgb.data());
 }
 
-void CpuDrawer::expand(const Drawable& drawable, const ComposedLayer& layer) {
-  if (pixelCloud(drawable.shape) != nullptr) return addPoints(drawable, layer);
-  if (addSprites(drawable, layer)) return;
-  triangle_projector_.place(drawable, layer);
-  if (addOutlines(layer)) return;
-  if (const auto piece = triangle_projector_.add(list_.triangles)) pieces_->push_back(*piece);
+void CpuDrawer::addSteps(const ComposedLayer& layer) {
+  for (Steps step = layer.steps.begin(); step != layer.steps.end();) {
+    const Steps shared = std::find_if(step, layer.steps.end(),
+                                      [](const Drawable* drawable) { return isShared(*drawable); });
+    addAmongWorkers(step, shared, layer);
+    step = shared;
+    if (step == layer.steps.end()) break;
+    const Drawable& drawable = **step++;
+    if (pixelCloud(drawable.shape) != nullptr) {
+      addPoints(drawable, layer);
+    } else {
+      expanders_.front().expand(drawable, layer, workers_, list_.steps);
+    }
+  }
 }
 
 void CpuDrawer::addPoints(const Drawable& drawable, const ComposedLayer& layer) {
@@ -64,63 +62,32 @@ void CpuDrawer::addPoints(const Drawable& drawable, const ComposedLayer& layer) 
   if (run.count == 0) return;
   const auto index = static_cast<std::uint32_t>(list_.runs.size());
   list_.runs.push_back(run);
-  pieces_->push_back({Piece::Kind::Points, false, index, 1, run.mean_depth});
+  list_.steps.pieces.push_back({Piece::Kind::Points, false, index, 1, run.mean_depth});
 }
 
-bool CpuDrawer::addSprites(const Drawable& drawable, const ComposedLayer& layer) {
-  if (layer.relief != nullptr) return false;
-  auto list = spriteList(drawable.shape);
-  if (!list || !drawable.pose.matrix().matrix().allFinite()) return false;
-  setEye(layer.eye, drawable.pose.matrix(), list->shape);
-  const auto piece = sprite_projector_.project(
-      *list, drawable.color, pointPlacement(drawable, layer.placed), workers_, list_.sprites);
-  if (piece && piece->count > 0) pieces_->push_back(*piece);
-  return piece.has_value();
-}
-
-bool CpuDrawer::addOutlines(const ComposedLayer& layer) {
-  const TriangleProjector& placed = triangle_projector_;
-  if (layer.relief != nullptr || !placed.isWhole()) return false;
-  const bool is_flat = isFlat();
-  const bool is_small = !placed.tessellation().convex_parts.empty() &&
-                        placed.sizePx().maxCoeff() <= double{kLargestBody};
-  if (!is_flat && !is_small) return false;
-  outline_points_.clear();
-  for (const CutVertex& vertex : placed.vertices()) {
-    const LightVertex light = lightVertex(vertex, layer.placed);
-    outline_points_.push_back({light.x / light.z, light.y / light.z, light.depth});
+void CpuDrawer::addAmongWorkers(Steps begin, Steps end, const ComposedLayer& layer) {
+  const auto count = static_cast<std::size_t>(end - begin);
+  const std::size_t most = kPartsEach * expanders_.size();
+  const std::size_t parts = std::min(count / kLeastPart, most);
+  // A relief's placer is used by one thread at a time.
+  if (parts < 2 || expanders_.size() == 1 || layer.relief != nullptr) {
+    for (Steps step = begin; step != end; ++step) {
+      expanders_.front().expand(**step, layer, workers_, list_.steps);
+    }
+    return;
   }
-  const Piece piece =
-      is_flat ? outline_projector_.projectEdges(
-                    outline_points_, *placed.tessellation().outline,
-                    packedColor(asBytes(placed.vertices().front().color)), list_.sprites)
-              : hulls();
-  if (piece.count > 0) pieces_->push_back(piece);
-  return true;
-}
-
-bool CpuDrawer::isFlat() const {
-  const auto* outline = triangle_projector_.tessellation().outline;
-  const std::vector<CutVertex>& vertices = triangle_projector_.vertices();
-  return outline != nullptr && std::all_of(outline->begin(), outline->end(), [&](const auto& edge) {
-           return triangle_projector_.isStraight(vertices[edge[0]], vertices[edge[1]]);
-         });
-}
-
-/// The tessellation's convex parts, each of one color.
-Piece CpuDrawer::hulls() {
-  const std::vector<std::uint32_t>& parts = triangle_projector_.tessellation().convex_parts;
-  Piece piece{};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::size_t end = i + 1 < parts.size() ? parts[i + 1] : outline_points_.size();
-    const Piece one = outline_projector_.projectHull(
-        &outline_points_[parts[i]], end - parts[i],
-        packedColor(asBytes(triangle_projector_.vertices()[parts[i]].color)), list_.sprites);
-    if (i == 0) piece = one;
-    piece.count = static_cast<std::uint32_t>(list_.sprites.used) - piece.first;
-    piece.is_opaque = piece.is_opaque && one.is_opaque;
-  }
-  return piece;
+  if (parts_.size() < parts) parts_.resize(parts);
+  std::atomic<std::size_t> next{0};
+  workers_.run([&](int worker) {
+    StepExpander& expander = expanders_[static_cast<std::size_t>(worker)];
+    for (std::size_t part = next++; part < parts; part = next++) {
+      parts_[part].clear();
+      for (std::size_t i = count * part / parts; i < count * (part + 1) / parts; ++i) {
+        expander.expand(*begin[static_cast<std::ptrdiff_t>(i)], layer, workers_, parts_[part]);
+      }
+    }
+  });
+  for (std::size_t part = 0; part < parts; ++part) list_.steps.append(parts_[part]);
 }
 
 }  // namespace afterglow::render

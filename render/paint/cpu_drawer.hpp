@@ -2,12 +2,13 @@
 /// Composed images drawn by the CPU: every edge with the exact share of each pixel.
 #pragma once
 
-#include <optional>
+#include <deque>
 #include <vector>
 
 #include "render/compose/composed_image.hpp"
 #include "render/paint/image_painter.hpp"
-#include "render/paint/outline_projector.hpp"
+#include "render/paint/point_projector.hpp"
+#include "render/paint/step_expander.hpp"
 
 namespace afterglow::render {
 
@@ -22,26 +23,20 @@ class CpuDrawer final : public ImageDrawer {
   void draw(const ComposedImage& composed, Image& image) override;
 
  private:
-  void expand(const Drawable& drawable, const ComposedLayer& layer);
+  using Steps = std::vector<const Drawable*>::const_iterator;
+
+  void addSteps(const ComposedLayer& layer);
   void addPoints(const Drawable& drawable, const ComposedLayer& layer);
-  /// Whether the drawable is a list of things small enough; then it is added.
-  bool addSprites(const Drawable& drawable, const ComposedLayer& layer);
-  /// Whether the placed triangles are something flat of one color, or small and convex; then their
-  /// outlines are added.
-  bool addOutlines(const ComposedLayer& layer);
-  bool isFlat() const;
-  Piece hulls();
+  /// Drawables of which none is worth to be shared: each worker takes some of them.
+  void addAmongWorkers(Steps begin, Steps end, const ComposedLayer& layer);
 
   Workers workers_;
   PointProjector point_projector_;
-  SpriteProjector sprite_projector_;
-  OutlineProjector outline_projector_;
-  TriangleProjector triangle_projector_;
+  std::deque<StepExpander> expanders_;  ///< by worker
   ImagePainter painter_;
   PaintList list_;
   std::size_t screen_point_count_ = 0;
-  std::vector<Piece>* pieces_ = nullptr;  ///< of the layer that is expanded
-  std::vector<OutlinePoint> outline_points_;
+  std::vector<ExpandedSteps> parts_;  ///< of steps that the workers expand, in the steps' order
 };
 
 }  // namespace afterglow::render

@@ -1,7 +1,7 @@
 #include "render/paint/image_painter.hpp"
 
 #include <atomic>
-
+#include <cstring>
 
 namespace afterglow::render {
 namespace {
@@ -10,6 +10,16 @@ namespace {
 float evenOdd(float sum) {
   const float within = std::fmod(std::abs(sum), 2.f);
   return within <= 1 ? within : 2 - within;
+}
+
+/// Writes each pixel's alpha, too, where the next pixel comes: four bytes at once.
+void copyColors(const Light* lights, int count, std::uint8_t* out) {
+  using Bytes = std::uint8_t __attribute__((vector_size(4)));
+  for (int i = 0; i + 1 < count; ++i, out += 3) {
+    const Bytes bytes = __builtin_convertvector(lights[i], Bytes);
+    std::memcpy(out, &bytes, sizeof(bytes));
+  }
+  for (int lane = 0; lane < 3; ++lane) *out++ = static_cast<std::uint8_t>(lights[count - 1][lane]);
 }
 
 }  // namespace
@@ -33,7 +43,7 @@ void ImagePainter::paint(const PaintList& list, std::uint8_t* rgb) {
 }
 
 void ImagePainter::project(const PaintList& list) {
-  vertices_.resize(list.triangles.vertices.size());
+  vertices_.resize(list.steps.triangles.vertices.size());
   workers_.share(vertices_.size(), [&](int, std::size_t begin, std::size_t end) {
     if (lens_.is_fisheye) {
       projectPart<true>(list, begin, end);
@@ -46,7 +56,7 @@ void ImagePainter::project(const PaintList& list) {
 template <bool kFisheye>
 void ImagePainter::projectPart(const PaintList& list, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
-    const LightVertex& vertex = list.triangles.vertices[i];
+    const LightVertex& vertex = list.steps.triangles.vertices[i];
     const float inverse = 1 / vertex.z;
     float u, v;
     lens_.project<kFisheye>(vertex.x * inverse, vertex.y * inverse, u, v);
@@ -80,7 +90,7 @@ void ImagePainter::addJobs(const PaintList& list) {
         case Piece::Kind::Outlines:
           job.kind = Job::Kind::Sprites;
           job.bins = static_cast<std::uint32_t>(sprite_bins_.runs());
-          addSprites(list.sprites, piece);
+          addSprites(list.steps.sprites, piece);
           break;
         case Piece::Kind::Triangles:
           job.bins = static_cast<std::uint32_t>(face_bins_.runs());
@@ -124,7 +134,7 @@ void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
   faces_.clear();
   const std::uint32_t end = piece.first + piece.count;
   for (std::uint32_t i = piece.first; i < end; i += 3) {
-    const std::uint32_t* at = &list.triangles.indices[i];
+    const std::uint32_t* at = &list.steps.triangles.indices[i];
     const auto color = [&](int k) { return vertices_[at[k]].color; };
     const bool is_quad = i + 3 < end && at[3] == at[0] && at[4] == at[2] && color(0) == color(1) &&
                          color(1) == color(2) && color(2) == color(5) &&
@@ -137,7 +147,7 @@ void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
 void ImagePainter::addTriangles(const PaintList& list, const Piece& piece) {
   findFaces(list, piece);
   const auto rowsOf = [&](std::size_t i) {
-    const std::uint32_t* at = &list.triangles.indices[faces_[i].first];
+    const std::uint32_t* at = &list.steps.triangles.indices[faces_[i].first];
     auto [top, bottom] =
         std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y, vertices_[at[2]].at.y});
     if (faces_[i].is_quad) {
@@ -153,7 +163,7 @@ void ImagePainter::addTriangles(const PaintList& list, const Piece& piece) {
 }
 
 ScreenTriangle ImagePainter::triangle(const PaintList& list, std::uint32_t first) const {
-  const std::uint32_t* at = &list.triangles.indices[first];
+  const std::uint32_t* at = &list.steps.triangles.indices[first];
   return {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]]};
 }
 
@@ -183,10 +193,8 @@ void ImagePainter::paintBand(const PaintList& list, int band, Bench& bench,
   }
   for (int row = row_begin; row < row_end; ++row) {
     const Light* lights = bench.canvas.finish(row - row_begin);
-    std::uint8_t* out = rgb + 3 * static_cast<std::size_t>(row) * static_cast<std::size_t>(width_);
-    for (int i = 0; i < width_; ++i) {
-      for (int lane = 0; lane < 3; ++lane) *out++ = static_cast<std::uint8_t>(lights[i][lane]);
-    }
+    copyColors(lights, width_,
+               rgb + 3 * static_cast<std::size_t>(row) * static_cast<std::size_t>(width_));
   }
 }
 
@@ -196,9 +204,7 @@ void ImagePainter::paintPoints(const Job& job, int band, const std::uint16_t* ma
   const auto& bin = point_bins_.bin(job.bins, band);
   const ScreenPoint* points = point_bins_.items(bin);
   if (job.is_ordered) points = sortByOrder(points, bin.count, bench.sorting);
-  for (std::size_t i = 0; i < bin.count; ++i) {
-    job.brush->paint(points[i], row_begin, row_end, width_, mask, bench.canvas);
-  }
+  job.brush->paint(points, bin.count, row_begin, row_end, width_, mask, bench.canvas);
 }
 
 /// Translucent things are painted by themselves first: each pixel takes its nearest surface.
@@ -210,8 +216,8 @@ void ImagePainter::paintSolid(const PaintList& list, const Job& job, int band,
     const auto& bin = sprite_bins_.bin(job.bins, band);
     const std::uint32_t* items = sprite_bins_.items(bin);
     for (std::size_t i = 0; i < bin.count; ++i) {
-      const Sprite& sprite = list.sprites.all[items[i]];
-      bench.brush.paint(sprite, &list.sprites.corners[sprite.first], row_begin, row_end, mask,
+      const Sprite& sprite = list.steps.sprites.all[items[i]];
+      bench.brush.paint(sprite, &list.steps.sprites.corners[sprite.first], row_begin, row_end, mask,
                         canvas);
     }
   } else {
@@ -230,7 +236,7 @@ void ImagePainter::paintFace(const PaintList& list, const Face& face, int row_be
     bench.brush.paint(triangle(list, face.first), row_begin, row_end, mask, canvas);
     return;
   }
-  const std::uint32_t* at = &list.triangles.indices[face.first];
+  const std::uint32_t* at = &list.steps.triangles.indices[face.first];
   const ScreenQuad quad = {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]], vertices_[at[5]]};
   bench.brush.paint(quad, row_begin, row_end, mask, canvas);
 }
@@ -242,7 +248,7 @@ const std::uint16_t* ImagePainter::maskOf(const PaintList& list, const Job& job,
   if (bench.mask_index == job.mask) return bench.mask.data();
   bench.mask_index = job.mask;
   const int row_begin = band * kBandRows, row_end = std::min(height_, row_begin + kBandRows);
-  const LightMask& mask = list.triangles.masks[static_cast<std::size_t>(job.mask)];
+  const LightMask& mask = list.steps.triangles.masks[static_cast<std::size_t>(job.mask)];
   std::fill(bench.mask.begin(), bench.mask.end(), static_cast<std::uint16_t>(kWhole));
   const auto multiply = [&](const LightOutline& outline, bool inside) {
     std::fill(bench.mask_sums.begin(), bench.mask_sums.end(), 0.f);

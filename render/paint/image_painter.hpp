@@ -7,24 +7,21 @@
 #include <map>
 #include <vector>
 
-#include "render/compose/triangle_projector.hpp"
 #include "render/paint/band_bins.hpp"
 #include "render/paint/canvas.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/point_brush.hpp"
-#include "render/paint/point_projector.hpp"
 #include "render/paint/polygon_brush.hpp"
-#include "render/paint/sprites.hpp"
+#include "render/paint/step_expander.hpp"
 #include "render/paint/workers.hpp"
 
 namespace afterglow::render {
 
-/// Steps expanded for the CPU. A piece is a part of `triangles.indices`, `runs` or `sprites`.
+/// Steps expanded for the CPU. A piece is a part of `runs` or of what `steps` has.
 struct PaintList {
-  LightTriangles triangles;
+  ExpandedSteps steps;  ///< its pieces are the layers'
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
   std::vector<PointRun> runs;
-  Sprites sprites;
   std::vector<ExpandedLayer> layers;
 };
 

@@ -60,13 +60,10 @@ Piece append(Sprite sprite, const std::vector<Corner>& corners, float depth, Spr
   if (corners.size() < 3) return piece;
   sprite.first = static_cast<std::uint32_t>(out.used_corners);
   sprite.count = static_cast<std::uint32_t>(corners.size());
-  if (out.corners.size() < out.used_corners + corners.size()) {
-    out.corners.resize(2 * out.used_corners + corners.size());
-  }
+  out.makeRoom(1, corners.size());
   std::copy(corners.begin(), corners.end(),
             out.corners.begin() + static_cast<std::ptrdiff_t>(out.used_corners));
   out.used_corners += corners.size();
-  if (out.all.size() == out.used) out.all.resize(2 * out.used + 16);
   out.all[out.used++] = sprite;
   piece.count = 1;
   return piece;

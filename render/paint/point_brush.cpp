@@ -1,9 +1,15 @@
 #include "render/paint/point_brush.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+
+#include "render/paint/vector_clones.hpp"
 
 namespace afterglow::render {
 namespace {
+
+constexpr std::size_t kLanes = 4;  // of a Light
 
 Light opaque(std::uint32_t color) {
   const auto lane = [color](int shift) {
@@ -12,20 +18,27 @@ Light opaque(std::uint32_t color) {
   return Light{lane(0), lane(8), lane(16), 255};
 }
 
-LightPair twice(Light light) {
-  LightPair pair;
-  std::memcpy(&pair, &light, sizeof(light));
-  std::memcpy(reinterpret_cast<char*>(&pair) + sizeof(light), &light, sizeof(light));
-  return pair;
+/// Shares of `source` over some pixels, rounded as division by 255 is. Always inlined: each kind of
+/// processor would pass such vectors in another way.
+inline __attribute__((always_inline)) void mix(Light* pixels, const Lights& source,
+                                               const std::uint16_t* lanes, std::uint16_t each) {
+  Lights below, shares;
+  std::memcpy(&below, pixels, sizeof(below));
+  std::memcpy(&shares, lanes, sizeof(shares));
+  shares = (shares * each + 128) >> 8;
+  const Lights sum = below * (255 - shares) + source * shares + 128;
+  const Lights result = (sum + (sum >> 8)) >> 8;
+  std::memcpy(pixels, &result, sizeof(result));
 }
 
-/// The source's shares over two pixels, rounded as division by 255 is.
-void mix(Light* pixels, LightPair source, LightPair shares) {
-  LightPair below;
-  std::memcpy(&below, pixels, sizeof(below));
-  const LightPair sum = below * (255 - shares) + source * shares + 128;
-  const LightPair result = (sum + (sum >> 8)) >> 8;
-  std::memcpy(pixels, &result, sizeof(result));
+/// The same light for each, put together in registers: pieces of it that were written to memory
+/// could not be read as one at once.
+inline __attribute__((always_inline)) void repeat(Light light, Lights& out) {
+  using Words = std::uint64_t __attribute__((vector_size(8 * kLightsAtOnce)));
+  std::uint64_t word;
+  std::memcpy(&word, &light, sizeof(word));
+  const Words words = word - Words{};
+  std::memcpy(&out, &words, sizeof(out));
 }
 
 /// The depth that ScreenPoint::order was made of.
@@ -40,7 +53,8 @@ float depthOf(std::uint32_t order) {
 
 PointBrush::PointBrush(float size_px)
     : size_(static_cast<int>(std::lround(std::max(0.f, size_px) * kSubpixels))),
-      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 4) / 2 * 2) {
+      stride_((static_cast<std::size_t>(size_ / kSubpixels) + 2 + kLightsAtOnce - 1) /
+              kLightsAtOnce * kLightsAtOnce) {
   shares_.resize(kSubpixels * stride_);
   for (int fraction = 0; fraction < kSubpixels; ++fraction) {
     for (int i = 0; i < static_cast<int>(stride_); ++i) {
@@ -50,14 +64,49 @@ PointBrush::PointBrush(float size_px)
           static_cast<std::uint16_t>(std::max(0, to - from));
     }
   }
-  for (std::size_t i = 0; i < shares_.size(); i += 2) {
-    const std::uint16_t a = shares_[i], b = shares_[i + 1];
-    pairs_.push_back(LightPair{a, a, a, a, b, b, b, b});
+  for (const std::uint16_t share : shares_) lanes_.insert(lanes_.end(), kLanes, share);
+}
+
+AFTERGLOW_VECTOR_CLONES
+void PointBrush::paint(const ScreenPoint* points, std::size_t count, int row_begin, int row_end,
+                       int width, const std::uint16_t* mask, Canvas& canvas) const {
+  const bool is_plain = mask == nullptr && !canvas.hasCovers();
+  for (std::size_t i = 0; i < count; ++i) {
+    const int first = begin(points[i].u) >> 8;
+    if (is_plain && first >= 0 && first + static_cast<int>(stride_) <= width) {
+      paintPlain(points[i], row_begin, row_end, canvas);
+    } else {
+      paintOne(points[i], row_begin, row_end, width, mask, canvas);
+    }
   }
 }
 
-void PointBrush::paint(const ScreenPoint& point, int row_begin, int row_end, int width,
-                       const std::uint16_t* mask, Canvas& canvas) const {
+inline __attribute__((always_inline)) void PointBrush::paintPlain(const ScreenPoint& point,
+                                                                  int row_begin, int row_end,
+                                                                  Canvas& canvas) const {
+  const int left = begin(point.u), top = begin(point.v);
+  const int u_begin = left >> 8, v_first = top >> 8;
+  const int columns = ((left + size_ + 255) >> 8) - u_begin;
+  const int v_begin = std::max(row_begin, v_first);
+  const int v_end = std::min(row_end, (top + size_ + 255) >> 8);
+  const std::uint16_t* rows = shares(top & (kSubpixels - 1)) - v_first;
+  const std::uint16_t* lanes =
+      &lanes_[kLanes * stride_ * static_cast<std::size_t>(left & (kSubpixels - 1))];
+  const std::uint32_t alpha = point.color >> 24;
+  Lights source;
+  repeat(opaque(point.color), source);
+  for (int v = v_begin; v < v_end; ++v) {
+    const auto each = static_cast<std::uint16_t>((rows[v] * alpha + 128) >> 8);
+    Light* row = canvas.behind(v - row_begin) + u_begin;
+    // A pixel past the end has no share and stays as it is.
+    for (int i = 0; i < columns; i += kLightsAtOnce) {
+      mix(row + i, source, lanes + kLanes * static_cast<std::size_t>(i), each);
+    }
+  }
+}
+
+void PointBrush::paintOne(const ScreenPoint& point, int row_begin, int row_end, int width,
+                          const std::uint16_t* mask, Canvas& canvas) const {
   const int left = begin(point.u), top = begin(point.v);
   const int u_first = left >> 8, v_first = top >> 8;
   const int u_begin = std::max(0, u_first), u_end = std::min(width, (left + size_ + 255) >> 8);
@@ -68,24 +117,10 @@ void PointBrush::paint(const ScreenPoint& point, int row_begin, int row_end, int
   const std::uint16_t* rows = shares(top & (kSubpixels - 1)) - v_first;
   const std::uint32_t alpha = point.color >> 24;
   const Light light = opaque(point.color);
-  const LightPair source = twice(light);
-  const bool is_clipped = u_begin != u_first || u_first + static_cast<int>(stride_) > width;
-  const bool is_plain = mask == nullptr && !canvas.hasCovers() && !is_clipped;
-  const LightPair* pairs = &pairs_[static_cast<std::size_t>(left & (kSubpixels - 1)) * stride_ / 2];
   for (int v = v_begin; v < v_end; ++v) {
     const std::uint32_t row_share = rows[v] * alpha;
-    if (is_plain) {
-      const auto each = static_cast<std::uint16_t>((row_share + 128) >> 8);
-      Light* row = canvas.behind(v - row_begin) + u_begin;
-      // A pixel past the end has no share and stays as it is.
-      for (int i = 0; i < u_end - u_begin; i += 2) {
-        mix(row + i, source, (pairs[i / 2] * each + 128) >> 8);
-      }
-      continue;
-    }
-    const auto shareAt = [&](int i) { return (columns[i] * row_share + 0x8000) >> 16; };
     for (int u = u_begin; u < u_end; ++u) {
-      std::uint32_t share = shareAt(u - u_begin);
+      std::uint32_t share = (columns[u - u_begin] * row_share + 0x8000) >> 16;
       if (mask != nullptr) share = share * mask[(v - row_begin) * width + u] >> 8;
       const auto part = static_cast<std::uint16_t>(share);
       canvas.lay(v - row_begin, u, (light * part + 127) / 255, depthOf(point.order));

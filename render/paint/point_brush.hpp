@@ -17,8 +17,9 @@ struct Rows {
   int first, last;
 };
 
-/// Two pixels' components: vector instructions where the machine has them (GCC and Clang).
-using LightPair = std::uint16_t __attribute__((vector_size(16)));
+/// Components of some pixels: vector instructions where the machine has them (GCC and Clang).
+constexpr int kLightsAtOnce = 4;
+using Lights = std::uint16_t __attribute__((vector_size(8 * kLightsAtOnce)));
 
 /// For points of one size; makes tables for it.
 class PointBrush {
@@ -31,24 +32,29 @@ class PointBrush {
     return {top >> 8, (top + size_ - 1) >> 8};  // shifts round down, also below zero
   }
 
-  /// Blends the point over the band whose first row is `row_begin`, hidden by what is nearer and
-  /// cut by `mask` (shares of kWhole, row by row; nullptr: whole).
-  void paint(const ScreenPoint& point, int row_begin, int row_end, int width,
+  /// Blends points, one after the other, over the band whose first row is `row_begin`, hidden by
+  /// what is nearer and cut by `mask` (shares of kWhole, row by row; nullptr: whole).
+  void paint(const ScreenPoint* points, std::size_t count, int row_begin, int row_end, int width,
              const std::uint16_t* mask, Canvas& canvas) const;
 
  private:
   /// First subpixel of the square around `center`; pixel i begins at i * kSubpixels.
   int begin(std::int32_t center) const { return center + kSubpixels / 2 - size_ / 2; }
   /// Shares of kSubpixels that the pixels have of a square that begins so many subpixels into the
-  /// first of them; one pixel more than there can be.
+  /// first of them; none of those beyond it, up to a multiple of kLightsAtOnce.
   const std::uint16_t* shares(int fraction) const {
     return shares_.data() + static_cast<std::size_t>(fraction) * stride_;
   }
 
+  void paintOne(const ScreenPoint& point, int row_begin, int row_end, int width,
+                const std::uint16_t* mask, Canvas& canvas) const;
+  /// Where nothing but points is, and within the image's sides.
+  void paintPlain(const ScreenPoint& point, int row_begin, int row_end, Canvas& canvas) const;
+
   int size_;  ///< subpixels
   std::size_t stride_;
   std::vector<std::uint16_t> shares_;  ///< by fraction
-  std::vector<LightPair> pairs_;       ///< the same for two pixels, in all their components
+  std::vector<std::uint16_t> lanes_;   ///< the same for each component of the pixels
 };
 
 }  // namespace afterglow::render

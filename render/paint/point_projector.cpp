@@ -7,6 +7,7 @@
 
 #include "render/compose/composed_image.hpp"
 #include "render/paint/float_lens.hpp"
+#include "render/paint/vector_clones.hpp"
 #include "render/scene/lens_domain.hpp"
 
 namespace afterglow::render {
@@ -88,6 +89,7 @@ class PartProjector {
 
   /// Loops without branches, over arrays the compiler can see: they become vector code. Comparisons
   /// are written so that NaN fails.
+  AFTERGLOW_VECTOR_CLONES
   void projectBlock(std::size_t first, std::size_t count, Ints& u, Ints& v, Floats& depth,
                     Ints& keep) const {
     Floats px, py, pz;
@@ -124,7 +126,7 @@ class PartProjector {
 
   /// calib::project, of normalized coordinates.
   template <bool kFisheye>
-  void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
+  __attribute__((always_inline)) void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
                    Ints& keep) const {
     const FloatLens lens = lens_;
     const float u_end = static_cast<float>(columns_) + kPointMargin;
@@ -147,7 +149,7 @@ class PartProjector {
   const FloatLens lens_;
   const int columns_, rows_;
   const PointList& points_;
-  const ColorList& colors_;
+  const ByteColorList& colors_;
   const Color color_;
   const bool flattened_;
   const float gain_;

@@ -1,6 +1,9 @@
 #include "render/paint/polygon_brush.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "render/paint/vector_clones.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -35,17 +38,18 @@ class Plane {
   }
   /// At the pixel's center.
   float at(int column, int row) const {
-    return std::clamp(plainAt(column, row), least_, greatest_);
-  }
-  /// The same, whatever the corners have.
-  float plainAt(int column, int row) const {
-    return origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
-           by_y_ * (static_cast<float>(row) + 0.5f);
+    const float value = origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
+                        by_y_ * (static_cast<float>(row) + 0.5f);
+    return std::clamp(value, least_, greatest_);
   }
   /// How far it may change from a pixel's center to its corner.
   float slack() const {
     return std::min(0.75f * (std::abs(by_x_) + std::abs(by_y_)), greatest_ - least_);
   }
+
+  float origin() const { return origin_; }
+  float byX() const { return by_x_; }
+  float byY() const { return by_y_; }
 
  private:
   float least_, greatest_;
@@ -59,13 +63,14 @@ constexpr float kLeastSlack = 2e-7f;
 
 void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
                          const std::uint16_t* mask, Canvas& canvas) {
-  const Plane depth(t, t[0].depth, t[1].depth, t[2].depth);
-  const float slack = depth.slack() + kLeastSlack;
+  const auto [least, greatest] = std::minmax({t[0].depth, t[1].depth, t[2].depth});
+  const Plane plane(t, t[0].depth, t[1].depth, t[2].depth);
+  const Depth depth{plane.origin(), plane.byX(), plane.byY(), plane.slack() + kLeastSlack,
+                    least,          greatest};
   const std::array<Corner, 3> corners = {t[0].at, t[1].at, t[2].at};
   const auto paintWith = [&](const auto& lightAt) {
-    paintOutline(
-        corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas, lightAt,
-        [&](int column, int row) { return depth.at(column, row); }, slack);
+    paintOutline(corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
+                 lightAt, depth);
   };
   if (t[0].color == t[1].color && t[1].color == t[2].color) {
     const Light light = lightOf(components(t[0].color));
@@ -82,51 +87,59 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
 
 void PolygonBrush::paint(const ScreenQuad& q, int row_begin, int row_end, const std::uint16_t* mask,
                          Canvas& canvas) {
-  const Plane depth({q[0], q[1], q[2]}, q[0].depth, q[1].depth, q[2].depth);
-  const float least = std::min({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
-  const float greatest = std::max({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
-  const float slack = std::max(depth.slack(), (greatest - least) / 8) + kLeastSlack;
+  const Plane plane({q[0], q[1], q[2]}, q[0].depth, q[1].depth, q[2].depth);
+  const auto [least, greatest] = std::minmax({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
+  const float slack = std::max(plane.slack(), (greatest - least) / 8) + kLeastSlack;
   const std::array<Corner, 4> corners = {q[0].at, q[1].at, q[2].at, q[3].at};
   const Light light = lightOf(components(q[0].color));
-  paintOutline(
-      corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
-      [light](int, int) { return light; },
-      [&](int column, int row) { return std::clamp(depth.plainAt(column, row), least, greatest); },
-      slack);
+  paintOutline(corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
+               [light](int, int) { return light; },
+               {plane.origin(), plane.byX(), plane.byY(), slack, least, greatest});
 }
 
 void PolygonBrush::paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
                          const std::uint16_t* mask, Canvas& canvas) {
   const Light light = lightOf(components(sprite.color));
-  const auto depthAt = [&](int column, int row) {
-    return sprite.depth + sprite.by_x * (static_cast<float>(column) + 0.5f) +
-           sprite.by_y * (static_cast<float>(row) + 0.5f);
-  };
-  paintOutline(
-      corners, sprite.count, sprite.outline, row_begin, row_end, mask, canvas,
-      [light](int, int) { return light; }, depthAt, sprite.slack);
+  paintOutline(corners, sprite.count, sprite.outline, row_begin, row_end, mask, canvas,
+               [light](int, int) { return light; },
+               {sprite.depth, sprite.by_x, sprite.by_y, sprite.slack});
 }
 
-template <typename LightAt, typename DepthAt>
+AFTERGLOW_VECTOR_CLONES
+void PolygonBrush::setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns,
+                          int row, const Depth& depth) {
+  std::uint32_t* whole = shares_.data();
+  for (int i = 0; i < columns; ++i) {
+    const auto share = static_cast<std::int32_t>(std::abs(shares[i]) * kWhole + 0.5f);
+    whole[i] = static_cast<std::uint32_t>(std::min(share, static_cast<std::int32_t>(kWhole)));
+  }
+  for (int i = 0; allowed != nullptr && i < columns; ++i) {
+    whole[i] = whole[i] * allowed[begin + i] / kWhole;
+  }
+  float* depths = depths_.data();
+  const float first = depth.origin + depth.by_y * (static_cast<float>(row) + 0.5f);
+  for (int i = 0; i < columns; ++i) {
+    const float here = first + depth.by_x * (static_cast<float>(begin + i) + 0.5f);
+    depths[i] = std::min(std::max(here, depth.least), depth.greatest);
+  }
+}
+
+template <typename LightAt>
 void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outline outline,
                                 int row_begin, int row_end, const std::uint16_t* mask,
-                                Canvas& canvas, const LightAt& lightAt, const DepthAt& depthAt,
-                                float slack) {
-  coverage_.visit(
-      corners, count, outline, row_begin, row_end,
-      [&](int row, int begin, int columns, const float* shares) {
-        canvas.touch(row - row_begin, begin, begin + columns);
-        const std::uint16_t* allowed =
-            mask == nullptr ? nullptr : mask + (row - row_begin) * width_;
-        for (int column = begin; column < begin + columns; ++column) {
-          auto share = static_cast<std::uint32_t>(std::abs(shares[column - begin]) * kWhole + 0.5f);
-          share = std::min(share, kWhole);
-          if (allowed != nullptr) share = share * allowed[column] / kWhole;
-          if (share == 0) continue;
-          canvas.add(row - row_begin, column, lightAt(column, row), share, depthAt(column, row),
-                     slack);
-        }
-      });
+                                Canvas& canvas, const LightAt& lightAt, const Depth& depth) {
+  coverage_.visit(corners, count, outline, row_begin, row_end,
+                  [&](int row, int begin, int columns, const float* shares) {
+                    canvas.touch(row - row_begin, begin, begin + columns);
+                    setRow(shares, mask == nullptr ? nullptr : mask + (row - row_begin) * width_,
+                           begin, columns, row, depth);
+                    for (int i = 0; i < columns; ++i) {
+                      const std::uint32_t share = shares_[static_cast<std::size_t>(i)];
+                      if (share == 0) continue;
+                      canvas.add(row - row_begin, begin + i, lightAt(begin + i, row), share,
+                                 depths_[static_cast<std::size_t>(i)], depth.slack);
+                    }
+                  });
 }
 
 void PolygonBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {

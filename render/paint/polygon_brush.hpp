@@ -23,7 +23,11 @@ using ScreenQuad = std::array<ScreenVertex, 4>;
 
 class PolygonBrush {
  public:
-  explicit PolygonBrush(int width) : width_(width), coverage_(width) {}
+  explicit PolygonBrush(int width)
+      : width_(width),
+        coverage_(width),
+        shares_(static_cast<std::size_t>(width)),
+        depths_(shares_.size()) {}
 
   /// Paints the part of a triangle in a band whose first row is `row_begin`; both its sides are
   /// seen. `mask`: shares of kWhole, row by row, that light may cover; nullptr: all.
@@ -42,13 +46,25 @@ class PolygonBrush {
  private:
   using Outline = PolygonCoverage::Outline;
 
-  template <typename LightAt, typename DepthAt>
+  /// Depth over the image, `slack` being how far it may change within a pixel.
+  struct Depth {
+    float origin = 0, by_x = 0, by_y = 0;  ///< at window coordinates (0, 0), and how it changes
+    float slack = 0;
+    float least = -1e9f, greatest = 1e9f;
+  };
+
+  template <typename LightAt>
   void paintOutline(const Corner* corners, std::size_t count, Outline outline, int row_begin,
                     int row_end, const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
-                    const DepthAt& depthAt, float slack);
+                    const Depth& depth);
+  /// Whole numbers of kWhole for shares of 1, and the depths at the pixels' centers.
+  void setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns, int row,
+              const Depth& depth);
 
   int width_;
   PolygonCoverage coverage_;
+  std::vector<std::uint32_t> shares_;  ///< of the part of a row that is painted
+  std::vector<float> depths_;
 };
 
 }  // namespace afterglow::render

@@ -65,4 +65,10 @@ inline std::uint32_t packedColor(const Color& color, float alpha, float gain) {
   return bits;
 }
 
+/// The same of 8-bit components, which nearly always stay as they are.
+inline std::uint32_t packedColor(const Rgba& color, float alpha, float gain) {
+  const bool stays = alpha == 1 && gain == 1;
+  return stays ? packedColor(color) : packedColor(asShares(color), alpha, gain);
+}
+
 }  // namespace afterglow::render

@@ -102,7 +102,7 @@ class PartProjector {
         width_(static_cast<float>(width)),
         height_(static_cast<float>(height)),
         points_(*list.points),
-        colors_(*list.colors),
+        list_(list),
         color_(color),
         shape_(list.shape),
         placement_(placement),
@@ -114,9 +114,7 @@ class PartProjector {
   void project(Part& part, Sprite* sprites, std::size_t first_corner, Corner* corners) const {
     for (std::size_t i = part.begin; i < part.end; ++i) {
       if (!points_[i].allFinite()) continue;
-      const std::uint32_t color = i < colors_.size()
-                                      ? packedColor(colors_[i], color_.a, placement_.gain)
-                                      : packedColor(color_, 1, placement_.gain);
+      const std::uint32_t color = colorOf(i);
       if (color >> 24 == 0) continue;
       Sprite& sprite = sprites[part.count];
       const std::size_t at = part.count * stride_;
@@ -137,6 +135,16 @@ class PartProjector {
   }
   static Eigen::Matrix4d shifted(const Eigen::Matrix4d& P, const Vector3f& origin) {
     return P * shift(origin);
+  }
+
+  std::uint32_t colorOf(std::size_t i) const {
+    if (list_.colors != nullptr && i < list_.colors->size()) {
+      return packedColor((*list_.colors)[i], color_.a, placement_.gain);
+    }
+    if (list_.byte_colors != nullptr && i < list_.byte_colors->size()) {
+      return packedColor((*list_.byte_colors)[i], color_.a, placement_.gain);
+    }
+    return packedColor(color_, 1, placement_.gain);
   }
 
   bool toImage(const Vector3f& p, Corner& corner) const {
@@ -252,7 +260,7 @@ class PartProjector {
   const FloatLens lens_;
   const float width_, height_;
   const PointList& points_;
-  const ColorList& colors_;
+  const SpriteList& list_;
   const Color color_;
   const SpriteShape& shape_;
   const PointPlacement& placement_;
@@ -281,12 +289,10 @@ std::optional<SpriteList> spriteList(const Shape& shape) {
   using Kind = SpriteShape::Kind;
   if (const auto* list = std::get_if<ShapeList>(&shape)) {
     const Kind kind = list->kind == ShapeList::Kind::Cubes ? Kind::Box : Kind::Ball;
-    return SpriteList{&list->points, &list->colors, {kind, 0.5f * list->size}};
+    return SpriteList{&list->points.get(), &list->colors.get(), nullptr, {kind, 0.5f * list->size}};
   }
   const auto* cloud = std::get_if<PointCloud>(&shape);
   if (cloud == nullptr || cloud->style == PointStyle::Points) return std::nullopt;
-  const PointList& points = cloud->points;
-  const ColorList& colors = cloud->colors;
   const bool is_square =
       cloud->style == PointStyle::Squares || cloud->style == PointStyle::FlatSquares;
   const Kind kind = is_square                           ? Kind::Square
@@ -294,7 +300,26 @@ std::optional<SpriteList> spriteList(const Shape& shape) {
                                                         : Kind::Ball;
   const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
   return SpriteList{
-      &points, &colors, {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
+      &cloud->points.get(), nullptr, &cloud->colors.get(), {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
+}
+
+void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
+  if (all.size() < used + more) all.resize(used + used / 2 + more);
+  if (corners.size() < used_corners + more_corners) {
+    corners.resize(used_corners + used_corners / 2 + more_corners);
+  }
+}
+
+void Sprites::append(const Sprites& other) {
+  makeRoom(other.used, other.used_corners);
+  const auto first_corner = static_cast<std::uint32_t>(used_corners);
+  for (std::size_t i = 0; i < other.used; ++i) {
+    all[used + i] = other.all[i];
+    all[used + i].first += first_corner;
+  }
+  std::copy_n(other.corners.data(), other.used_corners, corners.data() + used_corners);
+  used += other.used;
+  used_corners += other.used_corners;
 }
 
 std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Color& color,
@@ -306,10 +331,7 @@ std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Colo
       std::find_if(points.begin(), points.end(), [](const auto& p) { return p.allFinite(); });
   if (origin == points.end() || !placement.P_optical_cloud.allFinite()) return piece;
   const std::size_t stride = strideOf(list.shape), total = points.size();
-  if (out.all.size() < out.used + total) out.all.resize(out.used + total);
-  if (out.corners.size() < out.used_corners + stride * total) {
-    out.corners.resize(out.used_corners + stride * total);
-  }
+  out.makeRoom(total, stride * total);
   std::vector<Part> parts(static_cast<std::size_t>(workers.sharers(total)));
   workers.share(total, [&](int worker, std::size_t begin, std::size_t end) {
     Part& part = parts[static_cast<std::size_t>(worker)];

@@ -33,7 +33,8 @@ struct SpriteShape {
 /// kind and sizes are set.
 struct SpriteList {
   const PointList* points;
-  const ColorList* colors;
+  const ColorList* colors;           ///< of ShapeList
+  const ByteColorList* byte_colors;  ///< of PointCloud; one of the two is nullptr
   SpriteShape shape;
 };
 
@@ -57,6 +58,9 @@ struct Sprites {
   std::size_t used = 0, used_corners = 0;
 
   void clear() { used = used_corners = 0; }
+  /// Makes room for so many more.
+  void makeRoom(std::size_t more, std::size_t more_corners);
+  void append(const Sprites& other);
 };
 
 /// Sprites are at most this large (px): the edges of a larger square may bend in a lens, and a

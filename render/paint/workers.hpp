@@ -33,8 +33,10 @@ class Workers {
     runAll([](const void* all, int worker) { (*static_cast<const Job*>(all))(worker); }, &job);
   }
 
-  /// How many workers share so many items: few are not worth waking the others for.
-  int sharers(std::size_t items) const { return items < kFewItems ? 1 : count(); }
+  /// Few items are not worth waking the others for.
+  static bool areMany(std::size_t items) { return items >= kFewItems; }
+  /// How many workers share so many items.
+  int sharers(std::size_t items) const { return areMany(items) ? count() : 1; }
   /// job(worker, begin, end) of every sharer's part of the items, as run() does.
   template <typename Job>
   void share(std::size_t items, const Job& job) {

@@ -75,7 +75,7 @@ std::vector<Drawable> ghostOutlines(const std::vector<Drawable>& solids, const E
       const Eigen::Vector3d& from = made.mesh.points[ends.first];
       const Eigen::Vector3d& to = made.mesh.points[ends.second];
       if ((to - from).norm() > 1e-4 && isOutline(faces, eye.p_world - from)) {
-        addDashes(from, to, dashes.points);
+        addDashes(from, to, dashes.points.edit());
       }
     }
     if (!dashes.points.empty()) outlines.push_back({{}, dashes, {}});

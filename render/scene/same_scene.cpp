@@ -7,12 +7,9 @@
 namespace afterglow::render {
 namespace {
 
-bool isSame(const PointList& a, const PointList& b) {
-  return &a == &b || (a.size() == b.size() &&
-                      (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0));
-}
-
-bool isSame(const ColorList& a, const ColorList& b) {
+template <typename T>
+bool isSame(const SharedList<T>& one, const SharedList<T>& other) {
+  const std::vector<T>&a = one.get(), &b = other.get();
   return &a == &b || (a.size() == b.size() &&
                       (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0));
 }
@@ -37,7 +34,7 @@ bool isSame(const Triangles& a, const Triangles& b) {
 }
 bool isSame(const PointCloud& a, const PointCloud& b) {
   return a.style == b.style && a.size == b.size && a.size_y == b.size_y &&
-         isSame(a.points.get(), b.points.get()) && isSame(a.colors.get(), b.colors.get());
+         isSame(a.points, b.points) && isSame(a.colors, b.colors);
 }
 bool isSame(const Text& a, const Text& b) { return a.letters == b.letters; }
 bool isSame(const MeshInstance& a, const MeshInstance& b) {

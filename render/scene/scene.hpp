@@ -13,20 +13,12 @@
 #include <vector>
 
 #include "calib/frames.hpp"
+#include "render/scene/color.hpp"
 #include "render/scene/shared_list.hpp"
 
 namespace afterglow::render {
 
-/// sRGB components and alpha, each 0..1. A projector adds light: alpha blends over black.
-struct Color {
-  float r = 1, g = 1, b = 1, a = 1;
-  friend bool operator==(const Color& x, const Color& y) {
-    return x.r == y.r && x.g == y.g && x.b == y.b && x.a == y.a;
-  }
-};
-
 using PointList = std::vector<Eigen::Vector3f>;  ///< meters, in the drawable's frame
-using ColorList = std::vector<Color>;            ///< empty, or one a point
 
 // ------------------------------------------------------------------------------------------ shapes
 /// Along +x from the origin: shaft 77 % of the length, head 23 %; diameters as given.
@@ -39,8 +31,8 @@ struct Sphere { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };    ///< full 
 struct Cylinder { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };  ///< x, y diameters, z height
 /// Width in meters, facing the viewer; strip: consecutive points joined; else pairs.
 struct Lines {
-  PointList points;
-  ColorList colors;
+  SharedList<Eigen::Vector3f> points;  ///< as PointList
+  SharedList<Color> colors;            ///< as ColorList
   float width = 0.01f;
   bool strip = true;
   float width_px = 0;  ///< more than 0: the width in pixels of the image instead
@@ -48,14 +40,14 @@ struct Lines {
 /// One cube or sphere of the same size at every point.
 struct ShapeList {
   enum class Kind { Cubes, Spheres } kind = Kind::Cubes;
-  PointList points;
-  ColorList colors;
+  SharedList<Eigen::Vector3f> points;
+  SharedList<Color> colors;
   Eigen::Vector3f size = Eigen::Vector3f::Ones();
 };
 /// Triples of points; colors per point or per triangle (a third as many). Seen from both sides.
 struct Triangles {
-  PointList points;
-  ColorList colors;
+  SharedList<Eigen::Vector3f> points;
+  SharedList<Color> colors;
 };
 
 /// Triangles made once and shared by every copy of the drawables that show them; never changed.
@@ -89,8 +81,8 @@ enum class PointStyle {
 };
 constexpr float kLargestPoint = 250;  ///< px; of PointStyle::Points
 struct PointCloud {
-  SharedList<Eigen::Vector3f> points;  ///< as PointList
-  SharedList<Color> colors;            ///< as ColorList
+  SharedList<Eigen::Vector3f> points;
+  SharedList<Rgba> colors;
   PointStyle style = PointStyle::FlatSquares;
   float size = 0.01f;  ///< meters; for PointStyle::Points pixels
   /// Height of a square where it differs from its width (Marker POINTS); 0: the same.

@@ -109,18 +109,18 @@ class Tessellator {
     Eigen::Affine3d along_x = Eigen::Affine3d::Identity();
     along_x.linear() << 0, 0, end, d, 0, 0, 0, d, 0;
     along_x.translation() = Eigen::Vector3d(end / 2, 0, 0);
-    if (shaft > 0) addSolid(unitCylinder(sides(along_x)), along_x, packed(color_));
+    if (shaft > 0) addSolid(unitCylinder(sides(along_x)), along_x, asBytes(color_));
     Eigen::Affine3d tip = Eigen::Affine3d::Identity();
     tip.linear() = Eigen::Vector3d(head, D, D).asDiagonal();
     tip.translation() = Eigen::Vector3d(shaft, 0, 0);
-    addSolid(unitCone(sides(tip)), tip, packed(color_));
+    addSolid(unitCone(sides(tip)), tip, asBytes(color_));
   }
 
-  void operator()(const Cube& cube) { addSolid(unitCube(), scaled(cube.size), packed(color_)); }
-  void operator()(const Sphere& sphere) { addSphere(scaled(sphere.size), packed(color_)); }
+  void operator()(const Cube& cube) { addSolid(unitCube(), scaled(cube.size), asBytes(color_)); }
+  void operator()(const Sphere& sphere) { addSphere(scaled(sphere.size), asBytes(color_)); }
   void operator()(const Cylinder& cylinder) {
     const Eigen::Affine3d shape = scaled(cylinder.size);
-    addSolid(unitCylinder(sides(shape)), shape, packed(color_));
+    addSolid(unitCylinder(sides(shape)), shape, asBytes(color_));
   }
 
   void operator()(const Lines& lines) {
@@ -138,7 +138,7 @@ class Tessellator {
   }
 
   void operator()(const ShapeList& list) {
-    addSolids(list.kind == ShapeList::Kind::Cubes, list.points, list.colors, list.size);
+    addSolids(list.kind == ShapeList::Kind::Cubes, list.points, list.colors.get(), list.size);
   }
 
   void operator()(const Triangles& triangles) {
@@ -178,25 +178,25 @@ class Tessellator {
         return addSquares(cloud);
       case PointStyle::Spheres:
       case PointStyle::Boxes:
-        return addSolids(cloud.style == PointStyle::Boxes, cloud.points, cloud.colors,
+        return addSolids(cloud.style == PointStyle::Boxes, cloud.points, cloud.colors.get(),
                          Eigen::Vector3f::Constant(cloud.size));
     }
   }
 
  private:
-  static Rgba packed(const Color& color) {
-    const auto byte = [](float value) {  // authors send 255: clamp, and NaN is black
-      return static_cast<std::uint8_t>(255 * (value > 0 ? std::min(value, 1.f) : 0) + 0.5f);
-    };
-    return {byte(color.r), byte(color.g), byte(color.b), byte(color.a)};
-  }
-
   /// The drawable's color where the shape has none; its alpha multiplies theirs.
   Rgba colorAt(const ColorList& colors, std::size_t i) const {
-    if (i >= colors.size()) return packed(color_);
+    if (i >= colors.size()) return asBytes(color_);
     Color color = colors[i];
     color.a *= color_.a;
-    return packed(color);
+    return asBytes(color);
+  }
+  Rgba colorAt(const ByteColorList& colors, std::size_t i) const {
+    if (i >= colors.size()) return asBytes(color_);
+    if (color_.a == 1) return colors[i];
+    Color color = asShares(colors[i]);
+    color.a *= color_.a;
+    return asBytes(color);
   }
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(out_.mesh.points.size()); }
@@ -294,12 +294,13 @@ class Tessellator {
   }
 
   Rgba tinted(const ColorList& colors, std::size_t i) const {
-    if (i >= colors.size()) return packed(color_);
+    if (i >= colors.size()) return asBytes(color_);
     const Color& own = colors[i];
-    return packed({own.r * color_.r, own.g * color_.g, own.b * color_.b, own.a * color_.a});
+    return asBytes(Color{own.r * color_.r, own.g * color_.g, own.b * color_.b, own.a * color_.a});
   }
 
-  void addSolids(bool cubes, const PointList& points, const ColorList& colors,
+  template <typename Colors>
+  void addSolids(bool cubes, const PointList& points, const Colors& colors,
                  const Eigen::Vector3f& sizes) {
     Eigen::Affine3d shape = scaled(sizes);
     for (std::size_t i = 0; i < points.size(); ++i) {

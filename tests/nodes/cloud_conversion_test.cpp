@@ -204,14 +204,14 @@ TEST(CloudConversion, readsPackedColorsAsBits) {
   put<std::uint32_t>(message, 12, 0xff8000ffu);  // as a float this is a NaN's neighbor
   auto cloud = toPointCloud(message, colored(ColorSource::Rgb8));
   ASSERT_TRUE(cloud.value) << cloud.reason;
-  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{128 / 255.0f, 0, 1, 1}));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Rgba{128, 0, 255, 255}));
   put<std::uint32_t>(message, 12, 0x7fc01020u);  // a NaN
   cloud = toPointCloud(message, colored(ColorSource::Rgb8));
-  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{192 / 255.0f, 16 / 255.0f, 32 / 255.0f, 1}));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Rgba{192, 16, 32, 255}));
   message.fields.back().name = "rgba";
   message.fields.back().datatype = PointField::UINT32;
   cloud = toPointCloud(message, colored(ColorSource::Rgb8));
-  EXPECT_FLOAT_EQ(cloud.value->colors.at(0).a, 127 / 255.0f);
+  EXPECT_EQ(cloud.value->colors.at(0).a, 127);
   message.fields.pop_back();
   EXPECT_EQ(reasonFor(message, colored(ColorSource::Rgb8)), "no field 'rgb'");
 }
@@ -224,9 +224,9 @@ TEST(CloudConversion, colorsByIntensityFromRedToMagenta) {
   put<std::uint16_t>(message, 40, 500);
   const auto cloud = toPointCloud(message, colored(ColorSource::Intensity));
   ASSERT_TRUE(cloud.value) << cloud.reason;
-  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{1, 0, 0, 1}));
-  EXPECT_EQ(cloud.value->colors.at(1), (render::Color{0, 1, 0.5f, 1}));  // hue 150
-  EXPECT_EQ(cloud.value->colors.at(2), (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Rgba{255, 0, 0, 255}));
+  EXPECT_EQ(cloud.value->colors.at(1), (render::Rgba{0, 255, 128, 255}));  // hue 150
+  EXPECT_EQ(cloud.value->colors.at(2), (render::Rgba{255, 0, 255, 255}));
   message.fields.back().name = "intensities";
   EXPECT_TRUE(toPointCloud(message, colored(ColorSource::Intensity)).value);
   message.fields.pop_back();
@@ -241,11 +241,11 @@ TEST(CloudConversion, readsAnyNumberOfAnyFieldAsIntensity) {
   put<std::int16_t>(message, 40, 1);
   CloudStyle style = colored(ColorSource::Intensity);
   style.channel = "ring";
-  EXPECT_EQ(toPointCloud(message, style).value->colors.at(1), (render::Color{0, 1, 0.5f, 1}));
+  EXPECT_EQ(toPointCloud(message, style).value->colors.at(1), (render::Rgba{0, 255, 128, 255}));
   style.channel = "ri\nng";
   EXPECT_EQ(reasonFor(message, style), "no field 'ri?ng'");
   style.channel = "x";  // as in the fast path of plain floats
-  EXPECT_EQ(toPointCloud(message, style).value->colors.at(2), (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(toPointCloud(message, style).value->colors.at(2), (render::Rgba{255, 0, 255, 255}));
 }
 
 TEST(CloudConversion, makesGraysOfPackedColorsByTheirLuminance) {
@@ -254,7 +254,7 @@ TEST(CloudConversion, makesGraysOfPackedColorsByTheirLuminance) {
   put<std::uint32_t>(message, 12, 0x33ff0000u);
   const auto cloud = toPointCloud(message, colored(ColorSource::Mono8));
   ASSERT_TRUE(cloud.value) << cloud.reason;
-  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{0.2989f, 0.2989f, 0.2989f, 0.2f}));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Rgba{76, 76, 76, 51}));
 }
 
 TEST(CloudConversion, readsColorsThatAreThreeFloats) {
@@ -268,7 +268,7 @@ TEST(CloudConversion, readsColorsThatAreThreeFloats) {
   put<float>(message, 20, std::numeric_limits<float>::quiet_NaN());
   const auto cloud = toPointCloud(message, colored(ColorSource::RgbF32));
   ASSERT_TRUE(cloud.value) << cloud.reason;
-  EXPECT_EQ(cloud.value->colors.at(0), (render::Color{1, 0.25f, 0, 1}));
+  EXPECT_EQ(cloud.value->colors.at(0), (render::Rgba{255, 64, 0, 255}));
 }
 
 TEST(CloudConversion, readsBigEndianColors) {
@@ -277,7 +277,7 @@ TEST(CloudConversion, readsBigEndianColors) {
   message.is_bigendian = 1;
   put<std::uint32_t>(message, 12, 0x0000ff00u);  // 0x00ff0000 the other way around
   EXPECT_EQ(toPointCloud(message, colored(ColorSource::Rgb8)).value->colors.at(0),
-            (render::Color{1, 0, 0, 1}));
+            (render::Rgba{255, 0, 0, 255}));
 }
 
 }  // namespace

@@ -123,12 +123,12 @@ TEST_F(LayerContentTest, colorsAnAxisOfTheCloudsOwnFrameIfToldSo) {
   transform(0, 0, M_PI);  // in the fixed frame x runs the other way
   add(cloudMessage("laser", {{1, 0, 0}, {2, 0, 0}}), 0);
   const auto own = std::get<render::PointCloud>(drawn(0).at(0).shape);
-  EXPECT_EQ(own.colors[0], (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(own.colors[0], (render::Rgba{255, 0, 0, 255}));
   scene.reset();
   layer.cloud.axis_of_fixed_frame = true;
   add(cloudMessage("laser", {{1, 0, 0}, {2, 0, 0}}), 0);
   const auto fixed = std::get<render::PointCloud>(drawn(0).at(0).shape);
-  EXPECT_EQ(fixed.colors[0], (render::Color{1, 0, 1, 1}));
+  EXPECT_EQ(fixed.colors[0], (render::Rgba{255, 0, 255, 255}));
 }
 
 TEST_F(LayerContentTest, multipliesAPointsAlphaByItsLayers) {
@@ -143,7 +143,7 @@ TEST_F(LayerContentTest, multipliesAPointsAlphaByItsLayers) {
   add(message, 0);
   const render::Drawable drawable = drawn(0).at(0);
   EXPECT_EQ(drawable.color, (render::Color{1, 1, 1, 0.5f}));
-  EXPECT_FLOAT_EQ(std::get<render::PointCloud>(drawable.shape).colors[0].a, 0.2f);
+  EXPECT_EQ(std::get<render::PointCloud>(drawable.shape).colors[0].a, 51);
 }
 
 TEST_F(LayerContentTest, drawsTheSamePointsInEveryFrameWithoutACopy) {

@@ -175,7 +175,7 @@ TEST(MarkerConversion, takesColorsAPointOrAFaceAndRefusesOtherNumbers) {
   ASSERT_TRUE(drawable.value) << drawable.reason;
   EXPECT_EQ(drawable.value->color, render::Color{});
   EXPECT_EQ(std::get<render::PointCloud>(drawable.value->shape).colors.at(3),
-            (render::Color{1, 0, 0, 0.5f}));
+            (render::Rgba{255, 0, 0, 128}));
   for (const std::size_t count : {1u, 3u, 5u}) {
     m.colors.resize(count);
     EXPECT_EQ(reasonFor(m), "colors are not as many as points") << count;

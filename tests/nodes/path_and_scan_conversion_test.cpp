@@ -65,7 +65,7 @@ TEST(ScanConversion, colorsByIntensity) {
   const auto scanned = toScanPoints(message, style);
   ASSERT_TRUE(scanned.value);
   const render::PointCloud& cloud = scanned.value->cloud;
-  EXPECT_EQ(cloud.colors, (render::ColorList{{1, 0, 0, 1}, {1, 0, 1, 1}}));
+  EXPECT_EQ(cloud.colors, (render::ByteColorList{{255, 0, 0, 255}, {255, 0, 255, 255}}));
   message.intensities.pop_back();
   EXPECT_EQ(toScanPoints(message, style).reason, "intensities are not as many as ranges");
   EXPECT_TRUE(toScanPoints(message, {}).value);
@@ -87,7 +87,7 @@ TEST(ScanConversion, colorsByIntensityWithinFixedBounds) {
   style.scale.bounds = {0, 1000};
   auto message = scan({1, 1});
   message.intensities = {500, 1000};
-  EXPECT_EQ(toScanPoints(message, style).value->cloud.colors[0], (render::Color{0, 1, 0.5f, 1}));
+  EXPECT_EQ(toScanPoints(message, style).value->cloud.colors[0], (render::Rgba{0, 255, 128, 255}));
 }
 
 TEST(ScanConversion, tellsWhenEachPointWasSeen) {

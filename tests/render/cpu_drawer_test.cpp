@@ -32,7 +32,7 @@ PointCloud wall(PointStyle style, float size) {
   cloud.size = size;
   for (int i = 0; i < 9000; ++i) {
     cloud.points.emplace_back(wide(random), 0.7f * wide(random), deep(random));
-    cloud.colors.push_back({color(random), color(random), color(random), 1});
+    cloud.colors.push_back(asBytes(Color{color(random), color(random), color(random), 1}));
   }
   return cloud;
 }

@@ -30,7 +30,7 @@ PointCloud wall(int count, float size_px, bool colored) {
     if (colored) colors.push_back({color(random), color(random), color(random), 1});
   }
   cloud.points = std::move(points);
-  cloud.colors = std::move(colors);
+  cloud.colors = asBytes(colors);
   return cloud;
 }
 
@@ -141,7 +141,7 @@ std::vector<Drawable> everything() {
   const ColorList colors = {{1, 0, 0, 1}, {0, 1, 0, 1}, {0, 0, 1, 1}};
   PointCloud squares, boxes, spheres;
   squares.points = boxes.points = spheres.points = points;
-  squares.colors = boxes.colors = spheres.colors = colors;
+  squares.colors = boxes.colors = spheres.colors = asBytes(colors);
   squares.size = boxes.size = spheres.size = 0.05f;
   squares.style = PointStyle::Squares;
   boxes.style = PointStyle::Boxes;

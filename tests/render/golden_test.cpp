@@ -86,7 +86,7 @@ std::vector<Drawable> markers() {
   const PointList pairs = {points[0], points[1], points[2], -points[2]};
   PointCloud squares;
   squares.points = points;
-  squares.colors = kColors;
+  squares.colors = asBytes(kColors);
   squares.style = PointStyle::Squares;
   squares.size = 0.06f;
   squares.size_y = 0.03f;
@@ -130,7 +130,7 @@ TEST(Golden, everyCloudStyle) {
       colors.push_back({0.5f + 0.2f * x, 0.5f + 0.2f * y, 0.5f - 0.2f * x, 1});
     }
     cloud.points = std::move(points);
-    cloud.colors = std::move(colors);
+    cloud.colors = asBytes(colors);
     cloud.style = static_cast<PointStyle>(style);
     cloud.size = style == 0 ? 3 : 0.03f;
     layer.drawables.push_back(

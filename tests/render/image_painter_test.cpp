@@ -317,7 +317,7 @@ TEST(PointProjector, ordersByDistanceOrHeightOnlyWhereItShows) {
   EXPECT_TRUE(found.run.is_ordered);
   EXPECT_LT(found.points[0].order, found.points[2].order);
   EXPECT_LT(found.points[2].order, found.points[1].order);
-  cloud.colors = ColorList{{1, 0, 0, 1}, {0, 1, 0, 1}, {1, 0, 0, 1}};
+  cloud.colors = {{255, 0, 0, 255}, {0, 255, 0, 255}, {255, 0, 0, 255}};
   found = project(lens, cloud);
   EXPECT_TRUE(found.run.is_ordered);
   EXPECT_EQ(found.points[1].color, 0xff00ff00u);

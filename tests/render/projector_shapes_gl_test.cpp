@@ -139,8 +139,8 @@ TEST_F(ProjectorShapes, contentThroughTheLensIsCutNotMirrored) {
   const Image image = draw(lens, {{{}, triangles, {}}});
   EXPECT_GT(test::brightness(image, 640, 799), 0) << "the near part reaches the lower border";
   for (int v = 0; v < 500; ++v) ASSERT_EQ(test::brightness(image, 640, v), 0) << v;
-  triangles.points.resize(3);
-  for (auto& p : triangles.points) p.z() = -2;
+  triangles.points.edit().resize(3);
+  for (auto& p : triangles.points.edit()) p.z() = -2;
   EXPECT_EQ(test::litPixels(draw(lens, {{{}, triangles, {}}})), 0);
 }
 

@@ -20,7 +20,7 @@ Scene makeScene() {
   layer.reader = Reader{};
   PointCloud cloud;
   cloud.points = {Eigen::Vector3f(1, 2, 3), Eigen::Vector3f(4, 5, 6)};
-  cloud.colors = {Color{}, Color{1, 0, 0, 1}};
+  cloud.colors = {Rgba{}, Rgba{255, 0, 0, 255}};
   Lines lines;
   lines.points = {{0, 0, 0}, {1, 1, 1}};
   layer.drawables = {{{}, Arrow{}, {}},     {{}, Cube{}, {}},      {{}, Sphere{}, {}},
@@ -72,10 +72,10 @@ TEST(SameScene, isNotOneThatDiffersAnywhere) {
       drawable(1, [](Drawable& d) { std::get<Cube>(d.shape).size.z() = 2; }),
       drawable(2, [](Drawable& d) { std::get<Sphere>(d.shape).size.z() = 2; }),
       drawable(3, [](Drawable& d) { std::get<Cylinder>(d.shape).size.z() = 2; }),
-      drawable(4, [](Drawable& d) { std::get<Lines>(d.shape).points[1].z() = 2; }),
+      drawable(4, [](Drawable& d) { std::get<Lines>(d.shape).points.edit()[1].z() = 2; }),
       drawable(4, [](Drawable& d) { std::get<Lines>(d.shape).width_px = 2; }),
       drawable(5, [](Drawable& d) { std::get<ShapeList>(d.shape).colors.push_back({}); }),
-      drawable(6, [](Drawable& d) { std::get<Triangles>(d.shape).points.resize(3); }),
+      drawable(6, [](Drawable& d) { std::get<Triangles>(d.shape).points.edit().resize(3); }),
       drawable(7, [](Drawable& d) { std::get<PointCloud>(d.shape).points.edit()[1].z() = 7; }),
       drawable(7, [](Drawable& d) { std::get<PointCloud>(d.shape).colors.edit()[1].a = 0; }),
       drawable(7, [](Drawable& d) { std::get<PointCloud>(d.shape).size_y = 1; }),

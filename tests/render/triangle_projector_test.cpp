@@ -183,7 +183,7 @@ TEST(TriangleProjector, leavesOutWhatIsTransparent) {
   EXPECT_TRUE(SeenTriangles(test::viewsonic(), {{layer}}).pieces().empty());
 }
 
-TEST(Pieces, joinNeighborsThatAreOpaqueTrianglesOnly) {
+TEST(Pieces, joinNeighborsThatAreOpaqueAndOfAKindOnly) {
   using Kind = Piece::Kind;
   std::vector<Piece> pieces = {
       {Kind::Points, false, 0, 1, 0.9},     {Kind::Triangles, true, 0, 6, 0},
@@ -193,7 +193,7 @@ TEST(Pieces, joinNeighborsThatAreOpaqueTrianglesOnly) {
   sortForDrawing(pieces);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges;
   for (const Piece& piece : pieces) ranges.emplace_back(piece.first, piece.count);
-  const decltype(ranges) expected = {{0, 6}, {9, 12}, {21, 1}, {22, 1}, {6, 3}, {0, 1}};
+  const decltype(ranges) expected = {{0, 6}, {9, 12}, {21, 2}, {6, 3}, {0, 1}};
   EXPECT_EQ(ranges, expected);
 }
 

@@ -1,0 +1,56 @@
+/// \file
+/// Steps of a composed image as the CPU paints them: small solids, letters and lists of small
+/// things as outlines, the rest as triangles.
+#pragma once
+
+#include <vector>
+
+#include "render/compose/triangle_projector.hpp"
+#include "render/paint/outline_projector.hpp"
+#include "render/paint/sprites.hpp"
+#include "render/paint/workers.hpp"
+
+namespace afterglow::render {
+
+/// What steps have become, in their order. A piece is a part of `triangles.indices` or `sprites`.
+struct ExpandedSteps {
+  LightTriangles triangles;
+  Sprites sprites;
+  std::vector<Piece> pieces;
+
+  void clear();
+  void append(const ExpandedSteps& other);
+};
+
+/// Keeps its buffers from step to step. Used from one thread at a time, and of several expanders
+/// each in a thread of its own, except for layers on a relief.
+class StepExpander {
+ public:
+  explicit StepExpander(const calib::Lens& lens)
+      : sprite_projector_(lens), outline_projector_(lens), triangle_projector_(lens) {}
+
+  /// Appends the pieces of a drawable, which is no pixelCloud(). Lists of very many things are
+  /// shared by the workers.
+  void expand(const Drawable& drawable, const ComposedLayer& layer, Workers& workers,
+              ExpandedSteps& out);
+
+ private:
+  /// Whether the drawable is a list of things small enough; then it is added.
+  bool addSprites(const Drawable& drawable, const ComposedLayer& layer, Workers& workers,
+                  ExpandedSteps& out) const;
+  /// Whether the placed triangles are something flat of one color, or small and convex; then their
+  /// outlines are added.
+  bool addOutlines(const ComposedLayer& layer, ExpandedSteps& out);
+  bool isFlat() const;
+  Piece hulls(Sprites& out);
+
+  SpriteProjector sprite_projector_;
+  OutlineProjector outline_projector_;
+  TriangleProjector triangle_projector_;
+  std::vector<OutlinePoint> outline_points_;
+};
+
+/// The way of a cloud or list of the drawable to the image.
+PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed);
+
+}  // namespace afterglow::render
