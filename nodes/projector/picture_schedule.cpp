@@ -6,7 +6,8 @@ using Clock = std::chrono::steady_clock;
 
 PictureSchedule::PictureSchedule(double rate_hz)
     : period_(std::chrono::duration_cast<Clock::duration>(
-          std::chrono::duration<double>(1 / rate_hz))) {}
+          std::chrono::duration<double>(1 / rate_hz))),
+      pace_(period_) {}
 
 void PictureSchedule::announce() {
   {
@@ -39,7 +40,11 @@ PictureSchedule::Time PictureSchedule::regularDue(Time drawn_at, bool is_waiting
 }
 
 std::optional<Clock::duration> PictureSchedule::awaitDue(Time drawn_at, bool is_waiting) {
+  pace_.add(Clock::now() - drawn_at);
   std::unique_lock<std::mutex> lock(mutex_);
+  if (pace_.interval() > period_) {
+    woken_.wait_until(lock, drawn_at + pace_.interval(), [this] { return is_stopped_; });
+  }
   const Time regular = regularDue(drawn_at, is_waiting);
   woken_.wait_until(lock, regular, [this] { return is_stopped_ || has_news_; });
   if (!has_news_) return std::nullopt;

@@ -1,11 +1,14 @@
 /// \file
-/// When projector_node draws: new content at once, the rest at a steady rate.
+/// When projector_node draws: new content at once, the rest at a steady rate, and all at an even
+/// pace where there is more to draw than time.
 #pragma once
 
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
+
+#include "nodes/projector/even_pace.hpp"
 
 namespace afterglow::nodes {
 
@@ -22,15 +25,16 @@ class PictureSchedule {
   /// Ends the drawing; awaitDue() returns at once from now on.
   void stop();
   bool isStopped() const;
-  /// Waits until the next picture after that of `drawn_at` is due. `is_waiting`: content waits for
-  /// a transform, which may come at any time. Returns how long the oldest new
-  /// content has waited; nothing: there is none.
+  /// Waits until the next picture is due after the one that was begun at `drawn_at` and is finished
+  /// now. `is_waiting`: content waits for a transform, which may come at any time. Returns how long
+  /// the oldest new content has waited; nothing: there is none.
   std::optional<std::chrono::steady_clock::duration> awaitDue(Time drawn_at, bool is_waiting);
 
  private:
   Time regularDue(Time drawn_at, bool is_waiting) const;
 
   const std::chrono::steady_clock::duration period_;
+  EvenPace pace_;
   mutable std::mutex mutex_;  ///< all below
   std::condition_variable woken_;
   bool has_news_ = false, is_stopped_ = false;

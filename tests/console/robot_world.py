@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 BUILD, DEVEL = (os.path.abspath(path) for path in sys.argv[1:3])
@@ -29,6 +30,10 @@ from geometry_msgs.msg import TransformStamped, Twist  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 
 import recordings  # noqa: E402
+
+# Debian 11's rospy ends its threads by a method that its Python 3.9 no longer has, and would hang at the end.
+if not hasattr(threading.Thread, "isAlive"):
+    threading.Thread.isAlive = threading.Thread.is_alive
 
 WAIT_S = 30
 SHORT, LONG = 1, 2  # behaviors: of 2 s, of a minute

@@ -98,6 +98,14 @@ class Audience {
   bool isSaid(const std::string& name, const std::string& text) {
     return eventually([&] { return status(name).find(text) != std::string::npos; });
   }
+  /// All is well, but that a slow machine may take longer for a picture than it has.
+  bool isProjecting(const std::string& name) {
+    return eventually([&] {
+      const std::string said = status(name);
+      return said.find("0 projecting") != std::string::npos ||
+             said.find("1 projecting; drawing takes") != std::string::npos;
+    });
+  }
 
  private:
   std::mutex mutex_;
@@ -146,8 +154,7 @@ TEST_P(ProjectorNodeTest, lightsThePixelsThatOpenCvNames) {
   EXPECT_LT(std::abs((ros::Time::now() - message->header.stamp).toSec()), 5);
   ASSERT_TRUE(eventually([&] { return audience.cameraInfo() != nullptr; }));
   EXPECT_EQ(audience.cameraInfo()->K[5], 817);  // K's, which is meant, and not P's
-  // A slow machine also says that drawing takes longer than it has.
-  EXPECT_TRUE(audience.isSaid("lit: projector", " projecting"));
+  EXPECT_TRUE(audience.isProjecting("lit: projector"));
   EXPECT_TRUE(audience.isSaid("lit: projector", "time: published=p50 "));
 
   clouds.publish(sensor_msgs::PointCloud2());  // empty: clears
@@ -234,7 +241,7 @@ TEST_P(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
   EXPECT_EQ(right.cameraInfo()->K[0], -left.cameraInfo()->K[0]);
   EXPECT_EQ(right.cameraInfo()->K[2], 1279 - left.cameraInfo()->K[2]);
   EXPECT_EQ(right.cameraInfo()->K[4], left.cameraInfo()->K[4]);
-  EXPECT_TRUE(whole.isSaid("pair: projector left", " projecting"));
+  EXPECT_TRUE(whole.isProjecting("pair: projector left"));
   EXPECT_TRUE(whole.isSaid("pair: projector lost",
                            "2 projector: no transform from 'no_such_frame' to 'map'"));
   EXPECT_EQ(whole.images(), 0u);
