@@ -75,7 +75,7 @@ std::int64_t readTime(const Packet& packet, std::size_t at) {
 
 /// A server's answer to our question, by a clock that is set.
 bool isAnswer(const Packet& answer, const Packet& question) {
-  const int leap = answer[0] >> 6U, mode = answer[0] & 7U, stratum = answer[1];
+  const unsigned leap = answer[0] >> 6U, mode = answer[0] & 7U, stratum = answer[1];
   return leap != 3 && mode == 4 && stratum >= 1 && stratum <= 15 &&
          std::equal(question.begin() + kOurTimeAt, question.end(), answer.begin() + kOriginAt);
 }

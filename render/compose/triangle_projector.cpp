@@ -125,7 +125,7 @@ void TriangleProjector::placeVertices(const Mesh& mesh) {
     CutVertex& vertex = vertices_[i];
     vertex = {placed.P_optical_world.lazyProduct(p_world), asFloats(mesh.colors[i], placed.gain),
               layer_->relief != nullptr ? laid_.heights[i] : placed.height.dot(p_world)};
-    inside_[i] = isInside(domain_, vertex);
+    inside_[i] = isInside(domain_, vertex) ? 1 : 0;
     is_whole_ = is_whole_ && inside_[i];
     if (inside_[i]) seen_.extend(normalized(vertex));
     if (beyond_all != 0) beyond_all &= inside_[i] ? 0 : bordersBeyond(domain_, vertex);
