@@ -281,6 +281,31 @@ TEST(ReliefPlacer, isDarkWhereTheReliefItselfIsInTheLightsWay) {
   EXPECT_LT(area(laid, layer), 0.78 * 0.98 - 0.02);
 }
 
+/// What it remembers of a relief holds as long as relief, light and viewer stay, and no longer.
+TEST(ReliefPlacer, laysAsAnUnusedOneDoesAfterLightViewerOrReliefChanged) {
+  const Layer draped = makeLayer(Placement::Drape, makeRelief());
+  Layer viewed = makeLayer(Placement::Viewer, makeRelief(true)), moved = viewed;
+  moved.p_viewer = pose(viewed) * Eigen::Vector3d(-1, 0.9, 0.6);
+  const Eigen::Vector3d low(0.9, 0.1, 0.25);  // the bump throws a long shadow
+  const std::pair<Layer, Eigen::Vector3d> uses[] = {
+      {draped, kAbove}, {draped, low}, {viewed, low}, {moved, low}, {moved, kAbove}, {draped, low}};
+  ReliefPlacer used;
+  std::vector<std::size_t> sizes;
+  for (const auto& [layer, light] : uses) {
+    LaidMesh laid, expected;
+    const Mesh mesh = rectangle(layer, {-0.45, -0.45, 0.2}, {0.45, 0.45, 0.2});
+    used.begin(layer, pose(layer) * light);
+    used.lay(mesh, laid);
+    ReliefPlacer unused;
+    unused.begin(layer, pose(layer) * light);
+    unused.lay(mesh, expected);
+    EXPECT_EQ(laid.mesh.points, expected.mesh.points);
+    EXPECT_EQ(laid.mesh.triangles, expected.mesh.triangles);
+    sizes.push_back(laid.mesh.triangles.size());
+  }
+  for (std::size_t i = 1; i < sizes.size(); ++i) EXPECT_NE(sizes[i], sizes[i - 1]) << i;
+}
+
 /// Inner edges belong to two triangles: a crack would leave some with one.
 TEST(ReliefPlacer, leavesNoCracks) {
   const auto relief = makeRelief();
