@@ -29,7 +29,7 @@ class Appender {
     if constexpr (std::is_floating_point_v<T>) {
       require(bson_append_double(&to_, key_, length_, static_cast<double>(value)));
     } else {
-      const auto wide = static_cast<std::int64_t>(value);
+      const auto wide = static_cast<std::int64_t>(value);  // NOLINT: an int8 is a number here
       const auto narrow = static_cast<std::int32_t>(wide);
       require(narrow == wide ? bson_append_int32(&to_, key_, length_, narrow)
                              : bson_append_int64(&to_, key_, length_, wide));

@@ -14,8 +14,8 @@ TEST(CloudColor, followsAnAxisOfTheFixedFrame) {
   Eigen::Isometry3d T_fixed_cloud = Eigen::Isometry3d::Identity();
   T_fixed_cloud.rotate(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()));  // z points down
   colorByAxis(cloud, {2, {}}, T_fixed_cloud);
-  EXPECT_EQ(cloud.colors.front(), (render::Color{1, 0, 1, 1}));
-  EXPECT_EQ(cloud.colors.back(), (render::Color{1, 0, 0, 1}));
+  EXPECT_EQ(cloud.colors.front(), (render::Rgba{255, 0, 255, 255}));
+  EXPECT_EQ(cloud.colors.back(), (render::Rgba{255, 0, 0, 255}));
 }
 
 TEST(CloudColor, weighsTheLuminanceOfGrays) {
