@@ -19,7 +19,7 @@ namespace afterglow::render {
 
 /// Steps expanded for the CPU. A piece is a part of `runs` or of what `steps` has.
 struct PaintList {
-  ExpandedSteps steps;  ///< its pieces are the layers'
+  ExpandedSteps steps;                     ///< its pieces are the layers'
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
   std::vector<PointRun> runs;
   std::vector<ExpandedLayer> layers;

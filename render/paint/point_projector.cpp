@@ -126,8 +126,9 @@ class PartProjector {
 
   /// calib::project, of normalized coordinates.
   template <bool kFisheye>
-  __attribute__((always_inline)) void throughLens(const Floats& nx, const Floats& ny, const Ints& in_front, Ints& u, Ints& v,
-                   Ints& keep) const {
+  __attribute__((always_inline)) void throughLens(const Floats& nx, const Floats& ny,
+                                                  const Ints& in_front, Ints& u, Ints& v,
+                                                  Ints& keep) const {
     const FloatLens lens = lens_;
     const float u_end = static_cast<float>(columns_) + kPointMargin;
     const float v_end = static_cast<float>(rows_) + kPointMargin;

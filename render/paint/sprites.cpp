@@ -299,8 +299,8 @@ std::optional<SpriteList> spriteList(const Shape& shape) {
                     : cloud->style == PointStyle::Boxes ? Kind::Box
                                                         : Kind::Ball;
   const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
-  return SpriteList{
-      &cloud->points.get(), nullptr, &cloud->colors.get(), {kind, 0.5f * Eigen::Vector3f(cloud->size, height, cloud->size)}};
+  const Eigen::Vector3f size(cloud->size, height, cloud->size);
+  return SpriteList{&cloud->points.get(), nullptr, &cloud->colors.get(), {kind, 0.5f * size}};
 }
 
 void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
