@@ -90,42 +90,49 @@ struct ProjectorRenderer::Impl {
 
   void render(ImageDrawer& by, const Scene& scene,
               const Rigid<Projector, World>& T_projector_world, Image& image) {
+    by.begin(composer.compose(scene, T_projector_world));
+    finish(by, image);
+  }
+
+  void finish(ImageDrawer& by, Image& image) const {
     image.width = lens.width;
     image.height = lens.height;
     image.rgb.resize(3 * static_cast<std::size_t>(lens.width) *
                      static_cast<std::size_t>(lens.height));
-    by.draw(composer.compose(scene, T_projector_world), image);
+    by.finish(image);
   }
 
   /// What shows the same as the last time is not drawn again. Its image is kept from the second
   /// time on only: a scene that changes all the time pays for no copy.
-  void renderChange(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
-                    Image& image) {
-    const bool is_same =
-        last_scene &&
-        T_last_projector_world.matrix().matrix() == T_projector_world.matrix().matrix() &&
-        isSame(*last_scene, scene);
+  void begin(const Scene& scene, const Rigid<Projector, World>& T_projector_world) {
+    is_same = is_finished &&
+              T_last_projector_world.matrix().matrix() == T_projector_world.matrix().matrix() &&
+              isSame(last_scene, scene);
+    if (is_same && !kept.rgb.empty()) return;
+    kept.rgb.clear();
+    is_finished = false;
+    last_scene = scene;
+    T_last_projector_world = T_projector_world;
+    drawer->begin(composer.compose(scene, T_projector_world));
+  }
+
+  void finish(Image& image) {
     if (is_same && !kept.rgb.empty()) {
       image = kept;
       return;
     }
-    kept.rgb.clear();
-    last_scene.reset();  // until the image is whole
-    renderOrReplace(scene, T_projector_world, image);
+    finish(*drawer, image);
+    if (gl_context != nullptr && gl_context->isLost()) replace(image);
+    is_finished = true;
     if (is_same) kept = image;
-    last_scene = scene;
-    T_last_projector_world = T_projector_world;
   }
 
   /// Once the GPU was reset, by the CPU: light must not go out.
-  void renderOrReplace(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
-                       Image& image) {
-    render(*drawer, scene, T_projector_world, image);
-    if (gl_context == nullptr || !gl_context->isLost()) return;
+  void replace(Image& image) {
     gl_context = nullptr;
     drawer = std::make_unique<CpuDrawer>(lens);
     description = "drawn by the CPU (OpenGL's context was lost)";
-    render(*drawer, scene, T_projector_world, image);
+    render(*drawer, last_scene, T_last_projector_world, image);
   }
 
   calib::Lens lens;
@@ -133,9 +140,11 @@ struct ProjectorRenderer::Impl {
   std::unique_ptr<ImageDrawer> drawer;
   std::string description;
   GlContext* gl_context = nullptr;  ///< while OpenGL draws
-  std::optional<Scene> last_scene;  ///< that was drawn
+  Scene last_scene;  ///< that was begun
   Rigid<Projector, World> T_last_projector_world;
-  Image kept;  ///< of the last scene, if that was drawn twice
+  bool is_finished = false;  ///< the image of the last scene
+  bool is_same = false;      ///< it is to be the image of the scene before
+  Image kept;                ///< of the last scene, if that was drawn twice
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)
@@ -154,8 +163,16 @@ Image ProjectorRenderer::render(const Scene& scene,
 
 void ProjectorRenderer::render(const Scene& scene, const Rigid<Projector, World>& T_projector_world,
                                Image& image) {
-  impl_->renderChange(scene, T_projector_world, image);
+  begin(scene, T_projector_world);
+  finish(image);
 }
+
+void ProjectorRenderer::begin(const Scene& scene,
+                              const Rigid<Projector, World>& T_projector_world) {
+  impl_->begin(scene, T_projector_world);
+}
+
+void ProjectorRenderer::finish(Image& image) { impl_->finish(image); }
 
 const std::string& ProjectorRenderer::description() const { return impl_->description; }
 

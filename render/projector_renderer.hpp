@@ -41,6 +41,9 @@ class ProjectorRenderer {
   /// The same into an image whose memory is used again. Scene and pose of the last time are not
   /// drawn again.
   void render(const Scene& scene, const Rigid<Projector, World>& T_projector_world, Image& image);
+  /// The same in two steps, between which a GPU draws on: for other projectors' images to be begun.
+  void begin(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
+  void finish(Image& image);
   /// Which back end draws, and why; for people.
   const std::string& description() const;
 

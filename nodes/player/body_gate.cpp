@@ -281,6 +281,7 @@ void BodyGate::watchArm() {
   options.limits = limits_;
   options.robot = options_.joints;
   options.approach = &*approach_;
+  options.controllers_join = options_.robot.controllers_join;
   arm_.emplace(approach_->recorded(),
                [this](const std::string& joint) { return lookAt(joint); }, options);
 }

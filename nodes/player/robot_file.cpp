@@ -63,6 +63,10 @@ std::vector<std::string> topicsIn(const YamlMap& map, const std::string& key) {
   return topics;
 }
 
+bool isTrueIn(const YamlMap& map, const char* key, bool otherwise) {
+  return map.has(key) ? map.choice(key, {"false", "true"}) == 1 : otherwise;
+}
+
 void readTopics(const YamlMap& map, RobotProfile& robot) {
   for (const std::string& of_class : topicClasses()) {
     if (map.has(of_class)) robot.topics[of_class] = textsIn(map, of_class);
@@ -97,15 +101,13 @@ void readBase(const YamlMap& map, RobotProfile::Base& base) {
   base.command_timeout_s = numberIn(map, "command_timeout");
   base.fastest = numberIn(map, "fastest");
   base.fastest_turn = numberIn(map, "fastest_turn");
-  if (map.has("holonomic")) {
-    base.is_holonomic = map.choice("holonomic", {"false", "true"}) == 1;
-  }
+  base.is_holonomic = isTrueIn(map, "holonomic", false);
 }
 
 void readEmergencyStop(const YamlMap& map, RobotProfile::EmergencyStop& stop) {
   stop.topic = topicIn(map, "topic");
   stop.field = textIn(map, "field");
-  if (map.has("stops_when")) stop.stops_when = map.choice("stops_when", {"false", "true"}) == 1;
+  stop.stops_when = isTrueIn(map, "stops_when", true);
 }
 
 void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robot) {
@@ -123,8 +125,8 @@ void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robo
 
 RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
   const YamlMap map(path, root, "the robot",
-                    {"name", "topics", "controllers", "base", "scan_topic", "emergency_stop",
-                     "joints", "gripper_joints", "gaze_frame"});
+                    {"name", "topics", "controllers", "controllers_join", "base", "scan_topic",
+                     "emergency_stop", "joints", "gripper_joints", "gaze_frame"});
   RobotProfile robot;
   robot.name = map.text("name");
   if (map.has("topics")) {
@@ -138,6 +140,7 @@ RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
              robot.base);
   }
   robot.controllers = topicsIn(map, "controllers");
+  robot.controllers_join = isTrueIn(map, "controllers_join", false);
   robot.scan_topic = topicIn(map, "scan_topic");
   if (map.has("emergency_stop")) {
     readEmergencyStop(map.map(map.at("emergency_stop"), "emergency_stop",

@@ -212,9 +212,8 @@ void ProjectorNode::drawAll() {
     problems_ = std::move(problems);
   }
   times_.add(Stage::Composed, lap.next());
-  for (std::size_t i = 0; i < outputs_.size(); ++i) {
-    outputs_[i]->draw(scene, poses[i], now, times_);
-  }
+  for (std::size_t i = 0; i < outputs_.size(); ++i) outputs_[i]->beginDrawing(scene, poses[i]);
+  for (const auto& output : outputs_) output->finishDrawing(now, times_);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_pictures_ = true;

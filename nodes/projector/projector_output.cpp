@@ -67,17 +67,23 @@ void ProjectorOutput::startDrawing(render::GlContext& context) {
   description_ = renderer_->description();
 }
 
-void ProjectorOutput::draw(const render::Scene& scene,
-                           const std::optional<Rigid<Projector, World>>& T_projector_world,
-                           ros::Time now, StageTimes& times) {
+void ProjectorOutput::beginDrawing(
+    const render::Scene& scene, const std::optional<Rigid<Projector, World>>& T_projector_world) {
+  Lap lap;
+  is_lit_ = T_projector_world.has_value();
+  if (is_lit_) renderer_->begin(scene, *T_projector_world);
+  begun_in_ = lap.next();
+}
+
+void ProjectorOutput::finishDrawing(ros::Time now, StageTimes& times) {
   Lap lap;
   render::Image image;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     std::swap(image, spare_);
   }
-  if (T_projector_world) {
-    renderer_->render(scene, *T_projector_world, image);
+  if (is_lit_) {
+    renderer_->finish(image);
     light_.apply(image);
   } else {
     makeBlack(image, lens_);
@@ -86,7 +92,7 @@ void ProjectorOutput::draw(const render::Scene& scene,
     const auto light_ns = now.toNSec() + static_cast<std::uint64_t>(config_.latency_ns);
     now.fromNSec(std::min(light_ns, ros::TIME_MAX.toNSec()));
   }
-  times.add(Stage::Drawn, lap.next());
+  times.add(Stage::Drawn, begun_in_ + lap.next());
   publish(image, now);
   times.add(Stage::Published, lap.next());
   const std::lock_guard<std::mutex> lock(mutex_);

@@ -37,11 +37,11 @@ class ProjectorOutput {
 
   // In the drawing thread, where the context is.
   void startDrawing(render::GlContext& context);
-  /// Publishes the picture as of ROS time `now` and lays it out for takePicture(); black without a
-  /// pose.
-  void draw(const render::Scene& scene,
-            const std::optional<Rigid<Projector, World>>& T_projector_world, ros::Time now,
-            StageTimes& times);
+  /// Begins a picture; black without a pose. A GPU draws on while other outputs' are begun.
+  void beginDrawing(const render::Scene& scene,
+                    const std::optional<Rigid<Projector, World>>& T_projector_world);
+  /// Publishes that picture as of ROS time `now` and lays it out for takePicture().
+  void finishDrawing(ros::Time now, StageTimes& times);
   /// Counts for census(), once a second; behind the drawing, which does not wait for it.
   void takeCensus(const render::Scene& scene,
                   const std::optional<Rigid<Projector, World>>& T_projector_world);
@@ -72,6 +72,8 @@ class ProjectorOutput {
   calib::Lens lens_;
   render::LightOutput light_;
   std::unique_ptr<render::ProjectorRenderer> renderer_;
+  bool is_lit_ = false;  ///< by the picture that was begun
+  std::chrono::steady_clock::duration begun_in_{0};
   render::LightCensus counter_;
   std::chrono::steady_clock::time_point counted_at_{};
   ros::Publisher image_publisher_, camera_info_publisher_, beam_publisher_;

@@ -89,9 +89,13 @@ Checkup checkGpu() {
         return judgeRenderer(context.description());
       },
       [](const std::string& why) {
+        // A build without OpenGL says itself what is to be done.
+        const bool is_without = why.find("AFTERGLOW_WITH_GL") != std::string::npos;
         return Checkup::advise("gpu", why,
-                               "the CPU draws the projection; `afterglow render --view observer` "
-                               "needs Mesa (libegl1, libgl1-mesa-dri) or a GPU's driver");
+                               "the CPU draws the projection; `afterglow render --view observer` " +
+                                   std::string(is_without ? "and windows need another build"
+                                                          : "needs Mesa (libegl1, libgl1-mesa-dri)"
+                                                            " or a GPU's driver"));
       });
 }
 

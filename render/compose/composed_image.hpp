@@ -79,8 +79,16 @@ void sortForDrawing(std::vector<Piece>& pieces);
 class ImageDrawer {
  public:
   virtual ~ImageDrawer() = default;
-  /// Draws all pixels of `image`, which has the lens's size; black where there is no content.
-  virtual void draw(const ComposedImage& composed, Image& image) = 0;
+  /// Begins an image; a GPU goes on with it meanwhile. Nothing of `composed` is used afterwards.
+  virtual void begin(const ComposedImage& composed) = 0;
+  /// Finishes the image that was begun last: all pixels of `image`, which has the lens's size;
+  /// black where there is no content.
+  virtual void finish(Image& image) = 0;
+
+  void draw(const ComposedImage& composed, Image& image) {
+    begin(composed);
+    finish(image);
+  }
 };
 
 }  // namespace afterglow::render

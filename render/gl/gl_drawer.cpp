@@ -135,7 +135,7 @@ class GlScreen {
     setAttribute<float>(point_array_, 3, offsetof(LightPoint, size_px));
   }
 
-  void draw(const GlExpander& expanded, Image& image) {
+  void draw(const GlExpander& expanded) {
     begin(expanded);
     bool was_flattened = false;
     for (const ExpandedLayer& layer : expanded.layers()) {
@@ -149,8 +149,9 @@ class GlScreen {
       }
       for (const Piece& piece : layer.pieces) draw(piece, layer.mask >= 0);
     }
-    target_.read(image);
+    target_.beginReading();
   }
+  void read(Image& image) { target_.read(image); }
 
  private:
   void begin(const GlExpander& expanded) {
@@ -258,10 +259,14 @@ class GlDrawer final : public ImageDrawer {
   }
   ~GlDrawer() override { context_.makeCurrent(); }
 
-  void draw(const ComposedImage& composed, Image& image) override {
+  void begin(const ComposedImage& composed) override {
     expander_.expand(composed);
     context_.makeCurrent();
-    screen_->draw(expander_, image);
+    screen_->draw(expander_);
+  }
+  void finish(Image& image) override {
+    context_.makeCurrent();
+    screen_->read(image);
   }
 
  private:

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "render/gl/shader.hpp"
 #include "render/scene/smooth_edges.hpp"
@@ -12,6 +15,12 @@ namespace afterglow::render {
 namespace {
 
 constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
+
+void withoutAlpha(const std::uint8_t* rgba, std::vector<std::uint8_t>& rgb) {
+  for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) rgb[3 * i + k] = rgba[4 * i + k];
+  }
+}
 
 }  // namespace
 
@@ -26,6 +35,8 @@ RenderTarget::RenderTarget(int width, int height) : width_(width), height_(heigh
                                  resolved_color_.id());
   requireComplete(samples_, width, height);
   requireComplete(resolved_, width, height);
+  const auto pixels = static_cast<GLsizeiptr>(width) * static_cast<GLsizeiptr>(height);
+  glNamedBufferData(pixels_.id(), 4 * pixels, nullptr, GL_STREAM_READ);
 }
 
 void RenderTarget::begin(const glm::vec3& background_rgb) {
@@ -33,10 +44,25 @@ void RenderTarget::begin(const glm::vec3& background_rgb) {
   clearAll(width_, height_, background_rgb);
 }
 
-void RenderTarget::read(Image& image) {
+void RenderTarget::beginReading() {
   glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
                          height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  readRgb(resolved_, width_, height_, image);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.id());
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, pixels_.id());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
+  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  glFlush();
+}
+
+void RenderTarget::read(Image& image) {
+  image.width = width_;
+  image.height = height_;
+  image.rgb.resize(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  const void* pixels = glMapNamedBuffer(pixels_.id(), GL_READ_ONLY);
+  if (pixels == nullptr) return image.rgb.assign(image.rgb.size(), 0);
+  withoutAlpha(static_cast<const std::uint8_t*>(pixels), image.rgb);
+  glUnmapNamedBuffer(pixels_.id());
 }
 
 SmoothedTarget::SmoothedTarget(int width, int height) : width_(width), height_(height) {

@@ -20,7 +20,10 @@ class RenderTarget {
 
   /// Clears the target; drawing goes into it from now on.
   void begin(const glm::vec3& background_rgb);
-  /// The image, GL's lowest row first: scenes are drawn upside down, so that this is the top.
+  /// What is drawn is copied to where the CPU can read it, once the GPU comes to it: nobody waits.
+  void beginReading();
+  /// The image that beginReading() has copied, GL's lowest row first: scenes are drawn upside down,
+  /// so that this is the top. Waits for the GPU. Black where the context is lost.
   void read(Image& image);
 
  private:
@@ -28,6 +31,7 @@ class RenderTarget {
   Framebuffer samples_ = Framebuffer::make(), resolved_ = Framebuffer::make();
   Renderbuffer color_ = Renderbuffer::make(), depth_ = Renderbuffer::make();
   Renderbuffer resolved_color_ = Renderbuffer::make();
+  Buffer pixels_ = Buffer::make();  ///< r, g, b, a: what GPUs copy as it is
 };
 
 /// The same with one sample a pixel, whose edges are softened when it is read (smooth_edges.hpp).

@@ -24,7 +24,7 @@ CpuDrawer::CpuDrawer(const calib::Lens& lens, int threads)
   for (int i = 0; i < workers_.count(); ++i) expanders_.emplace_back(lens);
 }
 
-void CpuDrawer::draw(const ComposedImage& composed, Image& image) {
+void CpuDrawer::begin(const ComposedImage& composed) {
   list_.steps.clear();
   list_.steps.triangles.begin(composed);
   list_.runs.clear();
@@ -36,8 +36,9 @@ void CpuDrawer::draw(const ComposedImage& composed, Image& image) {
     list_.layers.push_back({layer.mask, layer.placed.flattened, list_.steps.pieces});
     sortForDrawing(list_.layers.back().pieces);
   }
-  painter_.paint(list_, image.rgb.data());
 }
+
+void CpuDrawer::finish(Image& image) { painter_.paint(list_, image.rgb.data()); }
 
 void CpuDrawer::addSteps(const ComposedLayer& layer) {
   for (Steps step = layer.steps.begin(); step != layer.steps.end();) {

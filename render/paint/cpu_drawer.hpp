@@ -20,7 +20,8 @@ class CpuDrawer final : public ImageDrawer {
   /// The image is the same whatever the number of threads.
   explicit CpuDrawer(const calib::Lens& lens, int threads = Workers::usualCount());
 
-  void draw(const ComposedImage& composed, Image& image) override;
+  void begin(const ComposedImage& composed) override;
+  void finish(Image& image) override;
 
  private:
   using Steps = std::vector<const Drawable*>::const_iterator;

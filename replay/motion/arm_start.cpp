@@ -21,6 +21,8 @@ constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
 constexpr double kNearest = 0.02;
 constexpr double kSettle = 0.2;
+/// Where a joint is is heard so much later, s: joint states at 50 Hz, their transport, a busy machine.
+constexpr double kUnheard = 0.1;
 /// A head is taken to look where it was told within this time.
 constexpr std::int64_t kLongestLookNs = 3'000'000'000;
 /// The peak of a way from rest to rest with accelerations, as controllers interpolate it (quintic),
@@ -250,6 +252,14 @@ std::optional<double> ArmStart::leadOf(const Channel& channel, const Bytes& goal
   return beginningOf(*trajectory, at).lead_s;
 }
 
+/// What a joint is off the reference and has to make good. Joints that move are not where they were
+/// heard to be: that much is no deviation to a controller that knows better.
+double ArmStart::offsetOf(const Beginning& now, std::size_t joint, const std::string& name) const {
+  const double off = wayOf(name, (*now.reference)[joint], now.positions[joint]);
+  const double unheard = options_.controllers_join ? kUnheard * std::abs(now.velocities[joint]) : 0;
+  return std::copysign(std::max(0.0, std::abs(off) - unheard), off);
+}
+
 /// From the joints' live positions on, without a lead: deviations are corrected along the way.
 void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                           Array& points) const {
@@ -267,7 +277,7 @@ void ArmStart::beginAlong(const std::vector<std::string>& joints, const Beginnin
     const double last = numbersAt(points.back(), "positions")[i];
     settle_s = std::max(settle_s, timeFor(wayOf(joints[i], now.positions[i], last)));
     if (!now.reference) continue;
-    offsets.push_back(wayOf(joints[i], (*now.reference)[i], now.positions[i]));
+    offsets.push_back(offsetOf(now, i, joints[i]));
     blend_s = std::max(blend_s, timeFor(offsets.back()));
   }
   if (points.size() == 1 && secondsOf(points.front()) <= kAtOnce) {
@@ -339,8 +349,10 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
     beginAlong(trajectory->joints, now, points);
     if (is_only_point) checkOnlyPoint(*trajectory, now, at);
   }
-  points.insert(points.begin(),
-                pointAt(like, now.positions, lead_s > 0 ? rest : now.velocities, 0));
+  if (!options_.controllers_join) {
+    points.insert(points.begin(),
+                  pointAt(like, now.positions, lead_s > 0 ? rest : now.velocities, 0));
+  }
   return encode(schema, document);
 }
 
@@ -521,6 +533,7 @@ Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgre
   }
   const std::vector<ArmKnot> on_path = depart(rest->path, by);
   knots.insert(knots.end(), on_path.begin(), on_path.end());
+  if (options_.controllers_join && knots.size() > 1) knots.erase(knots.begin());
   Array points;
   for (const ArmKnot& knot : knots) {
     const double path_s = by.from_s + knot.at_s - by.lostSeconds();

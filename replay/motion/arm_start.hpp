@@ -3,7 +3,9 @@
 /// were, or where a controller takes them to be. Fetch's trajectory controllers go on from the last
 /// sample of a canceled goal, with its old time (robot_controllers issue 33), and jump by as much
 /// as the arm, or time, has moved since; a trajectory whose first point is the measured position,
-/// due at once, is followed from there. Radians, meters, seconds.
+/// due at once, is followed from there. Controllers that join a goal to where they have the joints
+/// themselves (ros_controllers, pr2_controllers) get no such point: joints in motion are no longer
+/// where they were heard to be, and a PR2 would step back there. Radians, meters, seconds.
 #pragma once
 
 #include <functional>
@@ -46,6 +48,7 @@ struct ArmStartOptions {
   RobotJoints robot;
   /// By which way joints that are elsewhere go; outlives this. nullptr: any, straight.
   const Approach* approach = nullptr;
+  bool controllers_join = false;  ///< RobotProfile::controllers_join
 };
 
 /// A moment of a goal that is to go on.
@@ -80,9 +83,10 @@ class ArmStart {
   /// goal.
   std::optional<double> leadOf(const Channel& channel, const Bytes& goal, Stamp at) const;
 
-  /// The goal with the live state of its joints as first point, due at once. With a lead its points
-  /// come so much later, and the position it goes on from becomes a point of its own, at rest.
-  /// Deviations below the tolerances are corrected along the way, at the approach's speed. A single
+  /// The goal with the live state of its joints as first point, due at once; without any such point
+  /// if the controllers join. With a lead its points come so much later, and the position it goes on
+  /// from becomes a point of its own, at rest. Deviations below the tolerances are corrected along
+  /// the way, at the approach's speed. A single
   /// point that the joints would have to reach faster than they may, or did, is refused. Goals
   /// without a trajectory are returned as they are. Throws as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
@@ -127,6 +131,7 @@ class ArmStart {
   double leadOf(const std::string& joint, double then, double deviation, double now) const;
   JointWay wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
                  const std::vector<double>& to, Stamp at) const;
+  double offsetOf(const Beginning& now, std::size_t joint, const std::string& name) const;
   void beginAlong(const std::vector<std::string>& joints, const Beginning& now,
                   Array& points) const;
   void checkSpeed(const Trajectory& trajectory, std::size_t joint, double now, double& lead) const;

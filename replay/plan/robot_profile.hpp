@@ -29,6 +29,8 @@ struct RobotProfile {
   } base;
   /// What takes its goals or commands: actions and topics, "/arm_controller/follow_joint_trajectory".
   std::vector<std::string> controllers;
+  /// Its trajectory controllers join a goal to where they have the joints by themselves.
+  bool controllers_join = false;
   std::string scan_topic;
   struct EmergencyStop {
     std::string topic, field;  ///< "/robot_state", "runstopped"

@@ -115,6 +115,27 @@ TEST_F(Pr2Rehearsal, reachesWithoutAJoltAndHoldsAtOnceInAPause) {
   pr2->expectNoJolt();
 }
 
+TEST_F(Pr2Rehearsal, turnsBackInMidMotionWithoutAJolt) {
+  Follower& arm = pr2->follower(kArm);
+  std::vector<double> back = kEnd;
+  for (double& position : back) position /= 2;
+  const std::int64_t behavior = record({kGoal}, [&] {
+    arm.sendGoal(reach(pr2->facts));
+    ASSERT_TRUE(eventually(isUnderWay));
+    // As MoveIt sends it: from where the arm is thought to be.
+    std::vector<double> begin;
+    for (const std::string& joint : pr2->facts.controllers[0].joints) {
+      begin.push_back(pr2->witness->joint(joint));
+    }
+    EXPECT_EQ(arm.sendGoalAndWait(trajectoryGoal(pr2->facts.controllers[0].joints,
+                                                 {{0, begin}, {2, kEnd}, {3.5, back}}, true)),
+              State::SUCCEEDED);
+  });
+  EXPECT_EQ(pr2->replay(behavior), "");
+  EXPECT_NEAR(pr2->witness->joint("r_elbow_flex_joint"), back[3], 0.005);
+  pr2->expectNoJolt();
+}
+
 TEST_F(Pr2Rehearsal, neverLetsGoOfWhatItsGripperHolds) {
   const std::int64_t behavior = record({kGripper}, [] { close(0.08); });
   pr2->beginReplay(behavior);

@@ -6,12 +6,14 @@
 #include <visualization_msgs/Marker.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "nodes/tools/program.hpp"
 #include "render/light_output.hpp"
@@ -41,10 +43,44 @@ std::string configText(const std::string& projector_frame) {
 /// A running projector_node; ended, if it still runs, with the test.
 class Node : public test::NodeProcess {
  public:
-  Node(const std::string& name, const std::string& config, const test::ProjectedCloud& cloud)
-      : NodeProcess({kProgram, "__name:=" + name, "_config:=" + config,
-                     "_calibration:=" + cloud.calibration(), "_window:=false"}) {}
+  Node(const std::string& name, const std::string& config, const test::ProjectedCloud& cloud,
+       const std::vector<std::string>& options = {})
+      : NodeProcess(arguments({kProgram, "__name:=" + name, "_config:=" + config,
+                               "_calibration:=" + cloud.calibration(), "_window:=false"},
+                              options)) {}
+
+ private:
+  static std::vector<std::string> arguments(std::vector<std::string> all,
+                                            const std::vector<std::string>& options) {
+    all.insert(all.end(), options.begin(), options.end());
+    return all;
+  }
 };
+
+/// The same points again and again, of one color: more than any machine draws 240 times a second.
+sensor_msgs::PointCloud2 manyPoints(const test::ProjectedCloud& cloud, std::uint32_t rgb) {
+  constexpr std::size_t kMany = 600'000;
+  std::vector<Eigen::Vector3f> points;
+  while (points.size() < kMany) points.push_back(cloud.points[points.size() % cloud.points.size()]);
+  sensor_msgs::PointCloud2 message = test::cloudMessage("base_link", points, 16);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::memcpy(message.data.data() + 16 * i + 12, &rgb, 4);
+  }
+  sensor_msgs::PointField field;
+  field.name = "rgb";
+  field.offset = 12;
+  field.datatype = sensor_msgs::PointField::FLOAT32;
+  field.count = 1;
+  message.fields.push_back(field);
+  return message;
+}
+
+/// Of a channel: r, g, b are 0, 1, 2.
+std::uint8_t brightest(const render::Image& image, std::size_t channel) {
+  std::uint8_t most = 0;
+  for (std::size_t i = channel; i < image.rgb.size(); i += 3) most = std::max(most, image.rgb[i]);
+  return most;
+}
 
 /// Listens to one node.
 class Audience {
@@ -245,6 +281,43 @@ TEST_P(ProjectorNodeTest, servesSeveralProjectorsFromOneScene) {
   EXPECT_TRUE(whole.isSaid("pair: projector lost",
                            "2 projector: no transform from 'no_such_frame' to 'map'"));
   EXPECT_EQ(whole.images(), 0u);
+}
+
+TEST_P(ProjectorNodeTest, showsTheNewestWholeAndTellsOfItWhereThereIsMoreToDrawThanTime) {
+  const test::ProjectedCloud cloud(GetParam());
+  const ros::Publisher transforms = publishTransforms(cloud);
+  const sensor_msgs::PointCloud2 red = manyPoints(cloud, 0xff0000), blue = manyPoints(cloud, 0xff);
+  Audience audience("busy");
+  Node node("busy", writeConfig(configText("projector_optical_frame") +
+                                "  - {topic: /crowd, type: sensor_msgs/PointCloud2,"
+                                " style: points, size: 3, color: rgb8}\n"),
+            cloud, {"_rate:=240"});
+  auto clouds = nh_->advertise<sensor_msgs::PointCloud2>("/crowd", 1);
+  ASSERT_TRUE(eventually([&] { return clouds.getNumSubscribers() > 0; })) << node.log();
+
+  // Twice as many clouds as it draws.
+  bool was_red = false, was_blue = false;
+  for (int shown = 0; shown < 60; ++shown) {
+    clouds.publish(red);
+    clouds.publish(blue);
+    if (shown % 2 == 0) clouds.publish(red);
+    const std::uint64_t before = audience.images();
+    ASSERT_TRUE(eventually([&] { return audience.images() > before; })) << node.log();
+    const render::Image image = audience.image();
+    const bool is_red = brightest(image, 0) > 0, is_blue = brightest(image, 2) > 0;
+    EXPECT_FALSE(is_red && is_blue) << "torn: of two clouds, picture " << shown;
+    was_red = was_red || is_red;
+    was_blue = was_blue || is_blue;
+  }
+  EXPECT_TRUE(was_red && was_blue);
+  EXPECT_TRUE(audience.isSaid("busy: projector", "1 projecting; drawing takes "));
+  EXPECT_TRUE(audience.isSaid("busy: projector", " of 240 images a second"));
+
+  clouds.publish(red);
+  clouds.publish(sensor_msgs::PointCloud2());  // clears
+  const std::uint64_t before = audience.images();
+  ASSERT_TRUE(eventually([&] { return test::litPixels(audience.image()) == 0; }));
+  EXPECT_LT(audience.images() - before, 12u) << "clouds had waited to be drawn";
 }
 
 TEST_P(ProjectorNodeTest, refusesInOneLine) {

@@ -50,6 +50,8 @@ TEST_F(RobotFileTest, theFetchIsBuiltIn) {
   EXPECT_EQ(fetch.joint_speeds.at("elbow_flex_joint"), 1.521);
   EXPECT_EQ(fetch.gripper_joints.size(), 2u);
   EXPECT_EQ(fetch.gaze_frame, "head_tilt_link");
+  EXPECT_FALSE(fetch.controllers_join) << "after a cancel they begin where that goal had led";
+  EXPECT_TRUE(findRobotProfile("pr2").controllers_join);
 }
 
 std::string_view classOf(const replay::RobotProfile& robot, const char* topic, const char* type) {

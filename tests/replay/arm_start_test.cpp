@@ -97,6 +97,21 @@ TEST_F(ArmStartOf, putsTheLiveStateBeforeALaterFirstPoint) {
   EXPECT_EQ(points[1].time, 0.5);
 }
 
+TEST_F(ArmStartOf, leavesTheBeginToControllersThatJoin) {
+  options.controllers_join = true;
+  live = {{"elbow", {0.45, 1}}, {"wrist", {-0.45, -1}}};  // in motion, and heard late
+  const Bytes goal =
+      goalOf({"elbow", "wrist"}, {{0, {0.5, -0.5}}, {0.1, {0.6, -0.6}}, {1, {1, -1}}});
+  const auto points = pointsOf(start().begin(kArm, goal, {500 * kMs}, 0));
+  ASSERT_EQ(points.size(), 2u);
+  EXPECT_EQ(points[0].time, 0.1);
+  EXPECT_EQ(points[0].positions, (Numbers{0.6, -0.6})) << "as it was recorded";
+
+  live = {{"elbow", {0.54, 0}}, {"wrist", {-0.5, 0}}};  // at rest, and truly off
+  const auto corrected = pointsOf(start().begin(kArm, goal, {500 * kMs}, 0));
+  EXPECT_NEAR(corrected[0].positions[0], 0.6 + 0.04 / 2, 1e-9);
+}
+
 TEST_F(ArmStartOf, makesGoodWhatIsOffAlongTheWayAtTheApproachsSpeed) {
   live["elbow"].position = 0.04;  // takes 1.5 * 0.04 / 0.3 = 0.2 s
   const Bytes goal =
@@ -175,6 +190,16 @@ TEST_F(ArmStartOf, setsOffFromRestWhereItIsOnThePath) {
     EXPECT_LT(points[i].velocities[0], 1.5);
   }
   EXPECT_NEAR(points.back().positions[0], 1, 1e-9);
+}
+
+TEST_F(ArmStartOf, goesOnWithoutAFirstPointWhereTheControllersJoin) {
+  live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
+  const auto given = pointsOf(start().goOn(kArm, both, goneOn(0.5), 1));
+  options.controllers_join = true;
+  const auto points = pointsOf(start().goOn(kArm, both, goneOn(0.5), 1));
+  ASSERT_EQ(points.size(), given.size() - 1);
+  EXPECT_GT(points.front().time, 0.01);
+  EXPECT_EQ(points.front().positions, given[1].positions);
 }
 
 TEST_F(ArmStartOf, goesOnOnThePathWhereALateArmWasHalted) {
