@@ -84,10 +84,11 @@ void TrajectoryController::hold(const JointStates& measured) {
 
 /// With velocities and accelerations, which are 0 once the path is over.
 JointKnot TrajectoryController::at(Nanoseconds time) const {
-  const JointPath& path = time < begin_ ? before_ : path_;
+  const bool has_begun = time > begin_;  // where it begins both are at one place, or one steps
+  const JointPath& path = has_begun ? path_ : before_;
   JointKnot knot = path.sample(time).value_or(desired_);
   knot.time = time;
-  const bool is_over = time >= begin_ && time > end_;
+  const bool is_over = has_begun && time > end_;
   if (is_over || knot.velocities.empty()) {
     knot.velocities.assign(joints_.size(), 0);
     // On a line: a controller's spline knows its slope.
