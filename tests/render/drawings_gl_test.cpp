@@ -261,6 +261,26 @@ TEST_F(Drawings, ofPointsAreCutAtASurfacesOutlineAlike) {
   expectAlike({{cut}, {}}, lens_, 5e-3);
 }
 
+TEST_F(Drawings, ofSeveralProjectorsMayBeBegunBeforeAnyIsFinished) {
+  const Scene scene{{layerOf(wall(5000, 3, true))}, {}};
+  calib::Lens narrow = lens_;
+  narrow.width /= 2;
+  for (const Drawing by : {Drawing::Gl, Drawing::Cpu}) {
+    ProjectorRenderer left(context(), lens_, by), right(context(), narrow, by);
+    const Image left_alone = left.render(scene, {}), right_alone = right.render(scene, {});
+    EXPECT_GT(test::whiteArea(right_alone), 100);
+    left.render({}, {});  // or the same would not be drawn again
+    right.render({}, {});
+    left.begin(scene, {});
+    right.begin(scene, {});
+    Image image;
+    right.finish(image);
+    EXPECT_EQ(image.rgb, right_alone.rgb);
+    left.finish(image);
+    EXPECT_EQ(image.rgb, left_alone.rgb);
+  }
+}
+
 TEST_F(Drawings, goWhereMeasuringSaysAndSayWhy) {
   const ProjectorRenderer renderer(context(), lens_, Drawing::Measured);
   EXPECT_NE(renderer.description().find(" ms by the CPU"), std::string::npos)
