@@ -73,6 +73,8 @@ class ArmStart {
   ArmStart(JointTrack recorded, Look look, const ArmStartOptions& options)
       : recorded_(std::move(recorded)), look_(std::move(look)), options_(options) {}
 
+  bool controllersJoin() const { return options_.controllers_join; }
+
   /// How long the joints need to get to where this goal, or the rest of a goal, begins; 0 if they
   /// are there; empty for a goal without a trajectory. The goal has the times it will be sent with.
   /// Live joints are compared with the recorded joint states at `at`, the recorded moment that the

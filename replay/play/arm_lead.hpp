@@ -19,6 +19,8 @@ class ArmLead {
 
   /// Whether the live joints are known.
   bool hasArm() const { return play_.options.arm_start != nullptr; }
+  /// Whether the robot's controllers join a goal to where they have the joints.
+  bool isJoined() const { return hasArm() && play_.options.arm_start->controllersJoin(); }
   /// The motions that go on next may find their joints elsewhere.
   void expectElsewhere() { is_elsewhere_expected_ = true; }
   /// The same, if the joints are still on their way in a lead.

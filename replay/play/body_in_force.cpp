@@ -180,8 +180,11 @@ void BodyInForce::suspend(SteadyTime now) {
 
 void BodyInForce::suspendGoals() {
   lead_.lookAtHalted();
-  sendCancels(goals_.suspendOpen());
+  overtaken_ = goals_.suspendOpen();
+  if (!lead_.isJoined()) cancelOvertaken();
 }
+
+void BodyInForce::cancelOvertaken() { sendCancels(std::exchange(overtaken_, {})); }
 
 void BodyInForce::abandon() {
   outbox_.sendZeroVelocities();

@@ -46,8 +46,12 @@ class BodyInForce {
 
   /// For a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
   void suspend(SteadyTime now);
-  /// For another rate: cancels the goals; proceed() is to follow at once.
+  /// For another rate: proceed() and cancelOvertaken() are to follow at once. The goals are canceled
+  /// here, or there where controllers join the next one: after a cancel they step back to what is
+  /// measured, as far as the motors lag.
   void suspendGoals();
+  /// Goals that the rest has overtaken, or that run on where none was sent.
+  void cancelOvertaken();
   /// For another place: zero velocities and halts are sent, the goals given up.
   void abandon();
   /// The targets in force where the replay goes on: suspended, and proceed() gives them a lead.
@@ -89,6 +93,7 @@ class BodyInForce {
   Outbox& outbox_;
   ArmLead& lead_;
   const StepGate& gate_;
+  std::vector<GoalBook::Entry> overtaken_;  ///< suspended by suspendGoals(), to be canceled
   /// Velocities and trajectory commands, by recorded topic.
   std::map<std::string, Recorded> commands_;
   std::map<std::pair<std::string, std::int64_t>, int> head_repeats_;  ///< of goals

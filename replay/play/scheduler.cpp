@@ -256,7 +256,9 @@ void Scheduler::setRate(double rate) {
   if (is_moving) parts_.body.suspendGoals();
   play_.transport.change(
       [&](Timeline& timeline) { timeline.setRate(rate, play_.clock.now()); });
-  if (is_moving) parts_.body.proceed();
+  if (!is_moving) return;
+  parts_.body.proceed();
+  parts_.body.cancelOvertaken();
 }
 
 /// False: nothing is left.

@@ -113,9 +113,7 @@ TEST_F(TiagoRehearsal, goesOnWithoutAJoltAtAnotherSpeed) {
   EXPECT_TRUE(callService<SetRate>("/player_node/set_rate", half).success);
   EXPECT_EQ(tiago->endOfReplay(), "");
   expectArmArrived();
-  // Its controller is ahead of what is measured by the motors' lag, which is made good: 7 % for a
-  // joint that was recorded at its limit.
-  tiago->expectNoJolt(1.1);
+  tiago->expectNoJolt();
 }
 
 TEST_F(TiagoRehearsal, isHaltedWhereItsControllerGoesOnAfterAnAbort) {

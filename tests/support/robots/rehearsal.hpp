@@ -246,12 +246,12 @@ class Rehearsal {
   }
 
   /// No command was faster than the joint, which a step of some degrees within a cycle would be.
-  void expectNoJolt(double most = 1.05) const {
+  void expectNoJolt() const {
     const auto fastest = witness->fastestCommands();
     for (const JointFacts& joint : facts.joints) {
       const auto found = fastest.find(joint.name);
       if (found == fastest.end()) continue;
-      EXPECT_LT(found->second, most * joint.speed) << joint.name;
+      EXPECT_LT(found->second, 1.05 * joint.speed) << joint.name;
     }
   }
 
