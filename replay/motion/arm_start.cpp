@@ -21,7 +21,7 @@ constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
 constexpr double kNearest = 0.02;
 constexpr double kSettle = 0.2;
-/// Where a joint is is heard so much later, s: joint states at 50 Hz, their transport, a busy machine.
+/// A joint's position is heard so late at most, s: states at 50 Hz, transport, a busy machine.
 constexpr double kUnheard = 0.1;
 /// A head is taken to look where it was told within this time.
 constexpr std::int64_t kLongestLookNs = 3'000'000'000;

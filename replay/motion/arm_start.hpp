@@ -88,9 +88,9 @@ class ArmStart {
   /// The goal with the live state of its joints as first point, due at once; without any such point
   /// if the controllers join. With a lead its points come so much later, and the position it goes on
   /// from becomes a point of its own, at rest. Deviations below the tolerances are corrected along
-  /// the way, at the approach's speed. A single
-  /// point that the joints would have to reach faster than they may, or did, is refused. Goals
-  /// without a trajectory are returned as they are. Throws as leadOf().
+  /// the way, at the approach's speed. A single point that the joints would have to reach faster
+  /// than they may, or did, is refused. Goals without a trajectory are returned as they are. Throws
+  /// as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
 
   /// What the joints need to go on within this goal: to set off from rest and, if they are behind,

@@ -39,7 +39,11 @@ struct PlayerArm : PlayerWorld {
   }
   PlayReport playArm(std::int64_t length_ms) {
     start.emplace(
-        track, [this](const std::string&) { return LiveJoint{elbow, 0}; }, arm_options);
+        track,
+        [this](const std::string&) {
+          return is_told ? std::optional(LiveJoint{elbow, 0}) : std::nullopt;
+        },
+        arm_options);
     options.arm_start = &*start;
     return play(length_ms);
   }
@@ -48,6 +52,7 @@ struct PlayerArm : PlayerWorld {
   ArmStartOptions arm_options;
   std::optional<ArmStart> start;
   double elbow = 0;  ///< where it is
+  bool is_told = true;
 };
 
 TEST_F(PlayerArm, beginsGoalsWhereTheArmIs) {
@@ -75,6 +80,36 @@ TEST_F(PlayerArm, goesOnAfterAPauseFromWhereTheArmIsHeld) {
   EXPECT_NEAR(firstPosition(goals[1].bytes), 1.02, 1e-9);
   EXPECT_NEAR(timesFromStart(goals[1].bytes).back(), 1.96 + 0.375, 1e-6)
       << "from rest to 0.5 rad/s in 0.75 s";
+}
+
+TEST_F(PlayerArm, overtakesAGoalAtAnotherRateWhereControllersJoinAndCancelsItThen) {
+  arm_options.controllers_join = true;
+  at(2000, [this] {
+    elbow = 1;
+    player->setRate(0.5);
+  });
+  at(9000, [this] { player->onGoalStatus("fresh-2", 3); });
+  EXPECT_TRUE(playArm(5000).is_complete);
+  ASSERT_EQ(sink.sent.size(), 3u);
+  EXPECT_EQ(sink.sent[1].topic, kArm.topic);
+  EXPECT_EQ(sink.sent[2].topic, "/arm/follow_joint_trajectory/cancel");
+  EXPECT_EQ(sink.sent[1].at_ms, 2000);
+  EXPECT_EQ(sink.sent[2].at_ms, 2000);
+}
+
+TEST_F(PlayerArm, cancelsAGoalAtAnotherRateThatNothingMayOvertake) {
+  arm_options.controllers_join = true;
+  at(2000, [this] {
+    is_told = false;
+    player->setRate(0.5);
+  });
+  const PlayReport report = playArm(5000);
+  EXPECT_FALSE(report.is_complete);
+  EXPECT_EQ(report.reason, "it does not go on: nobody tells where elbow is (/joint_states)");
+  EXPECT_EQ(sink.on(kArm.topic).size(), 1u);
+  const auto cancels = sink.on("/arm/follow_joint_trajectory/cancel");
+  ASSERT_EQ(cancels.size(), 1u);
+  EXPECT_EQ(cancels[0].at_ms, 2000);
 }
 
 TEST_F(PlayerArm, stopsWhenTheArmWasMovedInAPause) {
