@@ -135,6 +135,8 @@ class Rehearsal {
     std::vector<std::string> player = {AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + store_,
                                        "_allow_motion:=true", "_longest_stall:=1", "_hold:=0",
                                        "_robot:=" + profile};
+    // A busy machine may keep the robot's node waiting for longer than the player would allow it.
+    if (facts.stop && facts.stop->period > 0) player.push_back("_estop_longest_silence:=5");
     player.insert(player.end(), player_options.begin(), player_options.end());
     player_ = start(player);
     spinner_.start();
