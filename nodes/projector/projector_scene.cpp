@@ -131,15 +131,16 @@ void ProjectorScene::addMarker(std::size_t index, const visualization_msgs::Mark
   unread_.remove(index, key);
   if (marker.action == Marker::DELETE) return layer.remove(key);
 
-  const UnreadMesh unread{index, marker, now, meshOf(marker)};
-  if (!unread.mesh.valid()) return showMarker(layer, marker, now);
-  if (unread.isRead()) return showMarker(layer, marker, now, &unread.mesh.get());
+  const FutureMesh mesh = meshOf(marker);
+  if (!mesh.valid()) return showMarker(layer, marker, now);
+  if (isRead(mesh)) return showMarker(layer, marker, now, &mesh.get());
   layer.remove(key);
-  if (!unread_.add(unread)) layer.drop("more than 1000 markers wait for their meshes");
+  if (!unread_.add({index, marker, now, mesh})) {
+    layer.drop("more than 1000 markers wait for their meshes");
+  }
 }
 
-std::shared_future<MeshLibrary::Mesh> ProjectorScene::meshOf(
-    const visualization_msgs::Marker& marker) {
+FutureMesh ProjectorScene::meshOf(const visualization_msgs::Marker& marker) {
   const bool is_beside = reading_ == MeshReading::BesideDrawing;
   if (!is_beside || marker.type != visualization_msgs::Marker::MESH_RESOURCE) return {};
   return assets_.meshes().ask(marker.mesh_resource);

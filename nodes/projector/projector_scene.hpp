@@ -107,7 +107,7 @@ class ProjectorScene {
   ContentKey nextKey(std::size_t layer);
   void addMarker(std::size_t layer, const visualization_msgs::Marker& marker, ros::Time now);
   /// What is to be waited for; not valid: nothing.
-  std::shared_future<MeshLibrary::Mesh> meshOf(const visualization_msgs::Marker& marker);
+  FutureMesh meshOf(const visualization_msgs::Marker& marker);
   void showMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time arrived,
                   const MeshLibrary::Mesh* mesh = nullptr);
   void show(LayerState& layer, const ContentKey& key, const std_msgs::Header& header,

@@ -5,7 +5,7 @@
 
 namespace afterglow::nodes {
 
-bool UnreadMesh::isRead() const {
+bool isRead(const FutureMesh& mesh) {
   return mesh.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
@@ -29,7 +29,7 @@ void UnreadMeshes::removeAll(std::size_t layer) {
 std::vector<UnreadMesh> UnreadMeshes::takeRead() {
   std::vector<UnreadMesh> read;
   for (auto it = waiting_.begin(); it != waiting_.end();) {
-    if (it->isRead()) {
+    if (isRead(it->mesh)) {
       read.push_back(std::move(*it));
       it = waiting_.erase(it);
     } else {

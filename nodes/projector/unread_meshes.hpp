@@ -15,16 +15,18 @@
 
 namespace afterglow::nodes {
 
+using FutureMesh = std::shared_future<MeshLibrary::Mesh>;
+/// Or refused.
+bool isRead(const FutureMesh& mesh);
+
 /// A marker of a layer, as it arrived.
 struct UnreadMesh {
   std::size_t layer = 0;
   visualization_msgs::Marker marker;
   ros::Time arrived;
-  std::shared_future<MeshLibrary::Mesh> mesh;
+  FutureMesh mesh;
 
   ContentKey key() const { return {marker.ns, marker.id}; }
-  /// Or refused.
-  bool isRead() const;
 };
 
 /// In the order of their arrival, one for each layer and key. One thread at a time.
