@@ -5,6 +5,7 @@
 
 #include <ros/ros.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <optional>
@@ -16,11 +17,17 @@
 
 namespace afterglow::test {
 
+/// How many times longer than usual things may take: tests/CMakeLists.txt says so.
+inline int patience() {
+  const char* factor = std::getenv("AFTERGLOW_TEST_PATIENCE");
+  return factor == nullptr ? 1 : std::max(1, std::atoi(factor));
+}
+
 /// Asks again until it holds or the time is up (generous: machines are loaded).
 template <typename Condition>
 bool eventually(const Condition& condition,
                 std::chrono::milliseconds deadline = std::chrono::seconds(20)) {
-  const auto end = std::chrono::steady_clock::now() + deadline;
+  const auto end = std::chrono::steady_clock::now() + patience() * deadline;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
