@@ -58,7 +58,8 @@ void PlayerServices::serve(
     std::function<std::string(ReplaySession&, const typename Service::Request&)> action) {
   servers_.push_back(node_.advertiseService<typename Service::Request, typename Service::Response>(
       name, [this, action = std::move(action)](auto& request, auto& response) {
-        return command(response, [&](ReplaySession& session) { return action(session, request); });
+        return this->command(
+            response, [&](ReplaySession& session) { return action(session, request); });
       }));
 }
 
