@@ -51,7 +51,8 @@ sockaddr_in loopback(std::uint32_t host, std::uint16_t port) {
   return address;
 }
 
-/// Each from an address of its own: connections that have ended keep their ports for a minute.
+/// Each from an address of its own: connections that have ended keep their ports for a minute. What
+/// waits here is interrupted by libFuzzer's alarm and goes on.
 int connected(std::uint16_t port) {
   static std::uint32_t host = 0;
   host = (host + 1) % 0xfffff0;
@@ -59,7 +60,8 @@ int connected(std::uint16_t port) {
   const sockaddr_in from = loopback(host, 0), to = loopback(0, port);
   const bool is_connected =
       ::bind(descriptor, reinterpret_cast<const sockaddr*>(&from), sizeof from) == 0 &&
-      ::connect(descriptor, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+      TEMP_FAILURE_RETRY(
+          ::connect(descriptor, reinterpret_cast<const sockaddr*>(&to), sizeof to)) == 0;
   if (!is_connected) {
     throw std::runtime_error(std::string("the console cannot be reached: ") + std::strerror(errno));
   }
@@ -74,7 +76,7 @@ AFTERGLOW_FUZZ_TARGET(console) {
   ::send(descriptor, data, size, MSG_NOSIGNAL);
   ::shutdown(descriptor, SHUT_WR);
   std::array<char, 4096> answer;
-  while (::recv(descriptor, answer.data(), answer.size(), 0) > 0) {
+  while (TEMP_FAILURE_RETRY(::recv(descriptor, answer.data(), answer.size(), 0)) > 0) {
   }
   ::close(descriptor);
 }
