@@ -12,6 +12,12 @@ float evenOdd(float sum) {
   return within <= 1 ? within : 2 - within;
 }
 
+/// Triangles of a fan that is one polygon if it is flat. Fewer join the segments of lines, which
+/// overlap in a corner's pixels: pair by pair the sum of their shares is nearer to the truth.
+constexpr std::uint32_t kLeastDisc = 7;
+/// Each band goes over all edges of a polygon.
+constexpr std::uint32_t kLargestDisc = 192;
+
 /// Writes each pixel's alpha, too, where the next pixel comes: four bytes at once.
 void copyColors(const Light* lights, int count, std::uint8_t* out) {
   using Bytes = std::uint8_t __attribute__((vector_size(4)));
@@ -125,34 +131,58 @@ void ImagePainter::addSprites(const Sprites& sprites, const Piece& piece) {
                    [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
 }
 
-/// Ribbons, boxes and tubes come as pairs of triangles: as quads they are half the work.
+/// Ribbons, boxes, tubes and discs come as fans of triangles: as polygons they are less work. Where
+/// a fan is not flat, or short, two triangles are taken together.
 void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
+  faces_.clear();
+  const std::uint32_t end = piece.first + piece.count;
+  const std::uint32_t* indices = list.steps.triangles.indices.data();
+  for (std::uint32_t i = piece.first; i < end;) {
+    const std::uint32_t length = fanLength(indices + i, indices + end);
+    Face face{i, length};
+    if (length >= kLeastDisc) setPolygon(list, face, fan_);
+    if (length < kLeastDisc || !PolygonBrush::isFlat(fan_)) face.triangles = std::min(length, 2u);
+    for (; face.first < i + 3 * length; face.first += 3 * face.triangles) {
+      face.triangles = std::min(face.triangles, length - (face.first - i) / 3);
+      faces_.push_back(face);
+    }
+    i += 3 * length;
+  }
+}
+
+/// How many triangles have the first's first corner and its color, each next to the one before it
+/// and turning the same way.
+std::uint32_t ImagePainter::fanLength(const std::uint32_t* first, const std::uint32_t* end) const {
   const auto turnsRight = [this](const std::uint32_t* at) {
     const Corner &a = vertices_[at[0]].at, &b = vertices_[at[1]].at, &c = vertices_[at[2]].at;
     return (b.x - a.x) * (c.y - a.y) > (b.y - a.y) * (c.x - a.x);
   };
-  faces_.clear();
-  const std::uint32_t end = piece.first + piece.count;
-  for (std::uint32_t i = piece.first; i < end; i += 3) {
-    const std::uint32_t* at = &list.steps.triangles.indices[i];
-    const auto color = [&](int k) { return vertices_[at[k]].color; };
-    const bool is_quad = i + 3 < end && at[3] == at[0] && at[4] == at[2] && color(0) == color(1) &&
-                         color(1) == color(2) && color(2) == color(5) &&
-                         turnsRight(at) == turnsRight(at + 3);
-    faces_.push_back({i, is_quad});
-    if (is_quad) i += 3;
+  const auto color = [&](const std::uint32_t* at) { return vertices_[*at].color; };
+  if (color(first) != color(first + 1) || color(first) != color(first + 2)) return 1;
+  const bool turn = turnsRight(first);
+  const std::uint32_t* next = first + 3;
+  end = first + std::min(end - first, std::ptrdiff_t{3} * kLargestDisc);
+  while (next < end && next[0] == *first && next[1] == next[-1] &&
+         color(next + 2) == color(first) && turnsRight(next) == turn) {
+    next += 3;
   }
+  return static_cast<std::uint32_t>(next - first) / 3;
+}
+
+void ImagePainter::setPolygon(const PaintList& list, const Face& face, ScreenPolygon& out) const {
+  const std::uint32_t* at = &list.steps.triangles.indices[face.first];
+  out.assign({vertices_[at[0]], vertices_[at[1]]});
+  for (std::uint32_t i = 0; i < face.triangles; ++i) out.push_back(vertices_[at[3 * i + 2]]);
 }
 
 void ImagePainter::addTriangles(const PaintList& list, const Piece& piece) {
   findFaces(list, piece);
   const auto rowsOf = [&](std::size_t i) {
     const std::uint32_t* at = &list.steps.triangles.indices[faces_[i].first];
-    auto [top, bottom] =
-        std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y, vertices_[at[2]].at.y});
-    if (faces_[i].is_quad) {
-      top = std::min(top, vertices_[at[5]].at.y);
-      bottom = std::max(bottom, vertices_[at[5]].at.y);
+    auto [top, bottom] = std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y});
+    for (std::uint32_t k = 0; k < faces_[i].triangles; ++k) {
+      top = std::min(top, vertices_[at[3 * k + 2]].at.y);
+      bottom = std::max(bottom, vertices_[at[3 * k + 2]].at.y);
     }
     // Far outside is outside; an integer could not hold it.
     const auto limit = static_cast<float>(height_ + kBandRows);
@@ -232,13 +262,12 @@ void ImagePainter::paintSolid(const PaintList& list, const Job& job, int band,
 
 void ImagePainter::paintFace(const PaintList& list, const Face& face, int row_begin, int row_end,
                              const std::uint16_t* mask, Bench& bench, Canvas& canvas) const {
-  if (!face.is_quad) {
+  if (face.triangles == 1) {
     bench.brush.paint(triangle(list, face.first), row_begin, row_end, mask, canvas);
     return;
   }
-  const std::uint32_t* at = &list.steps.triangles.indices[face.first];
-  const ScreenQuad quad = {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]], vertices_[at[5]]};
-  bench.brush.paint(quad, row_begin, row_end, mask, canvas);
+  setPolygon(list, face, bench.polygon);
+  bench.brush.paint(bench.polygon, row_begin, row_end, mask, canvas);
 }
 
 /// Outlines are few and made of few triangles: they need no bins.

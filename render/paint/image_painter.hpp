@@ -38,10 +38,10 @@ class ImagePainter {
   void paint(const PaintList& list, std::uint8_t* rgb);
 
  private:
-  /// A triangle, or two that are next to each other and of one color, as four corners.
+  /// A triangle, or a fan of them in about one plane and of one color.
   struct Face {
     std::uint32_t first = 0;  ///< of the list's indices
-    bool is_quad = false;
+    std::uint32_t triangles = 1;
   };
   /// Jobs are done one after the other.
   struct Job {
@@ -64,6 +64,7 @@ class ImagePainter {
     Canvas canvas;
     Canvas glass;  ///< for one translucent thing
     PolygonBrush brush;
+    ScreenPolygon polygon;
     std::vector<float> mask_sums;
     std::vector<std::uint16_t> mask;
     int mask_index = -1;  ///< of `mask`, in this band
@@ -84,6 +85,8 @@ class ImagePainter {
   void paintFace(const PaintList& list, const Face& face, int row_begin, int row_end,
                  const std::uint16_t* mask, Bench& bench, Canvas& canvas) const;
   void findFaces(const PaintList& list, const Piece& piece);
+  std::uint32_t fanLength(const std::uint32_t* first, const std::uint32_t* end) const;
+  void setPolygon(const PaintList& list, const Face& face, ScreenPolygon& out) const;
   const std::uint16_t* maskOf(const PaintList& list, const Job& job, int band,
                               Bench& bench) const;
   ScreenTriangle triangle(const PaintList& list, std::uint32_t first) const;
@@ -94,6 +97,7 @@ class ImagePainter {
   std::vector<ScreenVertex> vertices_;
   std::vector<Job> jobs_;
   std::vector<Face> faces_;  ///< of one piece
+  ScreenPolygon fan_;
   BandBins<Face> face_bins_;
   BandBins<std::uint32_t> sprite_bins_;
   BandBins<ScreenPoint> point_bins_;

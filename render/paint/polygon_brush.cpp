@@ -36,6 +36,8 @@ class Plane {
     }
     origin_ = a - by_x_ * t[0].at.x - by_y_ * t[0].at.y;
   }
+  /// Beyond its corners, too.
+  float at(const Corner& corner) const { return origin_ + by_x_ * corner.x + by_y_ * corner.y; }
   /// At the pixel's center.
   float at(int column, int row) const {
     const float value = origin_ + by_x_ * (static_cast<float>(column) + 0.5f) +
@@ -58,6 +60,29 @@ class Plane {
 
 /// Floats around 1, where depths are, differ by no less.
 constexpr float kLeastSlack = 2e-7f;
+
+/// Of a row; fewer are painted before vectors would have begun.
+constexpr int kFewColumns = 12;
+
+/// Through corners far apart.
+Plane planeOf(const ScreenPolygon& polygon) {
+  const ScreenVertex &a = polygon[0], &b = polygon[polygon.size() / 3],
+                     &c = polygon[2 * polygon.size() / 3];
+  return {{a, b, c}, a.depth, b.depth, c.depth};
+}
+
+float farthestFrom(const Plane& plane, const ScreenPolygon& polygon) {
+  float farthest = 0;
+  for (const ScreenVertex& vertex : polygon) {
+    farthest = std::max(farthest, std::abs(vertex.depth - plane.at(vertex.at)));
+  }
+  return farthest;
+}
+
+std::uint32_t inWholeNumbers(float share) {
+  const auto whole = static_cast<std::int32_t>(std::abs(share) * kWhole + 0.5f);
+  return static_cast<std::uint32_t>(std::min(whole, static_cast<std::int32_t>(kWhole)));
+}
 
 }  // namespace
 
@@ -85,14 +110,24 @@ void PolygonBrush::paint(const ScreenTriangle& t, int row_begin, int row_end,
   });
 }
 
-void PolygonBrush::paint(const ScreenQuad& q, int row_begin, int row_end, const std::uint16_t* mask,
-                         Canvas& canvas) {
-  const Plane plane({q[0], q[1], q[2]}, q[0].depth, q[1].depth, q[2].depth);
-  const auto [least, greatest] = std::minmax({q[0].depth, q[1].depth, q[2].depth, q[3].depth});
-  const float slack = std::max(plane.slack(), (greatest - least) / 8) + kLeastSlack;
-  const std::array<Corner, 4> corners = {q[0].at, q[1].at, q[2].at, q[3].at};
-  const Light light = lightOf(components(q[0].color));
-  paintOutline(corners.data(), corners.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
+bool PolygonBrush::isFlat(const ScreenPolygon& polygon) {
+  const Plane plane = planeOf(polygon);
+  return farthestFrom(plane, polygon) <= plane.slack() + kLeastSlack;
+}
+
+void PolygonBrush::paint(const ScreenPolygon& polygon, int row_begin, int row_end,
+                         const std::uint16_t* mask, Canvas& canvas) {
+  const Plane plane = planeOf(polygon);
+  const float slack = plane.slack() + farthestFrom(plane, polygon) + kLeastSlack;
+  float least = polygon[0].depth, greatest = least;
+  corners_.clear();
+  for (const ScreenVertex& vertex : polygon) {
+    least = std::min(least, vertex.depth);
+    greatest = std::max(greatest, vertex.depth);
+    corners_.push_back(vertex.at);
+  }
+  const Light light = lightOf(components(polygon[0].color));
+  paintOutline(corners_.data(), corners_.size(), Outline::Polygon, row_begin, row_end, mask, canvas,
                [light](int, int) { return light; },
                {plane.origin(), plane.byX(), plane.byY(), slack, least, greatest});
 }
@@ -107,39 +142,43 @@ void PolygonBrush::paint(const Sprite& sprite, const Corner* corners, int row_be
 
 AFTERGLOW_VECTOR_CLONES
 void PolygonBrush::setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns,
-                          int row, const Depth& depth) {
+                          float first_depth, const Depth& depth) {
   std::uint32_t* whole = shares_.data();
-  for (int i = 0; i < columns; ++i) {
-    const auto share = static_cast<std::int32_t>(std::abs(shares[i]) * kWhole + 0.5f);
-    whole[i] = static_cast<std::uint32_t>(std::min(share, static_cast<std::int32_t>(kWhole)));
-  }
+  for (int i = 0; i < columns; ++i) whole[i] = inWholeNumbers(shares[i]);
   for (int i = 0; allowed != nullptr && i < columns; ++i) {
     whole[i] = whole[i] * allowed[begin + i] / kWhole;
   }
   float* depths = depths_.data();
-  const float first = depth.origin + depth.by_y * (static_cast<float>(row) + 0.5f);
-  for (int i = 0; i < columns; ++i) {
-    const float here = first + depth.by_x * (static_cast<float>(begin + i) + 0.5f);
-    depths[i] = std::min(std::max(here, depth.least), depth.greatest);
-  }
+  for (int i = 0; i < columns; ++i) depths[i] = depth.at(first_depth, begin + i);
 }
 
 template <typename LightAt>
 void PolygonBrush::paintOutline(const Corner* corners, std::size_t count, Outline outline,
                                 int row_begin, int row_end, const std::uint16_t* mask,
                                 Canvas& canvas, const LightAt& lightAt, const Depth& depth) {
-  coverage_.visit(corners, count, outline, row_begin, row_end,
-                  [&](int row, int begin, int columns, const float* shares) {
-                    canvas.touch(row - row_begin, begin, begin + columns);
-                    setRow(shares, mask == nullptr ? nullptr : mask + (row - row_begin) * width_,
-                           begin, columns, row, depth);
-                    for (int i = 0; i < columns; ++i) {
-                      const std::uint32_t share = shares_[static_cast<std::size_t>(i)];
-                      if (share == 0) continue;
-                      canvas.add(row - row_begin, begin + i, lightAt(begin + i, row), share,
-                                 depths_[static_cast<std::size_t>(i)], depth.slack);
-                    }
-                  });
+  coverage_.visit(
+      corners, count, outline, row_begin, row_end,
+      [&](int row, int begin, int columns, const float* shares) {
+        const int line = row - row_begin;
+        canvas.touch(line, begin, begin + columns);
+        const float first_depth = depth.ofRow(row);
+        const auto add = [&](int column, std::uint32_t share, float here) {
+          if (share == 0) return;
+          canvas.add(line, column, lightAt(column, row), share, here, depth.slack);
+        };
+        const std::uint16_t* allowed = mask == nullptr ? nullptr : mask + line * width_;
+        if (columns < kFewColumns && allowed == nullptr) {
+          for (int i = 0; i < columns; ++i) {
+            add(begin + i, inWholeNumbers(shares[i]), depth.at(first_depth, begin + i));
+          }
+          return;
+        }
+        setRow(shares, allowed, begin, columns, first_depth, depth);
+        for (int i = 0; i < columns; ++i) {
+          const auto at = static_cast<std::size_t>(i);
+          add(begin + i, shares_[at], depths_[at]);
+        }
+      });
 }
 
 void PolygonBrush::add(const ScreenTriangle& t, int row_begin, int row_end, float* sums) {

@@ -2,6 +2,7 @@
 /// Triangles and sprites onto a band's canvas: every pixel gets the exact share that is covered.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -19,7 +20,8 @@ struct ScreenVertex {
   std::uint32_t color;  ///< r, g, b, a from the lowest byte on
 };
 using ScreenTriangle = std::array<ScreenVertex, 3>;
-using ScreenQuad = std::array<ScreenVertex, 4>;
+/// A fan of triangles of one color: corners of a polygon that all see the first.
+using ScreenPolygon = std::vector<ScreenVertex>;
 
 class PolygonBrush {
  public:
@@ -34,9 +36,11 @@ class PolygonBrush {
   void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
 
-  /// Two triangles that share an edge, all of one color, in about one plane.
-  void paint(const ScreenQuad& quad, int row_begin, int row_end, const std::uint16_t* mask,
+  /// As deep as in the plane through three of its corners.
+  void paint(const ScreenPolygon& polygon, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
+  /// Whether all its corners are in one plane, as far as depths tell.
+  static bool isFlat(const ScreenPolygon& polygon);
   void paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
              const std::uint16_t* mask, Canvas& canvas);
 
@@ -51,6 +55,13 @@ class PolygonBrush {
     float origin = 0, by_x = 0, by_y = 0;  ///< at window coordinates (0, 0), and how it changes
     float slack = 0;
     float least = -1e9f, greatest = 1e9f;
+
+    float ofRow(int row) const { return origin + by_y * (static_cast<float>(row) + 0.5f); }
+    /// At a pixel's center.
+    float at(float of_row, int column) const {
+      const float here = of_row + by_x * (static_cast<float>(column) + 0.5f);
+      return std::min(std::max(here, least), greatest);
+    }
   };
 
   template <typename LightAt>
@@ -58,13 +69,14 @@ class PolygonBrush {
                     int row_end, const std::uint16_t* mask, Canvas& canvas, const LightAt& lightAt,
                     const Depth& depth);
   /// Whole numbers of kWhole for shares of 1, and the depths at the pixels' centers.
-  void setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns, int row,
-              const Depth& depth);
+  void setRow(const float* shares, const std::uint16_t* allowed, int begin, int columns,
+              float first_depth, const Depth& depth);
 
   int width_;
   PolygonCoverage coverage_;
   std::vector<std::uint32_t> shares_;  ///< of the part of a row that is painted
   std::vector<float> depths_;
+  std::vector<Corner> corners_;
 };
 
 }  // namespace afterglow::render

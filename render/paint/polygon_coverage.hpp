@@ -27,7 +27,7 @@ class PolygonCoverage {
 
   /// How corners make an outline.
   enum class Outline {
-    Polygon,  ///< convex: each corner is joined to the next, and the last to the first
+    Polygon,  ///< each corner is joined to the next, and the last to the first
     Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
   };
 

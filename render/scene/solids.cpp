@@ -46,9 +46,22 @@ void joinTip(Solid& solid, std::uint32_t tip, std::uint32_t ring, int count, boo
   for (int i = 0; i < count; ++i) {
     const std::uint32_t k = ring + i, j = ring + static_cast<std::uint32_t>((i + 1) % count);
     if (ring_below) {
-      solid.triangles.push_back({k, j, tip});
+      solid.triangles.push_back({tip, k, j});
     } else {
-      solid.triangles.push_back({j, k, tip});
+      solid.triangles.push_back({tip, j, k});
+    }
+  }
+}
+
+/// The disc within a ring, as a fan around one of its points.
+void addDisc(Solid& solid, std::uint32_t ring, int count, bool from_above) {
+  for (std::uint32_t k = 1; k + 1 < static_cast<std::uint32_t>(count); ++k) {
+    if (from_above) {
+      solid.triangles.push_back({ring, ring + k, ring + k + 1});
+    } else {
+      // The other way around, so that each still continues the one before it.
+      const std::uint32_t j = ring + static_cast<std::uint32_t>(count) - k;
+      solid.triangles.push_back({ring, j, j - 1});
     }
   }
 }
@@ -93,8 +106,8 @@ Solid makeCylinder(int sides) {
   const std::uint32_t bottom = addRing(cylinder, sides, 0.5, -0.5);
   const std::uint32_t top = addRing(cylinder, sides, 0.5, 0.5);
   joinRings(cylinder, bottom, top, sides);
-  joinTip(cylinder, add(cylinder, {0, 0, -0.5}), bottom, sides, false);
-  joinTip(cylinder, add(cylinder, {0, 0, 0.5}), top, sides, true);
+  addDisc(cylinder, bottom, sides, false);
+  addDisc(cylinder, top, sides, true);
   return cylinder;
 }
 
@@ -102,7 +115,7 @@ Solid makeCone(int sides) {
   Solid cone;
   const std::uint32_t base = addRing(cone, sides, 0.5, 0);
   joinTip(cone, add(cone, {0, 0, 1}), base, sides, true);
-  joinTip(cone, add(cone, {0, 0, 0}), base, sides, false);
+  addDisc(cone, base, sides, false);
   // Around x instead of z: a rotation of the axes, so that the winding stays.
   for (Eigen::Vector3d& p : cone.points) p = Eigen::Vector3d(p.z(), p.x(), p.y());
   return cone;

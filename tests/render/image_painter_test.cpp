@@ -50,6 +50,17 @@ class ImagePainterTest : public ::testing::Test {
     rgb_.assign(3 * kWidth * kHeight, 77);
     painter_.paint(list, rgb_.data());
   }
+  /// One run of opaque triangles.
+  void paint(const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& indices) {
+    PaintList list;
+    list.steps.triangles.vertices = vertices;
+    list.steps.triangles.indices = indices;
+    list.layers.resize(1);
+    list.layers[0].pieces.push_back(
+        {Piece::Kind::Triangles, true, 0, static_cast<std::uint32_t>(indices.size()), 0});
+    rgb_.assign(3 * kWidth * kHeight, 77);
+    painter_.paint(list, rgb_.data());
+  }
   int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
   int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }
   /// Lit area in pixels, and its center.
@@ -111,6 +122,73 @@ TEST_F(ImagePainterTest, keepsRunsApart) {
   paint({pointAt(10, 10, 0xff0000ff, 9), pointAt(10, 10, 0xff00ff00, 1)}, {first, second});
   EXPECT_EQ(red(10, 10), 0);
   EXPECT_EQ(green(10, 10), 255);
+}
+
+constexpr int kSides = 24;
+constexpr double kRadius = 20;  ///< px
+
+/// A fan around its first vertex, which is in the middle of a ring or on it.
+std::vector<std::uint32_t> fanOf(std::uint32_t first, std::uint32_t count) {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t k = 1; k + 1 < count; ++k) {
+    for (const std::uint32_t i : {0u, k, k + 1}) indices.push_back(first + i);
+  }
+  return indices;
+}
+
+/// At pixel coordinates of the fixture's lens.
+LightVertex vertexAt(double u, double v, double depth, const Rgba& color) {
+  return {static_cast<float>((u - 48) / 100), static_cast<float>((v - 40) / 100), 1,
+          static_cast<float>(depth), color};
+}
+
+/// Corners of a regular polygon; what is farther right is `slope` a pixel deeper.
+void addRing(double u, double v, double depth, double slope, const Rgba& color,
+             std::vector<LightVertex>& out) {
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2 * M_PI * i / kSides, x = kRadius * std::cos(angle);
+    out.push_back(vertexAt(u + x, v + kRadius * std::sin(angle), depth + slope * x, color));
+  }
+}
+
+const Rgba kOpaqueRed = {255, 0, 0, 255}, kOpaqueGreen = {0, 255, 0, 255};
+
+TEST_F(ImagePainterTest, lightsAFlatFanAsMuchAsItsTriangles) {
+  std::vector<LightVertex> disc;
+  addRing(40.3, 33.7, 0.5, 1e-3, kOpaqueRed, disc);
+  paint(disc, fanOf(0, kSides));
+  const double area = 0.5 * kSides * kRadius * kRadius * std::sin(2 * M_PI / kSides);
+  EXPECT_NEAR(redAreaAndCenter()[0], area, 1e-3 * area);
+  EXPECT_NEAR(redAreaAndCenter()[1], 40.3, 0.01);
+  EXPECT_NEAR(redAreaAndCenter()[2], 33.7, 0.01);
+}
+
+TEST_F(ImagePainterTest, cutsTwoFlatFansWhereTheyMeet) {
+  std::vector<LightVertex> discs;
+  addRing(48, 40, 0.5, 1e-3, kOpaqueRed, discs);
+  addRing(48, 40, 0.5, -1e-3, kOpaqueGreen, discs);
+  std::vector<std::uint32_t> indices = fanOf(0, kSides);
+  for (const std::uint32_t i : fanOf(kSides, kSides)) indices.push_back(i);
+  paint(discs, indices);
+  EXPECT_EQ(red(40, 40), 255);
+  EXPECT_EQ(green(40, 40), 0);
+  EXPECT_EQ(red(56, 40), 0);
+  EXPECT_EQ(green(56, 40), 255);
+}
+
+TEST_F(ImagePainterTest, letsATipThroughWhatHidesTheRestOfItsFan) {
+  const std::uint32_t first_of_disc = kSides + 2;
+  std::vector<LightVertex> cone_and_disc = {vertexAt(48, 40, 0.1, kOpaqueRed)};
+  addRing(48, 40, 0.9, 0, kOpaqueRed, cone_and_disc);
+  cone_and_disc.push_back(cone_and_disc[1]);
+  addRing(48, 40, 0.5, 0, kOpaqueGreen, cone_and_disc);
+  std::vector<std::uint32_t> indices = fanOf(0, first_of_disc);
+  for (const std::uint32_t i : fanOf(first_of_disc, kSides)) indices.push_back(i);
+  paint(cone_and_disc, indices);
+  EXPECT_NEAR(red(48, 40), 255, 5);
+  EXPECT_EQ(red(52, 42), 255);
+  EXPECT_EQ(red(62, 44), 0);
+  EXPECT_EQ(green(62, 44), 255);
 }
 
 TEST(PolygonCoverage, givesEveryPixelItsExactShare) {
