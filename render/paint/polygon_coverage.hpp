@@ -23,7 +23,9 @@ struct Corner {
 class PolygonCoverage {
  public:
   explicit PolygonCoverage(int width)
-      : width_(width), sums_((static_cast<std::size_t>(width) + 2) * kBandRows) {}
+      : width_(width),
+        sums_((static_cast<std::size_t>(width) + 2) * kBandRows),
+        shares_(static_cast<std::size_t>(width)) {}
 
   /// How corners make an outline.
   enum class Outline {
@@ -52,7 +54,7 @@ class PolygonCoverage {
     for (int row = first; row <= last; ++row) spans_[at(row - first)] = {width_, 0};
     const bool is_polygon = outline == Outline::Polygon;
     for (std::size_t i = 0; i < corner_count; i += is_polygon ? 1 : 2) {
-      add(edgeOf(corners[i], corners[i + 1 < corner_count ? i + 1 : 0]), first, last);
+      addEdge(corners[i], corners[i + 1 < corner_count ? i + 1 : 0], first, last);
     }
     for (int row = first; row <= last; ++row) {
       const Span span = spans_[at(row - first)];
@@ -60,9 +62,12 @@ class PolygonCoverage {
       float* sums = sumsOf(row - first);
       const int count = span.end - span.begin;
       float share = 0;
-      for (int i = span.begin; i < span.end; ++i) sums[i] = share += sums[i];
-      visit(row, span.begin, count, static_cast<const float*>(sums + span.begin));
-      std::fill(sums + span.begin, sums + std::min(span.end + 2, width_ + 2), 0.f);
+      for (int i = 0; i < count; ++i) {
+        shares_[at(i)] = share += sums[span.begin + i];
+        sums[span.begin + i] = 0;
+      }
+      sums[span.end] = sums[span.end + 1] = 0;  // what is left of the last columns' edges
+      visit(row, span.begin, count, static_cast<const float*>(shares_.data()));
     }
   }
 
@@ -70,34 +75,26 @@ class PolygonCoverage {
   struct Span {
     int begin, end;
   };
-  struct Edge {
-    float x, top, bottom;  ///< x at its top
-    float slope;           ///< x by y
-    float sign;
-  };
-
-  static Edge edgeOf(const Corner& a, const Corner& b) {
-    const bool is_up = b.y < a.y;
-    const Corner& high = is_up ? b : a;
-    const Corner& low = is_up ? a : b;
-    const float height = low.y - high.y;
-    return {high.x, high.y, low.y, height > 0 ? (low.x - high.x) / height : 0, is_up ? 1.f : -1.f};
-  }
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   float* sumsOf(int row) { return sums_.data() + at(row) * (at(width_) + 2); }
 
-  void add(const Edge& edge, int first, int last) {
-    if (edge.bottom <= static_cast<float>(first) || edge.top > static_cast<float>(last + 1)) return;
-    const int begin = std::max(first, static_cast<int>(std::max(edge.top, 0.f)));
-    const int end = std::min(last, static_cast<int>(edge.bottom));
+  void addEdge(const Corner& a, const Corner& b, int first, int last) {
+    const bool is_up = b.y < a.y;
+    const Corner& high = is_up ? b : a;
+    const Corner& low = is_up ? a : b;
+    if (low.y <= static_cast<float>(first) || high.y > static_cast<float>(last + 1)) return;
+    if (!(low.y > high.y)) return;
+    const float slope = (low.x - high.x) / (low.y - high.y), sign = is_up ? 1.f : -1.f;
+    const int begin = std::max(first, static_cast<int>(std::max(high.y, 0.f)));
+    const int end = std::min(last, static_cast<int>(low.y));
     for (int row = begin; row <= end; ++row) {
-      const float top = std::max(edge.top, static_cast<float>(row));
-      const float bottom = std::min(edge.bottom, static_cast<float>(row + 1));
+      const float top = std::max(high.y, static_cast<float>(row));
+      const float bottom = std::min(low.y, static_cast<float>(row + 1));
       if (!(bottom > top)) continue;
-      const float from = edge.x + (top - edge.top) * edge.slope;
-      const float to = edge.x + (bottom - edge.top) * edge.slope;
-      addInside(std::min(from, to), std::max(from, to), (bottom - top) * edge.sign,
+      const float from = high.x + (top - high.y) * slope;
+      const float to = high.x + (bottom - high.y) * slope;
+      addInside(std::min(from, to), std::max(from, to), (bottom - top) * sign,
                 spans_[at(row - first)], sumsOf(row - first));
     }
   }
@@ -155,6 +152,7 @@ class PolygonCoverage {
 
   int width_;
   std::vector<float> sums_;            ///< changes of the share from column to column, row by row
+  std::vector<float> shares_;          ///< of the row that is visited
   std::array<Span, kBandRows> spans_;  ///< columns of each row that are touched
 };
 

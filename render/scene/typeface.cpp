@@ -20,7 +20,7 @@ namespace afterglow::render {
 namespace {
 
 /// Chords leave curves by at most this share of a capital's height.
-constexpr double kFlatness = 5e-4;
+constexpr double kFlatness = 1e-3;
 constexpr int kMostChords = 64;  // a curve
 
 struct Glyph {
