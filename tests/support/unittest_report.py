@@ -37,6 +37,9 @@ class _Result(unittest.TextTestResult):
 
 def main():
     """Exits. A report goes where GTEST_OUTPUT ("xml:FOLDER/") says, for tests/run."""
+    tests = sys.modules["__main__"]
+    if not hasattr(tests, "tearDownModule"):
+        tests.tearDownModule = lambda: None  # Python 3.9 does no module cleanups without
     runner = unittest.TextTestRunner(resultclass=_Result, warnings="ignore")  # of rospy
     ran = unittest.main(argv=sys.argv[:1], testRunner=runner, exit=False)
     kind, _, folder = os.environ.get("GTEST_OUTPUT", "").partition(":")
