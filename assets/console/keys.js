@@ -15,9 +15,9 @@ const KEYS = [
   ['?', 'these keys'],
 ];
 
-/** Whether a key goes into what has the focus. */
+/** Whether a key goes into what has the focus, which a dialog keeps for a moment after it was closed. */
 function isWriting(target) {
-  return target.closest('input, textarea, select, dialog, [contenteditable]') !== null;
+  return target.closest('input, textarea, select, dialog[open], [contenteditable]') !== null;
 }
 
 /**
