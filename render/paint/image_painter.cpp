@@ -140,14 +140,19 @@ void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
   for (std::uint32_t i = piece.first; i < end;) {
     const std::uint32_t length = fanLength(indices + i, indices + end);
     Face face{i, length};
-    if (length >= kLeastDisc) setPolygon(list, face, fan_);
-    if (length < kLeastDisc || !PolygonBrush::isFlat(fan_)) face.triangles = std::min(length, 2u);
+    if (!isDisc(list, face)) face.triangles = std::min(length, 2u);
     for (; face.first < i + 3 * length; face.first += 3 * face.triangles) {
       face.triangles = std::min(face.triangles, length - (face.first - i) / 3);
       faces_.push_back(face);
     }
     i += 3 * length;
   }
+}
+
+bool ImagePainter::isDisc(const PaintList& list, const Face& fan) {
+  if (fan.triangles < kLeastDisc) return false;
+  setPolygon(list, fan, fan_);
+  return PolygonBrush::isFlat(fan_);
 }
 
 /// How many triangles have the first's first corner and its color, each next to the one before it

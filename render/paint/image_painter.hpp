@@ -85,6 +85,7 @@ class ImagePainter {
   void paintFace(const PaintList& list, const Face& face, int row_begin, int row_end,
                  const std::uint16_t* mask, Bench& bench, Canvas& canvas) const;
   void findFaces(const PaintList& list, const Piece& piece);
+  bool isDisc(const PaintList& list, const Face& fan);
   std::uint32_t fanLength(const std::uint32_t* first, const std::uint32_t* end) const;
   void setPolygon(const PaintList& list, const Face& face, ScreenPolygon& out) const;
   const std::uint16_t* maskOf(const PaintList& list, const Job& job, int band,

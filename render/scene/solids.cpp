@@ -53,16 +53,12 @@ void joinTip(Solid& solid, std::uint32_t tip, std::uint32_t ring, int count, boo
   }
 }
 
-/// The disc within a ring, as a fan around one of its points.
+/// The disc within a ring, as a fan around one of its points: each triangle continues the one before.
 void addDisc(Solid& solid, std::uint32_t ring, int count, bool from_above) {
-  for (std::uint32_t k = 1; k + 1 < static_cast<std::uint32_t>(count); ++k) {
-    if (from_above) {
-      solid.triangles.push_back({ring, ring + k, ring + k + 1});
-    } else {
-      // The other way around, so that each still continues the one before it.
-      const std::uint32_t j = ring + static_cast<std::uint32_t>(count) - k;
-      solid.triangles.push_back({ring, j, j - 1});
-    }
+  const auto sides = static_cast<std::uint32_t>(count);
+  const auto at = [&](std::uint32_t k) { return ring + (from_above ? k : sides - k); };
+  for (std::uint32_t k = 1; k + 1 < sides; ++k) {
+    solid.triangles.push_back({ring, at(k), at(k + 1)});
   }
 }
 

@@ -48,6 +48,7 @@ class Stage:
         os.makedirs(out, exist_ok=True)
 
     def __enter__(self):
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # leaves the block, too
         port = free_port()
         os.environ["ROS_MASTER_URI"] = f"http://localhost:{port}"
         os.environ["ROS_LOG_DIR"] = os.path.join(self.out, "log")
