@@ -102,13 +102,18 @@ struct ProjectorRenderer::Impl {
     by.finish(image);
   }
 
-  /// What shows the same as the last time is not drawn again. Its image is kept from the second
-  /// time on only: a scene that changes all the time pays for no copy.
+  /// What shows the same as the last time is not drawn again. A first image is kept only if the
+  /// scene before was shown more than once: one that changes all the time pays for no copy.
   void begin(const Scene& scene, const Rigid<Projector, World>& T_projector_world) {
     is_same = is_finished &&
               T_last_projector_world.matrix().matrix() == T_projector_world.matrix().matrix() &&
               isSame(last_scene, scene);
-    if (is_same && !kept.rgb.empty()) return;
+    if (is_same) {
+      is_shown_again = true;
+      if (!kept.rgb.empty()) return;
+    } else {
+      is_repeating = std::exchange(is_shown_again, false);
+    }
     kept.rgb.clear();
     is_finished = false;
     last_scene = scene;
@@ -124,7 +129,7 @@ struct ProjectorRenderer::Impl {
     finish(*drawer, image);
     if (gl_context != nullptr && gl_context->isLost()) replace(image);
     is_finished = true;
-    if (is_same) kept = image;
+    if (is_same || is_repeating) kept = image;
   }
 
   /// Once the GPU was reset, by the CPU: light must not go out.
@@ -142,9 +147,11 @@ struct ProjectorRenderer::Impl {
   GlContext* gl_context = nullptr;  ///< while OpenGL draws
   Scene last_scene;  ///< that was begun
   Rigid<Projector, World> T_last_projector_world;
-  bool is_finished = false;  ///< the image of the last scene
-  bool is_same = false;      ///< it is to be the image of the scene before
-  Image kept;                ///< of the last scene, if that was drawn twice
+  bool is_finished = false;     ///< the image of the last scene
+  bool is_same = false;         ///< it is to be the image of the scene before
+  bool is_shown_again = false;  ///< the last scene, after its first image
+  bool is_repeating = false;    ///< the scene before it was
+  Image kept;  ///< of the last scene, if that is shown again or likely will be
 };
 
 ProjectorRenderer::ProjectorRenderer(GlContext& context, const calib::Lens& lens, Drawing drawing)

@@ -64,6 +64,14 @@ TEST(WithoutGl, aSceneThatStaysLooksAsIfItWereDrawnEachTime) {
   expectFresh(red, elsewhere);
   expectFresh({}, elsewhere);
   expectFresh(scene, {});
+  for (const int times : {2, 2, 1, 1, 2}) {
+    for (const Scene& of : {red, scene}) {
+      for (int i = 0; i < times; ++i) {
+        renderer.render(of, {}, image);
+        EXPECT_EQ(image.rgb, fresh(of, {})) << "time " << i << " of " << times;
+      }
+    }
+  }
 }
 
 void expectRefusal(const std::function<void()>& use, const std::string& expected) {
