@@ -57,14 +57,15 @@ class TriangleProjector {
   bool isWhole() const { return is_whole_; }
   /// Width and height on the image, if it shows all.
   Eigen::Vector2d sizePx() const { return seen_.sizes().cwiseProduct(domain_.focal()); }
-  /// Whether it shows the edge between two vertices straight.
-  bool isStraight(const CutVertex& a, const CutVertex& b) const;
+  const LensDomain& domain() const { return domain_; }
 
   /// Appends the step's triangles and thin lines; absent if nothing of them is seen.
   std::optional<Piece> add(LightTriangles& out);
 
  private:
   void placeVertices(const Mesh& mesh);
+  /// Whether the lens shows the edge between two vertices straight.
+  bool isStraight(const CutVertex& a, const CutVertex& b) const;
   void addMesh(LightTriangles& out);
   void addThinLine(const ThinLine& line, LightTriangles& out);
   void addCut(const CutVertex& a, const CutVertex& b, const CutVertex& c, LightTriangles& out);

@@ -56,10 +56,7 @@ void Canvas::lay(int row, int column, Light light, float depth) {
 
 void Canvas::flatten() {
   if (!has_covers_) return;
-  for (int row = 0; row < kBandRows; ++row) {
-    finish(row);
-    forget(row);
-  }
+  for (int row = 0; row < kBandRows; ++row) finish(row);
   has_covers_ = false;
 }
 
@@ -79,11 +76,14 @@ void Canvas::lay(Canvas& other) {
 }
 
 const Light* Canvas::finish(int row) {
-  const Touched touched = touched_[static_cast<std::size_t>(row)];
+  Touched& touched = touched_[static_cast<std::size_t>(row)];
   for (int column = touched.begin; column < touched.end; ++column) {
     const std::size_t i = at(row, column);
-    if (covers_[i].share > 0) behind_[i] = seen(i);
+    if (covers_[i].share == 0) continue;
+    behind_[i] = seen(i);
+    covers_[i].share = 0;
   }
+  touched = {width_, 0};
   return behind(row);
 }
 

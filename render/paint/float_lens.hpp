@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/lens.hpp"
+#include "render/paint/corner.hpp"
 
 namespace afterglow::render {
 
@@ -38,9 +39,14 @@ struct FloatLens {
     v = fy * dy + cy;
   }
 
-  void project(float x, float y, float& u, float& v) const {
-    is_fisheye ? project<true>(x, y, u, v) : project<false>(x, y, u, v);
+  /// The same as a corner.
+  template <bool kFisheye>
+  Corner seen(float x, float y) const {
+    Corner corner;
+    project<kFisheye>(x, y, corner.x, corner.y);
+    return {corner.x + 0.5f, corner.y + 0.5f};
   }
+  Corner seen(float x, float y) const { return is_fisheye ? seen<true>(x, y) : seen<false>(x, y); }
 
   float fx, skew, cx, fy, cy;
   float square_fold;

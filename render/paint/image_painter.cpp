@@ -64,9 +64,8 @@ void ImagePainter::projectPart(const PaintList& list, std::size_t begin, std::si
   for (std::size_t i = begin; i < end; ++i) {
     const LightVertex& vertex = list.steps.triangles.vertices[i];
     const float inverse = 1 / vertex.z;
-    float u, v;
-    lens_.project<kFisheye>(vertex.x * inverse, vertex.y * inverse, u, v);
-    vertices_[i] = {{u + 0.5f, v + 0.5f}, vertex.depth, packedColor(vertex.color)};
+    vertices_[i] = {lens_.seen<kFisheye>(vertex.x * inverse, vertex.y * inverse), vertex.depth,
+                    packedColor(vertex.color)};
   }
 }
 

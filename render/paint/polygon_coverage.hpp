@@ -9,13 +9,9 @@
 #include <vector>
 
 #include "render/paint/band_bins.hpp"
+#include "render/paint/corner.hpp"
 
 namespace afterglow::render {
-
-/// A corner on the image; pixel i spans [i, i + 1).
-struct Corner {
-  float x, y;
-};
 
 /// Sums what each edge covers to its right, as font rasterizers do ("signed area coverage"): two
 /// triangles that share an edge share its pixels without gap or overlap. Float arithmetic: shares
@@ -24,7 +20,7 @@ class PolygonCoverage {
  public:
   explicit PolygonCoverage(int width)
       : width_(width),
-        sums_((static_cast<std::size_t>(width) + 2) * kBandRows),
+        sums_((static_cast<std::size_t>(width) + kMore) * kBandRows),
         shares_(static_cast<std::size_t>(width)) {}
 
   /// How corners make an outline.
@@ -75,9 +71,18 @@ class PolygonCoverage {
   struct Span {
     int begin, end;
   };
+  /// Of an edge, within a row.
+  struct Slice {
+    float left, right;
+    float height;  ///< of the row
+    float by_x;    ///< height by breadth
+    float sign;    ///< -1: the edge runs down
+  };
+
+  static constexpr std::size_t kMore = 3;  ///< columns, for what the last ones hand on
 
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-  float* sumsOf(int row) { return sums_.data() + at(row) * (at(width_) + 2); }
+  float* sumsOf(int row) { return sums_.data() + at(row) * (at(width_) + kMore); }
 
   void addEdge(const Corner& a, const Corner& b, int first, int last) {
     const bool is_up = b.y < a.y;
@@ -85,7 +90,9 @@ class PolygonCoverage {
     const Corner& low = is_up ? a : b;
     if (low.y <= static_cast<float>(first) || high.y > static_cast<float>(last + 1)) return;
     if (!(low.y > high.y)) return;
-    const float slope = (low.x - high.x) / (low.y - high.y), sign = is_up ? 1.f : -1.f;
+    const float slope = (low.x - high.x) / (low.y - high.y), by_x = 1 / std::abs(slope);
+    const bool is_inside =
+        std::min(low.x, high.x) >= 0 && std::max(low.x, high.x) < static_cast<float>(width_);
     const int begin = std::max(first, static_cast<int>(std::max(high.y, 0.f)));
     const int end = std::min(last, static_cast<int>(low.y));
     for (int row = begin; row <= end; ++row) {
@@ -94,57 +101,70 @@ class PolygonCoverage {
       if (!(bottom > top)) continue;
       const float from = high.x + (top - high.y) * slope;
       const float to = high.x + (bottom - high.y) * slope;
-      addInside(std::min(from, to), std::max(from, to), (bottom - top) * sign,
-                spans_[at(row - first)], sumsOf(row - first));
+      const Slice slice{std::min(from, to), std::max(from, to), bottom - top, by_x,
+                        is_up ? 1.f : -1.f};
+      Span& span = spans_[at(row - first)];
+      is_inside ? addSlice(slice, span, sumsOf(row - first))
+                : addInside(slice, span, sumsOf(row - first));
     }
   }
 
   /// Parts beyond the image's sides count there as far as they matter to the image.
-  void addInside(float left, float right, float height, Span& span, float* sums) const {
+  void addInside(Slice slice, Span& span, float* sums) const {
     const auto width = static_cast<float>(width_);
-    if (left >= width) {
+    if (slice.left >= width) {
       span.end = width_;
       return;
     }
-    if (right > width) {
-      const float inside = (width - left) / (right - left);
+    if (slice.right > width) {
+      const float inside = (width - slice.left) / (slice.right - slice.left);
       span.end = width_;
-      height *= inside;
-      right = width;
+      slice.height *= inside;
+      slice.right = width;
     }
-    if (left < 0) {
-      const float outside = right <= 0 ? 1 : -left / (right - left);
+    if (slice.left < 0) {
+      const float outside = slice.right <= 0 ? 1 : -slice.left / (slice.right - slice.left);
       span.begin = 0;
       span.end = std::max(span.end, 1);
-      sums[0] += height * outside;
-      if (right <= 0) return;
-      height *= 1 - outside;
-      left = 0;
+      sums[0] += slice.sign * slice.height * outside;
+      if (slice.right <= 0) return;
+      slice.height *= 1 - outside;
+      slice.left = 0;
     }
-    addSpan(left, right, height, span, sums);
+    addSlice(slice, span, sums);
   }
 
-  void addSpan(float left, float right, float height, Span& span, float* sums) const {
-    const int first = static_cast<int>(left), last = static_cast<int>(right);
+  void addSlice(const Slice& slice, Span& span, float* sums) const {
+    const int first = static_cast<int>(slice.left), last = static_cast<int>(slice.right);
     span.begin = std::min(span.begin, first);
     span.end = std::max(span.end, std::min(last + 1, width_));
-    if (first == last) {
-      const float outside = 0.5f * (left + right) - static_cast<float>(first);
-      sums[first] += height * (1 - outside);
-      sums[first + 1] += height * outside;
-      return;
-    }
-    // Covered of a column: the mean height of the edge over it, from `left` on.
-    const float by_x = height / (right - left);
-    const float in_first = static_cast<float>(first + 1) - left;
+    if (last > first + 1) return addWide(slice, first, last, sums);
+    // One column or two, without a branch that nobody could foresee.
+    const auto border = static_cast<float>(first + 1);
+    const float breadth = slice.right - slice.left, in_first = border - slice.left;
+    const float breadth_first = std::min(breadth, in_first), breadth_next = breadth - breadth_first;
+    const float height = slice.sign * slice.height;
+    const float height_first = slice.sign * std::min(slice.height, in_first * slice.by_x);
+    const float height_next = height - height_first;
+    const float beside = height_first * (1 - in_first + 0.5f * breadth_first);
+    const float beyond = height_next * 0.5f * breadth_next;
+    sums[first] += height_first - beside;
+    sums[first + 1] += beside + height_next - beyond;
+    sums[first + 2] += beyond;
+  }
+
+  /// Covered of a column: the mean height of the edge over it, from `left` on.
+  static void addWide(const Slice& slice, int first, int last, float* sums) {
+    const float height = slice.sign * slice.height, by_x = slice.sign * slice.by_x;
+    const float in_first = static_cast<float>(first + 1) - slice.left;
     float before = 0.5f * by_x * in_first * in_first;
     sums[first] += before;
     for (int i = first + 1; i < last; ++i) {
-      const float here = by_x * (static_cast<float>(i) + 0.5f - left);
+      const float here = by_x * (static_cast<float>(i) + 0.5f - slice.left);
       sums[i] += here - before;
       before = here;
     }
-    const float in_last = right - static_cast<float>(last);
+    const float in_last = slice.right - static_cast<float>(last);
     const float here = height - 0.5f * by_x * in_last * in_last;
     sums[last] += here - before;
     sums[last + 1] += height - here;

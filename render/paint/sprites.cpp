@@ -155,9 +155,7 @@ class PartProjector {
           x * x + y * y <= lens_.square_fold)) {
       return false;
     }
-    lens_.project<kFisheye>(x, y, corner.x, corner.y);
-    corner.x += 0.5f;
-    corner.y += 0.5f;
+    corner = lens_.seen<kFisheye>(x, y);
     return true;
   }
 
@@ -308,6 +306,16 @@ void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
   if (corners.size() < used_corners + more_corners) {
     corners.resize(used_corners + used_corners / 2 + more_corners);
   }
+}
+
+Corner* Sprites::add(Sprite sprite, std::size_t corner_count) {
+  makeRoom(1, corner_count);
+  Corner* first = corners.data() + used_corners;
+  sprite.first = static_cast<std::uint32_t>(used_corners);
+  sprite.count = static_cast<std::uint32_t>(corner_count);
+  all[used++] = sprite;
+  used_corners += corner_count;
+  return first;
 }
 
 void Sprites::append(const Sprites& other) {

@@ -60,6 +60,8 @@ struct Sprites {
   void clear() { used = used_corners = 0; }
   /// Makes room for so many more.
   void makeRoom(std::size_t more, std::size_t more_corners);
+  /// Appends one; returns where its corners go.
+  Corner* add(Sprite sprite, std::size_t corner_count);
   void append(const Sprites& other);
 };
 

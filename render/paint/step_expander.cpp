@@ -54,9 +54,9 @@ void ExpandedSteps::append(const ExpandedSteps& other) {
 
 void StepExpander::expand(const Drawable& drawable, const ComposedLayer& layer, Workers& workers,
                           ExpandedSteps& out) {
-  if (addSprites(drawable, layer, workers, out)) return;
+  if (addSprites(drawable, layer, workers, out) || addLetters(drawable, layer, out)) return;
   triangle_projector_.place(drawable, layer);
-  if (addOutlines(layer, out)) return;
+  if (addHulls(layer, out)) return;
   if (const auto piece = triangle_projector_.add(out.triangles)) out.pieces.push_back(*piece);
 }
 
@@ -72,49 +72,40 @@ bool StepExpander::addSprites(const Drawable& drawable, const ComposedLayer& lay
   return piece.has_value();
 }
 
-bool StepExpander::addOutlines(const ComposedLayer& layer, ExpandedSteps& out) {
+bool StepExpander::addLetters(const Drawable& drawable, const ComposedLayer& layer,
+                              ExpandedSteps& out) {
+  const auto* text = std::get_if<Text>(&drawable.shape);
+  if (text == nullptr || layer.relief != nullptr) return false;
+  if (text->letters == nullptr || !drawable.pose.matrix().matrix().allFinite()) return true;
+  const auto piece = letter_projector_.project(*text->letters, drawable, layer, out.sprites);
+  if (piece && piece->count > 0) out.pieces.push_back(*piece);
+  return piece.has_value();
+}
+
+/// The tessellation's convex parts, each of one color.
+bool StepExpander::addHulls(const ComposedLayer& layer, ExpandedSteps& out) {
   const TriangleProjector& placed = triangle_projector_;
-  if (layer.relief != nullptr || !placed.isWhole()) return false;
-  const bool is_flat = isFlat();
-  const bool is_small = !placed.tessellation().convex_parts.empty() &&
+  const std::vector<std::uint32_t>& parts = placed.tessellation().convex_parts;
+  const bool is_small = layer.relief == nullptr && !parts.empty() && placed.isWhole() &&
                         placed.sizePx().maxCoeff() <= double{kLargestBody};
-  if (!is_flat && !is_small) return false;
+  if (!is_small) return false;
   outline_points_.clear();
   for (const CutVertex& vertex : placed.vertices()) {
     const LightVertex light = lightVertex(vertex, layer.placed);
     outline_points_.push_back({light.x / light.z, light.y / light.z, light.depth});
   }
-  const Piece piece =
-      is_flat ? outline_projector_.projectEdges(
-                    outline_points_, *placed.tessellation().outline,
-                    packedColor(asBytes(placed.vertices().front().color)), out.sprites)
-              : hulls(out.sprites);
-  if (piece.count > 0) out.pieces.push_back(piece);
-  return true;
-}
-
-bool StepExpander::isFlat() const {
-  const auto* outline = triangle_projector_.tessellation().outline;
-  const std::vector<CutVertex>& vertices = triangle_projector_.vertices();
-  return outline != nullptr && std::all_of(outline->begin(), outline->end(), [&](const auto& edge) {
-           return triangle_projector_.isStraight(vertices[edge[0]], vertices[edge[1]]);
-         });
-}
-
-/// The tessellation's convex parts, each of one color.
-Piece StepExpander::hulls(Sprites& out) {
-  const std::vector<std::uint32_t>& parts = triangle_projector_.tessellation().convex_parts;
   Piece piece{};
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::size_t end = i + 1 < parts.size() ? parts[i + 1] : outline_points_.size();
     const Piece one = outline_projector_.projectHull(
         &outline_points_[parts[i]], end - parts[i],
-        packedColor(asBytes(triangle_projector_.vertices()[parts[i]].color)), out);
+        packedColor(asBytes(placed.vertices()[parts[i]].color)), out.sprites);
     if (i == 0) piece = one;
-    piece.count = static_cast<std::uint32_t>(out.used) - piece.first;
+    piece.count = static_cast<std::uint32_t>(out.sprites.used) - piece.first;
     piece.is_opaque = piece.is_opaque && one.is_opaque;
   }
-  return piece;
+  if (piece.count > 0) out.pieces.push_back(piece);
+  return true;
 }
 
 }  // namespace afterglow::render

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/compose/triangle_projector.hpp"
+#include "render/paint/letter_projector.hpp"
 #include "render/paint/outline_projector.hpp"
 #include "render/paint/sprites.hpp"
 #include "render/paint/workers.hpp"
@@ -27,7 +28,10 @@ struct ExpandedSteps {
 class StepExpander {
  public:
   explicit StepExpander(const calib::Lens& lens)
-      : sprite_projector_(lens), outline_projector_(lens), triangle_projector_(lens) {}
+      : triangle_projector_(lens),
+        sprite_projector_(lens),
+        letter_projector_(lens, triangle_projector_.domain()),
+        outline_projector_(lens) {}
 
   /// Appends the pieces of a drawable, which is no pixelCloud(). Lists of very many things are
   /// shared by the workers.
@@ -38,15 +42,15 @@ class StepExpander {
   /// Whether the drawable is a list of things small enough; then it is added.
   bool addSprites(const Drawable& drawable, const ComposedLayer& layer, Workers& workers,
                   ExpandedSteps& out) const;
-  /// Whether the placed triangles are something flat of one color, or small and convex; then their
-  /// outlines are added.
-  bool addOutlines(const ComposedLayer& layer, ExpandedSteps& out);
-  bool isFlat() const;
-  Piece hulls(Sprites& out);
+  /// Whether the drawable is letters of which all is seen; then they are added.
+  bool addLetters(const Drawable& drawable, const ComposedLayer& layer, ExpandedSteps& out);
+  /// Whether the placed triangles are small and convex; then their outlines are added.
+  bool addHulls(const ComposedLayer& layer, ExpandedSteps& out);
 
-  SpriteProjector sprite_projector_;
-  OutlineProjector outline_projector_;
   TriangleProjector triangle_projector_;
+  SpriteProjector sprite_projector_;
+  LetterProjector letter_projector_;
+  OutlineProjector outline_projector_;
   std::vector<OutlinePoint> outline_points_;
 };
 

@@ -161,7 +161,6 @@ class Tessellator {
     M.linear() = axesOfLetters(eye_, pose_.translation());
     M.translation() = pose_.translation();
     addBody(*text.letters, M, kNone);
-    if (!text.letters->outline.empty()) out_.outline = &text.letters->outline;
   }
 
   void operator()(const MeshInstance& mesh) {
@@ -361,7 +360,6 @@ void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
   out.mesh.clear();
   out.splats.clear();
   out.thin_lines.clear();
-  out.outline = nullptr;
   out.convex_parts.clear();
   if (!drawable.pose.matrix().matrix().allFinite()) return;
   std::visit(Tessellator(drawable, eye, out), drawable.shape);

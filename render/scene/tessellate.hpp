@@ -26,8 +26,6 @@ struct Tessellation {
   std::vector<ThinLine> thin_lines;  ///< Lines with width_px only
   /// Where the points of each convex part begin; empty if the mesh has any other part.
   std::vector<std::uint32_t> convex_parts;
-  /// Of something flat, all of one color: edges between the mesh's points. Null: not known to be.
-  const std::vector<std::array<std::uint32_t, 2>>* outline = nullptr;
 };
 
 /// Replaces what `out` held. Points that are not finite are left out, and with them the lines,

@@ -86,10 +86,9 @@ TEST_P(EveryLens, putsPointsWhereOpenCvDoes) {
     ASSERT_TRUE(pixel);
     worst = std::max(worst, (*pixel - expected[i]).norm());
     const Eigen::Vector2f n = points[i].hnormalized().cast<float>();
-    float u, v;
-    floats.project(n.x(), n.y(), u, v);
-    worst_float =
-        std::max(worst_float, (Eigen::Vector2d(double(u), double(v)) - expected[i]).norm());
+    const Corner seen = floats.seen(n.x(), n.y());
+    const Eigen::Vector2d seen_pixel(double(seen.x) - 0.5, double(seen.y) - 0.5);
+    worst_float = std::max(worst_float, (seen_pixel - expected[i]).norm());
   }
   std::printf("%s: %zu points, %.1e px off, %.1e px in floats\n", GetParam().name.c_str(),
               points.size(), worst, worst_float);
