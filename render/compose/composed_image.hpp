@@ -53,6 +53,10 @@ struct ComposedImage {
   std::vector<ComposedLayer> layers;
 };
 
+/// Whether the same step of both is the same light, on either side of masks. False on a relief.
+bool isSamePlace(const ComposedLayer& a, const ComposedLayer& b);
+bool isSame(const std::vector<ComposedMask>& a, const std::vector<ComposedMask>& b);
+
 /// A step as the back end draws it.
 struct Piece {
   enum class Kind {

@@ -2,6 +2,8 @@
 /// Composed images drawn by the CPU: every edge with the exact share of each pixel.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <vector>
 
@@ -13,8 +15,10 @@
 namespace afterglow::render {
 
 /// Expands each step for an ImagePainter: pixel-sized clouds become points, many small things alike
-/// and small solids one outline each, the rest triangles. Keeps its buffers from image to image.
-/// Used from one thread at a time, with threads of its own.
+/// and small solids one outline each, the rest triangles. What a step has become is kept for the
+/// next image, which expands again what is new only, and paints the bands alone that differ, where
+/// those are few. Keeps its buffers from image to image. Used from one thread at a time, with
+/// threads of its own.
 class CpuDrawer final : public ImageDrawer {
  public:
   /// The image is the same whatever the number of threads.
@@ -24,20 +28,41 @@ class CpuDrawer final : public ImageDrawer {
   void finish(Image& image) override;
 
  private:
-  using Steps = std::vector<const Drawable*>::const_iterator;
+  /// A step, and what it has become.
+  struct Step {
+    Drawable drawable;
+    StepEnds from, to;
+    bool is_new = true;  ///< otherwise as in the image before
+  };
+  struct ExpandedImage {
+    bool is_finished = false;  ///< otherwise it may lack some of it
+    PaintList list;
+    std::vector<ComposedMask> masks;
+    std::vector<ComposedLayer> layers;     ///< without their steps
+    std::vector<std::vector<Step>> steps;  ///< by layer
+  };
 
-  void addSteps(const ComposedLayer& layer);
+  void addLayer(const ComposedLayer& layer, std::vector<Step>& steps);
   void addPoints(const Drawable& drawable, const ComposedLayer& layer);
-  /// Drawables of which none is worth to be shared: each worker takes some of them.
-  void addAmongWorkers(Steps begin, Steps end, const ComposedLayer& layer);
+  /// Steps of which none is worth to be shared: each worker takes some of them.
+  void addAmongWorkers(const ComposedLayer& layer, std::size_t begin, std::size_t end,
+                       std::vector<Step>& steps);
+  void addStep(StepExpander& expander, const ComposedLayer& layer, std::size_t index, Step& step,
+               ExpandedSteps& out);
+  /// The same layer's steps in the image before; absent if its light lies elsewhere.
+  const std::vector<Step>* stepsBefore(const ComposedLayer& layer, std::size_t index) const;
+  void findDamage();
 
   Workers workers_;
   PointProjector point_projector_;
   std::deque<StepExpander> expanders_;  ///< by worker
   ImagePainter painter_;
-  PaintList list_;
+  ExpandedImage now_, before_;
+  const std::vector<Step>* steps_before_ = nullptr;  ///< of the layer that is added
   std::size_t screen_point_count_ = 0;
   std::vector<ExpandedSteps> parts_;  ///< of steps that the workers expand, in the steps' order
+  ImagePainter::Bands damage_;        ///< bands that differ from the image before
+  std::vector<std::uint8_t> kept_;    ///< the last image; empty: not kept, as much of it differed
 };
 
 }  // namespace afterglow::render

@@ -38,19 +38,20 @@ ImagePainter::ImagePainter(const calib::Lens& lens, Workers& workers)
       workers_(workers),
       benches_(static_cast<std::size_t>(workers.count()), Bench(lens.width)) {}
 
-void ImagePainter::paint(const PaintList& list, std::uint8_t* rgb) {
-  project(list);
+void ImagePainter::paint(const PaintList& list, const Bands& bands, std::uint8_t* rgb) {
   addJobs(list);
   std::atomic<int> next{0};
   workers_.run([&](int worker) {
     Bench& bench = benches_[static_cast<std::size_t>(worker)];
-    for (int band = next++; band < bands_; band = next++) paintBand(list, band, bench, rgb);
+    for (int band = next++; band < bands_; band = next++) {
+      if (bands[static_cast<std::size_t>(band)]) paintBand(list, band, bench, rgb);
+    }
   });
 }
 
-void ImagePainter::project(const PaintList& list) {
-  vertices_.resize(list.steps.triangles.vertices.size());
-  workers_.share(vertices_.size(), [&](int, std::size_t begin, std::size_t end) {
+void ImagePainter::project(PaintList& list) {
+  list.vertices.resize(list.steps.triangles.vertices.size());
+  workers_.share(list.vertices.size(), [&](int, std::size_t begin, std::size_t end) {
     if (lens_.is_fisheye) {
       projectPart<true>(list, begin, end);
     } else {
@@ -60,13 +61,48 @@ void ImagePainter::project(const PaintList& list) {
 }
 
 template <bool kFisheye>
-void ImagePainter::projectPart(const PaintList& list, std::size_t begin, std::size_t end) {
+void ImagePainter::projectPart(PaintList& list, std::size_t begin, std::size_t end) const {
   for (std::size_t i = begin; i < end; ++i) {
     const LightVertex& vertex = list.steps.triangles.vertices[i];
     const float inverse = 1 / vertex.z;
-    vertices_[i] = {lens_.seen<kFisheye>(vertex.x * inverse, vertex.y * inverse), vertex.depth,
-                    packedColor(vertex.color)};
+    list.vertices[i] = {lens_.seen<kFisheye>(vertex.x * inverse, vertex.y * inverse), vertex.depth,
+                        packedColor(vertex.color)};
   }
+}
+
+/// Far outside is outside; an integer could not hold it.
+Rows ImagePainter::rowsBetween(float top, float bottom) const {
+  const auto limit = static_cast<float>(height_ + kBandRows);
+  return {static_cast<int>(std::clamp(std::floor(top), -limit, limit)),
+          static_cast<int>(std::clamp(std::floor(bottom), -limit, limit))};
+}
+
+Rows ImagePainter::rowsOf(const Sprites& sprites, std::size_t sprite) const {
+  const Corner* corners = &sprites.corners[sprites.all[sprite].first];
+  float top = corners[0].y, bottom = top;
+  for (std::uint32_t k = 1; k < sprites.all[sprite].count; ++k) {
+    top = std::min(top, corners[k].y);
+    bottom = std::max(bottom, corners[k].y);
+  }
+  return rowsBetween(top, bottom);
+}
+
+void ImagePainter::mark(const PaintList& list, const StepEnds& from, const StepEnds& to,
+                        Bands& bands) const {
+  const auto markRows = [&](Rows rows) {
+    const int first = std::max(rows.first, 0) / kBandRows;
+    const int last = std::min(rows.last, height_ - 1);
+    for (int band = first; last >= 0 && band <= last / kBandRows; ++band) {
+      bands[static_cast<std::size_t>(band)] = 1;
+    }
+  };
+  for (std::size_t i = from.sprites; i < to.sprites; ++i) markRows(rowsOf(list.steps.sprites, i));
+  if (from.vertices == to.vertices) return;
+  const auto first = list.vertices.begin() + static_cast<std::ptrdiff_t>(from.vertices);
+  const auto last = list.vertices.begin() + static_cast<std::ptrdiff_t>(to.vertices);
+  const auto [top, bottom] = std::minmax_element(
+      first, last, [](const auto& a, const auto& b) { return a.at.y < b.at.y; });
+  markRows(rowsBetween(top->at.y, bottom->at.y));
 }
 
 void ImagePainter::addJobs(const PaintList& list) {
@@ -116,18 +152,9 @@ void ImagePainter::addPoints(const PaintList& list, const PointRun& run,
 }
 
 void ImagePainter::addSprites(const Sprites& sprites, const Piece& piece) {
-  const auto rowsOf = [&](std::size_t i) {
-    const Sprite& sprite = sprites.all[piece.first + i];
-    const Corner* corners = &sprites.corners[sprite.first];
-    float top = corners[0].y, bottom = top;
-    for (std::uint32_t k = 1; k < sprite.count; ++k) {
-      top = std::min(top, corners[k].y);
-      bottom = std::max(bottom, corners[k].y);
-    }
-    return Rows{static_cast<int>(std::floor(top)), static_cast<int>(std::floor(bottom))};
-  };
-  sprite_bins_.add(piece.count, workers_, rowsOf,
-                   [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
+  sprite_bins_.add(
+      piece.count, workers_, [&](std::size_t i) { return rowsOf(sprites, piece.first + i); },
+      [&](std::size_t i) { return static_cast<std::uint32_t>(piece.first + i); });
 }
 
 /// Ribbons, boxes, tubes and discs come as fans of triangles: as polygons they are less work. Where
@@ -137,7 +164,7 @@ void ImagePainter::findFaces(const PaintList& list, const Piece& piece) {
   const std::uint32_t end = piece.first + piece.count;
   const std::uint32_t* indices = list.steps.triangles.indices.data();
   for (std::uint32_t i = piece.first; i < end;) {
-    const std::uint32_t length = fanLength(indices + i, indices + end);
+    const std::uint32_t length = fanLength(list, indices + i, indices + end);
     Face face{i, length};
     if (!isDisc(list, face)) face.triangles = std::min(length, 2u);
     for (; face.first < i + 3 * length; face.first += 3 * face.triangles) {
@@ -156,12 +183,14 @@ bool ImagePainter::isDisc(const PaintList& list, const Face& fan) {
 
 /// How many triangles have the first's first corner and its color, each next to the one before it
 /// and turning the same way.
-std::uint32_t ImagePainter::fanLength(const std::uint32_t* first, const std::uint32_t* end) const {
-  const auto turnsRight = [this](const std::uint32_t* at) {
-    const Corner &a = vertices_[at[0]].at, &b = vertices_[at[1]].at, &c = vertices_[at[2]].at;
+std::uint32_t ImagePainter::fanLength(const PaintList& list, const std::uint32_t* first,
+                                      const std::uint32_t* end) const {
+  const std::vector<ScreenVertex>& vertices = list.vertices;
+  const auto turnsRight = [&](const std::uint32_t* at) {
+    const Corner &a = vertices[at[0]].at, &b = vertices[at[1]].at, &c = vertices[at[2]].at;
     return (b.x - a.x) * (c.y - a.y) > (b.y - a.y) * (c.x - a.x);
   };
-  const auto color = [&](const std::uint32_t* at) { return vertices_[*at].color; };
+  const auto color = [&](const std::uint32_t* at) { return vertices[*at].color; };
   if (color(first) != color(first + 1) || color(first) != color(first + 2)) return 1;
   const bool turn = turnsRight(first);
   const std::uint32_t* next = first + 3;
@@ -175,30 +204,27 @@ std::uint32_t ImagePainter::fanLength(const std::uint32_t* first, const std::uin
 
 void ImagePainter::setPolygon(const PaintList& list, const Face& face, ScreenPolygon& out) const {
   const std::uint32_t* at = &list.steps.triangles.indices[face.first];
-  out.assign({vertices_[at[0]], vertices_[at[1]]});
-  for (std::uint32_t i = 0; i < face.triangles; ++i) out.push_back(vertices_[at[3 * i + 2]]);
+  out.assign({list.vertices[at[0]], list.vertices[at[1]]});
+  for (std::uint32_t i = 0; i < face.triangles; ++i) out.push_back(list.vertices[at[3 * i + 2]]);
 }
 
 void ImagePainter::addTriangles(const PaintList& list, const Piece& piece) {
   findFaces(list, piece);
-  const auto rowsOf = [&](std::size_t i) {
+  const auto rowsOfFace = [&](std::size_t i) {
     const std::uint32_t* at = &list.steps.triangles.indices[faces_[i].first];
-    auto [top, bottom] = std::minmax({vertices_[at[0]].at.y, vertices_[at[1]].at.y});
+    auto [top, bottom] = std::minmax({list.vertices[at[0]].at.y, list.vertices[at[1]].at.y});
     for (std::uint32_t k = 0; k < faces_[i].triangles; ++k) {
-      top = std::min(top, vertices_[at[3 * k + 2]].at.y);
-      bottom = std::max(bottom, vertices_[at[3 * k + 2]].at.y);
+      top = std::min(top, list.vertices[at[3 * k + 2]].at.y);
+      bottom = std::max(bottom, list.vertices[at[3 * k + 2]].at.y);
     }
-    // Far outside is outside; an integer could not hold it.
-    const auto limit = static_cast<float>(height_ + kBandRows);
-    return Rows{static_cast<int>(std::clamp(std::floor(top), -limit, limit)),
-                static_cast<int>(std::clamp(std::floor(bottom), -limit, limit))};
+    return rowsBetween(top, bottom);
   };
-  face_bins_.add(faces_.size(), workers_, rowsOf, [&](std::size_t i) { return faces_[i]; });
+  face_bins_.add(faces_.size(), workers_, rowsOfFace, [&](std::size_t i) { return faces_[i]; });
 }
 
 ScreenTriangle ImagePainter::triangle(const PaintList& list, std::uint32_t first) const {
   const std::uint32_t* at = &list.steps.triangles.indices[first];
-  return {vertices_[at[0]], vertices_[at[1]], vertices_[at[2]]};
+  return {list.vertices[at[0]], list.vertices[at[1]], list.vertices[at[2]]};
 }
 
 void ImagePainter::paintBand(const PaintList& list, int band, Bench& bench,

@@ -19,7 +19,8 @@ namespace afterglow::render {
 
 /// Steps expanded for the CPU. A piece is a part of `runs` or of what `steps` has.
 struct PaintList {
-  ExpandedSteps steps;                     ///< its pieces are the layers'
+  ExpandedSteps steps;                     ///< the layers have its pieces as they are drawn
+  std::vector<ScreenVertex> vertices;      ///< of its triangles, on the image: project()
   std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
   std::vector<PointRun> runs;
   std::vector<ExpandedLayer> layers;
@@ -34,8 +35,17 @@ class ImagePainter {
   ImagePainter(const ImagePainter&) = delete;
   ImagePainter& operator=(const ImagePainter&) = delete;
 
-  /// 3 bytes a pixel, rows from the top, no padding; black where nothing is.
-  void paint(const PaintList& list, std::uint8_t* rgb);
+  /// By band of kBandRows rows.
+  using Bands = std::vector<char>;
+  Bands allBands() const { return Bands(static_cast<std::size_t>(bands_), 1); }
+  Bands noBands() const { return Bands(static_cast<std::size_t>(bands_), 0); }
+
+  /// Has to be done before a list is painted, or its bands are marked.
+  void project(PaintList& list);
+  /// Marks the bands that steps of a list touch, of which none is a cloud of pixels.
+  void mark(const PaintList& list, const StepEnds& from, const StepEnds& to, Bands& bands) const;
+  /// Paints bands. 3 bytes a pixel, rows from the top, no padding; black where nothing is.
+  void paint(const PaintList& list, const Bands& bands, std::uint8_t* rgb);
 
  private:
   /// A triangle, or a fan of them in about one plane and of one color.
@@ -71,9 +81,10 @@ class ImagePainter {
     std::vector<ScreenPoint> sorting;
   };
 
-  void project(const PaintList& list);
   template <bool kFisheye>
-  void projectPart(const PaintList& list, std::size_t begin, std::size_t end);
+  void projectPart(PaintList& list, std::size_t begin, std::size_t end) const;
+  Rows rowsOf(const Sprites& sprites, std::size_t sprite) const;
+  Rows rowsBetween(float top, float bottom) const;
   void addJobs(const PaintList& list);
   void addTriangles(const PaintList& list, const Piece& piece);
   void addSprites(const Sprites& sprites, const Piece& piece);
@@ -86,7 +97,8 @@ class ImagePainter {
                  const std::uint16_t* mask, Bench& bench, Canvas& canvas) const;
   void findFaces(const PaintList& list, const Piece& piece);
   bool isDisc(const PaintList& list, const Face& fan);
-  std::uint32_t fanLength(const std::uint32_t* first, const std::uint32_t* end) const;
+  std::uint32_t fanLength(const PaintList& list, const std::uint32_t* first,
+                          const std::uint32_t* end) const;
   void setPolygon(const PaintList& list, const Face& face, ScreenPolygon& out) const;
   const std::uint16_t* maskOf(const PaintList& list, const Job& job, int band,
                               Bench& bench) const;
@@ -95,7 +107,6 @@ class ImagePainter {
   int width_, height_, bands_;
   FloatLens lens_;
   Workers& workers_;
-  std::vector<ScreenVertex> vertices_;
   std::vector<Job> jobs_;
   std::vector<Face> faces_;  ///< of one piece
   ScreenPolygon fan_;

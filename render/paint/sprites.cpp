@@ -318,16 +318,16 @@ Corner* Sprites::add(Sprite sprite, std::size_t corner_count) {
   return first;
 }
 
-void Sprites::append(const Sprites& other) {
-  makeRoom(other.used, other.used_corners);
-  const auto first_corner = static_cast<std::uint32_t>(used_corners);
-  for (std::size_t i = 0; i < other.used; ++i) {
-    all[used + i] = other.all[i];
-    all[used + i].first += first_corner;
+void Sprites::append(const Sprites& other, std::size_t begin, std::size_t end,
+                     std::size_t corners_begin, std::size_t corners_end) {
+  makeRoom(end - begin, corners_end - corners_begin);
+  for (std::size_t i = begin; i < end; ++i) {
+    Sprite& sprite = all[used++] = other.all[i];
+    sprite.first += static_cast<std::uint32_t>(used_corners - corners_begin);
   }
-  std::copy_n(other.corners.data(), other.used_corners, corners.data() + used_corners);
-  used += other.used;
-  used_corners += other.used_corners;
+  std::copy(other.corners.data() + corners_begin, other.corners.data() + corners_end,
+            corners.data() + used_corners);
+  used_corners += corners_end - corners_begin;
 }
 
 std::optional<Piece> SpriteProjector::project(const SpriteList& list, const Color& color,

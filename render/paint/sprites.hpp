@@ -62,7 +62,9 @@ struct Sprites {
   void makeRoom(std::size_t more, std::size_t more_corners);
   /// Appends one; returns where its corners go.
   Corner* add(Sprite sprite, std::size_t corner_count);
-  void append(const Sprites& other);
+  /// Appends a part of another's, and the corners that it has.
+  void append(const Sprites& other, std::size_t begin, std::size_t end, std::size_t corners_begin,
+              std::size_t corners_end);
 };
 
 /// Sprites are at most this large (px): the edges of a larger square may bend in a lens, and a

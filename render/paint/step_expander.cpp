@@ -18,20 +18,20 @@ void setEye(const Eye& eye, const Eigen::Isometry3d& T_world_list, SpriteShape& 
   shape.up = (T_list_world.linear() * eye.R_world_eye.col(1)).cast<float>();
 }
 
-/// Indices and pieces of `other` behind what is in `out` already.
-void appendTriangles(const LightTriangles& other, LightTriangles& out) {
-  const auto first_vertex = static_cast<std::uint32_t>(out.vertices.size());
-  out.vertices.insert(out.vertices.end(), other.vertices.begin(), other.vertices.end());
-  std::transform(other.indices.begin(), other.indices.end(), std::back_inserter(out.indices),
-                 [first_vertex](std::uint32_t i) { return first_vertex + i; });
-}
-
 }  // namespace
 
 PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed) {
   const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
   return {placed.P_optical_world * T_world_cloud, T_world_cloud.transpose() * placed.height,
           placed.flattened, placed.gain};
+}
+
+void StepEnds::operator+=(const StepEnds& other) {
+  vertices += other.vertices;
+  indices += other.indices;
+  sprites += other.sprites;
+  corners += other.corners;
+  pieces += other.pieces;
 }
 
 void ExpandedSteps::clear() {
@@ -41,14 +41,29 @@ void ExpandedSteps::clear() {
   pieces.clear();
 }
 
-void ExpandedSteps::append(const ExpandedSteps& other) {
-  const auto first_index = static_cast<std::uint32_t>(triangles.indices.size());
-  const auto first_sprite = static_cast<std::uint32_t>(sprites.used);
-  appendTriangles(other.triangles, triangles);
-  sprites.append(other.sprites);
-  for (Piece piece : other.pieces) {
-    piece.first += piece.kind == Piece::Kind::Triangles ? first_index : first_sprite;
-    pieces.push_back(piece);
+StepEnds ExpandedSteps::ends() const {
+  return {triangles.vertices.size(), triangles.indices.size(), sprites.used, sprites.used_corners,
+          pieces.size()};
+}
+
+void ExpandedSteps::append(const ExpandedSteps& other, const StepEnds& from, const StepEnds& to) {
+  const StepEnds here = ends();
+  const auto copy = [](const auto& source, std::size_t begin, std::size_t end, auto& out) {
+    const auto first = source.begin();
+    out.insert(out.end(), first + static_cast<std::ptrdiff_t>(begin),
+               first + static_cast<std::ptrdiff_t>(end));
+  };
+  copy(other.triangles.vertices, from.vertices, to.vertices, triangles.vertices);
+  copy(other.triangles.indices, from.indices, to.indices, triangles.indices);
+  for (std::size_t i = here.indices; i < triangles.indices.size(); ++i) {
+    triangles.indices[i] += static_cast<std::uint32_t>(here.vertices - from.vertices);
+  }
+  sprites.append(other.sprites, from.sprites, to.sprites, from.corners, to.corners);
+  copy(other.pieces, from.pieces, to.pieces, pieces);
+  for (std::size_t i = here.pieces; i < pieces.size(); ++i) {
+    const bool is_of_triangles = pieces[i].kind == Piece::Kind::Triangles;
+    pieces[i].first += static_cast<std::uint32_t>(is_of_triangles ? here.indices - from.indices
+                                                                  : here.sprites - from.sprites);
   }
 }
 

@@ -3,6 +3,7 @@
 /// things as outlines, the rest as triangles.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "render/compose/triangle_projector.hpp"
@@ -13,6 +14,13 @@
 
 namespace afterglow::render {
 
+/// How much there is of each part of ExpandedSteps; what a step has become lies between two.
+struct StepEnds {
+  std::size_t vertices = 0, indices = 0, sprites = 0, corners = 0, pieces = 0;
+
+  void operator+=(const StepEnds& other);
+};
+
 /// What steps have become, in their order. A piece is a part of `triangles.indices` or `sprites`.
 struct ExpandedSteps {
   LightTriangles triangles;
@@ -20,7 +28,9 @@ struct ExpandedSteps {
   std::vector<Piece> pieces;
 
   void clear();
-  void append(const ExpandedSteps& other);
+  StepEnds ends() const;
+  /// What lies between two ends of another one.
+  void append(const ExpandedSteps& other, const StepEnds& from, const StepEnds& to);
 };
 
 /// Keeps its buffers from step to step. Used from one thread at a time, and of several expanders

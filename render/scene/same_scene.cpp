@@ -46,6 +46,24 @@ bool isSame(const Rigid<Target, Source>& a, const Rigid<Target, Source>& b) {
   return a.matrix().matrix() == b.matrix().matrix();
 }
 
+bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
+  return a.name == b.name && a.polygon == b.polygon && a.relief == b.relief &&
+         isSame(a.T_world_surface, b.T_world_surface);
+}
+
+bool isSame(const std::optional<SurfacePatch>& a, const std::optional<SurfacePatch>& b) {
+  return a.has_value() == b.has_value() && (!a || isSame(*a, *b));
+}
+
+bool isSame(const Layer& a, const Layer& b) {
+  return a.name == b.name && a.placement == b.placement && a.gain == b.gain &&
+         a.p_viewer == b.p_viewer && isSame(a.surface, b.surface) && a.reader == b.reader &&
+         std::equal(a.drawables.begin(), a.drawables.end(), b.drawables.begin(), b.drawables.end(),
+                    [](const Drawable& x, const Drawable& y) { return render::isSame(x, y); });
+}
+
+}  // namespace
+
 bool isSame(const Drawable& a, const Drawable& b) {
   return a.shape.index() == b.shape.index() && a.color == b.color && isSame(a.pose, b.pose) &&
          std::visit(
@@ -54,29 +72,6 @@ bool isSame(const Drawable& a, const Drawable& b) {
              },
              a.shape);
 }
-
-bool isSame(const SurfacePatch& a, const SurfacePatch& b) {
-  return a.name == b.name && a.polygon == b.polygon && a.relief == b.relief &&
-         isSame(a.T_world_surface, b.T_world_surface);
-}
-
-bool isSame(const Reader& a, const Reader& b) {
-  return a.p_world == b.p_world && a.is_direction == b.is_direction;
-}
-
-template <typename T>
-bool isSame(const std::optional<T>& a, const std::optional<T>& b) {
-  return a.has_value() == b.has_value() && (!a || isSame(*a, *b));
-}
-
-bool isSame(const Layer& a, const Layer& b) {
-  return a.name == b.name && a.placement == b.placement && a.gain == b.gain &&
-         a.p_viewer == b.p_viewer && isSame(a.surface, b.surface) && isSame(a.reader, b.reader) &&
-         std::equal(a.drawables.begin(), a.drawables.end(), b.drawables.begin(), b.drawables.end(),
-                    [](const Drawable& x, const Drawable& y) { return isSame(x, y); });
-}
-
-}  // namespace
 
 bool isSame(const Scene& a, const Scene& b) {
   return std::equal(a.layers.begin(), a.layers.end(), b.layers.begin(), b.layers.end(),

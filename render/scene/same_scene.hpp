@@ -1,5 +1,5 @@
 /// \file
-/// Whether two scenes show the same.
+/// Whether two scenes show the same, or two drawables.
 #pragma once
 
 #include "render/scene/scene.hpp"
@@ -10,5 +10,6 @@ namespace afterglow::render {
 /// always allowed: equal bodies that are not shared are taken for different. Of different scenes
 /// most of the time it sees the first difference only.
 bool isSame(const Scene& a, const Scene& b);
+bool isSame(const Drawable& a, const Drawable& b);
 
 }  // namespace afterglow::render

@@ -123,6 +123,9 @@ enum class Placement {
 struct Reader {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   bool is_direction = false;  ///< p_world is a direction, the same for all texts
+  friend bool operator==(const Reader& a, const Reader& b) {
+    return a.p_world == b.p_world && a.is_direction == b.is_direction;
+  }
 };
 
 /// Content of one topic.

@@ -47,8 +47,7 @@ class ImagePainterTest : public ::testing::Test {
     for (std::uint32_t i = 0; i < runs.size(); ++i) {
       list.layers[0].pieces.push_back({Piece::Kind::Points, false, i, 1, 0});
     }
-    rgb_.assign(3 * kWidth * kHeight, 77);
-    painter_.paint(list, rgb_.data());
+    paint(list);
   }
   /// One run of opaque triangles.
   void paint(const std::vector<LightVertex>& vertices, const std::vector<std::uint32_t>& indices) {
@@ -58,8 +57,12 @@ class ImagePainterTest : public ::testing::Test {
     list.layers.resize(1);
     list.layers[0].pieces.push_back(
         {Piece::Kind::Triangles, true, 0, static_cast<std::uint32_t>(indices.size()), 0});
+    paint(list);
+  }
+  void paint(PaintList& list) {
     rgb_.assign(3 * kWidth * kHeight, 77);
-    painter_.paint(list, rgb_.data());
+    painter_.project(list);
+    painter_.paint(list, painter_.allBands(), rgb_.data());
   }
   int red(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u))]; }
   int green(int u, int v) const { return rgb_[static_cast<std::size_t>(3 * (v * kWidth + u) + 1)]; }

@@ -35,7 +35,7 @@ TEST(SameScene, isOneOfEqualValuesWhetherItSharesListsOrNot) {
   EXPECT_TRUE(isSame(scene, scene));
   EXPECT_TRUE(isSame(scene, Scene(scene)));
   EXPECT_TRUE(isSame(scene, makeScene()));
-  EXPECT_TRUE(isSame({}, {}));
+  EXPECT_TRUE(isSame(Scene{}, Scene{}));
 }
 
 TEST(SameScene, isNotOneThatDiffersAnywhere) {
