@@ -20,6 +20,13 @@ bool isShared(const Drawable& drawable) {
   return list && Workers::areMany(list->points->size());
 }
 
+/// Whether a cloud has another one's very lists: to look into them would take as long as to place
+/// their points.
+bool sharesLists(const PointCloud& cloud, const PointCloud* other) {
+  return other != nullptr && &cloud.points.get() == &other->points.get() &&
+         &cloud.colors.get() == &other->colors.get();
+}
+
 }  // namespace
 
 CpuDrawer::CpuDrawer(const calib::Lens& lens, int threads)
@@ -64,6 +71,8 @@ void CpuDrawer::finish(Image& image) {
     if (is_little) kept_ = image.rgb;
   }
   now_.is_finished = true;
+  // Clouds are large: the memory of the image before is wanted for the next.
+  for (std::vector<Step>& steps : before_.steps) steps.clear();
 }
 
 /// A new cloud of pixels, or an old one's end, differs anywhere.
@@ -118,13 +127,15 @@ void CpuDrawer::addLayer(const ComposedLayer& layer, std::vector<Step>& steps) {
 void CpuDrawer::addStep(StepExpander& expander, const ComposedLayer& layer, std::size_t index,
                         Step& step, ExpandedSteps& out) {
   const Drawable& drawable = *layer.steps[index];
-  const bool is_cloud = pixelCloud(drawable.shape) != nullptr;
+  const PointCloud* cloud = pixelCloud(drawable.shape);
   const bool has_old = steps_before_ != nullptr && index < steps_before_->size();
   const Step* old = has_old ? &(*steps_before_)[index] : nullptr;
-  step.is_new = old == nullptr || !isSame(drawable, old->drawable);
+  step.is_new = old == nullptr ||
+                (cloud != nullptr && !sharesLists(*cloud, pixelCloud(old->drawable.shape))) ||
+                !isSame(drawable, old->drawable);
   step.drawable = drawable;
   step.from = out.ends();
-  if (is_cloud) {
+  if (cloud != nullptr) {
     addPoints(drawable, layer);
   } else if (!step.is_new) {
     out.append(before_.list.steps, old->from, old->to);
