@@ -14,6 +14,7 @@ export class Robot {
     this.state = null;
     this.isHeard = false;
     this.hasStarted = false;
+    this.starting = null;  // what play() waits for, until a state tells of the replay
     this.listeners = [];
     this.growth = [];
     connection.onChange(({returned}) => returned && this.listen());
@@ -51,6 +52,7 @@ export class Robot {
   tell(state, isHeard) {
     this.state = state;
     this.isHeard = isHeard;
+    if (this.isMoving()) this.starting = null;
     for (const listener of this.listeners) listener(state, isHeard);
   }
 
@@ -64,9 +66,21 @@ export class Robot {
   }
 
   async play(request) {
-    const answer = await post('/api/play', {...request, session: SESSION});
-    this.hasStarted = true;
-    return answer;
+    const starting = post('/api/play', {...request, session: SESSION});
+    this.starting = starting;
+    try {
+      const answer = await starting;
+      this.hasStarted = true;
+      return answer;
+    } catch (problem) {
+      if (this.starting === starting) this.starting = null;
+      throw problem;
+    }
+  }
+
+  /** Whether a replay was asked for of which no state has told yet: it may move already. */
+  get isStarting() {
+    return Boolean(this.starting);
   }
 
   pause() { return post('/api/pause'); }
@@ -74,8 +88,17 @@ export class Robot {
   seek(t) { return post('/api/seek', {t}); }
   setRate(rate) { return post('/api/rate', {rate}); }
 
-  /** Tried until the server has it: a stop that is lost is none. Throws where it cannot be said for 2 s. */
+  /** Said again where a replay is being asked for meanwhile, which could begin after the stop. */
   async stop() {
+    const {starting} = this;
+    await this.sayStop();
+    if (!starting) return;
+    await starting.catch(() => {});
+    await this.sayStop();
+  }
+
+  /** Tried until the server has it: a stop that is lost is none. Throws where it cannot be said for 2 s. */
+  async sayStop() {
     const until = performance.now() + 2000;
     for (;;) {
       try {

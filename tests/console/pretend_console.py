@@ -88,6 +88,7 @@ class Robot:
                        "lateness_ms": 0, "skew_ms": 0, "moved": False, "robot": "fetch"}
         self.last, self.is_held, self.session = time.monotonic(), False, None
         self.calibrator, self.report = None, None
+        self.is_late = False  # tells what was, not what is
 
     def step(self):
         with self.lock:
@@ -266,8 +267,11 @@ class Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.close_connection = True
         try:
+            told = ""
             while not self.server.closing.wait(0.1):
-                self.wfile.write(f"event: state\ndata: {json.dumps(self.server.robot.step())}\n\n".encode())
+                now = json.dumps(self.server.robot.step())
+                told = told if told and self.server.robot.is_late else now
+                self.wfile.write(f"event: state\ndata: {told}\n\n".encode())
         except OSError:
             self.server.robot.left(session)
 
