@@ -20,7 +20,7 @@ export class Robot {
     connection.onChange(({returned}) => returned && this.listen());
     // Who has started a replay and leaves, stops it. Of a browser that is killed, the server sees the events end.
     window.addEventListener('pagehide', () => {
-      if (this.hasStarted && this.isMoving()) post('/api/stop', {}, true).catch(() => {});
+      if (this.starting || (this.hasStarted && this.isMoving())) post('/api/stop', {}, true).catch(() => {});
     });
     this.listen();
   }
@@ -78,9 +78,9 @@ export class Robot {
     }
   }
 
-  /** Whether a replay was asked for of which no state has told yet: it may move already. */
-  get isStarting() {
-    return Boolean(this.starting);
+  /** Whether a replay is under way, or was asked for and no state has told of it yet. */
+  mayMove() {
+    return this.isMoving() || this.starting !== null;
   }
 
   pause() { return post('/api/pause'); }
@@ -95,6 +95,7 @@ export class Robot {
     if (!starting) return;
     await starting.catch(() => {});
     await this.sayStop();
+    if (this.starting === starting) this.starting = null;
   }
 
   /** Tried until the server has it: a stop that is lost is none. Throws where it cannot be said for 2 s. */

@@ -18,7 +18,7 @@ export class StopBar {
     document.body.classList.add('with-robot');
     // Before anybody else gets the key: no field, list or dialog may keep it from stopping the robot.
     window.addEventListener('keydown', (event) => {
-      if (event.key === 'Escape' && (this.robot.isMoving() || this.robot.isStarting || !this.robot.isHeard)) {
+      if (event.key === 'Escape' && (this.robot.mayMove() || !this.robot.isHeard)) {
         event.preventDefault();
         this.stop();
       }

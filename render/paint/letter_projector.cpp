@@ -11,7 +11,6 @@ namespace {
 
 /// A corner of the rectangle around the letters.
 struct FrameCorner {
-  CutVertex vertex;
   Corner seen;
   float depth;
 };
@@ -65,13 +64,11 @@ std::optional<Piece> LetterProjector::project(const Body& letters, const Drawabl
   for (std::size_t i = 0; i < frame.size(); ++i) {
     const Eigen::Vector3d p((i == 1 || i == 2 ? box.max() : box.min()).x(),
                             (i < 2 ? box.min() : box.max()).y(), 1);
-    FrameCorner& corner = frame[i];
-    corner.vertex = {P_optical_letters * p, Eigen::Vector4f::Zero(), height * p};
-    if (!isInside(domain_, corner.vertex)) return std::nullopt;
-    seen.extend(normalized(corner.vertex));
-    const LightVertex light = lightVertex(corner.vertex, placed);
-    corner.depth = light.depth;
-    corner.seen = lens_.seen(light.x / light.z, light.y / light.z);
+    const CutVertex vertex{P_optical_letters * p, Eigen::Vector4f::Zero(), height * p};
+    if (!isInside(domain_, vertex)) return std::nullopt;
+    seen.extend(normalized(vertex));
+    const LightVertex light = lightVertex(vertex, placed);
+    frame[i] = {lens_.seen(light.x / light.z, light.y / light.z), light.depth};
   }
   if (!domain_.isStraightWithin(seen.min(), seen.max()) &&
       !areEdgesStraight(letters, P_optical_letters)) {

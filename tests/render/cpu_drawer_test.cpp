@@ -68,7 +68,7 @@ TEST(CpuDrawer, drawsTheRestOfAListThatBeginsWithWhatIsNotFinite) {
   }
 }
 
-/// One of each shape, of some color that may be translucent, somewhere before the lens.
+/// Of any shape but a mesh, of a color that may be translucent, somewhere before the lens.
 Drawable randomDrawable(std::mt19937& random, const SharedBody& letters) {
   std::uniform_real_distribution<float> unit(0, 1);
   const auto between = [&](float low, float high) { return low + (high - low) * unit(random); };
