@@ -29,12 +29,13 @@ MasterWatch::~MasterWatch() {
 }
 
 void MasterWatch::run() {
+  MasterLink master;
   std::unique_lock<std::mutex> lock(mutex_);
   int missed = 0;
   while (missed <= kMostMissed) {
     if (over_.wait_for(lock, kPeriod, [this] { return is_over_; })) return;
     lock.unlock();
-    missed = isMasterThere(deadlineIn(kMasterAnswers)) ? 0 : missed + 1;
+    missed = master.isThere(deadlineIn(kMasterAnswers)) ? 0 : missed + 1;
     lock.lock();
   }
   lock.unlock();

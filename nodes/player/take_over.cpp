@@ -82,8 +82,8 @@ void TakeOver::scout() {
   if (topic_.empty()) return;
   try {
     const Deadline deadline = deadlineIn(kMasterPatience);
-    const std::map<std::string, std::string> types = askTopicTypes(deadline);
-    for (const VelocityRoute& route : velocityRoutes(askMaster(deadline), types, topic_)) {
+    const std::map<std::string, std::string> types = master_.topicTypes(deadline);
+    for (const VelocityRoute& route : velocityRoutes(master_.graph(deadline), types, topic_)) {
       follow(route);
     }
     listenToOdometry(types);

@@ -59,6 +59,7 @@ class TakeOver : public replay::MessageSink {
   replay::TakeOverWatch watch_;
   replay::BaseObedience obedience_;
   std::string reason_;  ///< why it is taken over; empty: it is not
+  MasterLink master_;  ///< scout()'s
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   std::map<std::string, ros::Subscriber> subscribers_;  ///< by topic; scout()'s

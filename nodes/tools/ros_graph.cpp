@@ -25,15 +25,15 @@ using XmlRpc::XmlRpcValue;
 bool hasPassed(Deadline deadline) { return std::chrono::steady_clock::now() >= deadline; }
 
 /// The payload of a ROS API answer [code, text, payload]; empty if none came in time.
-std::optional<XmlRpcValue> call(const std::string& host, int port, const char* method,
+std::optional<XmlRpcValue> call(XmlRpc::XmlRpcClient& client, const char* method,
                                 const XmlRpcValue& parameters, Deadline deadline) {
-  XmlRpc::XmlRpcClient client(host.c_str(), port, "/");
   XmlRpcValue answer;
   if (!client.executeNonBlock(method, parameters)) {
     return std::nullopt;
   }
   while (!client.executeCheckDone(answer)) {
     if (hasPassed(deadline)) {
+      client.close();  // a late answer is none to the next question
       return std::nullopt;
     }
     client._disp.work(0.02);
@@ -45,15 +45,10 @@ std::optional<XmlRpcValue> call(const std::string& host, int port, const char* m
   return answer[2];
 }
 
-std::optional<XmlRpcValue> callMaster(const char* method, const std::string& argument,
-                                      Deadline deadline) {
-  XmlRpcValue parameters;
-  parameters[0] = ros::this_node::getName();
-  if (!argument.empty()) {
-    parameters[1] = argument;
-  }
-  return call(ros::master::getHost(), static_cast<int>(ros::master::getPort()), method, parameters,
-              deadline);
+std::optional<XmlRpcValue> call(const std::string& host, std::uint32_t port, const char* method,
+                                const XmlRpcValue& parameters, Deadline deadline) {
+  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
+  return call(client, method, parameters, deadline);
 }
 
 [[noreturn]] void refuseSilence() {
@@ -92,7 +87,7 @@ void addLinksOf(const std::string& node, Deadline deadline, Links& links) {
   XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();
   std::optional<XmlRpcValue> info =
-      call(address->host, static_cast<int>(address->port), "getBusInfo", parameters, deadline);
+      call(address->host, address->port, "getBusInfo", parameters, deadline);
   if (!info || info->getType() != XmlRpcValue::TypeArray) {
     return;
   }
@@ -164,8 +159,28 @@ std::set<std::string> RosGraph::otherSubscribers(const std::string& topic) const
   return others(subscribers, topic);
 }
 
-std::map<std::string, std::string> askTopicTypes(Deadline deadline) {
-  std::optional<XmlRpcValue> listing = callMaster("getTopicTypes", "", deadline);
+struct MasterLink::State {
+  std::optional<XmlRpcValue> call(const char* method, const std::string& argument,
+                                  Deadline deadline) {
+    XmlRpcValue parameters;
+    parameters[0] = ros::this_node::getName();
+    if (!argument.empty()) parameters[1] = argument;
+    return nodes::call(client, method, parameters, deadline);
+  }
+
+  XmlRpc::XmlRpcClient client{ros::master::getHost().c_str(),
+                              static_cast<int>(ros::master::getPort()), "/"};
+};
+
+MasterLink::MasterLink() : state_(std::make_unique<State>()) {}
+MasterLink::~MasterLink() = default;
+
+bool MasterLink::isThere(Deadline deadline) {
+  return state_->call("getPid", "", deadline).has_value();
+}
+
+std::map<std::string, std::string> MasterLink::topicTypes(Deadline deadline) {
+  std::optional<XmlRpcValue> listing = state_->call("getTopicTypes", "", deadline);
   if (!listing || listing->getType() != XmlRpcValue::TypeArray) {
     refuseSilence();
   }
@@ -176,23 +191,31 @@ std::map<std::string, std::string> askTopicTypes(Deadline deadline) {
   return types;
 }
 
-RosGraph askMaster(Deadline deadline) {
-  std::optional<XmlRpcValue> state = callMaster("getSystemState", "", deadline);
+RosGraph MasterLink::graph(Deadline deadline) {
+  std::optional<XmlRpcValue> state = state_->call("getSystemState", "", deadline);
   if (!state || state->getType() != XmlRpcValue::TypeArray || state->size() != 3) {
     refuseSilence();
   }
   return {namesByTopic((*state)[0]), namesByTopic((*state)[1]), namesByTopic((*state)[2])};
 }
 
-bool isMasterThere(Deadline deadline) { return callMaster("getPid", "", deadline).has_value(); }
-
-std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline) {
+std::optional<NodeAddress> MasterLink::addressOf(const std::string& node, Deadline deadline) {
   NodeAddress address;
-  std::optional<XmlRpcValue> uri = callMaster("lookupNode", node, deadline);
+  std::optional<XmlRpcValue> uri = state_->call("lookupNode", node, deadline);
   const bool is_known =
       uri && uri->getType() == XmlRpcValue::TypeString &&
       ros::network::splitURI(static_cast<std::string>(*uri), address.host, address.port);
   return is_known ? std::optional(address) : std::nullopt;
+}
+
+RosGraph askMaster(Deadline deadline) { return MasterLink().graph(deadline); }
+
+std::map<std::string, std::string> askTopicTypes(Deadline deadline) {
+  return MasterLink().topicTypes(deadline);
+}
+
+std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline) {
+  return MasterLink().addressOf(node, deadline);
 }
 
 bool isAlive(const std::string& node, Deadline deadline) {
@@ -203,8 +226,7 @@ bool isAlive(const std::string& node, Deadline deadline) {
 bool isAlive(const NodeAddress& address, Deadline deadline) {
   XmlRpcValue parameters;
   parameters[0] = ros::this_node::getName();
-  return call(address.host, static_cast<int>(address.port), "getPid", parameters, deadline)
-      .has_value();
+  return call(address.host, address.port, "getPid", parameters, deadline).has_value();
 }
 
 Links linksHere(const std::vector<std::string>& topics, Deadline deadline) {
@@ -248,7 +270,7 @@ bool awaitMaster(int argc, char** argv, const std::string& node) {
   arguments[0] = "/afterglow";
   for (bool is_told = false; !isStopRequested(); is_told = true) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-    if (call(host, static_cast<int>(port), "getPid", arguments, deadline)) return true;
+    if (call(host, port, "getPid", arguments, deadline)) return true;
     if (!is_told) std::cerr << node << ": waiting for a ROS master at " << uri << std::endl;
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
