@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "nodes/console/http_message.hpp"
+#include "replay/clock/steady_time.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -56,7 +57,8 @@ void ReplayKeeper::start(const Start& start) {
     current_ = Current();
     current_->goal = goal;
     current_->start = start;
-    current_->beaten = steady_clock::now();
+    current_->asked = steady_clock::now();
+    current_->hold.heard(replay::sinceBoot(), false);
     if (start.is_held) return;
     send();
   }
@@ -77,9 +79,8 @@ bool ReplayKeeper::beat(const std::string& session) {
   const bool holds = current_ && current_->reason.empty() && current_->start.is_held &&
                      current_->start.session == session;
   if (!holds) return false;
-  const Time now = steady_clock::now();
-  if (current_->is_sent && now - current_->beaten > kBeatPatience) return false;  // too late
-  current_->beaten = now;
+  current_->hold.heard(replay::sinceBoot(), true);
+  if (!current_->hold.isHeld(replay::sinceBoot())) return false;  // it was let go before
   if (!current_->is_sent) send();
   return true;
 }
@@ -174,11 +175,10 @@ void ReplayKeeper::tick(Time now) {
 /// With the lock held.
 std::string ReplayKeeper::whyStop(Time now) const {
   const Start& start = current_->start;
-  const auto silent = now - current_->beaten;
-  if (start.is_held && current_->is_sent && silent > kBeatPatience) {
+  if (start.is_held && current_->is_sent && !current_->hold.isHeld(replay::sinceBoot())) {
     return "the button was released";
   }
-  if (start.is_held && !current_->is_sent && silent > kHoldPatience) {
+  if (start.is_held && !current_->is_sent && now - current_->asked > kHoldPatience) {
     return "nobody held the button";
   }
   const bool is_alone = start.moves && !surroundings_.is_listening(start.session);

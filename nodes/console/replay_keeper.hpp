@@ -14,6 +14,7 @@
 #include "nodes/console/play_wish.hpp"
 #include "nodes/console/player_link.hpp"
 #include "nodes/console/task_thread.hpp"
+#include "replay/motion/hold_to_run.hpp"
 
 namespace afterglow::nodes {
 
@@ -21,8 +22,7 @@ namespace afterglow::nodes {
 /// the player again and again until it is.
 class ReplayKeeper {
  public:
-  static constexpr std::chrono::milliseconds kBeatPatience{300};  ///< without POST /api/hold
-  static constexpr std::chrono::seconds kHoldPatience{30};        ///< for the first one
+  static constexpr std::chrono::seconds kHoldPatience{30};  ///< for the first POST /api/hold
 
   struct Surroundings {
     /// Whether a page of this session listens to events.
@@ -34,7 +34,7 @@ class ReplayKeeper {
     PlayWish wish;
     std::string session;
     bool moves = false;
-    bool is_held = false;         ///< goes out with the first beat, ends with the last
+    bool is_held = false;         ///< goes out when the button is held, ends with that
     std::uint64_t after_stop = 0;  ///< stopCount() when it was asked for: a stop since forbids it
   };
   /// For people.
@@ -59,7 +59,8 @@ class ReplayKeeper {
 
   /// Waits until the player has begun or refused, up to 3 s. Throws HttpError 409 with its words.
   void start(const Start& start);
-  /// The button is held. Whether it holds a replay.
+  /// The page's button is pressed, which a page says again and again (hold_to_run.hpp). Whether it
+  /// holds a replay.
   bool beat(const std::string& session);
   /// Whatever is replayed, by whomever it was started. False: the player does not hear it.
   bool stop(const std::string& reason);
@@ -76,7 +77,8 @@ class ReplayKeeper {
     std::string goal;
     Start start;
     bool is_sent = false;
-    Time beaten{};       ///< last; before it is sent: when it was asked for
+    Time asked{};           ///< when it was asked for
+    replay::HoldToRun hold;  ///< by the page's button
     std::string reason;  ///< it is being stopped
     Time canceled{};     ///< last
   };

@@ -88,7 +88,8 @@ replay::SteadyTime GuardNode::step() {
     const std::lock_guard<std::mutex> lock(mutex_);
     for (auto& player : players_) {
       if (player.second.step(replay::sinceBoot())) {
-        begun.push_back({player.second.account(), player.second.answer()});
+        begun.push_back({player.second.name() + ": " + player.second.account(),
+                         player.second.answer()});
       }
       next = std::min(next, player.second.deadline());
     }

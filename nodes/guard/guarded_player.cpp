@@ -37,7 +37,7 @@ void GuardedPlayer::know(const GuardOutputs& outputs, const Publishers& publishe
                          replay::SteadyTime now) {
   id_ = outputs.player;
   name_ = outputs.name;
-  is_beside_ = !outputs.machine.empty() && outputs.machine == machineName();
+  is_beside_ = is_beside_ || (!outputs.machine.empty() && outputs.machine == machineName());
   version_ = outputs.version;
   publishers_ = publishers;
   last_heard_ = now;
@@ -114,7 +114,7 @@ std::string GuardedPlayer::account() const {
       unheard += " " + topic;
     }
   }
-  return name_ + ": " + watch_.reason() + ": " +
+  return watch_.reason() + ": " +
          (heard > 0 ? "the robot is being stopped" : "the robot is NOT stopped") +
          (unheard.empty() ? "" : "; nobody hears the stop on" + unheard);
 }

@@ -1,5 +1,5 @@
 /// \file
-/// One player that the guard on the robot watches. C++14 (guard_messages.hpp).
+/// What a guard knows of one player. C++14 (guard_messages.hpp).
 #pragma once
 
 #include <ros/ros.h>
@@ -18,14 +18,16 @@
 namespace afterglow {
 namespace nodes {
 
-/// Whether it lives, and what stops the robot if it does not. Times are replay::sinceBoot(). One
-/// thread at a time.
+/// Whether it lives, what it has in motion, and how that is stopped: in the watchdog beside it and in
+/// the guard on the robot alike. Times are replay::sinceBoot(). One thread at a time.
 class GuardedPlayer {
  public:
   /// By topic.
   using Publishers = std::map<std::string, ros::Publisher>;
 
-  GuardedPlayer() : watch_(replay::HeartbeatWatch::Options()) {}
+  /// `is_beside`: on this machine, in the same network; else its outputs say where it is.
+  explicit GuardedPlayer(bool is_beside = false)
+      : watch_(replay::HeartbeatWatch::Options()), is_beside_(is_beside) {}
 
   /// A publisher for every output; those that are known already are kept. Asks the master, which
   /// may take long.
@@ -33,29 +35,32 @@ class GuardedPlayer {
                               const Publishers& known);
   void know(const GuardOutputs& outputs, const Publishers& publishers, replay::SteadyTime now);
   const Publishers& publishers() const { return publishers_; }
+  const std::string& name() const { return name_; }
   std::uint32_t version() const { return version_; }
 
   /// To be answered.
   void hear(const GuardBeat& beat, replay::SteadyTime now);
   GuardAnswer answer() const;
 
-  /// The robot has to stop, for another reason than the player's silence.
+  /// The robot has to stop, for another reason than the player's silence. Nothing if it stands.
   void stop(replay::SteadyTime now, const std::string& reason) { watch_.stop(now, reason); }
   /// To be called after each of these, and at deadline(): publishes the stops that are due. Returns
   /// true when it has begun to stop the robot.
   bool step(replay::SteadyTime now);
   replay::SteadyTime deadline() const { return watch_.deadline(); }
   bool isBraking() const;
-  /// What it did: a sentence, "/player: why: the robot is being stopped".
+  /// It has ended, or what it had in motion was stopped.
+  bool isOver() const { return watch_.isOver(); }
+  /// What was done: a sentence, "why: the robot is being stopped".
   std::string account() const;
   /// It has ended, or has not been heard of for long.
   bool isGone(replay::SteadyTime now) const;
 
  private:
   replay::HeartbeatWatch watch_;
+  bool is_beside_;
   std::uint64_t id_ = 0;
   std::string name_;
-  bool is_beside_ = false;
   std::uint32_t version_ = 0;
   Publishers publishers_;
   std::vector<std::pair<std::string, StopMessage>> stops_;  ///< by output: its topic, its stop

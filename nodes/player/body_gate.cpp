@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "nodes/player/live_pose.hpp"
+#include "nodes/player/robot_guard.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/state_validity.hpp"
 #include "replay/motion/goal_book.hpp"

@@ -16,22 +16,18 @@
 namespace afterglow::nodes {
 namespace {
 
-using nlohmann::json;
-
 constexpr const char* kProgram = "afterglow_replay_guard";
 constexpr double kEndPatience = 2;  // s
-/// Beats without an answer: the watchdog hangs.
-constexpr int kMostUnanswered = 25;
 
 }  // namespace
 
 std::string guardName() { return ros::this_node::getName() + "_guard"; }
 
-GuardProcess::GuardProcess() : GuardProcess(GuardLink::makePair()) {}
-
-GuardProcess::GuardProcess(const std::pair<int, int>& ends) : link_(ends.first) {
-  const GuardLink other(ends.second);
-  start(ends.second);
+GuardProcess::GuardProcess() {
+  const auto [ours, its] = GuardSocket::makePair();
+  socket_.emplace(ours);
+  const GuardSocket other(its);
+  start(its);
 }
 
 void GuardProcess::start(int its_end) {
@@ -51,7 +47,7 @@ void GuardProcess::start(int its_end) {
 }
 
 GuardProcess::~GuardProcess() {
-  end();
+  socket_.reset();
   const Deadline deadline = deadlineIn(kEndPatience);
   while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
     if (std::chrono::steady_clock::now() > deadline) ::kill(pid_, SIGKILL);
@@ -59,57 +55,11 @@ GuardProcess::~GuardProcess() {
   }
 }
 
-void GuardProcess::tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) {
-  for (std::uint32_t output = 0; output < outputs.size(); ++output) tellOutput(outputs, output);
-  send({{"kind", "ready?"}});
-}
-
-void GuardProcess::tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
-                              std::uint32_t changed) {
-  const auto& [channel, stop, may_be_unheard] = outputs[changed];
-  send({{"kind", "output"},
-        {"index", changed},
-        {"topic", channel.topic},
-        {"type", channel.type},
-        {"md5", channel.md5},
-        {"definition", channel.definition},
-        {"stop", json::binary(stop)},
-        {"may_be_unheard", may_be_unheard}});
-}
-
-void GuardProcess::beat(const replay::Outputs& moving, std::int64_t patience_ns) {
-  if (!is_ready_) return;  // it is busy getting there
-  send({{"kind", "beat"},
-        {"moving", moving},
-        {"patience_ns", patience_ns},
-        {"sent_ns", replay::sinceBoot().ns}});
-  if (++unanswered_ > kMostUnanswered) lose("the watchdog does not answer");
-}
-
-void GuardProcess::stop() { send({{"kind", "stop"}}); }
-
-void GuardProcess::end() { send({{"kind", "end"}}); }
-
-void GuardProcess::send(const json& message) {
-  if (!link_.send(message)) lose("the watchdog is gone");
-}
-
-void GuardProcess::listen() {
-  while (const auto message = link_.receive()) {
-    const std::string kind = message->at("kind");
-    if (kind == "ready") {
-      is_ready_ = true;
-    } else if (kind == "beat") {
-      unanswered_ = 0;
-    } else if (kind == "braking") {
-      lose("the watchdog stopped the robot: " + message->at("reason").get<std::string>());
-    }
+GuardAnswer GuardProcess::answer() {
+  for (GuardSocket::Packet packet; !(packet = socket_->receive()).empty();) {
+    GuardSocket::read(packet, answer_);
   }
-  if (link_.isClosed()) lose("the watchdog is gone");
-}
-
-void GuardProcess::lose(const std::string& reason) {
-  if (lost_.empty()) lost_ = reason;
+  return answer_;
 }
 
 }  // namespace afterglow::nodes

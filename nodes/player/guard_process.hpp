@@ -1,14 +1,13 @@
 /// \file
-/// The watchdog beside the player, a process of its own: afterglow_replay_guard (replay_guard.hpp).
+/// The way to the watchdog beside the player, a process of its own: afterglow_replay_guard.
 #pragma once
 
 #include <sys/types.h>
 
-#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
-#include <vector>
 
-#include "nodes/player/guard_link.hpp"
+#include "nodes/guard/guard_socket.hpp"
 #include "nodes/player/watchdog.hpp"
 
 namespace afterglow::nodes {
@@ -16,34 +15,25 @@ namespace afterglow::nodes {
 /// What the watchdog of this node is called.
 std::string guardName();
 
-class GuardProcess : public Watchdog {
+class GuardProcess : public GuardWay {
  public:
   /// Starts the program, which lies beside the running one. Throws std::runtime_error, one line.
   GuardProcess();
   /// Waits until it has ended, and ends it if that takes too long.
   ~GuardProcess() override;
 
-  void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) override;
-  void tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
-                  std::uint32_t changed) override;
-  void beat(const replay::Outputs& moving, std::int64_t patience_ns) override;
-  void stop() override;
-  void end() override;
-  void listen() override;
-  bool isReady() const override { return is_ready_; }
-  const std::string& whyLost() const override { return lost_; }
+  void send(const GuardOutputs& outputs) override { socket_->send(outputs); }
+  void send(const GuardBeat& beat) override { socket_->send(beat); }
+  GuardAnswer answer() override;
+  bool isOpen() override { return !socket_->isClosed(); }
+  bool isSure() const override { return true; }
 
  private:
-  GuardProcess(const std::pair<int, int>& ends);
   void start(int its_end);
-  void send(const nlohmann::json& message);
-  void lose(const std::string& reason);
 
-  GuardLink link_;
+  std::optional<GuardSocket> socket_;  ///< until the process has to end
   pid_t pid_ = -1;
-  int unanswered_ = 0;  ///< beats
-  bool is_ready_ = false;
-  std::string lost_;
+  GuardAnswer answer_;
 };
 
 }  // namespace afterglow::nodes

@@ -4,9 +4,14 @@
 
 #include <chrono>
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/player/guard_process.hpp"
+#include "nodes/player/robot_guard.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -16,6 +21,12 @@ constexpr std::chrono::nanoseconds kBeat(replay::kBeatPeriod);
 constexpr std::chrono::milliseconds kReadyLook(5);
 constexpr double kStartPatience = 15;  // s, on a machine that is busy
 constexpr double kNsPerMs = 1e6;
+
+/// Empty if there is no such file.
+std::string textOf(const char* path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 replay::SteadyTime steadyOf(std::chrono::steady_clock::time_point time) {
   return {std::chrono::nanoseconds(time.time_since_epoch()).count()};
@@ -31,9 +42,13 @@ GuardedSink::GuardedSink(const replay::PlayPlan& plan, replay::MessageSink& sink
       longest_stall_s_(longest_stall_s),
       clock_(clock, [this] { beat(); }),
       watch_(plan) {
+  auto process = std::make_unique<GuardProcess>();  // begins while the master is asked
   const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
-  if (RobotGuard::isThere(graph)) robot_guard_.emplace(graph);
-  for (Watchdog* watchdog : watchdogs()) watchdog->tellOutputs(watch_.outputs());
+  watchdogs_.emplace_back("the watchdog", std::move(process), graph);
+  if (RobotGuard::isThere(graph)) {
+    watchdogs_.emplace_back("the guard on the robot", std::make_unique<RobotGuard>(), graph);
+  }
+  tellOutputs();
   ticker_ = std::thread([this] { tick(); });
 }
 
@@ -44,13 +59,7 @@ GuardedSink::~GuardedSink() {
   }
   over_.notify_all();
   ticker_.join();
-  for (Watchdog* watchdog : watchdogs()) watchdog->end();
-}
-
-std::vector<Watchdog*> GuardedSink::watchdogs() {
-  std::vector<Watchdog*> all{&process_};
-  if (robot_guard_) all.push_back(&*robot_guard_);
-  return all;
+  for (Watchdog& watchdog : watchdogs_) watchdog.end();
 }
 
 /// Until it is known how long the watchdogs wait, nobody sleeps on the clock: it beats itself.
@@ -89,13 +98,19 @@ void GuardedSink::waitUntilReady(const std::function<bool()>& is_stopped) {
 
 /// Then it is also decided how long they wait.
 bool GuardedSink::isReady() {
-  for (Watchdog* watchdog : watchdogs()) {
-    if (!watchdog->isReady()) return false;
+  for (const Watchdog& watchdog : watchdogs_) {
+    if (!watchdog.isReady()) return false;
   }
   if (!longest_stall_s_ && !pulse_.jitter.isKnown()) return false;
+  pulse_.machine = {pulse_.jitter.lateness(),
+                    replay::waitingPart(textOf("/proc/pressure/cpu"), textOf("/proc/loadavg"),
+                                        std::thread::hardware_concurrency())};
+  if (const std::string why = replay::whyTooLate(pulse_.machine); !longest_stall_s_ && !why.empty()) {
+    throw std::runtime_error("motion is refused: " + why);
+  }
   pulse_.is_settled = true;
   pulse_.patience_ns = longest_stall_s_ ? std::llround(*longest_stall_s_ * 1e9)
-                                        : replay::patienceBeside(pulse_.jitter.lateness());
+                                        : replay::patienceBeside(pulse_.machine);
   return true;
 }
 
@@ -103,12 +118,14 @@ replay::PlayGuards GuardedSink::guards() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   replay::PlayGuards guards;
   guards.patience_ms = static_cast<double>(pulse_.patience_ns) / kNsPerMs;
-  guards.lateness_ms = static_cast<double>(pulse_.jitter.lateness()) / kNsPerMs;
-  if (robot_guard_) {
-    const auto patience_ns = robot_guard_->patience(pulse_.patience_ns);
+  guards.lateness_ms = static_cast<double>(pulse_.machine.woken_ns) / kNsPerMs;
+  guards.waiting = pulse_.machine.waiting;
+  if (watchdogs_.size() > 1) {
+    const Watchdog& guard = watchdogs_.back();
+    const auto patience_ns = guard.patience(pulse_.patience_ns);
     guards.on_robot = replay::PlayGuards::OnRobot{
         robotGuardName(), static_cast<double>(patience_ns) / kNsPerMs,
-        static_cast<double>(robot_guard_->longestGapNs()) / kNsPerMs, !robot_guard_->isBeside()};
+        static_cast<double>(guard.longestGapNs()) / kNsPerMs, !guard.isBeside()};
   }
   return guards;
 }
@@ -122,7 +139,7 @@ bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& b
     listen();
     lookAtOwnPulse();
     change = watch_.sending(channel, bytes);
-    if (change.has_other_stop) tellOutput(change.output);
+    if (change.has_other_stop) tellOutputs();
     // Before the robot is told to move, so that there is no moment in between.
     if (change.has_changed) sendBeat();
     if (change.is_motion && !lost_.empty()) throw std::runtime_error(lost_);
@@ -136,7 +153,7 @@ bool GuardedSink::publish(const replay::Channel& channel, const replay::Bytes& b
 
 void GuardedSink::brake() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (Watchdog* watchdog : watchdogs()) watchdog->stop();
+  for (Watchdog& watchdog : watchdogs_) watchdog.stop();
 }
 
 void GuardedSink::goalEnded(const std::string& id) {
@@ -165,9 +182,7 @@ void GuardedSink::beat() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     const std::optional<double> gap = gap_ && !watch_.moving().empty() ? gap_() : std::nullopt;
-    if (gap) {
-      for (const std::uint32_t output : watch_.gapMeasured(*gap)) tellOutput(output);
-    }
+    if (gap && watch_.gapMeasured(*gap)) tellOutputs();
     listen();
     lookAtOwnPulse();
     sendBeat();
@@ -177,20 +192,20 @@ void GuardedSink::beat() {
   on_lost_(reason);
 }
 
-void GuardedSink::tellOutput(std::uint32_t output) {
-  for (Watchdog* watchdog : watchdogs()) watchdog->tellOutput(watch_.outputs(), output);
+void GuardedSink::tellOutputs() {
+  for (Watchdog& watchdog : watchdogs_) watchdog.tellOutputs(watch_.outputs());
 }
 
 void GuardedSink::sendBeat() {
   pulse_.last_beat = replay::sinceBoot();
   if (!lost_.empty()) return;
-  for (Watchdog* watchdog : watchdogs()) watchdog->beat(watch_.moving(), pulse_.patience_ns);
+  for (Watchdog& watchdog : watchdogs_) watchdog.beat(watch_.moving(), pulse_.patience_ns);
 }
 
 void GuardedSink::listen() {
-  for (Watchdog* watchdog : watchdogs()) {
-    watchdog->listen();
-    if (!watchdog->whyLost().empty()) lose(watchdog->whyLost());
+  for (Watchdog& watchdog : watchdogs_) {
+    watchdog.listen();
+    if (!watchdog.whyLost().empty()) lose(watchdog.whyLost());
   }
 }
 
@@ -198,8 +213,8 @@ void GuardedSink::listen() {
 void GuardedSink::lookAtOwnPulse() {
   const std::int64_t gap_ns = replay::sinceBoot().ns - pulse_.last_beat.ns;
   if (pulse_.is_settled && !watch_.moving().empty() && gap_ns > pulse_.patience_ns) {
-    lose(fmt::format("the player, or its machine, stood still for {:.0f} ms in motion",
-                     static_cast<double>(gap_ns) / kNsPerMs));
+    lose(fmt::format("the player, or its machine, stood still for {:.0f} ms in motion {}",
+                     static_cast<double>(gap_ns) / kNsPerMs, replay::kAllowsMore));
   }
 }
 
@@ -207,7 +222,7 @@ void GuardedSink::lookAtOwnPulse() {
 void GuardedSink::lose(const std::string& reason) {
   if (!lost_.empty()) return;
   lost_ = reason;
-  for (Watchdog* watchdog : watchdogs()) watchdog->stop();
+  for (Watchdog& watchdog : watchdogs_) watchdog.stop();
 }
 
 }  // namespace afterglow::nodes

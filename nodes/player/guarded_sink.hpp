@@ -5,14 +5,13 @@
 
 #include <condition_variable>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
-#include "nodes/player/guard_process.hpp"
-#include "nodes/player/robot_guard.hpp"
+#include "nodes/player/watchdog.hpp"
 #include "replay/clock/beating_clock.hpp"
 #include "replay/motion/motion_watch.hpp"
 #include "replay/motion/patience.hpp"
@@ -63,18 +62,18 @@ class GuardedSink : public replay::MessageSink {
   void tick();
   void beat();
   // With the lock held:
-  void tellOutput(std::uint32_t output);
+  void tellOutputs();
   void sendBeat();
   void listen();
   void lookAtOwnPulse();
   bool isReady();
   void lose(const std::string& reason);
-  std::vector<Watchdog*> watchdogs();
 
   /// Its own, as the watchdogs see it.
   struct Pulse {
     replay::BeatJitter jitter;
     bool is_settled = false;  ///< it is known how long the watchdogs wait
+    replay::MachineLateness machine;  ///< as it was then
     std::int64_t patience_ns = 0;
     replay::SteadyTime last_beat;
   };
@@ -86,8 +85,7 @@ class GuardedSink : public replay::MessageSink {
   mutable std::mutex mutex_;
   replay::MotionWatch watch_;
   std::function<std::optional<double>()> gap_;
-  std::optional<RobotGuard> robot_guard_;
-  GuardProcess process_;
+  std::vector<Watchdog> watchdogs_;  ///< beside the player, and on the robot if one runs there
   Pulse pulse_;
   std::string lost_;  ///< why motion is not watched any more
   bool has_told_ = false, has_moved_ = false;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/clock/steady_time.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -39,8 +40,10 @@ HoldButton::HoldButton(const HoldButtonOptions& options, std::function<void(bool
       spinner_(1, &queue_) {
   node_.setCallbackQueue(&queue_);
   // Not the latest alone: a short release must not be lost.
-  subscriber_ = node_.subscribe<sensor_msgs::Joy>(
-      options_.topic, 20, [this](const auto& joy) { onJoy(*joy); });
+  ros::SubscribeOptions subscription;
+  subscription.initByFullCallbackType<const Event&>(
+      options_.topic, 20, [this](const Event& event) { onJoy(event); });
+  subscriber_ = node_.subscribe(subscription);
   timer_ = node_.createSteadyTimer(ros::WallDuration(kHoldLook),
                                  [this](const auto&) { tellChange(); });
   spinner_.start();
@@ -52,11 +55,14 @@ HoldButton::~HoldButton() {
   spinner_.stop();
 }
 
-void HoldButton::onJoy(const sensor_msgs::Joy& joy) {
+/// What a replay publishes itself holds nothing.
+void HoldButton::onJoy(const Event& event) {
+  if (event.getPublisherName() == ros::this_node::getName()) return;
+  const sensor_msgs::Joy& joy = *event.getMessage();
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     has_button_ = options_.button < joy.buttons.size();
-    hold_.heard(clock_.now(), has_button_ && joy.buttons[options_.button] != 0);
+    hold_.heard(replay::sinceBoot(), has_button_ && joy.buttons[options_.button] != 0);
   }
   tellChange();
 }
@@ -65,8 +71,8 @@ void HoldButton::tellChange() {
   bool is_held = false, is_silent = false;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    is_held = hold_.isHeld(clock_.now());
-    is_silent = hold_.hasFallenSilent(clock_.now());
+    is_held = hold_.isHeld(replay::sinceBoot());
+    is_silent = hold_.hasFallenSilent(replay::sinceBoot());
     if (std::exchange(was_held_, is_held) == is_held) return;
   }
   on_change_(is_held);
@@ -79,19 +85,19 @@ void HoldButton::tellChange() {
 
 bool HoldButton::isHeld() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return hold_.isHeld(clock_.now());
+  return hold_.isHeld(replay::sinceBoot());
 }
 
 bool HoldButton::isHeldSteadily() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return hold_.isHeldSteadily(clock_.now());
+  return hold_.isHeldSteadily(replay::sinceBoot());
 }
 
 /// Why nobody could hold it; empty: somebody could.
 std::string HoldButton::whyNot() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!has_button_) return "there is no " + named_;
-  if (hold_.hasFallenSilent(clock_.now())) {
+  if (hold_.hasFallenSilent(replay::sinceBoot())) {
     return named_ +
            " was held, but its joystick fell silent (joy_node repeats itself with "
            "_autorepeat_rate:=20)";

@@ -11,7 +11,6 @@
 #include <mutex>
 #include <string>
 
-#include "replay/clock/clock.hpp"
 #include "replay/motion/hold_to_run.hpp"
 
 namespace afterglow::nodes {
@@ -41,7 +40,8 @@ class HoldButton {
   void waitUntilHeld(const std::function<bool()>& is_stopped);
 
  private:
-  void onJoy(const sensor_msgs::Joy& joy);
+  using Event = ros::MessageEvent<const sensor_msgs::Joy>;
+  void onJoy(const Event& event);
   void tellChange();
   bool isHeldSteadily();
   std::string whyNot();
@@ -49,7 +49,6 @@ class HoldButton {
   const HoldButtonOptions options_;
   const std::string named_;  ///< "button 10 of /joy"
   const std::function<void(bool)> on_change_;
-  const replay::SteadyClock clock_;
   std::mutex mutex_;
   replay::HoldToRun hold_;
   bool has_button_ = true;  ///< so have the messages

@@ -484,7 +484,7 @@ std::vector<PlayOption> theRobotsSafety() {
           }),
       member("longest_stall", range("SECONDS", 0.04, 10),
              "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
-             "10; default: 0.06 to 0.15, by how late this machine is",
+             "10; default: 0.06 to 0.15, by how late and busy this machine is",
              [](Request& r) -> auto& { return r.body.longest_stall_s; }),
       row("rules", text("FILE"), "Rules for fields, topics and what stops them, a YAML file",
           [](Request& r, const OptionTexts& texts) {

@@ -1,22 +1,16 @@
 /// \file
-/// The player's side of the guard on the robot (nodes/guard/): finds it, tells it what is in
-/// motion, and hears whether it is there.
+/// The way to the guard on the robot (nodes/guard/), and whether there is one.
 #pragma once
 
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <cstdint>
-#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "nodes/guard/guard_messages.hpp"
 #include "nodes/player/watchdog.hpp"
 #include "nodes/tools/ros_graph.hpp"
-#include "replay/motion/patience.hpp"
 
 namespace afterglow::nodes {
 
@@ -29,58 +23,29 @@ extern const char* const kNoRobotGuard;
 /// Guards stop robots, they do not drive them: this node's watchdog, and the guard on the robot.
 bool isGuard(const std::string& node);
 
-class RobotGuard : public Watchdog {
+/// Topics (guard_messages.hpp).
+class RobotGuard : public GuardWay {
  public:
   /// Whether it runs and answers. Takes at most half a second.
   static bool isThere(const RosGraph& graph);
 
-  /// `graph` says who hears the outputs.
-  explicit RobotGuard(const RosGraph& graph);
+  RobotGuard();
   ~RobotGuard() override;
-  RobotGuard(const RobotGuard&) = delete;
-  RobotGuard& operator=(const RobotGuard&) = delete;
 
-  void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) override;
-  void tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
-                  std::uint32_t changed) override;
-  /// Beside the player it is as patient as is asked for; over a network as patience() says.
-  void beat(const replay::Outputs& moving, std::int64_t patience_ns) override;
-  void stop() override;
-  void end() override;
-  void listen() override;
-  bool isReady() const override { return is_ready_; }
-  const std::string& whyLost() const override { return lost_; }
-
-  /// After isReady(), which comes when the link has been measured.
-  bool isBeside() const { return answer_.is_beside != 0; }
-  /// Until it stops the robot, if `patience_ns` is asked for.
-  std::int64_t patience(std::int64_t patience_ns) const;
-  /// Between two beats, as they got there.
-  std::int64_t longestGapNs() const { return answer_.longest_gap_us * std::int64_t{1000}; }
+  void send(const GuardOutputs& outputs) override { outputs_.publish(outputs); }
+  void send(const GuardBeat& beat) override;
+  GuardAnswer answer() override;
+  bool isOpen() override;
+  bool isSure() const override { return false; }
 
  private:
-  void send(const replay::Outputs& moving, std::int64_t patience_ns, bool stops, bool ends);
-  void sendOutputs();
-  void sendOutputsIfDue();
-  bool isHeard() const;
-  bool isConnected();
-  bool isMeasured();
-  void lose(const std::string& reason);
-
-  const RosGraph graph_;
-  GuardOutputs outputs_;
-  std::uint32_t count_ = 0, first_answered_ = 0;  ///< of beats
-  std::optional<Deadline> resend_at_, connected_by_;
-  std::int64_t afar_ns_ = 0;  ///< its patience over a network, as measured
-  bool is_ready_ = false;
-  std::string lost_;
-  GuardAnswer answer_;  ///< the latest that was taken in
-
-  std::mutex mutex_;     ///< for what follows
-  GuardAnswer arrived_;  ///< the latest
+  bool was_found_ = false;
+  std::mutex mutex_;          ///< for what follows
+  std::uint64_t player_ = 0;  ///< whose beats were sent
+  GuardAnswer arrived_;       ///< the latest to it
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
-  ros::Publisher outputs_topic_, beats_;
+  ros::Publisher outputs_, beats_;
   ros::Subscriber answers_;
   ros::AsyncSpinner spinner_{1, &queue_};  ///< last: it uses all of the above
 };

@@ -1,42 +1,87 @@
 /// \file
-/// A watchdog of a replay as its player sees it: the process beside it (guard_process.hpp), and the
-/// guard on the robot (robot_guard.hpp). It stops what is in motion when the player is gone.
+/// A guard as its player sees it: the watchdog beside it (guard_process.hpp), or the guard on the
+/// robot (robot_guard.hpp). It stops what is in motion when the player is gone.
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "nodes/guard/guard_messages.hpp"
+#include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/motion_watch.hpp"
+#include "replay/motion/patience.hpp"
 
 namespace afterglow::nodes {
 
-/// One thread at a time. What it is told is sent at once and never blocks.
+/// The way to a guard and back. What is sent is sent at once and never blocks. One thread at a time.
+class GuardWay {
+ public:
+  virtual ~GuardWay() = default;
+  GuardWay() = default;
+  GuardWay(const GuardWay&) = delete;
+  GuardWay& operator=(const GuardWay&) = delete;
+
+  virtual void send(const GuardOutputs& outputs) = 0;
+  virtual void send(const GuardBeat& beat) = 0;
+  /// The latest to the player whose beats were sent.
+  virtual GuardAnswer answer() = 0;
+  /// False: the guard was there, and is gone.
+  virtual bool isOpen() = 0;
+  /// False: outputs may be lost, and are not sent with every change.
+  virtual bool isSure() const = 0;
+};
+
+/// What is told to a guard, and what it answers. One thread at a time.
 class Watchdog {
  public:
-  virtual ~Watchdog() = default;
-  Watchdog() = default;
-  Watchdog(const Watchdog&) = delete;
-  Watchdog& operator=(const Watchdog&) = delete;
+  /// `name`: for people. `graph` says who hears the outputs.
+  Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph);
 
-  /// What stops the outputs: all that there are, once; later whenever one of them has changed.
-  virtual void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) = 0;
-  virtual void tellOutput(const std::vector<replay::MotionWatch::Output>& outputs,
-                          std::uint32_t changed) = 0;
-  /// The player lives, and these outputs are in motion. Without another beat within `patience_ns`
-  /// they are stopped.
-  virtual void beat(const replay::Outputs& moving, std::int64_t patience_ns) = 0;
-  /// The robot has to stop now.
-  virtual void stop() = 0;
+  /// What stops the outputs: whenever one of them has changed.
+  void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs);
+  /// The player lives, and these outputs are in motion. Without another beat within
+  /// patience(`patience_ns`) they are stopped.
+  void beat(const replay::Outputs& moving, std::int64_t patience_ns);
+  /// The robot has to stop now. Whatever was in motion: the guard knows.
+  void stop() { send({}, patience(0), true, false); }
   /// All is over, and the robot stands.
-  virtual void end() = 0;
+  void end() { send({}, patience(0), false, true); }
 
   /// Takes in what it has answered. Before isReady() and whyLost().
-  virtual void listen() = 0;
-  /// It is connected to whoever listens on the outputs.
-  virtual bool isReady() const = 0;
+  void listen();
+  /// It is connected to whoever listens on the outputs, and the link has been measured.
+  bool isReady() const { return is_ready_; }
   /// Why it watches no more: a clause. Empty: it does.
-  virtual const std::string& whyLost() const = 0;
+  const std::string& whyLost() const { return lost_; }
+
+  /// After isReady().
+  bool isBeside() const { return answer_.is_beside != 0; }
+  /// Beside the player it is as patient as is asked for; over a network as was measured, too.
+  std::int64_t patience(std::int64_t patience_ns) const;
+  /// Between two beats, as they got there.
+  std::int64_t longestGapNs() const { return answer_.longest_gap_us * std::int64_t{1000}; }
+
+ private:
+  void send(const replay::Outputs& moving, std::int64_t patience_ns, bool stops, bool ends);
+  void sendOutputsIfDue();
+  bool isHeard() const;
+  bool isConnected();
+  bool isMeasured();
+  void lose(const std::string& reason);
+
+  std::string name_;
+  std::unique_ptr<GuardWay> way_;
+  RosGraph graph_;
+  GuardOutputs outputs_;
+  std::uint32_t count_ = 0, first_answered_ = 0;  ///< of beats
+  std::optional<Deadline> resend_at_, connected_by_;
+  std::int64_t afar_ns_ = 0;  ///< its patience over a network, as measured
+  bool is_ready_ = false;
+  std::string lost_;
+  GuardAnswer answer_;  ///< the latest that was taken in
 };
 
 }  // namespace afterglow::nodes

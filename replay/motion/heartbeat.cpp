@@ -40,7 +40,8 @@ void HeartbeatWatch::brake(SteadyTime now) {
 
 void HeartbeatWatch::stopForSilence(SteadyTime now) {
   stop(now, "the player was silent for more than " +
-                std::to_string(options_.longest_silence_ns / 1000000) + " ms in motion");
+                std::to_string(options_.longest_silence_ns / 1000000) + " ms in motion " +
+                kAllowsMore);
 }
 
 void HeartbeatWatch::end() {

@@ -12,6 +12,9 @@
 namespace afterglow {
 namespace replay {
 
+/// What helps a player that cannot help being late: the option, and the parameter of player_node.
+constexpr const char* kAllowsMore = "(--longest-stall, ~longest_stall allows more)";
+
 /// Outputs are known by number: who watches knows what stops each of them.
 using Outputs = std::set<std::uint32_t>;
 

@@ -2,18 +2,17 @@
 /// A button that has to be held for the robot to move: hold-to-run, as ISO 10218-1 calls it.
 #pragma once
 
-#include <cstdint>
-
-#include "replay/clock/clock.hpp"
+#include "replay/clock/steady_time.hpp"
 
 namespace afterglow::replay {
 
 /// Held is a button that was pressed anew since this object was made, or since the hold was lost,
 /// and of which news has come within 0.3 s. A joystick that falls silent has let go: whoever held
-/// it has to press anew. One thread.
+/// it has to press anew. So does a page of the console, whose button is fed by what it posts. Times
+/// are sinceBoot(): a hold does not outlive a computer's sleep. One thread.
 class HoldToRun {
  public:
-  /// What the joystick says of the button.
+  /// The joystick, or the page, says whether the button is pressed.
   void heard(SteadyTime now, bool is_pressed);
 
   bool isHeld(SteadyTime now) const;

@@ -56,16 +56,15 @@ void MotionWatch::watchAction(const PlannedTopic& topic, const MotionStop& stop)
   }
   const auto halt = haltChannel(channel);
   if (halt && maker.hasMessage()) {
-    action.halt = addOutput(*halt, haltMessage(), true);
+    action.halt = addOutput(*halt, haltMessage());
     stops_.insert({halt->topic, {channel.topic, *action.halt}});
   }
   if (isGripperGoal(channel) && stop.rule.empty()) action.hold = addOutput(channel, {});
   actions_.emplace(channel.topic, std::move(action));
 }
 
-MotionWatch::Index MotionWatch::addOutput(const Channel& channel, Bytes stop,
-                                          bool may_be_unheard) {
-  outputs_.push_back({channel, std::move(stop), may_be_unheard});
+MotionWatch::Index MotionWatch::addOutput(const Channel& channel, Bytes stop) {
+  outputs_.push_back({channel, std::move(stop)});
   return static_cast<Index>(outputs_.size() - 1);
 }
 
@@ -81,7 +80,6 @@ MotionWatch::Change MotionWatch::sending(const Channel& channel, const Bytes& by
 
 void MotionWatch::command(const Command& to, const Bytes& bytes, Change& change) {
   Bytes stop = to.stop.after(bytes);
-  change.output = to.output;
   change.is_motion = !to.stop.isNeutral(bytes);
   change.has_changed = setMoving(to.output, change.is_motion) || change.has_changed;
   change.has_other_stop = stop != outputs_[to.output].stop;
@@ -91,7 +89,6 @@ void MotionWatch::command(const Command& to, const Bytes& bytes, Change& change)
 void MotionWatch::openGoal(const std::string& topic, Action& action, const Bytes& bytes,
                            Change& change) {
   const std::string id = stringAt(action.goal, bytes, "goal_id.id");
-  change.output = action.cancel.value_or(0);
   change.is_motion = true;
   action.is_aborted = false;
   action.open.insert(id);
@@ -124,19 +121,19 @@ void MotionWatch::stopped(const std::string& topic, const Bytes& bytes, Change& 
   if (begin != end) change.has_changed = lookAtGoals() || change.has_changed;
 }
 
-std::vector<std::uint32_t> MotionWatch::gapMeasured(double gap) {
+bool MotionWatch::gapMeasured(double gap) {
   constexpr double kOtherGap = 0.0005;  // m
-  std::vector<std::uint32_t> changed;
+  bool has_changed = false;
   for (auto& [topic, action] : actions_) {
     const bool is_known = action.gap && std::abs(*action.gap - gap) < kOtherGap;
     if (!action.hold || is_known || !goals_.isOpen(topic) || !std::isfinite(gap)) continue;
     Output& hold = outputs_[*action.hold];
     hold.stop = gapGoal(hold.channel, action.last, gap);
     action.gap = gap;
-    changed.push_back(*action.hold);
+    has_changed = true;
   }
-  if (!changed.empty()) lookAtGoals();
-  return changed;
+  if (has_changed) lookAtGoals();
+  return has_changed;
 }
 
 MotionWatch::End MotionWatch::goalEnded(const std::string& id) {

@@ -28,7 +28,6 @@ class MotionWatch {
   struct Output {
     Channel channel;
     Bytes stop;
-    bool may_be_unheard = false;  ///< it is for controllers that need not be there
   };
   /// Throws MessageError for a definition that is none.
   explicit MotionWatch(const PlayPlan& plan);
@@ -38,8 +37,7 @@ class MotionWatch {
   struct Change {
     bool is_motion = false;       ///< this message sets something in motion
     bool has_changed = false;     ///< moving() has
-    bool has_other_stop = false;  ///< so has the output's stop message
-    std::uint32_t output = 0;
+    bool has_other_stop = false;  ///< so has an output's stop message
     /// To be sent instead: a gripper stops by a goal at its gap, not by a cancel.
     std::optional<Output> instead;
   };
@@ -52,8 +50,8 @@ class MotionWatch {
   };
   /// A goal's final status was seen, and is in the book.
   End goalEnded(const std::string& id);
-  /// The gripper's gap as measured now. Returns the outputs whose stop has changed.
-  std::vector<std::uint32_t> gapMeasured(double gap);
+  /// The gripper's gap as measured now. True if an output has another stop then.
+  bool gapMeasured(double gap);
   const Outputs& moving() const { return moving_; }
   /// Every goal that is sent is opened in it, every one that is canceled closed. Any thread.
   GoalBook& goals() { return goals_; }
@@ -80,7 +78,7 @@ class MotionWatch {
 
   void watch(const PlannedTopic& topic);
   void watchAction(const PlannedTopic& topic, const MotionStop& stop);
-  Index addOutput(const Channel& channel, Bytes stop, bool may_be_unheard = false);
+  Index addOutput(const Channel& channel, Bytes stop);
   void command(const Command& to, const Bytes& bytes, Change& change);
   void openGoal(const std::string& topic, Action& action, const Bytes& bytes, Change& change);
   void stopped(const std::string& topic, const Bytes& bytes, Change& change);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "replay/clock/steady_time.hpp"
 
@@ -29,8 +30,24 @@ class BeatJitter {
   int count_ = 0;
 };
 
-/// 60 ms on a machine that is on time, more on one that is late, 150 ms at most. ns.
-std::int64_t patienceBeside(std::int64_t lateness_ns);
+/// How late a machine is, before motion.
+struct MachineLateness {
+  std::int64_t woken_ns = 0;  ///< BeatJitter::lateness()
+  /// The part of the last minute, or of its last ten seconds if that is more, in which programs
+  /// waited for a processor: a player that is punctual while it waits may wait for them later.
+  double waiting = 0;
+};
+/// MachineLateness::waiting as the kernel tells it: the text of /proc/pressure/cpu; where that is
+/// missing, the text of /proc/loadavg and the number of processors. 0 to 1; 0 if neither is told.
+double waitingPart(const std::string& pressure, const std::string& load, unsigned processors);
+
+/// Nobody waits longer for a player on the same machine, unless that is asked for: at 1 m/s it is
+/// 0.15 m until the stop is sent.
+constexpr std::int64_t kMostPatienceBeside = 150'000'000;  // ns
+/// 60 ms on a machine that is on time and idle, more on one that is late or busy. ns.
+std::int64_t patienceBeside(const MachineLateness& machine);
+/// Why a machine would soon be taken for a player that hangs, and what helps; empty: it would not.
+std::string whyTooLate(const MachineLateness& machine);
 
 /// Whatever is asked for, nothing moves longer without a sign of a player that is somewhere else.
 constexpr std::int64_t kMostPatienceAfar = 1'000'000'000;  // ns

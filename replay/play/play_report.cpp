@@ -151,7 +151,9 @@ Json body(const PlayReport& report) {
 }
 
 Json guards(const PlayGuards& guards) {
-  Json json = {{"patience_ms", guards.patience_ms}, {"lateness_ms", guards.lateness_ms}};
+  Json json = {{"patience_ms", guards.patience_ms},
+               {"lateness_ms", guards.lateness_ms},
+               {"waiting", std::round(guards.waiting * 100) / 100}};
   if (guards.on_robot) {
     json["on_robot"] = {{"node", guards.on_robot->node},
                         {"patience_ms", guards.on_robot->patience_ms},
@@ -215,8 +217,9 @@ DriveSummary summaryOf(const BaseDriveReport& driven) {
 std::vector<std::string> toText(const PlayGuards& guards) {
   std::vector<std::string> lines{
       fmt::format("the watchdog stops the robot when the player is silent for {:.0f} ms in motion "
-                  "(this machine was up to {:.1f} ms late)",
-                  guards.patience_ms, guards.lateness_ms)};
+                  "(this machine was up to {:.1f} ms late, and programs waited for a processor "
+                  "{:.0f} % of the time)",
+                  guards.patience_ms, guards.lateness_ms, 100 * guards.waiting)};
   if (guards.on_robot) {
     lines.push_back(fmt::format(
         "the guard on the robot, {}, stops it after {:.0f} ms of silence ({}; heartbeats got there "

@@ -96,6 +96,7 @@ struct BodyEnd {
 struct PlayGuards {
   double patience_ms = 0;  ///< of the watchdog beside the player
   double lateness_ms = 0;  ///< how late this machine was before motion
+  double waiting = 0;      ///< the part of the last minute in which programs waited for it
   struct OnRobot {
     std::string node;
     double patience_ms = 0;
@@ -157,8 +158,9 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   waited_for_poses_s, waited_for_obstacles_s (if it did), lost}}; without worst, not_known,
 ///   base, distance_m, turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago where nothing is
 ///   known;
-/// - guards {patience_ms, lateness_ms, on_robot {node, patience_ms, longest_gap_ms, over_network}},
-///   on_robot only where a guard runs there, guards only where the body was to move;
+/// - guards {patience_ms, lateness_ms, waiting (for a processor, 0 to 1), on_robot {node, patience_ms,
+///   longest_gap_ms, over_network}}, on_robot only where a guard runs there, guards only where the
+///   body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
 /// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), stop (how its
 ///   motion is stopped; only of what moves), modality, published_as, rewritten [{field, rule,

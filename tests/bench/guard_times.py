@@ -6,14 +6,19 @@
 A recorded drive with an arm's motion is replayed by player_node; afterglow_guard runs where the robot
 is, which is this process: it hears velocities, goals and cancels. Once both are in motion, something
 ends. Prints for each case the time to the first zero velocity and to the first cancel, in ms, and what
-is promised; and how long a velocity was in force after the zero. Status 1: a promise was broken. The player
-"afar" runs in a network namespace, for which one has to be root. Needs the Python of ROS.
+is promised; and how long a velocity was in force after the zero. Status 1: a promise was broken. Before
+that: how large the watchdog beside a player is, and how soon after its start it knows what it may have
+to stop, and whoever listens there is connected to it. The player "afar" runs in a network namespace,
+for which one has to be root. Needs the Python of ROS.
 """
 import argparse
 import json
 import os
+import re
 import shutil
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -223,6 +228,49 @@ class Run:
                 pass
 
 
+def text(words):
+    words = words if isinstance(words, bytes) else words.encode()
+    return struct.pack('<I', len(words)) + words
+
+
+def start_watchdog(program):
+    """ms from its start until it knows what stops /cmd_vel and a cancel, and until all hear it; its MB."""
+    from actionlib_msgs.msg import GoalID
+    from geometry_msgs.msg import Twist
+    stops = ((ARM + '/cancel', GoalID, bytes(12)), ('/cmd_vel', Twist, bytes(48)))
+    outputs = b'o' + struct.pack('<Q', 1) + text('/measured') + text('') + struct.pack('<II', 1, len(stops))
+    for topic, kind, stop in stops:
+        outputs += text(topic) + text(kind._type) + text(kind._md5sum) + text(kind._full_text) + text(stop)
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    begin = time.monotonic()
+    watchdog = subprocess.Popen([program, '/measured_guard'], stdin=its)
+    its.close()
+    ours.send(outputs)
+    ours.recv(65536)
+    known = time.monotonic()
+    for count in range(1, 1000):
+        ours.send(b'b' + struct.pack('<QIQIBBI', 1, count, 0, 60, 0, 0, 0))
+        answer = ours.recv(65536)
+        if all(struct.unpack(f'<{len(stops)}I', answer[-4 * len(stops):])):
+            break
+        time.sleep(0.001)
+    heard = time.monotonic()
+    status = Path(f'/proc/{watchdog.pid}/status').read_text()
+    ours.close()
+    watchdog.wait()
+    return (known - begin) * 1e3, (heard - begin) * 1e3, int(re.search(r'VmRSS:\s+(\d+)', status)[1]) / 1024
+
+
+def print_watchdog(build):
+    program = build / 'bin/afterglow_replay_guard'
+    loaded = subprocess.run(['ldd', program], check=True, capture_output=True, text=True).stdout
+    starts = [start_watchdog(program) for _ in range(9)]
+    known, heard, memory = (sorted(values)[len(starts) // 2] for values in zip(*starts))
+    print(f'watchdog: {program.stat().st_size / 1000:.0f} kB, {len(loaded.splitlines())} libraries, '
+          f'{memory:.1f} MB; it knows its stops {known:.0f} ms after its start, and is heard after '
+          f'{heard:.0f} ms (median of {len(starts)})')
+
+
 def sleep_and_wake(run):
     run.signal(signal.SIGSTOP)
     threading.Timer(1.5, lambda: run.signal_quietly(signal.SIGCONT)).start()
@@ -290,6 +338,7 @@ def main():
             write_bag(folder / 'drive.bag')
             subprocess.run([world.build / 'bin/afterglow', 'import', folder / 'drive.bag', '--store',
                             world.store], check=True, stdout=subprocess.DEVNULL)
+            print_watchdog(world.build)
             print(f'{"ms":48}  zero cancel promised')
             for name, is_afar, act, promised in cases(network):
                 if options.cases and not any(word in name for word in options.cases):

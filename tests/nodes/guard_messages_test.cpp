@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "nodes/guard/guard_socket.hpp"
 #include "replay/messages/definitions.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
@@ -71,6 +72,38 @@ TEST(GuardMessages, areReadAsTheyWereWritten) {
   EXPECT_EQ(again.patience_ms, beat.patience_ms);
   EXPECT_EQ(again.stop, beat.stop);
   EXPECT_EQ(again.moving, beat.moving);
+}
+
+TEST(GuardSocket, keepsMessagesWholeAndShowsThatTheOtherSideIsGone) {
+  const auto [ours, its] = GuardSocket::makePair();
+  GuardSocket guard(its);
+  GuardOutputs told, heard;
+  GuardBeat beat;
+  {
+    GuardSocket player(ours);
+    told.outputs.resize(20, {"/cmd_vel", "geometry_msgs/Twist", "md5", std::string(3000, 'x'), {1}});
+    player.send(told);
+    beat.count = 7;
+    player.send(beat);
+  }
+  GuardSocket::Packet packet = guard.receive();
+  EXPECT_FALSE(GuardSocket::read(packet, beat));
+  ASSERT_TRUE(GuardSocket::read(packet, heard));
+  EXPECT_EQ(heard.outputs.size(), 20u);
+  EXPECT_EQ(heard.outputs.back().definition, told.outputs.back().definition);
+  packet = guard.receive();
+  EXPECT_TRUE(GuardSocket::read(packet, beat));
+  EXPECT_EQ(beat.count, 7u);
+  EXPECT_FALSE(guard.isClosed()) << "what was said last is heard first";
+  EXPECT_TRUE(guard.receive().empty());
+  EXPECT_TRUE(guard.isClosed());
+}
+
+TEST(GuardSocket, neverWaitsForOneThatDoesNotRead) {
+  const auto [ours, its] = GuardSocket::makePair();
+  GuardSocket guard(its), player(ours);
+  for (int i = 0; i < 10000; ++i) player.send(GuardBeat());
+  EXPECT_FALSE(player.isClosed()) << "beats are lost, and are not answered";
 }
 
 }  // namespace

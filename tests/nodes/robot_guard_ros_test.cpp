@@ -231,7 +231,8 @@ TEST_F(RobotGuard, stopsWhatMovesWhenItIsNotToldToGoOn) {
   spoken.is_silent = true;
   expectStopped(std::chrono::steady_clock::now());
   EXPECT_TRUE(contains(guard->log(), "/spoken: the player was silent for more than 150 ms in "
-                                     "motion: the robot is being stopped"));
+                                     "motion (--longest-stall, ~longest_stall allows more): the "
+                                     "robot is being stopped"));
   EXPECT_FALSE(contains(guard->log(), "nobody hears")) << "what nobody ever heard is not missed";
   spoken.is_silent = false;
   EXPECT_TRUE(eventually([&] { return !spoken.answer().stopped.empty(); }));

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "nodes/player/emergency_stop.hpp"
+#include "nodes/player/hold_button.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
 #include "tests/support/joystick.hpp"
@@ -270,6 +271,21 @@ TEST_F(StopInputs, areAButtonThatHasToBeHeld) {
   EXPECT_FALSE(world->base.isTold()) << "it does not drive on by itself";
   world->client->cancelGoal();
   resultText();
+}
+
+TEST_F(StopInputs, areNoButtonThatTheirOwnNodePublishes) {
+  HoldButtonOptions options;
+  options.set("/joy:10");
+  options.patience_s = 0.8;
+  HoldButton button(options, [](bool) {});  // of this node, as the joystick is
+  press();
+  try {
+    button.waitUntilHeld([] { return false; });
+    FAIL() << "what a replay publishes holds its own button";
+  } catch (const std::runtime_error& refusal) {
+    EXPECT_EQ(std::string(refusal.what()),
+              "motion is refused: nobody sends /joy (button 10 of /joy)");
+  }
 }
 
 // ---------------------------------------------------------------------------------- taking over

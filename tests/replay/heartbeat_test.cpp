@@ -48,7 +48,8 @@ TEST(HeartbeatWatch, brakesWithinAHundredMillisecondsOfTheLastBeatAndForAWhile) 
   EXPECT_EQ(times.front(), 60);
   EXPECT_GE(times.back(), 360);
   EXPECT_TRUE(watch.isOver());
-  EXPECT_EQ(watch.reason(), "the player was silent for more than 60 ms in motion");
+  EXPECT_EQ(watch.reason(), "the player was silent for more than 60 ms in motion "
+            "(--longest-stall, ~longest_stall allows more)");
 }
 
 TEST(HeartbeatWatch, namesWhatIsInMotionAndNothingElse) {
@@ -94,7 +95,8 @@ TEST(HeartbeatWatch, waitsAsLongAsItIsTold) {
   watch.beat(at(0), {1}, at(0));
   EXPECT_TRUE(watch.step(at(149)).empty());
   EXPECT_EQ(watch.step(at(150)), Outputs{1});
-  EXPECT_EQ(watch.reason(), "the player was silent for more than 150 ms in motion");
+  EXPECT_EQ(watch.reason(), "the player was silent for more than 150 ms in motion "
+            "(--longest-stall, ~longest_stall allows more)");
 }
 
 TEST(HeartbeatWatch, brakesAPlayerThatSleptThoughItSleptItself) {
@@ -102,7 +104,8 @@ TEST(HeartbeatWatch, brakesAPlayerThatSleptThoughItSleptItself) {
   watch.beat(at(0), {1}, at(5000));
   watch.beat(at(1), {2}, at(8000));  // the first that is heard after waking
   EXPECT_EQ(watch.step(at(1)), (Outputs{1, 2}));
-  EXPECT_EQ(watch.reason(), "the player was silent for more than 60 ms in motion");
+  EXPECT_EQ(watch.reason(), "the player was silent for more than 60 ms in motion "
+            "(--longest-stall, ~longest_stall allows more)");
 }
 
 TEST(HeartbeatWatch, isNotAlarmedByBeatsThatWereHeardLateButSentInTime) {

@@ -27,11 +27,36 @@ TEST(BeatJitter, remembersTheWorstOfTheLastSecond) {
 }
 
 TEST(Patience, followsHowLateTheMachineIsWithinBounds) {
-  EXPECT_EQ(patienceBeside(0), 60 * kMs);
-  EXPECT_EQ(patienceBeside(900 * kUs), 60 * kMs) << "a machine that is on time";
-  EXPECT_EQ(patienceBeside(4500 * kUs), 100 * kMs);
-  EXPECT_EQ(patienceBeside(9 * kMs), 150 * kMs);
-  EXPECT_EQ(patienceBeside(200 * kMs), 150 * kMs);
+  EXPECT_EQ(patienceBeside({0, 0}), 60 * kMs);
+  EXPECT_EQ(patienceBeside({900 * kUs, 0}), 60 * kMs) << "a machine that is on time";
+  EXPECT_EQ(patienceBeside({4500 * kUs, 0}), 100 * kMs);
+  EXPECT_EQ(patienceBeside({9 * kMs, 0}), 150 * kMs);
+  EXPECT_EQ(patienceBeside({200 * kMs, 0}), 150 * kMs);
+}
+
+TEST(Patience, followsHowBusyTheMachineWasOverTheLastMinuteThoughItIsPunctualNow) {
+  EXPECT_EQ(patienceBeside({100 * kUs, 0.05}), 60 * kMs) << "a quiet machine";
+  EXPECT_EQ(patienceBeside({100 * kUs, 0.5}), 100 * kMs);
+  EXPECT_EQ(patienceBeside({100 * kUs, 0.98}), 140 * kMs) << "at load 4 on two processors";
+  EXPECT_EQ(patienceBeside({5 * kMs, 0.98}), 150 * kMs);
+}
+
+TEST(Patience, isToldByTheKernelHowBusyTheMachineWas) {
+  const std::string pressure =
+      "some avg10=97.53 avg60=50.13 avg300=16.29 total=100134471\n"
+      "full avg10=0.00 avg60=0.00 avg300=0.00 total=0\n";
+  EXPECT_DOUBLE_EQ(waitingPart(pressure, "9.00 2.17 1.62 8/126 28468\n", 2), 0.9753);
+  EXPECT_DOUBLE_EQ(waitingPart("", "3.00 2.17 1.62 8/126 28468\n", 2), 0.5) << "an older kernel";
+  EXPECT_DOUBLE_EQ(waitingPart("", "4.38 2.17 1.62 8/126 28468\n", 2), 1);
+  EXPECT_DOUBLE_EQ(waitingPart("", "0.51 2.17 1.62 8/126 28468\n", 2), 0);
+  EXPECT_DOUBLE_EQ(waitingPart("", "", 2), 0) << "nothing is known";
+}
+
+TEST(Patience, isNotEnoughForAMachineThatWakesThePlayerTooLateWhichIsSaidBeforeMotion) {
+  EXPECT_EQ(whyTooLate({75 * kMs, 1}), "");
+  EXPECT_EQ(whyTooLate({90 * kMs, 1}),
+            "this machine is busy and up to 90 ms late, and the watchdog waits 150 ms "
+            "(--longest-stall, ~longest_stall allows more)");
 }
 
 TEST(Patience, bearsALostPacketOfANetworkAndNeverMoreThanASecond) {

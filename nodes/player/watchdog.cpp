@@ -1,0 +1,120 @@
+#include "nodes/player/watchdog.hpp"
+
+#include <ros/ros.h>
+
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "nodes/guard/machine_name.hpp"
+
+namespace afterglow::nodes {
+namespace {
+
+/// For subscribers that the master names: a dead one never connects.
+constexpr double kConnectedWithin = 2.0;  // s
+constexpr double kAgain = 0.1;            // s, until outputs are sent again
+/// Beats that are answered until a network is known.
+constexpr std::uint32_t kBeatsNeeded = 20;
+/// Without an answer it is gone: half a second of beats beside the player, a second afar.
+constexpr std::uint32_t kMostBesideUnanswered = 25, kMostAfarUnanswered = 50;
+
+std::uint64_t drawNumber() {
+  std::random_device random;
+  return (static_cast<std::uint64_t>(random()) << 32) | random();
+}
+
+}  // namespace
+
+Watchdog::Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph)
+    : name_(std::move(name)), way_(std::move(way)), graph_(std::move(graph)) {
+  outputs_.player = drawNumber();
+  outputs_.name = ros::this_node::getName();
+  outputs_.machine = machineName();
+}
+
+void Watchdog::tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs) {
+  outputs_.outputs.clear();
+  for (const auto& [channel, stop] : outputs) {
+    outputs_.outputs.push_back(
+        {channel.topic, channel.type, channel.md5, channel.definition, stop});
+  }
+  ++outputs_.version;
+  if (way_->isSure()) {
+    way_->send(outputs_);
+  } else {
+    sendOutputsIfDue();
+  }
+}
+
+/// What stops a gripper changes with every beat.
+void Watchdog::sendOutputsIfDue() {
+  if (resend_at_ && std::chrono::steady_clock::now() < *resend_at_) return;
+  way_->send(outputs_);
+  resend_at_ = deadlineIn(kAgain);
+}
+
+void Watchdog::beat(const replay::Outputs& moving, std::int64_t patience_ns) {
+  send(moving, patience(patience_ns), false, false);
+}
+
+void Watchdog::send(const replay::Outputs& moving, std::int64_t patience_ns, bool stops,
+                    bool ends) {
+  GuardBeat beat;
+  beat.player = outputs_.player;
+  beat.count = ++count_;
+  beat.sent_ns = static_cast<std::uint64_t>(replay::sinceBoot().ns);
+  beat.patience_ms = static_cast<std::uint32_t>(patience_ns / 1'000'000);
+  beat.stop = stops ? 1 : 0;
+  beat.end = ends ? 1 : 0;
+  beat.moving.assign(moving.begin(), moving.end());
+  way_->send(beat);
+}
+
+std::int64_t Watchdog::patience(std::int64_t patience_ns) const {
+  return isBeside() ? patience_ns
+                    : std::min(std::max(patience_ns, afar_ns_), replay::kMostPatienceAfar);
+}
+
+void Watchdog::listen() {
+  answer_ = way_->answer();
+  if (!answer_.stopped.empty()) lose(name_ + " stopped the robot: " + answer_.stopped);
+  if (!way_->isOpen()) lose(name_ + " is gone");
+  const bool is_known = answer_.version == outputs_.version;
+  if (!is_known && !way_->isSure()) sendOutputsIfDue();
+  if (is_ready_) {
+    const std::uint32_t most = isBeside() ? kMostBesideUnanswered : kMostAfarUnanswered;
+    if (count_ > answer_.count + most) lose(name_ + " does not answer");
+  } else if (is_known && isConnected() && isMeasured()) {
+    is_ready_ = true;
+    if (!isBeside()) afar_ns_ = replay::patienceAfar(longestGapNs());
+  }
+}
+
+bool Watchdog::isConnected() {
+  if (!connected_by_) connected_by_ = deadlineIn(kConnectedWithin);
+  return isHeard() || *connected_by_ <= std::chrono::steady_clock::now();
+}
+
+bool Watchdog::isMeasured() {
+  if (first_answered_ == 0) first_answered_ = answer_.count;
+  return answer_.count > 0 && (isBeside() || first_answered_ + kBeatsNeeded <= answer_.count);
+}
+
+/// By all that hear the outputs, this node too: it listens for other drivers.
+bool Watchdog::isHeard() const {
+  if (answer_.heard_by.size() != outputs_.outputs.size()) return false;
+  for (std::size_t i = 0; i < outputs_.outputs.size(); ++i) {
+    const auto subscribers = graph_.subscribers.find(outputs_.outputs[i].topic);
+    const std::size_t all =
+        subscribers == graph_.subscribers.end() ? 0 : subscribers->second.size();
+    if (answer_.heard_by[i] < all) return false;
+  }
+  return true;
+}
+
+void Watchdog::lose(const std::string& reason) {
+  if (lost_.empty()) lost_ = reason;
+}
+
+}  // namespace afterglow::nodes
