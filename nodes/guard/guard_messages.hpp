@@ -1,8 +1,9 @@
 /// \file
-/// What a player and the guard on the robot say to each other. Written by hand, as messages of
-/// their own would have to be generated on the robot as well; C++14, as its system is old.
+/// What a player and its guards say to each other. Written by hand, as messages of their own would
+/// have to be generated on the robot as well; C++14, as its system is old.
 ///
-/// Topics, of a guard by the name /afterglow_guard:
+/// By a socket with the watchdog beside the player (guard_socket.hpp); by topics with the guard on
+/// the robot, here by the name /afterglow_guard:
 /// - in: /afterglow_guard/outputs (GuardOutputs), again until it is answered;
 /// - in: /afterglow_guard/beats (GuardBeat), every 20 ms;
 /// - out: /afterglow_guard/answers (GuardAnswer), one for each beat.

@@ -53,7 +53,7 @@ TEST(ReplayPage, showsWhatWasMeasured) {
 
 TEST(ReplayPage, saysWhoStopsTheRobotWhenThePlayerIsGone) {
   replay::PlayReport report = test::madeUpReplay();
-  report.guards = replay::PlayGuards{62.4, 2.1, {}};
+  report.guards = replay::PlayGuards{62.4, 2.1, 0, {}};
   EXPECT_TRUE(has(replayPage({report}, ""), "this machine was up to 2.1 ms late"));
   EXPECT_TRUE(has(replayPage({report}, ""), "<dt>Guard on the robot</dt><dd>none</dd>"));
   report.guards->on_robot = replay::PlayGuards::OnRobot{"/afterglow_guard", 340, 30, true};
