@@ -157,6 +157,8 @@ FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
   // Queue of one: the latest velocity wins.
   twist_subscriber_ = node_.subscribe(VelocityMux::output(), 1, &FakeFetchNode::onTwist, this);
   hand_subscriber_ = private_node_.subscribe("hand", 10, &FakeFetchNode::onHand, this);
+  mute_subscriber_ = private_node_.subscribe<std_msgs::Bool>(
+      "mute", 1, [this](const auto& word) { is_mute_ = word->data != 0; });
   reset_service_ = private_node_.advertiseService("reset", &FakeFetchNode::onReset, this);
   for (const char* controller :
        {kArmController, kArmWithTorsoController, kTorsoController, kHeadController,
@@ -352,6 +354,7 @@ void FakeFetchNode::publishFixedLinks() {
 }
 
 void FakeFetchNode::publishJoints(const ros::Time& stamp) {
+  if (is_mute_) return;
   joints_publisher_.publish(jointMessage(kBodyJoints, robot_.joints(), stamp));
   joints_publisher_.publish(jointMessage(kGripperJoints, robot_.joints(), stamp));
 }

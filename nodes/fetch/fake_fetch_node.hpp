@@ -7,7 +7,8 @@
 ///   10 ms: a step of 0.8 rad reads 80 rad/s.
 /// Its base is driven through a multiplexer (velocity_mux.hpp), and it has a runstop (runstop.hpp).
 /// ~hand (sensor_msgs/JointState) is somebody who switches the controllers of these joints off and
-/// moves them there; ~reset somebody who puts all back to the start, and restarts the robot.
+/// moves them there; ~reset somebody who puts all back to the start, and restarts the robot; ~mute
+/// (std_msgs/Bool) a driver that tells of no joints any more.
 /// /obstacles (geometry_msgs/PoseArray in map, position.z the radius) says what stands in its room.
 #pragma once
 
@@ -18,6 +19,7 @@
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
+#include <std_msgs/Bool.h>
 #include <std_srvs/Trigger.h>
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/static_transform_broadcaster.h>
@@ -99,7 +101,7 @@ class FakeFetchNode {
   FakeFetch robot_;
   std::unique_ptr<LaserTopics> laser_;  ///< if it has one
   ros::Time published_;
-  std::atomic<bool> is_closing_{false};
+  std::atomic<bool> is_closing_{false}, is_mute_{false};
 
   ros::NodeHandle node_, private_node_{"~"};
   ros::Publisher joints_publisher_, odometry_publisher_, truth_publisher_, commands_publisher_;
@@ -109,7 +111,7 @@ class FakeFetchNode {
   tf2_ros::TransformListener tf_listener_;
   VelocityMux mux_;
   Runstop runstop_;
-  ros::Subscriber twist_subscriber_, hand_subscriber_, obstacles_subscriber_;
+  ros::Subscriber twist_subscriber_, hand_subscriber_, mute_subscriber_, obstacles_subscriber_;
   ros::ServiceServer reset_service_;
   std::vector<std::unique_ptr<TrajectoryServer>> trajectory_servers_;
   PointHeadServer point_head_server_;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::uint32_t kPoseQueue = 100;
 constexpr std::int64_t kLongestQueued = 100'000'000;
-constexpr std::int64_t kOldestOdometry = 500'000'000;
 
 /// Seen from above; empty if it is none.
 std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& transform) {
@@ -56,7 +55,7 @@ replay::BaseInput BasePoses::wait(bool for_localization, double patience_s,
   const auto isAlive = [&] {
     const replay::BaseInput input = look(stampNow());
     return odometry_clock_.count() > 1 &&
-           input.now.ns - input.T_odom_base->stamp.ns <= kOldestOdometry;
+           input.now.ns - input.T_odom_base->stamp.ns <= replay::kMotionSilence.longest;
   };
   const auto lacks = [&] { return !isAlive() || (for_localization && !T_map_odom_); };
   while (lacks() && !is_stopped() && !patience.isOver()) {

@@ -30,7 +30,7 @@ class BasePoses {
   /// when it came, because it is dated ahead.
   replay::BaseInput look(replay::Stamp now);
   /// The same after waiting for both, or for odometry alone. Odometry has to be alive: without a
-  /// second pose that is newer, and with one that is older than half a second, there is none.
+  /// second pose that is newer, and with one that is older than kMotionSilence, there is none.
   replay::BaseInput wait(bool for_localization, double patience_s,
                          const std::function<bool()>& is_stopped);
 

@@ -9,6 +9,7 @@
 #include <thread>
 #include <utility>
 
+#include "nodes/player/controller_states.hpp"
 #include "nodes/player/live_pose.hpp"
 #include "nodes/player/robot_guard.hpp"
 #include "nodes/player/ros_clock.hpp"
@@ -50,13 +51,23 @@ void BodyGate::addTo(replay::PlayReport& report) const {
   if (base_) base_->addTo(report);
 }
 
-std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph) {
+std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
+                                            const replay::RobotProfile& robot,
+                                            const RosGraph& graph) {
+  const ControllerStates states = askControllers(graph);
   std::vector<std::string> missing;
+  const auto look = [&](const std::string& topic) {
+    const std::string why = whyNotRunning(states, topic);
+    const bool is_said = std::count(missing.begin(), missing.end(), why) > 0;
+    if (!why.empty() && !is_said) missing.push_back(why);
+  };
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || topic.modality != replay::Modality::Body) {
       continue;
     }
     const std::string& name = topic.output.topic;
+    look(name);
+    if (isVelocity(topic.channel)) look(robot.base.output_topic);  // behind its multiplexer
     const bool is_heard = !graph.otherSubscribers(name).empty();
     const std::string action = name.substr(0, name.rfind('/'));
     if (isGoal(topic.channel)) {
@@ -80,6 +91,15 @@ std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& optio
   return fmt::format("what {} moves is not told by its messages and cannot be compared with how it "
                      "stood: --any-start (~any_start) moves it from anywhere",
                      fmt::join(parts.unnamed, ", "));
+}
+
+replay::StartPose startToCompare(const replay::Store& store, const replay::PlayPlan& plan,
+                                 const BodyOptions& options, const replay::MovedParts& parts,
+                                 const ReplayedBase* base, std::vector<std::string>& remarks) {
+  if (options.start == BodyOptions::Start::Anywhere) return {};
+  replay::StartPose then = readStartPose(store, plan, parts, remarks, options.base.frames);
+  if (base && base->isOnOdometryAlone()) then.base.reset();
+  return then;
 }
 
 replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
@@ -154,32 +174,31 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
 }
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
-  const auto missing = missingControllers(plan_, askMaster(deadlineIn(kMasterPatience)));
+  const auto missing =
+      missingControllers(plan_, options_.robot, askMaster(deadlineIn(kMasterPatience)));
   if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
   stops_->check();
-  replay::MovedParts parts = movedParts(store_, plan_);
-  parts.robot = options_.joints;
-  if (const std::string why = whyUnnamed(parts, options_); !why.empty()) refuse(why);
-  if (parts.moves_base) {
+  parts_ = movedParts(store_, plan_);
+  parts_.robot = options_.joints;
+  if (const std::string why = whyUnnamed(parts_, options_); !why.empty()) refuse(why);
+  if (parts_.moves_base) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
     lookAhead(is_stopped);
   }
-  if (parts.moves_joints) listenToJoints(is_stopped);
+  if (parts_.moves_joints) listenToJoints(is_stopped);
   watchGripper();
-  replay::StartPose then;
-  if (options_.start != BodyOptions::Start::Anywhere) {
-    then = readStartPose(store_, plan_, parts, notes_, options_.base.frames);
-  }
-  replay::StartPose now = live(parts, then, is_stopped);
+  const replay::StartPose then =
+      startToCompare(store_, plan_, options_, parts_, base_ ? &*base_ : nullptr, notes_);
+  replay::StartPose now = live(then, is_stopped);
   if (is_stopped()) return;
-  if (const std::string why = whyNoJoints(options_, parts, now); !why.empty()) refuse(why);
-  if (joints_ || !parts.goals.empty()) {
+  if (const std::string why = whyNoJoints(options_, parts_, now); !why.empty()) refuse(why);
+  if (joints_ || !parts_.goals.empty()) {
     approach_.emplace(readApproach(store_, plan_, options_, limits_));
   }
-  checkWays(parts, then, now);
+  checkWays(then, now);
   waitForGuards(is_stopped);
-  const std::vector<std::string> deviations = goToStart(parts, then, now, is_stopped);
+  const std::vector<std::string> deviations = goToStart(then, now, is_stopped);
   if (is_stopped()) return;
   if (!deviations.empty()) {
     refuse(fmt::format("the robot does not stand as it did: {}", fmt::join(deviations, "; ")));
@@ -233,6 +252,19 @@ void BodyGate::listenToJoints(const std::function<bool()>& is_stopped) {
   while (joints_->positions().empty() && !is_stopped() && !patience.isOver()) {
     std::this_thread::sleep_for(kGoalLook);
   }
+  joints_->watch([this] { return movingJoints(); },
+                 [this](const std::string& reason) { stop_(reason); });
+}
+
+/// By the goals that are under way; a command of joints says nothing of its end.
+std::vector<std::string> BodyGate::movingJoints() {
+  std::vector<std::string> joints;
+  for (const replay::JointGoals& motion : parts_.goals) {
+    const bool moves =
+        isGoal(motion.output) ? goals().isOpen(motion.output.topic) : sink_.hasMoved();
+    if (moves) joints.insert(joints.end(), motion.joints.begin(), motion.joints.end());
+  }
+  return joints;
 }
 
 std::map<std::string, double> BodyGate::joints() const {
@@ -301,13 +333,12 @@ void BodyGate::holdGaze(const std::function<bool()>& is_stopped) {
         store_.messages(plan_.behavior, {{topic.channel.topic}, {}, plan_.end})->next();
     if (!first || is_stopped()) continue;
     const std::string id = fresh_id();
-    const GoalOutcome outcome =
+    const std::string why_not =
         perform(topic.output, replay::presentGaze(topic.channel, first->bytes, gaze_frame, id), id,
                 is_stopped);
-    if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
-      notes_.push_back("the head did not hold its gaze before it was moved: " + topic.output.topic +
-                       (outcome == GoalOutcome::Open ? " took too long" : " failed"));
-    }
+    if (why_not.empty() || is_stopped()) continue;
+    notes_.push_back("the head did not hold its gaze before it was moved: a goal on " +
+                     topic.output.topic + " " + why_not);
   }
 }
 
@@ -345,9 +376,9 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
   return look();
 }
 
-replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::StartPose& then,
+replay::StartPose BodyGate::live(const replay::StartPose& then,
                                  const std::function<bool()>& is_stopped) const {
-  return askStart(options_, parts, then, base_ ? base_->frames() : options_.base.frames,
+  return askStart(options_, parts_, then, base_ ? base_->frames() : options_.base.frames,
                   is_stopped);
 }
 
@@ -355,8 +386,7 @@ replay::StartPose BodyGate::live(const replay::MovedParts& parts, const replay::
 
 /// Goes there if that is asked for, again and again while the button is released on the way.
 /// Returns how far it is off then.
-std::vector<std::string> BodyGate::goToStart(const replay::MovedParts& parts,
-                                             const replay::StartPose& then, replay::StartPose now,
+std::vector<std::string> BodyGate::goToStart(const replay::StartPose& then, replay::StartPose now,
                                              const std::function<bool()>& is_stopped) {
   const bool moves_there = options_.start == BodyOptions::Start::MoveThere;
   for (;;) {
@@ -369,23 +399,22 @@ std::vector<std::string> BodyGate::goToStart(const replay::MovedParts& parts,
     const std::string base = baseDeviation(then, now, is_halted);
     std::vector<std::string> deviations = jointDeviations(then, now, options_.tolerances);
     if (moves_there && base.empty() && !deviations.empty() && !is_halted()) {
-      moveToStart(parts, then, is_halted);
-      now = live(parts, then, is_halted);
+      moveToStart(then, is_halted);
+      now = live(then, is_halted);
       deviations = jointDeviations(then, now, options_.tolerances);
     }
     if (!base.empty()) deviations.push_back(base + "; the base has to be brought there");
     if (!was_released || is_stopped()) return deviations;
-    now = live(parts, then, is_stopped);
+    now = live(then, is_stopped);
   }
 }
 
 /// Before anything moves, the base, too; but MoveIt has to know the base at its start.
-void BodyGate::checkWays(const replay::MovedParts& parts, const replay::StartPose& then,
-                         const replay::StartPose& now) const {
+void BodyGate::checkWays(const replay::StartPose& then, const replay::StartPose& now) const {
   const bool goes_there = options_.start == BodyOptions::Start::MoveThere &&
                           !jointDeviations(then, now, options_.tolerances).empty();
   if (!goes_there || StateValidity().isThere()) return;
-  for (const replay::JointGoals& goals : parts.goals) goalToStart(goals, then, now, "", {});
+  for (const replay::JointGoals& goals : parts_.goals) goalToStart(goals, then, now, "", {});
 }
 
 std::optional<replay::StartGoal> BodyGate::goalToStart(const replay::JointGoals& goals,
@@ -400,7 +429,7 @@ std::optional<replay::StartGoal> BodyGate::goalToStart(const replay::JointGoals&
   }
 }
 
-void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
+void BodyGate::moveToStart(const replay::StartPose& then,
                            const std::function<bool()>& is_stopped) {
   const auto fresh_id = replay::uniqueGoalIds(ros::this_node::getName() + "_start");
   StateValidity moveit;
@@ -408,24 +437,23 @@ void BodyGate::moveToStart(const replay::MovedParts& parts, const replay::StartP
   if (moveit.isThere()) {
     check = [&](const auto& joints, const auto& pose) { return moveit.whyNot(joints, pose); };
   }
-  for (const replay::JointGoals& goals : parts.goals) {
+  for (const replay::JointGoals& goals : parts_.goals) {
     const std::string id = fresh_id();
     // Asked again for each: two controllers may share a joint.
-    const replay::StartPose now = live(parts, then, is_stopped);
+    const replay::StartPose now = live(then, is_stopped);
     const auto goal = goalToStart(goals, then, now, id, check);
     if (!goal || is_stopped()) continue;
     notes_.push_back("the robot was moved to the start by " + goals.output.topic +
                      wayText(goal->kind));
-    const GoalOutcome outcome = perform(goals.output, goal->bytes, id, is_stopped);
-    if (outcome != GoalOutcome::Succeeded && !is_stopped()) {
-      refuse("it did not get to the start: " + goals.output.topic +
-             (outcome == GoalOutcome::Open ? " took too long" : " failed"));
-    }
+    const std::string why_not = perform(goals.output, goal->bytes, id, is_stopped);
+    if (why_not.empty() || is_stopped()) continue;
+    refuse("it did not get to the start: a goal on " + goals.output.topic + " " + why_not);
   }
 }
 
-/// Sends a goal and waits for its end; a goal that takes too long is canceled: Open.
-GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
+/// Sends a goal and waits for its end; a goal that takes too long is canceled. Returns how it failed;
+/// empty: it did not.
+std::string BodyGate::perform(const replay::Channel& output, const replay::Bytes& goal,
                               const std::string& id, const std::function<bool()>& is_stopped) {
   sink_.clock().watchThisThread();
   goals().open(output.topic, id);
@@ -439,14 +467,14 @@ GoalOutcome BodyGate::perform(const replay::Channel& output, const replay::Bytes
   }
   if (outcome == GoalOutcome::Open) {
     sink_.publish(cancelChannel(output), replay::cancelMessage(id));
+    return "took too long";
   }
-  return outcome;
+  return outcome == GoalOutcome::Succeeded ? "" : goals().howEnded(id);
 }
 
-void BodyGate::onGoalStatus(const std::string& id, std::uint8_t status) {
-  const GoalOutcome outcome = replay::outcomeOf(status);
-  if (outcome == GoalOutcome::Open) return;
-  goals().finish(id, outcome, sink_.clock().now());
+void BodyGate::onGoalStatus(const std::string& id, const replay::GoalEnd& end) {
+  if (end.outcome() == GoalOutcome::Open) return;
+  goals().finish(id, end.outcome(), sink_.clock().now(), end.words());
   sink_.goalEnded(id);
 }
 

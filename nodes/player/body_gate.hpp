@@ -45,11 +45,18 @@ struct BodyOptions {
   std::vector<std::string> joint_topics = {"/joint_states"};
 };
 
-/// The body's outputs without a subscriber or action server: "nobody listens on /cmd_vel", "there
-/// is no action server /arm/follow_joint_trajectory".
-std::vector<std::string> missingControllers(const replay::PlayPlan& plan, const RosGraph& graph);
+/// The body's outputs that nobody obeys: "nobody listens on /cmd_vel", "there is no action server
+/// /arm/follow_joint_trajectory", "arm_controller is stopped". Asks the robot's controller managers.
+std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
+                                            const replay::RobotProfile& robot,
+                                            const RosGraph& graph);
 /// Why a replay may not begin whose messages do not tell what they move; empty: it may.
 std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options);
+/// How the moved parts stood at the start, as far as it is compared: nothing where they may start
+/// anywhere, and not the base where it follows its odometry alone. `base`: none if it is not moved.
+replay::StartPose startToCompare(const replay::Store& store, const replay::PlayPlan& plan,
+                                 const BodyOptions& options, const replay::MovedParts& parts,
+                                 const ReplayedBase* base, std::vector<std::string>& remarks);
 /// How the parts stand now that are moved, or that are known of `then`; waits at most 3 s for them.
 replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
                            const replay::StartPose& then, const replay::TrackFrames& frames,
@@ -93,47 +100,45 @@ class BodyGate {
   /// PlayOptions::goals
   replay::GoalBook& goals() { return sink_.goals(); }
   /// To be told after the player, which takes the goal's end from the book. Any thread.
-  void onGoalStatus(const std::string& id, std::uint8_t status);
+  void onGoalStatus(const std::string& id, const replay::GoalEnd& end);
   /// The robot was moved. Any thread.
   bool hasMoved() const { return sink_.hasMoved(); }
-  /// Where the robot's joints are, as far as they were told of in the last half second; empty if
-  /// none are moved.
+  /// Where the robot's joints are, as far as they are told of; empty if none are moved.
   std::map<std::string, double> joints() const;
   /// What could not be checked, where the robot was moved, how the base was, and who watched.
   void addTo(replay::PlayReport& report) const;
 
  private:
-  replay::StartPose live(const replay::MovedParts& parts, const replay::StartPose& then,
+  replay::StartPose live(const replay::StartPose& then,
                          const std::function<bool()>& is_stopped) const;
   std::string baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                             const std::function<bool()>& is_stopped);
-  std::vector<std::string> goToStart(const replay::MovedParts& parts,
-                                     const replay::StartPose& then, replay::StartPose now,
+  std::vector<std::string> goToStart(const replay::StartPose& then, replay::StartPose now,
                                      const std::function<bool()>& is_stopped);
-  void checkWays(const replay::MovedParts& parts, const replay::StartPose& then,
-                 const replay::StartPose& now) const;
+  void checkWays(const replay::StartPose& then, const replay::StartPose& now) const;
   std::optional<replay::StartGoal> goalToStart(const replay::JointGoals& goals,
                                                const replay::StartPose& then,
                                                const replay::StartPose& now,
                                                const std::string& id,
                                                const replay::PoseCheck& check) const;
-  void moveToStart(const replay::MovedParts& parts, const replay::StartPose& then,
-                   const std::function<bool()>& is_stopped);
+  void moveToStart(const replay::StartPose& then, const std::function<bool()>& is_stopped);
   void waitForGuards(const std::function<bool()>& is_stopped);
   void listenToJoints(const std::function<bool()>& is_stopped);
+  std::vector<std::string> movingJoints();
   std::optional<replay::LiveJoint> lookAt(const std::string& joint) const;
   void lookAhead(const std::function<bool()>& is_stopped);
   void watchArm();
   void watchGripper();
   void holdGaze(const std::function<bool()>& is_stopped);
-  replay::GoalOutcome perform(const replay::Channel& output, const replay::Bytes& goal,
-                              const std::string& id, const std::function<bool()>& is_stopped);
+  std::string perform(const replay::Channel& output, const replay::Bytes& goal,
+                      const std::string& id, const std::function<bool()>& is_stopped);
 
   const replay::Store& store_;
   const replay::PlayPlan& plan_;
   const BodyOptions options_;
   const replay::MotionLimits limits_;
   const std::function<void(const std::string&)> stop_;
+  replay::MovedParts parts_;
   TakeOver take_over_;
   GuardedSink sink_;
   MasterWatch master_watch_;

@@ -15,6 +15,12 @@ constexpr double kSilenceLook = 0.02;         // s, for silence
 constexpr double kPublisherPatience = 1.0;  // s, for a node to answer
 constexpr const char* kNoStop = "none";
 
+/// One that is sent on change may be silent for ever.
+replay::SilenceBounds boundsOf(double longest_silence_s) {
+  const std::int64_t given_ns = std::llround(longest_silence_s * 1e9);
+  return given_ns > 0 ? replay::SilenceBounds{given_ns, given_ns} : replay::SilenceBounds();
+}
+
 [[noreturn]] void refuseMotion(const std::string& why) {
   throw std::runtime_error("motion is refused: " + why);
 }
@@ -48,7 +54,7 @@ EmergencyStop::EmergencyStop(const EmergencyStopOptions& options,
     : options_(options),
       on_stop_(std::move(on_stop)),
       field_(options.field, options.stops_when),
-      silence_(std::llround(options.longest_silence_s * 1e9)),
+      silence_(boundsOf(options.longest_silence_s)),
       living_([this](const std::string& node) {
         stop("the publisher of the emergency stop is gone: " + node + " (" + options_.text() +
              ")");

@@ -2,13 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "nodes/player/ros_clock.hpp"
+#include "replay/motion/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-constexpr std::int64_t kFreshNs = 500'000'000;
+constexpr double kJointLook = 0.02;  // s
 
 }  // namespace
 
@@ -23,15 +25,33 @@ LiveJoints::LiveJoints(const std::vector<std::string>& topics) : spinner_(1, &qu
 
 LiveJoints::~LiveJoints() {
   for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
+  timer_.stop();
   spinner_.stop();
 }
 
 std::optional<replay::LiveJoint> LiveJoints::find(const std::string& joint) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto told = joints_.find(joint);
-  const bool is_fresh =
-      told != joints_.end() && robotNow() <= told->second.at.after(kFreshNs);
+  const bool is_fresh = told != joints_.end() && !told->second.watch.isOverdue(robotNow());
   return is_fresh ? std::optional(told->second.joint) : std::nullopt;
+}
+
+void LiveJoints::watch(std::function<std::vector<std::string>()> moving,
+                       std::function<void(const std::string&)> on_silence) {
+  const auto look = [this, moving = std::move(moving), on_silence = std::move(on_silence)](auto&) {
+    std::vector<std::string> silent;
+    for (const std::string& joint : moving()) {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const auto told = joints_.find(joint);
+      const bool is_silent = told != joints_.end() && told->second.watch.isOverdue(robotNow());
+      if (is_silent) silent.push_back(joint);
+    }
+    if (silent.empty()) return;
+    timer_.stop();
+    on_silence("joint states fell silent in motion: nobody tells where " +
+               replay::someOf(silent) + " is");
+  };
+  timer_ = node_.createSteadyTimer(ros::WallDuration(kJointLook), look);
 }
 
 std::map<std::string, double> LiveJoints::positions() const {
@@ -47,7 +67,9 @@ void LiveJoints::onJoints(const sensor_msgs::JointState& message) {
   for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
     if (!std::isfinite(message.position[i])) continue;
     const double velocity = i < message.velocity.size() ? message.velocity[i] : 0;
-    joints_[message.name[i]] = {{message.position[i], std::isfinite(velocity) ? velocity : 0}, now};
+    Told& told = joints_[message.name[i]];
+    told.joint = {message.position[i], std::isfinite(velocity) ? velocity : 0};
+    told.watch.heard(now);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "replay/clock/clock.hpp"
 #include "replay/motion/arm_start.hpp"
+#include "replay/motion/silence_watch.hpp"
 
 namespace afterglow::nodes {
 
@@ -27,15 +29,19 @@ class LiveJoints {
   LiveJoints(const LiveJoints&) = delete;
   LiveJoints& operator=(const LiveJoints&) = delete;
 
-  /// Empty if no message of the last half second, in the robot's time, has this joint.
+  /// Empty if nobody has told of this joint, or has fallen silent, in the robot's time.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
+  /// From now on `on_silence` is called, in the thread of its own, when a joint that is told of falls
+  /// silent while it moves, by `moving`.
+  void watch(std::function<std::vector<std::string>()> moving,
+             std::function<void(const std::string& reason)> on_silence);
   /// Of all joints in any message so far.
   std::map<std::string, double> positions() const;
 
  private:
   struct Told {
     replay::LiveJoint joint;
-    replay::SteadyTime at;  ///< robotNow()
+    replay::SilenceWatch watch{replay::kMotionSilence};  ///< by robotNow()
   };
   void onJoints(const sensor_msgs::JointState& message);
 
@@ -44,6 +50,7 @@ class LiveJoints {
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   std::vector<ros::Subscriber> subscribers_;
+  ros::SteadyTimer timer_;
   ros::AsyncSpinner spinner_;
 };
 

@@ -59,18 +59,21 @@ std::shared_ptr<const replay::FloorScan> LiveScan::look() {
   return scan_;
 }
 
-std::string LiveScan::check(double longest_silence_s, const std::function<bool()>& is_stopped) {
+std::string LiveScan::check(const std::function<bool()>& is_stopped) {
   const RobotPatience patience(kScanPatience);
-  while (!scan_ && !is_stopped() && !patience.isOver()) {
+  replay::SilenceWatch watch(replay::kMotionSilence);
+  while (!watch.knowsPeriod() && !is_stopped() && !patience.isOver()) {
     queue_.callAvailable(ros::WallDuration(0.02));
+    if (scan_) watch.heard(scan_->stamp());
   }
   if (is_stopped()) return "";
   if (!scan_) return problem_.empty() ? "no scan comes on " + topic_ : topic_ + ": " + problem_;
   if (scan_->isBlind()) return "the scan on " + topic_ + " sees nothing at all";
-  const double age = 1e-9 * static_cast<double>(stampNow().ns - scan_->stamp().ns);
-  if (age <= longest_silence_s) return "";
+  if (!watch.knowsPeriod()) return "scans on " + topic_ + " come too rarely to drive by them";
+  const replay::Stamp now = stampNow();
+  if (!watch.isOverdue(now)) return "";
   return fmt::format("the scan on {} is {:.2f} s old when it comes, or its clock is another",
-                     topic_, age);
+                     topic_, watch.silence(now));
 }
 
 void LiveScan::onScan(const sensor_msgs::LaserScan& message) {

@@ -32,9 +32,9 @@ class LiveScan {
   /// Empty before the first. Dated by stampNow(), as old as the scan says that it is, but not in
   /// the future, for which the shortest lead ever seen is taken off.
   std::shared_ptr<const replay::FloorScan> look();
-  /// Waits for the first, at most 3 s. Returns why the base cannot be driven by it: "no scan comes
-  /// on /base_scan"; empty if it can.
-  std::string check(double longest_silence_s, const std::function<bool()>& is_stopped);
+  /// Waits until it is known how often they come, at most 3 s. Returns why the base cannot be driven
+  /// by them: "no scan comes on /base_scan"; empty if it can.
+  std::string check(const std::function<bool()>& is_stopped);
 
  private:
   void onScan(const sensor_msgs::LaserScan& message);

@@ -67,15 +67,13 @@ struct StartRehearsal {
   }
 
   void look() const {
-    replay::StartPose then;
     std::vector<std::string> remarks;  // a report's
-    const bool compares = options.start != Start::Anywhere;
-    if (compares) then = readStartPose(store, plan, parts, remarks, options.base.frames);
+    const replay::StartPose then = startToCompare(store, plan, options, parts, base, remarks);
     const replay::StartPose now =
         askStart(options, parts, then, base ? base->frames() : options.base.frames, is_stopped);
     const std::string lacks = whyNoJoints(options, parts, now);
     rehearsal.add(lacks);
-    if (!compares) return;
+    if (options.start == Start::Anywhere) return;
     lookAtBase(then, now);
     if (lacks.empty()) lookAtJoints(then, now);
   }
@@ -117,7 +115,7 @@ void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
   }
   rehearsal.ask([&] {
     for (const std::string& lack :
-         missingControllers(plan, askMaster(deadlineIn(kMasterPatience)))) {
+         missingControllers(plan, options.robot, askMaster(deadlineIn(kMasterPatience)))) {
       rehearsal.add(lack);
     }
   });

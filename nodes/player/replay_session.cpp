@@ -199,10 +199,10 @@ replay::PlayReport ReplaySession::run() {
     });
   }
   RosSink sink(plan_, request_.queue,
-               {[this](const std::string& goal, std::uint8_t status) {
+               {[this](const std::string& goal, const replay::GoalEnd& end) {
                   const std::lock_guard<std::mutex> lock(mutex_);
-                  if (player_) player_->onGoalStatus(goal, status);
-                  if (gate_) gate_->onGoalStatus(goal, status);
+                  if (player_) player_->onGoalStatus(goal, end);
+                  if (gate_) gate_->onGoalStatus(goal, end);
                 },
                 [this](const std::string& driver) { stop(driver); }});
   const std::vector<std::string> unheard = sink.waitForSubscribers(

@@ -150,6 +150,7 @@ std::string ReplayedBase::missingNow(const std::function<bool()>& is_stopped) {
     return "nobody tells where it is now (tf's " + live_frames_.odometry + " -> " +
            live_frames_.base + ")";
   }
+  is_on_odometry_alone_ = !is_localized || !live.T_map_odom;
   if (is_localized && !live.T_map_odom && !options_.is_odometry_enough) {
     return "nobody localizes it now (tf's " + live_frames_.map + " -> " + live_frames_.odometry +
            "); --odometry-only follows its odometry, from where it is";
@@ -218,7 +219,7 @@ std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
         "were kept free",
         scan.obstacles.footprint.radius()));
   }
-  return scan_->check(scan.obstacles.longest_silence, is_stopped);
+  return scan_->check(is_stopped);
 }
 
 std::optional<replay::ObstacleOptions> ReplayedBase::obstacles() const {

@@ -79,6 +79,9 @@ class ReplayedBase {
   /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
   /// today's poses, at most 3 s. Nothing is refused where only zeros would be sent.
   std::string refusal(const std::function<bool()>& is_stopped);
+  /// After refusal(): nobody localizes it, and it follows its odometry from where it is: that cannot
+  /// be compared with where it stood.
+  bool isOnOdometryAlone() const { return is_on_odometry_alone_; }
   /// Where it stands by the mean of what localization says for a while; empty if nothing says.
   std::optional<replay::PlanarPose> measure(double seconds,
                                             const std::function<bool()>& is_stopped);
@@ -119,6 +122,7 @@ class ReplayedBase {
   std::optional<replay::PoseTrack> track_;
   replay::PoseError share_now_ = {1, 1};  ///< of measure(), as StartPose::base_share
   std::unique_ptr<replay::BaseDrive> drive_;
+  bool is_on_odometry_alone_ = false;
   std::string why_open_loop_;  ///< empty: it follows its track
   std::string why_not_;        ///< it cannot, as far as the recording says
   std::unique_ptr<LiveScan> scan_;  ///< none: nothing looks

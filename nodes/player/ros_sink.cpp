@@ -65,6 +65,11 @@ void RosSink::watchGoals(const replay::Channel& goal_channel) {
       [this](const actionlib_msgs::GoalStatusArray& statuses) { onStatus(statuses); });
   options.callback_queue = &queue_;
   subscribers_.push_back(node_.subscribe(options));
+  ros::SubscribeOptions results;
+  results.initByFullCallbackType<const AnyMessage&>(
+      action + "/result", kQueue, [this](const AnyMessage& event) { onResult(event); });
+  results.callback_queue = &queue_;
+  subscribers_.push_back(node_.subscribe(results));
 }
 
 void RosSink::watchDrivers(const std::string& topic, Output& output) {
@@ -101,7 +106,21 @@ void RosSink::listenForDrivers() {
 
 void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {
   for (const actionlib_msgs::GoalStatus& status : statuses.status_list) {
-    listener_.on_goal_status(status.goal_id.id, status.status);
+    const replay::GoalEnd end(status.status, status.text);
+    // Its result, which comes beside, says more; what tells of it a second time has none.
+    const bool may_wait = end.outcome() == replay::GoalOutcome::Failed;
+    if (may_wait && failed_.insert(status.goal_id.id).second) continue;
+    listener_.on_goal_status(status.goal_id.id, end);
+  }
+}
+
+void RosSink::onResult(const AnyMessage& event) {
+  const auto& message = event.getConstMessage();
+  try {
+    const auto [id, end] = replay::readResult(
+        message->getDataType(), message->getMessageDefinition(), bytesOf(*message));
+    listener_.on_goal_status(id, end);
+  } catch (const replay::MessageError&) {  // its status tells of it
   }
 }
 

@@ -11,11 +11,13 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "nodes/tools/any_message.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/motion/milestones.hpp"
 #include "replay/play/outbox.hpp"
 
 namespace afterglow::nodes {
@@ -24,7 +26,7 @@ class RosSink : public replay::MessageSink {
  public:
   /// Called in a thread of the sink's own.
   struct Listener {
-    std::function<void(const std::string& goal_id, std::uint8_t status)> on_goal_status;
+    std::function<void(const std::string& goal_id, const replay::GoalEnd& end)> on_goal_status;
     /// Another node has sent a velocity on a topic that is played; said once.
     std::function<void(const std::string& driver)> on_second_driver;
   };
@@ -60,6 +62,7 @@ class RosSink : public replay::MessageSink {
   void watchGoals(const replay::Channel& goal_channel);
   void watchDrivers(const std::string& topic, Output& output);
   void onStatus(const actionlib_msgs::GoalStatusArray& statuses);
+  void onResult(const AnyMessage& event);
 
   ros::NodeHandle node_;
   std::map<std::string, Output> outputs_;
@@ -67,6 +70,7 @@ class RosSink : public replay::MessageSink {
   const std::uint32_t queue_size_;
   std::vector<std::string> played_;
   std::vector<std::string> velocities_;
+  std::set<std::string> failed_;  ///< goals of which a status alone has told, once
   const Listener listener_;
   std::atomic<bool> has_second_driver_{false};
   ros::CallbackQueue queue_;

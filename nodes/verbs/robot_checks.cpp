@@ -5,22 +5,15 @@
 #include <algorithm>
 #include <functional>
 
+#include "replay/motion/refusal_text.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
 using replay::RobotProfile;
 
-std::string listed(const std::vector<std::string>& names) {
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 /// As people say it: all but a few of many.
-std::string someOf(const std::vector<std::string>& names) {
-  constexpr std::size_t kFew = 5;
-  if (names.size() <= kFew) return listed(names);
-  return listed({names.begin(), names.begin() + kFew}) +
-         fmt::format(" and {} more", names.size() - kFew);
-}
+std::string someOf(const std::vector<std::string>& names) { return replay::someOf(names, 5); }
 
 const HeardTopic* heardOn(const RunningRobot& running, const std::string& topic) {
   const auto found = running.heard.find(topic);
@@ -42,17 +35,23 @@ std::string rate(const RunningRobot& running, const HeardTopic& heard) {
 // ----------------------------------------------------------------------------------------- a check
 
 Checkup checkControllers(const RobotProfile& robot, const RunningRobot& running) {
-  std::vector<std::string> there, missing;
+  std::vector<std::string> there, missing, stopped;
   for (const std::string& controller : robot.controllers) {
     const bool is_there = !running.graph.otherSubscribers(controller + "/goal").empty() ||
                           !running.graph.otherSubscribers(controller).empty();
-    (is_there ? there : missing).push_back(controller);
+    const std::string why_not = whyNotRunning(running.controllers, controller + "/goal");
+    if (why_not.empty()) {
+      (is_there ? there : missing).push_back(controller);
+    } else {
+      stopped.push_back(why_not);
+    }
   }
-  if (missing.empty()) return Checkup::ok("controllers", someOf(there));
-  const std::string found =
-      fmt::format("{} of {} listen; nobody listens to {}", there.size(), robot.controllers.size(),
-                  someOf(missing));
-  const std::string advice = "start what the robot has of these; goals to the others are refused";
+  if (missing.empty() && stopped.empty()) return Checkup::ok("controllers", someOf(there));
+  std::string found = fmt::format("{} of {} listen", there.size(), robot.controllers.size());
+  std::string advice = "start what the robot has of these; goals to the others are refused";
+  if (!missing.empty()) found += "; nobody listens to " + someOf(missing);
+  for (const std::string& why : stopped) found += "; " + why.substr(0, why.find(": "));
+  if (!stopped.empty()) advice = stopped.front().substr(stopped.front().find(": ") + 2);
   return there.empty() ? Checkup::problem("controllers", found, advice)
                        : Checkup::advise("controllers", found, advice);
 }

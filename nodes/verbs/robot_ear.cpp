@@ -169,6 +169,7 @@ RunningRobot listenToRobot(const replay::RobotProfile& robot, std::vector<std::s
     }
   }
   running.graph = askMaster(deadlineIn(kMasterPatience));
+  running.controllers = askControllers(running.graph);
   for (const std::string& node : nodes) {
     if (isAlive(node, deadlineIn(kNodePatience))) running.living.insert(node);
   }

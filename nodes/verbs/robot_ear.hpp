@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/controller_states.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/plan/robot_profile.hpp"
 
@@ -26,6 +27,7 @@ struct HeardTopic {
 
 struct RunningRobot {
   RosGraph graph;
+  ControllerStates controllers;  ///< of ros_control's controller managers
   std::map<std::string, std::string> types;  ///< of all topics
   std::map<std::string, HeardTopic> heard;   ///< by topic, of those that were listened to
   std::map<std::string, std::string> parents;  ///< of tf's frames

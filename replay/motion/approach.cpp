@@ -16,6 +16,7 @@ namespace {
 using Pose = std::vector<double>;
 
 constexpr std::int64_t kLookNs = 40'000'000;
+constexpr double kStillKnown = 1;  // s after the base's last pose
 /// Of the free way: farther off again by so much, the recorded way has passed the joints.
 constexpr double kPassed = 0.1;
 /// Poses that lie so near to the line between others are not bends; of the free way: 0.01 rad.
@@ -149,25 +150,26 @@ std::optional<Approach::Pose> Approach::recordedPose(const Names& joints, Stamp 
   return pose;
 }
 
-bool Approach::hasBaseMoved(Stamp from, Stamp to) const {
+/// It stood elsewhere than at the moment, or nobody knows: before the first pose, after the last.
+bool Approach::hasBaseMoved(Stamp then, Stamp at) const {
   if (!base_) return false;
-  // Before the first pose nobody knows.
-  if (from < base_->begin()) return true;
-  StartPose then, now;
-  then.base = base_->at(to);
-  now.base = base_->at(from);
-  return !baseDeviation(then, now, rules_.tolerances).empty();
+  const Stamp last = later(base_->end(), kStillKnown);
+  if (std::min(then, at) < base_->begin() || last < std::max(then, at)) return true;
+  const PlanarPose way = between(base_->at(then), base_->at(at));
+  return std::hypot(way.x, way.y) > rules_.tolerances.base ||
+         std::abs(way.yaw) > rules_.tolerances.base_turn;
 }
 
 /// The poses of a recorded way, `from` and `to` included; empty: there is none. It is looked for
-/// backwards, so that the shortest is found.
+/// from its end on, so that the shortest is found.
 std::vector<Approach::Pose> Approach::recordedPoses(const Names& joints, const Pose& from,
-                                                    const Pose& to, Stamp at) const {
+                                                    const Pose& to, Stamp at,
+                                                    Search search) const {
   std::vector<Pose> poses = {to};
   std::size_t joined = 0;
   double nearest = std::numeric_limits<double>::max();
   for (std::int64_t ago = 0; ago <= kLongestRecordedWayNs; ago += kLookNs) {
-    const Stamp moment{at.ns - ago};
+    const Stamp moment{search == Search::Before ? at.ns - ago : at.ns + ago};
     const std::optional<Pose> pose = recordedPose(joints, moment, poses.back());
     if (!pose) continue;
     // How it went from the one to the other was not recorded.
@@ -186,6 +188,18 @@ std::vector<Approach::Pose> Approach::recordedPoses(const Names& joints, const P
   poses.push_back(from);
   std::reverse(poses.begin(), poses.end());
   return poses;
+}
+
+std::optional<JointWay> Approach::recordedWay(const Names& joints, const Pose& from,
+                                              const Pose& to, Stamp at) const {
+  std::optional<JointWay> shortest;
+  for (const Search search : {Search::Before, Search::After}) {
+    const std::vector<Pose> poses = recordedPoses(joints, from, to, at, search);
+    if (poses.empty()) continue;
+    JointWay way = timed(joints, poses, JointWay::Kind::Recorded);
+    if (!shortest || way.seconds() < shortest->seconds()) shortest = std::move(way);
+  }
+  return shortest;
 }
 
 void Approach::checkBounds(const Names& joints, const JointWay& whole) const {
@@ -277,12 +291,12 @@ JointWay Approach::wayTo(const Names& joints, const Pose& from, const Pose& to, 
   if (shareOfFree(joints, from, to) <= 1) {
     return timed(joints, straight, Kind::Short);
   }
-  const std::vector<Pose> recorded = recordedPoses(joints, from, to, at);
-  const bool is_checked = recorded.empty() && !rules_.accepts_unchecked;
+  const std::optional<JointWay> recorded = recordedWay(joints, from, to, at);
+  const bool is_checked = !recorded && !rules_.accepts_unchecked;
   if (is_checked && !check) refuseUnchecked(joints, from, to);
-  const JointWay way = !recorded.empty() ? timed(joints, recorded, Kind::Recorded)
-                       : is_checked      ? timed(joints, straight, Kind::Checked)
-                                         : timed(joints, straight, Kind::Unchecked);
+  const JointWay way = recorded     ? *recorded
+                       : is_checked ? timed(joints, straight, Kind::Checked)
+                                    : timed(joints, straight, Kind::Unchecked);
   checkBounds(joints, way);
   if (is_checked) checkStraight(joints, from, to, check);
   return way;

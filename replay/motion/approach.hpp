@@ -1,8 +1,9 @@
 /// \file
 /// The way of joints to where a motion begins, when they are elsewhere. A short way they go
-/// straight; a longer one by the poses that the robot was recorded at on its way there, in the
-/// recorded order, or straight if somebody who knows the room finds that free; else straight only
-/// if that was allowed, as nobody knows what stands in between. No way is longer than the bounds.
+/// straight; a longer one by the poses that the robot was recorded at, on its way there or from
+/// there on, which it goes back, or straight if somebody who knows the room finds that free; else
+/// straight only if that was allowed, as nobody knows what stands in between. No way is longer than
+/// the bounds.
 /// Radians, meters and seconds.
 #pragma once
 
@@ -25,7 +26,8 @@ namespace afterglow::replay {
 /// The peak velocity of a way from rest to rest, as controllers interpolate it (cubic), over its
 /// mean.
 constexpr double kCubicPeak = 1.5;
-/// How long before a motion a recorded way to its begin may have begun.
+/// How long before a motion a recorded way to its begin may have begun, and how long after it one
+/// that is gone back may have ended.
 constexpr std::int64_t kLongestRecordedWayNs = 120'000'000'000;
 
 struct ApproachBounds {
@@ -75,8 +77,9 @@ class Approach {
       : recorded_(std::move(recorded)), base_(std::move(base)), rules_(std::move(rules)) {}
 
   const JointTrack& recorded() const { return recorded_; }
-  /// From `from` to `to`, where these joints were at the recorded moment. A recorded way is one
-  /// that ends there, at most two minutes long; the base stood on it where it stands at its end.
+  /// From `from` to `to`, where these joints were at the recorded moment. A recorded way ends there,
+  /// or begins there and is gone back, the shorter of both; it is at most two minutes long, and the
+  /// base stood on it where it stood at that moment.
   /// `check`, if there is one, is asked along a long way that was not recorded. Throws
   /// ApproachRefused.
   JointWay wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
@@ -88,9 +91,12 @@ class Approach {
   double speedOf(const std::string& joint) const;
   double shareOfFree(const Names& joints, const Pose& from, const Pose& to) const;
   std::optional<Pose> recordedPose(const Names& joints, Stamp at, const Pose& near) const;
-  std::vector<Pose> recordedPoses(const Names& joints, const Pose& from, const Pose& to,
-                                  Stamp at) const;
-  bool hasBaseMoved(Stamp from, Stamp to) const;
+  enum class Search { Before, After };
+  std::vector<Pose> recordedPoses(const Names& joints, const Pose& from, const Pose& to, Stamp at,
+                                  Search search) const;
+  std::optional<JointWay> recordedWay(const Names& joints, const Pose& from, const Pose& to,
+                                      Stamp at) const;
+  bool hasBaseMoved(Stamp then, Stamp at) const;
   void checkBounds(const Names& joints, const JointWay& whole) const;
   double secondsFor(const Names& joints, const Pose& from, const Pose& to, bool is_whole) const;
   JointWay timed(const Names& joints, const std::vector<Pose>& poses, JointWay::Kind kind) const;

@@ -10,7 +10,8 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has not driven
+constexpr double kLongestStep = 0.1;  // s; a caller that was away longer has not driven,
+constexpr double kTimesOut = 0.3;     // and the base has stopped by itself
 constexpr double kHolonomicGain = 2;  // 1/s, in x, y and yaw
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
@@ -62,7 +63,7 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
       approach_(track_.endPose(), options.approach, headingsFor(track_), options.is_holonomic),
       path_(track_.begin(), track_.end(), options.rate),
       command_({options.speed, options.turn_speed, options.acceleration, options.turn_acceleration,
-                options.command_delay, options.longest_silence}) {
+                options.command_delay, 1e-9 * static_cast<double>(kMotionSilence.longest)}) {
   for (const double value :
        {options.speed, options.turn_speed, options.acceleration, options.turn_acceleration}) {
     if (!(value > 0)) throw std::invalid_argument("the limits of a base must be above zero");
@@ -74,7 +75,7 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   const double since = last_update_ ? secondsBetween(*last_update_, input.now) : 0;
   const double seconds = std::clamp(since, 0., kLongestStep);
   last_update_ = input.now;
-  if (since > options_.longest_silence || since < 0) halt(input.now);
+  if (since > kTimesOut || since < 0) halt(input.now);
   if (state_ == BaseState::Done || state_ == BaseState::Lost) return halt(input.now);
   taken_ += seconds;
   reason_ = whyWaiting(input);
@@ -116,15 +117,17 @@ bool BaseTracker::isOnTime() const {
   return state_ == BaseState::Following && reason_.empty() && path_.pace() > 0.999 * path_.rate();
 }
 
-std::string BaseTracker::whyWaiting(const BaseInput& input) const {
+std::string BaseTracker::whyWaiting(const BaseInput& input) {
   if (!input.T_odom_base) return "no odometry";
-  const double silence = secondsBetween(input.T_odom_base->stamp, input.now);
-  if (silence > options_.longest_silence) return fmt::format("no odometry for {:.1f} s", silence);
+  odometry_watch_.heard(input.T_odom_base->stamp);
+  if (odometry_watch_.isOverdue(input.now)) {
+    return fmt::format("no odometry for {:.1f} s", odometry_watch_.silence(input.now));
+  }
   if (!isLocalized()) return "";
   if (!input.T_map_odom) return "no localization";
-  const double blindness = secondsBetween(input.T_map_odom->stamp, input.now);
-  if (blindness > options_.longest_blindness) {
-    return fmt::format("no localization for {:.1f} s", blindness);
+  localization_watch_.heard(input.T_map_odom->stamp);
+  if (localization_watch_.isOverdue(input.now)) {
+    return fmt::format("no localization for {:.1f} s", localization_watch_.silence(input.now));
   }
   return "";
 }

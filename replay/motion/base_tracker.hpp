@@ -30,6 +30,7 @@
 #include "replay/motion/obstacle_stop.hpp"
 #include "replay/motion/path_time.hpp"
 #include "replay/motion/pose_track.hpp"
+#include "replay/motion/silence_watch.hpp"
 
 namespace afterglow::replay {
 
@@ -40,8 +41,6 @@ struct TrackerOptions {
   double acceleration = 0.7;            ///< m/s^2
   double turn_acceleration = 2.8;       ///< rad/s^2
   double command_delay = 0.08;          ///< s until the base does as it is told
-  double longest_silence = 0.3;         ///< s without odometry: the base stands until there is
-  double longest_blindness = 2;         ///< s, the same for localization
   double lost_distance = 0.5;           ///< m off the track: given up
   double lost_turn = 0.52;              ///< rad
   double patience = 10;                 ///< s without getting on: given up
@@ -126,7 +125,7 @@ class BaseTracker {
   const PoseTrack& track() const { return track_; }
 
  private:
-  std::string whyWaiting(const BaseInput& input) const;
+  std::string whyWaiting(const BaseInput& input);
   void localize(const BaseInput& input);
   PlanarVelocity follow(const PlanarPose& base, double seconds);
   PlanarVelocity approach(const PlanarPose& base, double seconds);
@@ -149,6 +148,7 @@ class BaseTracker {
   std::string reason_;
   std::optional<BaseLocalizer> localizer_;
   FinalApproach approach_;
+  SilenceWatch odometry_watch_{kMotionSilence}, localization_watch_{kLocalizationSilence};
   std::optional<Stamp> last_update_;
   PathTime path_;
   BaseCommand command_;

@@ -43,19 +43,20 @@ bool GoalBook::isOpen(const std::string& topic) const {
                      [&](const Open& goal) { return goal.topic == topic; });
 }
 
-bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at) {
+bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at,
+                      const std::string& how) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = find(id);
   if (found == open_.end() || outcome == GoalOutcome::Open) {
     return false;
   }
-  outcomes_[id] = outcome;
+  ends_[id] = {outcome, how};
   std::optional<Entry> recorded = std::move(found->recorded);
   open_.erase(found);
   if (!recorded) {
     return false;
   }
-  ended_.push_back({std::move(*recorded), outcome, at});
+  ended_.push_back({std::move(*recorded), outcome, at, how});
   counts_.succeeded += outcome == GoalOutcome::Succeeded;
   counts_.failed += outcome == GoalOutcome::Failed;
   counts_.canceled += outcome == GoalOutcome::Canceled;
@@ -64,8 +65,14 @@ bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at)
 
 GoalOutcome GoalBook::outcomeOf(const std::string& id) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = outcomes_.find(id);
-  return found == outcomes_.end() ? GoalOutcome::Open : found->second;
+  const auto found = ends_.find(id);
+  return found == ends_.end() ? GoalOutcome::Open : found->second.first;
+}
+
+std::string GoalBook::howEnded(const std::string& id) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto found = ends_.find(id);
+  return found == ends_.end() ? "" : found->second.second;
 }
 
 // -------------------------------------------------------------------------------- recorded goals

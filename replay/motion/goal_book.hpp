@@ -32,9 +32,12 @@ class GoalBook {
   bool isOpen(const std::string& topic) const;
   /// A goal's final status was seen. Unknown ids are not ours: ignored. True if this ended an open
   /// recorded goal.
-  bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at);
+  bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at,
+              const std::string& how = "failed");
   /// As finish() was told; Open before.
   GoalOutcome outcomeOf(const std::string& id) const;
+  /// Likewise: GoalEnd::words(); empty before.
+  std::string howEnded(const std::string& id) const;
 
   struct Entry {
     Channel channel;    ///< of the goal
@@ -48,6 +51,7 @@ class GoalBook {
   struct Ended : Entry {
     GoalOutcome outcome = GoalOutcome::Open;
     SteadyTime at;
+    std::string how = {};  ///< GoalEnd::words()
   };
 
   // All below is about recorded goals.
@@ -92,7 +96,7 @@ class GoalBook {
   std::vector<Open> open_;
   std::vector<Entry> suspended_;
   std::vector<Ended> ended_;
-  std::map<std::string, GoalOutcome> outcomes_;  ///< by id
+  std::map<std::string, std::pair<GoalOutcome, std::string>> ends_;  ///< by id; and how
   Counts counts_;
 };
 

@@ -65,6 +65,16 @@ void addResult(const Schema& schema, const Message& message, RecordedAction& act
   goal->end = end;
 }
 
+/// control_msgs/FollowJointTrajectoryResult's names; others have codes of their own.
+std::string errorName(const std::string& type, std::int32_t code) {
+  constexpr const char* kNames[] = {"INVALID_GOAL", "INVALID_JOINTS", "OLD_HEADER_TIMESTAMP",
+                                    "PATH_TOLERANCE_VIOLATED", "GOAL_TOLERANCE_VIOLATED"};
+  const bool is_named =
+      type == "control_msgs/FollowJointTrajectoryActionResult" && code < 0 && code >= -5;
+  return is_named ? std::string(kNames[-code - 1]) + ", " + std::to_string(code)
+                  : "error " + std::to_string(code);
+}
+
 /// Of an action whose results are there a goal without one was under way at the recording's end.
 void endByTrajectories(RecordedAction& action) {
   for (RecordedGoal& goal : action.goals) {
@@ -90,6 +100,38 @@ GoalOutcome outcomeOf(std::uint8_t goal_status) {
     default:
       return GoalOutcome::Open;
   }
+}
+
+std::string GoalEnd::words() const {
+  const std::string how = status == 4   ? "was aborted"
+                          : status == 5 ? "was rejected"
+                          : status == 9 ? "was lost"
+                          : outcome() == GoalOutcome::Canceled ? "was canceled"
+                                                               : "ended";
+  return reason.empty() ? how : how + " (" + reason + ")";
+}
+
+std::pair<std::string, GoalEnd> readResult(const std::string& type, const std::string& definition,
+                                           const Bytes& bytes) {
+  constexpr std::size_t kLongest = 100;  // letters of a robot's own words
+  const Schema schema = Schema::parse(type, definition);
+  const Value result = decode(schema, bytes);
+  const auto text = [&](const char* path) {
+    const Value* value = findValue(result, path);
+    const auto* words = value ? std::get_if<std::string>(value) : nullptr;
+    return words ? words->substr(0, kLongest) : std::string();
+  };
+  const auto status = findField(schema, bytes, FieldPath::parse("status.status"));
+  if (status.empty()) throw MessageError("no result of an action: " + type);
+  const Value* code = findValue(result, "result.error_code");
+  const auto* number = code ? std::get_if<std::int32_t>(code) : nullptr;
+  const std::string said = text("result.error_string");
+  std::string reason = number && *number != 0 ? errorName(type, *number) : "";
+  for (const std::string& words : {said, text("status.text")}) {
+    const bool is_new = !words.empty() && reason.find(words) == std::string::npos;
+    if (is_new) reason += (reason.empty() ? "" : ": ") + words;
+  }
+  return {text("status.goal_id.id"), {bytes[status.front().offset], reason}};
 }
 
 Milestones Milestones::read(const Store& store, const PlayPlan& plan) {

@@ -24,6 +24,22 @@ enum class GoalOutcome { Open, Succeeded, Failed, Canceled };
 /// actionlib_msgs/GoalStatus.status; Open for the states that are not final.
 GoalOutcome outcomeOf(std::uint8_t goal_status);
 
+/// How a goal ended, as its action server tells it.
+struct GoalEnd {
+  std::uint8_t status = 0;  ///< actionlib_msgs/GoalStatus.status
+  std::string reason;       ///< codes and words of its result; empty: it gave none
+
+  GoalEnd(std::uint8_t goal_status, std::string why = {})
+      : status(goal_status), reason(std::move(why)) {}
+  GoalOutcome outcome() const { return outcomeOf(status); }
+  /// "was aborted (PATH_TOLERANCE_VIOLATED, -4: arm_3_joint)".
+  std::string words() const;
+};
+
+/// What a message on an action's result topic tells, and of which goal. Throws MessageError.
+std::pair<std::string, GoalEnd> readResult(const std::string& type, const std::string& definition,
+                                           const Bytes& bytes);
+
 /// What its result caused may have been recorded so long before the result itself: each was sent by
 /// another node.
 constexpr std::int64_t kMilestoneMarginNs = 50'000'000;

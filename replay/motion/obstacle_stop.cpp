@@ -60,6 +60,7 @@ void ObstacleStop::move(Stamp stamp, const PlanarPose& T_odom_base) {
 void ObstacleStop::hear(const std::shared_ptr<const FloorScan>& scan) {
   if (!scan || scan == scan_) return;
   scan_ = scan;
+  watch_.heard(scan->stamp());
   take(*scan);
   recent_.push_back({scan, poseAt(scan->stamp())});
   const auto isOld = [&](const Taken& taken) {
@@ -120,8 +121,7 @@ double ObstacleStop::speedFor(double way) const {
 
 std::string ObstacleStop::whyNotSeeing(Stamp now) const {
   if (!scan_) return "no scan";
-  const double silence = secondsBetween(scan_->stamp(), now);
-  if (silence > options_.longest_silence) return fmt::format("no scan for {:.1f} s", silence);
+  if (watch_.isOverdue(now)) return fmt::format("no scan for {:.1f} s", watch_.silence(now));
   if (scan_->isBlind()) return "the scan sees nothing at all";
   return "";
 }

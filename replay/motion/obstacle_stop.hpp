@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "replay/motion/silence_watch.hpp"
 #include "replay/motion/swept_path.hpp"
 
 namespace afterglow::replay {
@@ -33,7 +34,6 @@ struct ObstacleOptions {
   double deceleration = 0.5;    ///< m/s^2, of the base; the lowest of known robots is 0.7
   double reaction = 0.2;        ///< s from a scan to the base's obeying
   double unseen_speed = 0.2;    ///< m/s where the scan does not look
-  double longest_silence = 0.3; ///< s without a scan: the base stands until there is one
   double patience = 15;         ///< s of waiting in a row: given up
 };
 
@@ -110,6 +110,7 @@ class ObstacleStop {
   const ObstacleOptions options_;
   const std::string frame_;
   std::shared_ptr<const FloorScan> scan_;
+  SilenceWatch watch_{kMotionSilence};  ///< of the scans
   std::deque<std::pair<Stamp, PlanarPose>> odometry_;  ///< of the last moments
   struct Taken {
     std::shared_ptr<const FloorScan> scan;

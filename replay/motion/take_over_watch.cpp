@@ -12,6 +12,9 @@ constexpr std::int64_t kRemembered = 2'000'000'000;
 constexpr std::int64_t kRecent = 500'000'000;  // another input's velocity may be the one put out
 constexpr int kExact = 5;                      // velocities after which nothing else is expected
 constexpr double kTolerance = 0.02;            // m/s, rad/s
+/// A multiplexer that ramps puts something out by then, and one zero on a joystick's release is
+/// none that holds.
+constexpr std::int64_t kHoldsStill = 400'000'000;
 
 std::string drivesOn(const std::string& topic) {
   return "somebody else drives the base on " + topic;
@@ -22,6 +25,12 @@ std::string drivesOn(const std::string& topic) {
 void TakeOverWatch::told(Stamp now, const Velocity& velocity) {
   forget(now);
   told_.push_back({now, velocity});
+  if (isZero(velocity)) {
+    suppressed_since_.reset();
+  } else if (!suppressed_since_ || now < *suppressed_since_) {
+    suppressed_since_ = now;
+    puts_zeros_out_ = false;
+  }
 }
 
 /// Also what a clock that was set back told later.
@@ -38,14 +47,21 @@ std::string TakeOverWatch::onSelected(const std::string& selected) const {
 
 std::string TakeOverWatch::onInput(Stamp now, const std::string& topic,
                                    const Velocity& velocity) {
-  if (isZero(velocity)) return "";
+  if (isZero(velocity)) {
+    zeros_[topic] = now;
+    return holderOf(now);
+  }
   inputs_[topic] = {now, velocity};
   return take_over_topics_.count(topic) > 0 ? drivesOn(topic) : "";
 }
 
 std::string TakeOverWatch::onOutput(Stamp now, const std::string& topic,
                                     const Velocity& velocity) {
-  if (isZero(velocity)) return "";
+  if (isZero(velocity)) {
+    puts_zeros_out_ = true;
+    return holderOf(now);
+  }
+  suppressed_since_.reset();
   forget(now);
   if (wasTold(velocity)) {
     exact_ = std::min(exact_ + 1, kExact);
@@ -53,6 +69,19 @@ std::string TakeOverWatch::onOutput(Stamp now, const std::string& topic,
   }
   if (const std::string driver = driverOf(now, "", &velocity); !driver.empty()) return driver;
   return exact_ < kExact && isSlowerThanTold(velocity) ? "" : driverOf(now, topic, nullptr);
+}
+
+/// The input whose zeros come out in place of what is told. Zeros alone say nothing: many send them
+/// all the time on an input that is not passed on.
+std::string TakeOverWatch::holderOf(Stamp now) const {
+  const bool is_suppressed = suppressed_since_ && puts_zeros_out_ && !told_.empty() &&
+                             now.ns - suppressed_since_->ns > kHoldsStill &&
+                             now.ns - told_.back().at.ns <= kRecent;
+  if (!is_suppressed) return "";
+  for (const auto& [topic, at] : zeros_) {
+    if (now.ns - at.ns <= kRecent) return "somebody holds the base still on " + topic;
+  }
+  return "";
 }
 
 bool TakeOverWatch::wasTold(const Velocity& velocity) const {

@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -15,8 +16,8 @@
 namespace afterglow::replay {
 
 /// A multiplexer passes on one of its inputs: the replay's, a person's. Each of its `on` methods
-/// returns who drives, one clause; empty: the replay alone. Stamps in ROS time; one thread at a
-/// time.
+/// returns who drives, or holds the base still by zeros that suppress what it is told, one clause;
+/// empty: the replay alone. Stamps in ROS time; one thread at a time.
 class TakeOverWatch {
  public:
   /// `topic`: where the replay drives the base; empty: it does not. Whatever is sent on
@@ -41,6 +42,7 @@ class TakeOverWatch {
     Velocity velocity;
   };
 
+  std::string holderOf(Stamp now) const;
   void forget(Stamp now);
   bool wasTold(const Velocity& velocity) const;
   bool isSlowerThanTold(const Velocity& velocity) const;
@@ -50,7 +52,11 @@ class TakeOverWatch {
   const std::set<std::string> take_over_topics_;
   std::deque<Sent> told_;                ///< of late
   std::map<std::string, Sent> inputs_;  ///< the last velocity of each but zero
-  int exact_ = 0;                        ///< velocities that came out as they went in
+  std::map<std::string, Stamp> zeros_;  ///< when each input sent its last zero
+  int exact_ = 0;                       ///< velocities that came out as they went in
+  /// Since when what is told moves, and none of it came out; empty: it does not, or did just now.
+  std::optional<Stamp> suppressed_since_;
+  bool puts_zeros_out_ = false;  ///< since then
 };
 
 }  // namespace afterglow::replay

@@ -144,8 +144,7 @@ void BodyInForce::followEnd(const GoalBook::Ended& ended) {
   if ((ended.outcome == GoalOutcome::Failed && !failed_then) || was_canceled) {
     const Modality modality = outbox_.topic(topic).planned.modality;  // sound_play's is speech
     play_.transport.fail(modality,
-                    "a goal on " + topic +
-                        (was_canceled ? " was canceled" : " was aborted, rejected or lost") +
+                    "a goal on " + topic + " " + (was_canceled ? "was canceled" : ended.how) +
                         (recorded ? ", and was not when it was recorded" : ""));
   }
 }

@@ -65,8 +65,8 @@ PlayReport Player::run() {
   return report;
 }
 
-void Player::onGoalStatus(const std::string& id, std::uint8_t goal_status) {
-  if (goals_.finish(id, outcomeOf(goal_status), play_.clock.now())) {
+void Player::onGoalStatus(const std::string& id, const GoalEnd& end) {
+  if (goals_.finish(id, end.outcome(), play_.clock.now(), end.words())) {
     play_.clock.wake();
   }
 }

@@ -86,7 +86,7 @@ class Player {
   /// Whether pause topics pause; they do at first. Returns whether they do now.
   bool togglePauseTopics() { return transport_.togglePauseTopics(); }
   /// A goal's status, seen on its action server's status topic; ids that are not ours are ignored.
-  void onGoalStatus(const std::string& id, std::uint8_t goal_status);
+  void onGoalStatus(const std::string& id, const GoalEnd& end);
   /// A modality has failed, says somebody who knows: the speaker.
   void fail(Modality modality, const std::string& why) { transport_.fail(modality, why); }
   PlayProgress progress() const;

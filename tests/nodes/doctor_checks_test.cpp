@@ -77,6 +77,18 @@ TEST(Doctor, isContentWithAFetchThatRuns) {
   }
 }
 
+TEST(Doctor, saysWhichControllerIsStopped) {
+  RunningRobot running = runningFetch();
+  running.controllers = {{"/arm_controller", "stopped"}, {"/head_controller", "running"}};
+  const Checkup finding = findingOf("controllers", running);
+  EXPECT_EQ(finding.level, Level::Advice);
+  EXPECT_NE(finding.found.find("arm_controller is stopped (controller_manager)"),
+            std::string::npos)
+      << finding.words();
+  EXPECT_EQ(finding.advice,
+            "start it with `rosrun controller_manager controller_manager start arm_controller`");
+}
+
 TEST(Doctor, saysOfEachCheckThatThereIsNoMaster) {
   const auto findings = checkRobot(findRobotProfile("fetch"), std::nullopt);
   EXPECT_EQ(findings.size(), 10u);

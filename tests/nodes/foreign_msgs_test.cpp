@@ -3,6 +3,7 @@
 #include <control_msgs/FollowJointTrajectoryAction.h>
 #include <control_msgs/GripperCommandAction.h>
 #include <control_msgs/PointHeadAction.h>
+#include <controller_manager_msgs/ListControllers.h>
 #include <gtest/gtest.h>
 #include <mongodb/MongoDBLoggerAction.h>
 #include <sound_play/SoundRequest.h>
@@ -28,6 +29,8 @@ TEST(ForeignMessages, haveTheMd5OfTheRealOnes) {
   EXPECT_EQ(md5<PointHeadActionGoal>(), "b53a8323d0ba7b310ba17a2d3a82a6b8");
   EXPECT_EQ(md5<PointHeadActionResult>(), "1eb06eeff08fa7ea874431638cb52332");
   EXPECT_EQ(md5<sound_play::SoundRequest>(), "d098ce4a040686259137ece23a625167");
+  EXPECT_STREQ(ros::service_traits::md5sum<controller_manager_msgs::ListControllers>(),
+               "1341feb2e63fa791f855565d0da950d8");
   EXPECT_EQ(md5<mongodb::MongoDBLoggerActionGoal>(), "c31dbdc237497789e7dd0b0bd9516b3a");
   EXPECT_EQ(md5<mongodb::MongoDBLoggerActionResult>(), "9ad6eba1b50ad0a0157d220a9c118734");
   EXPECT_EQ(md5<mongodb::MongoDBLoggerActionFeedback>(), "6f64bc7d0be7dd3495c478b83475d9ac");

@@ -6,6 +6,7 @@
 #include <control_msgs/FollowJointTrajectoryAction.h>
 #include <geometry_msgs/Twist.h>
 #include <gtest/gtest.h>
+#include <std_msgs/Bool.h>
 #include <std_msgs/String.h>
 #include <std_srvs/Trigger.h>
 
@@ -283,6 +284,38 @@ TEST_F(ReplayOnRobot, keepsTheArmsPathThroughAPauseInMidTrajectory) {
   ASSERT_TRUE(eventually(is_there));
   EXPECT_LT(test::farthest(witness->armPath(), recorded), kDegree);
   EXPECT_LT(test::farthest(recorded, witness->armPath()), kDegree);
+}
+
+TEST_F(ReplayOnRobot, stopsWhenJointStatesDieWhileAGoalRuns) {
+  const std::int64_t behavior = record({kTorsoAction + "/goal"}, [] {
+    EXPECT_EQ(world->torso->sendGoalAndWait(torsoGoal(kSeconds)), State::SUCCEEDED);
+  });
+  putBack();
+  ros::Publisher driver = node->advertise<std_msgs::Bool>("/fake_fetch/mute", 1);
+  ASSERT_TRUE(eventually([&] { return driver.getNumSubscribers() > 0; }));
+  const auto mute = [&](bool is_mute) {
+    std_msgs::Bool word;
+    word.data = is_mute;
+    driver.publish(word);
+  };
+  actionlib::SimpleActionClient<ReplayAction> client("/replay", false);
+  ASSERT_TRUE(client.waitForServer(kPatience));
+  client.sendGoal(goalOf(behavior));
+  ASSERT_TRUE(eventually([&] { return witness->height() > 0.02; }))
+      << client.getState().toString() << " " << client.getState().getText();
+  mute(true);
+  EXPECT_TRUE(client.waitForResult(kPatience));
+  mute(false);
+  EXPECT_EQ(client.getState(), State::ABORTED);
+  EXPECT_EQ(client.getState().getText(),
+            "joint states fell silent in motion: nobody tells where torso_lift_joint is");
+  double height = -1;
+  ASSERT_TRUE(eventually([&] {  // it stands, as the joint states say again
+    const double before = std::exchange(height, witness->height());
+    ros::WallDuration(0.25).sleep();
+    return before == height;
+  }));
+  EXPECT_LT(witness->height(), 0.8 * kHeight) << "it did not go on unseen";
 }
 
 // --------------------------------------------------------------------------- who is there to

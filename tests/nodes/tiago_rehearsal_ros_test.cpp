@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/controller_states.hpp"
 #include "tests/support/robots/rehearsal.hpp"
 
 namespace afterglow::nodes::tiago_rehearsal_ros_test {
@@ -125,9 +126,29 @@ TEST_F(TiagoRehearsal, isHaltedWhereItsControllerGoesOnAfterAnAbort) {
   std_msgs::String joint;
   joint.data = "arm_4_joint";
   hand.publish(joint);
-  EXPECT_NE(tiago->endOfReplay().find("was aborted, rejected or lost"), std::string::npos);
+  EXPECT_EQ(tiago->endOfReplay(),
+            "ABORTED: body failed: a goal on /arm_controller/follow_joint_trajectory/goal was "
+            "aborted (PATH_TOLERANCE_VIOLATED, -4), and was not when it was recorded");
   ASSERT_TRUE(eventually([] { return tiago->witness->stands(); }));
   EXPECT_LT(tiago->witness->joint("arm_3_joint"), 1.15) << "of 1.2, where it was led";
+}
+
+TEST_F(TiagoRehearsal, isRefusedBeforeAnythingMovesWhereAControllerIsStopped) {
+  const std::int64_t behavior = recordReach();
+  ros::Publisher person = tiago->node->advertise<std_msgs::String>("/robot/switch_off", 1);
+  ASSERT_TRUE(eventually([&] { return person.getNumSubscribers() > 0; }));
+  std_msgs::String name;
+  name.data = kArm;
+  person.publish(name);
+  ros::NodeHandle node;
+  ASSERT_TRUE(eventually([&] {
+    return whyNotRunning(askControllers(askMaster(deadlineIn(5))), goalOf(kArm)) != "";
+  }));
+  EXPECT_EQ(tiago->replay(behavior),
+            "ABORTED: motion is refused: arm_controller is stopped (controller_manager): start it "
+            "with `rosrun controller_manager controller_manager start arm_controller`");
+  tiago->putBack();
+  EXPECT_EQ(whyNotRunning(askControllers(askMaster(deadlineIn(5))), goalOf(kArm)), "");
 }
 
 TEST_F(TiagoRehearsal, drivesThroughItsMultiplexerToWhereItHadGone) {
@@ -149,6 +170,17 @@ TEST_F(TiagoRehearsal, givesWayToWhoeverTakesItsJoystick) {
   joystick.publish(turn);
   // Before its multiplexer or behind it, whichever is heard first.
   EXPECT_EQ(tiago->endOfReplay().find("ABORTED: somebody else drives the base on /"), 0U);
+}
+
+TEST_F(TiagoRehearsal, givesWayToAJoystickAtNeutralWhoseZerosItsMultiplexerPassesOn) {
+  tiago->beginReplay(drive);
+  ASSERT_TRUE(eventually(baseIsUnderWay)) << tiago->player().log();
+  ros::Publisher joystick = tiago->node->advertise<geometry_msgs::Twist>("/joy_vel", 1);
+  ASSERT_TRUE(eventually([&] { return joystick.getNumSubscribers() >= 2; }));
+  ros::WallRate rate(20);
+  for (int i = 0; i < 20; ++i, rate.sleep()) joystick.publish(geometry_msgs::Twist());
+  EXPECT_EQ(tiago->endOfReplay(), "ABORTED: somebody holds the base still on /joy_vel");
+  ASSERT_TRUE(eventually([] { return tiago->witness->stands(); })) << "when its zeros have ended";
 }
 
 TEST_F(TiagoRehearsal, endsWhereItsMultiplexerIsLocked) {

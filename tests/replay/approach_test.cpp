@@ -123,10 +123,38 @@ TEST_F(ApproachOf, goesStraightWhereSomebodyFindsEveryPoseOnTheWayFree) {
   }
 }
 
-TEST_F(ApproachOf, isNeverDrivenBackwards) {
-  track.add("elbow", {2 * kSecond}, 0);  // it went back later
-  track.add("shoulder", {2 * kSecond}, 0);
-  EXPECT_NE(whyNot({1, 1}, {0, 0}), "") << "the end was recorded before the begin";
+/// As to the start of a behavior from its recorded end, or to before where a goal is now.
+TEST_F(ApproachOf, goesBackAWayThatWasRecordedFromThereOn) {
+  const auto back = [&] { return approach().wayTo(kJoints, {1, 1}, {0, 0}, {-10 * kSecond}); };
+  const JointWay way = back();
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  EXPECT_EQ(way.rests.front().positions, (Numbers{1, 1}));
+  EXPECT_EQ(way.rests.back().positions, (Numbers{0, 0}));
+  const bool goes_round = std::any_of(way.rests.begin(), way.rests.end(), [](const auto& rest) {
+    return std::abs(rest.positions[0]) < 0.03 && std::abs(rest.positions[1] - 1) < 0.03;
+  });
+  EXPECT_TRUE(goes_round) << "the shoulder first";
+  EXPECT_NEAR(way.seconds(), 1.5 * 2 / 0.3, 1) << "at the speed of every way to the start";
+
+  using Samples = std::vector<PoseTrack::Sample>;
+  const Stamp begin{-12 * kSecond}, end{0};
+  base = PoseTrack(Samples{{begin, {0, 0, 0}}, {end, {0, 0, 0}}}, "map", true);
+  EXPECT_EQ(back().kind, Kind::Recorded);
+  base = PoseTrack(Samples{{begin, {0, 0, 0}}, {{-7 * kSecond}, {0, 0, 0}}, {end, {1, 0, 0}}},
+                   "map", true);
+  EXPECT_THROW(back(), ApproachRefused) << "it drove on meanwhile";
+  base = PoseTrack(Samples{{begin, {0, 0, 0}}, {{-7 * kSecond}, {0, 0, 0}}}, "map", true);
+  EXPECT_THROW(back(), ApproachRefused) << "nobody knows where it went";
+}
+
+TEST_F(ApproachOf, goesTheShorterOfTwoRecordedWays) {
+  for (int ms = 20; ms <= 2000; ms += 20) {  // on from there, both at once
+    const double position = 1 - ms / 2000.0;
+    for (const std::string& joint : kJoints) track.add(joint, {ms * kMs}, position);
+  }
+  const JointWay way = wayFrom({0, 0});
+  EXPECT_EQ(way.kind, Kind::Recorded);
+  EXPECT_NEAR(way.seconds(), 1.5 / 0.3, 1.5) << "by the last two seconds, not round the corner";
 }
 
 TEST_F(ApproachOf, doesNotTakeAJumpBetweenRecordingsForAWay) {

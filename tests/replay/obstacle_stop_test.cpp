@@ -37,6 +37,7 @@ struct Standing {
   std::vector<Disc> discs;
   std::function<void(RangeScan&)> disturb = [](RangeScan&) {};
   bool has_scan = true;
+  double scan_period = kScanPeriod;
   PlanarVelocity wanted = kAhead;
 
   ObstacleStop::Verdict judge() {
@@ -46,7 +47,7 @@ struct Standing {
       disturb(ranges);
       stop.hear(std::make_shared<FloorScan>(
           ranges, ScanMount{{kLaserAhead, 0}, {1, 0}, {0, 1}}, nullptr, std::vector<OwnPart>{}));
-      next_scan += kScanPeriod;
+      next_scan += scan_period;
     }
     const auto verdict = stop.judge({stampAt(now), {}, {}, stampAt(now), kJudgePeriod},
                                     pathOf(wanted, 0.3, stop.lookAhead()));
@@ -148,7 +149,7 @@ TEST(ObstacleStop, isNotStoppedBySpeckle) {
 
 TEST(ObstacleStop, standsWithoutAScanAndWithOneThatSeesNothing) {
   Standing base;
-  EXPECT_EQ(base.judgeFor(0.3).kind, Kind::Go);
+  EXPECT_EQ(base.judgeFor(0.6).kind, Kind::Go);
   base.has_scan = false;  // it dies
   EXPECT_EQ(base.judgeFor(0.2).kind, Kind::Go);
   auto verdict = base.judgeFor(0.2);
@@ -165,6 +166,21 @@ TEST(ObstacleStop, standsWithoutAScanAndWithOneThatSeesNothing) {
   Standing never;
   never.has_scan = false;
   EXPECT_EQ(never.judge().kind, Kind::Wait);
+}
+
+TEST(ObstacleStop, waitsForNoSlowScanAndSoonForAFastOne) {
+  Standing slow, fast;
+  slow.scan_period = 0.2;
+  fast.scan_period = 0.025;
+  for (int i = 0; i < 250; ++i) {
+    ASSERT_EQ(slow.judge().kind, Kind::Go) << slow.now;
+    ASSERT_EQ(fast.judge().kind, Kind::Go) << fast.now;
+  }
+  slow.has_scan = fast.has_scan = false;
+  EXPECT_EQ(slow.judgeFor(0.7).kind, Kind::Go);
+  EXPECT_EQ(slow.judgeFor(0.35).kind, Kind::Wait);
+  EXPECT_EQ(fast.judgeFor(0.15).kind, Kind::Go);
+  EXPECT_EQ(fast.judgeFor(0.08).kind, Kind::Wait);
 }
 
 TEST(ObstacleStop, keepsFartherAwayFromWhatMoves) {
@@ -315,7 +331,7 @@ TEST(ObstacleStop, haltsTheBaseWhenTheScanDies) {
   drive.scans_end = 2;
   drive.replay.runUntil(2.2);
   EXPECT_NE(drive.replay.command.forward, 0);
-  drive.replay.runUntil(2.4);
+  drive.replay.runUntil(2.5);
   EXPECT_EQ(drive.replay.command.forward, 0);
   drive.replay.runUntil(3.5);
   EXPECT_EQ(drive.replay.robot.velocity().forward, 0);

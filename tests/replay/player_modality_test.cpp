@@ -28,7 +28,7 @@ TEST_F(Failing, stopsAllAndClearsTheLightWhenAGoalIsAborted) {
   const PlayReport report = play(2000);
   EXPECT_FALSE(report.is_complete);
   EXPECT_EQ(report.reason, "body failed: a goal on " + kArm.topic +
-                               " was aborted, rejected or lost, and was not when it was recorded");
+                               " was aborted, and was not when it was recorded");
   EXPECT_EQ(sink.times("/points"), (Times{0, 500}));
   EXPECT_EQ(test::cloudWidth(sink.on("/points")[1].bytes), 0u);
   EXPECT_TRUE(sink.on("/robotsound").empty());

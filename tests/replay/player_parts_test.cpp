@@ -67,6 +67,37 @@ TEST(GoalBook, keepsAGoalOpenUntilItsCancelIsSent) {
   EXPECT_EQ(goals.counts().sent, 0u) << "it is sent again";
 }
 
+TEST(GoalEnd, tellsAbortedRejectedAndLostApartWithCodeAndText) {
+  const std::string type = "control_msgs/FollowJointTrajectoryActionResult";
+  const Channel channel =
+      channelOf("/arm/result", type,
+                kAnyActionResult.substr(0, kAnyActionResult.find('=')) +
+                    "control_msgs/FollowJointTrajectoryResult result\n" +
+                    kAnyActionResult.substr(kAnyActionResult.find('=')) +
+                    withTypes("", "control_msgs/FollowJointTrajectoryResult",
+                              "int32 error_code\nstring error_string\n"));
+  const auto words = [&](std::uint8_t status, std::int32_t code, const char* said, const char* text) {
+    Value message = blank(channel);
+    at(message, "status.goal_id.id") = std::string("fresh");
+    at(message, "status.status") = status;
+    at(message, "status.text") = std::string(text);
+    at(message, "result.error_code") = code;
+    at(message, "result.error_string") = std::string(said);
+    const auto [id, end] = readResult(type, channel.definition, encode(schemaOf(channel), message));
+    EXPECT_EQ(id, "fresh");
+    return end.words();
+  };
+  EXPECT_EQ(words(4, -4, "", ""), "was aborted (PATH_TOLERANCE_VIOLATED, -4)");
+  EXPECT_EQ(words(5, -2, "arm_9 is unknown", "no"),
+            "was rejected (INVALID_JOINTS, -2: arm_9 is unknown: no)");
+  EXPECT_EQ(words(4, 7, "", "stuck"), "was aborted (error 7: stuck)");
+  EXPECT_EQ(words(9, 0, "", ""), "was lost");
+  EXPECT_EQ(words(3, 0, "", ""), "ended");
+  const auto [id, other] = readResult("my_msgs/AnyActionResult", kAnyActionResult,
+                                      resultMessage("a", 4));
+  EXPECT_EQ(other.words(), "was aborted");
+}
+
 TEST(GoalBook, tellsHowGoalsEndedThatWereNotRecorded) {
   GoalBook goals;
   goals.open("/arm/goal", "to-the-start");
@@ -287,11 +318,10 @@ TEST_F(PlayerBody, isSuspendedAndToldAgainWhatIsLeft) {
 
 TEST_F(PlayerBody, failsWithAGoalThatDidNotFailWhenItWasRecorded) {
   tell(kArm, goalMessage("recorded", {1}), 0);
-  goals.finish("fresh", GoalOutcome::Failed, clock.now());
+  goals.finish("fresh", GoalOutcome::Failed, clock.now(), GoalEnd(5).words());
   EXPECT_FALSE(body.followEnds());
   EXPECT_EQ(transport.stopReason(),
-            "body failed: a goal on /arm/follow_joint_trajectory/goal was aborted, rejected or "
-            "lost");
+            "body failed: a goal on /arm/follow_joint_trajectory/goal was rejected");
   EXPECT_EQ(ledger.report().goal_spans.at(0).outcome, GoalOutcome::Failed);
 }
 

@@ -10,8 +10,8 @@ constexpr std::int64_t kMs = 1'000'000;
 SteadyTime at(std::int64_t ms) { return {ms * kMs}; }
 
 /// Every so many ms, from 0 on.
-SilenceWatch periodic(std::int64_t period_ms, int count, std::int64_t longest_ns = 0) {
-  SilenceWatch watch(longest_ns);
+SilenceWatch periodic(std::int64_t period_ms, int count, const SilenceBounds& bounds = {}) {
+  SilenceWatch watch(bounds);
   for (int i = 0; i < count; ++i) watch.heard(at(i * period_ms));
   return watch;
 }
@@ -32,10 +32,10 @@ TEST(SilenceWatch, lastsForEverOnATopicThatIsSentOnChange) {
 }
 
 TEST(SilenceWatch, takesTheLongestThatIsGiven) {
-  const SilenceWatch watch = periodic(100, 1, 300 * kMs);
+  const SilenceWatch watch = periodic(100, 1, {300 * kMs, 300 * kMs});
   EXPECT_FALSE(watch.isOverdue(at(300)));
   EXPECT_TRUE(watch.isOverdue(at(301)));
-  EXPECT_EQ(periodic(100, 20, 2000 * kMs).longestSilence(), 2000 * kMs);
+  EXPECT_EQ(periodic(100, 20, {2000 * kMs, 2000 * kMs}).longestSilence(), 2000 * kMs);
 }
 
 TEST(SilenceWatch, isNotDeceivedByOneLateMessage) {
@@ -49,8 +49,26 @@ TEST(SilenceWatch, bearsTheJitterOfAFastTopic) {
   EXPECT_EQ(periodic(2, 20).longestSilence(), 200 * kMs);
 }
 
+TEST(SilenceWatch, boundsWhatAMotionReliesOnByItsOwnPeriod) {
+  const auto longest = [](std::int64_t period_ms) {
+    return periodic(period_ms, 20, kMotionSilence).longestSilence();
+  };
+  EXPECT_EQ(longest(2), 200 * kMs);
+  EXPECT_EQ(longest(66), 330 * kMs);
+  EXPECT_EQ(longest(200), 1000 * kMs);
+  EXPECT_EQ(longest(500), 1000 * kMs);
+  EXPECT_EQ(periodic(66, 2, kMotionSilence).longestSilence(), 1000 * kMs) << "not known yet";
+}
+
+TEST(SilenceWatch, beginsAnewWithAClockThatWasSetBack) {
+  SilenceWatch watch = periodic(100, 6, kMotionSilence);
+  watch.heard(at(-50'000));
+  EXPECT_FALSE(watch.isOverdue(at(-49'900)));
+  EXPECT_FALSE(watch.knowsPeriod());
+}
+
 TEST(SilenceWatch, isNoneBeforeTheFirstMessage) {
-  const SilenceWatch watch(100 * kMs);
+  const SilenceWatch watch(SilenceBounds{100 * kMs, 100 * kMs});
   EXPECT_FALSE(watch.hasBeenHeard());
   EXPECT_FALSE(watch.isOverdue(at(10'000)));
 }

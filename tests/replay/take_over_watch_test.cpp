@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
+#include <utility>
+
 namespace afterglow::replay::take_over_watch_test {
 namespace {
 
@@ -53,6 +57,52 @@ TEST(TakeOverWatch, seesOthersVelocitiesBehindTheMultiplexerAndWhoseTheyAre) {
 TEST(TakeOverWatch, leavesAStandAlone) {
   TakeOverWatch driven = driving();
   EXPECT_EQ(driven.onOutput(at(300), "/base/command", velocity(0)), kNobody);
+}
+
+/// A replay that goes on to tell 0.5 m/s from 200 ms on, 50 times a second, while an input sends a
+/// zero each 50 ms; what the multiplexer puts out, if anything, is `put_out`'s. Returns who is seen,
+/// and when, ms.
+template <typename PutOut>
+std::pair<std::string, int> besideZeros(const PutOut& put_out) {
+  TakeOverWatch driven = driving();
+  for (int ms = 200; ms < 3000; ms += 10) {
+    std::string seen;
+    if (ms % 20 == 0) driven.told(at(ms), velocity(0.5));
+    if (ms % 50 == 0) seen = driven.onInput(at(ms), "/joy_vel", velocity(0));
+    if (const std::optional<Velocity> out = put_out(ms); out && seen.empty()) {
+      seen = driven.onOutput(at(ms), "/base/command", *out);
+    }
+    if (!seen.empty()) return {seen, ms};
+  }
+  return {kNobody, 0};
+}
+
+TEST(TakeOverWatch, seesZerosOfAnotherInputThatSuppressWhatIsTold) {
+  const auto [who, ms] = besideZeros([](int now) {
+    return now % 50 == 0 ? std::optional(velocity(0)) : std::nullopt;
+  });
+  EXPECT_EQ(who, "somebody holds the base still on /joy_vel");
+  EXPECT_GT(ms, 600) << "not by one zero, as a joystick sends it when its button is released";
+  EXPECT_LT(ms, 700);
+}
+
+TEST(TakeOverWatch, leavesZerosAloneThatSuppressNothing) {
+  using Out = std::optional<Velocity>;
+  EXPECT_EQ(besideZeros([](int) { return Out(velocity(0.5)); }).first, kNobody)
+      << "a joystick of a lower priority, or without its button";
+  EXPECT_EQ(besideZeros([](int) { return Out(); }).first, kNobody) << "nobody hears the output";
+  EXPECT_EQ(besideZeros([](int now) { return Out(velocity(now % 200 == 0 ? 0.5 : 0)); }).first,
+            kNobody)
+      << "they come out between what is told: it drives";
+}
+
+TEST(TakeOverWatch, letsABaseStandThatIsToldTo) {
+  TakeOverWatch driven = driving();
+  for (int ms = 200; ms < 3000; ms += 20) {
+    driven.told(at(ms), velocity(0));
+    EXPECT_EQ(driven.onInput(at(ms), "/joy_vel", velocity(0)), kNobody);
+    EXPECT_EQ(driven.onOutput(at(ms), "/base/command", velocity(0)), kNobody);
+  }
 }
 
 TEST(TakeOverWatch, letsAMultiplexerThatRampsBeSlowerThanTold) {

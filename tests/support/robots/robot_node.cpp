@@ -54,7 +54,7 @@ Result resultOf(int code) {
 // ------------------------------------------------------------------------------------ controllers
 ControllerTopics::ControllerTopics(const ControllerFacts& facts, const RobotModel& model,
                                    const JointStates& joints)
-    : controller_(facts, jointsOf(model, facts.joints), joints), joints_(joints) {
+    : name_(facts.name), controller_(facts, jointsOf(model, facts.joints), joints), joints_(joints) {
   command_ = node_.subscribe("/" + facts.name + "/command", 1, &ControllerTopics::onCommand, this);
   server_ = std::make_unique<Server>(
       node_, "/" + facts.name + "/follow_joint_trajectory",
@@ -210,6 +210,14 @@ RobotNode::RobotNode(const RobotFacts& facts)
   subscribers_ = {
       private_node_.subscribe<std_msgs::Bool>(
           "press", 1, [this](const auto& word) { onPress(word->data != 0); }),
+      private_node_.subscribe<std_msgs::String>("switch_off", 1,
+                                                [this](const auto& name) {
+                                                  for (const auto& controller : controllers_) {
+                                                    if (controller->name() == name->data) {
+                                                      controller->stop();
+                                                    }
+                                                  }
+                                                }),
       private_node_.subscribe<std_msgs::String>(
           "hinder", 1, [this](const auto& joint) { hindered_ = joint->data; }),
       private_node_.subscribe<std_msgs::Float64>(
@@ -230,6 +238,14 @@ RobotNode::RobotNode(const RobotFacts& facts)
   }
   putBack();
   reset_service_ = private_node_.advertiseService("reset", &RobotNode::reset, this);
+  const bool is_managed =
+      std::any_of(facts_.controllers.begin(), facts_.controllers.end(), [](const auto& controller) {
+        return controller.kind == ControllerFacts::Kind::RosControl;
+      });
+  if (is_managed) {
+    manager_service_ = node_.advertiseService("/controller_manager/list_controllers",
+                                              &RobotNode::listControllers, this);
+  }
   timer_ = node_.createWallTimer(ros::WallDuration(kCycle),
                                  [this](const ros::WallTimerEvent&) { onTimer(); });
 }
@@ -258,6 +274,16 @@ void RobotNode::onPress(bool is_pressed) {
 bool RobotNode::reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
   putBack();
   response.success = true;
+  return true;
+}
+
+bool RobotNode::listControllers(controller_manager_msgs::ListControllers::Request&,
+                                controller_manager_msgs::ListControllers::Response& response) {
+  for (const auto& controller : controllers_) {
+    response.controller.emplace_back();
+    response.controller.back().name = controller->name();
+    response.controller.back().state = controller->isRunning() ? "running" : "stopped";
+  }
   return true;
 }
 

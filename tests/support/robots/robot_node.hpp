@@ -6,12 +6,14 @@
 /// - ~commands (sensor_msgs/JointState): what its controllers command; as velocity the fastest
 ///   change of a command in a cycle of 10 ms since the message before;
 /// - ~press (std_msgs/Bool): presses its stop, or releases it;
+/// - ~switch_off (std_msgs/String): stops this controller, as its controller manager tells until ~reset;
 /// - ~hinder (std_msgs/String): somebody holds this joint; empty: none;
 /// - ~speed_scale (std_msgs/Float64): the pendant's slider; 0 is its pause;
 /// - ~reset (std_srvs/Trigger): puts all back to the start.
 #pragma once
 
 #include <actionlib/server/action_server.h>
+#include <controller_manager_msgs/ListControllers.h>
 #include <control_msgs/FollowJointTrajectoryAction.h>
 #include <control_msgs/GripperCommandAction.h>
 #include <geometry_msgs/Twist.h>
@@ -46,6 +48,7 @@ class ControllerTopics {
   void stop();
   void start();
   bool isRunning() const { return is_running_; }
+  const std::string& name() const { return name_; }
   const TrajectoryController& controller() const { return controller_; }
 
  private:
@@ -55,6 +58,7 @@ class ControllerTopics {
   void onCommand(const trajectory_msgs::JointTrajectory& command);
   void preempt();
 
+  const std::string name_;
   TrajectoryController controller_;
   const nodes::JointStates& joints_;  ///< as they are measured
   bool is_running_ = true;
@@ -111,6 +115,8 @@ class RobotNode {
   void onTwist(const geometry_msgs::Twist& twist);
   void onPress(bool is_pressed);
   bool reset(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response);
+  bool listControllers(controller_manager_msgs::ListControllers::Request&,
+                       controller_manager_msgs::ListControllers::Response& response);
   void putBack();
   void onTimer();
   void step();
@@ -141,7 +147,7 @@ class RobotNode {
   ros::Publisher joints_publisher_, commands_publisher_, odometry_publisher_, truth_publisher_,
       echo_publisher_, scale_publisher_;
   std::vector<ros::Subscriber> subscribers_;
-  ros::ServiceServer reset_service_;
+  ros::ServiceServer reset_service_, manager_service_;
   ros::WallTimer timer_;
 };
 

@@ -1,0 +1,55 @@
+#include "nodes/player/controller_states.hpp"
+
+#include <controller_manager_msgs/ListControllers.h>
+#include <ros/service.h>
+
+#include <algorithm>
+
+namespace afterglow::nodes {
+namespace {
+
+constexpr double kManagerPatience = 1.0;  // s, for its node to answer
+constexpr const char* kManager = "controller_manager";
+
+/// "/robot1/" for "/robot1/controller_manager/list_controllers"; empty for another service.
+std::string namespaceOf(const std::string& service) {
+  const std::string end = std::string("/") + kManager + "/list_controllers";
+  const bool is_manager = service.size() >= end.size() &&
+                          service.compare(service.size() - end.size(), end.size(), end) == 0;
+  return is_manager ? service.substr(0, service.size() - end.size() + 1) : "";
+}
+
+}  // namespace
+
+ControllerStates askControllers(const RosGraph& graph) {
+  ControllerStates states;
+  for (const auto& [service, nodes] : graph.services) {
+    const std::string place = namespaceOf(service);
+    if (place.empty()) continue;
+    // A dead node may stay registered forever.
+    const bool answers = std::any_of(nodes.begin(), nodes.end(), [](const std::string& node) {
+      return isAlive(node, deadlineIn(kManagerPatience));
+    });
+    controller_manager_msgs::ListControllers question;
+    if (!answers || !ros::service::call(service, question)) continue;
+    for (const auto& controller : question.response.controller) {
+      states[place + controller.name] = controller.state;
+    }
+  }
+  return states;
+}
+
+std::string whyNotRunning(const ControllerStates& states, const std::string& topic) {
+  for (const auto& [name, state] : states) {
+    const bool is_its = topic.compare(0, name.size() + 1, name + "/") == 0;
+    if (!is_its || state == "running") continue;
+    const std::size_t slash = name.rfind('/');
+    const std::string place = name.substr(0, slash), controller = name.substr(slash + 1);
+    return name.substr(1) + " is " + state + " (" + kManager + "): start it with `" +
+           (place.empty() ? "" : "ROS_NAMESPACE=" + place + " ") +
+           "rosrun controller_manager controller_manager start " + controller + "`";
+  }
+  return "";
+}
+
+}  // namespace afterglow::nodes
