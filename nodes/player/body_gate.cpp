@@ -16,6 +16,7 @@
 #include "nodes/player/state_validity.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/refusal_text.hpp"
 #include "replay/motion/stop_maker.hpp"
 #include "replay/plan/rewrite.hpp"
 
@@ -62,7 +63,7 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
     if (!why.empty() && !is_said) missing.push_back(why);
   };
   for (const replay::PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed() || topic.modality != replay::Modality::Body) {
+    if (!topic.isPlayed() || topic.modality != replay::Modality::Body || topic.is_for_start) {
       continue;
     }
     const std::string& name = topic.output.topic;
@@ -84,6 +85,12 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
     }
   }
   return missing;
+}
+
+bool movesBase(const replay::PlayPlan& plan, const replay::MovedParts& parts) {
+  return parts.moves_base ||
+         std::any_of(plan.topics.begin(), plan.topics.end(),
+                     [](const replay::PlannedTopic& topic) { return topic.is_for_start; });
 }
 
 std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options) {
@@ -126,8 +133,8 @@ std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& pa
     if (!is_told) unknown.push_back(joint);
   }
   if (unknown.empty()) return "";
-  return fmt::format("this robot has no joint {} ({})", fmt::join(unknown, ", "),
-                     fmt::join(options.joint_topics, ", "));
+  return fmt::format("this robot has no joint {} ({})", replay::someOf(unknown),
+                     replay::someOf(options.joint_topics));
 }
 
 replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
@@ -181,7 +188,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   parts_ = movedParts(store_, plan_);
   parts_.robot = options_.joints;
   if (const std::string why = whyUnnamed(parts_, options_); !why.empty()) refuse(why);
-  if (parts_.moves_base) {
+  if (movesBase(plan_, parts_)) {
     base_.emplace(store_, plan_, options_.base, limits_);
     if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
     lookAhead(is_stopped);
@@ -198,17 +205,15 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   }
   checkWays(then, now);
   waitForGuards(is_stopped);
-  const std::vector<std::string> deviations = goToStart(then, now, is_stopped);
+  const std::string why_not = goToStart(then, now, is_stopped);
   if (is_stopped()) return;
-  if (!deviations.empty()) {
-    refuse(fmt::format("the robot does not stand as it did: {}", fmt::join(deviations, "; ")));
-  }
+  if (!why_not.empty()) refuse(why_not);
   stops_->waitUntilHeld(is_stopped);
   watchArm();
   holdGaze(is_stopped);
   if (base_) base_->prepare(is_stopped);
   const auto obstacles = base_ ? base_->obstacles() : std::nullopt;
-  if (obstacles && !base_->drive()) {
+  if (obstacles && base_->isPlayed() && !base_->drive()) {
     open_loop_.emplace(plan_, sink_, *obstacles, [this] { return base_->look(); }, stop_);
   }
 }
@@ -224,7 +229,8 @@ void BodyGate::lookAhead(const std::function<bool()>& is_stopped) {
     const std::lock_guard<std::mutex> lock(waits_mutex_);
     waits_for_ = reason;
   });
-  if (!why_not.empty()) refuse(why_not);
+  if (!why_not.empty() && base_->isPlayed()) refuse(why_not);
+  why_no_drive_ = why_not;
 }
 
 std::string BodyGate::waitsFor() const {
@@ -370,6 +376,7 @@ std::string BodyGate::baseDeviation(const replay::StartPose& then, const replay:
     return fmt::format("{}; --to-start drives at most {} m", deviation,
                        ReplayedBase::kFarthestStart);
   }
+  if (!why_no_drive_.empty()) return deviation + "; " + why_no_drive_;
   const std::string failure = base_->driveTo(*then.base, sink_, is_stopped);
   if (!failure.empty()) return deviation + "; " + failure;
   notes_.push_back("the base was driven to the start");
@@ -385,9 +392,9 @@ replay::StartPose BodyGate::live(const replay::StartPose& then,
 // ----------------------------------------------------------------------------------- to the start
 
 /// Goes there if that is asked for, again and again while the button is released on the way.
-/// Returns how far it is off then.
-std::vector<std::string> BodyGate::goToStart(const replay::StartPose& then, replay::StartPose now,
-                                             const std::function<bool()>& is_stopped) {
+/// Returns how far it is off then, and what helps.
+std::string BodyGate::goToStart(const replay::StartPose& then, replay::StartPose now,
+                                const std::function<bool()>& is_stopped) {
   const bool moves_there = options_.start == BodyOptions::Start::MoveThere;
   for (;;) {
     bool was_released = false;
@@ -403,8 +410,7 @@ std::vector<std::string> BodyGate::goToStart(const replay::StartPose& then, repl
       now = live(then, is_halted);
       deviations = jointDeviations(then, now, options_.tolerances);
     }
-    if (!base.empty()) deviations.push_back(base + "; the base has to be brought there");
-    if (!was_released || is_stopped()) return deviations;
+    if (!was_released || is_stopped()) return whyElsewhere(deviations, base, moves_there);
     now = live(then, is_stopped);
   }
 }

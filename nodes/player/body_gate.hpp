@@ -50,6 +50,8 @@ struct BodyOptions {
 std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
                                             const replay::RobotProfile& robot,
                                             const RosGraph& graph);
+/// Whether the base is moved, be it to the start alone.
+bool movesBase(const replay::PlayPlan& plan, const replay::MovedParts& parts);
 /// Why a replay may not begin whose messages do not tell what they move; empty: it may.
 std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options);
 /// How the moved parts stood at the start, as far as it is compared: nothing where they may start
@@ -113,8 +115,8 @@ class BodyGate {
                          const std::function<bool()>& is_stopped) const;
   std::string baseDeviation(const replay::StartPose& then, const replay::StartPose& now,
                             const std::function<bool()>& is_stopped);
-  std::vector<std::string> goToStart(const replay::StartPose& then, replay::StartPose now,
-                                     const std::function<bool()>& is_stopped);
+  std::string goToStart(const replay::StartPose& then, replay::StartPose now,
+                        const std::function<bool()>& is_stopped);
   void checkWays(const replay::StartPose& then, const replay::StartPose& now) const;
   std::optional<replay::StartGoal> goalToStart(const replay::JointGoals& goals,
                                                const replay::StartPose& then,
@@ -145,6 +147,7 @@ class BodyGate {
   std::optional<replay::PlayGuards> guards_;
   std::optional<StopInputs> stops_;
   std::optional<ReplayedBase> base_;
+  std::string why_no_drive_;  ///< to the start; empty: it may be driven there
   std::optional<OpenLoopWatch> open_loop_;  ///< if recorded velocities are sent, and a scan is seen
   mutable std::mutex waits_mutex_;
   std::string waits_for_;

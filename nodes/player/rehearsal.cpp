@@ -26,7 +26,7 @@ struct StartRehearsal {
   Rehearsal& rehearsal;
 
   void refuseAsItStands(const std::string& deviation) const {
-    rehearsal.add("the robot does not stand as it did: " + deviation);
+    rehearsal.add(whyElsewhere({}, deviation, options.start == Start::MoveThere));
   }
 
   void lookAtBase(const replay::StartPose& then, const replay::StartPose& now) const {
@@ -51,7 +51,7 @@ struct StartRehearsal {
     const auto deviations = jointDeviations(then, now, options.tolerances);
     if (deviations.empty()) return;
     if (options.start != Start::MoveThere) {
-      return refuseAsItStands(fmt::format("{}", fmt::join(deviations, "; ")));
+      return rehearsal.add(whyElsewhere(deviations, "", false));
     }
     if (StateValidity().isThere()) {
       return rehearsal.unchecked.push_back("whether MoveIt finds the way to the start free");
@@ -97,12 +97,13 @@ void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
   parts.robot = options.joints;
   rehearsal.add(whyUnnamed(parts, options));
   std::optional<ReplayedBase> base;
-  if (parts.moves_base) {
+  if (movesBase(plan, parts)) {
     rehearsal.ask([&] { base.emplace(store, plan, options.base, limits); });
   }
   if (base) {
     rehearsal.add(has_master ? base->refusal(is_stopped) : base->recordedRefusal());
-    rehearsal.add(has_master ? base->checkScan(is_stopped, {}) : base->scanRefusal());
+    const std::string blind = has_master ? base->checkScan(is_stopped, {}) : base->scanRefusal();
+    if (base->isPlayed()) rehearsal.add(blind);
   }
   const bool has_stop = !options.stops.emergency_stop.topic.empty();
   if (!has_master) {

@@ -1,8 +1,11 @@
 #include "nodes/player/replay_request.hpp"
 
 #include <fmt/format.h>
+#include <geometry_msgs/Twist.h>
 
+#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "nodes/player/stagehand.hpp"
 #include "replay/query/behavior_selector.hpp"
@@ -52,6 +55,28 @@ replay::PlanOptions planOptions(const ReplayRequest& request) {
   return options;
 }
 
+/// Where an arm alone was recorded, --to-start takes the base there by the profile's velocities.
+void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
+  using geometry_msgs::Twist;
+  namespace traits = ros::message_traits;
+  const std::string& topic = request.robot.base.velocity_topic;
+  const bool is_there = std::any_of(plan.topics.begin(), plan.topics.end(), [&](const auto& known) {
+    return known.channel.topic == topic || known.output.topic == topic ||
+           (known.isPlayed() && stopOf(known).isSetPoint());
+  });
+  const bool goes_there = request.body.start == BodyOptions::Start::MoveThere;
+  if (!goes_there || topic.empty() || is_there || plan.motionTopics().empty()) return;
+  replay::PlannedTopic way;
+  way.channel = way.output = {topic, traits::DataType<Twist>::value(),
+                              traits::MD5Sum<Twist>::value(), traits::Definition<Twist>::value(),
+                              false, ""};
+  way.modality = replay::Modality::Body;
+  way.topic_class = replay::TopicClass::Body;
+  way.why_class = "--to-start drives the base there";
+  way.is_for_start = true;
+  plan.topics.push_back(std::move(way));
+}
+
 }  // namespace
 
 std::string topicsText(const std::vector<std::string>& names) {
@@ -82,6 +107,7 @@ replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& req
     }
   }
   refuseForBody(plan, request, called);
+  addWayOfBase(request, plan);
   return plan;
 }
 

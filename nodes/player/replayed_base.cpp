@@ -79,6 +79,13 @@ ReplayedBase::ReplayedBase(const replay::Store& store, const replay::PlayPlan& p
     played.push_back(topic->channel.topic);
   }
   played_topics_ = fmt::format("{}", fmt::join(played, ", "));
+  for (const replay::PlannedTopic& topic : plan.topics) {
+    if (!topic.is_for_start) continue;
+    is_for_start_ = true;
+    topic_ = &topic;
+    sample_.resize(sizeof(replay::Velocity));
+    return;
+  }
   topic_ = chooseTopic();
   readVelocities();
   if (options.is_open_loop) {
@@ -169,7 +176,7 @@ std::string ReplayedBase::recordedRefusal() const {
 
 std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
   poses_.emplace(live_frames_);
-  if (!why_open_loop_.empty()) return "";
+  if (is_for_start_ || !why_open_loop_.empty()) return "";
   const std::string why = why_not_.empty() ? missingNow(is_stopped) : why_not_;
   return why.empty() || is_stopped() ? "" : cannotFollow(why);
 }

@@ -47,7 +47,8 @@ struct BaseOptions {
 /// The frames of today's robot, which may be another one's: as the plan renames them.
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan);
 
-/// For one replay that plays velocities. Everything given must outlive it; one thread.
+/// For one replay that plays velocities, or takes the base to the start alone
+/// (PlannedTopic::is_for_start). Everything given must outlive it; one thread.
 class ReplayedBase {
  public:
   /// m; nobody expects a replay to drive farther on its own.
@@ -74,6 +75,8 @@ class ReplayedBase {
   /// The newest poses and scan.
   replay::BaseInput look();
 
+  /// The replay drives it, too.
+  bool isPlayed() const { return !is_for_start_; }
   /// liveFrames()
   const replay::TrackFrames& frames() const { return live_frames_; }
   /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
@@ -122,7 +125,7 @@ class ReplayedBase {
   std::optional<replay::PoseTrack> track_;
   replay::PoseError share_now_ = {1, 1};  ///< of measure(), as StartPose::base_share
   std::unique_ptr<replay::BaseDrive> drive_;
-  bool is_on_odometry_alone_ = false;
+  bool is_on_odometry_alone_ = false, is_for_start_ = false;
   std::string why_open_loop_;  ///< empty: it follows its track
   std::string why_not_;        ///< it cannot, as far as the recording says
   std::unique_ptr<LiveScan> scan_;  ///< none: nothing looks

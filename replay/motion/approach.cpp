@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
+#include "replay/motion/refusal_text.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -257,19 +260,21 @@ JointWay Approach::timed(const Names& joints, const std::vector<Pose>& poses,
 }
 
 void Approach::refuseUnchecked(const Names& joints, const Pose& from, const Pose& to) const {
-  std::string far;
+  std::multimap<double, std::string, std::greater<>> farthest;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const bool slides = rules_.robot.isSliding(joints[i]);
     const double way = std::abs(to[i] - from[i]);
     if (way <= (slides ? bounds_.free_sliding : bounds_.free_turning)) continue;
-    far += fmt::format("{}{} by {:.2f} {}", far.empty() ? "" : ", ", joints[i], way,
-                       slides ? "m" : "rad");
+    farthest.emplace(way / (slides ? bounds_.free_sliding : bounds_.free_turning),
+                     fmt::format("{} by {:.2f} {}", joints[i], way, slides ? "m" : "rad"));
   }
+  std::vector<std::string> far;
+  for (const auto& [share, joint] : farthest) far.push_back(joint);
   throw ApproachRefused(fmt::format(
       "it would move {} on a way that nobody has checked: none was recorded from near where it "
       "is. By itself a joint goes at most {:.1f} rad or {:.2f} m; --unchecked-approach "
       "(~unchecked_approach) has it go straight",
-      far, bounds_.free_turning, bounds_.free_sliding));
+      someOf(far), bounds_.free_turning, bounds_.free_sliding));
 }
 
 void Approach::checkStraight(const Names& joints, const Pose& from, const Pose& to,

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <set>
 
 #include "replay/messages/document.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
+#include "replay/motion/refusal_text.hpp"
 #include "replay/motion/track_reader.hpp"
 
 namespace afterglow::replay {
@@ -181,20 +184,32 @@ double ApproachSpeed::of(const RobotJoints& robot, const std::string& joint) con
 
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances) {
-  std::vector<std::string> deviations;
+  std::multimap<double, std::string, std::greater<>> farthest;  // by tolerances
   for (const auto& [joint, position] : then.joints) {
     if (then.robot.mimicOf(joint)) continue;
     const auto live = now.joints.find(joint);
     if (live == now.joints.end()) {
-      deviations.push_back("nobody tells where " + joint + " is");
+      farthest.emplace(std::numeric_limits<double>::infinity(), "nobody tells where " + joint + " is");
       continue;
     }
     const double off = std::abs(then.robot.way(joint, position, live->second));
-    if (off > toleranceOf(then.robot, joint, tolerances)) {
-      deviations.push_back(deviationText(then.robot, joint, off, position, live->second));
-    }
+    const double tolerance = toleranceOf(then.robot, joint, tolerances);
+    if (off <= tolerance) continue;
+    farthest.emplace(off / tolerance,
+                     deviationText(then.robot, joint, off, position, live->second));
   }
+  std::vector<std::string> deviations;
+  for (const auto& [off, deviation] : farthest) deviations.push_back(deviation);
   return deviations;
+}
+
+std::string whyElsewhere(const std::vector<std::string>& joints, const std::string& base,
+                         bool goes_there) {
+  if (joints.empty() && base.empty()) return "";
+  std::string why = "the robot does not stand as it did: ";
+  if (!joints.empty()) why += someOf(joints, base.empty() ? 2 : 1);
+  if (!base.empty()) why += (joints.empty() ? "" : "; ") + base + "; the base has to be brought there";
+  return goes_there ? why : why + (base.empty() ? "; " : ", or ") + "--to-start takes it there";
 }
 
 std::string baseDeviation(const StartPose& then, const StartPose& now,
@@ -211,11 +226,10 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
     return "";
   }
   return fmt::format(
-      "the base is {:.2f} m and {:.1f} deg off (then it stood {:.2f} m {} and {:.2f} m to the "
-      "{}, turned {:.1f} deg to the {})",
+      "the base is {:.2f} m and {:.1f} deg off (then {:.2f} m {} and {:.2f} m to the {}, turned "
+      "{})",
       off, turn * kDegreesPerRadian, std::abs(way.x), way.x < 0 ? "behind" : "ahead",
-      std::abs(way.y), way.y < 0 ? "right" : "left", turn * kDegreesPerRadian,
-      way.yaw < 0 ? "right" : "left");
+      std::abs(way.y), way.y < 0 ? "right" : "left", way.yaw < 0 ? "right" : "left");
 }
 
 std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
@@ -223,7 +237,7 @@ std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
   constexpr PoseError kOneLook{0.05, 0.05};  // m, rad
   const std::string deviation = baseDeviation(then, now, widened(tolerances, kOneLook));
   if (deviation.empty()) return "";
-  return deviation + "; joints alone are moved, which would lead elsewhere (" +
+  return deviation + ", where joints lead elsewhere (" +
          (now.base ? "--start-tolerance base=M base_turn=RAD" : "--any-start") + " allows it)";
 }
 

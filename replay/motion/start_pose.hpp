@@ -73,7 +73,7 @@ double toleranceOf(const RobotJoints& robot, const std::string& joint,
 std::string deviationText(const RobotJoints& robot, const std::string& joint, double off,
                           double then, double now);
 
-/// Every deviation of `now` from `then`, a clause each. What `now` lacks is one. Joints that only
+/// Every deviation of `now` from `then`, a clause each, the farthest first. What `now` lacks is one. Joints that only
 /// follow others are not looked at.
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances);
@@ -84,6 +84,11 @@ std::string baseDeviation(const StartPose& then, const StartPose& now,
 /// noise is allowed for. With the way to allow it.
 std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
                                  const StartTolerances& tolerances);
+/// Why a replay may not begin as the robot stands: how far it is off, the farthest joints alone, and
+/// what helps. `base`: baseDeviation(), with what was tried; `goes_there`: --to-start was said.
+/// Empty if there is no deviation.
+std::string whyElsewhere(const std::vector<std::string>& joints, const std::string& base,
+                         bool goes_there);
 /// The tolerances for a base of which localization knows no more than that, two standard
 /// deviations; at most 0.1 m and 0.1 rad wider.
 StartTolerances widened(StartTolerances tolerances, const PoseError& doubt);

@@ -30,6 +30,7 @@ struct PlannedTopic {
   bool is_refused = false;  ///< asked for but forbidden: nothing is played until it is left out
   bool is_nameable = false;  ///< not played, but would be played if it was named
   std::string why_not;       ///< empty: it is played
+  bool is_for_start = false;  ///< not recorded: the base is driven to the start on it, if it is off
   std::vector<RewrittenField> rewrites;
   MotionStop rule_stop;  ///< how it is stopped, if a rule says so; stopOf() knows the others
 

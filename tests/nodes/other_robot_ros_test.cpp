@@ -169,6 +169,10 @@ TEST_F(OtherRobot, isRefusedWhereItsBaseCouldNotFollowItsPosesAndDrivesOnlyIfTha
   EXPECT_EQ(asked->exitStatus(), 0) << asked->log();
   EXPECT_TRUE(has_moved);
   EXPECT_NE(asked->log().find("open loop"), std::string::npos) << asked->log();
+  has_moved = false;
+  const auto alone = play(lost, {"--odometry-only", "--no-scan"});
+  (void)alone->exitStatus();
+  EXPECT_TRUE(has_moved) << "from where it stands, as nobody localizes it: " << alone->log();
 }
 
 }  // namespace

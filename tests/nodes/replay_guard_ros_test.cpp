@@ -293,7 +293,7 @@ TEST_F(ReplayGuard, refusesToStartFromElsewhere) {
   play(world->from_elsewhere);
   EXPECT_EQ(resultText(),
             "motion is refused: the robot does not stand as it did: elbow is 0.42 rad off (now "
-            "0.10, then 0.52)");
+            "0.10, then 0.52); --to-start takes it there");
   EXPECT_FALSE(world->robot->isInMotion());
 }
 

@@ -94,7 +94,7 @@ TEST_F(ApproachOf, joinsTheRecordedWayWhereItIsNearest) {
 
 TEST_F(ApproachOf, refusesAWayThatWasNotRecordedAndNamesEveryJointAndTheWayOut) {
   EXPECT_EQ(whyNot({0.5, 0.1}),
-            "it would move shoulder by 0.50 rad, elbow by 0.90 rad on a way that nobody has "
+            "it would move elbow by 0.90 rad, shoulder by 0.50 rad on a way that nobody has "
             "checked: none was recorded from near where it is. By itself a joint goes at most 0.2 "
             "rad or 0.02 m; --unchecked-approach (~unchecked_approach) has it go straight");
   rules.accepts_unchecked = true;

@@ -88,8 +88,8 @@ TEST(GoalEnd, tellsAbortedRejectedAndLostApartWithCodeAndText) {
     return end.words();
   };
   EXPECT_EQ(words(4, -4, "", ""), "was aborted (PATH_TOLERANCE_VIOLATED, -4)");
-  EXPECT_EQ(words(5, -2, "arm_9 is unknown", "no"),
-            "was rejected (INVALID_JOINTS, -2: arm_9 is unknown: no)");
+  EXPECT_EQ(words(5, -2, "arm_9 is unknown", "ask me"),
+            "was rejected (INVALID_JOINTS, -2: arm_9 is unknown: ask me)");
   EXPECT_EQ(words(4, 7, "", "stuck"), "was aborted (error 7: stuck)");
   EXPECT_EQ(words(9, 0, "", ""), "was lost");
   EXPECT_EQ(words(3, 0, "", ""), "ended");

@@ -183,13 +183,12 @@ TEST_F(StartPoseOf, hasTheBaseThoughTheArmAloneIsMoved) {
   EXPECT_EQ(baseDeviationAtALook(then, now, {}), "") << "as far as a localization may be off";
   now.base = PlanarPose{5, 3, 0};
   EXPECT_EQ(baseDeviationAtALook(then, now, {}),
-            "the base is 2.00 m and 0.0 deg off (then it stood 2.00 m behind and 0.00 m to the "
-            "left, turned 0.0 deg to the left); joints alone are moved, which would lead elsewhere "
-            "(--start-tolerance base=M base_turn=RAD allows it)");
+            "the base is 2.00 m and 0.0 deg off (then 2.00 m behind and 0.00 m to the left, turned "
+            "left), where joints lead elsewhere (--start-tolerance base=M base_turn=RAD allows it)");
   now.base.reset();
   EXPECT_EQ(baseDeviationAtALook(then, now, {}),
-            "nobody tells where the base is (tf); joints alone are moved, which would lead "
-            "elsewhere (--any-start allows it)");
+            "nobody tells where the base is (tf), where joints lead elsewhere (--any-start allows "
+            "it)");
 }
 
 TEST_F(StartPoseOf, isThatOfTheMomentThePlayedPartBegins) {
@@ -237,20 +236,42 @@ TEST(StartPose, listsEveryJointThatIsOff) {
                        {}};
   const StartPose now{{{"elbow", 0.1}, {"torso_lift", 0.315}, {"wrist", -3.14}, {"head", 1}}, {}};
   EXPECT_EQ(jointDeviations(then, now, {}),
-            (std::vector<std::string>{"elbow is 0.42 rad off (now 0.10, then 0.52)",
-                                      "nobody tells where finger is",
-                                      "wrist is 6.24 rad off (now -3.14, then 3.10)"}))
+            (std::vector<std::string>{"nobody tells where finger is",
+                                      "wrist is 6.24 rad off (now -3.14, then 3.10)",
+                                      "elbow is 0.42 rad off (now 0.10, then 0.52)"}))
       << "the torso is near enough";
   EXPECT_EQ(jointDeviations({{{"finger", 0.05}}, {}}, {{{"finger", 0.03}}, {}}, {}),
             std::vector<std::string>{"finger is 0.020 m off (now 0.030, then 0.050)"});
+}
+
+TEST(StartPose, refusesInThreeShortClausesHoweverManyJointsAreOff) {
+  StartPose then, now;
+  for (const char* joint : {"shoulder_pan_joint", "shoulder_lift_joint", "upperarm_roll_joint",
+                            "elbow_flex_joint", "forearm_roll_joint", "wrist_flex_joint",
+                            "wrist_roll_joint"}) {
+    then.joints[joint] = 1.25;
+    now.joints[joint] = -1.25;
+  }
+  then.base = PlanarPose{};
+  now.base = PlanarPose{-0.5, -0.3, -0.2};
+  const auto joints = jointDeviations(then, now, {});
+  EXPECT_EQ(joints.size(), 7u);
+  EXPECT_EQ(whyElsewhere(joints, "", false),
+            "the robot does not stand as it did: elbow_flex_joint is 2.50 rad off (now -1.25, then "
+            "1.25), forearm_roll_joint is 2.50 rad off (now -1.25, then 1.25) and 5 more; "
+            "--to-start takes it there");
+  const std::string both = whyElsewhere(joints, baseDeviationAtALook(then, now, {}), false);
+  EXPECT_LT(both.size(), 330u) << both;
+  EXPECT_LT(whyElsewhere(joints, baseDeviation(then, now, {}), true).size(), 250u);
+  EXPECT_EQ(whyElsewhere({}, "", true), "");
 }
 
 TEST(StartPose, saysWhereTheBaseHasToGo) {
   const StartPose then{{}, PlanarPose{1, 1, kPi / 2}};
   EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1.02, 0.97, kPi / 2 + 0.04}}, {}), "");
   EXPECT_EQ(baseDeviation(then, {{}, PlanarPose{1, 0.5, kPi / 2 - 0.2}}, {}),
-            "the base is 0.50 m and 11.5 deg off (then it stood 0.49 m ahead and 0.10 m to the "
-            "left, turned 11.5 deg to the left)");
+            "the base is 0.50 m and 11.5 deg off (then 0.49 m ahead and 0.10 m to the left, turned "
+            "left)");
   EXPECT_EQ(baseDeviation(then, {}, {}), "nobody tells where the base is (tf)");
   EXPECT_EQ(baseDeviation({}, {}, {}), "");
 }
