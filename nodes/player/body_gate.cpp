@@ -410,7 +410,7 @@ std::string BodyGate::goToStart(const replay::StartPose& then, replay::StartPose
       now = live(then, is_halted);
       deviations = jointDeviations(then, now, options_.tolerances);
     }
-    if (!was_released || is_stopped()) return whyElsewhere(deviations, base, moves_there);
+    if (!was_released || is_stopped()) return replay::whyElsewhere(deviations, base, moves_there);
     now = live(then, is_stopped);
   }
 }

@@ -26,7 +26,7 @@ struct StartRehearsal {
   Rehearsal& rehearsal;
 
   void refuseAsItStands(const std::string& deviation) const {
-    rehearsal.add(whyElsewhere({}, deviation, options.start == Start::MoveThere));
+    rehearsal.add(replay::whyElsewhere({}, deviation, options.start == Start::MoveThere));
   }
 
   void lookAtBase(const replay::StartPose& then, const replay::StartPose& now) const {
@@ -51,7 +51,7 @@ struct StartRehearsal {
     const auto deviations = jointDeviations(then, now, options.tolerances);
     if (deviations.empty()) return;
     if (options.start != Start::MoveThere) {
-      return rehearsal.add(whyElsewhere(deviations, "", false));
+      return rehearsal.add(replay::whyElsewhere(deviations, "", false));
     }
     if (StateValidity().isThere()) {
       return rehearsal.unchecked.push_back("whether MoveIt finds the way to the start free");

@@ -207,7 +207,8 @@ std::string whyElsewhere(const std::vector<std::string>& joints, const std::stri
                          bool goes_there) {
   if (joints.empty() && base.empty()) return "";
   std::string why = "the robot does not stand as it did: ";
-  if (!joints.empty()) why += someOf(joints, base.empty() ? 2 : 1);
+  const bool counts = !base.empty() && joints.size() > 1;
+  why += counts ? std::to_string(joints.size()) + " joints are off" : someOf(joints);
   if (!base.empty()) why += (joints.empty() ? "" : "; ") + base + "; the base has to be brought there";
   return goes_there ? why : why + (base.empty() ? "; " : ", or ") + "--to-start takes it there";
 }

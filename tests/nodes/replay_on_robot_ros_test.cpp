@@ -286,6 +286,34 @@ TEST_F(ReplayOnRobot, keepsTheArmsPathThroughAPauseInMidTrajectory) {
   EXPECT_LT(test::farthest(recorded, witness->armPath()), kDegree);
 }
 
+TEST_F(ReplayOnRobot, takesTheBaseToTheStartOfABehaviorOfJointsAlone) {
+  const std::int64_t behavior = record({kTorsoAction + "/goal"}, [] {
+    EXPECT_EQ(world->torso->sendGoalAndWait(torsoGoal(kSeconds)), State::SUCCEEDED);
+  });
+  putBack();
+  {
+    ros::Publisher wheels = node->advertise<geometry_msgs::Twist>("/cmd_vel", 10);
+    geometry_msgs::Twist forward;
+    forward.linear.x = 0.3;
+    ASSERT_TRUE(eventually([&] {
+      wheels.publish(forward);
+      return witness->truth().x > 0.5;
+    }));
+    wheels.publish(geometry_msgs::Twist());
+    ASSERT_TRUE(eventually([this] { return witness->stands(); }));
+  }
+  const auto eager =
+      World::start({AFTERGLOW_TEST_PLAYER_NODE, "__name:=far", "replay:=far_replay",
+                    "_store:=" + world->store, "_allow_motion:=true", "_to_start:=true",
+                    "_robot:=fetch", "_longest_stall:=1", "_hold:=0"});
+  ReplayResult result;
+  const State state = tryReplay(goalOf(behavior), &result, "/far_replay");
+  EXPECT_EQ(state, State::SUCCEEDED) << state.getText();
+  EXPECT_NE(result.report.find("the base was driven to the start"), std::string::npos)
+      << result.report;
+  EXPECT_LT(std::hypot(witness->truth().x, witness->truth().y), 0.06);
+}
+
 TEST_F(ReplayOnRobot, stopsWhenJointStatesDieWhileAGoalRuns) {
   const std::int64_t behavior = record({kTorsoAction + "/goal"}, [] {
     EXPECT_EQ(world->torso->sendGoalAndWait(torsoGoal(kSeconds)), State::SUCCEEDED);

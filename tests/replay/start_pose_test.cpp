@@ -261,7 +261,7 @@ TEST(StartPose, refusesInThreeShortClausesHoweverManyJointsAreOff) {
             "1.25), forearm_roll_joint is 2.50 rad off (now -1.25, then 1.25) and 5 more; "
             "--to-start takes it there");
   const std::string both = whyElsewhere(joints, baseDeviationAtALook(then, now, {}), false);
-  EXPECT_LT(both.size(), 330u) << both;
+  EXPECT_LT(both.size(), 290u) << both;
   EXPECT_LT(whyElsewhere(joints, baseDeviation(then, now, {}), true).size(), 250u);
   EXPECT_EQ(whyElsewhere({}, "", true), "");
 }
