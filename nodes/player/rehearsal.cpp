@@ -105,6 +105,7 @@ void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
   if (base) {
     rehearsal.add(has_master ? base->refusal(is_stopped) : base->recordedRefusal());
     rehearsal.add(has_master ? base->checkScan(is_stopped, {}) : base->scanRefusal());
+    rehearsal.slowed = base->slowedDrives();
   }
   const bool has_stop = !options.stops.emergency_stop.topic.empty();
   if (!has_master) {

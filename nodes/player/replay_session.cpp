@@ -79,6 +79,7 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
       is_halted_(!request.body.stops.hold_button.topic.empty() && !plan_.motionTopics().empty()) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
+  request_.body.base.rate = request.options.rate;
   if (plan_.motionTopics().empty()) return;
   describeRobot(store, plan_, request_);
   passGate(request.options.rate);
