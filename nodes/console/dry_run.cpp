@@ -13,17 +13,15 @@
 #include "nodes/player/player_node.hpp"
 #include "nodes/player/replay_session.hpp"
 #include "nodes/player/robot_description.hpp"
-#include "replay/motion/motion_limits.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 /// The fastest of each unit: "up to 0.2 m/s (linear velocity), 0.45 rad/s (...)".
-std::string speedText(const replay::Store& store, const replay::PlayPlan& plan,
-                      const ReplayRequest& request) {
+std::string speedText(const std::vector<replay::MotionPeak>& peaks, double rate) {
   std::map<std::string, std::pair<double, std::string>> fastest;
-  for (const replay::MotionPeak& peak : motionPeaks(store, plan, request.limits)) {
+  for (const replay::MotionPeak& peak : peaks) {
     if (peak.power != 1) continue;
     auto& [value, what] = fastest[peak.unit];
     if (!what.empty() && std::abs(peak.value) <= value) continue;
@@ -33,9 +31,9 @@ std::string speedText(const replay::Store& store, const replay::PlayPlan& plan,
   std::vector<std::string> parts;
   for (const auto& [unit, peak] : fastest) {
     parts.push_back(
-        fmt::format("{:.2f} {} ({})", peak.first * request.options.rate, unit, peak.second));
+        fmt::format("{:.2f} {} ({})", peak.first * rate, unit, peak.second));
   }
-  if (parts.empty()) return fmt::format("{} times as fast as it was", request.options.rate);
+  if (parts.empty()) return fmt::format("{} times as fast as it was", rate);
   return fmt::format("up to {}", fmt::join(parts, ", "));
 }
 
@@ -85,7 +83,7 @@ DryRun rehearseAs(const std::string& player, const std::string& store_uri,
     dry.moves = !plan.motionTopics().empty();
     if (dry.moves) {
       dry.robot = robotName(store, plan, request);
-      dry.speed = speedText(store, plan, request);
+      dry.speed = speedText(session.peaks(), request.options.rate);
     }
     const Rehearsal rehearsal = session.rehearse(true, is_stopped);
     dry.refusal = fmt::format("{}", fmt::join(rehearsal.refusals, "; "));

@@ -39,7 +39,7 @@ std::string OpenLoopWatch::whyNot(const replay::Bytes& bytes) {
   const replay::ObstacleOptions& options = obstacles_.options();
   const double radius = options.footprint.radius();
   const double speed = replay::rimSpeed(wanted, radius);
-  const double way = speed * options.reaction + speed * speed / (2 * options.deceleration);
+  const double way = obstacles_.wayToStop(speed);
   const replay::BaseInput input = look_();
   const replay::PlanarPose T_odom_base =
       input.T_odom_base ? input.T_odom_base->pose : replay::PlanarPose();

@@ -460,8 +460,8 @@ std::vector<PlayOption> whichRobot() {
 std::vector<PlayOption> theRobotsSafety() {
   return {
       row("limits", text("FILE"),
-          "How fast it may move, a YAML file; what it does not say is as the robot's description "
-          "and --robot have it, or as fast as it did",
+          "How fast it may move, a YAML file, where that is lower than what the robot's "
+          "description and --robot say",
           [](Request& r, const OptionTexts& texts) { r.limits = readLimits(texts.front()); }),
       row("estop_topic",
           understood(Kind::Value, "TOPIC[:FIELD]",
@@ -511,6 +511,10 @@ std::vector<PlayOption> theRobotsBase() {
              "Without localization, then or now, follow the base's odometry from where it stands; "
              "default: it is refused",
              [](Request& r) -> auto& { return r.body.base.is_odometry_enough; }),
+      member("keep_rate", flag(),
+             "Refuse a drive that the base's limits make longer than the rate says; default: the "
+             "rest waits for it",
+             [](Request& r) -> auto& { return r.body.base.keeps_rate; }),
       member("base_topic", text("TOPIC"), "Which of several velocity topics is the base's",
              [](Request& r) -> auto& { return r.body.base.topic; }),
       keyed<std::string>("base_frame", "FRAME",

@@ -104,6 +104,7 @@ void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
     rehearsal.add(has_master ? base->refusal(is_stopped) : base->recordedRefusal());
     const std::string blind = has_master ? base->checkScan(is_stopped, {}) : base->scanRefusal();
     if (base->isPlayed()) rehearsal.add(blind);
+    rehearsal.slowed = base->slowedDrives();
   }
   const bool has_stop = !options.stops.emergency_stop.topic.empty();
   if (!has_master) {

@@ -14,6 +14,7 @@ namespace afterglow::nodes {
 struct Rehearsal {
   std::vector<std::string> refusals;   ///< one line each, as the replay would say it
   std::vector<std::string> unchecked;  ///< what can only be known later, or with a master: nouns
+  std::vector<std::string> slowed;     ///< drives that take longer than the rate says: sentences
 
   /// Empty: nothing is refused.
   void add(const std::string& refusal) {

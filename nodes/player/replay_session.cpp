@@ -25,16 +25,9 @@ namespace {
 /// What a body is played at.
 constexpr double kSlowest = 0.1, kFastest = 10;
 
-std::vector<replay::MotionPeak> peaksOf(const replay::Store& store, const replay::PlayPlan& plan,
-                                        const ReplayRequest& request) {
-  const bool is_needed = request.limits.is_strict || !plan.motionTopics().empty();
-  return is_needed ? motionPeaks(store, plan, request.limits) : std::vector<replay::MotionPeak>{};
-}
-
 /// What the robot's description and profile say, as far as that needs no master.
-const ReplayRequest& describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
-                                   ReplayRequest& request) {
-  if (plan.motionTopics().empty()) return request;
+void describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
+                   ReplayRequest& request) {
   BodyOptions& body = request.body;
   body.joints = recordedJoints(store, plan.behavior, request.robot);
   body.joint_topics.clear();
@@ -50,20 +43,21 @@ const ReplayRequest& describeRobot(const replay::Store& store, const replay::Pla
     body.base.tf_topic = liveName(plan, request.plan, transforms.front());
   }
   request.limits = boundedBy(request.limits, body.joints, request.robot);
-  return request;
 }
 
-/// The same by today's description if none was recorded. Without a profile, a robot that one is
-/// known of by its description's name has its gaze kept, too: without that its head jumps.
-void describeRobotNow(ReplayRequest& request) {
+/// The same by today's description if none was recorded: true if its limits are known better then.
+/// Without a profile, a robot that one is known of by its description's name has its gaze kept,
+/// too: without that its head jumps.
+bool describeRobotNow(ReplayRequest& request) {
   BodyOptions& body = request.body;
-  if (!body.joints.isDescribed()) {
+  const bool is_new = !body.joints.isDescribed();
+  if (is_new) {
     body.joints = liveDescription(request.robot);
     request.limits = boundedBy(request.limits, body.joints, request.robot);
   }
-  if (!body.robot.name.empty()) return;
-  const auto known = builtInRobot(body.joints.robotName());
+  const auto known = body.robot.name.empty() ? builtInRobot(body.joints.robotName()) : std::nullopt;
   if (known) body.robot.gaze_frame = known->gaze_frame;
+  return is_new && body.joints.isDescribed();
 }
 
 std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
@@ -81,16 +75,30 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
     : store_(store),
       request_(request),
       plan_(planReplay(store, request)),
-      peaks_(peaksOf(store, plan_, describeRobot(store, plan_, request_))),
       is_paused_(request.options.starts_paused),
       is_halted_(!request.body.stops.hold_button.topic.empty() && !plan_.motionTopics().empty()) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;
   request_.body.base.has_recorded_time = request.clock == ReplayClock::Sim;
-  checkRate(request.options.rate);
+  request_.body.base.rate = request.options.rate;
+  if (plan_.motionTopics().empty()) return;
+  describeRobot(store, plan_, request_);
+  passGate(request.options.rate);
 }
 
 ReplaySession::~ReplaySession() {
   time_.reset();  // which may tell of its clock until then
+}
+
+/// Once more when the robot is known better.
+void ReplaySession::passGate(double rate) {
+  std::vector<replay::MotionPeak> peaks =
+      motionPeaks(store_, plan_, request_.limits, request_.body.joints,
+                  !request_.body.base.is_open_loop);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    peaks_ = std::move(peaks);
+  }
+  checkRate(rate);
 }
 
 void ReplaySession::checkRate(double rate) const {
@@ -100,14 +108,15 @@ void ReplaySession::checkRate(double rate) const {
   if (!(rate >= kSlowest && rate <= kFastest)) {
     throw std::runtime_error("a body is played at rates from 0.1 to 10");
   }
-  const std::string only = whyOnlyAsRecorded(plan_);
-  if (!only.empty() && (rate != 1 || request_.limits.is_strict)) {
-    throw std::runtime_error(only);
-  }
-  const std::string reason = whyTooFast(peaks_, rate);
-  if (!reason.empty()) {
-    throw std::runtime_error(reason);
-  }
+  const bool is_as_recorded = rate == 1 && !request_.limits.are_given;
+  const std::string only = is_as_recorded ? "" : whyOnlyAsRecorded(plan_);
+  const std::string why = only.empty() ? whyTooFast(peaks(), rate) : only;
+  if (!why.empty()) throw std::runtime_error(why);
+}
+
+std::vector<replay::MotionPeak> ReplaySession::peaks() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return peaks_;
 }
 
 void ReplaySession::checkMotionAllowed() const {
@@ -175,7 +184,9 @@ Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& 
     if (needs_map) rehearsal.unchecked.push_back("whether the map is the recorded one");
   }
   if (plan_.motionTopics().empty()) return rehearsal;
-  if (has_master) describeRobotNow(request_);
+  if (has_master && describeRobotNow(request_)) {
+    rehearsal.ask([this] { passGate(request_.options.rate); });
+  }
   rehearseBody(store_, plan_, request_.body, request_.limits, has_master, is_stopped, rehearsal);
   return rehearsal;
 }
@@ -302,7 +313,7 @@ void ReplaySession::addEnd(const std::map<std::string, double>& joints,
 
 void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
                              const std::function<void()>& on_threads_begun) {
-  describeRobotNow(request_);
+  if (describeRobotNow(request_)) passGate(request_.options.rate);
   BodyOptions options = request_.body;
   // Where nothing waits for the base, it cannot wait either.
   if (!request_.options.is_in_step) options.base.scan.obstacles.patience = 0;

@@ -25,6 +25,8 @@ class ReplaySession {
   ~ReplaySession();
 
   const replay::PlayPlan& plan() const { return plan_; }
+  /// The fastest that it moves, at rate 1.
+  std::vector<replay::MotionPeak> peaks() const;
   /// Throws std::runtime_error, one line, if the replay would move the robot and may not, or in a
   /// way that nothing stops.
   void checkMotionAllowed() const;
@@ -75,6 +77,7 @@ class ReplaySession {
   void waitBeforeStart();
   void onClockJump(double seconds);
   std::optional<AnchorBroadcast::Moment> moment() const;
+  void passGate(double rate);
   void checkRate(double rate) const;
   RateControl::Replay asSeenByConsumer();
   replay::Player& player() const;
@@ -83,9 +86,9 @@ class ReplaySession {
   const replay::Store& store_;
   ReplayRequest request_;
   const replay::PlayPlan plan_;
-  const std::vector<replay::MotionPeak> peaks_;
   std::unique_ptr<ReplayTime> time_;  ///< from run() on
   mutable std::mutex mutex_;
+  std::vector<replay::MotionPeak> peaks_;  ///< by the limits as they are known
   std::unique_ptr<BodyGate> gate_;          ///< while run() plays what moves the robot
   std::unique_ptr<replay::Player> player_;  ///< while run() plays
   std::optional<std::string> stop_reason_;

@@ -121,7 +121,7 @@ replay::MotionLimits readLimits(const std::string& path) {
   const YamlMap map(path, loadYaml(path), "limits",
                     {"linear_velocity", "angular_velocity", "joints", "other_joints"});
   replay::MotionLimits limits;
-  limits.is_strict = true;
+  limits.are_given = true;
   if (map.has("linear_velocity")) limits.linear = map.number("linear_velocity", 0, kFastestLimit);
   if (map.has("angular_velocity")) {
     limits.angular = map.number("angular_velocity", 0, kFastestLimit);

@@ -30,7 +30,7 @@ struct ReplayRules {
 /// line.
 ReplayRules readRules(const std::string& path);
 
-/// A YAML file of limits, which hold for everything that is played:
+/// A YAML file of limits, where they are lower than the robot's own:
 ///   linear_velocity: 0.8         # m/s; what is not named is as boundedBy() has it
 ///   angular_velocity: 2.0        # rad/s
 ///   joints: {elbow_flex_joint: {velocity: 1.5, acceleration: 2.0}}

@@ -171,13 +171,21 @@ std::string ReplayedBase::cannotFollow(const std::string& why) const {
 }
 
 std::string ReplayedBase::recordedRefusal() const {
-  return why_open_loop_.empty() && !why_not_.empty() ? cannotFollow(why_not_) : "";
+  if (!why_open_loop_.empty()) return "";
+  return why_not_.empty() ? whyTooSlow() : cannotFollow(why_not_);
+}
+
+std::string ReplayedBase::whyTooSlow() const {
+  const std::vector<std::string> slowed =
+      options_.keeps_rate ? slowedDrives() : std::vector<std::string>();
+  return slowed.empty() ? "" : slowed.front() + "; without --keep-rate the rest waits for it";
 }
 
 std::string ReplayedBase::refusal(const std::function<bool()>& is_stopped) {
   poses_.emplace(live_frames_);
   if (is_for_start_ || !why_open_loop_.empty()) return "";
-  const std::string why = why_not_.empty() ? missingNow(is_stopped) : why_not_;
+  if (const std::string why = recordedRefusal(); !why.empty()) return why;
+  const std::string why = missingNow(is_stopped);
   return why.empty() || is_stopped() ? "" : cannotFollow(why);
 }
 
@@ -186,9 +194,30 @@ replay::TrackerOptions ReplayedBase::trackerOptions() const {
   options.noise = options_.noise;
   if (limits_.linear) options.speed = std::min(options.speed, *limits_.linear);
   if (limits_.angular) options.turn_speed = std::min(options.turn_speed, *limits_.angular);
+  const replay::DriveLimits shown = track_ ? shownBy(*track_) : options;
+  options.acceleration = limits_.linear_acceleration.value_or(
+      std::min(options.acceleration, shown.acceleration));
+  options.turn_acceleration = limits_.angular_acceleration.value_or(
+      std::min(options.turn_acceleration, shown.turn_acceleration));
   options.obstacles = obstacles();
   options.is_holonomic = options_.is_holonomic;
   return options;
+}
+
+std::vector<std::string> ReplayedBase::slowedDrives() const {
+  constexpr double kTold = 0.25;  // s
+  if (!track_ || !why_not_.empty()) return {};
+  std::vector<std::string> slowed;
+  const replay::BaseDrive drive(topic_->channel.topic, sample_, *track_, plan_.begin, plan_.end,
+                                trackerOptions(), {});
+  for (const replay::BaseDrive::Timing& timing : drive.timings(options_.rate)) {
+    const double wanted = secondsBetween(timing.begin, timing.end) / options_.rate;
+    if (timing.seconds - wanted < kTold) continue;
+    slowed.push_back(fmt::format(
+        "the drive at {:.1f} s takes {:.1f} s instead of {:.1f} s, as the base may not be faster",
+        secondsBetween(plan_.behavior.begin, timing.begin), timing.seconds, wanted));
+  }
+  return slowed;
 }
 
 // ------------------------------------------------------------------------------- what it looks at
@@ -283,6 +312,7 @@ std::string ReplayedBase::driveTo(const replay::PlanarPose& pose, GuardedSink& s
   const replay::PoseTrack goal({{stampNow(), pose}}, live_frames_.map, true);
   replay::TrackerOptions options = trackerOptions();
   options.lost_distance = kFarthestStart;
+  options.approach = replay::approachOfStart();
   replay::BaseTracker tracker(goal, options);
   const auto send = [&](const replay::PlanarVelocity& velocity) {
     sink.publish(topic_->output, replay::velocityMessage(sample_, velocity, rosStampNow()));
@@ -346,6 +376,8 @@ void ReplayedBase::addTo(replay::PlayReport& report) const {
     report.base->why_open_loop = why_open_loop_;
   } else if (track_) {
     notes.insert(notes.end(), track_->remarks.begin(), track_->remarks.end());
+    const std::vector<std::string> slowed = slowedDrives();
+    notes.insert(notes.end(), slowed.begin(), slowed.end());
   }
   if (report.base && report.base->driven) {
     tellObstacles(report.base->driven->obstacles, report.base->driven->frame,

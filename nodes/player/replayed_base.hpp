@@ -34,6 +34,9 @@ struct BaseOptions {
   bool is_open_loop = false;  ///< recorded velocities, as they were [~open_loop]
   /// Without localization, then or now, it follows its odometry from where it is [~odometry_only].
   bool is_odometry_enough = false;
+  /// A drive that takes longer than the rate says is refused [~keep_rate].
+  bool keeps_rate = false;
+  double rate = 1;  ///< at which it begins
   std::string topic;               ///< which of several velocity topics is the base's [~base_topic]
   std::string usual_topic;         ///< which it is if that is not said: the profile's
   bool is_holonomic = false;       ///< it goes sideways, too: the profile's
@@ -64,6 +67,8 @@ class ReplayedBase {
   /// What refusal() and checkScan() say by the recording and the options alone: needs no master.
   std::string recordedRefusal() const;
   std::string scanRefusal() const;
+  /// The drives that the base's limits make longer than the rate says, a clause each.
+  std::vector<std::string> slowedDrives() const;
 
   /// Finds out whether something sees what stands in the base's way. Returns why the base must not
   /// be driven; empty if it may. `on_wait`: told what the base waits for, and with an empty text
@@ -108,6 +113,7 @@ class ReplayedBase {
   void readTrack();
   std::string missingThen() const;
   std::string cannotFollow(const std::string& why) const;
+  std::string whyTooSlow() const;
   std::string missingNow(const std::function<bool()>& is_stopped);
   replay::TrackerOptions trackerOptions() const;
   void tellWait(const std::string& reason);

@@ -30,6 +30,10 @@ RobotJoint describedJoint(const urdf::Joint& joint) {
   RobotJoint described;
   described.kind = jointKind(joint);
   if (joint.limits && joint.limits->velocity > 0) described.fastest = joint.limits->velocity;
+  const bool ends = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
+  if (ends && joint.limits && joint.limits->lower < joint.limits->upper) {
+    described.range = {joint.limits->lower, joint.limits->upper};
+  }
   if (joint.mimic) {
     described.mimic = replay::MimicJoint{joint.mimic->joint_name, joint.mimic->multiplier,
                                          joint.mimic->offset};

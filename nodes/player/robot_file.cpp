@@ -101,6 +101,8 @@ void readBase(const YamlMap& map, RobotProfile::Base& base) {
   base.command_timeout_s = numberIn(map, "command_timeout");
   base.fastest = numberIn(map, "fastest");
   base.fastest_turn = numberIn(map, "fastest_turn");
+  base.linear_acceleration = numberIn(map, "linear_acceleration");
+  base.angular_acceleration = numberIn(map, "angular_acceleration");
   base.is_holonomic = isTrueIn(map, "holonomic", false);
 }
 
@@ -114,11 +116,17 @@ void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robo
   if (!joints.IsMap()) map.fail(joints, "'joints' should be a map of joints");
   for (const auto& joint : joints) {
     const auto name = joint.first.as<std::string>();
-    const YamlMap limits = map.map(joint.second, "joint " + name, {"speed", "acceleration"});
+    const YamlMap limits =
+        map.map(joint.second, "joint " + name, {"speed", "acceleration", "range"});
     robot.joints.push_back(name);
     if (limits.has("speed")) robot.joint_speeds[name] = numberIn(limits, "speed");
     if (limits.has("acceleration")) {
       robot.joint_accelerations[name] = numberIn(limits, "acceleration");
+    }
+    if (limits.has("range")) {
+      const std::vector<double> range = limits.numbers(limits.at("range"), "'range' of " + name, 2);
+      if (range[0] >= range[1]) map.fail(limits.at("range"), "'range' of " + name + " should rise");
+      robot.joint_ranges[name] = {range[0], range[1]};
     }
   }
 }
@@ -136,7 +144,7 @@ RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
     readBase(map.map(map.at("base"), "base",
                      {"velocity_topic", "take_over_topics", "output_topic", "odometry_topic",
                       "frames", "footprint", "deceleration", "command_timeout", "fastest",
-                      "fastest_turn", "holonomic"}),
+                      "fastest_turn", "linear_acceleration", "angular_acceleration", "holonomic"}),
              robot.base);
   }
   robot.controllers = topicsIn(map, "controllers");

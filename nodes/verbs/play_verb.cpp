@@ -180,6 +180,7 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
     nlohmann::ordered_json json = toJson(plan);
     json["refusals"] = rehearsal.refusals;
     json["unchecked"] = rehearsal.unchecked;
+    if (!rehearsal.slowed.empty()) json["slowed"] = rehearsal.slowed;
     std::cout << dumpJson(json, 2) << "\n";
   } else {
     printPlan(plan, Stagehand::anchorsIn(plan, request.anchors));
@@ -187,6 +188,7 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
   std::vector<std::string> remarks = plan.warnings();
   const bool is_told_below = !plan.refusal().empty() || plan.playedTopics().empty();
   if (!is_told_below) remarks.push_back(plan.leftOutText());
+  remarks.insert(remarks.end(), rehearsal.slowed.begin(), rehearsal.slowed.end());
   for (const std::string& refusal : rehearsal.refusals) {
     remarks.push_back("would be refused: " + refusal);
   }

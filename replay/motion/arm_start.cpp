@@ -39,8 +39,6 @@ constexpr double kBlendPart = 0.6;
 constexpr double kMoves = 0.03;  ///< rad/s or m/s; slower joints stand
 constexpr double kFastestPace = 1.5, kWholePace = 0.9;
 
-double secondsOf(const Value& point) { return static_cast<double>(timeFromStartNs(point)) * 1e-9; }
-
 void setSeconds(Value& point, double seconds) {
   valueAt(point, "time_from_start") = toRosDuration(std::llround(seconds * 1e9));
 }
@@ -300,9 +298,7 @@ void ArmStart::checkOnlyPoint(const Trajectory& trajectory, const Beginning& now
     const std::optional<double> limit = options_.limits.of(joint).velocity;
     const auto reach = recorded_.around(joint, at, kAroundNs);
     const double own = reach ? std::abs(wayOf(joint, reach->at, there[i])) / seconds : 0;
-    const double allowed = limit && options_.limits.is_strict
-                               ? *limit
-                               : std::max({own, speedOf(joint), limit.value_or(0)});
+    const double allowed = limit.value_or(std::max(own, speedOf(joint)));
     const double way = std::abs(wayOf(joint, now.positions[i], there[i]));
     // So far it may be off, and is corrected along the way.
     if (way - toleranceOf(options_.robot, joint, options_.tolerances) > allowed * seconds) {

@@ -1,5 +1,7 @@
 #include "replay/motion/base_drive.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +19,8 @@ constexpr Stamp kNever{std::numeric_limits<std::int64_t>::max()};
 constexpr double kStepsAhead = 0.06, kStepAhead = 0.02;
 /// A stop of less than so many s is passed with this tolerance, m and rad.
 constexpr double kShortStop = 3, kPassing = 0.03;
+/// A base that ends farther from its end has not got there: m, rad.
+constexpr double kEndError = 0.05, kEndTurn = 0.09;
 /// A base that moved less than that between two stands was shaken, not driven: m, rad.
 constexpr double kShaken = 0.01, kTurnShaken = 0.02;
 
@@ -66,6 +70,15 @@ void BaseDrive::findDrives(Stamp begin, Stamp end) {
   add(from, end, false);
 }
 
+std::vector<BaseDrive::Timing> BaseDrive::timings(double rate) const {
+  std::vector<Timing> timings;
+  for (const Drive& drive : drives_) {
+    const DriveTiming timing(track_.part(drive.begin, drive.end), options_, rate);
+    timings.push_back({drive.begin, drive.end, timing.seconds()});
+  }
+  return timings;
+}
+
 void BaseDrive::enter(Stamp at) {
   if (tracker_ && !is_return_) report_.drives.push_back(current());
   if (tracker_ && tracker_->localizer()) known_ = tracker_->localizer();
@@ -105,6 +118,7 @@ Stamp BaseDrive::nextBegin() const {
 void BaseDrive::start(Stamp from, Stamp to, bool is_passing) {
   if (tracker_ && tracker_->localizer()) known_ = tracker_->localizer();
   TrackerOptions options = options_;
+  is_passing_ = is_passing;
   if (is_passing) {
     options.approach.tolerance = options.approach.turn_tolerance = kPassing;
     options.approach.longest_stand = options.approach.shortest_stand;
@@ -118,6 +132,7 @@ BaseDrive::Step BaseDrive::step(Stamp at, bool is_held, double rate, Stamp ros_n
   if (!tracker_) start(nextBegin(), drives_[next_].end, drives_[next_].is_passing);
   Step step = follow(at, is_held, rate, ros_now);
   if (tracker_->state() == BaseState::Lost) failure_ = tracker_->reason();
+  if (tracker_->state() == BaseState::Done) failure_ = whyNotThere();
   const bool is_over = tracker_->state() == BaseState::Done || tracker_->state() == BaseState::Lost;
   if (is_over) finish();
   step.limit = limit_ = is_over ? nextBegin() : step.limit;
@@ -135,6 +150,16 @@ BaseDrive::Step BaseDrive::follow(Stamp at, bool is_held, double rate, Stamp ros
   const PlanarVelocity command = tracker_->update(look_(ros_now));
   const double ahead = tracker_->isOnTime() ? kStepsAhead : kStepAhead;
   return {command, std::min(later(tracker_->progress(), ahead * rate), tracker_->track().end())};
+}
+
+std::string BaseDrive::whyNotThere() const {
+  if (is_passing_) return "";
+  const BaseReport base = tracker_->report();
+  const bool is_there = base.end_distance <= kEndError + base.end_doubt.position &&
+                        base.end_turn <= kEndTurn + base.end_doubt.yaw;
+  return is_there ? ""
+                  : fmt::format("it stands {:.2f} m and {:.0f} deg from where it had stood",
+                                base.end_distance, base.end_turn * kDegreesPerRadian);
 }
 
 void BaseDrive::finish() {

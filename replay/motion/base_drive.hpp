@@ -54,6 +54,12 @@ class BaseDrive {
 
   /// False: the base stood all the time, and its recorded velocities are played as they are.
   bool hasDrives() const { return !drives_.empty(); }
+  /// A drive and how long it will take within the base's limits.
+  struct Timing {
+    Stamp begin, end;  ///< recorded
+    double seconds = 0;
+  };
+  std::vector<Timing> timings(double rate) const;
   /// As it was recorded.
   const std::string& topic() const { return topic_; }
 
@@ -106,6 +112,7 @@ class BaseDrive {
   void findDrives(Stamp begin, Stamp end);
   void start(Stamp from, Stamp to, bool is_passing);
   Step follow(Stamp at, bool is_held, double rate, Stamp ros_now);
+  std::string whyNotThere() const;
   void finish();
   DriveReport current() const;
 
@@ -117,6 +124,7 @@ class BaseDrive {
   std::vector<Drive> drives_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
   std::unique_ptr<BaseTracker> tracker_;  ///< of the drive under way
+  bool is_passing_ = false;             ///< Drive::is_passing of it
   bool is_return_ = false;              ///< that drive only brings the base back to where it was
   bool has_entered_ = false;            ///< once
   std::optional<BaseLocalizer> known_;  ///< where the last tracker found the base

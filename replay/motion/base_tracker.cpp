@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <initializer_list>
-#include <stdexcept>
 #include <utility>
 
 namespace afterglow::replay {
@@ -16,6 +14,9 @@ constexpr double kHolonomicGain = 2;  // 1/s, in x, y and yaw
 constexpr double kLeastGain = 0.6;  // 1/s, so that a base that lags comes on while the track rests
 constexpr double kResting = 0.01;   // m/s, rad/s: a track slower than this rests
 constexpr double kRest = 0.02;      // m and rad that a base at rest is not moved for
+
+/// Of the reference's speed, and m/s beyond it, with which a base catches up.
+constexpr double kCatchUp = 1.05, kCatchUpSpeed = 0.1;
 
 /// s that a correction of the end is waited for; then the base stays where it is.
 constexpr double kCorrectionPatience = 3;
@@ -62,12 +63,9 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
       localizer_(std::move(known)),
       approach_(track_.endPose(), options.approach, headingsFor(track_), options.is_holonomic),
       path_(track_.begin(), track_.end(), options.rate),
+      timing_(track_, options, options.rate),
       command_({options.speed, options.turn_speed, options.acceleration, options.turn_acceleration,
                 options.command_delay, 1e-9 * static_cast<double>(kMotionSilence.longest)}) {
-  for (const double value :
-       {options.speed, options.turn_speed, options.acceleration, options.turn_acceleration}) {
-    if (!(value > 0)) throw std::invalid_argument("the limits of a base must be above zero");
-  }
   if (options.obstacles) obstacles_.emplace(*options.obstacles, track_.frame());
 }
 
@@ -106,6 +104,12 @@ PlanarVelocity BaseTracker::update(const BaseInput& input) {
   }
   if (state_ == BaseState::Lost) return halt(input.now);
   return send(wanted, input.now, seconds);
+}
+
+void BaseTracker::setRate(double rate) {
+  if (rate == path_.rate()) return;
+  timing_ = DriveTiming(track_, options_, rate);
+  path_.setRate(rate);
 }
 
 void BaseTracker::rest() {
@@ -155,7 +159,7 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   if (isOff(error)) return {};
   PlanarVelocity recorded = track_.velocityAt(reference);
   if (!options_.is_holonomic) recorded.left = 0;
-  double pace = paceFor(error, recorded);
+  double pace = paceFor(error, recorded, reference);
   if (pace < 0.05 * path_.rate()) {
     idle(seconds,
          fmt::format("the base does not follow: {:.2f} m and {:.0f} deg behind",
@@ -167,8 +171,34 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
     const double rim = rimSpeed(recorded, obstacles_->options().footprint.radius());
     if (rim * pace > fastest_) pace = fastest_ / rim;
   }
+  pace = speedUp(pace, recorded, seconds);
   path_.setPace(pace);
-  return law(error, {recorded.forward * pace, recorded.turn * pace, recorded.left * pace});
+  led_ = {recorded.forward * pace, recorded.turn * pace, recorded.left * pace};
+  return withinReach(law(error, led_), error, reference);
+}
+
+/// From rest, and after whatever had slowed it down, the reference gets faster as the base can.
+double BaseTracker::speedUp(double pace, const PlanarVelocity& recorded, double seconds) const {
+  const auto limit = [&](double now, double ramp, double speed) {
+    const double most = now + ramp * seconds;
+    if (speed * pace > most) pace = most / speed;
+  };
+  limit(led_.speed(), DriveTiming::kPlannedShare * options_.acceleration, recorded.speed());
+  limit(std::abs(led_.turn), options_.turn_acceleration, std::abs(recorded.turn));
+  return pace;
+}
+
+/// A base that catches up must still come to rest where the reference does.
+PlanarVelocity BaseTracker::withinReach(PlanarVelocity wanted, const PlanarPose& error,
+                                        Stamp reference) const {
+  const double speed = wanted.speed();
+  if (speed == 0) return wanted;
+  const double behind = (wanted.forward * error.x + wanted.left * error.y) / speed;
+  const double most = std::min({kCatchUp * led_.speed() + kCatchUpSpeed,
+                                std::max(kCatchUp * timing_.fastest(), kCatchUpSpeed),
+                                timing_.speedFor(timing_.wayToRest(reference) + behind)});
+  if (speed <= most) return wanted;
+  return {wanted.forward * most / speed, wanted.turn, wanted.left * most / speed};
 }
 
 /// What the scan sees along the track.
@@ -184,8 +214,11 @@ bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp n
                           double seconds) {
   using Kind = ObstacleStop::Verdict::Kind;
   const PlanarPose T_odom_base = compose(odometry_, between(localizer_->pose(), base));
-  const ObstacleStop::Verdict verdict =
-      obstacles_->judge({now, T_odom_base, base, path_.now(), seconds}, path);
+  const double radius = obstacles_->options().footprint.radius();
+  const PlanarVelocity& sent = command_.velocity();
+  const ObstacleStop::Verdict verdict = obstacles_->judge(
+      {now, T_odom_base, base, path_.now(), seconds}, path,
+      pathOf(sent, radius, obstacles_->wayToStop(rimSpeed(sent, radius))));
   // After a wait it gets faster as it would from any stand.
   fastest_ = std::min(verdict.speed, fastest_ + options_.acceleration * seconds);
   is_barred_ = verdict.kind != Kind::Go;
@@ -209,18 +242,16 @@ void BaseTracker::lookBehind() {
   approach_.avoidBackward(!obstacles_->sees({behind, 0}));
 }
 
-double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const {
-  const double speed = recorded.speed(), turn_speed = std::abs(recorded.turn);
-  Lag lag{speed > kResting ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x),
-          error.y};
+double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded,
+                            Stamp reference) const {
+  const bool is_driven = recorded.speed() > kResting;
+  Lag lag{is_driven ? std::copysign(1., recorded.forward) * error.x : std::abs(error.x), error.y};
   if (options_.is_holonomic) lag = lagOf(error, recorded);
-  double pace = path_.rate();
+  double pace = timing_.paceAt(reference);
   pace *= std::min(ramp(lag.along, kLagBegin, kLagEnd),
                    ramp(std::abs(error.yaw), kTurnBegin, kTurnEnd));
   const double slowest = options_.is_holonomic ? 0 : kSlowestAside;
   pace *= std::max(slowest, ramp(std::abs(lag.aside), kSideBegin, kSideEnd));
-  if (speed * pace > options_.speed) pace = options_.speed / speed;
-  if (turn_speed * pace > options_.turn_speed) pace = options_.turn_speed / turn_speed;
   return pace;
 }
 
@@ -318,6 +349,7 @@ PlanarVelocity BaseTracker::send(const PlanarVelocity& wanted, Stamp now, double
 }
 
 PlanarVelocity BaseTracker::halt(Stamp now) {
+  led_ = {};
   command_.halt();
   return command_.send(now);
 }

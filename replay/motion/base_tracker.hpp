@@ -9,10 +9,11 @@
 ///   k1 = k3 = 2 zeta sqrt(w_d^2 + b v_d^2).
 /// It holds for driving forward, backward and for turning in place. A holonomic base has a law of
 /// its own, in x, y and yaw independently: the reference's velocity, as seen from the base, and a
-/// gain times each error. The reference is the track at
-/// the path time, which runs with the clock and slower, down to standing still, when the base lags
-/// behind or is off: corners are not cut. The end is FinalApproach's, on the mean of what
-/// localization says while the base stands.
+/// gain times each error. The reference is the track at the path time, which runs with the clock,
+/// slower where the base's limits ask for it (DriveTiming), and slower, down to standing still,
+/// when the base lags behind or is off: corners are not cut. A base that catches up is no more than
+/// 5 % and 0.1 m/s faster than the reference, nor 5 % faster than the fastest of the drive. The end
+/// is FinalApproach's, on the mean of what localization says while the base stands.
 ///
 ///   BaseTracker base(*readPoseTrack(store, behavior, frames, options.noise, why), options);
 ///   every 20 ms: publish(base.update({now, T_odom_base, T_map_odom}));
@@ -26,6 +27,7 @@
 
 #include "replay/motion/base_command.hpp"
 #include "replay/motion/base_localizer.hpp"
+#include "replay/motion/drive_timing.hpp"
 #include "replay/motion/final_approach.hpp"
 #include "replay/motion/obstacle_stop.hpp"
 #include "replay/motion/path_time.hpp"
@@ -34,12 +36,8 @@
 
 namespace afterglow::replay {
 
-struct TrackerOptions {
-  double rate = 1;                      ///< path time to real time; velocities scale with it
-  double speed = 1.0;                   ///< m/s, either way; where the track was faster, the path
-  double turn_speed = 2.0;              ///< rad/s       time runs slower
-  double acceleration = 0.7;            ///< m/s^2
-  double turn_acceleration = 2.8;       ///< rad/s^2
+struct TrackerOptions : DriveLimits {
+  double rate = 1;  ///< path time to real time; velocities scale with it, within the limits
   double command_delay = 0.08;          ///< s until the base does as it is told
   double lost_distance = 0.5;           ///< m off the track: given up
   double lost_turn = 0.52;              ///< rad
@@ -102,7 +100,7 @@ class BaseTracker {
   /// A zero was sent, not by update().
   void rest();
   /// From the next update on.
-  void setRate(double rate) { path_.setRate(rate); }
+  void setRate(double rate);
   /// The path time does not pass this stamp; at first there is no limit.
   void setLimit(Stamp limit) { path_.setLimit(limit); }
   /// Where the replay's timeline is: a path time behind it runs a little faster. At first it is not
@@ -129,7 +127,10 @@ class BaseTracker {
   void localize(const BaseInput& input);
   PlanarVelocity follow(const PlanarPose& base, double seconds);
   PlanarVelocity approach(const PlanarPose& base, double seconds);
-  double paceFor(const PlanarPose& error, const PlanarVelocity& recorded) const;
+  double paceFor(const PlanarPose& error, const PlanarVelocity& recorded, Stamp reference) const;
+  double speedUp(double pace, const PlanarVelocity& recorded, double seconds) const;
+  PlanarVelocity withinReach(PlanarVelocity wanted, const PlanarPose& error,
+                             Stamp reference) const;
   PlanarVelocity law(const PlanarPose& error, const PlanarVelocity& wanted) const;
   PlanarVelocity unicycleLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
   PlanarVelocity holonomicLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
@@ -151,6 +152,8 @@ class BaseTracker {
   SilenceWatch odometry_watch_{kMotionSilence}, localization_watch_{kLocalizationSilence};
   std::optional<Stamp> last_update_;
   PathTime path_;
+  DriveTiming timing_;
+  PlanarVelocity led_;  ///< the reference's velocity at the last update
   BaseCommand command_;
   double idle_ = 0;       ///< s without getting on
   double taken_ = 0;      ///< s

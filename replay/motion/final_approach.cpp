@@ -19,6 +19,13 @@ double speedFor(double left, double fastest, double braking) {
 
 }  // namespace
 
+ApproachOptions approachOfStart() {
+  ApproachOptions options;
+  options.tolerance = options.wanted_error = 0.02;
+  options.turn_tolerance = options.wanted_turn_error = 0.02;
+  return options;
+}
+
 void FinalApproach::enter(Phase phase) {
   phase_ = phase;
   in_phase_ = 0;

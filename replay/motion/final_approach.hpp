@@ -30,6 +30,10 @@ struct ApproachOptions {
   double turn_acceleration = 1.0;     ///< rad/s^2
 };
 
+/// Returns those for the way to a start, which a drive may begin beside by 2 cm and 1 degree: what
+/// a correction is worth is small beside the quarter turns that it takes.
+ApproachOptions approachOfStart();
+
 class FinalApproach {
  public:
   static constexpr HeadingRange kAnywhere{-std::numeric_limits<double>::infinity(),

@@ -52,6 +52,8 @@ std::int64_t timeFromStartNs(const Value& point) {
   return duration ? std::int64_t{duration->sec} * 1'000'000'000 + duration->nsec : 0;
 }
 
+double secondsOf(const Value& point) { return static_cast<double>(timeFromStartNs(point)) * 1e-9; }
+
 Bytes remainderOfGoal(const Channel& channel, const Bytes& goal, std::int64_t elapsed_ns,
                       std::int64_t lead_ns) {
   const Schema schema = Schema::parse(channel.type, channel.definition);

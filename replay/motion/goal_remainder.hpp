@@ -22,6 +22,7 @@ struct Trajectory {
 std::optional<Trajectory> trajectoryIn(Value& document);
 /// 0 if the point has none.
 std::int64_t timeFromStartNs(const Value& point);
+double secondsOf(const Value& point);
 
 /// A joint trajectory goal or command loses the points that had passed `elapsed_ns` after it was
 /// sent; the rest comes as much earlier, but `lead_ns` later: time to get there from elsewhere. If

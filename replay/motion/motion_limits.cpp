@@ -17,64 +17,101 @@
 #include "replay/motion/joint_track.hpp"
 #include "replay/motion/motion_rate.hpp"
 #include "replay/motion/odd_number.hpp"
+#include "replay/motion/pose_track.hpp"
 #include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-constexpr double kUnknownJointMargin = 1.05;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMargin = 1.05;    // of what was recorded
 constexpr double kRounding = 1e-6;  // of a limit: a velocity at the limit is allowed
-/// Joint states are told and recorded with delays.
+constexpr double kBeyondTurning = 0.02, kBeyondSliding = 0.005;  // rad, m, of a joint's range
+/// The fastest where no limit is known: m/s, rad/s, and rad/s or m/s of a joint.
+constexpr double kFastestLinear = 3, kFastestAngular = 10, kFastestJoint = 10;
+/// Joint states are told and recorded with delays; so near to where it was, a joint is there.
 constexpr std::int64_t kRecordedAroundNs = 250'000'000;
+constexpr double kThereTurning = 0.1, kThereSliding = 0.02;  // rad, m
+/// A base's acceleration is that over so long, s, as velocities come irregularly; and at most.
+constexpr double kRampOver = 0.1, kRampAtMost = 0.25;
+constexpr const char* kUnknown =
+    ", as fast as it was: what it may do is not known (--robot, --limits)";
+constexpr const char* kUnknownRobot =
+    ", which holds for robots of which no limit is known (--robot)";
 
-/// Collects peaks by topic and kind.
+[[noreturn]] void refuse(const std::string& topic, const std::string& what, double at_s) {
+  throw std::runtime_error(fmt::format("{}: {}, {:.4g} s into the behavior", topic, what, at_s));
+}
+
+/// Collects peaks of a topic by kind.
 class PeakFinder {
  public:
-  PeakFinder(const MotionLimits& limits, std::string topic, std::vector<MotionPeak>& peaks)
-      : limits_(limits), topic_(std::move(topic)), peaks_(peaks) {}
+  PeakFinder(const MotionLimits& limits, std::string topic)
+      : limits_(limits), topic_(std::move(topic)) {}
 
+  const std::string& topic() const { return topic_; }
+  double at() const { return at_s_; }
   void setTime(double at_s) { at_s_ = at_s; }
 
   void addVelocity(const Velocity& v) {
-    add("linear velocity", "m/s", 1, std::hypot(v[0], v[1], v[2]), limits_.linear);
-    add("angular velocity", "rad/s", 1, std::hypot(v[3], v[4], v[5]), limits_.angular);
+    addSpeed(std::hypot(v[0], v[1], v[2]));
+    add({topic_, "angular velocity", "rad/s"}, std::hypot(v[3], v[4], v[5]), limits_.angular,
+        kFastestAngular);
   }
-  void addSpeed(double value) { add("linear velocity", "m/s", 1, value, limits_.linear); }
-  /// Of a joint whose name and own limit the message does not tell: its controller has one.
+  void addSpeed(double value) {
+    add({topic_, "linear velocity", "m/s"}, value, limits_.linear, kFastestLinear);
+  }
+  /// A velocity of a base that ramps by itself: what it was told once it may be told again, but
+  /// faster only if it can follow.
+  void addRamp(const Velocity& from, const Velocity& to, double seconds) {
+    const auto change = [&](std::size_t i) {
+      const double x = to[i] - from[i], y = to[i + 1] - from[i + 1], z = to[i + 2] - from[i + 2];
+      return std::hypot(x, y, z) / seconds;
+    };
+    const auto add_ramp = [&](const char* what, const char* unit, double value,
+                              const std::optional<double>& limit) {
+      if (limit) keep({topic_, what, unit, 2, 0, 0, *limit, std::max(*limit, value)}, value);
+    };
+    add_ramp("linear acceleration", "m/s^2", change(0), limits_.linear_acceleration);
+    add_ramp("angular acceleration", "rad/s^2", change(3), limits_.angular_acceleration);
+  }
+  /// A velocity of a joint whose name and own limit the message does not tell: its controller has
+  /// one.
   void addAskedVelocity(double value) {
-    add("velocity asked for", "rad/s or m/s", 1, value,
-        limits_.other_joints.velocity.value_or(std::numeric_limits<double>::infinity()));
+    add({topic_, "velocity asked for", "rad/s or m/s"}, value,
+        limits_.other_joints.velocity.value_or(kInfinity), kInfinity);
   }
   void addJointVelocity(const std::string& joint, double value) {
-    add("velocity of " + joint, "rad/s or m/s", 1, value, limits_.of(joint).velocity,
-        kUnknownJointMargin);
+    add({topic_, "velocity of " + joint, "rad/s or m/s"}, value, limits_.of(joint).velocity,
+        kFastestJoint);
   }
   void addJointAcceleration(const std::string& joint, double value) {
     const auto limit = limits_.of(joint).acceleration;
-    if (limit) add("acceleration of " + joint, "rad/s^2 or m/s^2", 2, value, limit);
+    if (limit) add({topic_, "acceleration of " + joint, "rad/s^2 or m/s^2", 2}, value, limit, 0);
   }
-  /// Once all is added.
-  void finish() {
-    for (auto& [what, peak] : found_) {
-      if (!limits_.is_strict) peak.limit = std::max(peak.limit, peak.value);
-      peaks_.push_back(std::move(peak));
-    }
+  void addTo(std::vector<MotionPeak>& peaks) const {
+    for (const auto& [what, peak] : found_) peaks.push_back(peak);
   }
 
  private:
-  void add(const std::string& what, const std::string& unit, int power, double value,
-           std::optional<double> limit, double margin = 1) {
+  void add(MotionPeak peak, double value, const std::optional<double>& limit, double fastest) {
     value = std::abs(value);
-    if (!std::isfinite(value)) return;
-    MotionPeak& peak = found_[what];
-    if (value < peak.value) return;
-    peak = {topic_, what, unit, power, value, at_s_, limit.value_or(value * margin),
-            limit.has_value()};
+    const double again = value * kMargin;
+    peak.remark = limit ? "" : again < fastest ? kUnknown : kUnknownRobot;
+    peak.limit = limit.value_or(std::min(again, fastest));
+    peak.allowed = limit ? std::max(*limit, std::min(value, *limit * kMargin)) : peak.limit;
+    keep(std::move(peak), value);
+  }
+  void keep(MotionPeak peak, double value) {
+    MotionPeak& found = found_[peak.what];
+    if (value < found.value) return;
+    peak.value = value;
+    peak.at_s = at_s_;
+    found = std::move(peak);
   }
 
   const MotionLimits& limits_;
   const std::string topic_;
-  std::vector<MotionPeak>& peaks_;
   double at_s_ = 0;
   std::map<std::string, MotionPeak> found_;
 };
@@ -86,28 +123,6 @@ std::optional<double> numberAt(const Value& message, const std::string& path) {
   if (const auto* number = std::get_if<double>(value)) return *number;
   if (const auto* number = std::get_if<float>(value)) return *number;
   return std::nullopt;
-}
-
-void addTrajectory(const Trajectory& trajectory, double sent_at_s, std::vector<double> before,
-                   PeakFinder& peaks) {
-  double before_s = 0;
-  for (const Value& point : *trajectory.points) {
-    const double at_s = static_cast<double>(timeFromStartNs(point)) * 1e-9;
-    const std::vector<double> positions = numbersAt(point, "positions"),
-                              velocities = numbersAt(point, "velocities"),
-                              accelerations = numbersAt(point, "accelerations");
-    peaks.setTime(sent_at_s + at_s);
-    for (std::size_t i = 0; i < trajectory.joints.size(); ++i) {
-      const std::string& joint = trajectory.joints[i];
-      if (i < velocities.size()) peaks.addJointVelocity(joint, velocities[i]);
-      if (i < accelerations.size()) peaks.addJointAcceleration(joint, accelerations[i]);
-      if (i < positions.size() && i < before.size() && at_s > before_s) {
-        peaks.addJointVelocity(joint, (positions[i] - before[i]) / (at_s - before_s));
-      }
-    }
-    before = positions;
-    before_s = at_s;
-  }
 }
 
 std::array<double, 3> vectorAt(const Value& message, const std::string& path) {
@@ -131,7 +146,7 @@ void addBodies(const Value& document, double sent_at_s, PeakFinder& peaks) {
   std::vector<std::array<double, 3>> before;
   double before_s = 0;
   for (const Value& point : elementsAt(document, "points")) {
-    const double at_s = static_cast<double>(timeFromStartNs(point)) * 1e-9;
+    const double at_s = secondsOf(point);
     peaks.setTime(sent_at_s + at_s);
     for (const Value& velocity : elementsAt(point, "velocities")) {
       const auto linear = vectorAt(velocity, "linear"), angular = vectorAt(velocity, "angular");
@@ -182,86 +197,171 @@ void refuseDamage(const PlayPlan& plan, const PlannedTopic& topic,
       topic.channel.topic, damaged.size(), at.seconds()));
 }
 
-/// The peaks of one topic.
-class TopicPeaks {
+/// A trajectory as it was sent: its times, its positions, and how fast it is.
+class TrajectoryPeaks {
  public:
-  TopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic& topic,
-             PeakFinder& peaks)
-      : store_(store),
-        plan_(plan),
-        topic_(topic),
-        peaks_(peaks),
-        schema_(Schema::parse(topic.channel.type, topic.channel.definition)) {}
+  /// `joints`: where they were recorded.
+  TrajectoryPeaks(const Trajectory& trajectory, const JointTrack& joints, const RobotJoints& robot,
+                  const MotionLimits& limits, PeakFinder& peaks)
+      : trajectory_(trajectory), joints_(joints), robot_(robot), limits_(limits), peaks_(peaks) {}
 
-  /// Throws std::runtime_error for a number that is none.
-  void add(const Message& message) {
-    const double at_s = PlaybackTime{message.received.ns - plan_.behavior.begin.ns}.seconds();
-    std::string odd;
-    try {
-      Value document = decode(schema_, message.bytes);
-      odd = oddNumber(document);
-      peaks_.setTime(at_s);
-      if (odd.empty()) addMotion(message, document, at_s);
-    } catch (const MessageError&) {
-      return;
-    }
-    if (!odd.empty()) {
-      throw std::runtime_error(
-          fmt::format("{}: {}, {:.4g} s into the behavior: motion that is no number is not sent",
-                      topic_.channel.topic, odd, at_s));
+  /// Throws std::runtime_error for what no robot is told.
+  void add(Stamp sent) {
+    const double sent_at_s = peaks_.at();
+    std::vector<double> before;
+    double before_s = 0;
+    for (std::size_t k = 0; k < trajectory_.points->size(); ++k) {
+      const Value& point = (*trajectory_.points)[k];
+      const double at_s = secondsOf(point);
+      if (k > 0 ? at_s <= before_s : at_s < 0) {
+        refuse(peaks_.topic(),
+               fmt::format("points[{}] is due at {:.4g} s, {}", k, at_s,
+                           k > 0 ? fmt::format("the one before it at {:.4g} s: times have to rise",
+                                               before_s)
+                                 : "before the trajectory begins"),
+               sent_at_s);
+      }
+      peaks_.setTime(sent_at_s + at_s);
+      const std::vector<double> positions = numbersAt(point, "positions");
+      for (std::size_t i = 0; i < trajectory_.joints.size(); ++i) addOwn(point, i);
+      for (std::size_t i = 0; i < positions.size() && i < trajectory_.joints.size(); ++i) {
+        checkRange(trajectory_.joints[i], positions[i]);
+        if (k == 0) {
+          addFirst(trajectory_.joints[i], positions[i], at_s, sent);
+        } else if (i < before.size()) {
+          peaks_.addJointVelocity(trajectory_.joints[i],
+                                  (positions[i] - before[i]) / (at_s - before_s));
+        }
+      }
+      before = positions;
+      before_s = at_s;
     }
   }
 
  private:
-  void addMotion(const Message& message, Value& document, double at_s) {
-    const StopKind stop = stopOf(topic_).kind;
-    if (isVelocity(topic_.channel)) {
-      peaks_.addVelocity(velocityOf(message.bytes));
-    } else if (stop == StopKind::Speed) {
-      addDrive(document, peaks_);
-    } else if (hasJointVelocities(topic_)) {
-      addJoints(document, peaks_);
+  /// What the point says of itself.
+  void addOwn(const Value& point, std::size_t joint) {
+    const std::vector<double> velocities = numbersAt(point, "velocities"),
+                              accelerations = numbersAt(point, "accelerations");
+    const std::string& name = trajectory_.joints[joint];
+    if (joint < velocities.size()) peaks_.addJointVelocity(name, velocities[joint]);
+    if (joint < accelerations.size()) peaks_.addJointAcceleration(name, accelerations[joint]);
+  }
+
+  void checkRange(const std::string& joint, double position) {
+    const std::optional<JointRange>& range = limits_.of(joint).range;
+    const double beyond = robot_.isSliding(joint) ? kBeyondSliding : kBeyondTurning;
+    if (!range || (position >= (*range)[0] - beyond && position <= (*range)[1] + beyond)) return;
+    refuse(peaks_.topic(),
+           fmt::format("{} would go to {:.4g}, and its range is {:.4g} to {:.4g}", joint, position,
+                       (*range)[0], (*range)[1]),
+           peaks_.at());
+  }
+
+  /// The first point is reached from where the joint was, as far as that was recorded.
+  void addFirst(const std::string& joint, double position, double at_s, Stamp sent) {
+    const auto reach = joints_.around(joint, sent, kRecordedAroundNs);
+    if (!reach) return;
+    double way = position - reach->at;
+    // It may turn without an end: by the short way.
+    if (!robot_.isSliding(joint) && !limits_.of(joint).range) way = wrapAngle(way);
+    const double there = robot_.isSliding(joint) ? kThereSliding : kThereTurning;
+    const double off = std::max({way - (reach->most - reach->at), reach->least - reach->at - way,
+                                 0.});
+    if (off <= there) return;
+    if (at_s > 0) return peaks_.addJointVelocity(joint, off / at_s);
+    refuse(peaks_.topic(),
+           fmt::format("{} would go from {:.4g} to {:.4g} in 0 s", joint, reach->at, position),
+           peaks_.at());
+  }
+
+  const Trajectory& trajectory_;
+  const JointTrack& joints_;
+  const RobotJoints& robot_;
+  const MotionLimits& limits_;
+  PeakFinder& peaks_;
+};
+
+/// Reads what moves the body, topic by topic.
+class PeakReader {
+ public:
+  PeakReader(const Store& store, const PlayPlan& plan, const MotionLimits& limits,
+             const RobotJoints& robot, bool is_base_timed)
+      : store_(store),
+        plan_(plan),
+        limits_(limits),
+        robot_(robot),
+        is_base_timed_(is_base_timed) {}
+
+  void read(const PlannedTopic& topic, std::vector<MotionPeak>& found) {
+    PeakFinder peaks(limits_, topic.channel.topic);
+    const Schema schema = Schema::parse(topic.channel.type, topic.channel.definition);
+    last_.reset();
+    // A motion under way where the replay begins goes on in it.
+    const Stamp from = isGoal(topic.channel) ? plan_.behavior.begin : plan_.begin;
+    const auto cursor = store_.messages(plan_.behavior, {{topic.channel.topic}, from, plan_.end});
+    while (const auto message = cursor->next()) {
+      peaks.setTime(PlaybackTime{message->received.ns - plan_.behavior.begin.ns}.seconds());
+      try {
+        Value document = decode(schema, message->bytes);
+        if (const std::string odd = oddNumber(document); !odd.empty()) {
+          throw std::runtime_error(fmt::format(
+              "{}: {}, {:.4g} s into the behavior: motion that is no number is not sent",
+              topic.channel.topic, odd, peaks.at()));
+        }
+        add(topic, *message, document, peaks);
+      } catch (const MessageError&) {  // it is refused when it is played, too
+      }
+    }
+    refuseDamage(plan_, topic, cursor->damaged());
+    peaks.addTo(found);
+  }
+
+ private:
+  void add(const PlannedTopic& topic, const Message& message, Value& document, PeakFinder& peaks) {
+    const double at_s = peaks.at();
+    if (isVelocity(topic.channel)) {
+      addVelocity(message, peaks);
+    } else if (stopOf(topic).kind == StopKind::Speed) {
+      addDrive(document, peaks);
+    } else if (hasJointVelocities(topic)) {
+      addJoints(document, peaks);
     } else if (const auto trajectory = trajectoryIn(document)) {
-      addTrajectory(*trajectory, at_s, positionsBefore(*trajectory, message.received), peaks_);
-      addBodies(document, at_s, peaks_);
+      const Array& points = *trajectory->points;
+      const double over_s = points.empty() ? 0 : secondsOf(points.back());
+      if (later(message.received, std::max(0., over_s)) < plan_.begin) return;
+      TrajectoryPeaks(*trajectory, joints(), robot_, limits_, peaks).add(message.received);
+      addBodies(document, at_s, peaks);
     } else if (const double asked = numberAt(document, "goal.max_velocity").value_or(0);
                asked != 0) {
-      peaks_.addAskedVelocity(asked);
+      peaks.addAskedVelocity(asked);
     }
   }
 
-  /// One point says nothing of its velocity: it is reached from where the joints were. Empty where
-  /// that is not known, and for trajectories of more points.
-  std::vector<double> positionsBefore(const Trajectory& trajectory, Stamp at) {
-    if (trajectory.points->size() != 1) return {};
-    if (!joints_) joints_ = JointTrack::read(store_, plan_.behavior, plan_.begin, plan_.end);
-    const std::vector<double> there = numbersAt(trajectory.points->front(), "positions");
-    std::vector<double> positions;
-    for (std::size_t i = 0; i < trajectory.joints.size() && i < there.size(); ++i) {
-      const auto reach = joints_->around(trajectory.joints[i], at, kRecordedAroundNs);
-      if (!reach) return {};
-      // It may turn without an end: by the short way.
-      positions.push_back(there[i] - wrapAngle(there[i] - reach->at));
-    }
-    return positions;
+  void addVelocity(const Message& message, PeakFinder& peaks) {
+    const Velocity velocity = velocityOf(message.bytes);
+    peaks.addVelocity(velocity);
+    if (is_base_timed_) return;
+    const double since = last_ ? secondsBetween(last_->first, message.received) : kRampAtMost;
+    if (last_ && since < kRampOver) return;
+    peaks.addRamp(last_ ? last_->second : Velocity{}, velocity, std::min(since, kRampAtMost));
+    last_ = {message.received, velocity};
+  }
+
+  const JointTrack& joints() {
+    const Behavior& behavior = plan_.behavior;
+    if (!joints_) joints_ = JointTrack::read(store_, behavior, behavior.begin, plan_.end);
+    return *joints_;
   }
 
   const Store& store_;
   const PlayPlan& plan_;
-  const PlannedTopic& topic_;
-  PeakFinder& peaks_;
-  const Schema schema_;
-  std::optional<JointTrack> joints_;  ///< once they are asked for
+  const MotionLimits& limits_;
+  const RobotJoints& robot_;
+  const bool is_base_timed_;
+  std::optional<std::pair<Stamp, Velocity>> last_;  ///< of a base
+  std::optional<JointTrack> joints_;                ///< once they are asked for
 };
-
-void addTopicPeaks(const Store& store, const PlayPlan& plan, const PlannedTopic& topic,
-                   PeakFinder peaks) {
-  TopicPeaks found(store, plan, topic, peaks);
-  const auto cursor = store.messages(plan.behavior, {{topic.channel.topic}, plan.begin, plan.end});
-  while (const auto message = cursor->next()) found.add(*message);
-  refuseDamage(plan, topic, cursor->damaged());
-  peaks.finish();
-}
 
 }  // namespace
 
@@ -270,13 +370,48 @@ const MotionLimits::Joint& MotionLimits::of(const std::string& joint) const {
   return known == joints.end() ? other_joints : known->second;
 }
 
+MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot) {
+  const auto bound = [](std::optional<double>& limit, double known) {
+    if (known > 0) limit = std::min(known, limit.value_or(known));
+  };
+  const RobotProfile::Base& base = robot.base;
+  bound(asked.linear, base.fastest);
+  bound(asked.angular, base.fastest_turn);
+  bound(asked.linear_acceleration,
+        base.linear_acceleration > 0 ? base.linear_acceleration : base.deceleration);
+  bound(asked.angular_acceleration, base.angular_acceleration);
+  // A joint that gets an entry of its own keeps the limits of the other joints.
+  const MotionLimits::Joint others = asked.other_joints;
+  const auto limitsOf = [&](const std::string& joint) -> MotionLimits::Joint& {
+    return asked.joints.emplace(joint, others).first->second;
+  };
+  for (const auto& [name, joint] : joints.all()) {
+    if (joint.fastest) bound(limitsOf(name).velocity, *joint.fastest);
+    if (joint.range) limitsOf(name).range = joint.range;
+  }
+  const auto isSaid = [&](const std::string& joint, auto RobotJoint::*what) {
+    const auto described = joints.all().find(joint);
+    return described != joints.all().end() && (described->second.*what).has_value();
+  };
+  for (const auto& [name, speed] : robot.joint_speeds) {
+    if (!isSaid(name, &RobotJoint::fastest)) bound(limitsOf(name).velocity, speed);
+  }
+  for (const auto& [name, acceleration] : robot.joint_accelerations) {
+    bound(limitsOf(name).acceleration, acceleration);
+  }
+  for (const auto& [name, range] : robot.joint_ranges) {
+    if (!isSaid(name, &RobotJoint::range) && !joints.isEndless(name)) limitsOf(name).range = range;
+  }
+  return asked;
+}
+
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
-                                    const MotionLimits& limits) {
+                                    const MotionLimits& limits, const RobotJoints& robot,
+                                    bool is_base_timed) {
   std::vector<MotionPeak> peaks;
+  PeakReader reader(store, plan, limits, robot, is_base_timed);
   for (const PlannedTopic& topic : plan.topics) {
-    if (topic.isPlayed() && topic.modality == Modality::Body) {
-      addTopicPeaks(store, plan, topic, PeakFinder(limits, topic.channel.topic, peaks));
-    }
+    if (topic.isPlayed() && topic.modality == Modality::Body) reader.read(topic, peaks);
   }
   return peaks;
 }
@@ -284,14 +419,11 @@ std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
 std::string whyTooFast(const std::vector<MotionPeak>& peaks, double rate) {
   for (const MotionPeak& peak : peaks) {
     const double value = peak.value * std::pow(rate, peak.power);
-    if (value > peak.limit * (1 + kRounding)) {
-      const char* unknown =
-          ", as fast as it was: what it may do is not known (--robot, --limits)";
+    if (value > peak.allowed * (1 + kRounding)) {
       return fmt::format(
           "{}: {} of {:.4g} {} at rate {:.4g}, {:.4g} s into the behavior, is above the limit of "
           "{:.4g}{}",
-          peak.topic, peak.what, value, peak.unit, rate, peak.at_s, peak.limit,
-          peak.is_limit_known ? "" : unknown);
+          peak.topic, peak.what, value, peak.unit, rate, peak.at_s, peak.limit, peak.remark);
     }
   }
   return {};

@@ -1,6 +1,10 @@
 /// \file
-/// How fast a replay may move the body: as was asked for, else by the robot's description and
-/// profile (robot_joints.hpp).
+/// The one gate for speed: every motion passes it before anything is sent, at every rate and with
+/// or without limits that were asked for. A known limit is what was asked for or what the robot's
+/// description says, or its profile where that says nothing, whichever is lower. What was recorded
+/// may be above a known limit by 5 %, as planners round; where no limit is known, motion may be 5 %
+/// faster than it was recorded, and never faster than 3 m/s and 10 rad/s of a base or 10 rad/s
+/// (m/s) of a joint. A position may be 0.02 rad or 5 mm beyond its joint's range.
 #pragma once
 
 #include <map>
@@ -8,7 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "replay/motion/robot_joints.hpp"
 #include "replay/plan/play_plan.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -16,17 +22,23 @@ namespace afterglow::replay {
 struct MotionLimits {
   struct Joint {
     std::optional<double> velocity, acceleration;  ///< rad or m, per s and s^2; empty: not known
+    std::optional<JointRange> range;
   };
-  std::optional<double> linear, angular;  ///< of velocity commands: m/s, rad/s
+  std::optional<double> linear, angular;  ///< of the base: m/s, rad/s
+  /// Its ramps: m/s^2, rad/s^2. A drive along a track is timed by them; velocities that are sent as
+  /// they were recorded are refused at a rate that needs steeper ones.
+  std::optional<double> linear_acceleration, angular_acceleration;
   std::map<std::string, Joint> joints;
   Joint other_joints;
-  /// Hold for what was recorded, too. Else what the robot did once it may do again, and a joint of
-  /// unknown speed may go 5 % faster than it did.
-  bool is_strict = false;
+  bool are_given = false;  ///< asked for: what they cannot hold for is not played
 
-  /// Of a joint: its own, else those of the other joints.
+  /// Returns the limits of a joint: its own, else those of the other joints.
   const Joint& of(const std::string& joint) const;
 };
+
+/// Returns the lower of what was asked for and what the robot's description says, or where that
+/// says nothing its profile.
+MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot);
 
 /// The fastest that a recording does on a topic, at rate 1.
 struct MotionPeak {
@@ -36,20 +48,26 @@ struct MotionPeak {
   int power = 1;  ///< grows with rate^power
   double value = 0;
   double at_s = 0;  ///< seconds into the behavior
-  double limit = 0;
-  bool is_limit_known = true;  ///< false: it is as fast as it was, which may be again
+  double limit = 0;    ///< of the robot, or of what is not known of it
+  double allowed = 0;  ///< the limit, or a little more that was recorded
+  std::string remark = {};  ///< where the limit comes from, if the robot states none
 };
 
-/// Of the velocities, drives, controllers of joint velocities, trajectories and goals with a
-/// velocity of the plan: the velocities of trajectory points, and the mean velocity from one point
-/// to the next, or from where the joints were recorded to a single one. Messages that cannot be
-/// understood are left out: they are not sent either. Throws StoreError, also if a message of the
-/// body is damaged in the store: without it the motion is another one; std::runtime_error, one line
-/// with topic, field and time, for a number that is NaN or infinite, in whatever moves the body.
+/// Reads every message of the plan that moves the body, but for those that cannot be understood,
+/// which are not sent either. Peaks are those of velocity topics, steered drives, controllers of
+/// joint velocities, goals with a velocity, and trajectories: what a point says of itself, and the
+/// mean velocity from one point to the next, to the first one from where the joints were recorded.
+/// `is_base_timed`: velocities are not sent as they were, but made for a track.
+///
+/// Throws StoreError, also if a message of the body is damaged in the store: without it the motion
+/// is another one. Throws std::runtime_error, one line with topic, value and time, for a number
+/// that is NaN or infinite, a position beyond its joint's range, times of a trajectory that are
+/// negative or do not rise, and a first point that is due at once where the joints were not.
 std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
-                                    const MotionLimits& limits);
+                                    const MotionLimits& limits, const RobotJoints& robot = {},
+                                    bool is_base_timed = false);
 
-/// One line that names topic, value, time and limit; empty if the rate breaks none.
+/// Returns one line that names topic, value, time and limit; empty if the rate breaks none.
 std::string whyTooFast(const std::vector<MotionPeak>& peaks, double rate);
 
 }  // namespace afterglow::replay

@@ -109,11 +109,11 @@ void ObstacleStop::take(const FloorScan& scan) {
   }
 }
 
-double ObstacleStop::lookAhead() const {
-  return kFastest * options_.reaction + kFastest * kFastest / (2 * options_.deceleration);
+double ObstacleStop::wayToStop(double speed) const {
+  return speed * options_.reaction + speed * speed / (2 * options_.deceleration);
 }
 
-/// So fast that v t + v^2 / 2a is no more than the way.
+/// So fast that the way to stop is no more than this.
 double ObstacleStop::speedFor(double way) const {
   const double a = options_.deceleration, t = options_.reaction;
   return std::sqrt(a * a * t * t + 2 * a * std::max(0., way)) - a * t;
@@ -140,7 +140,8 @@ ObstacleStop::Found ObstacleStop::look(const PlanarPose& T_odom_base,
   return walkers.way < things.way ? Found{walkers, true} : Found{things, false};
 }
 
-ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPath& path) {
+ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPath& path,
+                                             const SweptPath& sent) {
   Verdict verdict;
   verdict.speed = kFastest;
   verdict.reason = whyNotSeeing(moment.now);
@@ -149,7 +150,8 @@ ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPa
     if (!is_waiting_) wait_.distance = std::numeric_limits<double>::infinity();
     return verdict;
   }
-  const auto [free, is_moving] = look(moment.T_odom_base, path);
+  const Found ahead = look(moment.T_odom_base, path), beyond = look(moment.T_odom_base, sent);
+  const auto& [free, is_moving] = beyond.free.way < ahead.free.way ? beyond : ahead;
   if (free.obstacle) {
     verdict.distance = free.distance;
     verdict.speed = std::min(kFastest, speedFor(free.way));
@@ -168,8 +170,9 @@ ObstacleStop::Verdict ObstacleStop::goOrWait(const Moment& moment, const SweptPa
   return verdict;
 }
 
-ObstacleStop::Verdict ObstacleStop::judge(const Moment& moment, const SweptPath& path) {
-  Verdict verdict = goOrWait(moment, path);
+ObstacleStop::Verdict ObstacleStop::judge(const Moment& moment, const SweptPath& path,
+                                          const SweptPath& sent) {
+  Verdict verdict = goOrWait(moment, path, sent);
   const bool is_free = verdict.kind == Verdict::Kind::Go;
   free_for_ = is_free ? free_for_ + moment.seconds : 0;
   if (is_free && is_waiting_ && free_for_ < kFreeFor) {

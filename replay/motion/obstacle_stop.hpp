@@ -2,7 +2,8 @@
 /// Whether a base may drive on, and how fast, by what a range finder sees on its way.
 ///
 /// What stands in the floor that the footprint sweeps, with a clearance all around, is come near to
-/// so slowly that the base can always stop before it: at v it needs v t + v^2 / 2a. There it waits,
+/// so slowly that the base can always stop before it: at v it needs v t + v^2 / 2a. It sweeps its
+/// path, and beyond its end and beside it what it would sweep until it stood. There it waits,
 /// goes on when the way has been free for a while, and gives up after its patience. What is seen by
 /// few beams counts if it is seen twice at the same place, or is so far away that a thin leg has
 /// no more of them. What was not there half a second ago, where the scan saw that nothing was,
@@ -10,7 +11,7 @@
 /// there.
 ///
 ///   ObstacleStop stop(options, "map");
-///   every 20 ms: stop.move(odometry), stop.hear(scan), stop.judge(moment, path)
+///   every 20 ms: stop.move(odometry), stop.hear(scan), stop.judge(moment, path, sent)
 #pragma once
 
 #include <cstddef>
@@ -81,13 +82,16 @@ class ObstacleStop {
     Stamp at;                              ///< on the track
     double seconds = 0;                    ///< since the last time
   };
-  /// `path` begins where the base will be.
-  Verdict judge(const Moment& moment, const SweptPath& path);
+  /// `path` begins where the base will be. `sent`: the way on which it would stand if what was sent
+  /// last were its last command; it may lead beyond the path.
+  Verdict judge(const Moment& moment, const SweptPath& path, const SweptPath& sent = {});
   /// It was stopped or paused by others: what it waited for is forgotten.
   void rest();
 
   /// How far ahead a path has to be known: m.
-  double lookAhead() const;
+  double lookAhead() const { return wayToStop(kFastest); }
+  /// Until a base of this speed stands: m.
+  double wayToStop(double speed) const;
   const ObstacleOptions& options() const { return options_; }
   ObstacleReport report() const;
   /// The direction is seen by the newest scan.
@@ -100,7 +104,7 @@ class ObstacleStop {
     bool is_moving = false;  ///< what stands at its end
   };
   Found look(const PlanarPose& T_odom_base, const SweptPath& path) const;
-  Verdict goOrWait(const Moment& moment, const SweptPath& path);
+  Verdict goOrWait(const Moment& moment, const SweptPath& path, const SweptPath& sent);
   double speedFor(double way) const;
   void keep(const Verdict& verdict, const Moment& moment);
   PlanarPose poseAt(Stamp stamp) const;

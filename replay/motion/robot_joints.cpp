@@ -52,27 +52,4 @@ double RobotJoints::way(const std::string& joint, double then, double now) const
   return isEndless(joint) ? wrapAngle(now - then) : now - then;
 }
 
-MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot) {
-  const RobotProfile::Base& base = robot.base;
-  if (!asked.linear && base.fastest > 0) asked.linear = base.fastest;
-  if (!asked.angular && base.fastest_turn > 0) asked.angular = base.fastest_turn;
-  // A joint that gets an entry of its own keeps the limits of the other joints.
-  const MotionLimits::Joint others = asked.other_joints;
-  const auto bound = [&](const std::string& joint, std::optional<double> MotionLimits::Joint::*of,
-                         double limit) {
-    MotionLimits::Joint& known = asked.joints.emplace(joint, others).first->second;
-    if (!(known.*of)) known.*of = limit;
-  };
-  for (const auto& [name, joint] : joints.all()) {
-    if (joint.fastest) bound(name, &MotionLimits::Joint::velocity, *joint.fastest);
-  }
-  for (const auto& [name, speed] : robot.joint_speeds) {
-    bound(name, &MotionLimits::Joint::velocity, speed);
-  }
-  for (const auto& [name, acceleration] : robot.joint_accelerations) {
-    bound(name, &MotionLimits::Joint::acceleration, acceleration);
-  }
-  return asked;
-}
-
 }  // namespace afterglow::replay

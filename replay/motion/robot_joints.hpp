@@ -3,14 +3,13 @@
 /// joints that turn, meters for those that slide.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "replay/motion/motion_limits.hpp"
-#include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::replay {
 
@@ -20,11 +19,14 @@ struct MimicJoint {
   double factor = 1, offset = 0;
 };
 
+using JointRange = std::array<double, 2>;  ///< the lowest and the highest position
+
 struct RobotJoint {
   /// Endless: it turns without an end, positions that differ by whole turns are the same.
   enum class Kind { Turning, Sliding, Endless } kind = Kind::Turning;
   std::optional<double> fastest;  ///< rad/s, m/s; empty: not known
   std::optional<MimicJoint> mimic;
+  std::optional<JointRange> range = {};  ///< empty: not known, or without an end
 };
 
 /// A value. Of a default one no joint is known: those whose names speak of a torso, a gripper or a
@@ -56,9 +58,5 @@ class RobotJoints {
   std::map<std::string, RobotJoint> joints_;
   std::vector<std::string> gripper_;
 };
-
-/// What was asked for, and where that says nothing, what the robot's description and then its
-/// profile say: the speeds of its joints and of its base.
-MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot);
 
 }  // namespace afterglow::replay

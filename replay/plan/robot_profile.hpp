@@ -25,6 +25,7 @@ struct RobotProfile {
     std::vector<std::array<double, 2>> footprint;    ///< m, in the base frame; empty: unknown
     double deceleration = 0, command_timeout_s = 0;  ///< m/s^2, s; 0: unknown
     double fastest = 0, fastest_turn = 0;            ///< m/s, rad/s; 0: unknown
+    double linear_acceleration = 0, angular_acceleration = 0;  ///< m/s^2, rad/s^2; 0: unknown
     bool is_holonomic = false;                       ///< it goes sideways, too
   } base;
   /// What takes its goals or commands: actions and topics, "/arm_controller/follow_joint_trajectory".
@@ -39,6 +40,7 @@ struct RobotProfile {
   std::vector<std::string> joints;  ///< all that the profile names
   /// At most, where the robot's description says nothing: rad or m, per s and s^2.
   std::map<std::string, double> joint_speeds, joint_accelerations;
+  std::map<std::string, std::array<double, 2>> joint_ranges;  ///< lowest and highest position
   std::vector<std::string> gripper_joints;  ///< of a gripper's goal; the gap is their sum
   /// Of a head whose controller begins at the end of its last goal, not where it looks; empty: none
   /// such is known. Its x axis is the line of sight.

@@ -389,7 +389,7 @@ TEST(ReplayWords, readRulesAndLimits) {
   EXPECT_FALSE(limits.angular);
   EXPECT_EQ(limits.joints.at("a").velocity, 1);
   EXPECT_EQ(limits.other_joints.acceleration, 2);
-  EXPECT_TRUE(limits.is_strict);
+  EXPECT_TRUE(limits.are_given);
   test::writeFile(path, "linear_velocity: fast\n");
   EXPECT_NE(refusal([&] { readLimits(path); }).find(path + ":1: "), std::string::npos);
   EXPECT_EQ(refusal([] { parseRenames({"a=b"}); }), "'a=b' is no renaming: write old:=new");

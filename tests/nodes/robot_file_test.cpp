@@ -47,7 +47,11 @@ TEST_F(RobotFileTest, theFetchIsBuiltIn) {
   EXPECT_EQ(fetch.emergency_stop.topic, "/robot_state");
   EXPECT_EQ(fetch.emergency_stop.field, "runstopped");
   EXPECT_TRUE(fetch.emergency_stop.stops_when);
+  EXPECT_EQ(fetch.base.linear_acceleration, 0.75);
+  EXPECT_EQ(fetch.base.angular_acceleration, 3);
   EXPECT_EQ(fetch.joint_speeds.at("elbow_flex_joint"), 1.521);
+  EXPECT_EQ(fetch.joint_ranges.at("shoulder_lift_joint")[0], -1.221);
+  EXPECT_EQ(fetch.joint_ranges.count("wrist_roll_joint"), 0u) << "it turns without an end";
   EXPECT_EQ(fetch.gripper_joints.size(), 2u);
   EXPECT_EQ(fetch.gaze_frame, "head_tilt_link");
   EXPECT_FALSE(fetch.controllers_join) << "after a cancel they begin where that goal had led";
@@ -132,8 +136,8 @@ TEST_F(RobotFileTest, aTurtleBot3HasNoMultiplexerAndNoEmergencyStop) {
   const replay::RobotProfile robot = findRobotProfile("turtlebot3");
   EXPECT_EQ(robot.base.velocity_topic, "/cmd_vel");
   EXPECT_TRUE(robot.base.output_topic.empty());
-  EXPECT_EQ(robot.base.fastest, 0.22) << "a Burger's";
-  EXPECT_EQ(robot.base.fastest_turn, 1.82) << "a Waffle's";
+  EXPECT_EQ(robot.base.fastest, 0.26) << "a Waffle's";
+  EXPECT_EQ(robot.base.fastest_turn, 2.84) << "a Burger's";
   EXPECT_EQ(robot.base.command_timeout_s, 0.5);
   EXPECT_TRUE(robot.emergency_stop.topic.empty());
   EXPECT_EQ(classOf(robot, "/cmd_vel", kTwist), "body");

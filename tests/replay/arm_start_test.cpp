@@ -312,7 +312,6 @@ TEST_F(ArmStartOf, takesAWholeTurnForNoWayOnlyOfAJointThatTurnsWithoutEnd) {
 TEST_F(ArmStartOf, refusesASinglePointThatIsTooFarFromWhereTheArmIs) {
   const Bytes goal = goalOf({"elbow", "wrist"}, {{0.5, {1, -1}}});
   options.limits.joints["elbow"].velocity = options.limits.joints["wrist"].velocity = 1.2;
-  options.limits.is_strict = true;
   options.elsewhere = Elsewhere::Accept;
   live = {{"elbow", {0.5, 0}}, {"wrist", {-0.5, 0}}};
   EXPECT_NO_THROW(start().begin(kArm, goal, {500 * kMs}, 0)) << "1 rad/s";

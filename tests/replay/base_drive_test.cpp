@@ -110,7 +110,9 @@ Stamp middleOf(const DriveReport& drive) { return {(drive.begin.ns + drive.end.n
 
 TEST(BaseDrive, meetsATimelineThatHasGotAheadOfIt) {
   const RecordedDrive recorded = exactly(threeDrives());
-  Playing playing(recorded);
+  TrackerOptions options;
+  options.turn_acceleration = 5;
+  Playing playing(recorded, {}, {}, options);
   const double begin = 2.5;  // s; in the first drive, of 10 s
   playing.runUntil({recorded.track.begin().ns + static_cast<std::int64_t>(begin * 1e9)});
   playing.at.ns += 40'000'000;  // as after a step that came late
@@ -137,6 +139,44 @@ TEST(BaseDrive, drivesFromStandToStandAndHoldsTheTimelineUntilItIsThere) {
   EXPECT_NEAR(report.length, 1.85, 0.1);
   EXPECT_TRUE(report.is_localized);
   EXPECT_EQ(report.frame, "map");
+}
+
+TEST(BaseDrive, failsWhereItEndsFartherFromWhereItHadStoodThanItIsKnown) {
+  Commands commands;
+  stand(commands, 1.5);
+  drive(commands, 1, 0);
+  stand(commands, 4);
+  const RecordedDrive recorded = exactly(commands);
+  for (const double rolled : {0., 0.6}) {  // s
+    TrackerOptions options;
+    options.approach.most_attempts = 0;
+    Playing playing(recorded, {}, {}, options);
+    const auto approaches = [&] {
+      const auto drives = playing.base.report().drives;
+      return !drives.empty() && drives.back().state == BaseState::Approaching;
+    };
+    while (!approaches()) playing.step();
+    for (double until = playing.now + rolled; playing.now < until; playing.now += kStep) {
+      playing.robot.command(playing.now, {-0.25, 0});
+      playing.robot.step(playing.now);
+    }
+    playing.run();
+    const std::string& why = playing.base.failure();
+    EXPECT_EQ(why.find("m and 0 deg from where it had stood") != std::string::npos, rolled > 0)
+        << why;
+    EXPECT_EQ(why.empty(), rolled == 0) << why;
+  }
+}
+
+TEST(BaseDrive, tellsHowLongItsDrivesTake) {
+  const RecordedDrive recorded = exactly(threeDrives());
+  const Playing playing(recorded);
+  const auto timings = playing.base.timings(2);
+  ASSERT_EQ(timings.size(), 3u);
+  for (const BaseDrive::Timing& timing : timings) {
+    EXPECT_GT(timing.seconds, secondsBetween(timing.begin, timing.end) / 2 + 0.1);
+    EXPECT_LT(timing.seconds, secondsBetween(timing.begin, timing.end) + 0.1);
+  }
 }
 
 TEST(BaseDrive, isIdleBetweenDrives) {

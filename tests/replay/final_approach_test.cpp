@@ -9,6 +9,7 @@
 #include "replay/motion/base_tracker.hpp"
 #include "replay/motion/final_approach.hpp"
 #include "tests/support/simulated_replay.hpp"
+#include "tests/support/simulated_scan.hpp"
 
 namespace afterglow::replay::final_approach_test {
 namespace {
@@ -94,6 +95,51 @@ TEST(FinalApproach, turnsToAPlaceAsItHasTo) {
   EXPECT_TRUE(place.is_over);
   EXPECT_LT(place.error(), 0.0075);
   EXPECT_GT(std::max(place.most, -place.least), kPi / 4);
+}
+
+/// Looks again after 0.1 m or 0.25 rad only, as amcl, and is off by 2 cm each time.
+struct Amcl {
+  Bell bell;
+  PlanarPose looked_at = {};
+  std::optional<PlanarPose> known = {};
+
+  StampedPose look(double now, const SimulatedDrive& drive) {
+    const PlanarPose moved = between(looked_at, drive.odometry());
+    if (!known || std::hypot(moved.x, moved.y) > 0.1 || std::abs(moved.yaw) > 0.25) {
+      looked_at = drive.odometry();
+      const PlanarPose truth = drive.truth(), off = bell.pose(0.02, 0.01);
+      known = compose({truth.x + off.x, truth.y + off.y, truth.yaw + off.yaw},
+                      inverse(drive.odometry()));
+    }
+    return {stampAt(now), *known};
+  }
+};
+
+TEST(FinalApproach, goesToAStartWithoutTurningForEveryCentimeter) {
+  for (const PlanarPose& from : {PlanarPose{0, 0.3, 0}, PlanarPose{0.25, 0.15, 0}}) {
+    const double bearing = std::abs(std::atan2(from.y, -from.x));
+    for (std::uint32_t seed = 1; seed < 6; ++seed) {
+      const PoseTrack place({{stampAt(0), {2, 1, 0.3}}}, "map", true);
+      const RecordedDrive to{{2, 1, 0.3}, {2, 1, 0.3}, {{2, 1, 0.3}}, place, {}};
+      TrackerOptions options;
+      options.lost_distance = 1;
+      options.approach = approachOfStart();
+      options.obstacles.emplace();
+      Replay replay(to, options, from, {1.01, 0.99, 0.02, 0.08}, kExact, seed);
+      Amcl amcl{Bell(seed + 100)};
+      double turned = 0;
+      replay.disturb = [&](double now, BaseInput& input) {
+        input.scan = scanOf({}, replay.robot.truth(), now);
+        input.T_map_odom = amcl.look(now, replay.robot);
+        turned += std::abs(replay.robot.velocity().turn) * 3 * kStep;
+      };
+      replay.run();
+      EXPECT_EQ(replay.tracker.state(), BaseState::Done) << replay.tracker.reason();
+      EXPECT_LT(turned, 2 * bearing + 1.2) << from.x << " " << seed;
+      EXPECT_LT(replay.now(), 45) << from.x << " " << seed;
+      EXPECT_LT(replay.endError(), 0.06) << from.x << " " << seed;
+    }
+  }
 }
 
 TEST(FinalApproach, knowsFromTheTrackWhereTheBasePointedAtItsEnd) {

@@ -220,7 +220,6 @@ TEST(KindsOfMotion, areInMotionUntilTheirStopIsSent) {
 
 TEST(KindsOfMotion, areHeldToTheLimits) {
   MotionLimits limits;
-  limits.is_strict = true;
   limits.linear = limits.other_joints.velocity = 0.1;
   for (const auto& [pattern, kind] : kinds()) {
     const OneMessage fast(kind.channel, kind.moving(kFast)), slow(kind.channel, kind.moving(0.05));

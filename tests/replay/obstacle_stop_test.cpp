@@ -74,6 +74,19 @@ TEST(ObstacleStop, goesAsFastAsItCanStopBeforeWhatItSees) {
   }
 }
 
+TEST(ObstacleStop, looksBeyondItsPathAsFarAsItWouldRoll) {
+  Standing base;
+  base.discs = {{1, 0, 0.1}};
+  (void)base.judgeFor(0.2);
+  const auto judge = [&](double speed) {
+    const PlanarVelocity sent{speed, 0};
+    return base.stop.judge({stampAt(base.now), {}, {}, {}, kJudgePeriod}, pathOf(kAhead, 0.3, 0.2),
+                           pathOf(sent, 0.3, base.stop.wayToStop(speed)));
+  };
+  EXPECT_EQ(judge(0.4).speed, ObstacleStop::kFastest) << "the path ends far enough before it";
+  EXPECT_LT(judge(0.9).speed, 0.7) << "but a base as fast as that does not";
+}
+
 TEST(ObstacleStop, waitsGoesOnWhenTheWayIsFreeAndNotBefore) {
   Standing base;
   base.discs = {{0.5, 0, 0.1}};
@@ -210,7 +223,7 @@ TEST(ObstacleStop, isSlowWhereNobodyLooks) {
 /// A drive of 2.5 m straight on, by a base that looks.
 struct Drive {
   RecordedDrive recorded = record(commands(), {}, kExact, 1);
-  test::Replay replay{recorded, options()};
+  test::Replay replay;
   std::function<std::vector<Disc>(double now)> discs = [](double) { return std::vector<Disc>(); };
   double scans_end = 1e9, next_scan = 0, nearest = 1e9, fastest_back = 0;
   std::shared_ptr<const FloorScan> scan;
@@ -227,7 +240,7 @@ struct Drive {
     return options;
   }
 
-  Drive() {
+  explicit Drive(const TrackerOptions& with = options()) : replay(recorded, with) {
     replay.disturb = [this](double now, BaseInput& input) {
       if (now >= next_scan && now < scans_end) {
         // In the base's frame as it is now.
@@ -315,6 +328,23 @@ TEST(ObstacleStop, brakesForWhoStepsInAtOnce) {
   drive.replay.run();
   EXPECT_GT(drive.nearest, 0.1);
   EXPECT_EQ(drive.replay.tracker.state(), BaseState::Done) << drive.replay.tracker.reason();
+}
+
+TEST(ObstacleStop, doesNotKeepABaseFromAnEndAQuarterMeterBeforeAWall) {
+  for (const double rate : {1.0, 1.5, 2.0}) {
+    TrackerOptions options = Drive::options();
+    options.rate = rate;
+    options.acceleration = 0.75;
+    Drive drive(options);
+    drive.discs = [&](double) {
+      return std::vector<Disc>{drive.onTrack(2.5 + 0.3 + 0.25 + 1, 0, 1)};
+    };
+    drive.replay.run();
+    EXPECT_EQ(drive.replay.tracker.state(), BaseState::Done) << drive.replay.tracker.reason();
+    EXPECT_LT(drive.replay.endError(), 0.01) << rate;
+    EXPECT_GT(drive.nearest, 0.23) << rate;
+    EXPECT_TRUE(drive.replay.tracker.report().obstacles.waits.empty()) << rate;
+  }
 }
 
 TEST(ObstacleStop, losesTheBaseWhenWhatStandsThereStays) {

@@ -211,27 +211,6 @@ TEST_F(PlayerRate, namesTopicValueAndTimeOfWhatIsTooFast) {
       << "0.9 rad in a second, whatever the points say of themselves";
 }
 
-TEST_F(PlayerRate, letsARobotDoAgainWhatItDidUnlessLimitsAreGiven) {
-  record(kCmdVel, 0, twist(1.4));
-  record(kArm, 0, elbowGoal("tail_joint"));
-  play(1000);
-  const auto known = motionPeaks(*store, plan, fetchLimits());
-  EXPECT_EQ(whyTooFast(known, 1.0), "");
-  EXPECT_NE(whyTooFast(known, 1.01).find("/cmd_vel"), std::string::npos);
-  MotionLimits given;
-  given.is_strict = true;
-  given.linear = 1.2;
-  EXPECT_NE(whyTooFast(motionPeaks(*store, plan, given), 1.0).find("above the limit of 1.2"),
-            std::string::npos);
-  given.linear = 9;
-  EXPECT_NE(whyTooFast(motionPeaks(*store, plan, given), 1.1).find("tail_joint"), std::string::npos)
-      << "5 % faster than it did, not more";
-  given.other_joints = {9.0, 0.5};
-  EXPECT_EQ(whyTooFast(motionPeaks(*store, plan, given), 1.2), "");
-  EXPECT_NE(whyTooFast(motionPeaks(*store, plan, given), 1.3).find("acceleration of tail_joint"),
-            std::string::npos);
-}
-
 TEST_F(PlayerRate, refusesABodyOfWhichAMessageIsDamaged) {
   record(kCmdVel, 0, twist(1));
   record(kCloud, 50, cloud(1));

@@ -64,29 +64,5 @@ TEST(RobotJoints, areApproachedNoFasterThanTheyMayGo) {
   EXPECT_EQ(speed.of(odd(), "shadow"), speed.sliding);
 }
 
-TEST(RobotJoints, boundWhatWasNotAskedFor) {
-  RobotProfile profile;
-  profile.base.fastest = 1;
-  profile.joint_speeds = {{"torso_turn", 9}, {"unheard_of", 0.5}};
-  profile.joint_accelerations = {{"torso_turn", 3}};
-  MotionLimits asked;
-  asked.angular = 0.4;
-  asked.joints["slider"].velocity = 0.01;
-  const MotionLimits limits = boundedBy(asked, odd(), profile);
-  EXPECT_EQ(limits.linear, 1);
-  EXPECT_EQ(limits.angular, 0.4);
-  EXPECT_EQ(limits.joints.at("slider").velocity, 0.01) << "asked for";
-  EXPECT_EQ(limits.joints.at("torso_turn").velocity, 1.5) << "described, before the profile";
-  EXPECT_EQ(limits.joints.at("torso_turn").acceleration, 3);
-  EXPECT_EQ(limits.joints.at("unheard_of").velocity, 0.5);
-  EXPECT_EQ(limits.joints.count("wheel"), 0u) << "nobody knows";
-}
-
-TEST(RobotJoints, keepTheLimitThatHoldsForAllOthers) {
-  MotionLimits asked;
-  asked.other_joints.velocity = 0.2;
-  EXPECT_EQ(boundedBy(asked, odd(), {}).joints.at("torso_turn").velocity, 0.2);
-}
-
 }  // namespace
 }  // namespace afterglow::replay::robot_joints_test

@@ -49,6 +49,7 @@ struct DriveManners {
   bool stops_at_once = false;  ///< then; else it brakes
   bool is_holonomic = false;
   double fastest = 1e9, fastest_back = 1e9, fastest_turn = 1e9;  ///< what is faster is cut
+  double lag = 0;  ///< s by which its wheels follow its ramps, first order
 };
 /// pr2_controllers' pr2_base_controller2.
 inline constexpr DriveManners kPr2Manners{2, 2, 0.2, true, true};
@@ -86,9 +87,13 @@ class SimulatedDrive {
     if (is_silent) wanted_.velocity = {};
     const replay::PlanarVelocity wanted = is_stuck ? replay::PlanarVelocity() : wanted_.velocity;
     const double at_once = is_silent && manners.stops_at_once ? 1e9 : 0;
-    approach(wanted.forward, std::max(at_once, manners.acceleration), velocity_.forward);
-    approach(wanted.left, std::max(at_once, manners.acceleration), velocity_.left);
-    approach(wanted.turn, std::max(at_once, manners.turn_acceleration), velocity_.turn);
+    approach(wanted.forward, std::max(at_once, manners.acceleration), ramped_.forward);
+    approach(wanted.left, std::max(at_once, manners.acceleration), ramped_.left);
+    approach(wanted.turn, std::max(at_once, manners.turn_acceleration), ramped_.turn);
+    const double share = manners.lag > 0 ? kStep / (manners.lag + kStep) : 1;
+    velocity_.forward += share * (ramped_.forward - velocity_.forward);
+    velocity_.left += share * (ramped_.left - velocity_.left);
+    velocity_.turn += share * (ramped_.turn - velocity_.turn);
     odometry_ = advance(odometry_, velocity_, kStep);
     truth_ = advance(truth_, manners.is_holonomic ? slide() : roll(), kStep);
   }
@@ -127,7 +132,7 @@ class SimulatedDrive {
   Bell bell_;
   std::deque<Command> commands_;
   Command wanted_;
-  replay::PlanarVelocity velocity_;
+  replay::PlanarVelocity ramped_, velocity_;
 };
 
 /// Measures every 0.1 s and is heard 0.1 s later. Each measurement's error shares

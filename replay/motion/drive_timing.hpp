@@ -1,0 +1,63 @@
+/// \file
+/// When a base may be where on a recorded track: as it was then, at a rate, where the base's limits
+/// let it, and later where they do not, so that it comes to rest at the track's end and not beyond.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "replay/motion/pose_track.hpp"
+
+namespace afterglow::replay {
+
+/// Of a base, either way.
+struct DriveLimits {
+  double speed = 1.0;              ///< m/s
+  double turn_speed = 2.0;         ///< rad/s
+  double acceleration = 0.7;       ///< m/s^2, and as it brakes
+  double turn_acceleration = 2.8;  ///< rad/s^2
+};
+
+/// Returns the accelerations of a recorded base, over 0.2 s; at least 0.2 m/s^2 and 0.5 rad/s^2, as
+/// a base that crept shows nothing.
+DriveLimits shownBy(const PoseTrack& track);
+
+/// A value. The fastest pace that keeps the limits is found by a pass backward and one forward over
+/// the track in steps of 50 ms: at both ends the base is at rest. Ramps of its speed are planned at
+/// 85 % of the limit; what is left is for corrections.
+class DriveTiming {
+ public:
+  static constexpr double kPlannedShare = 0.85;
+
+  /// Throws std::invalid_argument for a rate or a limit that is not above zero.
+  DriveTiming(const PoseTrack& track, const DriveLimits& limits, double rate);
+
+  /// Returns recorded seconds a second, at most the rate.
+  double paceAt(Stamp stamp) const;
+  /// Returns how long the track takes, s.
+  double seconds() const;
+  double fastest() const { return fastest_; }  ///< m/s
+  /// Returns the way from there to where it stands next, or turns on the spot, or turns back: m.
+  double wayToRest(Stamp stamp) const;
+  /// Returns the speed from which a base comes to rest within a way, though it does as it is told
+  /// later than it is taken to.
+  double speedFor(double way) const;
+
+ private:
+  struct Node {
+    double speed = 0, turn = 0;  ///< as recorded
+    double pace = 0;
+    double way = 0;  ///< to its next rest, m
+  };
+  double at(Stamp stamp, double Node::*value) const;
+  void measure(const PoseTrack& track);
+  void slowDown(Node& node, const Node& beside) const;
+
+  Stamp begin_;
+  double step_;  ///< s
+  double linear_ramp_, angular_ramp_;
+  std::vector<Node> nodes_;
+  double fastest_ = 0;
+};
+
+}  // namespace afterglow::replay
