@@ -58,12 +58,13 @@ const ReplayRequest& describeRobot(const replay::Store& store, const replay::Pla
 void describeRobotNow(ReplayRequest& request) {
   BodyOptions& body = request.body;
   if (!body.joints.isDescribed()) {
-    body.joints = liveDescription(request.robot);
+    body.joints = liveDescription(body.base.robot.name_space, request.robot);
     request.limits = boundedBy(request.limits, body.joints, request.robot);
   }
   if (!body.robot.name.empty()) return;
   const auto known = builtInRobot(body.joints.robotName());
-  if (known) body.robot.gaze_frame = known->gaze_frame;
+  const replay::RobotNames& recorded = request.plan.rewriting.robot.recorded;
+  if (known) body.robot.gaze_frame = recorded.frame(known->gaze_frame);
 }
 
 std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
@@ -79,8 +80,8 @@ std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
 
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
     : store_(store),
-      request_(request),
-      plan_(planReplay(store, request)),
+      request_(forItsRobot(store, request)),
+      plan_(planReplay(store, request_)),
       peaks_(peaksOf(store, plan_, describeRobot(store, plan_, request_))),
       is_paused_(request.options.starts_paused),
       is_halted_(!request.body.stops.hold_button.topic.empty() && !plan_.motionTopics().empty()) {
