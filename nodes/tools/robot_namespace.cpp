@@ -17,10 +17,11 @@ std::string rosNamespace() {
 }
 
 std::string robotParameter(const std::string& name_space, const std::string& name) {
-  std::string key, text;
-  const bool is_there = ros::param::search(name_space.empty() ? "/" : name_space, name, key) &&
-                        ros::param::get(key, text);
-  return is_there ? text : "";
+  std::string text, scope = name_space;
+  while (!ros::param::get(scope + "/" + name, text) && !scope.empty()) {
+    scope.resize(scope.rfind('/'));
+  }
+  return text;
 }
 
 }  // namespace afterglow::nodes
