@@ -11,7 +11,9 @@
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/Trigger.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -131,13 +133,31 @@ class Fetch {
   std::unique_ptr<Torso> torso_;
 };
 
-class SeveralRobots : public testing::Test {
- protected:
-  SeveralRobots() { spinner_.start(); }
-  ~SeveralRobots() override {
-    spinner_.stop();
+struct World {
+  World() {
+    spinner.start();
+    one = std::make_unique<Fetch>("/robot1", "robot1", store);
+    two = std::make_unique<Fetch>("/robot2", "robot2_tf", store);
+  }
+  ~World() {
+    one.reset();
+    two.reset();
+    spinner.stop();
     ros::shutdown();
   }
+
+  test::TestGraph graph;
+  test::TempFolder folder;
+  std::string store = folder.path("behaviors.db");
+  ros::NodeHandle node;
+  ros::AsyncSpinner spinner{2};
+  std::unique_ptr<Fetch> one, two;
+};
+
+class SeveralRobots : public testing::Test {
+ protected:
+  static void SetUpTestSuite() { world = new World; }
+  static void TearDownTestSuite() { delete world; }
 
   /// What the first one does, by the recorder in its namespace.
   std::int64_t record() {
@@ -181,11 +201,10 @@ class SeveralRobots : public testing::Test {
     EXPECT_EQ(std::count(context.begin(), context.end(), "/robot2/joint_states"), 0);
   }
 
-  test::TestGraph graph_;
-  test::TempFolder folder_;
-  std::string store_ = folder_.path("behaviors.db");
-  ros::NodeHandle node_;
-  ros::AsyncSpinner spinner_{2};
+  static inline World* world = nullptr;
+  const std::string store_ = world->store;
+  const std::unique_ptr<Fetch>&one_ = world->one, &two_ = world->two;
+};
   std::unique_ptr<Fetch> one_ = std::make_unique<Fetch>("/robot1", "robot1", store_);
   std::unique_ptr<Fetch> two_ = std::make_unique<Fetch>("/robot2", "robot2_tf", store_);
 };
@@ -224,15 +243,15 @@ TEST_F(SeveralRobots, replayWhatOneOfThemWasRecordedDoingWhereItsPlayerIs) {
 TEST_F(SeveralRobots, areLookedAtEachByADoctorInItsNamespace) {
   for (const char* name_space : {"/robot1", "/robot2"}) {
     const std::string text = afterglow({"doctor", "--robot", "fetch", "--json", "--store",
-                                        folder_.path("s.db"),
+                                        world->folder.path("s.db"),
                                         std::string("__ns:=") + name_space});
     const std::size_t end = text.rfind('}');
     const auto json = nlohmann::json::parse(text.substr(0, end + 1));
-    for (const auto& check : json["checks"]) {
-      for (const char* of_robot : {"controllers", "joints", "description", "base", "odometry",
-                                   "frames", "scan", "emergency stop"}) {
-        if (check["name"] == of_robot) EXPECT_EQ(check["level"], "ok") << name_space << check;
-      }
+    std::map<std::string, std::string> levels;
+    for (const auto& check : json["checks"]) levels[check["name"]] = check["level"];
+    for (const char* of_robot : {"controllers", "joints", "description", "base", "odometry",
+                                 "frames", "scan", "emergency stop"}) {
+      EXPECT_EQ(levels[of_robot], "ok") << of_robot << " in " << name_space << ": " << text;
     }
   }
 }
