@@ -43,7 +43,7 @@ AskNode::AskNode(const AskNodeOptions& options)
       asking_(readQuestions(options.questions)),
       server_(node_, "ask", [this](const AskGoalConstPtr& goal) { onGoal(goal); }, false) {
   goals_ = node_.advertise<AskActionGoal>("ask/goal", 1);
-  speech_ = node_.advertise<sound_play::SoundRequest>("/robotsound", 5);
+  speech_ = node_.advertise<sound_play::SoundRequest>("robotsound", 5);
   server_.start();
   heard_ = private_node_.subscribe("ask", 5, &AskNode::onHeard, this);
 }

@@ -22,7 +22,7 @@ namespace afterglow::nodes {
 struct AskNodeOptions {
   std::string store;                    ///< ~store, as openStore() takes it
   std::string questions;                ///< ~questions, a file; empty: those that are built in
-  std::string player = "/player_node";  ///< ~player: whose allow_motion holds
+  std::string player = "player_node";  ///< ~player: whose allow_motion holds
   bool allow_motion = false;            ///< ~allow_motion, of answers
 
   static AskNodeOptions read(const ros::NodeHandle& private_node);

@@ -69,8 +69,8 @@ class RosRecorder : public RecorderClient {
 }  // namespace
 
 std::shared_ptr<RecorderClient> rosRecorder(const std::string& node) {
-  static const auto usual = std::make_shared<RosRecorder>("/recorder_node");
-  return node == "/recorder_node" ? usual : std::make_shared<RosRecorder>(node);
+  static const auto usual = std::make_shared<RosRecorder>("recorder_node");
+  return node == "recorder_node" ? usual : std::make_shared<RosRecorder>(node);
 }
 
 }  // namespace afterglow::nodes

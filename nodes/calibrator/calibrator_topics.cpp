@@ -65,7 +65,7 @@ CalibratorTopics::CalibratorTopics(bool is_spoken, bool publishes_transform)
     : is_spoken_(is_spoken) {
   guidance_ = own_.advertise<std_msgs::String>("guidance", 20, true);
   status_ = own_.advertise<std_msgs::String>("status", 20, true);
-  if (is_spoken_) sound_ = nh_.advertise<sound_play::SoundRequest>("/robotsound", 20);
+  if (is_spoken_) sound_ = nh_.advertise<sound_play::SoundRequest>("robotsound", 20);
   camera_info_ = own_.advertise<sensor_msgs::CameraInfo>("camera_info", 1, true);
   diagnostics_ = nh_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 2);
   if (publishes_transform) transforms_.emplace();

@@ -59,6 +59,9 @@ ReplayRequest requestOf(const std::string& player, const std::string& store,
   ReplayRequest request = options.replays;
   request.behavior = std::to_string(wish.behavior);
   giveGoalOptions(request, wish.options());
+  if (request.robot_namespace.empty()) {  // the player's, not that of this process
+    request.robot_namespace = replay::cleanNamespace(ros::names::parentNamespace(player));
+  }
   request.plan.layers = projectedTopics(deadlineIn(kMasterPatience));
   return request;
 }

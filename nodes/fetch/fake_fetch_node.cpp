@@ -12,6 +12,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/fetch/fetch_facts.hpp"
 #include "nodes/fetch/robot_messages.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -85,17 +86,17 @@ void waitABit() { ros::WallDuration(kFeedbackPeriod_s).sleep(); }
 }  // namespace
 
 RobotModel readRobotDescription(const ros::NodeHandle& node) {
-  std::string xml;
-  if (!node.getParam("/robot_description", xml))
-    throw std::runtime_error(
-        "parameter /robot_description is not set; nodes/launch/fake_fetch.launch sets it");
-  RobotModel model = RobotModel::fromXml(xml, "/robot_description");
+  const std::string xml = robotParameter(rosNamespace(), "robot_description");
+  if (xml.empty())
+    throw std::runtime_error("parameter " + node.resolveName("robot_description") +
+                             " is not set; nodes/launch/fake_fetch.launch sets it");
+  RobotModel model = RobotModel::fromXml(xml, "robot_description");
   try {
     for (const std::string& name : kBodyJoints) model.joint(name);
     for (const std::string& name : kGripperJoints) model.joint(name);
     model.linkPose(kHeadTurret.frame, {});
   } catch (const std::out_of_range& error) {
-    throw std::runtime_error(std::string("/robot_description is not a Fetch: ") + error.what());
+    throw std::runtime_error(std::string("robot_description is not a Fetch: ") + error.what());
   }
   return model;
 }
@@ -132,25 +133,27 @@ FakeFetchConfig readFakeFetchConfig(const ros::NodeHandle& private_node) {
 }
 
 FakeFetchNode::FakeFetchNode(RobotModel model, const FakeFetchConfig& config)
-    : robot_(std::move(model), config, toNanoseconds(ros::Time::now())),
+    : names_{rosNamespace(), robotParameter(rosNamespace(), "tf_prefix")},
+      robot_(std::move(model), config, toNanoseconds(ros::Time::now())),
       tf_listener_(tf_),
       runstop_([this] { locked([](FakeFetch& robot) { robot.cutPower(); }); }),
       point_head_server_(
-          node_, "/head_controller/point_head",
+          node_, "head_controller/point_head",
           [this](const control_msgs::PointHeadGoalConstPtr& goal) { pointHead(*goal); }, false),
       gripper_server_(
-          node_, "/gripper_controller/gripper_action",
+          node_, "gripper_controller/gripper_action",
           [this](const control_msgs::GripperCommandGoalConstPtr& goal) { moveGripper(*goal); },
           false) {
-  joints_publisher_ = node_.advertise<sensor_msgs::JointState>("/joint_states", 10);
-  odometry_publisher_ = node_.advertise<nav_msgs::Odometry>("/odom", 10);
+  joints_publisher_ = node_.advertise<sensor_msgs::JointState>("joint_states", 10);
+  odometry_publisher_ = node_.advertise<nav_msgs::Odometry>("odom", 10);
   truth_publisher_ = private_node_.advertise<geometry_msgs::PoseStamped>("true_pose", 10);
   commands_publisher_ = private_node_.advertise<sensor_msgs::JointState>("commands", 50);
   publishFixedLinks();
   publish();
   if (private_node_.param("scan", true)) {
     laser_ = std::make_unique<LaserTopics>(config.start,
-                                           robot_.model().linkPose("laser_link", {}));
+                                           robot_.model().linkPose("laser_link", {}),
+                                           ScanTopic{"base_scan", names_.frame("laser_link")});
     obstacles_subscriber_ =
         node_.subscribe("/obstacles", 2, &FakeFetchNode::onObstacles, this);
   }
@@ -183,7 +186,7 @@ bool FakeFetchNode::isOpen() const { return ros::ok() && !is_closing_; }
 void FakeFetchNode::addTrajectoryServer(const std::string& controller) {
   const std::size_t index = trajectory_servers_.size();
   trajectory_servers_.push_back(std::make_unique<TrajectoryServer>(
-      node_, "/" + controller + "/follow_joint_trajectory",
+      node_, controller + "/follow_joint_trajectory",
       [this, index, controller](const control_msgs::FollowJointTrajectoryGoalConstPtr& goal) {
         follow(*trajectory_servers_[index], controller, *goal);
       },
@@ -231,7 +234,7 @@ bool FakeFetchNode::startPointing(const control_msgs::PointHeadGoal& goal, std::
   Eigen::Vector3d p_base(goal.target.point.x, goal.target.point.y, goal.target.point.z);
   try {
     // The latest transform, whatever the stamp, as the real controller does.
-    p_base = toIsometry(tf_.lookupTransform("base_link", frameName(goal.target.header.frame_id),
+    p_base = toIsometry(tf_.lookupTransform(names_.frame("base_link"), frameName(goal.target.header.frame_id),
                                             ros::Time(0))
                             .transform) *
              p_base;
@@ -334,12 +337,14 @@ void FakeFetchNode::publish() {
 void FakeFetchNode::publishTransforms(const ros::Time& stamp) {
   const DiffDrive& base = robot_.base();
   std::vector<geometry_msgs::TransformStamped> transforms = {
-      stamped("map", "odom", toIsometry(robot_.mapToOdom()), stamp),
-      stamped("odom", robot_.model().rootLink(), toIsometry(base.odometry()), stamp)};
+      stamped("map", names_.frame("odom"), toIsometry(robot_.mapToOdom()), stamp),
+      stamped(names_.frame("odom"), names_.frame(robot_.model().rootLink()),
+              toIsometry(base.odometry()), stamp)};
   for (const Joint& joint : robot_.model().joints()) {
     if (!joint.moves()) continue;
     const double position = robot_.joints().at(joint.name).position;
-    transforms.push_back(stamped(joint.parent, joint.child, joint.T_parent_child(position), stamp));
+    transforms.push_back(stamped(names_.frame(joint.parent), names_.frame(joint.child),
+                                 joint.T_parent_child(position), stamp));
   }
   tf_broadcaster_.sendTransform(transforms);
 }
@@ -349,7 +354,8 @@ void FakeFetchNode::publishFixedLinks() {
   for (const Joint& joint : robot_.model().joints())
     if (!joint.moves())
       transforms.push_back(
-          stamped(joint.parent, joint.child, joint.T_parent_joint, toRosTime(robot_.now())));
+          stamped(names_.frame(joint.parent), names_.frame(joint.child), joint.T_parent_joint,
+                  toRosTime(robot_.now())));
   static_tf_broadcaster_.sendTransform(transforms);
 }
 
@@ -377,8 +383,8 @@ void FakeFetchNode::publishOdometry(const ros::Time& stamp) {
   const DiffDrive& base = robot_.base();
   nav_msgs::Odometry message;
   message.header.stamp = stamp;
-  message.header.frame_id = "odom";
-  message.child_frame_id = robot_.model().rootLink();
+  message.header.frame_id = names_.frame("odom");
+  message.child_frame_id = names_.frame(robot_.model().rootLink());
   message.pose.pose = poseMessage(base.odometry());
   message.twist.twist.linear.x = base.linear();
   message.twist.twist.angular.z = base.angular();

@@ -1,6 +1,6 @@
 /// \file
-/// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers,
-/// /cmd_vel, tf, joint states and odometry. For judges, as no robot knows or tells it:
+/// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers, cmd_vel,
+/// joint states and odometry in its node's namespace, and tf. For judges, as no robot knows or tells it:
 /// - ~true_pose (geometry_msgs/PoseStamped in map): where it truly is;
 /// - ~commands (sensor_msgs/JointState): what its controllers command now, a joint that is limp is
 ///   missing; as velocity the fastest change of a command since the message before, by cycles of
@@ -37,10 +37,12 @@
 #include "nodes/fetch/laser_topics.hpp"
 #include "nodes/fetch/runstop.hpp"
 #include "nodes/fetch/velocity_mux.hpp"
+#include "replay/messages/robot_names.hpp"
 
 namespace afterglow::nodes {
 
-/// The robot comes from the parameter /robot_description, the start pose in map from ~x, ~y, ~yaw,
+/// The robot comes from the parameter robot_description of its namespace, the prefix of its frames
+/// from tf_prefix there, the start pose in map from ~x, ~y, ~yaw,
 /// how wrong the base drives from ~linear_scale, ~angular_scale, ~slip, ~latency (s) and ~seed, how
 /// wrong it thinks it stands from ~localization_error (m) and ~localization_yaw_error (rad), how
 /// far it goes before it knows better from ~localization_distance (m) and ~localization_turn (rad;
@@ -98,6 +100,7 @@ class FakeFetchNode {
 
   /// Guards robot_; never held while calling actionlib, which has its own locks.
   std::mutex mutex_;
+  const replay::RobotNames names_;
   FakeFetch robot_;
   std::unique_ptr<LaserTopics> laser_;  ///< if it has one
   ros::Time published_;

@@ -21,12 +21,12 @@ const std::string kStateDefinition =
 }  // namespace
 
 Runstop::Runstop(std::function<void()> on_press) : on_press_(std::move(on_press)) {
-  enabled_publisher_ = node_.advertise<std_msgs::Bool>("/software_runstop_enabled", 10);
+  enabled_publisher_ = node_.advertise<std_msgs::Bool>("software_runstop_enabled", 10);
   state_.morph(replay::definitionMd5(kStateType, kStateDefinition), kStateType, kStateDefinition,
                "0");
-  state_publisher_ = state_.advertise(node_, "/robot_state", 10);
+  state_publisher_ = state_.advertise(node_, "robot_state", 10);
   subscriber_ = node_.subscribe<std_msgs::Bool>(
-      "/enable_software_runstop", 10, [this](const auto& word) { onWord(word->data != 0); });
+      "enable_software_runstop", 10, [this](const auto& word) { onWord(word->data != 0); });
   timer_ = node_.createWallTimer(ros::WallDuration(kStatePeriod),
                                  [this](const ros::WallTimerEvent&) { publish(); });
 }

@@ -13,13 +13,14 @@ constexpr const char* kNoInput = "__none";
 }  // namespace
 
 const std::string& VelocityMux::output() {
-  static const std::string topic = "/base_controller/command";
+  static const std::string topic = "base_controller/command";
   return topic;
 }
 
-VelocityMux::VelocityMux(std::vector<std::string> inputs) : inputs_(std::move(inputs)) {
+VelocityMux::VelocityMux(const std::vector<std::string>& inputs) {
+  for (const std::string& topic : inputs) inputs_.push_back(node_.resolveName(topic));
   output_ = node_.advertise<geometry_msgs::Twist>(output(), 10);
-  selected_publisher_ = node_.advertise<std_msgs::String>("/cmd_vel_mux/selected", 1, true);
+  selected_publisher_ = node_.advertise<std_msgs::String>("cmd_vel_mux/selected", 1, true);
   select(inputs_.front());
   for (const std::string& topic : inputs_) {
     subscribers_.push_back(
@@ -28,7 +29,7 @@ VelocityMux::VelocityMux(std::vector<std::string> inputs) : inputs_(std::move(in
           if (topic == selected_) output_.publish(*twist);
         }));
   }
-  service_ = node_.advertiseService("/cmd_vel_mux/select", &VelocityMux::onSelect, this);
+  service_ = node_.advertiseService("cmd_vel_mux/select", &VelocityMux::onSelect, this);
 }
 
 void VelocityMux::select(const std::string& topic) {

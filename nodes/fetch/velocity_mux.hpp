@@ -14,12 +14,12 @@
 
 namespace afterglow::nodes {
 
-/// In: velocities, by default of /cmd_vel and /teleop/cmd_vel; out: /base_controller/command, what
-/// comes on the selected one of them, and /cmd_vel_mux/selected (std_msgs/String, latched), which
-/// one that is, by the service /cmd_vel_mux/select. Without timeout or priority.
+/// In: velocities, by default of cmd_vel and teleop/cmd_vel; out: base_controller/command, what
+/// comes on the selected one of them, and cmd_vel_mux/selected (std_msgs/String, latched), which
+/// one that is, by the service cmd_vel_mux/select; all in the node's namespace. Without timeout or priority.
 class VelocityMux {
  public:
-  explicit VelocityMux(std::vector<std::string> inputs = {"/cmd_vel", "/teleop/cmd_vel"});
+  explicit VelocityMux(const std::vector<std::string>& inputs = {"cmd_vel", "teleop/cmd_vel"});
 
   /// Its output, for a node that is the base, too.
   static const std::string& output();
@@ -29,10 +29,10 @@ class VelocityMux {
   bool onSelect(topic_tools::MuxSelect::Request& request,
                 topic_tools::MuxSelect::Response& response);
 
-  const std::vector<std::string> inputs_;  ///< the first is selected at first
+  ros::NodeHandle node_;
+  std::vector<std::string> inputs_;  ///< the first is selected at first
   std::mutex mutex_;
   std::string selected_;
-  ros::NodeHandle node_;
   ros::Publisher output_, selected_publisher_;
   std::vector<ros::Subscriber> subscribers_;
   ros::ServiceServer service_;

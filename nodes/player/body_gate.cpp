@@ -419,7 +419,7 @@ std::string BodyGate::goToStart(const replay::StartPose& then, replay::StartPose
 void BodyGate::checkWays(const replay::StartPose& then, const replay::StartPose& now) const {
   const bool goes_there = options_.start == BodyOptions::Start::MoveThere &&
                           !jointDeviations(then, now, options_.tolerances).empty();
-  if (!goes_there || StateValidity().isThere()) return;
+  if (!goes_there || StateValidity(options_.base.robot).isThere()) return;
   for (const replay::JointGoals& goals : parts_.goals) goalToStart(goals, then, now, "", {});
 }
 
@@ -438,7 +438,7 @@ std::optional<replay::StartGoal> BodyGate::goalToStart(const replay::JointGoals&
 void BodyGate::moveToStart(const replay::StartPose& then,
                            const std::function<bool()>& is_stopped) {
   const auto fresh_id = replay::uniqueGoalIds(ros::this_node::getName() + "_start");
-  StateValidity moveit;
+  StateValidity moveit(options_.base.robot);
   replay::PoseCheck check;
   if (moveit.isThere()) {
     check = [&](const auto& joints, const auto& pose) { return moveit.whyNot(joints, pose); };

@@ -11,6 +11,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/ros_clock.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -44,10 +45,13 @@ std::set<std::string> linkNames(const std::string& urdf) {
 }
 
 LiveScan::LiveScan(const std::string& topic, const std::string& base_frame,
-                   const std::optional<replay::Footprint>& outline)
+                   const std::optional<replay::Footprint>& outline,
+                   const replay::RobotNames& robot)
     : topic_(topic), base_frame_(frameName(base_frame)), outline_(outline), tf_listener_(tf_) {
-  std::string urdf;
-  if (ros::param::get("/robot_description", urdf)) links_ = linkNames(urdf);
+  for (const std::string& link :
+       linkNames(robotParameter(robot.name_space, "robot_description"))) {
+    links_.insert(robot.frame(link));
+  }
   node_.setCallbackQueue(&queue_);
   subscriber_ = node_.subscribe<sensor_msgs::LaserScan>(
       topic_, 1, [this](const sensor_msgs::LaserScan::ConstPtr& message) { onScan(*message); },

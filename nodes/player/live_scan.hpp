@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "replay/clock/sender_clock.hpp"
+#include "replay/messages/robot_names.hpp"
 #include "replay/motion/obstacle_stop.hpp"
 
 namespace afterglow::nodes {
@@ -27,7 +28,7 @@ class LiveScan {
  public:
   /// `outline`: the base's; what is seen within it is the robot's own. None: it is not known.
   LiveScan(const std::string& topic, const std::string& base_frame,
-           const std::optional<replay::Footprint>& outline);
+           const std::optional<replay::Footprint>& outline, const replay::RobotNames& robot);
 
   /// Empty before the first. Dated by stampNow(), as old as the scan says that it is, but not in
   /// the future, for which the shortest lead ever seen is taken off.
@@ -43,7 +44,7 @@ class LiveScan {
 
   const std::string topic_, base_frame_;
   const std::optional<replay::Footprint> outline_;
-  std::set<std::string> links_;  ///< of the robot's description
+  std::set<std::string> links_;  ///< frames of the links in the robot's description
   tf2_ros::Buffer tf_;
   tf2_ros::TransformListener tf_listener_;
   ros::CallbackQueue queue_;

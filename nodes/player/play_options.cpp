@@ -423,10 +423,9 @@ std::vector<PlayOption> theRobotsStart() {
 
 /// What a profile says holds where no other option, which are all set later, says more.
 void setRobot(Request& request, const std::string& name_or_file) {
-  request.robot = inNamespace(findRobotProfile(name_or_file), rosNamespace());
+  request.robot = findRobotProfile(name_or_file);
   request.body.robot = request.robot;
   const replay::RobotProfile::Base& base = request.robot.base;
-  request.body.base.usual_topic = base.velocity_topic;
   request.body.base.is_holonomic = base.is_holonomic;
   replay::TrackFrames& frames = request.body.base.frames;
   if (!base.map_frame.empty()) frames.map = base.map_frame;
@@ -439,7 +438,6 @@ void setRobot(Request& request, const std::string& name_or_file) {
   stop.stops_when = known.stops_when;
   stop.profile = request.robot.name;
   ScanOptions& scan = request.body.base.scan;
-  if (!request.robot.scan_topic.empty()) scan.topic = request.robot.scan_topic;
   if (!base.footprint.empty()) scan.footprint = replay::Footprint::polygon(base.footprint);
   if (base.deceleration > 0) scan.obstacles.deceleration = base.deceleration;
 }
@@ -450,6 +448,10 @@ std::vector<PlayOption> whichRobot() {
           "What is known of this robot: fetch, pr2, tiago, turtlebot3, ur, or a file "
           "(assets/README.md); default: nothing",
           [](Request& r, const OptionTexts& texts) { setRobot(r, texts.front()); }),
+      member("robot_namespace", text("NAMESPACE"),
+             "Which of several robots it is: /robot2, where the recorded robot's topics and frames "
+             "are found under its names; default: ROS's own namespace of this node, else as recorded",
+             [](Request& r) -> auto& { return r.robot_namespace; }),
       member("any_map", flag(),
              "Another map than it was recorded on will do; default: base and light stay where they "
              "are",

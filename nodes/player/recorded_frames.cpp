@@ -11,6 +11,7 @@
 #include "nodes/projector/frame_lookup.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/projector/transform_listener.hpp"
+#include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -34,6 +35,7 @@ RecordedFrames::RecordedFrames(const replay::Store& store, const replay::Behavio
     : store_(store),
       behavior_(behavior),
       anchor_(std::move(anchor)),
+      robot_(replay::recordedRobot(behavior).value_or(replay::RobotNames())),
       buffer_(ros::Duration(static_cast<double>(kKept / kSecond))) {
   behavior_.end = replay::Stamp{endOf(store, behavior).ns + kPatience};
   restart(behavior.begin);
@@ -67,11 +69,18 @@ void RecordedFrames::restart(replay::Stamp moment) {
   buffer_.clear();
   replay::Behavior part = behavior_;
   part.begin = {};
-  const auto fixed = store_.messages(part, {{"/tf_static"}, {}, {}});
+  const auto fixed = store_.messages(part, {withOwn("/tf_static"), {}, {}});
   while (const auto message = fixed->next()) feed(*message, true);
   begin_ = {std::max<std::int64_t>(0, moment.ns - kBefore)};
   part.begin = read_to_ = begin_;
-  cursor_ = store_.messages(part, {{"/tf"}, {}, {}});
+  cursor_ = store_.messages(part, {withOwn("/tf"), {}, {}});
+}
+
+/// A robot in a namespace may have its transforms there.
+std::vector<std::string> RecordedFrames::withOwn(const std::string& topic) const {
+  std::vector<std::string> topics{topic};
+  if (!robot_.name_space.empty()) topics.push_back(robot_.name_space + topic);
+  return topics;
 }
 
 bool RecordedFrames::read() {

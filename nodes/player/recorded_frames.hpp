@@ -8,7 +8,9 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "replay/messages/robot_names.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -36,6 +38,7 @@ class RecordedFrames {
 
  private:
   void restart(replay::Stamp moment);
+  std::vector<std::string> withOwn(const std::string& topic) const;
   bool read();
   void feed(const replay::Message& message, bool is_static);
   std::optional<Eigen::Isometry3d> look(const std::string& frame, replay::Stamp moment) const;
@@ -43,6 +46,7 @@ class RecordedFrames {
   const replay::Store& store_;
   replay::Behavior behavior_;
   const std::string anchor_;
+  const replay::RobotNames robot_;
   tf2::BufferCore buffer_;
   std::unique_ptr<replay::MessageCursor> cursor_;  ///< none: nothing comes any more
   replay::Stamp begin_, read_to_;                  ///< what the buffer holds

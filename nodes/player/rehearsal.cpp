@@ -53,7 +53,7 @@ struct StartRehearsal {
     if (options.start != Start::MoveThere) {
       return rehearsal.add(replay::whyElsewhere(deviations, "", false));
     }
-    if (StateValidity().isThere()) {
+    if (StateValidity(options.base.robot).isThere()) {
       return rehearsal.unchecked.push_back("whether MoveIt finds the way to the start free");
     }
     const replay::Approach approach = readApproach(store, plan, options, limits);

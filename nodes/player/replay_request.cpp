@@ -7,8 +7,11 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/player/robot_file.hpp"
 #include "nodes/player/stagehand.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "replay/query/behavior_selector.hpp"
+#include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -78,6 +81,42 @@ void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
 }
 
 }  // namespace
+
+namespace {
+
+/// From the recorded robot to today's. What was recorded without these names is as it was.
+replay::RobotRenaming renamingOf(const replay::Behavior& behavior, const std::string& asked) {
+  const auto recorded = replay::recordedRobot(behavior);
+  std::string now = asked.empty() ? rosNamespace() : replay::cleanNamespace(asked);
+  if (!recorded) return {{now, ""}, {now, ""}};
+  if (asked.empty() && now.empty()) now = recorded->name_space;
+  const bool is_same = now == recorded->name_space;
+  return renamingTo(*recorded, now, is_same ? "" : robotParameter(now, "tf_prefix"));
+}
+
+}  // namespace
+
+ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request) {
+  const replay::RobotRenaming robot =
+      renamingOf(replay::selectBehavior(store, request.behavior), request.robot_namespace);
+  BodyOptions& body = request.body;
+  // Topics are today's, and frames are renamed with all that was recorded.
+  request.robot =
+      withNames(request.robot, {robot.live.name_space, robot.recorded.frame_prefix});
+  body.robot = request.robot;
+  body.base.usual_topic = request.robot.base.velocity_topic;
+  if (!body.stops.emergency_stop.profile.empty()) {
+    body.stops.emergency_stop.topic = request.robot.emergency_stop.topic;
+  }
+  if (body.base.scan.topic.empty()) body.base.scan.topic = request.robot.scan_topic;
+  for (std::string* frame :
+       {&body.base.frames.map, &body.base.frames.odometry, &body.base.frames.base}) {
+    *frame = robot.recorded.frame(*frame);
+  }
+  body.base.robot = robot.live;
+  request.plan.rewriting.robot = robot;
+  return request;
+}
 
 std::string topicsText(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(names, ", "));

@@ -38,8 +38,14 @@ struct ReplayRequest {
   replay::PlayOptions options;
   replay::MotionLimits limits;
   replay::RobotProfile robot;  ///< BodyOptions::robot is the same
+  /// Today's robot's; empty: ROS's own of this process, else the recording's.
+  std::string robot_namespace;
   BodyOptions body;
 };
+
+/// The request with what the profile says under the names of today's robot, and the recorded
+/// robot's names brought to these. Throws StoreError, and as selectBehavior() does.
+ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request);
 
 /// Throws, with one line: unknown behavior, modality or topic, numbers that are none, what is not
 /// for the body, light that has no place if there is nothing else.

@@ -52,11 +52,12 @@ bool describeRobotNow(ReplayRequest& request) {
   BodyOptions& body = request.body;
   const bool is_new = !body.joints.isDescribed();
   if (is_new) {
-    body.joints = liveDescription(request.robot);
+    body.joints = liveDescription(body.base.robot.name_space, request.robot);
     request.limits = boundedBy(request.limits, body.joints, request.robot);
   }
   const auto known = body.robot.name.empty() ? builtInRobot(body.joints.robotName()) : std::nullopt;
-  if (known) body.robot.gaze_frame = known->gaze_frame;
+  const replay::RobotNames& recorded = request.plan.rewriting.robot.recorded;
+  if (known) body.robot.gaze_frame = recorded.frame(known->gaze_frame);
   return is_new && body.joints.isDescribed();
 }
 
@@ -73,8 +74,8 @@ std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
 
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
     : store_(store),
-      request_(request),
-      plan_(planReplay(store, request)),
+      request_(forItsRobot(store, request)),
+      plan_(planReplay(store, request_)),
       is_paused_(request.options.starts_paused),
       is_halted_(!request.body.stops.hold_button.topic.empty() && !plan_.motionTopics().empty()) {
   request_.options.has_recorded_time = request.clock == ReplayClock::Sim;

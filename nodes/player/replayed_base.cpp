@@ -248,7 +248,7 @@ std::string ReplayedBase::checkScan(const std::function<bool()>& is_stopped,
   }
   const std::string why_not = scanRefusal();
   if (!why_not.empty() || scan.topic.empty()) return why_not;
-  scan_ = std::make_unique<LiveScan>(scan.topic, live_frames_.base, scan.footprint);
+  scan_ = std::make_unique<LiveScan>(scan.topic, live_frames_.base, scan.footprint, options_.robot);
   if (!scan.footprint) {
     notes_.push_back(fmt::format(
         "the base's footprint is not known (--footprint, --robot): {:.1f} m around its middle "

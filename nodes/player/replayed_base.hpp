@@ -13,6 +13,7 @@
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_scan.hpp"
+#include "replay/messages/robot_names.hpp"
 #include "replay/motion/base_drive.hpp"
 #include "replay/motion/motion_limits.hpp"
 #include "replay/plan/play_plan.hpp"
@@ -45,6 +46,7 @@ struct BaseOptions {
   std::string tf_topic = "/tf";    ///< where today's transforms are
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
   ScanOptions scan;
+  replay::RobotNames robot;  ///< today's
 };
 
 /// The frames of today's robot, which may be another one's: as the plan renames them.

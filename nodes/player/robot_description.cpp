@@ -1,6 +1,5 @@
 #include "nodes/player/robot_description.hpp"
 
-#include <ros/param.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "nodes/tools/robot_namespace.hpp"
 #include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
@@ -65,16 +65,16 @@ replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Beh
   return readRobotJoints(recordedDescription(store, behavior), robot);
 }
 
-replay::RobotJoints liveDescription(const replay::RobotProfile& robot) {
-  std::string urdf;
-  ros::param::get("/robot_description", urdf);
-  return readRobotJoints(urdf, robot);
+replay::RobotJoints liveDescription(const std::string& name_space,
+                                    const replay::RobotProfile& robot) {
+  return readRobotJoints(robotParameter(name_space, "robot_description"), robot);
 }
 
 std::vector<std::string> recordedTopics(const replay::Store& store,
                                         const replay::Behavior& behavior,
                                         const std::vector<std::string>& types,
                                         const std::string& usual) {
+  const replay::RobotNames robot = replay::recordedRobot(behavior).value_or(replay::RobotNames());
   std::set<std::string> topics;
   for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
     for (const replay::TopicSummary& topic : known) {
@@ -82,10 +82,11 @@ std::vector<std::string> recordedTopics(const replay::Store& store,
       const bool is_called_so = name.size() >= usual.size() &&
                                 name.compare(name.size() - usual.size(), usual.size(), usual) == 0;
       const bool is_of_type = std::count(types.begin(), types.end(), topic.type) > 0;
-      if (is_called_so && is_of_type) topics.insert(name);
+      const bool is_own = robot.topic(name) == name;
+      if (is_called_so && is_of_type && is_own) topics.insert(name);
     }
   }
-  if (topics.empty()) topics.insert(usual);
+  if (topics.empty()) topics.insert(robot.topic(usual));
   return {topics.begin(), topics.end()};
 }
 
@@ -97,7 +98,8 @@ std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& na
       });
   if (is_played) return recorded;
   const auto renamed = names.remap.find(recorded);
-  return renamed != names.remap.end() ? renamed->second : names.prefix + recorded;
+  return renamed != names.remap.end() ? renamed->second
+                                      : names.prefix + names.rewriting.robot.topic(recorded);
 }
 
 }  // namespace afterglow::nodes

@@ -23,11 +23,14 @@ std::string recordedDescription(const replay::Store& store, const replay::Behavi
 /// StoreError.
 replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,
                                    const replay::RobotProfile& robot);
-/// By /robot_description on the parameter server now; of no joint without one.
-replay::RobotJoints liveDescription(const replay::RobotProfile& robot);
+/// By robot_description on the parameter server now, as the robot in that namespace has it; of no
+/// joint without one.
+replay::RobotJoints liveDescription(const std::string& name_space,
+                                    const replay::RobotProfile& robot);
 
 /// The recorded topics of a type that are called like one of the robot's: "/joint_states" and
-/// "/fetch7/joint_states"; `usual` itself if there is none. Throws StoreError.
+/// "/fetch7/joint_states", but for those outside of its namespace; if there is none, `usual` as the
+/// robot has it. Throws StoreError.
 std::vector<std::string> recordedTopics(const replay::Store& store,
                                         const replay::Behavior& behavior,
                                         const std::vector<std::string>& types,

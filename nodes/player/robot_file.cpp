@@ -1,10 +1,5 @@
 #include "nodes/player/robot_file.hpp"
 
-#include <ros/init.h>
-#include <ros/names.h>
-#include <ros/this_node.h>
-
-#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
 #include <vector>
@@ -186,23 +181,19 @@ RobotProfile findRobotProfile(const std::string& name_or_file) {
                            advice(name_or_file, names) + " (a file has a slash or ends in .yaml)");
 }
 
-RobotProfile inNamespace(RobotProfile robot, const std::string& name_space) {
+RobotProfile withNames(RobotProfile robot, const replay::RobotNames& names) {
   RobotProfile::Base& base = robot.base;
-  std::vector<std::string*> topics = {&base.velocity_topic, &base.output_topic,
-                                      &base.odometry_topic, &robot.scan_topic,
-                                      &robot.emergency_stop.topic};
-  for (std::string& topic : base.take_over_topics) topics.push_back(&topic);
-  for (std::string& topic : robot.controllers) topics.push_back(&topic);
-  for (std::string* topic : topics) {
-    if (!topic->empty()) *topic = ros::names::clean(name_space + "/" + *topic);
+  for (std::string* topic : {&base.velocity_topic, &base.output_topic, &base.odometry_topic,
+                             &robot.scan_topic, &robot.emergency_stop.topic}) {
+    *topic = names.topic(*topic);
+  }
+  for (std::string& topic : base.take_over_topics) topic = names.topic(topic);
+  for (std::string& topic : robot.controllers) topic = names.topic(topic);
+  for (std::string* frame :
+       {&base.map_frame, &base.odom_frame, &base.base_frame, &robot.gaze_frame}) {
+    *frame = names.frame(*frame);
   }
   return robot;
-}
-
-std::string rosNamespace() {
-  if (ros::isInitialized()) return ros::this_node::getNamespace();
-  const char* name_space = std::getenv("ROS_NAMESPACE");
-  return name_space ? ros::names::clean("/" + std::string(name_space)) : "";
 }
 
 }  // namespace afterglow::nodes

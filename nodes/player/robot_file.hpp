@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "replay/messages/robot_names.hpp"
 #include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
@@ -17,11 +18,8 @@ replay::RobotProfile readRobotProfile(const std::string& path);
 /// are none.
 replay::RobotProfile findRobotProfile(const std::string& name_or_file);
 
-/// The robot with its topics in a namespace ("/fetch7", as of $ROS_NAMESPACE; empty or "/": as they
-/// are), where all of its nodes run in one. Its frames stay as they are.
-replay::RobotProfile inNamespace(replay::RobotProfile robot, const std::string& name_space);
-/// That of this process: as ROS was told at its start, before that $ROS_NAMESPACE.
-std::string rosNamespace();
+/// The profile with its topics and frames as that robot has them.
+replay::RobotProfile withNames(replay::RobotProfile robot, const replay::RobotNames& names);
 
 /// The robot of that name in assets/robots; none: there is no such.
 std::optional<replay::RobotProfile> builtInRobot(const std::string& name);

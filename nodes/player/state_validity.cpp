@@ -7,9 +7,9 @@ constexpr const char* kAnyMd5 = "*";
 
 }  // namespace
 
-StateValidity::StateValidity() {
+StateValidity::StateValidity(const replay::RobotNames& robot) {
   ros::NodeHandle node;
-  name_ = node.resolveName("check_state_validity");
+  name_ = node.resolveName(robot.topic("/check_state_validity"));
   ros::ServiceClientOptions options(name_, kAnyMd5, true, {});
   client_ = node.serviceClient(options);
 }

@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "replay/messages/robot_names.hpp"
+
 namespace afterglow::nodes {
 
 struct StateValidityRequest {
@@ -35,7 +37,8 @@ struct StateValidityResponse {
 /// One thread. A call takes as long as MoveIt does.
 class StateValidity {
  public:
-  StateValidity();
+  /// Of the robot with these names.
+  explicit StateValidity(const replay::RobotNames& robot);
 
   /// Whether the service is there.
   bool isThere() const;

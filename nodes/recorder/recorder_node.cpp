@@ -11,7 +11,7 @@
 namespace afterglow::nodes {
 
 RecorderNode::RecorderNode(const RecorderNodeOptions& options)
-    : options_(options),
+    : options_(options.resolved()),
       store_(replay::openStore(options_.store, replay::OpenMode::Record)),
       space_(options_, *store_),
       manager_(options_, *store_, space_),

@@ -52,4 +52,16 @@ RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
   return options;
 }
 
+RecorderNodeOptions RecorderNodeOptions::resolved() const {
+  RecorderNodeOptions options = *this;
+  const auto resolve = [](std::string& topic) {
+    if (!topic.empty()) topic = ros::names::resolve(topic);
+  };
+  for (std::string& topic : options.context_topics) resolve(topic);
+  for (std::string& topic : options.pre_roll_topics) resolve(topic);
+  resolve(options.camera_info);
+  resolve(options.map_topic);
+  return options;
+}
+
 }  // namespace afterglow::nodes

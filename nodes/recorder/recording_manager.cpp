@@ -136,6 +136,7 @@ std::int64_t RecordingManager::begin(Running running) {
   behavior.calibration = world_.calibration();
   running.snapshot.urdf = world_.urdf();
   running.snapshot.map = world_.map();
+  running.snapshot.robot = world_.robot();
   running.snapshot.begin = world_.frames();
   running.snapshot.requested = running.request.behavior.topics;
   running.snapshot.nodes = nodesNow(running.heard);
@@ -259,6 +260,7 @@ void RecordingManager::complete(const Running& running, const std::string& outco
                                 std::vector<std::string>& remarks) {
   replay::Snapshot snapshot = running.snapshot;
   snapshot.end = world_.frames();
+  snapshot.robot = world_.robot();  // tf may have come only now
   // A map that is being made is another one all the time.
   if (snapshot.map != world_.map()) snapshot.map.clear();
   snapshot.files = keepFiles(store_, references, options_.file_roots, remarks);

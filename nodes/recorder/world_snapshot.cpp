@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "nodes/conversion/map_identity.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -46,11 +47,19 @@ WorldSnapshot::WorldSnapshot(const RecorderNodeOptions& options, replay::Store& 
       });
 }
 
+replay::RobotNames WorldSnapshot::robot() const {
+  const std::string name_space = rosNamespace();
+  return replay::findRobotNames(
+      name_space, robotParameter(name_space, "tf_prefix"),
+      [this](const std::string& frame) { return buffer_._frameExists(frame); });
+}
+
 replay::Snapshot::Frames WorldSnapshot::frames() const {
+  const replay::RobotNames robot = this->robot();
   replay::Snapshot::Frames frames;
   for (std::size_t i = 1; i < options_.anchors.size(); ++i) {
-    const std::string& from = options_.anchors[i - 1];
-    const std::string& to = options_.anchors[i];
+    const std::string from = robot.frame(options_.anchors[i - 1]);
+    const std::string to = robot.frame(options_.anchors[i]);
     try {
       const auto transform = buffer_.lookupTransform(from, to, ros::Time(0)).transform;
       frames[from + "->" + to] = {transform.translation.x, transform.translation.y,
@@ -65,10 +74,8 @@ replay::Snapshot::Frames WorldSnapshot::frames() const {
 }
 
 std::string WorldSnapshot::urdf() {
-  std::string text;
-  if (!ros::param::get("/robot_description", text) || text.empty()) {
-    return {};
-  }
+  const std::string text = robotParameter(rosNamespace(), "robot_description");
+  if (text.empty()) return {};
   const std::lock_guard<std::mutex> lock(mutex_);
   if (text != urdf_text_) {
     const replay::Bytes bytes(text.begin(), text.end());

@@ -89,7 +89,7 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
   state_publisher_.publish(std_msgs::String());
   duration_publisher_ = private_node.advertise<std_msgs::Float64>("duration", 10, true);
   duration_publisher_.publish(std_msgs::Float64());
-  problem_publisher_ = node.advertise<std_msgs::String>("/robotsound/problem", 100, true);
+  problem_publisher_ = node.advertise<std_msgs::String>("robotsound/problem", 100, true);
   problem_publisher_.publish(std_msgs::String());
   caption_ = FloorCaption::read(node, private_node);
   const auto subscribe = [&](const char* topic, auto callback) {
@@ -97,9 +97,9 @@ SpeakerNode::SpeakerNode(ros::NodeHandle node, ros::NodeHandle private_node) {
                                       boost::function<void(const AnyMessage&)>(callback),
                                       ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
   };
-  requests_ = subscribe("/robotsound", [this](const AnyMessage& event) { onMessage(event); });
+  requests_ = subscribe("robotsound", [this](const AnyMessage& event) { onMessage(event); });
   ahead_requests_ =
-      subscribe("/robotsound/ahead", [this](const AnyMessage& event) { onAhead(event); });
+      subscribe("robotsound/ahead", [this](const AnyMessage& event) { onAhead(event); });
   timer_ = private_node.createSteadyTimer(ros::WallDuration(kTimerPeriod_s),
                                           [this](const ros::SteadyTimerEvent&) { onTimer(); });
   look_timer_ = private_node.createSteadyTimer(
@@ -112,7 +112,7 @@ void SpeakerNode::lookForSoundPlay() {
   std::string found;
   try {
     const RosGraph graph = askMaster(deadlineIn(kMasterAnswers_s));
-    for (const std::string& node : graph.otherSubscribers("/robotsound")) {
+    for (const std::string& node : graph.otherSubscribers(requests_.getTopic())) {
       if (isSoundPlay(node) && isAlive(node, deadlineIn(kMasterAnswers_s))) found = node;
     }
   } catch (const std::runtime_error&) {

@@ -6,6 +6,7 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -77,6 +78,18 @@ int splitAtDashes(int argc, char** argv) {
   return static_cast<int>(dashes - argv);
 }
 
+/// Takes ROS's own word for a namespace, __ns:=/robot2, as $ROS_NAMESPACE from the first words, and
+/// returns how many are left.
+int takeNamespace(int count, char** argv) {
+  const std::string start = "__ns:=";
+  char** const end = std::remove_if(argv, argv + count, [&start](const char* word) {
+    const bool is_namespace = std::string(word).rfind(start, 0) == 0;
+    if (is_namespace) ::setenv("ROS_NAMESPACE", word + start.size(), 1);
+    return is_namespace;
+  });
+  return static_cast<int>(end - argv);
+}
+
 void printFailure(const CLI::App& app, std::string text) {
   for (char& c : text) {
     if (c == '\n' || c == '\r') c = ' ';
@@ -116,7 +129,7 @@ int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs) {
   app.require_subcommand(1);
   for (const AddVerb add : verbs) add(app);
   try {
-    app.parse(splitAtDashes(argc, argv), argv);
+    app.parse(takeNamespace(splitAtDashes(argc, argv), argv), argv);
     if (!std::cout.flush()) throw std::runtime_error("cannot write to standard output");
     return 0;
   } catch (const CLI::ParseError& error) {

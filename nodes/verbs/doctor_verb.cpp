@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "nodes/player/robot_file.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/machine_checks.hpp"
@@ -85,7 +86,8 @@ std::optional<RunningRobot> findRobot(const replay::RobotProfile& robot, Doctor&
     startVerbNode("afterglow_doctor");
     doctor.tell(Checkup::ok(name, "answers at " + ros::master::getURI()));
     doctor.tell(checkRobotClock(ros::master::getHost()));
-    return listenToRobot(robot, topicsToHear(robot), {kGuardNode}, kDoctorListens);
+    return listenToRobot(robot, topicsToHear(robot),
+                         {replay::RobotNames{rosNamespace(), ""}.topic(kGuardNode)}, kDoctorListens);
   } catch (const std::exception& error) {
     const char* const advice = "start roscore or the robot, or set ROS_MASTER_URI";
     doctor.tell(robot.name.empty() ? Checkup::advise(name, error.what(), advice)
@@ -97,13 +99,13 @@ std::optional<RunningRobot> findRobot(const replay::RobotProfile& robot, Doctor&
 void runDoctor(const DoctorOptions& options) {
   replay::RobotProfile robot;
   if (!options.robot.empty()) {
-    robot = inNamespace(findRobotProfile(options.robot), rosNamespace());
+    robot = withNames(findRobotProfile(options.robot), {rosNamespace(), ""});
   }
   catchStopSignals();
   Doctor doctor(options.json);
   checkMachine(options, doctor);
   const std::optional<RunningRobot> running = findRobot(robot, doctor);
-  doctor.tell(checkRobot(robot, running));
+  doctor.tell(checkRobot(running ? withNames(robot, running->names) : robot, running));
   doctor.end();
 }
 

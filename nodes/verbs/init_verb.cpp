@@ -11,6 +11,7 @@
 
 #include "nodes/player/robot_file.hpp"
 #include "nodes/projector/projector_config.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
 #include "nodes/verbs/setup_files.hpp"
@@ -74,7 +75,7 @@ SetupWords wordsOf(const InitOptions& options) {
 void runInit(const InitOptions& options) {
   replay::RobotProfile robot;
   if (!options.robot.empty()) {
-    robot = inNamespace(findRobotProfile(options.robot), rosNamespace());
+    robot = withNames(findRobotProfile(options.robot), {rosNamespace(), ""});
   }
   const SetupWords words = wordsOf(options);
   startVerbNode("afterglow_init");
@@ -86,6 +87,7 @@ void runInit(const InitOptions& options) {
     const Waiting waiting("listening to the robot");
     return listenToRobot(robot, std::move(topics), {}, kInitListens);
   }();
+  robot = withNames(robot, running.names);
   if (isStopRequested()) throw std::runtime_error("interrupted; nothing is written");
   const fs::path config = fs::path(options.out) / "projector.yaml";
   write(config, projectorYaml(robot, running));

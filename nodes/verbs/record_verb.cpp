@@ -20,6 +20,7 @@
 #include "nodes/behavior_trees/include/afterglow/recorder_client.hpp"
 #include "nodes/recorder/recorder_node.hpp"
 #include "nodes/tools/program.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/verbs/command.hpp"
@@ -176,15 +177,17 @@ void startRecordRos() {
   printWarningsOnly();
 }
 
-/// A recorder_node that runs; empty if there is none.
+/// The recorder_node that runs in this namespace: another records another robot. Empty: none does.
 std::string runningRecorder() {
   const std::string ending = "/start_recording";
+  const std::string own = rosNamespace();
   for (const auto& [service, nodes] : askMaster(deadlineIn(kMasterPatience)).services) {
     const bool is_start = service.size() > ending.size() &&
                           service.substr(service.size() - ending.size()) == ending;
     const std::string node = is_start ? service.substr(0, service.size() - ending.size()) : "";
-    const bool is_other = node.rfind("/afterglow_record_", 0) != 0;  // it ends with its behavior
-    if (is_start && is_other && isAlive(node, deadlineIn(1))) return node;
+    const bool is_own = ros::names::parentNamespace(node) == (own.empty() ? "/" : own);
+    const bool is_other = node.rfind(own + "/afterglow_record_", 0) != 0;  // ends with its behavior
+    if (is_start && is_own && is_other && isAlive(node, deadlineIn(1))) return node;
   }
   return "";
 }

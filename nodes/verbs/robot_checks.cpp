@@ -164,7 +164,7 @@ Checkup checkStop(const RobotProfile& robot, const RunningRobot& running) {
 }
 
 Checkup checkGuard(const RobotProfile&, const RunningRobot& running) {
-  if (running.living.count(kGuardNode) > 0) {
+  if (running.living.count(running.names.topic(kGuardNode)) > 0) {
     return Checkup::ok("guard", "afterglow_guard runs and answers");
   }
   return Checkup::advise("guard", "afterglow_guard does not run",
@@ -173,16 +173,18 @@ Checkup checkGuard(const RobotProfile&, const RunningRobot& running) {
 }
 
 Checkup checkSpeech(const RobotProfile&, const RunningRobot& running) {
-  const auto nodes = running.graph.otherSubscribers("/robotsound");
-  const bool has_ours = nodes.count("/speaker_node") > 0;
+  const std::string topic = running.names.topic("/robotsound");
+  const std::string ours = running.names.topic("/speaker_node");
+  const auto nodes = running.graph.otherSubscribers(topic);
+  const bool has_ours = nodes.count(ours) > 0;
   if (nodes.empty()) {
-    return Checkup::advise("speech", "nobody listens to /robotsound",
+    return Checkup::advise("speech", "nobody listens to " + topic,
                            "roslaunch afterglow speaker.launch, or sound_play");
   }
   if (has_ours && nodes.size() > 1) {
     const std::string other =
         *std::find_if(nodes.begin(), nodes.end(),
-                      [](const std::string& node) { return node != "/speaker_node"; });
+                      [&](const std::string& node) { return node != ours; });
     return Checkup::advise("speech", "speaker_node runs beside " + other + ", and is silent",
                            "stop one of them");
   }

@@ -15,7 +15,7 @@ namespace afterglow::nodes {
 std::vector<Checkup> checkRobot(const replay::RobotProfile& robot,
                                 const std::optional<RunningRobot>& running);
 
-/// The guard's node on the robot.
+/// The guard's node on the robot, in its namespace.
 constexpr const char* kGuardNode = "/afterglow_guard";
 
 }  // namespace afterglow::nodes

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "nodes/tools/any_message.hpp"
+#include "nodes/tools/robot_namespace.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "replay/motion/stop_field.hpp"
 
@@ -137,7 +138,9 @@ bool RunningRobot::areConnected(const std::string& frame, const std::string& oth
 std::vector<std::string> RunningRobot::publishedTopics(const std::string& type) const {
   std::vector<std::string> topics;
   for (const auto& [topic, of_type] : types) {
-    if (of_type == type && !graph.otherPublishers(topic).empty()) topics.push_back(topic);
+    const bool is_own = names.topic(topic) == topic;  // of several robots
+    const bool is_sent = of_type == type && !graph.otherPublishers(topic).empty();
+    if (is_own && is_sent) topics.push_back(topic);
   }
   return topics;
 }
@@ -155,6 +158,7 @@ RunningRobot listenToRobot(const replay::RobotProfile& robot, std::vector<std::s
                            const std::vector<std::string>& nodes, double seconds) {
   RunningRobot running;
   running.seconds = seconds;
+  running.names.name_space = rosNamespace();
   running.graph = askMaster(deadlineIn(kMasterPatience));
   running.types = askTopicTypes(deadlineIn(kMasterPatience));
   for (const std::string& topic : running.publishedTopics("sensor_msgs/JointState")) {
@@ -173,7 +177,11 @@ RunningRobot listenToRobot(const replay::RobotProfile& robot, std::vector<std::s
   for (const std::string& node : nodes) {
     if (isAlive(node, deadlineIn(kNodePatience))) running.living.insert(node);
   }
-  running.has_description = ros::param::has("robot_description");
+  const std::string& name_space = running.names.name_space;
+  running.has_description = !robotParameter(name_space, "robot_description").empty();
+  running.names =
+      replay::findRobotNames(name_space, robotParameter(name_space, "tf_prefix"),
+                             [&](const std::string& frame) { return running.hasFrame(frame); });
   return running;
 }
 

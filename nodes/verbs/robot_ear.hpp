@@ -12,6 +12,7 @@
 
 #include "nodes/player/controller_states.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/messages/robot_names.hpp"
 #include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
@@ -26,6 +27,7 @@ struct HeardTopic {
 };
 
 struct RunningRobot {
+  replay::RobotNames names;                  ///< of the robot in ROS's namespace of this process
   RosGraph graph;
   ControllerStates controllers;  ///< of ros_control's controller managers
   std::map<std::string, std::string> types;  ///< of all topics
@@ -38,7 +40,7 @@ struct RunningRobot {
   bool hasFrame(const std::string& frame) const;
   /// In one tree of tf.
   bool areConnected(const std::string& frame, const std::string& other) const;
-  /// Topics of this type that have a publisher.
+  /// The robot's topics of this type that have a publisher.
   std::vector<std::string> publishedTopics(const std::string& type) const;
 };
 

@@ -119,7 +119,7 @@ std::vector<std::string> contextTopics(const RobotProfile& robot, const RunningR
   std::vector<std::string> topics = {"/tf", "/tf_static"};
   for (const char* type : {"sensor_msgs/JointState", "nav_msgs/Odometry"}) {
     for (const std::string& topic : running.publishedTopics(type)) {
-      const bool is_judges = topic.find("/fake_fetch/") == 0;
+      const bool is_judges = topic.find("/fake_fetch/") != topic.npos;
       const bool is_other_odometry = type == std::string("nav_msgs/Odometry") &&
                                      !robot.base.odometry_topic.empty() &&
                                      topic != robot.base.odometry_topic;
@@ -132,7 +132,8 @@ std::vector<std::string> contextTopics(const RobotProfile& robot, const RunningR
 std::vector<std::string> anchors(const RobotProfile& robot, const RunningRobot& running) {
   std::vector<std::string> frames;
   for (const std::string& frame : {robot.base.map_frame, robot.base.odom_frame,
-                                   robot.base.base_frame, std::string("projector_optical_frame")}) {
+                                   robot.base.base_frame,
+                                   running.names.frame("projector_optical_frame")}) {
     if (isName(frame) && running.hasFrame(frame)) frames.push_back(frame);
   }
   return frames;

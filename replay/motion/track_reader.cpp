@@ -41,6 +41,8 @@ bool isAmong(const std::array<std::string_view, n>& names, const std::string& na
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+std::string lastName(const std::string& frame) { return frame.substr(frame.rfind('/') + 1); }
+
 std::string bare(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
 }
@@ -124,7 +126,8 @@ class TrackReading {
     const bool is_odometry = parent == odometry_ && child == base_;
     if (!is_odometry && !(parent == map_ && child == odometry_)) {
       if (pairs_.size() < kMostPairs) pairs_.insert(parent + " -> " + child);
-      if (isAmong(kOdometryFrames, parent) && isAmong(kBaseFrames, child)) {
+      // Of several robots they stand behind a prefix.
+      if (isAmong(kOdometryFrames, lastName(parent)) && isAmong(kBaseFrames, lastName(child))) {
         likely_.insert("odom=" + parent + " base=" + child);
       }
       return;

@@ -62,7 +62,8 @@ class NameFilter {
 std::string outputName(const std::string& topic, const PlanOptions& options) {
   const auto renamed = options.remap.find(topic);
   const std::string name =
-      renamed != options.remap.end() ? renamed->second : options.prefix + topic;
+      renamed != options.remap.end() ? renamed->second
+                                     : options.prefix + options.rewriting.robot.topic(topic);
   if (name.size() < 2 || name[0] != '/') {
     throw std::invalid_argument("'" + name + "' is no absolute topic name (for " + topic + ")");
   }

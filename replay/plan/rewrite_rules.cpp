@@ -169,7 +169,7 @@ std::string RewriteSettings::frame(const std::string& recorded) const {
   const std::string bare = recorded[0] == '/' ? recorded.substr(1) : recorded;
   const auto renamed = frames.find(bare);
   if (renamed != frames.end()) return renamed->second;
-  return tf_prefix.empty() ? recorded : tf_prefix + "/" + bare;
+  return tf_prefix.empty() ? robot.frame(recorded) : tf_prefix + "/" + bare;
 }
 
 std::optional<RewriteRule> parseRule(std::string_view word) {

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "replay/messages/robot_names.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/plan/motion_stop.hpp"
 
@@ -29,7 +30,7 @@ enum class RewriteRule {
   Zero,       ///< times, durations and numbers
   Keep,       ///< as it was recorded
   FreshId,    ///< a text becomes a fresh id, the same one for the same text; empty stays empty
-  RemapFrame  ///< renamed by RewriteSettings::frames, else with tf_prefix before it
+  RemapFrame  ///< renamed as RewriteSettings::frame() has it
 };
 
 /// For reports: "shifted to now", ...
@@ -47,9 +48,12 @@ struct RewriteSettings {
   std::map<std::string, std::map<std::string, RewriteRule>> rules;
   std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
   std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
+  RobotRenaming robot;    ///< what neither of these renames
   std::map<std::string, MotionStop> stops;  ///< by recorded topic; override what is known
 
-  bool renamesFrames() const { return !frames.empty() || !tf_prefix.empty(); }
+  bool renamesFrames() const {
+    return !frames.empty() || !tf_prefix.empty() || robot.renamesFrames();
+  }
   std::string frame(const std::string& recorded) const;
 };
 

@@ -31,6 +31,9 @@ std::string Snapshot::toJson() const {
   if (!end.empty()) json["frames"]["end"] = end;
   if (!urdf.empty()) json["urdf"] = urdf;
   if (!map.empty()) json["map"] = map;
+  if (robot) {
+    json["robot"] = {{"namespace", robot->name_space}, {"tf_prefix", robot->frame_prefix}};
+  }
   if (!files.empty()) json["files"] = files;
   if (!requested.empty()) json["request"]["topics"] = requested;
   for (const auto& [topic, around] : nodes) {
@@ -45,6 +48,18 @@ std::string Snapshot::toJson() const {
 
 std::string recordedUrdf(const Behavior& behavior) { return textOf(behavior, "urdf"); }
 std::string recordedMap(const Behavior& behavior) { return textOf(behavior, "map"); }
+
+std::optional<RobotNames> recordedRobot(const Behavior& behavior) {
+  const auto json = parseForeignJson(behavior.snapshot);
+  const auto text = [&json](const char* where) {
+    const nlohmann::json::json_pointer member(where);
+    const bool is_kept = json.is_object() && json.contains(member) && json[member].is_string();
+    return is_kept ? json[member].get<std::string>() : std::string();
+  };
+  const bool is_told = json.is_object() && json.contains("robot") && json["robot"].is_object();
+  if (!is_told) return std::nullopt;
+  return RobotNames{cleanNamespace(text("/robot/namespace")), text("/robot/tf_prefix")};
+}
 
 std::vector<std::string> requestedTopics(const Behavior& behavior) {
   const auto json = parseForeignJson(behavior.snapshot);

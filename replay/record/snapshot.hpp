@@ -9,6 +9,8 @@
 ///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store
 ///   "map":    SHA-256 of the map that the robot was localized on, /map; absent without one, and
 ///             where it changed meanwhile
+///   "robot":  {"namespace": "/robot1", "tf_prefix": "robot1"}: the names of the recorder's robot, which
+///             are empty where it is alone; absent in imports, and in recordings of before
 ///   "files":  {"package://NAME/PATH" or "file:///PATH": SHA-256}: sounds and meshes that recorded
 ///             messages refer to, as they were; files of the store
 ///   "request": {"topics": ["/cmd_vel", ...]}: those that the recording's request named one by one,
@@ -23,10 +25,12 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "replay/messages/robot_names.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::replay {
@@ -46,6 +50,7 @@ struct Snapshot {
   Frames begin, end;
   std::string urdf;
   std::string map;
+  std::optional<RobotNames> robot;
   std::map<std::string, std::string> files;
   std::vector<std::string> requested;
   RecordedNodes nodes;
@@ -58,6 +63,9 @@ std::string recordedUrdf(const Behavior& behavior);
 
 /// Which map it was: Snapshot::map; empty: not known.
 std::string recordedMap(const Behavior& behavior);
+
+/// The names of the robot that was recorded: Snapshot::robot.
+std::optional<RobotNames> recordedRobot(const Behavior& behavior);
 
 /// The topics that the recording's request named one by one: Snapshot::requested.
 std::vector<std::string> requestedTopics(const Behavior& behavior);

@@ -192,17 +192,20 @@ TEST_F(RobotFileTest, whatIsNotUnderstoodIsRefusedWithItsLineAndTheNearestKey) {
   EXPECT_EQ(stop.find("robot.yaml:2: unknown stops_when 'maybe' in emergency_stop"), 0u) << stop;
 }
 
-TEST_F(RobotFileTest, aRobotInANamespaceHasItsTopicsThere) {
-  const replay::RobotProfile fetch = inNamespace(findRobotProfile("fetch"), "/fetch7");
+TEST_F(RobotFileTest, aRobotAmongSeveralHasItsTopicsInItsNamespaceAndItsFramesUnderItsPrefix) {
+  const replay::RobotProfile fetch = withNames(findRobotProfile("fetch"), {"/fetch7", "f7"});
   EXPECT_EQ(fetch.base.velocity_topic, "/fetch7/cmd_vel");
   EXPECT_EQ(fetch.base.take_over_topics, std::vector<std::string>{"/fetch7/teleop/cmd_vel"});
   EXPECT_EQ(fetch.base.output_topic, "/fetch7/base_controller/command");
   EXPECT_EQ(fetch.base.odometry_topic, "/fetch7/odom");
   EXPECT_EQ(fetch.scan_topic, "/fetch7/base_scan");
   EXPECT_EQ(fetch.emergency_stop.topic, "/fetch7/robot_state");
-  EXPECT_EQ(fetch.base.base_frame, "base_link");
-  EXPECT_EQ(inNamespace(findRobotProfile("fetch"), "/").scan_topic, "/base_scan");
-  EXPECT_EQ(inNamespace({}, "/fetch7").scan_topic, "") << "what is not known stays so";
+  EXPECT_EQ(fetch.controllers.front().find("/fetch7/"), 0u) << fetch.controllers.front();
+  EXPECT_EQ(fetch.base.base_frame, "f7/base_link");
+  EXPECT_EQ(fetch.base.map_frame, "map") << "the world's";
+  EXPECT_EQ(fetch.gaze_frame.find("f7/"), 0u) << fetch.gaze_frame;
+  EXPECT_EQ(withNames(findRobotProfile("fetch"), {}).scan_topic, "/base_scan");
+  EXPECT_EQ(withNames({}, {"/fetch7", "f7"}).scan_topic, "") << "what is not known stays so";
 }
 
 TEST_F(RobotFileTest, aRobotThatIsNotKnownIsRefusedWithTheNearestName) {

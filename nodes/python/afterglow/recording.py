@@ -11,7 +11,7 @@ except ImportError:  # Python 2
 
 import rospy
 
-RECORDER = "/recorder_node"
+RECORDER = "recorder_node"
 _LOOK_EVERY_S = 0.05
 _here = threading.local()  # .enclosing: this thread's open recordings, the innermost last
 

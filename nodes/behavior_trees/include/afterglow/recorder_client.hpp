@@ -97,6 +97,6 @@ class RecorderClient {
 
 /// Asks a recorder_node by its services. A recorder that is not there is waited for once, for the
 /// recording's timeout; the next recordings only look. ros::init comes first.
-std::shared_ptr<RecorderClient> rosRecorder(const std::string& node = "/recorder_node");
+std::shared_ptr<RecorderClient> rosRecorder(const std::string& node = "recorder_node");
 
 }  // namespace afterglow::nodes
