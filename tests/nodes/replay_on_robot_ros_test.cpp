@@ -293,12 +293,12 @@ TEST_F(ReplayOnRobot, takesTheBaseToTheStartOfABehaviorOfJointsAlone) {
   putBack();
   {
     ros::Publisher wheels = node->advertise<geometry_msgs::Twist>("/cmd_vel", 10);
-    geometry_msgs::Twist forward;
-    forward.linear.x = 0.3;
+    geometry_msgs::Twist back;
+    back.linear.x = -0.3;
     ASSERT_TRUE(eventually([&] {
-      wheels.publish(forward);
-      return witness->truth().x > 0.5;
-    }));
+      wheels.publish(back);
+      return witness->truth().x < -0.5;
+    })) << "its way to the start lies ahead, where its scan looks";
     wheels.publish(geometry_msgs::Twist());
     ASSERT_TRUE(eventually([this] { return witness->stands(); }));
   }
