@@ -59,7 +59,7 @@ ReplayRequest requestOf(const std::string& player, const std::string& store,
   ReplayRequest request = options.replays;
   request.behavior = std::to_string(wish.behavior);
   giveGoalOptions(request, wish.options());
-  request.plan.layers = projectedTopics(deadlineIn(kMasterPatience));
+  lookAround(request, deadlineIn(kMasterPatience));
   return request;
 }
 

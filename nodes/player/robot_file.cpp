@@ -45,10 +45,12 @@ std::vector<std::string> textsIn(const YamlMap& map, const std::string& key) {
   return texts;
 }
 
-/// Refuses what does not begin with a slash, as --prefix and --remap take it.
 void checkTopic(const YamlMap& map, const std::string& key, const std::string& topic) {
-  if (topic.empty() || (topic.size() > 1 && topic[0] == '/')) return;
-  map.fail(map.at(key), "'" + topic + "' should be a topic, /NAME");
+  try {
+    if (!topic.empty()) replay::TopicName{topic};
+  } catch (const std::invalid_argument& error) {
+    map.fail(map.at(key), error.what());
+  }
 }
 
 std::string topicIn(const YamlMap& map, const std::string& key) {
@@ -87,7 +89,7 @@ void readFootprint(const YamlMap& map, RobotProfile::Base& base) {
 
 void readBase(const YamlMap& map, RobotProfile::Base& base) {
   base.velocity_topic = topicIn(map, "velocity_topic");
-  base.take_over_topics = textsIn(map, "take_over_topics");
+  base.take_over_topics = topicsIn(map, "take_over_topics");
   base.output_topic = topicIn(map, "output_topic");
   base.odometry_topic = topicIn(map, "odometry_topic");
   if (map.has("frames")) {
@@ -194,7 +196,7 @@ RobotProfile inNamespace(RobotProfile robot, const std::string& name_space) {
   for (std::string& topic : base.take_over_topics) topics.push_back(&topic);
   for (std::string& topic : robot.controllers) topics.push_back(&topic);
   for (std::string* topic : topics) {
-    if (!topic->empty()) *topic = ros::names::clean(name_space + "/" + *topic);
+    if (!topic->empty()) *topic = replay::TopicName(*topic).in(name_space).text();
   }
   return robot;
 }

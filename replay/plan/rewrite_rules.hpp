@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "replay/messages/schema.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/motion_stop.hpp"
 
 namespace afterglow::replay {
@@ -47,7 +48,7 @@ struct RewriteSettings {
   std::map<std::string, std::map<std::string, RewriteRule>> rules;
   std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
   std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
-  std::map<std::string, MotionStop> stops;  ///< by recorded topic; override what is known
+  std::map<TopicName, MotionStop> stops;  ///< by recorded topic; override what is known
 
   bool renamesFrames() const { return !frames.empty() || !tf_prefix.empty(); }
   std::string frame(const std::string& recorded) const;
