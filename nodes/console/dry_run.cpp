@@ -62,7 +62,7 @@ ReplayRequest requestOf(const std::string& player, const std::string& store,
   if (request.robot_namespace.empty()) {  // the player's, not that of this process
     request.robot_namespace = replay::cleanNamespace(ros::names::parentNamespace(player));
   }
-  request.plan.layers = projectedTopics(deadlineIn(kMasterPatience));
+  lookAround(request, deadlineIn(kMasterPatience));
   return request;
 }
 

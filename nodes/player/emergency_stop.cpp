@@ -6,6 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "replay/messages/topic_name.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -38,7 +40,7 @@ void EmergencyStopOptions::set(const std::string& text) {
   if (text != kNoStop && (!is_topic || !has_field)) {
     throw std::invalid_argument("'" + text + "' is no /TOPIC, /TOPIC:FIELD or /TOPIC:!FIELD");
   }
-  topic = text == kNoStop ? "" : named;
+  topic = text == kNoStop ? "" : replay::TopicName(named).text();
   field = named_field;
   stops_when = !is_inverted;
   profile.clear();

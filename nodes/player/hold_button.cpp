@@ -11,6 +11,7 @@
 
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/clock/steady_time.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -21,7 +22,7 @@ constexpr double kHoldLook = 0.01;  // s, for silence
 
 void HoldButtonOptions::set(const std::string& text) {
   const std::size_t colon = text.rfind(':');
-  const bool has_both = colon != std::string::npos && colon > 1 && text.front() == '/';
+  const bool has_both = colon != std::string::npos && text.front() == '/';
   const char* const begin = text.data() + (has_both ? colon + 1 : 0);
   const char* const end = text.data() + text.size();
   std::size_t number = 0;
@@ -29,7 +30,7 @@ void HoldButtonOptions::set(const std::string& text) {
   if (!has_both || error != std::errc() || rest != end) {
     throw std::invalid_argument("'" + text + "' is no /TOPIC:BUTTON, such as /joy:10");
   }
-  topic = text.substr(0, colon);
+  topic = replay::TopicName(text.substr(0, colon)).text();
   button = number;
 }
 

@@ -114,10 +114,23 @@ void refuseSenders(const std::vector<std::string>& topics,
   }
 }
 
-}  // namespace
+/// Who makes a robot of it that lives at topics of this namespace, all if it is empty: "NODE sends
+/// TOPIC"; empty if there is none.
+std::string liveRobot(const RosGraph& graph, const std::string& name_space, Deadline deadline) {
+  for (const auto& [topic, type] : askTopicTypes(deadline)) {
+    if (topic.rfind(name_space + "/", 0) != 0) continue;
+    if (isState(type)) {
+      const std::string node = anyLiving(graph.otherPublishers(topic));
+      if (!node.empty()) return node + " sends " + topic;
+    } else if (isMotion(topic, type)) {
+      const std::string node = anyLiving(graph.otherSubscribers(topic));
+      if (!node.empty()) return node + " hears " + topic;
+    }
+  }
+  return "";
+}
 
-std::set<std::string> projectedTopics(Deadline deadline) {
-  const RosGraph graph = askMaster(deadline);
+std::set<std::string> projectedTopics(const RosGraph& graph) {
   const std::string service = "/find_surfaces";  // a projector_node's own
   std::set<std::string> projectors, topics;
   for (const auto& [name, nodes] : graph.services) {
@@ -134,18 +147,23 @@ std::set<std::string> projectedTopics(Deadline deadline) {
   return topics;
 }
 
-void refuseLiveRobot(Deadline deadline) {
+}  // namespace
+
+void lookAround(ReplayRequest& request, Deadline deadline) {
   const RosGraph graph = askMaster(deadline);
-  const std::string where = ": a robot is live, and --everything is for where none is";
-  for (const auto& [topic, type] : askTopicTypes(deadline)) {
-    if (isState(type)) {
-      const std::string node = anyLiving(graph.otherPublishers(topic));
-      if (!node.empty()) throw std::runtime_error(node + " sends " + topic + where);
-    } else if (isMotion(topic, type)) {
-      const std::string node = anyLiving(graph.otherSubscribers(topic));
-      if (!node.empty()) throw std::runtime_error(node + " hears " + topic + where);
-    }
-  }
+  request.plan.layers = projectedTopics(graph);
+  const std::string& prefix = request.plan.prefix;
+  request.is_prefix_live = !prefix.empty() && !liveRobot(graph, prefix, deadline).empty();
+}
+
+void refuseLiveRobot(const ReplayRequest& request, Deadline deadline) {
+  if (request.place() == replay::ReplayPlace::Robot) return;
+  const std::string robot =
+      liveRobot(askMaster(deadline), request.everything ? "" : request.plan.prefix, deadline);
+  if (robot.empty()) return;
+  throw std::runtime_error(robot + ": a robot is live, and " +
+                           (request.everything ? "--everything" : "all under --prefix") +
+                           " is for where none is");
 }
 
 void refuseLivePublishers(const replay::PlayPlan& plan, const std::function<bool()>& is_stopped) {

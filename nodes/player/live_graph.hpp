@@ -7,18 +7,21 @@
 #include <set>
 #include <string>
 
+#include "nodes/player/replay_request.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::nodes {
 
-/// What running projector_nodes subscribe to: their layers, and /tf. Asked of the graph, as a
-/// parameter or a latched topic would outlive them. Throws as askMaster().
-std::set<std::string> projectedTopics(Deadline deadline);
+/// Tells the request what a plan needs to know of the running graph: its plan's layers, and whether
+/// a robot is live under its prefix. Layers are what running projector_nodes subscribe to: asked of
+/// the graph, as a parameter or a latched topic would outlive them. Throws as askMaster().
+void lookAround(ReplayRequest& request, Deadline deadline);
 
-/// Throws std::runtime_error, one line that names who, if another node sends joint states or
-/// odometry or hears a topic of motion; and as askMaster().
-void refuseLiveRobot(Deadline deadline);
+/// Where the plan goes by it that no robot is live: throws std::runtime_error, one line that names
+/// who, if another node sends joint states or odometry or hears a topic of motion there; and as
+/// askMaster().
+void refuseLiveRobot(const ReplayRequest& request, Deadline deadline);
 
 /// Throws std::runtime_error, one line that names topic and node, if another living node publishes
 /// what is not motion and would be played; and as askMaster(). For what is shown it has to send

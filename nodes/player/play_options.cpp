@@ -114,6 +114,13 @@ ValueKind understood(Kind kind, const std::string& shown, Parse parse) {
           ""};
 }
 
+/// A topic's name, or a list of them, clean and valid.
+ValueKind topic(Kind kind = Kind::Value, const std::string& shown = "TOPIC") {
+  return understood(kind, shown, [](const std::string& text) { replay::TopicName{text}; });
+}
+
+ValueKind topics() { return topic(Kind::List); }
+
 // ---------------------------------------------------------------- values of a request, and theirs
 
 void assign(bool& member, const OptionTexts& texts) { member = texts.front() == "true"; }
@@ -125,7 +132,9 @@ void assign(std::uint32_t& member, const OptionTexts& texts) {
   member = static_cast<std::uint32_t>(*numberOf(texts.front()));
 }
 void assign(std::string& member, const OptionTexts& texts) { member = texts.front(); }
-void assign(std::vector<std::string>& member, const OptionTexts& texts) { member = texts; }
+void assign(std::vector<replay::TopicName>& member, const OptionTexts& texts) {
+  member = replay::topicNames(texts);
+}
 void assign(std::set<std::string>& member, const OptionTexts& texts) {
   member = {texts.begin(), texts.end()};
 }
@@ -220,16 +229,16 @@ std::vector<PlayOption> whatIsPlayed() {
       member("only", understood(Kind::Value, "MODALITIES", replay::parseModalities),
              "body,ar,speech: any of them; default all",
              [](Request& r) -> auto& { return r.only; }),
-      member("topics", list("TOPIC"), "Only these topics, whatever they are",
+      member("topics", topics(), "Only these topics, whatever they are",
              [](Request& r) -> auto& { return r.plan.topics; }),
-      member("also", list("TOPIC"),
+      member("also", topics(),
              "These topics as well: by itself only the body, and light and speech that somebody "
              "asked for, are played",
              [](Request& r) -> auto& { return r.plan.also; }),
       member("everything", flag(),
              "All but motion and control inputs, where no robot is live (so does --prefix)",
              [](Request& r) -> auto& { return r.everything; }),
-      member("exclude", list("TOPIC"), "All but these topics",
+      member("exclude", topics(), "All but these topics",
              [](Request& r) -> auto& { return r.plan.exclude; }),
       called("-e", member("regex", text("REGEX"), "Only topics whose whole name matches",
                           [](Request& r) -> auto& { return r.plan.regex; })),
@@ -260,7 +269,7 @@ std::vector<PlayOption> howItIsPlayed() {
                           [](Request& r) -> auto& { return r.options.is_immediate; })),
       member("pause", flag(), "Start paused",
              [](Request& r) -> auto& { return r.options.starts_paused; }),
-      member("pause_topics", list("TOPIC"), "Pause before each message on these topics",
+      member("pause_topics", topics(), "Pause before each message on these topics",
              [](Request& r) -> auto& { return r.options.pause_topics; }),
       member("skip_empty", aboveZero("SECONDS"),
              "Play so many seconds of each time without messages",
@@ -320,7 +329,7 @@ std::vector<PlayOption> whoListens() {
             r.needs_subscribers = texts.front() == "abort";
           },
           "start"),
-      member("rate_control_topic", text("TOPIC"),
+      member("rate_control_topic", topic(),
              "Wait until this topic's header stamps have come as far as what was played, but for "
              "the longest delay (light and speech only)",
              [](Request& r) -> auto& { return r.rate_control.topic; }),
@@ -356,12 +365,16 @@ std::vector<PlayOption> whoseTime() {
 
 std::vector<PlayOption> underWhichNames() {
   return {
-      called("-p", member("prefix", text("NAMESPACE"),
+      called("-p", member("prefix",
+                          understood(Kind::Value, "NAMESPACE", replay::checkNamespace),
                           "Before every topic's name: another robot's namespace",
                           [](Request& r) -> auto& { return r.plan.prefix; })),
-      called("-m", row("remap", list("RENAMING"), "Topics under other names: /a:=/b ...",
+      called("-m", row("remap",
+                       understood(Kind::List, "RENAMING",
+                                  [](const std::string& text) { parseTopicRenames({text}); }),
+                       "Topics under other names: /a:=/b ...",
                        [](Request& r, const OptionTexts& texts) {
-                         r.plan.remap = parseRenames(texts);
+                         r.plan.remap = parseTopicRenames(texts);
                        })),
       member("tf_prefix", text("PREFIX"), "Before every frame's name: robot2",
              [](Request& r) -> auto& { return r.plan.rewriting.tf_prefix; }),
@@ -517,7 +530,7 @@ std::vector<PlayOption> theRobotsBase() {
              "Refuse a drive that the base's limits make longer than the rate says; default: the "
              "rest waits for it",
              [](Request& r) -> auto& { return r.body.base.keeps_rate; }),
-      member("base_topic", text("TOPIC"), "Which of several velocity topics is the base's",
+      member("base_topic", topic(), "Which of several velocity topics is the base's",
              [](Request& r) -> auto& { return r.body.base.topic; }),
       keyed<std::string>("base_frame", "FRAME",
                          "Frames as they were recorded: map=FRAME odom=FRAME base=FRAME",
@@ -536,7 +549,7 @@ std::vector<PlayOption> theRobotsBase() {
 
 std::vector<PlayOption> whatIsInTheWay() {
   return {
-      member("scan", text("TOPIC"),
+      member("scan", topic(),
              "What sees people and things in the base's way, sensor_msgs/LaserScan: the base stops "
              "before them and waits",
              [](Request& r) -> auto& { return r.body.base.scan.topic; }),

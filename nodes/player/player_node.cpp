@@ -130,7 +130,7 @@ ReplayRequest PlayerNode::requestOf(const ReplayGoal& goal) const {
   ReplayRequest request = options_.replays;
   request.behavior = goal.behavior;
   giveGoalOptions(request, goal.options);
-  request.plan.layers = projectedTopics(deadlineIn(kMasterPatience));
+  lookAround(request, deadlineIn(kMasterPatience));
   return request;
 }
 

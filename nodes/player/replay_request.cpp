@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <geometry_msgs/Twist.h>
+#include <ros/names.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -47,13 +48,41 @@ std::string calledText(const replay::Behavior& behavior) {
   return "behavior " + std::to_string(behavior.id) + " '" + behavior.name + "'";
 }
 
+/// What ROS makes of a name by the remappings that this process was started with. It makes it of
+/// published names again, so that they have to stay.
+replay::TopicName rosName(const replay::TopicName& name) {
+  const std::string renamed = ros::names::resolve(name.text());
+  if (const std::string again = ros::names::resolve(renamed); again != renamed) {
+    throw std::runtime_error("ROS renames " + name.text() + " to " + renamed + " and that to " +
+                             again + ": one of the two");
+  }
+  return renamed;
+}
+
+/// What the replay listens to for its safety, by the names that ROS has for it.
+std::map<replay::TopicName, std::string> obeyedBy(const ReplayRequest& request) {
+  std::map<replay::TopicName, std::string> obeyed;
+  const auto add = [&obeyed](const std::string& topic, const char* noun) {
+    if (!topic.empty()) obeyed.emplace(rosName(topic), noun);
+  };
+  const StopOptions& stops = request.body.stops;
+  add(stops.emergency_stop.topic, "the emergency stop");
+  add(stops.hold_button.topic, "the button to be held");
+  add(request.rate_control.topic, "the consumer");
+  if (request.clock == ReplayClock::Follow) add("/clock", "the clock");
+  const ScanOptions& scan = request.body.base.scan;
+  if (request.allow_motion && !scan.is_waived) add(scan.topic, "the scan");
+  return obeyed;
+}
+
 replay::PlanOptions planOptions(const ReplayRequest& request) {
   replay::PlanOptions options = request.plan;
   options.only = replay::parseModalities(request.only);
   options.robot = request.robot;
-  options.emergency_stop = request.body.stops.emergency_stop.topic;
-  options.takes_all = request.everything || !options.prefix.empty();
-  options.leaves_motion = request.everything || !request.allow_motion;
+  options.resolve = rosName;
+  options.obeyed = obeyedBy(request);
+  options.is_motion_allowed = request.allow_motion;
+  options.place = request.place();
   if (!request.body.base.topic.empty()) options.settled.push_back(request.body.base.topic);
   return options;
 }
@@ -70,6 +99,7 @@ void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   const bool goes_there = request.body.start == BodyOptions::Start::MoveThere;
   if (!goes_there || topic.empty() || is_there || plan.motionTopics().empty()) return;
   replay::PlannedTopic way;
+  way.recorded = replay::TopicName(topic);
   way.channel = way.output = {topic, traits::DataType<Twist>::value(),
                               traits::MD5Sum<Twist>::value(), traits::Definition<Twist>::value(),
                               false, ""};
@@ -79,10 +109,6 @@ void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   way.is_for_start = true;
   plan.topics.push_back(std::move(way));
 }
-
-}  // namespace
-
-namespace {
 
 /// From the recorded robot to today's. What was recorded without these names is as it was.
 replay::RobotRenaming renamingOf(const replay::Behavior& behavior, const std::string& asked) {
@@ -116,6 +142,11 @@ ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request) {
   body.base.robot = robot.live;
   request.plan.rewriting.robot = robot;
   return request;
+}
+
+replay::ReplayPlace ReplayRequest::place() const {
+  const bool is_away = !plan.prefix.empty() && !allow_motion && !is_prefix_live;
+  return everything || is_away ? replay::ReplayPlace::Elsewhere : replay::ReplayPlace::Robot;
 }
 
 std::string topicsText(const std::vector<std::string>& names) {

@@ -22,8 +22,8 @@ struct ReplayRequest {
   std::string behavior;       ///< its id, or words (replay/query/behavior_selector.hpp)
   std::string only;           ///< "body,ar,speech", any of them; empty: all
   bool allow_motion = false;  ///< without it a replay that would move the body is refused
-  /// All but motion and control inputs, where no robot is live. A prefix has it so anywhere.
-  bool everything = false;
+  bool everything = false;  ///< all but motion and control inputs, where no robot is live
+  bool is_prefix_live = false;  ///< a robot is, under the prefix of `plan`
   double wait_for_subscribers_s = 2.0;
   bool needs_subscribers = false;  ///< a topic that nobody hears by then: refused, else told
   double delay_s = 0;              ///< after that, before the first message
@@ -32,7 +32,7 @@ struct ReplayRequest {
   ReplayClock clock = ReplayClock::Live;
   double clock_hz = 100;  ///< of the /clock that is given
   RateControlOptions rate_control;
-  /// Its `only`, `emergency_stop`, `takes_all`, `leaves_motion` and `robot` are not looked at.
+  /// Its `only`, `obeyed`, `is_motion_allowed`, `place`, `resolve` and `robot` are not looked at.
   replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
@@ -41,6 +41,9 @@ struct ReplayRequest {
   /// Today's robot's; empty: ROS's own of this process, else the recording's.
   std::string robot_namespace;
   BodyOptions body;
+
+  /// A prefix leads away from the robot, unless it is another one's that may move, or is live.
+  replay::ReplayPlace place() const;
 };
 
 /// The request with what the profile says under the names of today's robot, and the recorded

@@ -61,15 +61,6 @@ bool describeRobotNow(ReplayRequest& request) {
   return is_new && body.joints.isDescribed();
 }
 
-std::vector<std::string> shownTopics(const replay::PlayPlan& plan) {
-  std::vector<std::string> names;
-  for (const replay::PlannedTopic& topic : plan.topics) {
-    const bool is_shown = topic.isPlayed() && topic.topic_class == replay::TopicClass::Shown;
-    if (is_shown) names.push_back(topic.channel.topic);
-  }
-  return names;
-}
-
 }  // namespace
 
 ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& request)
@@ -124,21 +115,6 @@ void ReplaySession::checkMotionAllowed() const {
   if (const std::string refusal = plan_.refusal(); !refusal.empty()) {
     throw std::runtime_error(refusal);
   }
-  const std::vector<std::string> motion = plan_.motionTopics();
-  if (!motion.empty() && !request_.allow_motion) {
-    const std::string shown = topicsText(shownTopics(plan_));
-    throw std::runtime_error(
-        "motion is not allowed here (~allow_motion, --allow-motion), and this "
-        "behavior moves the robot by " +
-        topicsText(motion) + (shown.empty() ? "" : "; --only ar,speech shows " + shown));
-  }
-  const std::string& button = request_.body.stops.hold_button.topic;
-  for (const replay::PlannedTopic& topic : plan_.topics) {
-    if (!button.empty() && topic.isPlayed() && topic.output.topic == button) {
-      throw std::runtime_error(button + " holds the button that lets the robot move: it is not "
-                               "played");
-    }
-  }
 }
 
 void ReplaySession::checkPlayable() const {
@@ -174,12 +150,15 @@ Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& 
   if (plan_.playedTopics().empty()) return rehearsal;
   if (has_master) {
     rehearsal.ask([&] {
-      if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
+      refuseLiveRobot(request_, deadlineIn(kMasterPatience));
       refuseLivePublishers(plan_, is_stopped);
     });
     rehearsal.ask([this] { refuseOtherMap(); });
   } else {
     rehearsal.unchecked.push_back("who publishes the same");
+    if (request_.place() == replay::ReplayPlace::Elsewhere) {
+      rehearsal.unchecked.push_back("whether a robot is live there");
+    }
     const bool needs_map = !request_.body.is_any_map_right && isPlacedOnMap() &&
                            !replay::recordedMap(plan_.behavior).empty();
     if (needs_map) rehearsal.unchecked.push_back("whether the map is the recorded one");
@@ -195,7 +174,7 @@ Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& 
 replay::PlayReport ReplaySession::run() {
   checkPlayable();
   for (const std::string& warning : plan_.warnings()) ROS_WARN_STREAM(warning);
-  if (request_.everything) refuseLiveRobot(deadlineIn(kMasterPatience));
+  refuseLiveRobot(request_, deadlineIn(kMasterPatience));
   refuseLivePublishers(plan_, [this] { return isStopped(); });
   refuseOtherMap();
   time_ = std::make_unique<ReplayTime>(request_.clock,

@@ -16,17 +16,17 @@ replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
   return joint;
 }
 
-std::string topicName(const calib::YamlSource& source, const YAML::Node& node) {
-  const std::string name = node.IsScalar() ? node.Scalar() : "";
-  if (name.size() < 2 || name[0] != '/') {
-    source.refuse(node, "'" + name + "' should be a topic, /NAME");
+replay::TopicName topicName(const calib::YamlSource& source, const YAML::Node& node) {
+  try {
+    return node.IsScalar() ? node.Scalar() : "";
+  } catch (const std::invalid_argument& error) {
+    source.refuse(node, error.what());
   }
-  return name;
 }
 
-std::vector<std::string> topicNames(const calib::YamlSource& source,
-                                    const YAML::Node& list) {
-  std::vector<std::string> names;
+std::vector<replay::TopicName> topicNames(const calib::YamlSource& source,
+                                          const YAML::Node& list) {
+  std::vector<replay::TopicName> names;
   if (!list.IsSequence()) source.refuse(list, "'also' should be a list of topics");
   for (const auto& entry : list) names.push_back(topicName(source, entry));
   return names;
@@ -46,7 +46,7 @@ replay::MotionStop stopOf(const calib::YamlSource& source, const YAML::Node& nod
   }
   if (node.size() == 1 && node["cancel"]) {
     stop.kind = StopKind::Cancel;
-    stop.cancel_topic = topicName(source, node["cancel"]);
+    stop.cancel_topic = topicName(source, node["cancel"]).text();
     return stop;
   }
   stop.kind = StopKind::Fields;
@@ -60,9 +60,9 @@ replay::MotionStop stopOf(const calib::YamlSource& source, const YAML::Node& nod
   return stop;
 }
 
-std::map<std::string, replay::MotionStop> stopsOf(const calib::YamlSource& source,
-                                                  const YAML::Node& map) {
-  std::map<std::string, replay::MotionStop> stops;
+std::map<replay::TopicName, replay::MotionStop> stopsOf(const calib::YamlSource& source,
+                                                        const YAML::Node& map) {
+  std::map<replay::TopicName, replay::MotionStop> stops;
   if (!map.IsMap()) source.refuse(map, "'stops' should be a map of topics");
   for (const auto& topic : map) {
     stops[topicName(source, topic.first)] = stopOf(source, topic.second);
@@ -77,10 +77,17 @@ std::map<std::string, std::string> parseRenames(const std::vector<std::string>& 
   for (const std::string& text : texts) {
     const std::size_t sign = text.find(":=");
     if (sign == std::string::npos || sign == 0 || sign + 2 == text.size()) {
-      throw std::runtime_error("'" + text + "' is no renaming: write old:=new");
+      throw std::invalid_argument("'" + text + "' is no renaming: write old:=new");
     }
     renames[text.substr(0, sign)] = text.substr(sign + 2);
   }
+  return renames;
+}
+
+std::map<replay::TopicName, replay::TopicName> parseTopicRenames(
+    const std::vector<std::string>& texts) {
+  std::map<replay::TopicName, replay::TopicName> renames;
+  for (const auto& [from, to] : parseRenames(texts)) renames.emplace(from, to);
   return renames;
 }
 

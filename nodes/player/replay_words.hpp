@@ -11,13 +11,15 @@
 
 namespace afterglow::nodes {
 
-/// "a:=b". Throws std::runtime_error, one line.
+/// "a:=b". Throws std::invalid_argument, one line.
 std::map<std::string, std::string> parseRenames(const std::vector<std::string>& texts);
+std::map<replay::TopicName, replay::TopicName> parseTopicRenames(
+    const std::vector<std::string>& texts);
 
 struct ReplayRules {
   std::map<std::string, std::map<std::string, replay::RewriteRule>> types;
-  std::vector<std::string> also;  ///< topics
-  std::map<std::string, replay::MotionStop> stops;  ///< by topic
+  std::vector<replay::TopicName> also;
+  std::map<replay::TopicName, replay::MotionStop> stops;
 };
 
 /// A YAML file of rewriting rules by type and field path, of topics that are published as well, and

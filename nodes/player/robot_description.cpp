@@ -97,9 +97,8 @@ std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& na
         return topic.isPlayed() && topic.channel.topic == recorded;
       });
   if (is_played) return recorded;
-  const auto renamed = names.remap.find(recorded);
-  return renamed != names.remap.end() ? renamed->second
-                                      : names.prefix + names.rewriting.robot.topic(recorded);
+  const auto name = replay::TopicName::cleaned(recorded);
+  return name ? publishedName(*name, names).text() : recorded;
 }
 
 }  // namespace afterglow::nodes

@@ -40,10 +40,12 @@ std::vector<std::string> textsIn(const YamlMap& map, const std::string& key) {
   return texts;
 }
 
-/// Refuses what does not begin with a slash, as --prefix and --remap take it.
 void checkTopic(const YamlMap& map, const std::string& key, const std::string& topic) {
-  if (topic.empty() || (topic.size() > 1 && topic[0] == '/')) return;
-  map.fail(map.at(key), "'" + topic + "' should be a topic, /NAME");
+  try {
+    if (!topic.empty()) replay::TopicName{topic};
+  } catch (const std::invalid_argument& error) {
+    map.fail(map.at(key), error.what());
+  }
 }
 
 std::string topicIn(const YamlMap& map, const std::string& key) {
@@ -82,7 +84,7 @@ void readFootprint(const YamlMap& map, RobotProfile::Base& base) {
 
 void readBase(const YamlMap& map, RobotProfile::Base& base) {
   base.velocity_topic = topicIn(map, "velocity_topic");
-  base.take_over_topics = textsIn(map, "take_over_topics");
+  base.take_over_topics = topicsIn(map, "take_over_topics");
   base.output_topic = topicIn(map, "output_topic");
   base.odometry_topic = topicIn(map, "odometry_topic");
   if (map.has("frames")) {

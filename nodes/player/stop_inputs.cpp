@@ -10,7 +10,7 @@ std::string baseTopic(const replay::PlayPlan& plan, const std::string& named,
   std::vector<std::string> topics;
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || !isVelocityType(topic.channel.type)) continue;
-    if (!named.empty() && topic.channel.topic == named) return topic.output.topic;
+    if (!named.empty() && topic.judged() == named) return topic.output.topic;
     topics.push_back(topic.output.topic);
   }
   for (const std::string& known : {named, of_profile}) {

@@ -1,7 +1,5 @@
 #include "nodes/recorder/recording_request.hpp"
 
-#include <ros/names.h>
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -10,27 +8,9 @@
 #include <utility>
 
 #include "replay/messages/foreign_json.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
-namespace {
-
-std::string checkedTopic(std::string topic) {
-  while (topic.size() > 1 && topic.back() == '/') {
-    topic.pop_back();
-  }
-  if (topic.empty() || topic.front() != '/') {
-    throw std::invalid_argument("topic '" + topic +
-                                "' is not an absolute name (it must begin with /)");
-  }
-  std::string reason;
-  if (topic == "/" || !ros::names::validate(topic, reason)) {
-    throw std::invalid_argument("topic '" + topic + "' is no valid name" +
-                                (reason.empty() ? "" : ": " + reason));
-  }
-  return topic;
-}
-
-}  // namespace
 
 replay::Behavior checkedBehavior(replay::Behavior asked) {
   if (asked.name.empty()) {
@@ -38,7 +18,7 @@ replay::Behavior checkedBehavior(replay::Behavior asked) {
   }
   std::vector<std::string> topics;
   for (const std::string& topic : asked.topics) {
-    const std::string checked = checkedTopic(topic);
+    const std::string checked = replay::TopicName(topic).text();
     if (std::find(topics.begin(), topics.end(), checked) == topics.end()) {
       topics.push_back(checked);
     }

@@ -107,13 +107,14 @@ void startRos() {
   catchStopSignals();
 }
 
-/// Empty if no master answers.
-std::optional<std::set<std::string>> layersNow() {
+/// False if no master answers.
+bool hasLookedAround(ReplayRequest& request) {
   try {
     nameVerbNode(kNodeName);
-    return projectedTopics(deadlineIn(kMasterPatience));
+    lookAround(request, deadlineIn(kMasterPatience));
+    return true;
   } catch (const std::exception&) {  // a replay needs the master, and says so then
-    return std::nullopt;
+    return false;
   }
 }
 
@@ -186,7 +187,10 @@ void showPlan(const replay::PlayPlan& plan, const ReplayRequest& request,
     printPlan(plan, Stagehand::anchorsIn(plan, request.anchors));
   }
   std::vector<std::string> remarks = plan.warnings();
-  const bool is_told_below = !plan.refusal().empty() || plan.playedTopics().empty();
+  const bool is_refused = std::any_of(plan.topics.begin(), plan.topics.end(), [](const auto& topic) {
+    return topic.verdict == replay::Verdict::Refuse;
+  });
+  const bool is_told_below = is_refused || plan.playedTopics().empty();
   if (!is_told_below) remarks.push_back(plan.leftOutText());
   remarks.insert(remarks.end(), rehearsal.slowed.begin(), rehearsal.slowed.end());
   for (const std::string& refusal : rehearsal.refusals) {
@@ -230,8 +234,7 @@ Rehearsal rehearse(ReplaySession& session, bool has_master) {
 void run(const PlayCommand& command) {
   ReplayRequest request = command.request();
   const auto store = replay::openStore(command.store, replay::OpenMode::ReadOnly);
-  request.plan.layers = layersNow();
-  const bool has_master = request.plan.layers.has_value();
+  const bool has_master = hasLookedAround(request);
   if (command.is_dry_run && has_master) {
     startRos();
     printWarningsOnly();

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "replay/plan/permission.hpp"
 #include "replay/plan/topic_role.hpp"
 
 namespace afterglow::nodes {
@@ -23,7 +23,7 @@ std::string stopOf(const replay::TopicRow& row) {
   return moves ? describe(stop) : "";
 }
 
-std::string line(const char* title, const std::vector<std::string_view>& patterns) {
+std::string line(const char* title, const std::vector<std::string>& patterns) {
   return patterns.empty() ? "" : fmt::format("  {:7}{}\n", title, fmt::join(patterns, ", "));
 }
 
@@ -36,15 +36,15 @@ std::string topicClassesText(const replay::RobotTopics& robot) {
   for (const auto& [topic_class, names] : robot.words()) {
     if (names.empty()) continue;
     text += fmt::format("\n{}: {}\n", name(topic_class), kOfProfile);
-    text += line("topics", {names.begin(), names.end()});
+    text += line("topics", names);
   }
-  for (const replay::TopicRow& row : replay::topicTable()) {
+  for (const replay::TopicRow& row : replay::TopicTable::ofAllRobots().rows) {
     text += fmt::format("\n{}: {}{}\n", name(row.role.topic_class), row.role.why,
                         row.is_by_name ? " (played only if it is named)" : "");
-    text += line("topics", row.names) + line("types", row.types);
+    text += line("topics", row.names) + line("types", row.types) + line("but", row.other_types);
     if (const std::string stop = stopOf(row); !stop.empty()) text += "  stop   " + stop + "\n";
   }
-  return text;
+  return text + "\nWhat is published:\n\n" + replay::permissionTable();
 }
 
 nlohmann::ordered_json topicClassesJson(const replay::RobotTopics& robot) {
@@ -54,17 +54,19 @@ nlohmann::ordered_json topicClassesJson(const replay::RobotTopics& robot) {
     rows.push_back({{"class", std::string(name(topic_class))},
                     {"topics", names},
                     {"types", std::vector<std::string>()},
+                    {"but", std::vector<std::string>()},
                     {"why", kOfProfile},
                     {"stop", nullptr},
                     {"by_name", false}});
   }
-  for (const replay::TopicRow& row : replay::topicTable()) {
+  for (const replay::TopicRow& row : replay::TopicTable::ofAllRobots().rows) {
     nlohmann::ordered_json stop;  // null
     if (std::string text = stopOf(row); !text.empty()) stop = std::move(text);
     rows.push_back({{"class", std::string(name(row.role.topic_class))},
-                    {"topics", std::vector<std::string>(row.names.begin(), row.names.end())},
-                    {"types", std::vector<std::string>(row.types.begin(), row.types.end())},
-                    {"why", std::string(row.role.why)},
+                    {"topics", row.names},
+                    {"types", row.types},
+                    {"but", row.other_types},
+                    {"why", row.role.why},
                     {"stop", stop},
                     {"by_name", row.is_by_name}});
   }

@@ -1,5 +1,6 @@
 /// \file
-/// `afterglow play --classes`: the table of replay/plan/topic_role.hpp, for people and programs.
+/// `afterglow play --classes`: assets/topics.yaml and the table of replay/plan/permission.hpp, for
+/// people and programs.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,7 +14,7 @@ namespace afterglow::nodes {
 /// what the robot's profile adds.
 std::string topicClassesText(const replay::RobotTopics& robot);
 
-/// An array of {class, topics, types, why, stop (null: none is known or needed), by_name}.
+/// An array of {class, topics, types, but (other types), why, stop (null: none is known or needed), by_name}.
 nlohmann::ordered_json topicClassesJson(const replay::RobotTopics& robot);
 
 }  // namespace afterglow::nodes

@@ -59,15 +59,14 @@ void AnchorSettings::add(const std::string& text) {
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos) {
     anchor = parseAnchor(text);
-  } else if (text[0] == '/') {
-    topics[text.substr(0, equals)] = parseAnchor(text.substr(equals + 1));
   } else {
-    throw std::invalid_argument("'" + text.substr(0, equals) + "' is no absolute topic name");
+    topics[text.substr(0, equals)] = parseAnchor(text.substr(equals + 1));
   }
 }
 
 Anchor AnchorSettings::of(const Channel& channel) const {
-  const auto named = topics.find(channel.topic);
+  const auto name = TopicName::cleaned(channel.topic);
+  const auto named = name ? topics.find(*name) : topics.end();
   if (named != topics.end()) return named->second;
   return isDrawn(channel.type) ? anchor : Anchor::Body;
 }

@@ -20,7 +20,7 @@ enum class Anchor {
 struct AnchorSettings {
   std::string frame = "map";  ///< the tf frame that does not move between recording and replay
   Anchor anchor = Anchor::World;
-  std::map<std::string, Anchor> topics;  ///< by recorded name
+  std::map<TopicName, Anchor> topics;  ///< by recorded name
 
   /// "world", "body", "/topic=world", "/topic=body". Throws std::invalid_argument, one line.
   void add(const std::string& text);

@@ -1,7 +1,6 @@
 #include "replay/plan/nested_goals.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <set>
 #include <string>
 
@@ -12,32 +11,6 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// Last names of a goal, and behind the same namespace of what it is known to cause.
-struct KnownNesting {
-  const char* higher;
-  const char* lower;
-  bool is_velocity;
-};
-
-constexpr KnownNesting kKnown[] = {
-    {"move_base/goal", "*", true},
-    {"execute_trajectory/goal", "*follow_joint_trajectory/goal", false},
-    {"execute_trajectory/goal", "*gripper_action/goal", false},
-    {"execute_trajectory/goal", "*gripper_cmd/goal", false},
-    {"move_group/goal", "*follow_joint_trajectory/goal", false},
-    {"move_group/goal", "*gripper_cmd/goal", false},
-    {"pickup/goal", "*follow_joint_trajectory/goal", false},
-    {"pickup/goal", "*gripper_*/goal", false},
-    {"place/goal", "*follow_joint_trajectory/goal", false},
-    {"place/goal", "*gripper_*/goal", false},
-    {"play_motion/goal", "*follow_joint_trajectory/goal", false},
-    {"parallel_gripper_controller/follow_joint_trajectory/goal",
-     "gripper_controller/follow_joint_trajectory/goal", false},
-    {"point_head_action/goal", "command", false},
-    {"joint_trajectory_action/goal", "command", false},
-    {"position_joint_action/goal", "command", false},
-    {"gripper_action/goal", "command", false}};
-
 bool hasEnding(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
@@ -47,9 +20,10 @@ std::string placeOf(const std::string& goal) { return goal.substr(0, goal.rfind(
 
 bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {
   const std::string& goal = higher.channel.topic;
-  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](const KnownNesting& known) {
-    if (!hasEnding(goal, std::string("/") + known.higher)) return false;
-    const std::string place = goal.substr(0, goal.size() - std::string(known.higher).size());
+  const auto& all = TopicTable::ofAllRobots().nesting;
+  return std::any_of(all.begin(), all.end(), [&](const KnownNesting& known) {
+    if (!hasEnding(goal, "/" + known.higher)) return false;
+    const std::string place = goal.substr(0, goal.size() - known.higher.size());
     return isBaseVelocity(lower.channel.type) == known.is_velocity &&
            isCalled(lower.channel.topic, place + known.lower);
   });
@@ -105,6 +79,7 @@ bool hasCaused(const PlannedTopic& higher, const PlannedTopic& lower, const Reco
 
 void leaveOut(PlannedTopic& topic, const std::string& why) {
   topic.why_not = why;
+  topic.verdict = Verdict::LeaveOut;
   topic.is_nameable = true;
 }
 
@@ -116,13 +91,13 @@ void choose(PlannedTopic& higher, PlannedTopic& lower) {
     if (higher.is_nameable) higher.why_not = why_not_higher;
     return;
   }
-  if (higher.is_named && lower.is_named) {
-    higher.is_refused = true;
+  if (higher.isNamed() && lower.isNamed()) {
+    higher.verdict = Verdict::Refuse;
     higher.why_not = "the robot sends " + sent + " for it, which is played, too: one of the two";
     return;
   }
   const bool is_bare_command = isOfController(higher) && !isGoal(lower.channel);
-  const bool keeps_higher = higher.is_named || (is_bare_command && !lower.is_named);
+  const bool keeps_higher = higher.isNamed() || (is_bare_command && !lower.isNamed());
   if (keeps_higher) {
     leaveOut(lower, "the robot sent it for " + goal + ", which is played");
   } else {

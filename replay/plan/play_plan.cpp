@@ -33,11 +33,27 @@ std::optional<RegularExpression> patternOf(const std::string& text) {
   return RegularExpression::ofNames(text);
 }
 
-bool holdsName(const std::vector<std::string>& names, const std::string& name) {
+bool holdsName(const std::vector<TopicName>& names, const TopicName& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The topics that are asked for by name.
+std::string cancelTopicOf(const std::string& goal_topic) {
+  return goal_topic.substr(0, goal_topic.rfind('/')) + "/cancel";
+}
+
+/// The topics that a replay of this one sends on: itself, and what cancels its goals.
+std::vector<TopicName> publishedOn(const PlannedTopic& topic) {
+  std::vector<TopicName> names{topic.output.topic};
+  if (isGoal(topic.channel)) names.push_back(cancelTopicOf(topic.output.topic));
+  if (!topic.rule_stop.cancel_topic.empty()) names.push_back(topic.rule_stop.cancel_topic);
+  return names;
+}
+
+bool isMatched(const std::optional<RegularExpression>& pattern, const std::string& topic) {
+  return pattern && pattern->isWhole(topic);
+}
+
+/// The topics that are asked for by name. One that is none in ROS has no name to ask by.
 class NameFilter {
  public:
   explicit NameFilter(const PlanOptions& options)
@@ -45,13 +61,17 @@ class NameFilter {
         take_(patternOf(options.regex)),
         leave_(patternOf(options.exclude_regex)) {}
 
-  bool takes(const std::string& topic) const {
+  bool takes(const PlannedTopic& topic) const {
     const bool is_open = options_.topics.empty() && !take_;
-    return is_open || holdsName(options_.topics, topic) ||
-           (take_ && take_->isWhole(topic));
+    return is_open || isNamed(options_.topics, topic) || isMatched(take_, topic.channel.topic) ||
+           isNamed(options_.also, topic);
   }
-  bool leavesOut(const std::string& topic) const {
-    return holdsName(options_.exclude, topic) || (leave_ && leave_->isWhole(topic));
+  bool leavesOut(const PlannedTopic& topic) const {
+    return isNamed(options_.exclude, topic) || isMatched(leave_, topic.channel.topic);
+  }
+
+  static bool isNamed(const std::vector<TopicName>& names, const PlannedTopic& topic) {
+    return topic.recorded && holdsName(names, *topic.recorded);
   }
 
  private:
@@ -59,15 +79,19 @@ class NameFilter {
   const std::optional<RegularExpression> take_, leave_;
 };
 
-std::string outputName(const std::string& topic, const PlanOptions& options) {
-  const auto renamed = options.remap.find(topic);
-  const std::string name =
-      renamed != options.remap.end() ? renamed->second
-                                     : options.prefix + options.rewriting.robot.topic(topic);
-  if (name.size() < 2 || name[0] != '/') {
-    throw std::invalid_argument("'" + name + "' is no absolute topic name (for " + topic + ")");
+/// Why a topic is not published, whoever names it, one clause; empty: it may be.
+std::string whyForbidden(const PlannedTopic& topic, const PlanOptions& options) {
+  if (!topic.recorded) return "ROS has no topic of that name";
+  for (const TopicName& published : publishedOn(topic)) {
+    const auto obeyed = options.obeyed.find(published);
+    if (obeyed != options.obeyed.end()) {
+      return "it is " + obeyed->second + " that this replay obeys";
+    }
   }
-  return name;
+  const auto foreign = whyForeign(topic.channel.definition);
+  return foreign ? "its type and fields do not agree with ROS 1's, as it comes from ROS 2: " +
+                       *foreign
+                 : "";
 }
 
 /// The class of a topic and whether it is played, for one behavior and one request.
@@ -84,6 +108,7 @@ class TopicChooser {
   const RecordedNodes& nodes() const { return nodes_; }
 
   void choose(PlannedTopic& topic, const std::string& type) const {
+    topic.named_by = namedBy(topic);
     classify(topic);
     if (topic.topic_class == TopicClass::Body) heedNodes(topic);
     topic.why_not = topic.channel.type == type ? whyNot(topic)
@@ -91,10 +116,21 @@ class TopicChooser {
   }
 
  private:
+  NamedBy namedBy(const PlannedTopic& topic) const {
+    if (NameFilter::isNamed(options_.also, topic) || NameFilter::isNamed(options_.topics, topic)) {
+      return NamedBy::Replayer;
+    }
+    if (NameFilter::isNamed(options_.settled, topic)) return NamedBy::Owner;
+    return isRequested(topic) ? NamedBy::Recording : NamedBy::Nobody;
+  }
+
+  bool isRequested(const PlannedTopic& topic) const {
+    return std::find(requested_.begin(), requested_.end(), topic.judged()) != requested_.end();
+  }
+
   /// The class by the published name, unless the recorded name is endless motion.
   void classify(PlannedTopic& topic) const {
-    const std::string& recorded = topic.channel.topic;
-    TopicRole role = roleOf(recorded, topic.channel.type);
+    TopicRole role = roleOf(topic.judged(), topic.channel.type);
     const TopicRole published = roleOf(topic.output.topic, topic.channel.type);
     // A controller of velocities is known by its recorded name alone.
     const bool is_named = role.topic_class == TopicClass::Body && isNamedMotion(topic) &&
@@ -103,16 +139,35 @@ class TopicChooser {
     topic.topic_class = role.topic_class;
     topic.why_class = role.why;
     followStopRule(topic);
-    if (role.topic_class != TopicClass::Shown) return;
+    if (topic.topic_class == TopicClass::Other) heedBase(topic);
+    if (role.topic_class == TopicClass::Shown) heedAudience(topic);
+  }
+
+  /// Light and speech that nobody asked for is not shown.
+  void heedAudience(PlannedTopic& topic) const {
     const bool is_layer = options_.layers && options_.layers->count(topic.output.topic) != 0;
-    if (holdsName(requested_, recorded)) {
+    if (isRequested(topic)) {
       topic.why_class += ", and the recording's request names it";
     } else if (is_layer) {
       topic.why_class += ", and a projector shows it";
-    } else if (!options_.takes_all) {
+      topic.named_by = std::max(topic.named_by, NamedBy::Recording);
+    } else if (topic.named_by == NamedBy::Nobody && placeOf(topic) == ReplayPlace::Robot) {
       topic.topic_class = TopicClass::Other;
       topic.why_class += ", but nobody asked for it to be shown";
     }
+  }
+
+  /// The base itself, behind its multiplexer, is the body's if it is named, and if there was no
+  /// multiplexer.
+  void heedBase(PlannedTopic& topic) const {
+    const std::string& type = topic.channel.type;
+    if (!isBaseVelocity(type) || !robot_.isBehindMultiplexer(topic.output.topic, type)) return;
+    const bool was_alone = topic.named_by == NamedBy::Recording && isDriverNoted(topic.judged(), nodes_) &&
+                           !driverOf(topic.judged(), nodes_, recorded_);
+    if (topic.named_by != NamedBy::Replayer && !was_alone) return;
+    topic.topic_class = TopicClass::Body;
+    topic.why_class = was_alone ? "the base, which no multiplexer stood before then"
+                                : "the base, which is named: what stands before it is passed by";
   }
 
   TopicRole roleOf(const std::string& topic, const std::string& type) const {
@@ -121,13 +176,16 @@ class TopicChooser {
 
   /// Who sent and heard it when it was recorded never permits more.
   void heedNodes(PlannedTopic& topic) const {
-    const std::string& recorded = topic.channel.topic;
-    topic.is_by_name = isByName(topic.output.topic, topic.channel.type);
+    const TopicRow* row =
+        TopicTable::ofAllRobots().rowOf(topic.output.topic, topic.channel.type);
+    topic.is_by_name = row && row->is_by_name;
     const bool is_velocity = isBaseVelocity(topic.channel.type);
-    if (const auto driver = is_velocity ? driverOf(recorded, nodes_, recorded_) : std::nullopt) {
+    const auto driver = is_velocity ? driverOf(topic.judged(), nodes_, recorded_) : std::nullopt;
+    const bool is_passed = topic.named_by == NamedBy::Replayer;  // whatever stands before it
+    if (driver && !(is_passed && driver->topic_class == TopicClass::Other)) {
       topic.topic_class = driver->topic_class;
       topic.why_class = driver->why;
-    } else if (wasUnheard(recorded, nodes_)) {
+    } else if (wasUnheard(topic.judged(), nodes_)) {
       topic.why_class += "; nobody heard it when it was recorded";
     }
   }
@@ -136,12 +194,13 @@ class TopicChooser {
   static bool isNamedMotion(const PlannedTopic& topic) {
     const std::string& type = topic.channel.type;
     return knownStop(topic.output.topic, type) == StopKind::None &&
-           knownStop(topic.channel.topic, type) != StopKind::None;
+           knownStop(topic.judged(), type) != StopKind::None;
   }
 
   /// What was refused for want of a stop, and what nobody knows, is the body's with a rule for it.
   void followStopRule(PlannedTopic& topic) const {
-    const auto rule = options_.rewriting.stops.find(topic.channel.topic);
+    if (!topic.recorded) return;
+    const auto rule = options_.rewriting.stops.find(*topic.recorded);
     if (rule == options_.rewriting.stops.end()) return;
     topic.rule_stop = rule->second;
     topic.modality = Modality::Body;
@@ -155,67 +214,67 @@ class TopicChooser {
     }
   }
 
+  // ------------------------------------------------------------------ what is asked for, permitted
+
   std::string whyNot(PlannedTopic& topic) const {
-    const std::string& recorded = topic.channel.topic;
-    const bool is_added = holdsName(options_.also, recorded);
-    if (names_.leavesOut(recorded) || !(is_added || names_.takes(recorded))) {
-      return "the topic is not asked for";
+    if (names_.leavesOut(topic) || !names_.takes(topic)) return "the topic is not asked for";
+    const std::string contradiction = robot_.refusal(topic.output.topic, topic.channel.type);
+    const std::string forbidden =
+        contradiction.empty() ? whyForbidden(topic, options_) : contradiction;
+    PermissionCase asked{kindOf(topic), topic.named_by, options_.is_motion_allowed, placeOf(topic)};
+    // What neither moves nor is shown belongs to no modality, and to a whole recording only.
+    if (asked.kind == TopicKind::Other && !topic.isNamed() && !wantsAll()) {
+      asked.place = ReplayPlace::Robot;
     }
-    if (std::string contradiction = robot_.refusal(topic.output.topic, topic.channel.type);
-        !contradiction.empty()) {
-      topic.is_refused = wants(Modality::Body);
-      return contradiction;
+    if (!forbidden.empty()) asked.kind = TopicKind::Forbidden;
+    if (!contradiction.empty()) asked.named_by = std::max(asked.named_by, NamedBy::Owner);
+    topic.verdict = verdictOf(asked);
+    if (topic.verdict == Verdict::Refuse && !isWanted(topic, Modality::Body)) {
+      topic.verdict = Verdict::LeaveOut;
     }
-    const bool is_named = is_added || holdsName(options_.topics, recorded) ||
-                          holdsName(options_.settled, recorded);
-    if (const std::string never = whyNever(topic); !never.empty()) {
-      topic.is_refused = is_added || holdsName(options_.topics, recorded) ||
-                         (is_named && wants(Modality::Body)) || isMissedMotion(topic);
-      return never;
-    }
-    if (!is_added && isUnasked(topic)) {
+    if (!forbidden.empty()) return forbidden;
+    if (topic.topic_class == TopicClass::Endless) return topic.why_class;
+    if (!isModalityWanted(topic)) {
+      topic.verdict = Verdict::LeaveOut;
       return std::string(name(topic.modality)) + " is not asked for";
     }
-    topic.is_named = is_named;
-    if (is_named) return {};
-    if (options_.takes_all) return whyNotOfAll(topic);
-    if (topic.is_by_name) {
-      topic.is_nameable = true;
-      return topic.why_class;
-    }
-    topic.is_nameable =
-        topic.topic_class == TopicClass::Other || topic.topic_class == TopicClass::Control;
-    return topic.is_nameable ? topic.why_class : std::string();
+    if (topic.verdict != Verdict::LeaveOut) return {};
+    if (asked.kind == TopicKind::Body) return "motion is not part of it";
+    topic.is_nameable = true;
+    const bool wants_owner = topic.named_by == NamedBy::Owner;
+    return topic.why_class + (wants_owner ? "; motion is not allowed" : "");
   }
 
-  std::string whyNever(const PlannedTopic& topic) const {
-    if (topic.output.topic == options_.emergency_stop) {
-      return "it is the emergency stop that this replay obeys";
-    }
-    if (const auto why = whyForeign(topic.channel.definition)) {
-      return "its type and fields do not agree with ROS 1's, as it comes from ROS 2: " + *why;
-    }
-    return topic.topic_class == TopicClass::Endless ? topic.why_class : std::string();
+  /// A prefix says nothing of what is renamed to lie beside it.
+  ReplayPlace placeOf(const PlannedTopic& topic) const {
+    const bool is_there = topic.output.topic.rfind(options_.prefix + "/", 0) == 0;
+    return is_there ? options_.place : ReplayPlace::Robot;
   }
 
-  /// Whether the body would be played without a topic that the recording was made for.
-  bool isMissedMotion(const PlannedTopic& topic) const {
-    return topic.topic_class == TopicClass::Endless && !options_.takes_all &&
-           holdsName(requested_, topic.channel.topic) && wants(Modality::Body);
-  }
-
-  std::string whyNotOfAll(PlannedTopic& topic) const {
+  static TopicKind kindOf(const PlannedTopic& topic) {
     const bool moves = topic.modality == Modality::Body;
-    const bool is_body = topic.topic_class == TopicClass::Body && !topic.is_by_name;
-    const bool is_part = is_body || topic.topic_class == TopicClass::Shown || wantsAll();
-    topic.is_nameable =
-        topic.topic_class == TopicClass::Control || (moves && !is_body) || !is_part;
-    if (topic.is_nameable) return topic.why_class;
-    return moves && options_.leaves_motion ? "motion is not part of it" : std::string();
+    switch (topic.topic_class) {
+      case TopicClass::Body:
+        return topic.is_by_name ? TopicKind::NamedMotion : TopicKind::Body;
+      case TopicClass::Shown:
+        return TopicKind::Shown;
+      case TopicClass::Control:
+        return TopicKind::Control;
+      case TopicClass::Endless:
+        return TopicKind::Endless;
+      case TopicClass::Other:
+        break;
+    }
+    return moves ? TopicKind::NamedMotion : TopicKind::Other;
   }
 
   bool wants(Modality modality) const {
     return options_.only.empty() || options_.only.count(modality) != 0;
+  }
+
+  /// Topics that --also or --topics name are wanted whatever they are.
+  bool isWanted(const PlannedTopic& topic, Modality modality) const {
+    return topic.named_by == NamedBy::Replayer || wants(modality);
   }
 
   bool wantsAll() const {
@@ -223,11 +282,11 @@ class TopicChooser {
                        [this](Modality modality) { return wants(modality); });
   }
 
-  /// Whether its modality is asked for; topics that neither move nor are shown have none.
-  bool isUnasked(const PlannedTopic& topic) const {
+  /// Topics that neither move nor are shown have no modality.
+  bool isModalityWanted(const PlannedTopic& topic) const {
     const bool has_modality =
         topic.modality != Modality::Ar || topic.topic_class == TopicClass::Shown;
-    return has_modality && !wants(topic.modality);
+    return !has_modality || wants(topic.modality) || NameFilter::isNamed(options_.also, topic);
   }
 
   const PlanOptions& options_;
@@ -254,16 +313,13 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
                        Rewriter& rewriter) {
   PlannedTopic topic;
   topic.channel = topic.output = channel;
-  topic.output.topic = outputName(channel.topic, options);
+  topic.recorded = TopicName::cleaned(channel.topic);
+  if (topic.recorded) topic.output.topic = publishedName(*topic.recorded, options).text();
   topic.count = summary.count;
-  topic.modality = modalityOf(summary.topic, summary.type);
+  topic.modality = modalityOf(topic.judged(), summary.type);
   chooser.choose(topic, summary.type);
   setRewrites(rewriter, topic);
   return topic;
-}
-
-std::string cancelTopicOf(const std::string& goal_topic) {
-  return goal_topic.substr(0, goal_topic.rfind('/')) + "/cancel";
 }
 
 bool isCancel(const Channel& channel) {
@@ -280,6 +336,7 @@ std::optional<PlannedTopic> keptCancels(const Store& store, const Behavior& beha
   }
   PlannedTopic topic;
   topic.channel = topic.output = *channel;
+  topic.recorded = TopicName::cleaned(name);
   const auto cursor = store.messages(behavior, {{name}, {}, {}});
   while (cursor->next()) ++topic.count;
   return topic;
@@ -289,14 +346,14 @@ std::optional<PlannedTopic> keptCancels(const Store& store, const Behavior& beha
 void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewriter,
                  PlayPlan& plan) {
   const NameFilter names(options);
-  std::map<std::string, Channel> goals;  // the outputs of those that are played, by cancel topic
+  std::map<std::string, PlannedTopic> goals;  // those that are played, by cancel topic
   for (const PlannedTopic& topic : plan.topics) {
     const bool is_played = topic.isPlayed() && topic.modality == Modality::Body;
     if (is_played && isGoal(topic.channel)) {
-      goals[cancelTopicOf(topic.channel.topic)] = topic.output;
+      goals[cancelTopicOf(topic.channel.topic)] = topic;
     }
   }
-  for (const auto& [name, output] : goals) {
+  for (const auto& [name, goal] : goals) {
     const auto is_it = [&name = name](const auto& topic) { return topic.channel.topic == name; };
     const bool is_own = std::any_of(plan.topics.begin(), plan.topics.end(), is_it);
     auto kept = is_own ? std::nullopt : keptCancels(store, plan.behavior, name);
@@ -310,29 +367,28 @@ void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewri
       if (is_body) topic.why_not = "its goals are not played";
       continue;
     }
-    topic.output.topic = cancelTopicOf(goal->second.topic);
+    topic.output.topic = cancelTopicOf(goal->second.output.topic);
+    topic.verdict = goal->second.verdict;
     topic.modality = Modality::Body;
     topic.topic_class = TopicClass::Body;
     topic.why_class = "it cancels a goal of the body";
     topic.is_nameable = false;
-    topic.why_not = names.leavesOut(topic.channel.topic) ? "the topic is not asked for" : "";
+    topic.why_not = names.leavesOut(topic) ? "the topic is not asked for" : "";
     setRewrites(rewriter, topic);
   }
 }
 
 /// Options for topics that the behavior lacks are mistakes.
 void checkNames(const PlayPlan& plan, const PlanOptions& options) {
-  std::vector<std::string> asked = options.topics;
+  std::vector<TopicName> asked = options.topics;
   asked.insert(asked.end(), options.also.begin(), options.also.end());
   asked.insert(asked.end(), options.exclude.begin(), options.exclude.end());
   for (const auto& [from, to] : options.remap) asked.push_back(from);
-  for (const std::string& topic : asked) {
+  for (const TopicName& name : asked) {
     const bool is_known =
         std::any_of(plan.topics.begin(), plan.topics.end(),
-                    [&](const PlannedTopic& planned) { return planned.channel.topic == topic; });
-    if (!is_known) {
-      throw std::invalid_argument("the behavior has no topic " + topic);
-    }
+                    [&](const PlannedTopic& planned) { return planned.recorded == name; });
+    if (!is_known) throw std::invalid_argument("the behavior has no topic " + name.text());
   }
   std::map<std::string, std::string> sources;
   for (const PlannedTopic& topic : plan.topics) {
@@ -394,20 +450,49 @@ std::string PlayPlan::refusal() const {
   std::vector<std::string> refused;
   bool is_endless = false;
   for (const PlannedTopic& topic : topics) {
-    if (!topic.is_refused) continue;
+    if (topic.verdict != Verdict::Refuse) continue;
     is_endless = is_endless || topic.topic_class == TopicClass::Endless;
     refused.push_back(topic.channel.topic + " (" + topic.channel.type +
                       ") is not played: " + topic.why_not);
   }
-  if (refused.empty()) return "";
+  if (refused.empty()) return unallowedText();
   return fmt::format("{}; --exclude it to play the rest{}", fmt::join(refused, "; "),
                      is_endless ? ", or say in --rules what stops it" : "");
+}
+
+std::string PlayPlan::unallowedText() const {
+  std::vector<std::string> motion, others, shown;
+  for (const PlannedTopic& topic : topics) {
+    if (!topic.isPlayed()) continue;
+    const bool is_asked = topic.verdict == Verdict::AskOwner;
+    const bool moves = topic.modality == Modality::Body;
+    const bool is_by_itself = topic.named_by < NamedBy::Replayer;
+    if (topic.topic_class == TopicClass::Shown && is_by_itself) {
+      shown.push_back(topic.channel.topic);
+    }
+    if (is_asked && moves) motion.push_back(topic.channel.topic);
+    if (is_asked && !moves) {
+      others.push_back(fmt::format("{} ({}: {})", topic.channel.topic, name(topic.topic_class),
+                                   topic.why_class));
+    }
+  }
+  if (motion.empty() && others.empty()) return "";
+  std::string text = "motion is not allowed here (~allow_motion, --allow-motion), and ";
+  if (!motion.empty()) {
+    text += fmt::format("this behavior moves the robot by {}", fmt::join(motion, ", "));
+  }
+  if (!others.empty()) {
+    text += fmt::format("{}light and speech alone are played without it, not {}",
+                        motion.empty() ? "" : "; ", fmt::join(others, ", "));
+  }
+  if (!shown.empty()) text += fmt::format("; --only ar,speech shows {}", fmt::join(shown, ", "));
+  return text;
 }
 
 std::vector<std::string> PlayPlan::warnings() const {
   std::vector<std::string> texts;
   for (const PlannedTopic& topic : topics) {
-    if (topic.isPlayed() && topic.topic_class == TopicClass::Control) {
+    if (topic.isPlayed() && topic.verdict == Verdict::Warn) {
       texts.push_back(topic.output.topic + " is published as it was recorded: " + topic.why_class);
     }
   }
@@ -454,6 +539,15 @@ std::set<Modality> parseModalities(const std::string& text) {
                         : chosen;
 }
 
+TopicName publishedName(const TopicName& recorded, const PlanOptions& options) {
+  const auto renamed = options.remap.find(recorded);
+  const TopicName asked =
+      renamed != options.remap.end()
+          ? renamed->second
+          : TopicName(options.rewriting.robot.topic(recorded.text())).in(options.prefix);
+  return options.resolve ? options.resolve(asked) : asked;
+}
+
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options) {
   PlayPlan plan;
   plan.behavior = behavior;
@@ -480,7 +574,7 @@ MotionStop stopOf(const PlannedTopic& topic) {
   if (topic.rule_stop.kind != StopKind::None) return topic.rule_stop;
   MotionStop stop;
   stop.kind = knownStop(topic.output.topic, topic.output.type);
-  if (stop.kind == StopKind::None) stop.kind = knownStop(topic.channel.topic, topic.channel.type);
+  if (stop.kind == StopKind::None) stop.kind = knownStop(topic.judged(), topic.channel.type);
   return stop;
 }
 

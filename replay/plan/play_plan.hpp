@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -10,6 +11,8 @@
 #include <vector>
 
 #include "replay/messages/message.hpp"
+#include "replay/messages/topic_name.hpp"
+#include "replay/plan/permission.hpp"
 #include "replay/plan/rewrite.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/plan/topic_role.hpp"
@@ -18,23 +21,28 @@
 namespace afterglow::replay {
 
 struct PlannedTopic {
-  Channel channel;  ///< of the topic's first message
-  /// The channel to publish on; cancels follow the remapping of their goals.
+  Channel channel;  ///< of the topic's first message; its name as it was recorded, clean or not
+  std::optional<TopicName> recorded;  ///< that name, clean; none: ROS has no such topic
+  /// The channel to publish on, by the name that ROS will have for it; cancels follow the remapping
+  /// of their goals.
   Channel output;
   std::uint64_t count = 0;
   Modality modality = Modality::Ar;
   TopicClass topic_class = TopicClass::Other;  ///< Shown only if a recording or layer asks for it
   std::string why_class;                       ///< one clause, for people
   bool is_by_name = false;  ///< TopicRow::is_by_name
-  bool is_named = false;    ///< by whoever replays
-  bool is_refused = false;  ///< asked for but forbidden: nothing is played until it is left out
+  NamedBy named_by = NamedBy::Nobody;
+  Verdict verdict = Verdict::Publish;  ///< of permission.hpp
   bool is_nameable = false;  ///< not played, but would be played if it was named
-  std::string why_not;       ///< empty: it is played
+  std::string why_not;       ///< empty: it is played, with Verdict::AskOwner if that is allowed
   bool is_for_start = false;  ///< not recorded: the base is driven to the start on it, if it is off
   std::vector<RewrittenField> rewrites;
   MotionStop rule_stop;  ///< how it is stopped, if a rule says so; stopOf() knows the others
 
   bool isPlayed() const { return why_not.empty(); }
+  bool isNamed() const { return named_by >= NamedBy::Owner; }
+  /// The name that tells what it is.
+  const std::string& judged() const { return recorded ? recorded->text() : channel.topic; }
 };
 
 struct PlayPlan {
@@ -48,32 +56,38 @@ struct PlayPlan {
   std::vector<std::string> playedTopics() const;
   /// The played topics of the body.
   std::vector<std::string> motionTopics() const;
-  /// Why nothing may be played until some topic is left out, one line; else empty.
+  /// Why nothing may be played, until some topic is left out or motion is allowed, one line; else
+  /// empty.
   std::string refusal() const;
   /// Lines that a person must know before the replay: which inputs of other nodes it publishes.
   std::vector<std::string> warnings() const;
   /// Which topics are not played, why, and how to ask for them; one line, or empty.
   std::string leftOutText() const;
+
+ private:
+  std::string unallowedText() const;
 };
 
 struct PlanOptions {
   std::set<Modality> only;                    ///< empty: all
-  std::vector<std::string> topics, exclude;   ///< no `topics`: all that are played by themselves
-  std::vector<std::string> also;              ///< these as well, of any class and modality
+  std::vector<TopicName> topics, exclude;     ///< no `topics`: all that are played by themselves
+  std::vector<TopicName> also;                ///< these as well, of any class and modality
   /// As `also`, but from a setting for all behaviors: ignored if the behavior lacks the topic or
   /// its modality is not asked for.
-  std::vector<std::string> settled;
+  std::vector<TopicName> settled;
   std::string regex, exclude_regex;           ///< have to match a whole name; empty: none
-  std::map<std::string, std::string> remap;   ///< recorded name to published name
-  std::string prefix;                         ///< before every name that is not in `remap`
+  std::map<TopicName, TopicName> remap;       ///< recorded name to published name
+  std::string prefix;                         ///< a namespace, before all that is not in `remap`
+  std::function<TopicName(const TopicName&)> resolve;  ///< what ROS makes of it; none: nothing
   double start_s = 0;                         ///< into the behavior
   std::optional<double> duration_s, until_s;  ///< from the start; into the behavior
   /// The published names of the topics that a running projector shows; empty: not known.
   std::optional<std::set<std::string>> layers;
-  std::string emergency_stop;  ///< the topic that this replay obeys: never published
-  /// All topics but motion and control inputs, as rosbag play does: for machines without a robot.
-  bool takes_all = false;
-  bool leaves_motion = false;  ///< with takes_all: motion as well
+  /// What the replay listens to for its safety, with a noun for it: never published.
+  std::map<TopicName, std::string> obeyed;
+  bool is_motion_allowed = false;  ///< by the robot's owner
+  /// Elsewhere all topics but motion and control inputs are played, as by rosbag play.
+  ReplayPlace place = ReplayPlace::Robot;
   RewriteSettings rewriting;
   RobotProfile robot;  ///< its `topics` and `base` tell classes of topics
 };
@@ -81,12 +95,16 @@ struct PlanOptions {
 /// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
 std::set<Modality> parseModalities(const std::string& text);
 
-/// Plays of the behavior's own topics the body's, those to be shown (drawable or speech, and named
-/// in the recording's request or a projector's layer) and those that are named by whoever replays;
-/// of these modalities. A pattern names nothing. Of what made another topic's messages, and that
-/// topic, one is played (nested_goals.hpp). Throws StoreError, and std::invalid_argument, one
-/// line, for what is asked of topics that the behavior has not, names that are none or meet,
-/// patterns, and a part that is empty.
+/// Where a topic is published: by `remap` or `prefix`, and then as ROS resolves it. Throws
+/// std::invalid_argument, one line, for names that become none.
+TopicName publishedName(const TopicName& recorded, const PlanOptions& options);
+
+/// Plays of the behavior's own topics, of these modalities, what the table of permission.hpp lets:
+/// by themselves the body's, and those to be shown (drawable or speech, and named in the
+/// recording's request or a projector's layer). A pattern names nothing. Of what made another
+/// topic's messages, and that topic, one is played (nested_goals.hpp). Throws StoreError, and
+/// std::invalid_argument, one line, for what is asked of topics that the behavior has not, names
+/// that meet, patterns, and a part that is empty.
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);
 
 /// How the motion that a topic sets in motion is stopped; by its recorded name if its published one

@@ -97,12 +97,17 @@ void addDriversBehind(const std::string& topic, const RecordedNodes& nodes, int 
 
 }  // namespace
 
-std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
-                                       const std::vector<std::string>& recorded) {
+bool isDriverNoted(const std::string& topic, const RecordedNodes& nodes) {
   const auto noted = nodes.find(topic);
   const bool is_known = noted != nodes.end() && !noted->second.publishers.empty();
-  if (!is_known || !areHearersNoted(nodes)) return std::nullopt;
-  const Names& senders = noted->second.publishers;
+  return is_known && areHearersNoted(nodes);
+}
+
+std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
+                                       const std::vector<std::string>& recorded) {
+  if (!isDriverNoted(topic, nodes)) return std::nullopt;
+  const TopicNodes& noted = nodes.at(topic);
+  const Names& senders = noted.publishers;
   const std::string names = fmt::format("{}", fmt::join(senders, ", "));
   const auto isPerson = [&](const std::string& node) { return isPersons(topic, node, nodes); };
   if (std::all_of(senders.begin(), senders.end(), isPerson)) {
@@ -112,7 +117,7 @@ std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedN
   const auto isMixer = [&](const std::string& node) {
     return isMultiplexer(topic, node, nodes, recorded);
   };
-  if (isObeyedByAnother(noted->second) && std::all_of(senders.begin(), senders.end(), isMixer)) {
+  if (isObeyedByAnother(noted) && std::all_of(senders.begin(), senders.end(), isMixer)) {
     return RecordedDriver{TopicClass::Other, "the base behind its multiplexer, " + names +
                                                  ": nobody could override it"};
   }

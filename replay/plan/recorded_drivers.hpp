@@ -28,6 +28,9 @@ struct RecordedDriver {
 std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
                                        const std::vector<std::string>& recorded);
 
+/// Whether it was noted who sent it, and who heard what; not in imports.
+bool isDriverNoted(const std::string& topic, const RecordedNodes& nodes);
+
 /// Whether it was noted that no node heard it; not in imports.
 bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
 

@@ -14,6 +14,7 @@
 
 #include "replay/messages/robot_names.hpp"
 #include "replay/messages/schema.hpp"
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/motion_stop.hpp"
 
 namespace afterglow::replay {
@@ -49,7 +50,7 @@ struct RewriteSettings {
   std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
   std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
   RobotRenaming robot;    ///< what neither of these renames
-  std::map<std::string, MotionStop> stops;  ///< by recorded topic; override what is known
+  std::map<TopicName, MotionStop> stops;  ///< by recorded topic; override what is known
 
   bool renamesFrames() const {
     return !frames.empty() || !tf_prefix.empty() || robot.renamesFrames();

@@ -7,52 +7,47 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr std::string_view kSaid = "the robot's profile says so";
+constexpr const char* kSaid = "the robot's profile says so";
 
-struct ClassWord {
-  TopicClass topic_class;
-  const char* word;  ///< in a profile
-  int strictness;
-};
-
-constexpr std::array<ClassWord, 5> kWords{{{TopicClass::Endless, "endless", 3},
-                                           {TopicClass::Control, "control", 2},
-                                           {TopicClass::Other, "other", 1},
-                                           {TopicClass::Body, "body", 0},
-                                           {TopicClass::Shown, "shown", 0}}};
+/// The strictest first.
+constexpr std::array<TopicClass, 5> kClasses{TopicClass::Endless, TopicClass::Control,
+                                             TopicClass::Other, TopicClass::Body,
+                                             TopicClass::Shown};
 
 int strictness(TopicClass topic_class) {
-  return std::find_if(kWords.begin(), kWords.end(),
-                      [&](const ClassWord& word) { return word.topic_class == topic_class; })
-      ->strictness;
-}
-
-void checkWords(const RobotProfile& robot) {
-  for (const auto& [word, names] : robot.topics) {
-    const auto is_said = [&said = word](const ClassWord& known) { return said == known.word; };
-    const bool is_known = std::any_of(kWords.begin(), kWords.end(), is_said);
-    if (!is_known) {
-      throw std::invalid_argument("the profile of " + robot.name + ": '" + word +
-                                  "' is no class of topics");
-    }
+  switch (topic_class) {
+    case TopicClass::Endless:
+      return 3;
+    case TopicClass::Control:
+      return 2;
+    case TopicClass::Other:
+      return 1;
+    default:
+      return 0;
   }
 }
 
 /// Of this class; what the profile says of the base and the scan is meant for their topics, too.
-std::vector<std::string> namesOf(const RobotProfile& robot, const ClassWord& of) {
-  const auto listed = robot.topics.find(of.word);
-  std::vector<std::string> names =
-      listed == robot.topics.end() ? std::vector<std::string>() : listed->second;
+std::vector<std::string> namesOf(const RobotProfile& robot, TopicClass topic_class) {
+  std::vector<std::string> names;
+  for (const auto& [word, listed] : robot.topics) {
+    const std::optional<TopicClass> said = topicClassCalled(word);
+    if (!said) {
+      throw std::invalid_argument("the profile of " + robot.name + ": '" + word +
+                                  "' is no class of topics");
+    }
+    if (said == topic_class) names = listed;
+  }
   const RobotProfile::Base& base = robot.base;
-  if (of.topic_class == TopicClass::Control) {
+  if (topic_class == TopicClass::Control) {
     names.insert(names.end(), base.take_over_topics.begin(), base.take_over_topics.end());
   }
   const bool is_behind = !base.output_topic.empty() && base.output_topic != base.velocity_topic;
-  if (of.topic_class == TopicClass::Other && is_behind) names.push_back(base.output_topic);
-  if (of.topic_class == TopicClass::Other && !robot.scan_topic.empty()) {
+  if (topic_class == TopicClass::Other && is_behind) names.push_back(base.output_topic);
+  if (topic_class == TopicClass::Other && !robot.scan_topic.empty()) {
     names.push_back(robot.scan_topic);  // old ranges hide people
   }
-  if (of.topic_class == TopicClass::Body && !base.velocity_topic.empty()) {
+  if (topic_class == TopicClass::Body && !base.velocity_topic.empty()) {
     names.push_back(base.velocity_topic);
   }
   return names;
@@ -68,10 +63,10 @@ bool mayBeShown(const TopicRole& known, std::string_view topic, std::string_view
 
 }  // namespace
 
-RobotTopics::RobotTopics(const RobotProfile& robot) : robot_(robot.name) {
-  checkWords(robot);
-  for (const ClassWord& word : kWords) {
-    words_.emplace_back(word.topic_class, namesOf(robot, word));
+RobotTopics::RobotTopics(const RobotProfile& robot)
+    : robot_(robot.name), output_topic_(robot.base.output_topic) {
+  for (const TopicClass topic_class : kClasses) {
+    words_.emplace_back(topic_class, namesOf(robot, topic_class));
   }
 }
 
@@ -96,6 +91,11 @@ TopicRole RobotTopics::roleOf(std::string_view topic, std::string_view type) con
   return is_allowed ? TopicRole{*word, kSaid} : known;
 }
 
+bool RobotTopics::isBehindMultiplexer(std::string_view topic, std::string_view type) const {
+  const TopicRow* row = TopicTable::ofAllRobots().rowOf(topic, type);
+  return topic == output_topic_ || (row && row->is_behind);
+}
+
 std::string RobotTopics::refusal(std::string_view topic, std::string_view type) const {
   const std::optional<TopicClass> word = wordOf(topic);
   const bool is_permission = word && strictness(*word) == 0;
@@ -103,7 +103,7 @@ std::string RobotTopics::refusal(std::string_view topic, std::string_view type) 
   if (!is_permission || role.topic_class == *word) return "";
   return "the profile of " + robot_ + " calls it " + std::string(name(*word)) + ", but " +
          (*word == TopicClass::Body ? "how it is stopped is not known" : "it may move something") +
-         " (" + std::string(role.why) + ")";
+         " (" + role.why + ")";
 }
 
 }  // namespace afterglow::replay

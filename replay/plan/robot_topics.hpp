@@ -25,6 +25,8 @@ class RobotTopics {
   explicit RobotTopics(const RobotProfile& robot);
 
   TopicRole roleOf(std::string_view topic, std::string_view type) const;
+  /// The base itself, by the table or the profile: not where a replay enters.
+  bool isBehindMultiplexer(std::string_view topic, std::string_view type) const;
   /// Why the profile's word for this topic is refused, one clause; empty: it counts, or is none.
   std::string refusal(std::string_view topic, std::string_view type) const;
   /// The profile's names by class, as of isCalled(), the strictest class first.
@@ -35,7 +37,7 @@ class RobotTopics {
   /// What the profile calls it; the strictest, if it says several things.
   std::optional<TopicClass> wordOf(std::string_view topic) const;
 
-  std::string robot_;
+  std::string robot_, output_topic_;
   Words words_;
 };
 

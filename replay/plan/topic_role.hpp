@@ -1,12 +1,10 @@
 /// \file
 /// The role of a recorded topic in a replay: who would act on it if it was published again, and to
-/// which of the three modalities it belongs. A topic that is not known to be harmless is not
-/// published unless it is named.
-/// Source of the roles: the sources of the Fetch's, TIAGo's, PR2's, TurtleBots' and UR's packages,
-/// MoveIt and navigation; actionlib's five topics an action; tf2; the troubles that users of rosbag
-/// play have with replayed /tf.
+/// which of the three modalities it belongs. The names are in assets/topics.yaml; a topic that is
+/// not known to be harmless is not published unless it is named (permission.hpp).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,48 +27,77 @@ enum class TopicClass {
   Body,     ///< a robot moves, and the player knows how to stop it
   Shown,    ///< people see or hear it, if a recording or a projector's layer asks for it
   Control,  ///< a robot obeys: the input of an operator, a runstop or a safety device
-  Endless,  ///< a robot moves, and nothing stops it when the player is gone: never published
+  Endless,  ///< a robot moves or may move, and nothing stops it that is known: never published
   Other     ///< unknown
 };
 
 /// "body", "shown", "control input", "endless motion", "other".
 std::string_view name(TopicClass topic_class);
+/// As profiles and the table's file have it: "control", "endless"; empty for other words.
+std::optional<TopicClass> topicClassCalled(std::string_view word);
 
 struct TopicRole {
   TopicClass topic_class = TopicClass::Other;
-  std::string_view why;  ///< one clause, for people
+  std::string why;                 ///< one clause, for people
   StopKind stop = StopKind::None;  ///< of what moves a robot
 };
 
-/// Topics by their last names and their types.
-struct TopicRow {
-  std::vector<std::string_view> names;  ///< as of isCalled(); empty: any
-  std::vector<std::string_view> types;  ///< "package/Type", * for any characters; empty: any
-  TopicRole role;
-  bool is_by_name = false;  ///< of the body, but played only if whoever replays names it
+/// Topics by their last names and their types, as patterns: `*` stands for any characters.
+struct TopicPattern {
+  std::vector<std::string> names;        ///< as of isCalled(); empty: any
+  std::vector<std::string> types;        ///< "package/Type"; empty: any
+  std::vector<std::string> other_types;  ///< that are not meant
 
   bool holds(std::string_view topic, std::string_view type) const;
+};
+
+struct TopicRow : TopicPattern {
+  TopicRole role;
+  bool is_by_name = false;  ///< of the body, but played only if whoever replays names it
+  bool is_behind = false;   ///< the base itself, behind its multiplexer
+  bool is_motion = false;   ///< tells how motion is stopped
+};
+
+/// Last names of a goal, and behind the same namespace of what it is known to cause.
+struct KnownNesting {
+  std::string higher, lower;
+  bool is_velocity = false;
+};
+
+/// A file such as assets/topics.yaml, which explains its keys.
+struct TopicTable {
+  std::vector<TopicRow> rows;  ///< the first that fits counts
+  std::vector<std::pair<TopicPattern, Modality>> modalities;
+  std::vector<KnownNesting> nesting;
+
+  /// Throws std::runtime_error "FILE:LINE: text" for keys, classes, stops and values that are none.
+  static TopicTable read(const std::string& file, const std::string& text);
+  /// That of all robots: plan, player, `afterglow play --classes` and the README have their classes
+  /// from here.
+  static const TopicTable& ofAllRobots();
+  /// Null: no row fits.
+  const TopicRow* rowOf(std::string_view topic, std::string_view type) const;
 };
 
 /// Whether a topic ends with these names, in which * stands for any characters, slashes too:
 /// "base/cmd_vel" fits /base/cmd_vel and /robot/base/cmd_vel, "/base/cmd_vel" the first alone.
 bool isCalled(std::string_view topic, std::string_view pattern);
 
-/// The table of all robots: the first row that fits counts. Plan, player, `afterglow play
-/// --classes` and the README have their classes from here.
-const std::vector<TopicRow>& topicTable();
-
 /// By that table. Topics that are drawn or heard are Shown, asked for or not; the plan decides
 /// about that. Of a certain robot: RobotTopics.
 TopicRole roleOf(std::string_view topic, std::string_view type);
 
-/// TopicRow::is_by_name.
-bool isByName(std::string_view topic, std::string_view type);
-
 /// The types of all that moves the body by its type or name, as patterns: `*` stands for anything.
-std::vector<std::string_view> bodyTypes();
+std::vector<std::string> bodyTypes();
 
 /// How motion on a topic is stopped, whatever its class is.
 StopKind knownStop(std::string_view topic, std::string_view type);
+
+/// The file that is built in.
+struct EmbeddedTopics {
+  const char* name;
+  const char* text;
+};
+extern const EmbeddedTopics kEmbeddedTopics[];
 
 }  // namespace afterglow::replay

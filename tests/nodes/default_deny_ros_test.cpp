@@ -177,11 +177,13 @@ struct DefaultDeny : testing::Test {
   }
   /// The topics that a replay publishes to whoever listens.
   static std::set<std::string> heard(const std::string& behavior, Texts options,
-                                     const std::string& prefix = "") {
+                                     const std::string& prefix = "",
+                                     const std::set<std::string>& unheard = {}) {
     std::set<std::string> topics;
     std::mutex mutex;
     std::vector<ros::Subscriber> subscribers;
     for (const std::string& topic : world->bag.topics) {
+      if (unheard.count(topic) != 0) continue;
       using Event = ros::MessageEvent<const topic_tools::ShapeShifter>;
       ros::SubscribeOptions listening;
       const auto take = [&, topic](const Event& event) {
@@ -228,7 +230,8 @@ TEST_F(DefaultDeny, publishesNothingOfAnImportUnlessItIsNamed) {
                        "there is nothing to play of ar"))
       << "a pattern names nothing";
   EXPECT_EQ(heard(world->bag.imported,
-                  {"--only", "ar,speech", "--also", "/robotsound", "--also", "/voice_command"}),
+                  {"--only", "ar,speech", "--allow-motion", "--also", "/robotsound", "--also",
+                   "/voice_command"}),
             (Names{"/robotsound", "/voice_command"}));
   EXPECT_EQ(heard(world->bag.imported, {"--topics", "/path"}), Names{"/path"});
 }
@@ -322,7 +325,12 @@ TEST_F(DefaultDeny, recommendsNothingThatMovesWhereMotionIsNotAllowed) {
 }
 
 TEST_F(DefaultDeny, warnsOfControlInputsAndKeepsTheEmergencyStopItObeys) {
-  const std::string text = said(world->bag.imported, {"--only", "ar", "--also", "/joy"}, 0);
+  const Texts joystick{"--only", "ar", "--also", "/joy"};
+  EXPECT_TRUE(contains(said(world->bag.imported, joystick, 1),
+                       "motion is not allowed here (~allow_motion, --allow-motion), and light and "
+                       "speech alone are played without it, not /joy (control input: a joystick"));
+  const std::string text =
+      said(world->bag.imported, {"--only", "ar", "--also", "/joy", "--allow-motion"}, 0);
   EXPECT_TRUE(contains(text, "/joy is published as it was recorded: a joystick")) << text;
   EXPECT_TRUE(contains(
       said(world->bag.imported, {"--only", "ar", "--also", "/estop", "--estop-topic", "/estop"}, 1),
@@ -331,8 +339,9 @@ TEST_F(DefaultDeny, warnsOfControlInputsAndKeepsTheEmergencyStopItObeys) {
 
 TEST_F(DefaultDeny, refusesByNameWhatSomebodyPublishesNow) {
   const ros::Publisher laser = world->node.advertise<sensor_msgs::LaserScan>("/base_scan", 1);
-  EXPECT_TRUE(contains(said(world->bag.imported, {"--only", "ar", "--also", "/base_scan"}, 1),
-                       "/base_scan is published by /test now"));
+  EXPECT_TRUE(contains(
+      said(world->bag.imported, {"--only", "ar", "--allow-motion", "--also", "/base_scan"}, 1),
+      "/base_scan is published by /test now"));
   ros::Publisher marks =
       world->node.advertise<visualization_msgs::Marker>("/projector/marks", 1, true);
   marks.publish(visualization_msgs::Marker());
@@ -355,12 +364,14 @@ TEST_F(DefaultDeny, takesADeadNodeForNoPublisher) {
   ghost[2] = "std_msgs/String";
   ghost[3] = "http://localhost:1";
   ASSERT_TRUE(ros::master::execute("registerPublisher", ghost, answer, payload, false));
-  EXPECT_EQ(heard(world->bag.imported, {"--only", "ar", "--also", "/voice_command"}),
-            Names{"/voice_command"});
+  EXPECT_EQ(
+      heard(world->bag.imported, {"--only", "ar", "--allow-motion", "--also", "/voice_command"}),
+      Names{"/voice_command"});
 }
 
 TEST_F(DefaultDeny, isRosbagPlayUnderAPrefixButForMotionAndControlInputs) {
-  const Names topics = heard(world->bag.imported, {"--prefix", "/then"}, "/then");
+  const Names motion{"/cmd_vel", "/teleop/cmd_vel", "/ackermann_cmd", "/move_base/goal"};
+  const Names topics = heard(world->bag.imported, {"--prefix", "/then"}, "/then", motion);
   for (const char* topic : {"/tf", "/joint_states", "/base_scan", "/map", "/imu", "/odom",
                             "/voice_command", "/robotsound", "/path"}) {
     EXPECT_EQ(topics.count(topic), 1u) << topic;
@@ -369,6 +380,17 @@ TEST_F(DefaultDeny, isRosbagPlayUnderAPrefixButForMotionAndControlInputs) {
                             "/ackermann_cmd", "/move_base/goal", "/motor_power"}) {
     EXPECT_EQ(topics.count(topic), 0u) << topic;
   }
+  const ros::Subscriber base = world->node.subscribe("/then/cmd_vel", 1, ignore);
+  EXPECT_TRUE(contains(said(world->bag.imported, {"--prefix", "/then"}, 1),
+                       "motion is not allowed here"))
+      << "a robot hears it there: what holds beside a robot holds";
+  EXPECT_EQ(heard(world->bag.requested, {"--prefix", "/then", "--only", "ar,speech"}, "/then"),
+            kLightAndSpeech);
+}
+
+TEST_F(DefaultDeny, knowsThatASlashChangesNoName) {
+  EXPECT_TRUE(contains(said(world->bag.imported, {"--prefix", "/", "--exclude", "/cmd_vel"}, 2),
+                       "'/' is no topic: a slash is no name"));
 }
 
 TEST_F(DefaultDeny, isRosbagPlayWhereNoRobotIsLive) {
@@ -418,6 +440,45 @@ TEST_F(DefaultDeny, holdsForThePlayersServicesToo) {
     const std::lock_guard<std::mutex> lock(mutex);
     return is_heard;
   })) << "a parameter names it";
+}
+
+std::string answerOf(const Texts& player_options, const std::vector<std::string>& also) {
+  Texts words{AFTERGLOW_TEST_PLAYER_NODE, "_store:=" + DefaultDeny::world->store, "_hold:=0.1",
+              "_realtime:=false"};
+  words.insert(words.end(), player_options.begin(), player_options.end());
+  test::NodeProcess player(words);
+  if (!ros::service::waitForService("/player_node/play", ros::Duration(30))) return "no player";
+  PlayBehavior call;
+  call.request.behavior_id = std::stoll(DefaultDeny::world->bag.imported);
+  call.request.only = "ar";
+  call.request.also = also;
+  EXPECT_TRUE(ros::service::call("/player_node/play", call));
+  EXPECT_FALSE(call.response.success);
+  return call.response.message;
+}
+
+TEST_F(DefaultDeny, asksTheOwnerForAllButLightAndSpeech) {
+  world->node.deleteParam("/player_node/also");
+  world->node.deleteParam("/player_node/allow_motion");
+  const std::string answer = answerOf({}, {"/joy", "/initialpose", "/voice_command"});
+  EXPECT_TRUE(contains(answer, "motion is not allowed here")) << answer;
+  for (const char* topic : {"/joy (", "/initialpose (", "/voice_command ("}) {
+    EXPECT_TRUE(contains(answer, topic)) << answer;
+  }
+}
+
+TEST_F(DefaultDeny, looksAtTheNamesThatRosWillPublish) {
+  world->node.deleteParam("/player_node/also");
+  EXPECT_TRUE(contains(answerOf({"_allow_motion:=true", "_estop_topic:=/halted",
+                                 "/voice_command:=/halted"},
+                                {"/voice_command"}),
+                       "it is the emergency stop that this replay obeys"));
+  EXPECT_TRUE(contains(answerOf({"_allow_motion:=true", "_estop_topic:=/halted",
+                                 "/halted:=/voice_command"},
+                                {"/voice_command"}),
+                       "it is the emergency stop that this replay obeys"));
+  world->node.deleteParam("/player_node/estop_topic");
+  world->node.deleteParam("/player_node/allow_motion");
 }
 
 }  // namespace

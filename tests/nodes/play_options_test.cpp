@@ -81,13 +81,26 @@ TEST(PlayOptions, thatAreNotGivenStayAsTheyWereAndZeroIsAValue) {
 }
 
 TEST(PlayOptions, thatAreListsComeTogetherOrOneByOne) {
-  EXPECT_EQ(asked({"also=/a,/b", "also=/c"}).plan.also, (Texts{"/a", "/b", "/c"}));
+  EXPECT_EQ(asked({"also=/a,/b", "also=/c"}).plan.also,
+            (std::vector<replay::TopicName>{"/a", "/b", "/c"}));
   EXPECT_TRUE(asked({"also="}).plan.also.empty());
 }
 
 TEST(PlayOptions, areCalledAsOnTheCommandLineOfRosbagToo) {
   EXPECT_EQ(asked({"clock"}).clock, ReplayClock::Sim);
   EXPECT_EQ(asked({"follow-clock"}).clock, ReplayClock::Follow);
+}
+
+TEST(PlayOptions, thatAreNamesAreCleanAndValid) {
+  const std::string clean = "'//joy' is no clean name: '/joy' is";
+  for (const std::string option :
+       {"also", "topics", "exclude", "pause_topics", "rate_control_topic"}) {
+    EXPECT_EQ(refusal({option + "=//joy"}), option + ": " + clean);
+  }
+  EXPECT_EQ(refusal({"remap=/joy:=//joy"}), "remap: " + clean);
+  EXPECT_EQ(refusal({"remap=//joy:=/joy"}), "remap: " + clean);
+  EXPECT_EQ(refusal({"prefix=/"}), "prefix: '/' is no topic: a slash is no name");
+  EXPECT_EQ(refusal({"prefix=/then/"}), "prefix: '/then/' is no clean name: '/then' is");
 }
 
 TEST(PlayOptions, ofAGoalAreRefusedInOneLine) {
@@ -152,6 +165,14 @@ ReplayRequest owned(const std::vector<std::pair<std::string, std::string>>& give
     }
   }
   return request;
+}
+
+TEST(PlayOptions, ofTheOwnerHaveCleanNamesToo) {
+  for (const char* option : {"scan", "base_topic"}) {
+    EXPECT_THROW(owned({{option, "//joy"}}), std::invalid_argument) << option;
+  }
+  EXPECT_THROW(owned({{"estop_topic", "/robot//halted"}}), std::invalid_argument);
+  EXPECT_THROW(owned({{"hold_to_run", "//joy:10"}}), std::invalid_argument);
 }
 
 TEST(PlayOptions, nameAnEmergencyStopByAFieldOfItsMessages) {

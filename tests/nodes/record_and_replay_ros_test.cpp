@@ -267,7 +267,7 @@ TEST_F(RecordAndReplay, recordsByServiceSeveralBehaviorsAtOnce) {
   const auto outer = startRecording("kitting", {"/talk"});
   ASSERT_TRUE(outer.success) << outer.message;
   topic.publish(say("1"));
-  const auto inner = startRecording("place", {"/talk/", "/talk"});
+  const auto inner = startRecording("place", {"/talk", "/talk"});
   ASSERT_TRUE(inner.success) << inner.message;
   topic.publish(say("2"));
   const auto inner_end = stopRecording(inner.behavior_id, "failure");
@@ -283,9 +283,10 @@ TEST_F(RecordAndReplay, recordsByServiceSeveralBehaviorsAtOnce) {
 TEST_F(RecordAndReplay, refusesWhatCannotBeRecorded) {
   EXPECT_EQ(startRecording("", {"/a"}).message, "name is empty: a behavior is found by its name");
   EXPECT_EQ(startRecording("pick", {"cmd_vel"}).message,
-            "topic 'cmd_vel' is not an absolute name (it must begin with /)");
+            "'cmd_vel' is no topic: it begins with no slash");
   EXPECT_FALSE(startRecording("pick", {}).success);
   EXPECT_FALSE(startRecording("pick", {"/a b"}).success);
+  EXPECT_EQ(startRecording("pick", {"/a/"}).message, "'/a/' is no clean name: '/a' is");
   EXPECT_EQ(stopRecording(4711, "").message, "behavior 4711 is not being recorded");
   EXPECT_EQ(stopRecording(0, "").message, "nothing is being recorded");
   Recorder client("/record_behavior", false);

@@ -78,7 +78,9 @@ TEST(RecordingRequest, isRefusedInOneLine) {
   asked.name = "pick";
   EXPECT_EQ(refusal(asked), "no topics are named");
   asked.topics = {"relative"};
-  EXPECT_EQ(refusal(asked), "topic 'relative' is not an absolute name (it must begin with /)");
+  EXPECT_EQ(refusal(asked), "'relative' is no topic: it begins with no slash");
+  asked.topics = {"//joy"};
+  EXPECT_EQ(refusal(asked), "'//joy' is no clean name: '/joy' is");
   asked.topics = {"/a"};
   EXPECT_EQ(refusal(asked), "");
 }

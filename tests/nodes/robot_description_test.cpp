@@ -73,7 +73,7 @@ TEST(RobotDescription, jointsAreHeardWhereTheyWereRecordedUnderTheReplaysNames) 
   EXPECT_EQ(liveName(plan, names, recorded), recorded);
   names.prefix = "/then";
   EXPECT_EQ(liveName(plan, names, recorded), "/then/fetch7/joint_states");
-  names.remap[recorded] = "/robot2/joint_states";
+  names.remap.emplace(recorded, "/robot2/joint_states");
   EXPECT_EQ(liveName(plan, names, recorded), "/robot2/joint_states");
   plan.topics.emplace_back();
   plan.topics.back().channel.topic = recorded;

@@ -182,12 +182,12 @@ TEST_F(RobotFileTest, whatIsNotUnderstoodIsRefusedWithItsLineAndTheNearestKey) {
   EXPECT_EQ(fault("name: a\nscan_topik: /scan\n"),
             "robot.yaml:2: unknown key 'scan_topik' in the robot; did you mean 'scan_topic'?");
   EXPECT_EQ(fault("name: a\nscan_topic: scan\n"),
-            "robot.yaml:2: 'scan' should be a topic, /NAME");
+            "robot.yaml:2: 'scan' is no topic: it begins with no slash");
   EXPECT_EQ(fault("name: a\nbase:\n  footprint: [[0, 1], [1, 0]]\n"),
             "robot.yaml:3: 'footprint' should be a list of at least 3 corners, [x, y] in m");
   EXPECT_EQ(fault("name: a\njoints: {elbow: {sped: 1}}\n"),
             "robot.yaml:2: unknown key 'sped' in joint elbow; did you mean 'speed'?");
-  EXPECT_EQ(fault("name: a\ncontrollers: [arm]\n"), "robot.yaml:2: 'arm' should be a topic, /NAME");
+  EXPECT_EQ(fault("name: a\ncontrollers: [arm]\n"), "robot.yaml:2: 'arm' is no topic: it begins with no slash");
   const std::string stop = fault("name: a\nemergency_stop: {topic: /stop, stops_when: maybe}\n");
   EXPECT_EQ(stop.find("robot.yaml:2: unknown stops_when 'maybe' in emergency_stop"), 0u) << stop;
 }

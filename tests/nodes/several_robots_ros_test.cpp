@@ -205,9 +205,6 @@ class SeveralRobots : public testing::Test {
   const std::string store_ = world->store;
   const std::unique_ptr<Fetch>&one_ = world->one, &two_ = world->two;
 };
-  std::unique_ptr<Fetch> one_ = std::make_unique<Fetch>("/robot1", "robot1", store_);
-  std::unique_ptr<Fetch> two_ = std::make_unique<Fetch>("/robot2", "robot2_tf", store_);
-};
 
 TEST_F(SeveralRobots, replayWhatOneOfThemWasRecordedDoingWhereItsPlayerIs) {
   const std::int64_t behavior = record();

@@ -189,7 +189,7 @@ struct OneMessage {
 
 TEST(KindsOfMotion, areAllStoppedLimitedAndCheckedForNumbers) {
   const std::map<std::string, Kind> known = kinds();
-  for (const std::string_view pattern : bodyTypes()) {
+  for (const std::string& pattern : bodyTypes()) {
     const bool is_known = known.count(std::string(pattern)) > 0;
     EXPECT_TRUE(is_known) << pattern << " is the body's: how is it stopped, limited, checked?";
   }

@@ -11,7 +11,7 @@
 #include "replay/plan/recorded_drivers.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
-#include "tests/support/messages.hpp"
+#include "tests/support/recorded_robot.hpp"
 
 namespace afterglow::replay::nested_goals_test {
 namespace {
@@ -20,54 +20,9 @@ const std::string kTwist = "geometry_msgs/Twist", kJoy = "sensor_msgs/Joy";
 const std::string kFollow = "control_msgs/FollowJointTrajectoryActionGoal";
 const std::string kMoveBase = "move_base_msgs/MoveBaseActionGoal";
 
-struct Around {
-  std::set<std::string> publishers, subscribers;
-};
-
-/// A behavior on topics of these types, and who stood around them.
-struct Robot {
-  void add(const std::string& topic, const std::string& type, const Around& around = {}) {
-    types[topic] = type;
-    note(topic, type, around);
-  }
-  void note(const std::string& topic, const std::string& type, const Around& around) {
-    if (!around.publishers.empty() || !around.subscribers.empty()) {
-      snapshot.nodes[topic] = {type, around.publishers, around.subscribers};
-    }
-  }
-  PlayPlan plan(const PlanOptions& options = {}) const {
-    const auto store = openMemoryStore();
-    Behavior behavior;
-    behavior.recording = store->addRecording({0, "", "test", ""});
-    std::uint64_t sequence = 0;
-    for (const auto& [topic, type] : types) {
-      Message message;
-      message.channel = store->addChannel(behavior.recording,
-                                          test::channelOf(topic, type, "string data\n"));
-      message.received = {500};
-      message.sequence = sequence++;
-      message.bytes = Bytes(4, 0);
-      store->append({message});
-      behavior.topics.push_back(topic);
-    }
-    behavior.name = "nested";
-    behavior.end = Stamp{1000};
-    behavior.snapshot = snapshot.toJson();
-    behavior.id = store->addBehavior(behavior);
-    return makePlan(*store, behavior, options);
-  }
-
-  std::map<std::string, std::string> types;
-  Snapshot snapshot;
-};
-
-std::string whyNot(const PlayPlan& plan, const std::string& topic) {
-  for (const PlannedTopic& one : plan.topics) {
-    if (one.channel.topic == topic) return one.why_not;
-  }
-  return "not planned";
-}
-
+using test::Around;
+using Robot = test::RecordedRobot;
+using test::whyNot;
 using Texts = std::vector<std::string>;
 
 TEST(NestedGoals, areRecognizedByWhoSentTheLowerOne) {

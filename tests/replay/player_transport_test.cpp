@@ -443,7 +443,7 @@ TEST_F(PlayerTransport, refusesPlansThatMakeNoSense) {
             }),
             "/points and /robotsound would both be published on /robotsound");
   EXPECT_EQ(refusal([](auto& o) { o.prefix = "robot2"; }),
-            "'robot2/points' is no absolute topic name (for /points)");
+            "'robot2' is no topic: it begins with no slash");
   EXPECT_NE(refusal([](auto& o) { o.regex = "("; }).find("is no regular expression"),
             std::string::npos);
 }

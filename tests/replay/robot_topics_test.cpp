@@ -101,6 +101,7 @@ std::string rowOf(TopicClass topic_class) {
   const std::string begin = "| " + std::string(name(topic_class)) + " |";
   std::string row;
   for (const std::string& line : linesOf("What is published")) {
+    if (line.rfind("Who named it", 0) == 0) break;  // permission_test holds the table behind it
     if (line.rfind(begin, 0) != 0) continue;
     EXPECT_EQ(row, "") << "twice: " << begin;
     row = line;
@@ -162,7 +163,7 @@ TEST(TopicTable, hasAStopForAllThatMovesTheBodyAndTheReadmeNamesIt) {
                                               {StopKind::IsStop, ""}};
   std::string readme;
   for (const std::string& line : linesOf("What stops each motion")) readme += line + "\n";
-  for (const TopicRow& row : topicTable()) {
+  for (const TopicRow& row : TopicTable::ofAllRobots().rows) {
     if (row.role.topic_class != TopicClass::Body) continue;
     ASSERT_EQ(words.count(row.role.stop), 1u) << row.role.why;
     EXPECT_NE(readme.find(words.at(row.role.stop)), std::string::npos) << row.role.why;
@@ -170,8 +171,8 @@ TEST(TopicTable, hasAStopForAllThatMovesTheBodyAndTheReadmeNamesIt) {
 }
 
 TEST(TopicTable, saysWhyOfEachRow) {
-  EXPECT_GT(topicTable().size(), 60u);
-  for (const TopicRow& row : topicTable()) {
+  EXPECT_GT(TopicTable::ofAllRobots().rows.size(), 60u);
+  for (const TopicRow& row : TopicTable::ofAllRobots().rows) {
     EXPECT_FALSE(row.role.why.empty());
     EXPECT_FALSE(row.names.empty() && row.types.empty()) << row.role.why << ": fits everything";
   }

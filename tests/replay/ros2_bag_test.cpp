@@ -109,7 +109,7 @@ TEST_F(Ros2BagTest, isNotSentToARobotOfRos1WhereTheFieldsDoNotAgree) {
   EXPECT_EQ(makePlan(*store, behavior, options).refusal(),
             "/letter (my_msgs/Letter) is not played: " + why + "; --exclude it to play the rest");
   options.topics.clear();
-  options.takes_all = true;
+  options.place = ReplayPlace::Elsewhere;
   EXPECT_FALSE(makePlan(*store, behavior, options).topics.at(0).isPlayed());
 }
 

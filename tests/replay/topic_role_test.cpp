@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -65,7 +66,7 @@ struct RealTopic {
 
 /// Fetch, TIAGo, PR2, TurtleBot 2 and 3, UR, MoveIt, navigation: which packages publish and hear
 /// these is in the sources that topic_role.hpp names.
-using TopicTable = std::map<TopicClass, std::vector<RealTopic>>;
+using RealTopics = std::map<TopicClass, std::vector<RealTopic>>;
 
 std::vector<RealTopic> bodyTopics() {
   const std::string follow = "control_msgs/FollowJointTrajectoryActionGoal";
@@ -313,8 +314,8 @@ std::vector<RealTopic> states() {
           {"/voice_command", "std_msgs/String"}};
 }
 
-TopicTable realTopics() {
-  TopicTable table{{TopicClass::Body, bodyTopics()},
+RealTopics realTopics() {
+  RealTopics table{{TopicClass::Body, bodyTopics()},
                    {TopicClass::Shown, shownTopics()},
                    {TopicClass::Control, controlTopics()},
                    {TopicClass::Endless, endlessTopics()},
@@ -342,12 +343,63 @@ TEST(TopicRole, isKnownForRealTopics) {
   EXPECT_GE(count, 190u);
 }
 
+/// "TOPIC TYPE | class | stop | its motion's stop | modality", and " | by name".
+std::string roleLine(const std::string& topic, const std::string& type) {
+  constexpr const char* kStops[] = {"none",   "zero",   "speed",       "fields",
+                                    "empty", "cancel", "ends_itself", "is_stop"};
+  const TopicRole role = roleOf(topic, type);
+  const TopicRow* row = TopicTable::ofAllRobots().rowOf(topic, type);
+  const auto stop = [&](StopKind kind) { return kStops[static_cast<std::size_t>(kind)]; };
+  return topic + " " + type + " | " + std::string(name(role.topic_class)) + " | " +
+         stop(role.stop) + " | " + stop(knownStop(topic, type)) + " | " +
+         std::string(name(modalityOf(topic, type))) + (row && row->is_by_name ? " | by name" : "");
+}
+
+TEST(TopicRole, isForEveryRowsTopicsAndTypesAsItWas) {
+  std::ifstream file("tests/replay/topic_roles.txt");
+  std::size_t count = 0;
+  for (std::string line; std::getline(file, line); ++count) {
+    const std::size_t topic = line.find(' '), type = line.find(" | ");
+    EXPECT_EQ(roleLine(line.substr(0, topic), line.substr(topic + 1, type - topic - 1)), line);
+  }
+  EXPECT_GT(count, 800u);
+}
+
+std::string complaintOf(const std::string& rows) {
+  try {
+    const std::string rest = "motion: []\nunknown: []\nmodalities: []\nnesting: []\n";
+    (void)TopicTable::read("my.yaml", rows + rest);
+    return "";
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+TEST(TopicTable, isReadStrictly) {
+  const std::string head = "roles:\n  - ";
+  EXPECT_EQ(complaintOf(head + "{class: other, topics: [a], why: b}\n"), "");
+  EXPECT_EQ(complaintOf(head + "{class: othr, topics: [a], why: b}\n"),
+            "my.yaml:2: unknown class 'othr'; did you mean other?");
+  EXPECT_EQ(complaintOf(head + "{class: other, topic: [a], why: b}\n"),
+            "my.yaml:2: 'topic' is no key here; did you mean topics?");
+  EXPECT_EQ(complaintOf(head + "{class: body, topics: [a], why: b, stop: zeros}\n"),
+            "my.yaml:2: unknown stop 'zeros'; did you mean zero?");
+  EXPECT_EQ(complaintOf(head + "{class: body, topics: [a], why: b}\n"),
+            "my.yaml:2: what moves the body has a stop");
+  EXPECT_EQ(complaintOf(head + "{class: other, why: b}\n"), "my.yaml:2: the row fits everything");
+  EXPECT_EQ(complaintOf(head + "{class: other, topics: a, why: b}\n"),
+            "my.yaml:2: 'topics' should be a list");
+  EXPECT_EQ(complaintOf(head + "{class: other, topics: [a]}\n"),
+            "my.yaml:2: 'why' should be a text");
+  EXPECT_EQ(complaintOf(""), "my.yaml:1: 'roles' should be a list");
+}
+
 // ------------------------------------------------------------------------------------- in a plan
 
 /// A behavior that holds all of them, and how it came to be.
 struct RealBag : testing::Test {
   Behavior behaviorOf(const std::vector<std::string>& requested,
-                      const TopicTable& table = realTopics()) {
+                      const RealTopics& table = realTopics()) {
     Behavior behavior;
     behavior.recording = recording;
     behavior.name = "everything";
@@ -399,6 +451,11 @@ struct RealBag : testing::Test {
   }
   std::vector<std::string> played(const Behavior& behavior, const PlanOptions& options = {}) {
     return sorted(makePlan(*store, behavior, options).playedTopics());
+  }
+  static std::vector<std::string> textsOf(const std::vector<TopicName>& topics) {
+    std::vector<std::string> texts;
+    for (const TopicName& topic : topics) texts.push_back(topic.text());
+    return sorted(texts);
   }
   static const PlannedTopic& topicOf(const PlayPlan& plan, const std::string& topic) {
     const auto found =
@@ -481,9 +538,10 @@ TEST_F(RealBag, publishesWhatIsNamedExactly) {
   const Behavior behavior = behaviorOf({});
   PlanOptions options;
   options.only = parseModalities("ar,speech");
+  options.is_motion_allowed = true;
   options.also = {"/voice_command", "/joy", "/tf"};
   PlayPlan plan = makePlan(*store, behavior, options);
-  EXPECT_EQ(sorted(plan.playedTopics()), sorted(options.also));
+  EXPECT_EQ(sorted(plan.playedTopics()), textsOf(options.also));
   EXPECT_EQ(plan.warnings(),
             std::vector<std::string>{"/joy is published as it was recorded: a joystick: base and "
                                      "arm are driven by it"});
@@ -495,7 +553,7 @@ TEST_F(RealBag, publishesWhatIsNamedExactly) {
   options.only.clear();
   options.topics = {"/move_base/goal", "/joy"};
   plan = makePlan(*store, behavior, options);
-  EXPECT_EQ(sorted(plan.playedTopics()), with(options.topics, {"/move_base/cancel"}));
+  EXPECT_EQ(sorted(plan.playedTopics()), with(textsOf(options.topics), {"/move_base/cancel"}));
   EXPECT_EQ(plan.motionTopics(),
             (std::vector<std::string>{"/move_base/cancel", "/move_base/goal"}))
       << "goals are not played without their cancels";
@@ -512,7 +570,7 @@ TEST_F(RealBag, refusesMotionThatNothingStopsWhoeverNamesIt) {
     EXPECT_FALSE(topicOf(plan, real.topic).isPlayed()) << real.topic;
     EXPECT_EQ(plan.refusal().find(real.topic + " (" + real.type + ") is not played: "), 0u)
         << plan.refusal();
-    options.takes_all = true;
+    options.place = ReplayPlace::Elsewhere;
     EXPECT_NE(makePlan(*store, behavior, options).refusal(), "") << real.topic;
     options.also.clear();
     options.remap = {{real.topic, "/harmless"}};
@@ -525,7 +583,8 @@ TEST_F(RealBag, neverPublishesTheEmergencyStopThatIsObeyed) {
   PlanOptions options;
   options.also = {"/voice_command"};
   options.remap = {{"/voice_command", "/stop_all"}};
-  options.emergency_stop = "/stop_all";
+  options.is_motion_allowed = true;
+  options.obeyed = {{"/stop_all", "the emergency stop"}};
   EXPECT_EQ(makePlan(*store, behavior, options).refusal(),
             "/voice_command (std_msgs/String) is not played: it is the emergency stop that this "
             "replay obeys; --exclude it to play the rest");
@@ -537,7 +596,7 @@ TEST_F(RealBag, neverPublishesTheEmergencyStopThatIsObeyed) {
 TEST_F(RealBag, isPlayedAsByRosbagButForMotionAndControlInputsWhereNoRobotIs) {
   const Behavior behavior = behaviorOf({});
   PlanOptions options;
-  options.takes_all = options.leaves_motion = true;
+  options.place = ReplayPlace::Elsewhere;
   const PlayPlan plan = makePlan(*store, behavior, options);
   for (const char* topic : {"/tf", "/joint_states", "/odom", "/base_scan", "/map", "/rosout",
                             "/voice_command", "/robotsound", "/projector/green_points"}) {
@@ -548,8 +607,6 @@ TEST_F(RealBag, isPlayedAsByRosbagButForMotionAndControlInputsWhereNoRobotIs) {
     if (expected != TopicClass::Control && expected != TopicClass::Endless) continue;
     for (const RealTopic& real : topics) EXPECT_FALSE(topicOf(plan, real.topic).isPlayed());
   }
-  options.leaves_motion = false;
-  EXPECT_EQ(sorted(makePlan(*store, behavior, options).motionTopics()), body);
   options.only = parseModalities("ar,speech");
   EXPECT_EQ(played(behavior, options), sorted(shown));
 }

@@ -128,7 +128,8 @@ struct PlayerWorld : testing::Test {
     behavior.end = Stamp{kBegin + length_ms * kMs};
     behavior.topics = topics;
     plan_options.only = parseModalities(only);
-    plan_options.settled = topics;  // whatever is recorded here is meant to be played
+    plan_options.is_motion_allowed = true;
+    plan_options.settled = topicNames(topics);  // whatever is recorded here is meant to be played
     Snapshot snapshot;
     snapshot.requested = topics;
     behavior.snapshot = snapshot.toJson();
