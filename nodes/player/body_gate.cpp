@@ -181,10 +181,10 @@ BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
 }
 
 void BodyGate::check(const std::function<bool()>& is_stopped) {
+  stops_->check();  // first: an emergency stop is why controllers are stopped
   const auto missing =
       missingControllers(plan_, options_.robot, askMaster(deadlineIn(kMasterPatience)));
   if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
-  stops_->check();
   parts_ = movedParts(store_, plan_);
   parts_.robot = options_.joints;
   if (const std::string why = whyUnnamed(parts_, options_); !why.empty()) refuse(why);

@@ -41,7 +41,7 @@ class LiveJoints {
  private:
   struct Told {
     replay::LiveJoint joint;
-    replay::SilenceWatch watch{replay::kMotionSilence};  ///< by robotNow()
+    replay::SilenceWatch watch{replay::kJointSilence};  ///< by robotNow()
   };
   void onJoints(const sensor_msgs::JointState& message);
 

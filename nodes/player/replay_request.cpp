@@ -103,6 +103,10 @@ void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   way.channel = way.output = {topic, traits::DataType<Twist>::value(),
                               traits::MD5Sum<Twist>::value(), traits::Definition<Twist>::value(),
                               false, ""};
+  way.output.topic = rosName(*way.recorded).text();
+  way.named_by = replay::NamedBy::Owner;
+  way.verdict = replay::verdictOf({replay::TopicKind::Body, way.named_by, request.allow_motion,
+                                   request.place()});
   way.modality = replay::Modality::Body;
   way.topic_class = replay::TopicClass::Body;
   way.why_class = "--to-start drives the base there";

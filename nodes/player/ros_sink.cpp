@@ -106,11 +106,8 @@ void RosSink::listenForDrivers() {
 
 void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {
   for (const actionlib_msgs::GoalStatus& status : statuses.status_list) {
-    const replay::GoalEnd end(status.status, status.text);
-    // Its result, which comes beside, says more; what tells of it a second time has none.
-    const bool may_wait = end.outcome() == replay::GoalOutcome::Failed;
-    if (may_wait && failed_.insert(status.goal_id.id).second) continue;
-    listener_.on_goal_status(status.goal_id.id, end);
+    // Its result, which says more, is sent before; it is not waited for: the goal may go on.
+    listener_.on_goal_status(status.goal_id.id, replay::GoalEnd(status.status, status.text));
   }
 }
 

@@ -11,7 +11,6 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -70,7 +69,6 @@ class RosSink : public replay::MessageSink {
   const std::uint32_t queue_size_;
   std::vector<std::string> played_;
   std::vector<std::string> velocities_;
-  std::set<std::string> failed_;  ///< goals of which a status alone has told, once
   const Listener listener_;
   std::atomic<bool> has_second_driver_{false};
   ros::CallbackQueue queue_;
