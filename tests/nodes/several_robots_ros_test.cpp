@@ -209,7 +209,7 @@ class SeveralRobots : public testing::Test {
 TEST_F(SeveralRobots, replayWhatOneOfThemWasRecordedDoingWhereItsPlayerIs) {
   const std::int64_t behavior = record();
   const double recorded_x = one_->x();
-  EXPECT_GT(recorded_x, 0.3);
+  EXPECT_GT(recorded_x, 0.2);
   expectRecordedNames(behavior);
 
   one_->putBack();
