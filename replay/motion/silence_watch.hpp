@@ -25,7 +25,7 @@ struct SilenceBounds {
 /// What a motion relies on, at every moment of it. A topic slower than 1 Hz does not do.
 inline constexpr SilenceBounds kMotionSilence{200'000'000, 1'000'000'000};
 /// Controllers know where their joints are: what is told of them may be late on a busy machine.
-inline constexpr SilenceBounds kJointSilence{500'000'000, 1'000'000'000};
+inline constexpr SilenceBounds kJointSilence{1'000'000'000, 1'000'000'000};
 /// Odometry bears a base for a while without localization.
 inline constexpr SilenceBounds kLocalizationSilence{2'000'000'000, 5'000'000'000};
 
