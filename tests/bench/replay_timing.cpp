@@ -47,9 +47,12 @@ replay::Bytes serialized(const M& message) {
   return bytes;
 }
 
+/// Tells velocities apart, m/s: slower ones than a robot may go, at which a motion is refused.
+constexpr double kStep = 1e-3;
+
 replay::Bytes twist(int index) {
   geometry_msgs::Twist message;
-  message.linear.x = index + 1;
+  message.linear.x = kStep * (index + 1);
   return serialized(message);
 }
 
@@ -83,7 +86,7 @@ class Subscriber {
     twists_ = node_.subscribe<geometry_msgs::Twist>(
         "/bench/cmd", 1000,
         [this](const geometry_msgs::TwistConstPtr& m) {
-          arrive("cmd", static_cast<int>(m->linear.x) - 1);
+          arrive("cmd", static_cast<int>(std::lround(m->linear.x / kStep)) - 1);
         },
         ros::VoidConstPtr(), hints);
     markers_ = node_.subscribe<visualization_msgs::MarkerArray>(
