@@ -87,9 +87,7 @@ class SenderEar {
         latching != event.getConnectionHeader().end() && latching->second == "1";
     const std::lock_guard<std::mutex> lock(mutex_);
     const bool is_held = is_latching && held_.insert({topic, sender}).second;
-    if (!is_held && sender != ros::this_node::getName() && !isGuard(sender)) {
-      senders_.emplace(topic, sender);
-    }
+    if (!is_held && isAnother(sender)) senders_.emplace(topic, sender);
   }
 
   ros::NodeHandle node_;

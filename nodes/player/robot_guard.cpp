@@ -18,6 +18,10 @@ std::string robotGuardName() { return ros::names::resolve("afterglow_guard"); }
 
 bool isGuard(const std::string& node) { return node == guardName() || node == robotGuardName(); }
 
+bool isAnother(const std::string& node) {
+  return node != ros::this_node::getName() && !isGuard(node);
+}
+
 bool RobotGuard::isThere(const RosGraph& graph) {
   const std::string name = robotGuardName();
   return graph.otherSubscribers(name + "/beats").count(name) > 0 &&

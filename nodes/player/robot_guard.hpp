@@ -22,6 +22,8 @@ extern const char* const kNoRobotGuard;
 
 /// Guards stop robots, they do not drive them: this node's watchdog, and the guard on the robot.
 bool isGuard(const std::string& node);
+/// Somebody else: neither this node nor one of its guards.
+bool isAnother(const std::string& node);
 
 /// Topics (guard_messages.hpp).
 class RobotGuard : public GuardWay {

@@ -77,8 +77,7 @@ void RosSink::watchDrivers(const std::string& topic, Output& output) {
   options.initByFullCallbackType<const AnyMessage&>(
       topic, kQueue, [this, topic](const auto& event) {
         const std::string& driver = event.getPublisherName();
-        if (driver != ros::this_node::getName() && !isGuard(driver) &&
-            !has_second_driver_.exchange(true)) {
+        if (isAnother(driver) && !has_second_driver_.exchange(true)) {
           listener_.on_second_driver(driver + " drives on " + topic +
                                      ", too: two drivers of one base are refused");
         }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "nodes/player/base_poses.hpp"
+#include "nodes/player/robot_guard.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -94,7 +95,8 @@ void TakeOver::scout() {
 void TakeOver::follow(const VelocityRoute& route) {
   for (const std::string& input : route.inputs) listenToInput(input);
   const std::string& output = base_.output_topic.empty() ? route.output : base_.output_topic;
-  if (!output.empty()) listenToOutput(output);
+  // Of several nodes one behind the other the last is not known.
+  if (!output.empty()) listenToOutput(output, output == route.output ? route.node : "");
   if (route.selected.empty() || subscribers_.count(route.selected) > 0) return;
   ros::SubscribeOptions options;
   options.initByFullCallbackType<const std_msgs::String&>(
@@ -133,8 +135,13 @@ void TakeOver::listenToInput(const std::string& topic) {
   });
 }
 
-void TakeOver::listenToOutput(const std::string& topic) {
-  listen(topic, [this, topic](const AnyMessage& event) {
+/// Only the multiplexer sends there, or the first that was heard if it is not known: whatever
+/// another node sends there, zeros too, it passes everybody by.
+void TakeOver::listenToOutput(const std::string& topic, const std::string& multiplexer) {
+  listen(topic, [this, topic, driver = multiplexer](const AnyMessage& event) mutable {
+    const std::string& sender = event.getPublisherName();
+    if (driver.empty() && isAnother(sender)) driver = sender;
+    if (sender != driver && isAnother(sender)) return sender + " drives the base on " + topic;
     return watch_.onOutput(stampNow(), topic,
                            replay::velocityOf(bytesOf(*event.getConstMessage())));
   });

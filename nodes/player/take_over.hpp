@@ -48,7 +48,7 @@ class TakeOver : public replay::MessageSink {
   void listenToOdometry(const std::map<std::string, std::string>& types);
   void follow(const VelocityRoute& route);
   void listenToInput(const std::string& topic);
-  void listenToOutput(const std::string& topic);
+  void listenToOutput(const std::string& topic, const std::string& multiplexer);
   void notice(const std::string& reason);
 
   const std::string topic_;

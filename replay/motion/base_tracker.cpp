@@ -159,6 +159,7 @@ PlanarVelocity BaseTracker::follow(const PlanarPose& base, double seconds) {
   if (isOff(error)) return {};
   PlanarVelocity recorded = track_.velocityAt(reference);
   if (!options_.is_holonomic) recorded.left = 0;
+  if (hasStrayed(error, recorded)) return {};
   double pace = paceFor(error, recorded, reference);
   if (pace < 0.05 * path_.rate()) {
     idle(seconds,
@@ -234,12 +235,14 @@ bool BaseTracker::mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp n
   return false;
 }
 
-/// A way to a place was not recorded: where nobody looks it is not driven.
-void BaseTracker::lookBehind() {
-  const bool is_place = track_.begin() == track_.end();
-  if (!obstacles_ || !is_place) return;
-  const double behind = -2 * obstacles_->options().footprint.radius();
-  approach_.avoidBackward(!obstacles_->sees({behind, 0}));
+/// A way that was not recorded, as to a place, or back by a base that somebody pushed ahead, is not
+/// driven where nobody looks. A base that is not holonomic goes ahead or back.
+bool BaseTracker::mayGo(const PlanarPose& way) const {
+  if (!obstacles_ || way.x * way_.forward + way.y * way_.left > 0) return true;
+  const double far = 2 * obstacles_->options().footprint.radius();
+  const double length = std::hypot(way.x, way.y);
+  if (!options_.is_holonomic || length == 0) return obstacles_->sees({std::copysign(far, way.x), 0});
+  return obstacles_->sees({far * way.x / length, far * way.y / length});
 }
 
 double BaseTracker::paceFor(const PlanarPose& error, const PlanarVelocity& recorded,
@@ -302,7 +305,8 @@ PlanarVelocity BaseTracker::approach(const PlanarPose& base, double seconds) {
   PlanarPose error = between(base, track_.endPose());
   error.yaw = 0;  // it may have turned away on purpose
   if (isOff(error)) return {};
-  lookBehind();
+  approach_.avoidUnseen(
+      !mayGo(options_.is_holonomic ? between(base, track_.endPose()) : PlanarPose{-1, 0, 0}));
   const auto wanted = isLocalized() ? approach_.step(base, localizer_->positionError(),
                                                      localizer_->yawError(), seconds)
                                     : approach_.step(base, 0, 0, seconds);
@@ -326,6 +330,20 @@ bool BaseTracker::isOff(const PlanarPose& error) {
   state_ = BaseState::Lost;
   reason_ = fmt::format("the base is {:.2f} m and {:.0f} deg off its track", off,
                         turned * kDegreesPerRadian);
+  return true;
+}
+
+/// Where the track rests, a base that was pushed is not brought back where nobody looks.
+bool BaseTracker::hasStrayed(const PlanarPose& error, const PlanarVelocity& recorded) {
+  if (recorded.speed() > kResting) {
+    way_ = recorded;
+    return false;
+  }
+  const double off = options_.is_holonomic ? std::hypot(error.x, error.y) : std::abs(error.x);
+  const double borne = std::max(FinalApproach::kUnseenWay, 3 * localizer_->positionError());
+  if (off <= borne || mayGo(error)) return false;
+  state_ = BaseState::Lost;
+  reason_ = fmt::format("the base is {:.2f} m off its track, on a way back that nobody sees", off);
   return true;
 }
 

@@ -136,7 +136,8 @@ class BaseTracker {
   PlanarVelocity holonomicLaw(const PlanarPose& error, const PlanarVelocity& wanted) const;
   bool mayGoOn(const PlanarPose& base, const SweptPath& path, Stamp now, double seconds);
   bool isWayFree(const PlanarPose& base, Stamp now, double seconds);
-  void lookBehind();
+  bool mayGo(const PlanarPose& way) const;
+  bool hasStrayed(const PlanarPose& error, const PlanarVelocity& recorded);
   bool isOff(const PlanarPose& error);
   void idle(double seconds, const std::string& why);
   PlanarVelocity send(const PlanarVelocity& wanted, Stamp now, double seconds);
@@ -154,6 +155,7 @@ class BaseTracker {
   PathTime path_;
   DriveTiming timing_;
   PlanarVelocity led_;  ///< the reference's velocity at the last update
+  PlanarVelocity way_;  ///< the last recorded velocity that was none of a rest
   BaseCommand command_;
   double idle_ = 0;       ///< s without getting on
   double taken_ = 0;      ///< s

@@ -9,7 +9,6 @@ constexpr double kTurned = 0.003;   // rad
 constexpr double kArrived = 0.001;  // m
 constexpr double kLearned = 0.001;  // of an error: a smaller change does not count
 constexpr double kGain = 2.5;       // 1/s, for the very end of a move
-constexpr double kShortWay = 0.1;   // m that is driven backward, whoever sees it
 
 /// Fast, but slow enough to brake in time.
 double speedFor(double left, double fastest, double braking) {
@@ -22,6 +21,7 @@ double speedFor(double left, double fastest, double braking) {
 ApproachOptions approachOfStart() {
   ApproachOptions options;
   options.tolerance = options.wanted_error = 0.02;
+  options.beside = 0.035;
   options.turn_tolerance = options.wanted_turn_error = 0.02;
   return options;
 }
@@ -67,21 +67,25 @@ bool FinalApproach::isWorthWaiting(double position_error, double turn_error) con
 bool FinalApproach::look(const PlanarPose& base) {
   const PlanarPose left = between(base, goal_);
   const double length = std::hypot(left.x, left.y);
-  const bool is_there = length <= options_.tolerance;
+  const bool is_beside = std::abs(left.y) <= options_.beside;
+  const bool is_there =
+      length <= options_.tolerance || (is_beside && std::abs(left.x) <= options_.tolerance);
+  const bool may_back_up = !avoids_unseen_ || length <= kUnseenWay;
   const bool is_turned = std::abs(left.yaw) <= options_.turn_tolerance;
   if ((is_there && is_turned) || attempts_ >= options_.most_attempts) return false;
   if (is_holonomic_) {
+    is_left_aside_ = !may_back_up;
+    if (is_left_aside_) return false;
     enter(Phase::Slide);
     ++attempts_;
     return true;
   }
   heading_ = base.yaw;
-  const bool may_back_up = !avoids_backward_ || length <= kShortWay;
   const bool may_drive = left.x >= 0 || may_back_up;
   const auto turn = turnToDrive(base, may_back_up);
   if (is_there) {
     enter(Phase::TurnBack);
-  } else if (std::abs(left.y) <= options_.tolerance / 2 && may_drive) {
+  } else if (is_beside && may_drive) {
     enter(Phase::Drive);
   } else if (turn) {
     heading_ = wrapAngle(base.yaw + *turn);

@@ -15,6 +15,7 @@ namespace afterglow::replay {
 
 struct ApproachOptions {
   double tolerance = 0.006;           ///< m; nearer than this is left alone
+  double beside = 0.003;              ///< m that a straight move may end beside the goal
   double turn_tolerance = 0.004;      ///< rad
   double wanted_error = 0.006;        ///< m; it stands until it knows its place this well
   double wanted_turn_error = 0.0042;  ///< rad; and its yaw, or
@@ -30,8 +31,9 @@ struct ApproachOptions {
   double turn_acceleration = 1.0;     ///< rad/s^2
 };
 
-/// Returns those for the way to a start, which a drive may begin beside by 2 cm and 1 degree: what
-/// a correction is worth is small beside the quarter turns that it takes.
+/// Returns those for the way to a start, which a drive may begin 2 cm before or behind, 3.5 cm
+/// beside and 1 degree turned: what a correction is worth is small beside the quarter turns that it
+/// takes. The check of the start (StartTolerances) bears 5 cm.
 ApproachOptions approachOfStart();
 
 class FinalApproach {
@@ -51,8 +53,11 @@ class FinalApproach {
   int attempts() const { return attempts_; }
   /// It is over, and what is left needs a turn that it may not do.
   bool isLeftAside() const { return is_left_aside_; }
-  /// Nobody sees what is behind: it drives backward by centimeters only, and turns round instead.
-  void avoidBackward(bool avoids) { avoids_backward_ = avoids; }
+  /// Meters that it goes at most where nobody looks.
+  static constexpr double kUnseenWay = 0.1;
+  /// Whether nobody looks behind it, or where a holonomic base has to go. A base with wheels turns
+  /// round then, where it may.
+  void avoidUnseen(bool avoids) { avoids_unseen_ = avoids; }
 
  private:
   enum class Phase { Stand, Turn, Drive, TurnBack, Slide };
@@ -76,7 +81,7 @@ class FinalApproach {
   double unchanged_ = 0;  ///< s since it was another
   double heading_ = 0;    ///< to drive along, forward or backward
   int attempts_ = 0;
-  bool avoids_backward_ = false, is_left_aside_ = false;
+  bool avoids_unseen_ = false, is_left_aside_ = false;
 };
 
 }  // namespace afterglow::replay

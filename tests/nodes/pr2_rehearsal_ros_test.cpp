@@ -99,6 +99,32 @@ TEST_F(Pr2Rehearsal, slidesAndTurnsToWhereItHadGone) {
   EXPECT_LT(pr2->witness->fastestBase(), 0.5);
 }
 
+TEST_F(Pr2Rehearsal, endsWhereSomebodySendsZerosBehindItsMultiplexer) {
+  const std::int64_t behavior =
+      record({kBase}, [] { pr2->drive(kBase, {{{0.2, 0, 0}, 3}}); });
+  // As pr2_teleop sends them all the time, though a neutral joystick drives nothing.
+  ros::Publisher teleop =
+      pr2->node->advertise<geometry_msgs::Twist>("/base_controller/command", 1);
+  const auto sendsZerosUntilItEnds = [&] {
+    return eventually([&] {
+      teleop.publish(geometry_msgs::Twist());
+      return pr2->replayer->getState().isDone();
+    });
+  };
+  pr2->beginReplay(behavior);
+  ASSERT_TRUE(eventually([] { return pr2->witness->pose().x > 0.1; })) << pr2->player().log();
+  EXPECT_TRUE(sendsZerosUntilItEnds()) << pr2->player().log();
+  EXPECT_NE(pr2->endOfReplay().find(" drives the base on /base_controller/command"),
+            std::string::npos);
+  EXPECT_LT(pr2->witness->pose().x, 0.5);
+
+  pr2->putBack();
+  pr2->beginReplay(behavior);
+  EXPECT_TRUE(sendsZerosUntilItEnds()) << pr2->player().log();
+  EXPECT_NE(pr2->endOfReplay().find("motion is refused: "), std::string::npos);
+  EXPECT_LT(std::abs(pr2->witness->pose().x), 0.01);
+}
+
 TEST_F(Pr2Rehearsal, reachesWithoutAJoltAndHoldsAtOnceInAPause) {
   const std::int64_t behavior = record({kGoal}, reachAsRecorded);
   EXPECT_EQ(pr2->replay(behavior), "");

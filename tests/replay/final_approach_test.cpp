@@ -135,8 +135,8 @@ TEST(FinalApproach, goesToAStartWithoutTurningForEveryCentimeter) {
       };
       replay.run();
       EXPECT_EQ(replay.tracker.state(), BaseState::Done) << replay.tracker.reason();
-      EXPECT_LT(turned, 2 * bearing + 1.2) << from.x << " " << seed;
-      EXPECT_LT(replay.now(), 45) << from.x << " " << seed;
+      EXPECT_LT(turned, 2 * bearing + 0.2) << from.x << " " << seed;
+      EXPECT_LT(replay.now(), 30) << from.x << " " << seed;
       EXPECT_LT(replay.endError(), 0.06) << from.x << " " << seed;
     }
   }

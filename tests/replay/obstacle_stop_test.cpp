@@ -402,5 +402,52 @@ TEST(ObstacleStop, doesNotBackUpToAPlaceThatNobodySees) {
   EXPECT_GT(back, -0.06) << "but for the last centimeters";
 }
 
+/// Ahead 1 m, with a rest on the way; somebody pushes the base on by 0.35 m at the given moment.
+struct PushedAhead {
+  RecordedDrive recorded;
+  BaseState state = BaseState::Following;
+  double end_distance = 0;
+  double back = 0;  ///< m that it went backward
+
+  PushedAhead(double pushed_at, bool is_holonomic) : recorded(made()) {
+    TrackerOptions options = Drive::options();
+    options.is_holonomic = is_holonomic;
+    DriveFaults faults;
+    faults.manners.is_holonomic = is_holonomic;
+    test::Replay replay(recorded, options, {}, faults);
+    bool is_pushed = false;
+    replay.disturb = [&](double now, BaseInput& input) {
+      input.scan = scanOf({}, replay.robot.truth(), now);
+      back += std::max(0.0, -replay.robot.velocity().forward) * 3 * kStep;
+      if (now < pushed_at || std::exchange(is_pushed, true)) return;
+      replay.robot.push(compose(replay.robot.truth(), {0.35, 0, 0}));
+    };
+    replay.run();
+    state = replay.tracker.state();
+    end_distance = replay.tracker.report().end_distance;
+  }
+  static RecordedDrive made() {
+    Commands commands;
+    drive(commands, 0.5, 0);
+    stand(commands, 0.8);
+    drive(commands, 0.5, 0);
+    return record(commands, {}, kExact, 1);
+  }
+};
+
+TEST(ObstacleStop, doesNotBackUpWhereNobodySeesThoughSomebodyPushedItAhead) {
+  for (const bool is_holonomic : {false, true}) {
+    for (const double pushed_at : {0.6, 4.2}) {  // beyond the rest, beyond the end
+      const PushedAhead pushed(pushed_at, is_holonomic);
+      EXPECT_LT(pushed.back, 0.03) << is_holonomic;
+      EXPECT_EQ(pushed.state, BaseState::Lost);
+    }
+    const PushedAhead late_in_the_first_half(2.0, is_holonomic);
+    EXPECT_LT(late_in_the_first_half.back, 0.03) << is_holonomic;
+    EXPECT_EQ(late_in_the_first_half.state, BaseState::Done) << "the track comes by";
+    EXPECT_LT(late_in_the_first_half.end_distance, 0.02);
+  }
+}
+
 }  // namespace
 }  // namespace afterglow::replay::obstacle_stop_test
