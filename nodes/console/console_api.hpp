@@ -45,6 +45,10 @@ class ConsoleApi {
 
   /// For HttpServer.
   void answer(const HttpRequest& request, const Respond& respond);
+  /// Stops, and signs of life of who holds the button: they wait for nobody.
+  static bool isUrgent(const HttpRequest& request) {
+    return request.path == "/api/stop" || request.path == "/api/hold";
+  }
 
  private:
   void answerOrThrow(const HttpRequest& request, const Respond& respond);

@@ -75,7 +75,8 @@ void serve(const Parameters& given) {
   });
   HttpServer server(
       given.address, static_cast<std::uint16_t>(given.port),
-      [&api](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); });
+      [&api](const HttpRequest& request, const Respond& respond) { api.answer(request, respond); },
+      ConsoleApi::isUrgent);
   std::cout << "the console of " << facts.store << " is at "
             << consoleUrl(given.address, server.port()) << "\n";
   if (!token.empty()) std::cout << "token: " << token << "\n";

@@ -10,9 +10,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/strand.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <list>
+#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -39,6 +42,8 @@ constexpr std::pair<const char*, const char*> kSafeHeaders[] = {
 
 /// Who does not even acknowledge what it is sent for so long, is gone: a cable that was pulled.
 constexpr unsigned kUnacknowledgedMs = 2000;
+/// Threads for connections, and for what is urgent.
+constexpr int kConnectionThreads = 2;
 
 std::string smallLetters(std::string text) {
   for (char& letter : text) {
@@ -77,42 +82,74 @@ std::optional<HttpResponse> responseTo(const error_code& error) {
 /// What the sessions share. Lives until the last of them is gone.
 struct HttpShared {
   HttpHandler handler;
+  std::function<bool(const HttpRequest&)> is_urgent;
   HttpLimits limits;
-  std::atomic<std::size_t> connections{0};
+  std::atomic<std::size_t> streams{0};
+  asio::thread_pool workers;  ///< for what is not urgent
+
+  explicit HttpShared(int threads) : workers(static_cast<std::size_t>(threads)) {}
 };
 
 /// One connection. Keeps itself alive while something is under way; in its stream's strand.
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
  public:
   HttpSession(Tcp::socket socket, std::shared_ptr<HttpShared> shared)
-      : stream_(std::move(socket)), shared_(std::move(shared)) {
-    ++shared_->connections;
-  }
+      : stream_(std::move(socket)), shared_(std::move(shared)) {}
   HttpSession(const HttpSession&) = delete;
   HttpSession& operator=(const HttpSession&) = delete;
-  ~HttpSession() { --shared_->connections; }
+  ~HttpSession() {
+    if (events_) --shared_->streams;
+  }
 
   void start() {
-    asio::dispatch(stream_.get_executor(), [self = shared_from_this()] { self->read(); });
+    asio::dispatch(stream_.get_executor(), [self = shared_from_this()] { self->awaitRequest(); });
+  }
+  /// It is idle, or slow to ask or to take its answer. Any thread.
+  bool awaitsClient() const { return awaits_client_; }
+  /// Any thread.
+  void close() {
+    asio::post(stream_.get_executor(), [self = shared_from_this()] { self->stream_.close(); });
   }
 
  private:
-  void read() {
+  void awaitRequest() {
     parser_.emplace();
     parser_->header_limit(static_cast<std::uint32_t>(shared_->limits.header_bytes));
     parser_->body_limit(shared_->limits.body_bytes);
+    awaits_client_ = true;
+    if (buffer_.size() > 0) return readHeader();
+    constexpr std::size_t kPart = 4096;
+    stream_.expires_after(shared_->limits.patience);
+    stream_.async_read_some(buffer_.prepare(kPart),
+                            [self = shared_from_this()](error_code error, std::size_t size) {
+                              if (error) return;
+                              self->buffer_.commit(size);
+                              self->readHeader();
+                            });
+  }
+
+  void readHeader() {
+    stream_.expires_after(shared_->limits.header_patience);
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](error_code error, std::size_t) {
+                              error ? self->refuse(error) : self->readBody();
+                            });
+  }
+
+  void readBody() {
     stream_.expires_after(shared_->limits.patience);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](error_code error, std::size_t) {
-                       self->answer(error);
+                       error ? self->refuse(error) : self->answer();
                      });
   }
 
-  void answer(const error_code& error) {
-    if (error) {
-      if (auto response = responseTo(error)) write(std::move(*response), false);
-      return;
-    }
+  void refuse(const error_code& error) {
+    if (auto response = responseTo(error)) write(std::move(*response), false);
+  }
+
+  void answer() {
+    awaits_client_ = false;
     const http::request<http::string_body> message = parser_->release();
     const bool keeps_alive = message.keep_alive();
     // Dropped unused, by whoever should have answered: the connection is closed with it.
@@ -123,7 +160,18 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
                  });
     };
     try {
-      shared_->handler(requestOf(message), respond);
+      HttpRequest request = requestOf(message);
+      if (shared_->is_urgent && shared_->is_urgent(request)) return handle(request, respond);
+      asio::post(shared_->workers, [self = shared_from_this(), request = std::move(request),
+                                    respond] { self->handle(request, respond); });
+    } catch (const HttpError& refused) {
+      respond(errorResponse(refused.status(), refused.what()));
+    }
+  }
+
+  void handle(const HttpRequest& request, const Respond& respond) const {
+    try {
+      shared_->handler(request, respond);
     } catch (const HttpError& refused) {
       respond(errorResponse(refused.status(), refused.what()));
     } catch (const std::exception& failure) {
@@ -132,6 +180,12 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   }
 
   void write(HttpResponse response, bool keeps_alive) {
+    if (response.events && ++shared_->streams > shared_->limits.streams) {
+      --shared_->streams;
+      response.events->close();
+      response = errorResponse(503, "too many pages are open: close one, and load this one again");
+    }
+    awaits_client_ = !response.events;
     message_ = {};
     message_.version(11);
     message_.result(static_cast<unsigned>(response.status));
@@ -146,7 +200,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
     message_.prepare_payload();
     http::async_write(stream_, message_,
                       [self = shared_from_this(), keeps_alive](error_code error, std::size_t) {
-                        if (!error && keeps_alive) return self->read();
+                        if (!error && keeps_alive) return self->awaitRequest();
                         error_code ignored;
                         self->stream_.socket().shutdown(Tcp::socket::shutdown_send, ignored);
                       });
@@ -201,16 +255,19 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   std::shared_ptr<EventStream> events_;  ///< of a response that goes on
   std::string passing_;
   std::array<char, 256> ignored_{};
+  std::atomic<bool> awaits_client_{true};
 };
 
 }  // namespace
 
 struct HttpServer::Impl {
-  Impl(const std::string& address, std::uint16_t port, HttpHandler handler, HttpLimits limits)
-      : shared(std::make_shared<HttpShared>()),
-        io(limits.threads),
+  Impl(const std::string& address, std::uint16_t port, HttpHandler handler,
+       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits)
+      : shared(std::make_shared<HttpShared>(limits.threads)),
+        io(kConnectionThreads),
         acceptor(asio::make_strand(io)) {
     shared->handler = std::move(handler);
+    shared->is_urgent = std::move(is_urgent);
     shared->limits = limits;
     error_code error;
     const auto ip = asio::ip::make_address(address, error);
@@ -225,7 +282,7 @@ struct HttpServer::Impl {
                                ": " + error.message());
     }
     accept();
-    for (int i = 0; i < limits.threads; ++i) threads.emplace_back([this] { io.run(); });
+    for (int i = 0; i < kConnectionThreads; ++i) threads.emplace_back([this] { io.run(); });
   }
 
   ~Impl() { stop(); }
@@ -234,12 +291,32 @@ struct HttpServer::Impl {
     io.stop();
     for (std::thread& thread : threads) thread.join();
     threads.clear();
+    shared->workers.stop();
+    shared->workers.join();
+  }
+
+  /// Whether there is room for one more, perhaps in the place of another one. In the acceptor's
+  /// strand.
+  bool makeRoom() {
+    sessions.remove_if([](const auto& session) { return session.expired(); });
+    if (sessions.size() < shared->limits.connections) return true;
+    for (auto at = sessions.begin(); at != sessions.end(); ++at) {
+      const auto session = at->lock();
+      if (session && !session->awaitsClient()) continue;
+      if (session) session->close();
+      sessions.erase(at);
+      return true;
+    }
+    return false;
   }
 
   void accept() {
     acceptor.async_accept(asio::make_strand(io), [this](error_code error, Tcp::socket socket) {
-      const bool has_room = shared->connections < shared->limits.connections;
-      if (!error && has_room) std::make_shared<HttpSession>(std::move(socket), shared)->start();
+      if (!error && makeRoom()) {
+        const auto session = std::make_shared<HttpSession>(std::move(socket), shared);
+        sessions.push_back(session);
+        session->start();
+      }
       if (error == asio::error::operation_aborted) return;
       if (error) std::this_thread::sleep_for(std::chrono::milliseconds(20));  // no descriptors left
       accept();
@@ -249,12 +326,14 @@ struct HttpServer::Impl {
   std::shared_ptr<HttpShared> shared;
   asio::io_context io;
   Tcp::acceptor acceptor;
+  std::list<std::weak_ptr<HttpSession>> sessions;  ///< the oldest first; in the acceptor's strand
   std::vector<std::thread> threads;
 };
 
 HttpServer::HttpServer(const std::string& address, std::uint16_t port, HttpHandler handler,
-                       HttpLimits limits)
-    : impl_(std::make_unique<Impl>(address, port, std::move(handler), limits)) {}
+                       std::function<bool(const HttpRequest&)> is_urgent, HttpLimits limits)
+    : impl_(std::make_unique<Impl>(address, port, std::move(handler), std::move(is_urgent),
+                                   limits)) {}
 
 HttpServer::~HttpServer() = default;
 

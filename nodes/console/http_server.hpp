@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -16,10 +17,14 @@ namespace afterglow::nodes {
 struct HttpLimits {
   std::size_t header_bytes = 16 << 10;
   std::size_t body_bytes = 64 << 10;
-  std::size_t connections = 32;  ///< further ones are closed at once
-  /// For a whole request, from the end of the last one; for taking a whole response.
+  /// A further one takes the place of the oldest that is idle, slow to ask or slow to take its
+  /// answer, so that nobody can keep a stop out; without any such it is closed at once.
+  std::size_t connections = 32;
+  std::size_t streams = 16;  ///< of responses that go on; further ones are refused
+  std::chrono::milliseconds header_patience = std::chrono::seconds(2);  ///< from its first byte
+  /// Between two requests; for a request's body; for taking a whole response.
   std::chrono::milliseconds patience = std::chrono::seconds(20);
-  int threads = 3;
+  int threads = 3;  ///< for requests that are not urgent
 };
 
 /// Listens and answers from its making to its end. Every response bears the headers that keep
@@ -27,9 +32,10 @@ struct HttpLimits {
 class HttpServer {
  public:
   /// `address` in numbers, 127.0.0.1 or ::1; port 0: any that is free. Throws std::runtime_error
-  /// where it cannot listen. The handler must not block for long: it has the threads of all.
+  /// where it cannot listen. The handler may block for a while; it must not for what is urgent,
+  /// which is answered by threads of its own.
   HttpServer(const std::string& address, std::uint16_t port, HttpHandler handler,
-             HttpLimits limits = {});
+             std::function<bool(const HttpRequest&)> is_urgent = {}, HttpLimits limits = {});
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
   /// Closes all connections. Responses that come later are dropped.

@@ -306,6 +306,7 @@ void DemoDirector::makeShortFilm(MeasuredBehavior& measured, std::int64_t film_b
   }
   SideBySide films;
   films.then = films.now = folders_.out + "/" + report_.video;
+  films.then_begin_s = filmed(measured.behavior.begin.ns);
   films.lead = {asked_s, asked_s + kQuestionSeconds};
   films.spans = keptSpans(moments, speech, {films.lead.end_s, end_s},
                           kShortFilmSeconds - kQuestionSeconds);

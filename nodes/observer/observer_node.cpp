@@ -156,7 +156,8 @@ bool ObserverNode::onFinish(std_srvs::Trigger::Request&, std_srvs::Trigger::Resp
   try {
     has_film_ = false;
     response.message = std::to_string(darkroom_->finish(toNs(ros::Time::now())));
-    response.success = true;
+    response.success = unheard_.empty();
+    if (!response.success) response.message = unheard_;
   } catch (const std::runtime_error& error) {
     response.message = error.what();
   }
@@ -229,7 +230,8 @@ void ObserverNode::onAsked(const std::string& question) {
     const std::int64_t onset_ns = toNs(ros::Time::now());
     asked_->add({question, options_.human_voice, onset_ns, duration_s, 1, false, ""}, *sound);
   } catch (const std::runtime_error& error) {
-    ROS_WARN_ONCE("a question is shown but not heard: %s", error.what());
+    unheard_ = "\"" + question + "\" is shown but not heard: " + error.what();
+    ROS_WARN_ONCE("%s", unheard_.c_str());
   }
 }
 

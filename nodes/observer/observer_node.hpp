@@ -82,6 +82,7 @@ class ObserverNode {
   ObserverScene scene_;
   std::unique_ptr<SpeechLog> asked_;  ///< what was asked in the film; empty without one
   std::unique_ptr<Speech> human_;     ///< made when it is first needed
+  std::string unheard_;               ///< why a question in the film has no sound; empty: all have
   bool has_film_, is_filming_ = false;  ///< the video is not yet finished, has begun
   Caption caption_;
   std::vector<std::string> key_frames_;  ///< to save with the next image

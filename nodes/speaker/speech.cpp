@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
+#include <vector>
 
 namespace afterglow::nodes {
 namespace {
@@ -42,6 +43,15 @@ bool isVoiceName(const std::string& name) {
   });
 }
 
+/// A voice and what stands in for it where it is not installed, by language and speaker:
+/// "en-gb+f3", "en+f3", "en-gb", "en". eSpeak NG's data name them otherwise from version to version.
+std::vector<std::string> voicesLike(const std::string& name) {
+  const std::size_t plus = std::min(name.find('+'), name.size());
+  const std::string language = name.substr(0, plus), speaker = name.substr(plus);
+  const std::string whole = language.substr(0, language.find('-'));
+  return {name, whole + speaker, language, whole};
+}
+
 /// eSpeak NG's sample rate. It is started once and never ended: espeak_Terminate of 1.51 may wait
 /// for ever for its own thread (fifo.c), and the process's end does as well.
 int startEngine() {
@@ -73,11 +83,11 @@ std::string Speech::defaultVoice() const {
 std::string Speech::knownVoice(const std::string& requested) {
   const bool festival = requested.rfind("voice_", 0) == 0;
   const std::string& voice = requested.empty() || festival ? options_.voice : requested;
-  if (!isVoiceName(voice) || espeak_SetVoiceByName(voice.c_str()) != EE_OK) {
-    throw std::runtime_error("no voice \"" + voice +
-                             "\" (espeak-ng --voices lists those there are)");
+  for (const std::string& like : voicesLike(voice)) {
+    if (isVoiceName(like) && espeak_SetVoiceByName(like.c_str()) == EE_OK) return like;
   }
-  return voice;
+  throw std::runtime_error("no voice \"" + voice +
+                           "\" (espeak-ng --voices lists those there are)");
 }
 
 std::shared_ptr<const Sound> Speech::say(const std::string& text, const std::string& requested) {

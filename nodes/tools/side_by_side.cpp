@@ -45,14 +45,16 @@ std::vector<FilmSpan> merged(std::vector<FilmSpan> spans, const FilmSpan& whole)
 
 /// A cut as ffmpeg reads it.
 struct Cut {
-  double then_s, now_s, length_s, frozen_s;
+  double then_s, now_s, length_s;
+  double still_s = 0;  ///< that then stands still at its first image
 };
 
 std::vector<Cut> cutsOf(const SideBySide& films) {
   std::vector<Cut> cuts;
   for (const FilmSpan& span : films.spans) {
-    cuts.push_back({std::max(0.0, thenAt(films.moments, span.begin_s)), span.begin_s,
-                    span.end_s - span.begin_s, 0});
+    const double then_s = thenAt(films.moments, span.begin_s);
+    const double begin_s = std::max(films.then_begin_s, then_s);
+    cuts.push_back({begin_s, span.begin_s, span.end_s - span.begin_s, begin_s - then_s});
   }
   const double lead_s = films.lead.end_s - films.lead.begin_s;
   if (lead_s > 0) {
@@ -100,7 +102,7 @@ std::vector<std::string> commandOf(const SideBySide& films, const std::string& p
                                       "-loglevel", "error", "-y"};
   for (const Cut& cut : cutsOf(films)) {
     for (const bool is_then : {true, false}) {
-      const double length_s = is_then && cut.frozen_s > 0 ? 0.1 : cut.length_s;
+      const double length_s = is_then ? std::max(0.1, cut.length_s - cut.still_s) : cut.length_s;
       command.insert(command.end(),
                      {"-ss", fmt::format("{:.3f}", is_then ? cut.then_s : cut.now_s), "-t",
                       fmt::format("{:.3f}", length_s), "-i",
@@ -154,7 +156,8 @@ std::string sideBySideGraph(const SideBySide& films, bool has_sound) {
     const Cut& cut = cuts[i];
     const std::string then = fmt::format("[{}:v]", 2 * i), now = fmt::format("[now{}]", i);
     const std::string frozen =
-        fmt::format("tpad=stop_mode=clone:stop_duration={:.3f},", cut.length_s);
+        fmt::format("tpad=start_mode=clone:start_duration={:.3f}:stop_mode=clone:stop_duration={:.3f},",
+                    cut.still_s, cut.length_s);
     graph += fmt::format("[{}:v]split[now{}][below{}];", 2 * i + 1, i, i);
     graph += panel(films, then + frozen, films.then_label, "0x1E78BE");
     graph += fmt::format("[left{}];", i) + panel(films, now, films.now_label, "0xEC6E14");

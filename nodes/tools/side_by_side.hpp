@@ -29,6 +29,7 @@ struct SideBySide {
   std::string then_label = "THEN", now_label = "NOW";  ///< in the pictures' corners
   int width = 1280, strip = 112;  ///< of both; the strip below their pictures
   int height = 720;               ///< with the strip
+  double then_begin_s = 0;      ///< then's first image; before it then stands still
   FilmSpan lead;                ///< of now, first; then stands still meanwhile
   std::vector<FilmSpan> spans;  ///< of now, at least one
   std::vector<FilmMoment> moments;  ///< what is the same in both

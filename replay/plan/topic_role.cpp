@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "replay/messages/topic_name.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::replay {
@@ -17,16 +18,26 @@ bool startsWith(std::string_view text, std::string_view start) {
   return text.substr(0, start.size()) == start;
 }
 
-/// `*` stands for any characters, slashes too.
+/// `*` stands for any characters, slashes too. A text that is longer than a name can be is none that
+/// is known: what is recorded may be of any length.
 bool matches(std::string_view text, std::string_view pattern) {
-  if (pattern.empty()) return text.empty();
-  if (pattern[0] != '*') {
-    return !text.empty() && text[0] == pattern[0] && matches(text.substr(1), pattern.substr(1));
+  if (text.size() > TopicName::kLongest) return false;
+  std::size_t at = 0, in = 0, retry = 0;
+  std::optional<std::size_t> star;
+  while (at < text.size()) {
+    if (in < pattern.size() && pattern[in] == '*') {
+      star = in++;
+      retry = at;
+    } else if (in < pattern.size() && pattern[in] == text[at]) {
+      ++at, ++in;
+    } else if (star) {  // it stands for one character more
+      at = ++retry;
+      in = *star + 1;
+    } else {
+      return false;
+    }
   }
-  for (std::size_t skipped = 0; skipped <= text.size(); ++skipped) {
-    if (matches(text.substr(skipped), pattern.substr(1))) return true;
-  }
-  return false;
+  return pattern.find_first_not_of('*', in) == std::string_view::npos;
 }
 
 template <typename Value>

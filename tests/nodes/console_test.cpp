@@ -5,11 +5,19 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "nodes/console/behavior_story.hpp"
 #include "nodes/console/console_api.hpp"
+#include "nodes/console/event_stream.hpp"
 #include "nodes/console/folded_text.hpp"
 #include "nodes/console/http_server.hpp"
 #include "nodes/console/story_difference.hpp"
@@ -304,6 +312,12 @@ class Client {
   void say(const std::string& text) const {
     ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL);
   }
+  /// What comes next.
+  std::string some() const {
+    std::array<char, 4096> part{};
+    const ssize_t size = ::recv(socket_, part.data(), part.size(), 0);
+    return {part.data(), static_cast<std::size_t>(std::max<ssize_t>(0, size))};
+  }
   /// All until the server closes the connection.
   std::string rest() const {
     std::string all;
@@ -353,18 +367,84 @@ TEST(HttpServer, boundsWhatItReads) {
             "HTTP/1.1 400");
 }
 
-TEST(HttpServer, dropsWhoIsTooSlowOrOneTooMany) {
+TEST(HttpServer, dropsWhoIsTooSlow) {
   HttpLimits limits;
-  limits.patience = std::chrono::milliseconds(200);
-  limits.connections = 2;
-  const HttpServer server("127.0.0.1", 0, sayHello, limits);
+  limits.header_patience = std::chrono::milliseconds(200);
+  const HttpServer server("127.0.0.1", 0, sayHello, {}, limits);
   const Client slow(server.port());
   slow.say("GET / HTTP/1.1\r\nHost:");
   EXPECT_EQ(slow.rest(), "");
-  limits.patience = std::chrono::seconds(60);
-  const HttpServer patient("127.0.0.1", 0, sayHello, limits);
-  const Client one(patient.port()), two(patient.port()), three(patient.port());
-  EXPECT_EQ(three.rest(), "");
+  limits.patience = limits.header_patience;
+  const HttpServer hasty("127.0.0.1", 0, sayHello, {}, limits);
+  const Client idle(hasty.port());
+  EXPECT_EQ(idle.rest(), "");
+}
+
+const std::string kStop = "POST /stop HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+
+TEST(HttpServer, letsAStopInThoughSlowClientsHoldAllItsConnections) {
+  HttpLimits limits;
+  limits.connections = 4;
+  limits.header_patience = limits.patience = std::chrono::seconds(600);
+  const HttpServer server("127.0.0.1", 0, sayHello, {}, limits);
+  std::vector<std::unique_ptr<Client>> slow;
+  for (const char* begun : {"", "GET / HTTP/1.1\r\nHost:",
+                            "POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 9\r\n\r\n"}) {
+    for (int i = 0; i < 8; ++i) {
+      slow.push_back(std::make_unique<Client>(server.port()));
+      slow.back()->say(begun);
+    }
+    EXPECT_NE(asked(server.port(), kStop).find("hello /stop"), std::string::npos) << begun;
+  }
+  EXPECT_EQ(slow.front()->rest(), "") << "the oldest had to go";
+}
+
+TEST(HttpServer, answersWhatIsUrgentThoughAllItsThreadsAreBusy) {
+  std::promise<void> release;
+  const std::shared_future<void> is_released = release.get_future().share();
+  HttpLimits limits;
+  limits.threads = 1;
+  const HttpServer server(
+      "127.0.0.1", 0,
+      [&](const HttpRequest& request, const Respond& respond) {
+        if (request.path == "/slow") is_released.wait();
+        sayHello(request, respond);
+      },
+      [](const HttpRequest& request) { return request.path == "/stop"; }, limits);
+  const Client slow(server.port()), next(server.port());
+  for (const Client* client : {&slow, &next}) {
+    client->say("GET /slow HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  }
+  EXPECT_NE(asked(server.port(), kStop).find("hello /stop"), std::string::npos);
+  release.set_value();
+  EXPECT_NE(slow.rest().find("hello /slow"), std::string::npos);
+  EXPECT_NE(next.rest().find("hello /slow"), std::string::npos);
+}
+
+TEST(HttpServer, leavesConnectionsToOthersThanPagesThatListen) {
+  HttpLimits limits;
+  limits.connections = 4;
+  limits.streams = 2;
+  std::atomic<int> listening{0};
+  const HttpServer server(
+      "127.0.0.1", 0,
+      [&](const HttpRequest& request, const Respond& respond) {
+        if (request.path != "/events") return sayHello(request, respond);
+        HttpResponse response{200, "text/event-stream", ""};
+        response.events = std::make_shared<EventStream>([&] { --listening; });
+        ++listening;
+        respond(std::move(response));
+      },
+      {}, limits);
+  const std::string listen = "GET /events HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+  const Client one(server.port()), two(server.port());
+  for (const Client* client : {&one, &two}) {
+    client->say(listen);
+    EXPECT_NE(client->some().find("200"), std::string::npos);
+  }
+  EXPECT_NE(asked(server.port(), listen).find("too many pages are open"), std::string::npos);
+  EXPECT_NE(asked(server.port(), kStop).find("hello /stop"), std::string::npos);
+  EXPECT_EQ(listening, 2);
 }
 
 TEST(HttpServer, saysWhyItCannotListen) {

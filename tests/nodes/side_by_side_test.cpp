@@ -106,6 +106,39 @@ TEST(SideBySide, putsThenOnTheLeftNowOnTheRightAndTheStripBelow) {
   EXPECT_NEAR(level(4, 1), 230, 12);
 }
 
+/// Two seconds of each brightness.
+void changingFilm(const std::string& path, const std::vector<std::uint8_t>& levels) {
+  VideoWriter video(path, 640, 360, 25);
+  for (const std::uint8_t level : levels) {
+    const render::Image image{640, 360, std::vector<std::uint8_t>(640 * 360 * 3, level)};
+    for (int i = 0; i < 50; ++i) video.write(image);
+  }
+  video.close();
+}
+
+TEST(SideBySide, showsThenFromItsOwnFirstImageOn) {
+  if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  test::TempFolder folder;
+  const std::string film = folder.path("film.mp4"), path = folder.path("both.mp4");
+  changingFilm(film, {60, 120, 180, 230});  // another behavior, then, another one, now
+  SideBySide films;
+  films.then = films.now = film;
+  films.width = 640;
+  films.height = 360;
+  films.strip = 56;
+  films.then_begin_s = 2;
+  films.lead = {6, 6.6};
+  films.spans = {{6.6, 7.4}};
+  films.moments = {{2.2, 7.2}};  // now's first seconds are from before then began
+  makeSideBySide(films, path);
+  const std::string gray = runProgram({"ffmpeg", "-v", "error", "-i", path, "-vf",
+                                       "crop=200:100:60:60,scale=1:1:flags=area", "-f", "rawvideo",
+                                       "-pix_fmt", "gray", "-"})
+                               .output;
+  EXPECT_EQ(gray.size(), 35u) << "images";
+  for (const char level : gray) EXPECT_NEAR(static_cast<unsigned char>(level), 120, 12);
+}
+
 TEST(SideBySide, saysWhatItCannotRead) {
   if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
   test::TempFolder folder;

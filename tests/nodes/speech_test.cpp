@@ -75,6 +75,16 @@ TEST(Speech, refusesVoicesItDoesNotKnow) {
   EXPECT_GT(speech.say("Hello.")->seconds(), 0) << "it goes on speaking";
 }
 
+TEST(Speech, fallsBackToAnotherVoiceOfTheLanguage) {
+  Speech speech;
+  EXPECT_GT(speech.say("Why?", "en-gb+f3")->seconds(), 0.1) << "Debian 12 names it en+f3";
+  EXPECT_GT(speech.say("Why?", "en-nowhere+f3")->seconds(), 0.1);
+  EXPECT_GT(speech.say("Why?", "en-us+nobody")->seconds(), 0.1);
+  EXPECT_EQ(speech.say("Why?", "en-nowhere"), speech.say("Why?", "en"));
+  EXPECT_EQ(refusal(speech, "Why?", "xx-nowhere+f3"),
+            "no voice \"xx-nowhere+f3\" (espeak-ng --voices lists those there are)");
+}
+
 TEST(Speech, refusesADefaultVoiceItDoesNotKnow) {
   EXPECT_THROW(Speech({"nobody", 160}), std::runtime_error);
   EXPECT_GT(Speech().say("Hello.")->seconds(), 0) << "nothing is left in the way of another";

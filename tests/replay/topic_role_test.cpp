@@ -1,3 +1,4 @@
+#include "replay/messages/topic_name.hpp"
 #include "replay/plan/topic_role.hpp"
 
 #include <gtest/gtest.h>
@@ -323,6 +324,14 @@ RealTopics realTopics() {
   for (RealTopic& topic : states()) table[TopicClass::Other].push_back(std::move(topic));
   for (RealTopic& topic : byNameTopics()) table[TopicClass::Body].push_back(std::move(topic));
   return table;
+}
+
+TEST(TopicRole, isNotKnownForNamesThatNoTopicHas) {
+  std::string name;
+  while (name.size() < 500'000) name += "/joint_trajectory";
+  EXPECT_EQ(roleOf(name + "/goal", name).topic_class, TopicClass::Other);
+  const std::string longest = "/" + std::string(TopicName::kLongest - 9, 'a') + "/cmd_vel";
+  EXPECT_EQ(roleOf(longest, "geometry_msgs/Twist").topic_class, TopicClass::Body);
 }
 
 TEST(TopicRole, isKnownForRealTopics) {
