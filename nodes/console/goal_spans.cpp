@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -13,16 +14,8 @@ namespace {
 constexpr std::size_t kMostGoals = 500;
 constexpr std::size_t kLongestRemark = 200;  // bytes
 
-bool hasEnding(const std::string& text, const std::string& end) {
-  return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 bool isGoalTopic(const replay::TopicSummary& topic) {
-  return hasEnding(topic.topic, "/goal") && hasEnding(topic.type, "ActionGoal");
-}
-
-std::string placeOf(const std::string& goal_topic) {
-  return goal_topic.substr(0, goal_topic.rfind('/'));
+  return replay::endsWith(topic.topic, "/goal") && replay::endsWith(topic.type, "ActionGoal");
 }
 
 /// actionlib_msgs/GoalStatus.status.
@@ -63,7 +56,7 @@ class ActionReader {
 
   std::vector<GoalSpan> read() {
     replay::MessageRange range;
-    range.topics = {goal_topic_, placeOf(goal_topic_) + "/result"};
+    range.topics = {goal_topic_, replay::actionOf(goal_topic_) + "/result"};
     const auto cursor = store_.messages(behavior_, range);
     while (const auto message = cursor->next()) {
       const Source* source = sourceOf(message->channel);
@@ -136,7 +129,7 @@ bool isWithin(const GoalSpan& inner, const GoalSpan& outer) {
 }  // namespace
 
 std::string actionName(const std::string& goal_topic) {
-  const std::string place = placeOf(goal_topic);
+  const std::string place = replay::actionOf(goal_topic);
   return !place.empty() && place[0] == '/' ? place.substr(1) : place;
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "nodes/console/http_message.hpp"
+#include "replay/plan/modality_options.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::nodes {

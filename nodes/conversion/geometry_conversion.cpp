@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "replay/messages/robot_names.hpp"
+
 namespace afterglow::nodes {
 
 std::optional<Eigen::Vector3f> toVector(double x, double y, double z) {
@@ -78,9 +80,15 @@ std::string headerFault(const std_msgs::Header& header) {
   return {};
 }
 
-std::string frameName(const std::string& frame_id) {
-  return !frame_id.empty() && frame_id.front() == '/' ? frame_id.substr(1) : frame_id;
+ros::Time toTime(replay::Stamp stamp) {
+  ros::Time time;
+  time.fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)));
+  return time;
 }
+
+replay::Stamp toStamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
+
+std::string frameName(const std::string& frame_id) { return replay::bareName(frame_id); }
 
 std::string printable(const std::string& name) {
   constexpr std::size_t kLongest = 80;

@@ -7,6 +7,7 @@
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
 #include <geometry_msgs/Vector3.h>
+#include <ros/time.h>
 #include <std_msgs/ColorRGBA.h>
 #include <std_msgs/Header.h>
 
@@ -17,6 +18,7 @@
 #include <string>
 
 #include "render/scene/scene.hpp"
+#include "replay/messages/message.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::nodes {
@@ -55,6 +57,10 @@ geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T_parent_child);
 Eigen::Isometry3d toIsometry(const replay::PlanarPose& pose);
 /// The pose seen from above: its place, and the direction of its x axis.
 replay::PlanarPose toPlanarPose(const Eigen::Isometry3d& T_parent_child);
+
+/// The earliest time that ROS has for stamps before it.
+ros::Time toTime(replay::Stamp stamp);
+replay::Stamp toStamp(const ros::Time& time);
 
 /// Why content with this header cannot be placed (a frame without a name, a stamp that is no time);
 /// else empty.

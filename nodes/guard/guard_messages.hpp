@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "nodes/tools/next_fields.hpp"
+
 namespace afterglow {
 namespace nodes {
 
@@ -127,11 +129,8 @@ template <>
 struct Serializer<afterglow::nodes::GuardOutput> {
   template <typename Stream, typename T>
   static void allInOne(Stream& stream, T message) {
-    stream.next(message.topic);
-    stream.next(message.type);
-    stream.next(message.md5sum);
-    stream.next(message.definition);
-    stream.next(message.stop);
+    afterglow::nodes::nextFields(stream, message.topic, message.type, message.md5sum,
+                                 message.definition, message.stop);
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };
@@ -140,11 +139,8 @@ template <>
 struct Serializer<afterglow::nodes::GuardOutputs> {
   template <typename Stream, typename T>
   static void allInOne(Stream& stream, T message) {
-    stream.next(message.player);
-    stream.next(message.name);
-    stream.next(message.machine);
-    stream.next(message.version);
-    stream.next(message.outputs);
+    afterglow::nodes::nextFields(stream, message.player, message.name, message.machine,
+                                 message.version, message.outputs);
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };
@@ -153,13 +149,8 @@ template <>
 struct Serializer<afterglow::nodes::GuardBeat> {
   template <typename Stream, typename T>
   static void allInOne(Stream& stream, T message) {
-    stream.next(message.player);
-    stream.next(message.count);
-    stream.next(message.sent_ns);
-    stream.next(message.patience_ms);
-    stream.next(message.stop);
-    stream.next(message.end);
-    stream.next(message.moving);
+    afterglow::nodes::nextFields(stream, message.player, message.count, message.sent_ns,
+                                 message.patience_ms, message.stop, message.end, message.moving);
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };
@@ -168,14 +159,9 @@ template <>
 struct Serializer<afterglow::nodes::GuardAnswer> {
   template <typename Stream, typename T>
   static void allInOne(Stream& stream, T message) {
-    stream.next(message.player);
-    stream.next(message.count);
-    stream.next(message.version);
-    stream.next(message.longest_gap_us);
-    stream.next(message.patience_ms);
-    stream.next(message.is_beside);
-    stream.next(message.stopped);
-    stream.next(message.heard_by);
+    afterglow::nodes::nextFields(stream, message.player, message.count, message.version,
+                                 message.longest_gap_us, message.patience_ms, message.is_beside,
+                                 message.stopped, message.heard_by);
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };

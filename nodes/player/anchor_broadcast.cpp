@@ -1,10 +1,7 @@
 #include "nodes/player/anchor_broadcast.hpp"
 
-#include <boost/function.hpp>
-#include <chrono>
 #include <exception>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -22,34 +19,15 @@ AnchorBroadcast::AnchorBroadcast(const replay::Store& store, const replay::PlayP
     : anchor_(plan.rewriting.frame(settings.frame)),
       position_(std::move(position)),
       world_(store, plan, settings,
-             [this](const tf2_msgs::TFMessage& transforms) { publish(transforms); }),
-      spinner_(1, &queue_) {
+             [this](const tf2_msgs::TFMessage& transforms) { publish(transforms); }) {
   world_.readAhead(plan.begin);
-  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
-  node_.setCallbackQueue(&queue_);
   publisher_ = node_.advertise<tf2_msgs::TFMessage>("/tf", kTransformQueue);
-  const boost::function<void(const Event&)> take = [this](const Event& event) {
-    onTransforms(event);
-  };
   for (const char* topic : {"/tf", "/tf_static"}) {
-    subscribers_.push_back(node_.subscribe<tf2_msgs::TFMessage>(topic, kTransformQueue, take));
+    thread_.hear<Event>(topic, kTransformQueue,
+                        [this](const Event& event) { onTransforms(event); });
   }
-  timer_ = node_.createWallTimer(ros::WallDuration(kPeriod_s), [this](const auto&) { onTimer(); });
-  spinner_.start();
-}
-
-AnchorBroadcast::~AnchorBroadcast() {
-  timer_.stop();
-  for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
-  spinner_.stop();
-}
-
-bool AnchorBroadcast::waitForAnchor(Deadline deadline,
-                                    const std::function<bool()>& is_stopped) const {
-  while (!has_anchor_ && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return has_anchor_;
+  thread_.every(kPeriod_s, [this] { onTimer(); });
+  thread_.begin();
 }
 
 void AnchorBroadcast::anchor(const replay::Channel& channel, replay::Stamp received,
@@ -57,7 +35,7 @@ void AnchorBroadcast::anchor(const replay::Channel& channel, replay::Stamp recei
   world_.anchor(channel, received, moment, bytes);
 }
 
-void AnchorBroadcast::onTransforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
+void AnchorBroadcast::onTransforms(const Event& event) {
   if (has_anchor_ || event.getPublisherName() == ros::this_node::getName()) return;
   for (const geometry_msgs::TransformStamped& transform : event.getConstMessage()->transforms) {
     if (frameName(transform.header.frame_id) == anchor_ ||
@@ -65,9 +43,7 @@ void AnchorBroadcast::onTransforms(const ros::MessageEvent<const tf2_msgs::TFMes
       has_anchor_ = true;
     }
   }
-  if (has_anchor_) {
-    for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
-  }
+  if (has_anchor_) thread_.hearNoMore();
 }
 
 void AnchorBroadcast::publish(const tf2_msgs::TFMessage& transforms) {

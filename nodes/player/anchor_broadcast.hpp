@@ -3,8 +3,6 @@
 /// knows whether today's tf has the anchor.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <atomic>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "nodes/player/world_anchor.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -34,12 +33,11 @@ class AnchorBroadcast : public replay::MessageAnchor {
   /// while the replay is paused.
   AnchorBroadcast(const replay::Store& store, const replay::PlayPlan& plan,
                   const replay::AnchorSettings& settings, Position position);
-  ~AnchorBroadcast() override;
-  AnchorBroadcast(const AnchorBroadcast&) = delete;
-  AnchorBroadcast& operator=(const AnchorBroadcast&) = delete;
 
   /// False at the deadline or when `is_stopped`.
-  bool waitForAnchor(Deadline deadline, const std::function<bool()>& is_stopped) const;
+  bool waitForAnchor(Deadline deadline, const std::function<bool()>& is_stopped) const {
+    return waitUntil(deadline, is_stopped, [this] { return has_anchor_.load(); });
+  }
   /// Throws std::runtime_error, one line, for what cannot be anchored.
   void anchor(const replay::Channel& channel, replay::Stamp received,
               const replay::PublishMoment& moment, replay::Bytes& bytes) override;
@@ -47,7 +45,8 @@ class AnchorBroadcast : public replay::MessageAnchor {
   std::vector<std::string> notes() const { return world_.notes(); }
 
  private:
-  void onTransforms(const ros::MessageEvent<const tf2_msgs::TFMessage>& event);
+  using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+  void onTransforms(const Event& event);
   void publish(const tf2_msgs::TFMessage& transforms);
   void onTimer();
 
@@ -55,12 +54,9 @@ class AnchorBroadcast : public replay::MessageAnchor {
   const Position position_;
   std::atomic<bool> has_anchor_{false};
   WorldAnchor world_;
-  ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Publisher publisher_;
-  std::vector<ros::Subscriber> subscribers_;
-  ros::WallTimer timer_;
-  ros::AsyncSpinner spinner_;
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -21,8 +21,6 @@ std::optional<replay::PlanarPose> planarPose(const geometry_msgs::Transform& tra
   return is_finite ? std::optional(pose) : std::nullopt;
 }
 
-replay::Stamp toStamp(const ros::Time& time) { return {static_cast<std::int64_t>(time.toNSec())}; }
-
 /// When a message came that has been in the queue since: by the wall clock, if that was not set.
 replay::Stamp receiptOf(const ros::Time& received) {
   const std::int64_t queued_ns = toStamp(ros::Time::now()).ns - toStamp(received).ns;

@@ -5,18 +5,18 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
+#include <set>
 #include <thread>
 #include <utility>
 
 #include "nodes/player/controller_states.hpp"
-#include "nodes/player/live_pose.hpp"
 #include "nodes/player/robot_guard.hpp"
 #include "nodes/player/ros_clock.hpp"
 #include "nodes/player/state_validity.hpp"
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/goal_book.hpp"
 #include "replay/motion/goal_remainder.hpp"
-#include "replay/motion/refusal_text.hpp"
+#include "replay/plan/refusal_text.hpp"
 #include "replay/motion/stop_maker.hpp"
 #include "replay/plan/rewrite.hpp"
 
@@ -30,8 +30,9 @@ constexpr double kLivePatience = 3.0;               // s
 /// Beyond what a goal was given to get to the start.
 constexpr double kLongestApproach = 90;  // s
 
-[[noreturn]] void refuse(const std::string& why) {
-  throw std::runtime_error("motion is refused: " + why);
+/// Nothing for an empty clause.
+void refuseFor(const std::string& why) {
+  if (!why.empty()) throw replay::MotionRefused(why);
 }
 
 const char* wayText(replay::JointWay::Kind kind) {
@@ -59,8 +60,7 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
   std::vector<std::string> missing;
   const auto look = [&](const std::string& topic) {
     const std::string why = whyNotRunning(states, topic);
-    const bool is_said = std::count(missing.begin(), missing.end(), why) > 0;
-    if (!why.empty() && !is_said) missing.push_back(why);
+    if (!why.empty() && !replay::contains(missing, why)) missing.push_back(why);
   };
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || topic.modality != replay::Modality::Body || topic.is_for_start) {
@@ -70,7 +70,7 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
     look(name);
     if (isVelocity(topic.channel)) look(robot.base.output_topic);  // behind its multiplexer
     const bool is_heard = !graph.otherSubscribers(name).empty();
-    const std::string action = name.substr(0, name.rfind('/'));
+    const std::string action = replay::actionOf(name);
     if (isGoal(topic.channel)) {
       const bool is_served = is_heard && !graph.otherPublishers(action + "/status").empty();
       if (!is_served) missing.push_back("there is no action server " + action);
@@ -89,8 +89,7 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
 
 bool movesBase(const replay::PlayPlan& plan, const replay::MovedParts& parts) {
   return parts.moves_base ||
-         std::any_of(plan.topics.begin(), plan.topics.end(),
-                     [](const replay::PlannedTopic& topic) { return topic.is_for_start; });
+         replay::anyOf(plan.topics, [](const auto& topic) { return topic.is_for_start; });
 }
 
 std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& options) {
@@ -112,17 +111,36 @@ replay::StartPose startToCompare(const replay::Store& store, const replay::PlayP
 replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
                            const replay::StartPose& then, const replay::TrackFrames& frames,
                            const std::function<bool()>& is_stopped) {
-  PoseQuestion question;
+  std::set<std::string> wanted;
   const auto ask = [&](const std::string& joint) {
-    if (!options.joints.mimicOf(joint)) question.joints.push_back(joint);
+    if (!options.joints.mimicOf(joint)) wanted.insert(joint);
   };
   for (const std::string& joint : parts.joints()) ask(joint);
   for (const auto& [joint, position] : then.joints) ask(joint);
-  question.asks_base = then.base.has_value();
-  question.joint_topics = options.joint_topics;
-  question.frames = frames;
-  if (question.joints.empty() && !question.asks_base) return {};
-  return askLivePose(question, kLivePatience, is_stopped);
+  if (wanted.empty() && !then.base) return {};
+  LiveJoints joints(options.joint_topics);
+  std::optional<BasePoses> base;
+  if (then.base) base.emplace(frames);
+  replay::StartPose now;
+  const auto isKnown = [&] {
+    const auto isTold = [&](const auto& joint) { return now.joints.count(joint) > 0; };
+    return (!base || now.base) && replay::allOf(wanted, isTold);
+  };
+  // A simulation's seconds may be short, and connecting takes real ones.
+  const RobotPatience patience(kLivePatience);
+  const Deadline deadline = deadlineIn(kLivePatience);
+  const auto isOver = [&] {
+    return patience.isOver() && std::chrono::steady_clock::now() > deadline;
+  };
+  while (!isKnown() && !is_stopped() && !isOver()) {
+    std::this_thread::sleep_for(kGoalLook);
+    now.joints = joints.positions();
+    const replay::BaseInput input = base ? base->look(stampNow()) : replay::BaseInput();
+    if (input.T_map_odom && input.T_odom_base) {
+      now.base = compose(input.T_map_odom->pose, input.T_odom_base->pose);
+    }
+  }
+  return now;
 }
 
 std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& parts,
@@ -184,13 +202,12 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   stops_->check();  // first: an emergency stop is why controllers are stopped
   const auto missing =
       missingControllers(plan_, options_.robot, askMaster(deadlineIn(kMasterPatience)));
-  if (!missing.empty()) refuse(fmt::format("{}", fmt::join(missing, "; ")));
-  parts_ = movedParts(store_, plan_);
-  parts_.robot = options_.joints;
-  if (const std::string why = whyUnnamed(parts_, options_); !why.empty()) refuse(why);
+  refuseFor(fmt::format("{}", fmt::join(missing, "; ")));
+  parts_ = movedParts(store_, plan_, options_.joints);
+  refuseFor(whyUnnamed(parts_, options_));
   if (movesBase(plan_, parts_)) {
     base_.emplace(store_, plan_, options_.base, limits_);
-    if (const std::string why = base_->refusal(is_stopped); !why.empty()) refuse(why);
+    refuseFor(base_->refusal(is_stopped));
     lookAhead(is_stopped);
   }
   if (parts_.moves_joints) listenToJoints(is_stopped);
@@ -199,7 +216,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
       startToCompare(store_, plan_, options_, parts_, base_ ? &*base_ : nullptr, notes_);
   replay::StartPose now = live(then, is_stopped);
   if (is_stopped()) return;
-  if (const std::string why = whyNoJoints(options_, parts_, now); !why.empty()) refuse(why);
+  refuseFor(whyNoJoints(options_, parts_, now));
   if (joints_ || !parts_.goals.empty()) {
     approach_.emplace(readApproach(store_, plan_, options_, limits_));
   }
@@ -207,7 +224,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   waitForGuards(is_stopped);
   const std::string why_not = goToStart(then, now, is_stopped);
   if (is_stopped()) return;
-  if (!why_not.empty()) refuse(why_not);
+  refuseFor(why_not);
   stops_->waitUntilHeld(is_stopped);
   watchArm();
   holdGaze(is_stopped);
@@ -229,7 +246,7 @@ void BodyGate::lookAhead(const std::function<bool()>& is_stopped) {
     const std::lock_guard<std::mutex> lock(waits_mutex_);
     waits_for_ = reason;
   });
-  if (!why_not.empty() && base_->isPlayed()) refuse(why_not);
+  if (!why_not.empty() && base_->isPlayed()) throw replay::MotionRefused(why_not);
   why_no_drive_ = why_not;
 }
 
@@ -431,7 +448,7 @@ std::optional<replay::StartGoal> BodyGate::goalToStart(const replay::JointGoals&
   try {
     return startGoal(goals, then, now, options_.tolerances, *approach_, plan_.begin, id, check);
   } catch (const replay::ApproachRefused& refusal) {
-    refuse("to the start, " + std::string(refusal.what()));
+    throw replay::MotionRefused("to the start, " + std::string(refusal.what()));
   }
 }
 
@@ -453,7 +470,7 @@ void BodyGate::moveToStart(const replay::StartPose& then,
                      wayText(goal->kind));
     const std::string why_not = perform(goals.output, goal->bytes, id, is_stopped);
     if (why_not.empty() || is_stopped()) continue;
-    refuse("it did not get to the start: a goal on " + goals.output.topic + " " + why_not);
+    refuseFor("it did not get to the start: a goal on " + goals.output.topic + " " + why_not);
   }
 }
 

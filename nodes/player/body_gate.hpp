@@ -59,7 +59,8 @@ std::string whyUnnamed(const replay::MovedParts& parts, const BodyOptions& optio
 replay::StartPose startToCompare(const replay::Store& store, const replay::PlayPlan& plan,
                                  const BodyOptions& options, const replay::MovedParts& parts,
                                  const ReplayedBase* base, std::vector<std::string>& remarks);
-/// How the parts stand now that are moved, or that are known of `then`; waits at most 3 s for them.
+/// How the parts stand now that are moved, or that are known of `then`; waits at most 3 s for them,
+/// or until `is_stopped`; with all others that are known by then. `frames`: today's.
 replay::StartPose askStart(const BodyOptions& options, const replay::MovedParts& parts,
                            const replay::StartPose& then, const replay::TrackFrames& frames,
                            const std::function<bool()>& is_stopped);

@@ -3,7 +3,8 @@
 #include <controller_manager_msgs/ListControllers.h>
 #include <ros/service.h>
 
-#include <algorithm>
+#include "replay/messages/ranges.hpp"
+#include "replay/messages/topic_name.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -14,9 +15,7 @@ constexpr const char* kManager = "controller_manager";
 /// "/robot1/" for "/robot1/controller_manager/list_controllers"; empty for another service.
 std::string namespaceOf(const std::string& service) {
   const std::string end = std::string("/") + kManager + "/list_controllers";
-  const bool is_manager = service.size() >= end.size() &&
-                          service.compare(service.size() - end.size(), end.size(), end) == 0;
-  return is_manager ? service.substr(0, service.size() - end.size() + 1) : "";
+  return replay::endsWith(service, end) ? service.substr(0, service.size() - end.size() + 1) : "";
 }
 
 }  // namespace
@@ -27,9 +26,8 @@ ControllerStates askControllers(const RosGraph& graph) {
     const std::string place = namespaceOf(service);
     if (place.empty()) continue;
     // A dead node may stay registered forever.
-    const bool answers = std::any_of(nodes.begin(), nodes.end(), [](const std::string& node) {
-      return isAlive(node, deadlineIn(kManagerPatience));
-    });
+    const bool answers = replay::anyOf(
+        nodes, [](const auto& node) { return isAlive(node, deadlineIn(kManagerPatience)); });
     controller_manager_msgs::ListControllers question;
     if (!answers || !ros::service::call(service, question)) continue;
     for (const auto& controller : question.response.controller) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "replay/messages/topic_name.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -21,10 +22,6 @@ constexpr const char* kNoStop = "none";
 replay::SilenceBounds boundsOf(double longest_silence_s) {
   const std::int64_t given_ns = std::llround(longest_silence_s * 1e9);
   return given_ns > 0 ? replay::SilenceBounds{given_ns, given_ns} : replay::SilenceBounds();
-}
-
-[[noreturn]] void refuseMotion(const std::string& why) {
-  throw std::runtime_error("motion is refused: " + why);
 }
 
 }  // namespace
@@ -60,22 +57,11 @@ EmergencyStop::EmergencyStop(const EmergencyStopOptions& options,
       living_([this](const std::string& node) {
         stop("the publisher of the emergency stop is gone: " + node + " (" + options_.text() +
              ")");
-      }),
-      spinner_(1, &queue_) {
-  node_.setCallbackQueue(&queue_);
-  ros::SubscribeOptions subscription;
-  subscription.initByFullCallbackType<const AnyMessage&>(
-      options_.topic, 10, [this](const AnyMessage& event) { onMessage(event); });
-  subscriber_ = node_.subscribe(subscription);
-  timer_ = node_.createSteadyTimer(ros::WallDuration(kSilenceLook),
-                                 [this](const auto&) { onTimer(); });
-  spinner_.start();
-}
-
-EmergencyStop::~EmergencyStop() {
-  subscriber_.shutdown();
-  timer_.stop();
-  spinner_.stop();
+      }) {
+  subscriber_ = thread_.hear<AnyMessage>(options_.topic, 10,
+                                         [this](const AnyMessage& event) { onMessage(event); });
+  thread_.every(kSilenceLook, [this] { onTimer(); });
+  thread_.begin();
 }
 
 std::string EmergencyStop::named() const {
@@ -91,12 +77,15 @@ void EmergencyStop::check() {
   for (const std::string& node : graph.otherPublishers(subscriber_.getTopic())) {
     is_published = is_published || isAlive(node, deadlineIn(kPublisherPatience));
   }
-  if (!is_published) refuseMotion("nobody publishes the emergency stop " + named());
+  if (!is_published) throw replay::MotionRefused("nobody publishes the emergency stop " + named());
   waitForNews();
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!problem_.empty()) refuseMotion(problem_);
-  if (!silence_.hasBeenHeard()) refuseMotion("nothing is heard of the emergency stop " + named());
-  publishers_ = subscriber_.getNumPublishers();
+  if (!problem_.empty()) throw replay::MotionRefused(problem_);
+  if (silence_.hasBeenHeard()) {
+    publishers_ = subscriber_.getNumPublishers();
+    return;
+  }
+  throw replay::MotionRefused("nothing is heard of the emergency stop " + named());
 }
 
 /// For the first message, then until its period is known, or it seems to have none.

@@ -3,9 +3,6 @@
 /// periodically, or latched and sent on change.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
-
 #include <cstddef>
 #include <functional>
 #include <mutex>
@@ -13,6 +10,7 @@
 
 #include "nodes/player/publisher_watch.hpp"
 #include "nodes/tools/any_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "replay/clock/clock.hpp"
 #include "replay/motion/silence_watch.hpp"
 #include "replay/motion/stop_field.hpp"
@@ -41,9 +39,6 @@ class EmergencyStop {
   /// its publisher is gone, it is silent or cannot be read.
   EmergencyStop(const EmergencyStopOptions& options,
                 std::function<void(const std::string& reason)> on_stop);
-  ~EmergencyStop();
-  EmergencyStop(const EmergencyStop&) = delete;
-  EmergencyStop& operator=(const EmergencyStop&) = delete;
 
   /// Waits for the first message, and a moment for more, by which the period is known. Throws
   /// std::runtime_error, one line, if the robot may not move.
@@ -65,12 +60,9 @@ class EmergencyStop {
   std::string problem_;           ///< why the robot has to stop now; empty: it has not
   std::size_t publishers_ = 0;    ///< from check() on: connections there were then
   bool has_stopped_ = false;
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
   PublisherWatch living_;
   ros::Subscriber subscriber_;
-  ros::SteadyTimer timer_;
-  ros::AsyncSpinner spinner_;
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

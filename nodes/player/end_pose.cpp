@@ -3,12 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nodes/player/live_pose.hpp"
-
 namespace afterglow::nodes {
 namespace {
-
-constexpr double kAnswerPatience = 3;  // s
 
 /// A goal may have been under way when the behavior ended; its replay is waited for, too.
 replay::Stamp settledAt(const replay::PlayPlan& plan, const replay::PlayReport& report) {
@@ -50,22 +46,13 @@ replay::BodyEnd measureEnd(const replay::Store& store, const replay::PlayPlan& p
                            const std::function<bool()>& is_stopped) {
   const replay::TrackFrames& frames = options.base.frames;
   std::vector<std::string> remarks;
-  replay::MovedParts parts = movedParts(store, plan);
-  parts.robot = options.joints;
+  replay::MovedParts parts = movedParts(store, plan, options.joints);
   // The drive has looked for longer than this would.
   parts.moves_base = parts.moves_base && !baseEnd(report);
   const replay::StartPose then =
       readEndPose(store, plan, parts, settledAt(plan, report), remarks, frames);
-  PoseQuestion question;
-  for (const auto& [joint, position] : then.joints) {
-    if (!then.robot.mimicOf(joint)) question.joints.push_back(joint);
-  }
-  question.asks_base = then.base.has_value();
-  question.joint_topics = options.joint_topics;
-  question.frames = liveFrames(options.base, plan);
-  const bool asks = question.asks_base || !question.joints.empty();
-  replay::StartPose now;
-  if (asks) now = askLivePose(question, kAnswerPatience, is_stopped);
+  replay::StartPose now =
+      askStart(options, replay::MovedParts(), then, liveFrames(options.base, plan), is_stopped);
   now.joints.insert(joints.begin(), joints.end());
   replay::BodyEnd end = compareEnds(then, now);
   end.remarks.insert(end.remarks.begin(), remarks.begin(), remarks.end());

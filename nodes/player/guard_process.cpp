@@ -7,11 +7,11 @@
 
 #include <chrono>
 #include <filesystem>
-#include <stdexcept>
 #include <system_error>
 
 #include "nodes/tools/program.hpp"
 #include "nodes/tools/ros_graph.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -41,8 +41,8 @@ void GuardProcess::start(int its_end) {
   try {
     pid_ = startProgram({program, guardName()}, start);
   } catch (const std::system_error& error) {
-    throw std::runtime_error("motion is refused: the watchdog " + program +
-                             " cannot be started: " + error.code().message());
+    throw replay::MotionRefused("the watchdog " + program +
+                                " cannot be started: " + error.code().message());
   }
 }
 

@@ -3,15 +3,14 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <chrono>
 #include <stdexcept>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/clock/steady_time.hpp"
 #include "replay/messages/topic_name.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -37,23 +36,11 @@ void HoldButtonOptions::set(const std::string& text) {
 HoldButton::HoldButton(const HoldButtonOptions& options, std::function<void(bool)> on_change)
     : options_(options),
       named_(fmt::format("button {} of {}", options.button, options.topic)),
-      on_change_(std::move(on_change)),
-      spinner_(1, &queue_) {
-  node_.setCallbackQueue(&queue_);
+      on_change_(std::move(on_change)) {
   // Not the latest alone: a short release must not be lost.
-  ros::SubscribeOptions subscription;
-  subscription.initByFullCallbackType<const Event&>(
-      options_.topic, 20, [this](const Event& event) { onJoy(event); });
-  subscriber_ = node_.subscribe(subscription);
-  timer_ = node_.createSteadyTimer(ros::WallDuration(kHoldLook),
-                                 [this](const auto&) { tellChange(); });
-  spinner_.start();
-}
-
-HoldButton::~HoldButton() {
-  subscriber_.shutdown();
-  timer_.stop();
-  spinner_.stop();
+  thread_.hear<Event>(options_.topic, 20, [this](const Event& event) { onJoy(event); });
+  thread_.every(kHoldLook, [this] { tellChange(); });
+  thread_.begin();
 }
 
 /// What a replay publishes itself holds nothing.
@@ -109,21 +96,16 @@ std::string HoldButton::whyNot() {
 void HoldButton::waitUntilHeld(const std::function<bool()>& is_stopped) {
   if (isHeldSteadily() || is_stopped()) return;
   ROS_WARN_STREAM("hold " << named_ << " to let the robot move; it stops when you release it");
-  const Deadline deadline = deadlineIn(options_.patience_s);
-  while (!isHeldSteadily() && !is_stopped()) {
-    if (const std::string why = whyNot(); !why.empty()) {
-      throw std::runtime_error("motion is refused: " + why);
-    }
-    if (std::chrono::steady_clock::now() > deadline) {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      throw std::runtime_error(
-          "motion is refused: " +
-          (!hold_.hasBeenHeard()     ? "nobody sends " + options_.topic + " (" + named_ + ")"
-           : hold_.hasToBeReleased() ? named_ + " was pressed before and not released"
-                                     : "nobody held " + named_));
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  const auto isHeld = [this] {
+    if (const std::string why = whyNot(); !why.empty()) throw replay::MotionRefused(why);
+    return isHeldSteadily();
+  };
+  if (waitUntil(deadlineIn(options_.patience_s), is_stopped, isHeld) || is_stopped()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  throw replay::MotionRefused(
+      !hold_.hasBeenHeard()     ? "nobody sends " + options_.topic + " (" + named_ + ")"
+      : hold_.hasToBeReleased() ? named_ + " was pressed before and not released"
+                                : "nobody held " + named_);
 }
 
 }  // namespace afterglow::nodes

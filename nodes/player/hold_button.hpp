@@ -2,8 +2,6 @@
 /// The button of a joystick (sensor_msgs/Joy) that has to be held for the robot to move.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <sensor_msgs/Joy.h>
 
 #include <cstddef>
@@ -11,6 +9,7 @@
 #include <mutex>
 #include <string>
 
+#include "nodes/tools/callback_thread.hpp"
 #include "replay/motion/hold_to_run.hpp"
 
 namespace afterglow::nodes {
@@ -29,9 +28,6 @@ class HoldButton {
  public:
   /// `on_change` is called by that thread when the hold begins and ends: released, or silent.
   HoldButton(const HoldButtonOptions& options, std::function<void(bool is_held)> on_change);
-  ~HoldButton();
-  HoldButton(const HoldButton&) = delete;
-  HoldButton& operator=(const HoldButton&) = delete;
 
   bool isHeld();
   /// Says what to press, and returns when it has been held for half a second, which shows that its
@@ -53,11 +49,7 @@ class HoldButton {
   replay::HoldToRun hold_;
   bool has_button_ = true;  ///< so have the messages
   bool was_held_ = false;   ///< as on_change_ was told
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  ros::Subscriber subscriber_;
-  ros::SteadyTimer timer_;
-  ros::AsyncSpinner spinner_;
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -1,17 +1,13 @@
 #include "nodes/player/live_graph.hpp"
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
-#include <topic_tools/shape_shifter.h>
-
-#include <chrono>
 #include <map>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
 #include <vector>
 
 #include "nodes/player/robot_guard.hpp"
+#include "nodes/tools/any_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -20,11 +16,6 @@ constexpr double kNodePatience = 0.5;  // s, of one that may be dead
 /// Markers that are renewed are so once a second or more often.
 constexpr double kListening = 1.1;  // s
 constexpr std::uint32_t kEarQueue = 10;
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() &&
-         text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 /// The first that lives; empty if none does. Dead nodes stay registered.
 std::string anyLiving(const std::set<std::string>& nodes) {
@@ -49,67 +40,32 @@ bool isMotion(const std::string& topic, const std::string& type) {
                            " plays the rest, --remap publishes it under another name");
 }
 
-/// Hears who sends on topics.
-class SenderEar {
- public:
-  explicit SenderEar(const std::vector<std::string>& topics) {
-    for (const std::string& topic : topics) listen(topic);
-    spinner_.start();
-  }
-  ~SenderEar() {
-    for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
-    spinner_.stop();
-  }
-  SenderEar(const SenderEar&) = delete;
-  SenderEar& operator=(const SenderEar&) = delete;
-
-  /// Node by topic.
-  std::map<std::string, std::string> senders() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return senders_;
-  }
-
- private:
-  using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
-
-  void listen(const std::string& topic) {
-    ros::SubscribeOptions options;
-    options.initByFullCallbackType<const AnyMessage&>(
-        topic, kEarQueue, [this, topic](const AnyMessage& event) { onMessage(topic, event); });
-    options.callback_queue = &queue_;
-    subscribers_.push_back(node_.subscribe(options));
-  }
-
-  void onMessage(const std::string& topic, const AnyMessage& event) {
-    const std::string& sender = event.getPublisherName();
-    const auto latching = event.getConnectionHeader().find("latching");
-    const bool is_latching =
-        latching != event.getConnectionHeader().end() && latching->second == "1";
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const bool is_held = is_latching && held_.insert({topic, sender}).second;
-    if (!is_held && isAnother(sender)) senders_.emplace(topic, sender);
-  }
-
-  ros::NodeHandle node_;
-  mutable std::mutex mutex_;
-  std::set<std::pair<std::string, std::string>> held_;  ///< whose latched message has come
-  std::map<std::string, std::string> senders_;
-  ros::CallbackQueue queue_;
-  std::vector<ros::Subscriber> subscribers_;
-  ros::AsyncSpinner spinner_{1, &queue_};
-};
-
+/// What a latched topic holds does not count.
 void refuseSenders(const std::vector<std::string>& topics,
                    const std::function<bool()>& is_stopped) {
-  const SenderEar ear(topics);
-  waitForPublishers(topics, deadlineIn(kMasterPatience));
-  const Deadline end = deadlineIn(kListening);
-  while (!is_stopped() && std::chrono::steady_clock::now() < end) {
-    if (const auto senders = ear.senders(); !senders.empty()) {
-      refuse(senders.begin()->first, senders.begin()->second);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::mutex mutex;
+  std::set<std::pair<std::string, std::string>> held;  // whose latched message has come
+  std::map<std::string, std::string> senders;          // node by topic
+  CallbackThread thread;
+  for (const std::string& topic : topics) {
+    thread.hear<AnyMessage>(topic, kEarQueue, [&, topic](const AnyMessage& event) {
+      const std::string& sender = event.getPublisherName();
+      const ros::M_string& connection = event.getConnectionHeader();
+      const auto latching = connection.find("latching");
+      const bool is_latching = latching != connection.end() && latching->second == "1";
+      const std::lock_guard<std::mutex> lock(mutex);
+      const bool is_held = is_latching && held.insert({topic, sender}).second;
+      if (!is_held && isAnother(sender)) senders.emplace(topic, sender);
+    });
   }
+  thread.begin();
+  waitForPublishers(topics, deadlineIn(kMasterPatience));
+  waitUntil(deadlineIn(kListening), is_stopped, [&] {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return !senders.empty();
+  });
+  thread.end();
+  for (const auto& [topic, node] : senders) refuse(topic, node);
 }
 
 /// Who makes a robot of it that lives at topics of this namespace, all if it is empty: "NODE sends
@@ -132,7 +88,7 @@ std::set<std::string> projectedTopics(const RosGraph& graph) {
   const std::string service = "/find_surfaces";  // a projector_node's own
   std::set<std::string> projectors, topics;
   for (const auto& [name, nodes] : graph.services) {
-    if (!endsWith(name, service)) continue;
+    if (!replay::endsWith(name, service)) continue;
     const std::string node = name.substr(0, name.size() - service.size());
     const bool is_there = nodes.count(node) != 0 && isAlive(node, deadlineIn(kNodePatience));
     if (is_there) projectors.insert(node);

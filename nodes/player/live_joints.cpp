@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "nodes/player/ros_clock.hpp"
-#include "replay/motion/refusal_text.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -14,19 +14,12 @@ constexpr double kJointLook = 0.02;  // s
 
 }  // namespace
 
-LiveJoints::LiveJoints(const std::vector<std::string>& topics) : spinner_(1, &queue_) {
-  node_.setCallbackQueue(&queue_);
+LiveJoints::LiveJoints(const std::vector<std::string>& topics) {
   for (const std::string& topic : topics) {
-    subscribers_.push_back(node_.subscribe<sensor_msgs::JointState>(
-        topic, 100, [this](const auto& message) { onJoints(*message); }));
+    thread_.hear<sensor_msgs::JointState>(topic, 100,
+                                          [this](const auto& message) { onJoints(message); });
   }
-  spinner_.start();
-}
-
-LiveJoints::~LiveJoints() {
-  for (ros::Subscriber& subscriber : subscribers_) subscriber.shutdown();
-  timer_.stop();
-  spinner_.stop();
+  thread_.begin();
 }
 
 std::optional<replay::LiveJoint> LiveJoints::find(const std::string& joint) const {
@@ -38,7 +31,7 @@ std::optional<replay::LiveJoint> LiveJoints::find(const std::string& joint) cons
 
 void LiveJoints::watch(std::function<std::vector<std::string>()> moving,
                        std::function<void(const std::string&)> on_silence) {
-  const auto look = [this, moving = std::move(moving), on_silence = std::move(on_silence)](auto&) {
+  const auto look = [this, moving = std::move(moving), on_silence = std::move(on_silence)] {
     std::vector<std::string> silent;
     for (const std::string& joint : moving()) {
       const std::lock_guard<std::mutex> lock(mutex_);
@@ -51,7 +44,7 @@ void LiveJoints::watch(std::function<std::vector<std::string>()> moving,
     on_silence("joint states fell silent in motion: nobody tells where " +
                replay::someOf(silent) + " is");
   };
-  timer_ = node_.createSteadyTimer(ros::WallDuration(kJointLook), look);
+  timer_ = thread_.every(kJointLook, look);
 }
 
 std::map<std::string, double> LiveJoints::positions() const {

@@ -2,8 +2,6 @@
 /// Where the robot's joints are now: /joint_states, or where a robot with a namespace has it.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 
 #include <functional>
@@ -13,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/tools/callback_thread.hpp"
 #include "replay/clock/clock.hpp"
 #include "replay/motion/arm_start.hpp"
 #include "replay/motion/silence_watch.hpp"
@@ -25,9 +24,6 @@ class LiveJoints {
  public:
   /// On one topic or several, each with some of the joints.
   explicit LiveJoints(const std::vector<std::string>& topics = {"/joint_states"});
-  ~LiveJoints();
-  LiveJoints(const LiveJoints&) = delete;
-  LiveJoints& operator=(const LiveJoints&) = delete;
 
   /// Empty if nobody has told of this joint, or has fallen silent, in the robot's time.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
@@ -47,11 +43,8 @@ class LiveJoints {
 
   mutable std::mutex mutex_;
   std::map<std::string, Told> joints_;
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  std::vector<ros::Subscriber> subscribers_;
-  ros::SteadyTimer timer_;
-  ros::AsyncSpinner spinner_;
+  ros::SteadyTimer timer_;  ///< watch()'s
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

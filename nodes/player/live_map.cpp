@@ -4,8 +4,6 @@
 #include <ros/callback_queue.h>
 #include <ros/ros.h>
 
-#include <chrono>
-
 #include "nodes/conversion/map_identity.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/record/snapshot.hpp"
@@ -29,10 +27,10 @@ std::string whyOtherMap(const replay::Behavior& behavior, const std::string& top
     const ros::Subscriber subscriber = node.subscribe<nav_msgs::OccupancyGrid>(
         topic, 1,
         [&now](const nav_msgs::OccupancyGridConstPtr& map) { now = mapIdentity(*map); });
-    const Deadline deadline = deadlineIn(kMapPatience);
-    while (now.empty() && !is_stopped() && std::chrono::steady_clock::now() < deadline) {
-      queue.callAvailable(ros::WallDuration(0.02));
-    }
+    waitUntil(deadlineIn(kMapPatience), is_stopped, [&] {
+      queue.callAvailable();
+      return !now.empty();
+    });
   }
   if (now == recorded || is_stopped()) return "";
   return now.empty() ? "it was recorded on a map, and nobody publishes one on " + topic + " now"

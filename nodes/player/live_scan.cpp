@@ -86,7 +86,7 @@ void LiveScan::onScan(const sensor_msgs::LaserScan& message) {
     delay_ns_ = 0;
     return;
   }
-  const std::int64_t age_ns = wall.ns - static_cast<std::int64_t>(message.header.stamp.toNSec());
+  const std::int64_t age_ns = wall.ns - toStamp(message.header.stamp).ns;
   delay_ns_ = std::min(delay_ns_, age_ns);
   const auto mount = mountOf(frameName(message.header.frame_id));
   if (!mount) return;

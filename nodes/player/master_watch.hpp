@@ -2,11 +2,11 @@
 /// Whether the ROS master is still there while the robot moves.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
-#include <mutex>
 #include <string>
-#include <thread>
+
+#include "nodes/tools/callback_thread.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 
@@ -17,18 +17,14 @@ class MasterWatch {
   /// `on_lost` is called once, in a thread of its own: 0.75 s after a master's end at most, 2.5 s
   /// after it has begun to hang.
   explicit MasterWatch(std::function<void(const std::string& reason)> on_lost);
-  ~MasterWatch();
-  MasterWatch(const MasterWatch&) = delete;
-  MasterWatch& operator=(const MasterWatch&) = delete;
 
  private:
-  void run();
+  void look();
 
   const std::function<void(const std::string&)> on_lost_;
-  std::mutex mutex_;
-  bool is_over_ = false;
-  std::condition_variable over_;
-  std::thread thread_;
+  MasterLink master_;
+  int missed_ = 0;  ///< in a row
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

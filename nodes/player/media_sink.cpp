@@ -14,6 +14,7 @@
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/recorder/referred_files.hpp"
 #include "replay/messages/foreign_json.hpp"
+#include "replay/messages/ranges.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -41,7 +42,7 @@ std::string defaultFolder() {
 std::string extensionOf(const std::string& uri) {
   const std::string extension = fs::path(uri).extension().string();
   const bool is_plain =
-      extension.size() < 8 && std::all_of(extension.begin(), extension.end(), [](unsigned char c) {
+      extension.size() < 8 && replay::allOf(extension, [](unsigned char c) {
         return std::isalnum(c) != 0 || c == '.';
       });
   return is_plain ? extension : "";
@@ -79,10 +80,9 @@ std::vector<SoundRequest> sentencesOf(const replay::Store& store, const replay::
     if (!message) break;
     const auto request = soundRequestOf(store.channel(message->channel), message->bytes);
     if (!request || request->sound != SoundRequest::SAY) continue;
-    const bool is_known =
-        std::any_of(sentences.begin(), sentences.end(), [&](const SoundRequest& known) {
-          return known.arg == request->arg && known.arg2 == request->arg2;
-        });
+    const bool is_known = replay::anyOf(sentences, [&](const SoundRequest& known) {
+      return known.arg == request->arg && known.arg2 == request->arg2;
+    });
     if (!is_known) sentences.push_back(*request);
   }
   return sentences;

@@ -13,6 +13,8 @@
 
 #include "nodes/player/replay_words.hpp"
 #include "nodes/player/robot_file.hpp"
+#include "replay/messages/ranges.hpp"
+#include "replay/plan/modality_options.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::nodes {
@@ -21,6 +23,8 @@ namespace {
 using Request = ReplayRequest;
 using Kind = PlayOption::Kind;
 using Complaint = std::function<std::string(const std::string&)>;
+using Texts = const OptionTexts&;
+using Set = std::function<void(Request&, Texts)>;
 
 constexpr const char* kForever = "forever";
 
@@ -93,7 +97,7 @@ ValueKind range(const std::string& shown, double least, double most, bool is_cou
 ValueKind choice(const std::vector<std::string>& words) {
   return {Kind::Value, fmt::format("{}", fmt::join(words, "|")),
           [words](const std::string& text) {
-            const bool is_known = std::find(words.begin(), words.end(), text) != words.end();
+            const bool is_known = replay::contains(words, text);
             return is_known ? "" : fmt::format("{} not in {{{}}}", text, fmt::join(words, ","));
           },
           ""};
@@ -123,19 +127,19 @@ ValueKind topics() { return topic(Kind::List); }
 
 // ---------------------------------------------------------------- values of a request, and theirs
 
-void assign(bool& member, const OptionTexts& texts) { member = texts.front() == "true"; }
-void assign(double& member, const OptionTexts& texts) { member = *numberOf(texts.front()); }
-void assign(std::optional<double>& member, const OptionTexts& texts) {
+void assign(bool& member, Texts texts) { member = texts.front() == "true"; }
+void assign(double& member, Texts texts) { member = *numberOf(texts.front()); }
+void assign(std::optional<double>& member, Texts texts) {
   member = numberOf(texts.front());
 }
-void assign(std::uint32_t& member, const OptionTexts& texts) {
+void assign(std::uint32_t& member, Texts texts) {
   member = static_cast<std::uint32_t>(*numberOf(texts.front()));
 }
-void assign(std::string& member, const OptionTexts& texts) { member = texts.front(); }
-void assign(std::vector<replay::TopicName>& member, const OptionTexts& texts) {
+void assign(std::string& member, Texts texts) { member = texts.front(); }
+void assign(std::vector<replay::TopicName>& member, Texts texts) {
   member = replay::topicNames(texts);
 }
-void assign(std::set<std::string>& member, const OptionTexts& texts) {
+void assign(std::set<std::string>& member, Texts texts) {
   member = {texts.begin(), texts.end()};
 }
 
@@ -171,8 +175,31 @@ PlayOption member(const std::string& name, const ValueKind& value, const std::st
   Request unasked;
   return row(
       name, value, help,
-      [of](Request& request, const OptionTexts& texts) { assign(of(request), texts); },
+      [of](Request& request, Texts texts) { assign(of(request), texts); },
       shown(of(unasked)));
+}
+
+/// A flag that chooses one of several values of a member.
+template <typename Member, typename Choice>
+PlayOption choosing(const std::string& name, const std::string& help, Member of, Choice choice) {
+  return row(name, flag(), help, [of, choice](Request& request, Texts texts) {
+    Request unasked;
+    if (texts.front() == "true") {
+      of(request) = choice;
+    } else if (of(request) == choice) {
+      of(request) = of(unasked);
+    }
+  });
+}
+
+/// An option whose values are those that it can be set to, or elements of such a list.
+PlayOption tried(const std::string& name, Kind kind, const std::string& shown_value,
+                 const std::string& help, const Set& set, const std::string& otherwise = "") {
+  const auto try_it = [set](const std::string& text) {
+    Request unasked;
+    set(unasked, {text});
+  };
+  return row(name, understood(kind, shown_value, try_it), help, set, otherwise);
 }
 
 /// An option of KEY=VALUE, each a member of the request.
@@ -192,7 +219,7 @@ PlayOption keyed(const std::string& name, const std::string& shown_value, const 
     const bool is_fit = memberOf(text) && is_value(valueOf(text));
     return is_fit ? "" : "'" + text + "' is not understood; see --help";
   };
-  const auto set = [=](Request& request, const OptionTexts& texts) {
+  const auto set = [=](Request& request, Texts texts) {
     for (const std::string& text : texts) assign(memberOf(text)(request), {valueOf(text)});
   };
   Request unasked;
@@ -277,33 +304,22 @@ std::vector<PlayOption> howItIsPlayed() {
       called("-k", member("keep_alive", flag(), "Stay at the end, with the light on",
                           [](Request& r) -> auto& { return r.options.keeps_alive; })),
       row("keep_light", flag(), "Leave the light on when it ends",
-          [](Request& r, const OptionTexts& texts) {
-            r.options.clear_projection = texts.front() == "false";
-          }),
+          [](Request& r, Texts texts) { r.options.clear_projection = texts.front() == "false"; }),
       member("hold", seconds(), "Seconds the light stays after the end",
              [](Request& r) -> auto& { return r.options.hold_s; }),
   };
 }
 
 std::vector<PlayOption> inStep() {
-  const auto parsesLatency = [](const std::string& word) { replay::parseLatency({word}); };
-  const auto parsesOnFailure = [](const std::string& word) { replay::parseOnFailure({word}); };
   return {
       row("ungated", flag(), "Light and speech do not wait for the body",
-          [](Request& r, const OptionTexts& texts) {
-            r.options.is_in_step = texts.front() == "false";
-          }),
-      row("latency", understood(Kind::List, "LATENCY", parsesLatency),
-          "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2",
-          [](Request& r, const OptionTexts& texts) {
-            r.options.latency_s = replay::parseLatency(texts);
-          }),
-      row("on_failure", understood(Kind::List, "REACTION", parsesOnFailure),
-          "stop or go_on when a modality fails",
-          [](Request& r, const OptionTexts& texts) {
-            r.options.on_failure = replay::parseOnFailure(texts);
-          },
-          "body=stop,ar=go_on,speech=go_on"),
+          [](Request& r, Texts texts) { r.options.is_in_step = texts.front() == "false"; }),
+      tried("latency", Kind::List, "LATENCY",
+            "Send what takes effect late so many seconds earlier: ar=0.05,speech=0.2",
+            [](Request& r, Texts texts) { r.options.latency_s = replay::parseLatency(texts); }),
+      tried("on_failure", Kind::List, "REACTION", "stop or go_on when a modality fails",
+            [](Request& r, Texts texts) { r.options.on_failure = replay::parseOnFailure(texts); },
+            "body=stop,ar=go_on,speech=go_on"),
       member("goal_wait", seconds(),
              "Seconds a goal may take longer than it did when it was recorded",
              [](Request& r) -> auto& { return r.options.goal_wait_s; }),
@@ -319,15 +335,13 @@ std::vector<PlayOption> whoListens() {
                           [](Request& r) -> auto& { return r.delay_s; })),
       row("wait_for_subscribers", secondsOrForever(),
           "Seconds to wait for somebody to listen on every topic; alone: until they do",
-          [](Request& r, const OptionTexts& texts) {
+          [](Request& r, Texts texts) {
             r.wait_for_subscribers_s = numberOf(texts.front()).value_or(31'536'000);
           },
           shown(Request().wait_for_subscribers_s)),
       row("unheard", choice({"start", "abort"}),
           "If nobody listens on a topic by then: start (and tell), or abort",
-          [](Request& r, const OptionTexts& texts) {
-            r.needs_subscribers = texts.front() == "abort";
-          },
+          [](Request& r, Texts texts) { r.needs_subscribers = texts.front() == "abort"; },
           "start"),
       member("rate_control_topic", topic(),
              "Wait until this topic's header stamps have come as far as what was played, but for "
@@ -339,27 +353,17 @@ std::vector<PlayOption> whoListens() {
   };
 }
 
-/// A flag that chooses a clock.
-PlayOption clockRow(const std::string& name, const std::string& help, ReplayClock clock) {
-  return row(name, flag(), help, [clock](Request& r, const OptionTexts& texts) {
-    if (texts.front() == "true") {
-      r.clock = clock;
-    } else if (r.clock == clock) {
-      r.clock = ReplayClock::Live;
-    }
-  });
-}
-
 std::vector<PlayOption> whoseTime() {
+  const auto clock = [](Request& r) -> auto& { return r.clock; };
   return {
-      called("--clock", clockRow("sim",
+      called("--clock", choosing("sim",
                                  "Give the recording's time on /clock; stamps stay as they were "
                                  "(--clock: its name in rosbag play and ros2 bag play)",
-                                 ReplayClock::Sim)),
+                                 clock, ReplayClock::Sim)),
       needing("sim", member("hz", aboveZero("HZ"), "How often a second",
                             [](Request& r) -> auto& { return r.clock_hz; })),
-      excluding("sim", clockRow("follow_clock", "Go, wait and pause as another node's /clock",
-                                ReplayClock::Follow)),
+      excluding("sim", choosing("follow_clock", "Go, wait and pause as another node's /clock",
+                                clock, ReplayClock::Follow)),
   };
 }
 
@@ -369,23 +373,17 @@ std::vector<PlayOption> underWhichNames() {
                           understood(Kind::Value, "NAMESPACE", replay::checkNamespace),
                           "Before every topic's name: another robot's namespace",
                           [](Request& r) -> auto& { return r.plan.prefix; })),
-      called("-m", row("remap",
-                       understood(Kind::List, "RENAMING",
-                                  [](const std::string& text) { parseTopicRenames({text}); }),
-                       "Topics under other names: /a:=/b ...",
-                       [](Request& r, const OptionTexts& texts) {
-                         r.plan.remap = parseTopicRenames(texts);
-                       })),
+      called("-m",
+             tried("remap", Kind::List, "RENAMING", "Topics under other names: /a:=/b ...",
+                   [](Request& r, Texts texts) { r.plan.remap = parseTopicRenames(texts); })),
       member("tf_prefix", text("PREFIX"), "Before every frame's name: robot2",
              [](Request& r) -> auto& { return r.plan.rewriting.tf_prefix; }),
       row("remap_frame", list("RENAMING"), "Frames under other names: map:=odom ...",
-          [](Request& r, const OptionTexts& texts) {
-            r.plan.rewriting.frames = parseRenames(texts);
-          }),
+          [](Request& r, Texts texts) { r.plan.rewriting.frames = parseRenames(texts); }),
       row("anchor", list("ANCHOR"),
           "Where light belongs: world (default: where it was, by the recording's tf) or body (by "
           "today's); for one topic: /topic=body",
-          [](Request& r, const OptionTexts& texts) {
+          [](Request& r, Texts texts) {
             for (const std::string& anchor : texts) r.anchors.add(anchor);
           }),
       member("anchor_frame", text("FRAME"), "What stays where it is from then to now",
@@ -393,33 +391,23 @@ std::vector<PlayOption> underWhichNames() {
   };
 }
 
-/// A flag that chooses where the robot may stand when a replay begins.
-PlayOption startRow(const std::string& name, const std::string& help, BodyOptions::Start start) {
-  return row(name, flag(), help, [start](Request& r, const OptionTexts& texts) {
-    if (texts.front() == "true") {
-      r.body.start = start;
-    } else if (r.body.start == start) {
-      r.body.start = BodyOptions::Start::AsRecorded;
-    }
-  });
-}
-
 std::vector<PlayOption> theRobotsStart() {
+  const auto start = [](Request& r) -> auto& { return r.body.start; };
   return {
       member("allow_motion", flag(), "The robot may move",
              [](Request& r) -> auto& { return r.allow_motion; }),
-      startRow("to_start",
+      choosing("to_start",
                "Move slowly to the start, first: the base, if it is less than a meter away, then "
                "arm, torso and gripper, by up to 0.2 rad or 2 cm, or as they were recorded on "
                "their way there",
-               BodyOptions::Start::MoveThere),
+               start, BodyOptions::Start::MoveThere),
       member("unchecked_approach", flag(),
              "Joints may go to the start, or after a seek, by up to 3.2 rad each and 8 rad in "
              "all, straight, though nobody has checked that way",
              [](Request& r) -> auto& { return r.body.accepts_unchecked; }),
       excluding("to_start",
-                startRow("any_start",
-                         "Begin wherever the robot stands; default: only where it stood",
+                choosing("any_start",
+                         "Begin wherever the robot stands; default: only where it stood", start,
                          BodyOptions::Start::Anywhere)),
       keyed<double>("start_tolerance", "TOLERANCE",
                     "How far it may stand from there: turning=RAD sliding=M gripper=M base=M "
@@ -460,7 +448,7 @@ std::vector<PlayOption> whichRobot() {
       row("robot", text("NAME|FILE"),
           "What is known of this robot: fetch, pr2, tiago, turtlebot3, ur, or a file "
           "(assets/README.md); default: nothing",
-          [](Request& r, const OptionTexts& texts) { setRobot(r, texts.front()); }),
+          [](Request& r, Texts texts) { setRobot(r, texts.front()); }),
       member("robot_namespace", text("NAMESPACE"),
              "Which of several robots it is: /robot2, where the recorded robot's topics and frames "
              "are found under its names; default: ROS's own namespace of this node, else as recorded",
@@ -477,32 +465,24 @@ std::vector<PlayOption> theRobotsSafety() {
       row("limits", text("FILE"),
           "How fast it may move, a YAML file, where that is lower than what the robot's "
           "description and --robot say",
-          [](Request& r, const OptionTexts& texts) { r.limits = readLimits(texts.front()); }),
-      row("estop_topic",
-          understood(Kind::Value, "TOPIC[:FIELD]",
-                     [](const std::string& text) { EmergencyStopOptions().set(text); }),
-          "An emergency stop to obey: a boolean of messages of any type, true stops the robot "
-          "(TOPIC:!FIELD: false does); default: the robot's by its profile; none",
-          [](Request& r, const OptionTexts& texts) {
-            r.body.stops.emergency_stop.set(texts.front());
-          }),
+          [](Request& r, Texts texts) { r.limits = readLimits(texts.front()); }),
+      tried("estop_topic", Kind::Value, "TOPIC[:FIELD]",
+            "An emergency stop to obey: a boolean of messages of any type, true stops the robot "
+            "(TOPIC:!FIELD: false does); default: the robot's by its profile; none",
+            [](Request& r, Texts texts) { r.body.stops.emergency_stop.set(texts.front()); }),
       member("estop_longest_silence", range("SECONDS", 0.01, 60),
              "It has to be repeated within so many seconds, 0.01 to 60; default: within five of "
              "its periods, if it has one",
              [](Request& r) -> auto& { return r.body.stops.emergency_stop.longest_silence_s; }),
-      row("hold_to_run",
-          understood(Kind::Value, "TOPIC:BUTTON",
-                     [](const std::string& text) { HoldButtonOptions().set(text); }),
-          "The robot moves only while somebody holds this button of a joystick, /joy:10",
-          [](Request& r, const OptionTexts& texts) {
-            r.body.stops.hold_button.set(texts.front());
-          }),
+      tried("hold_to_run", Kind::Value, "TOPIC:BUTTON",
+            "The robot moves only while somebody holds this button of a joystick, /joy:10",
+            [](Request& r, Texts texts) { r.body.stops.hold_button.set(texts.front()); }),
       member("longest_stall", range("SECONDS", 0.04, 10),
              "Seconds the player may hang in motion before the watchdog stops the robot, 0.04 to "
              "10; default: 0.06 to 0.15, by how late and busy this machine is",
              [](Request& r) -> auto& { return r.body.longest_stall_s; }),
       row("rules", text("FILE"), "Rules for fields, topics and what stops them, a YAML file",
-          [](Request& r, const OptionTexts& texts) {
+          [](Request& r, Texts texts) {
             const ReplayRules rules = readRules(texts.front());
             r.plan.rewriting.rules = rules.types;
             r.plan.rewriting.stops = rules.stops;
@@ -560,12 +540,12 @@ std::vector<PlayOption> whatIsInTheWay() {
              [](Request& r) -> auto& { return r.body.base.scan.obstacles.patience; }),
       member("clearance", range("METERS", 0, 2), "So much around the base is kept free, 0 to 2",
              [](Request& r) -> auto& { return r.body.base.scan.obstacles.clearance; }),
-      row("footprint", understood(Kind::Value, "FOOTPRINT", replay::parseFootprint),
-          "The base on the floor, in meters: a radius, or corners 'X,Y X,Y X,Y'; default: the "
-          "robot's, or 0.4",
-          [](Request& r, const OptionTexts& texts) {
-            r.body.base.scan.footprint = replay::parseFootprint(texts.front());
-          }),
+      tried("footprint", Kind::Value, "FOOTPRINT",
+            "The base on the floor, in meters: a radius, or corners 'X,Y X,Y X,Y'; default: the "
+            "robot's, or 0.4",
+            [](Request& r, Texts texts) {
+              r.body.base.scan.footprint = replay::parseFootprint(texts.front());
+            }),
   };
 }
 
@@ -593,17 +573,6 @@ std::vector<PlayOption> makeTable() {
 }
 
 // -------------------------------------------------------------------------------- what is given
-
-OptionTexts splitAtCommas(const std::string& text) {
-  OptionTexts parts;
-  std::size_t begin = 0;
-  while (begin <= text.size()) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    if (end > begin) parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
 
 /// "goal-wait" and "clock" are understood, too.
 const PlayOption& optionOfGoal(const std::string& word) {
@@ -659,13 +628,13 @@ const std::vector<FormerOption>& formerOptions() {
 std::string complaintOf(const PlayOption& option, const std::string& text) {
   if (!option.complaint) return "";
   const bool is_list = option.kind == Kind::List;
-  for (const std::string& each : is_list ? splitAtCommas(text) : OptionTexts{text}) {
+  for (const std::string& each : is_list ? replay::splitAtCommas(text) : OptionTexts{text}) {
     if (const std::string complaint = option.complaint(each); !complaint.empty()) return complaint;
   }
   return "";
 }
 
-void giveOption(ReplayRequest& request, const PlayOption& option, const OptionTexts& texts) {
+void giveOption(ReplayRequest& request, const PlayOption& option, Texts texts) {
   if (option.kind != Kind::List && texts.size() != 1) {
     throw std::invalid_argument(option.name + ": one value is needed");
   }
@@ -674,7 +643,8 @@ void giveOption(ReplayRequest& request, const PlayOption& option, const OptionTe
     if (const std::string complaint = complaintOf(option, text); !complaint.empty()) {
       throw std::invalid_argument(option.name + ": " + complaint);
     }
-    const OptionTexts parts = option.kind == Kind::List ? splitAtCommas(text) : OptionTexts{text};
+    const bool is_list = option.kind == Kind::List;
+    const OptionTexts parts = is_list ? replay::splitAtCommas(text) : OptionTexts{text};
     all.insert(all.end(), parts.begin(), parts.end());
   }
   option.set(request, all);

@@ -23,6 +23,18 @@ std::string setPaused(ReplaySession& session, bool pauses) {
   return pauses ? "paused" : "resumed";
 }
 
+template <typename Response, typename Act>
+bool answer(Response& response, const Act& act) {
+  try {
+    response.message = act();
+    response.success = true;
+  } catch (const std::exception& error) {
+    response.message = error.what();
+    response.success = false;
+  }
+  return true;
+}
+
 /// As the service has it: an empty field, and 0, is not given.
 ReplayGoal goalOf(const PlayBehavior::Request& request) {
   ReplayGoal goal;
@@ -38,28 +50,17 @@ ReplayGoal goalOf(const PlayBehavior::Request& request) {
 
 }  // namespace
 
-template <typename Response>
-bool PlayerServices::command(Response& response, const Command& command) const {
-  const std::shared_ptr<ReplaySession> session = player_.session();
-  try {
-    if (!session) throw std::runtime_error("nothing is being replayed");
-    response.message = command(*session);
-    response.success = true;
-  } catch (const std::exception& error) {
-    response.message = error.what();
-    response.success = false;
-  }
-  return true;
-}
-
 template <typename Service>
 void PlayerServices::serve(
     const std::string& name,
     std::function<std::string(ReplaySession&, const typename Service::Request&)> action) {
   servers_.push_back(node_.advertiseService<typename Service::Request, typename Service::Response>(
       name, [this, action = std::move(action)](auto& request, auto& response) {
-        return this->command(
-            response, [&](ReplaySession& session) { return action(session, request); });
+        return answer(response, [&] {
+          const std::shared_ptr<ReplaySession> session = player_.session();
+          if (!session) throw std::runtime_error("nothing is being replayed");
+          return action(*session, request);
+        });
       }));
 }
 
@@ -120,19 +121,14 @@ PlayerServices::~PlayerServices() {
 }
 
 bool PlayerServices::play(PlayBehavior::Request& request, PlayBehavior::Response& response) {
-  ReplayActionGoal message;  // without an id: the server gives it one
-  message.goal = goalOf(request);
-  try {
+  return answer(response, [&] {
+    ReplayActionGoal message;  // without an id: the server gives it one
+    message.goal = goalOf(request);
     player_.check(message.goal);
     if (goals_.getNumSubscribers() == 0) throw std::runtime_error("the player is not up yet");
     goals_.publish(message);
-    response.success = true;
-    response.message = "begun";
-  } catch (const std::exception& error) {
-    response.success = false;
-    response.message = error.what();
-  }
-  return true;
+    return "begun";
+  });
 }
 
 }  // namespace afterglow::nodes

@@ -31,8 +31,6 @@ class PlayerServices {
  private:
   using Command = std::function<std::string(ReplaySession&)>;
 
-  template <typename Response>
-  bool command(Response& response, const Command& command) const;
   void serveTrigger(const std::string& name, const Command& command);
   template <typename Service>
   void serve(const std::string& name,

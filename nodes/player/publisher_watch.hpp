@@ -3,14 +3,14 @@
 /// to a node that was killed, and a node that hangs keeps its own.
 #pragma once
 
-#include <condition_variable>
 #include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
-#include <thread>
 
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -21,9 +21,6 @@ class PublisherWatch {
  public:
   /// `on_gone`: a node has not answered twice; said once.
   explicit PublisherWatch(std::function<void(const std::string& node)> on_gone);
-  ~PublisherWatch();
-  PublisherWatch(const PublisherWatch&) = delete;
-  PublisherWatch& operator=(const PublisherWatch&) = delete;
 
   /// From now on this node has to answer. Any thread; a node that is known already is left alone.
   void add(const std::string& node);
@@ -34,15 +31,15 @@ class PublisherWatch {
     int unanswered = 0;
   };
 
-  void run();
+  void look();
   bool isGone(const std::string& node);
 
   const std::function<void(const std::string&)> on_gone_;
   std::mutex mutex_;
-  std::map<std::string, Known> nodes_;
-  bool is_over_ = false;
-  std::condition_variable over_;
-  std::thread thread_;
+  std::set<std::string> nodes_;
+  std::map<std::string, Known> known_;  ///< look()'s
+  bool has_told_ = false;               ///< likewise
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -3,14 +3,14 @@
 /// Source of the semantics: rosbag play's --rate-control-topic and --rate-control-max-delay.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
-
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
+#include "replay/messages/schema.hpp"
 #include "replay/play/consumer_lag.hpp"
 #include "replay/play/outbox.hpp"
 
@@ -34,9 +34,6 @@ class RateControl : public replay::MessageSink {
   };
   RateControl(const RateControlOptions& options, const replay::PlayPlan& plan,
               bool has_recorded_time, replay::MessageSink& next, Replay replay);
-  ~RateControl() override;
-  RateControl(const RateControl&) = delete;
-  RateControl& operator=(const RateControl&) = delete;
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
 
@@ -51,11 +48,8 @@ class RateControl : public replay::MessageSink {
   std::mutex mutex_;
   replay::ConsumerLag lag_;
   bool is_held_ = false;
-  std::string type_;  ///< of the answers
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  ros::Subscriber subscriber_;
-  ros::AsyncSpinner spinner_{1, &queue_};
+  std::optional<replay::Schema> schema_;  ///< of the answers
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -22,12 +22,6 @@ constexpr std::int64_t kKept = 30 * kSecond;    ///< in the buffer
 /// A transform that comes later than that did not help then.
 constexpr std::int64_t kPatience = 2 * kSecond;
 
-ros::Time momentOf(replay::Stamp stamp) {
-  ros::Time time;
-  time.fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)));
-  return time;
-}
-
 }  // namespace
 
 RecordedFrames::RecordedFrames(const replay::Store& store, const replay::Behavior& behavior,
@@ -51,8 +45,7 @@ std::optional<Eigen::Isometry3d> RecordedFrames::at(const std::string& frame, re
   if (T_anchor_frame || wanted == Wanted::Exact) return T_anchor_frame;
   if (!buffer_.canTransform(anchor_, frame, ros::Time(0))) return std::nullopt;
   const auto newest = buffer_.lookupTransform(anchor_, frame, ros::Time(0));
-  const auto stamp_ns = static_cast<std::int64_t>(newest.header.stamp.toNSec());
-  if (std::abs(moment.ns - stamp_ns) > kStalePoseNs) return std::nullopt;
+  if (std::abs(moment.ns - toStamp(newest.header.stamp).ns) > kStalePoseNs) return std::nullopt;
   return toIsometry(newest.transform);
 }
 
@@ -104,8 +97,8 @@ void RecordedFrames::feed(const replay::Message& message, bool is_static) {
 
 std::optional<Eigen::Isometry3d> RecordedFrames::look(const std::string& frame,
                                                       replay::Stamp moment) const {
-  if (!buffer_.canTransform(anchor_, frame, momentOf(moment))) return std::nullopt;
-  return toIsometry(buffer_.lookupTransform(anchor_, frame, momentOf(moment)).transform);
+  if (!buffer_.canTransform(anchor_, frame, toTime(moment))) return std::nullopt;
+  return toIsometry(buffer_.lookupTransform(anchor_, frame, toTime(moment)).transform);
 }
 
 }  // namespace afterglow::nodes

@@ -7,6 +7,7 @@
 
 #include "nodes/player/emergency_stop.hpp"
 #include "nodes/player/state_validity.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -84,17 +85,17 @@ struct StartRehearsal {
 void Rehearsal::ask(const std::function<void()>& check) {
   try {
     check();
+  } catch (const replay::MotionRefused& refusal) {
+    add(refusal.why);
   } catch (const std::exception& error) {
-    const std::string why = error.what(), said = "motion is refused: ";
-    add(why.rfind(said, 0) == 0 ? why.substr(said.size()) : why);
+    add(error.what());
   }
 }
 
 void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
                   const BodyOptions& options, const replay::MotionLimits& limits, bool has_master,
                   const IsStopped& is_stopped, Rehearsal& rehearsal) {
-  replay::MovedParts parts = movedParts(store, plan);
-  parts.robot = options.joints;
+  const replay::MovedParts parts = movedParts(store, plan, options.joints);
   rehearsal.add(whyUnnamed(parts, options));
   std::optional<ReplayedBase> base;
   if (movesBase(plan, parts)) {

@@ -11,6 +11,7 @@
 #include "nodes/player/robot_file.hpp"
 #include "nodes/player/stagehand.hpp"
 #include "nodes/tools/robot_namespace.hpp"
+#include "replay/plan/modality_options.hpp"
 #include "replay/query/behavior_selector.hpp"
 #include "replay/record/snapshot.hpp"
 
@@ -32,14 +33,14 @@ void checkNumbers(const ReplayRequest& request) {
 void refuseForBody(const replay::PlayPlan& plan, const ReplayRequest& request,
                    const std::string& called) {
   const std::vector<std::string> motion = plan.motionTopics();
-  const bool is_fit_for_body = !request.options.is_looping && !request.options.is_immediate;
-  if (!motion.empty() && !is_fit_for_body) {
-    throw std::runtime_error(called + " moves the robot (" + topicsText(motion) +
-                             "): loops and haste are for light and speech only (ar,speech)");
+  if (motion.empty()) return;
+  const std::string moves =
+      fmt::format("{} moves the robot ({}): ", called, fmt::join(motion, ", "));
+  if (request.options.is_looping || request.options.is_immediate) {
+    throw std::runtime_error(moves + "loops and haste are for light and speech only (ar,speech)");
   }
-  if (!motion.empty() && !request.rate_control.topic.empty()) {
-    throw std::runtime_error(called + " moves the robot (" + topicsText(motion) +
-                             "): only light and speech (ar,speech) wait for " +
+  if (!request.rate_control.topic.empty()) {
+    throw std::runtime_error(moves + "only light and speech (ar,speech) wait for " +
                              request.rate_control.topic);
   }
 }
@@ -151,10 +152,6 @@ ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request) {
 replay::ReplayPlace ReplayRequest::place() const {
   const bool is_away = !plan.prefix.empty() && !allow_motion && !is_prefix_live;
   return everything || is_away ? replay::ReplayPlace::Elsewhere : replay::ReplayPlace::Robot;
-}
-
-std::string topicsText(const std::vector<std::string>& names) {
-  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& request) {

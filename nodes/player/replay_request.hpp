@@ -61,7 +61,4 @@ void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& req
 replay::PlayPlan countRewrites(const replay::Store& store, replay::PlayPlan plan,
                                ReplayClock clock);
 
-/// "/a, /b"
-std::string topicsText(const std::vector<std::string>& names);
-
 }  // namespace afterglow::nodes

@@ -199,8 +199,8 @@ replay::PlayReport ReplaySession::run() {
   const std::vector<std::string> unheard = sink.waitForSubscribers(
       deadlineIn(request_.wait_for_subscribers_s), [this] { return isStopped(); });
   if (request_.needs_subscribers && !unheard.empty() && !isStopped()) {
-    throw std::runtime_error("nobody listens on " + topicsText(unheard) +
-                             ": an unheard replay was to abort");
+    throw std::runtime_error(fmt::format(
+        "nobody listens on {}: an unheard replay was to abort", fmt::join(unheard, ", ")));
   }
   sink.listenForDrivers();
   replay::PlayReport report = play(sink);

@@ -2,19 +2,12 @@
 
 #include <stdexcept>
 
-#include "nodes/tools/yaml_map.hpp"
+#include "nodes/player/robot_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr double kFastestLimit = 1000;
-
-replay::MotionLimits::Joint jointLimits(const YamlMap& map) {
-  replay::MotionLimits::Joint joint;
-  if (map.has("velocity")) joint.velocity = map.number("velocity", 0, kFastestLimit);
-  if (map.has("acceleration")) joint.acceleration = map.number("acceleration", 0, kFastestLimit);
-  return joint;
-}
 
 replay::TopicName topicName(const calib::YamlSource& source, const YAML::Node& node) {
   try {
@@ -133,17 +126,11 @@ replay::MotionLimits readLimits(const std::string& path) {
   if (map.has("angular_velocity")) {
     limits.angular = map.number("angular_velocity", 0, kFastestLimit);
   }
-  const std::vector<std::string> keys{"velocity", "acceleration"};
-  if (map.has("joints")) {
-    const YAML::Node joints = map.at("joints");
-    if (!joints.IsMap()) map.fail(joints, "joints should be a map of joints");
-    for (const auto& joint : joints) {
-      const auto name = joint.first.as<std::string>();
-      limits.joints[name] = jointLimits(map.map(joint.second, "joint " + name, keys));
-    }
-  }
+  if (map.has("joints")) limits.joints = jointLimitsIn(map, "velocity", {"acceleration"});
   if (map.has("other_joints")) {
-    limits.other_joints = jointLimits(map.map(map.at("other_joints"), "other_joints", keys));
+    const YamlMap others =
+        map.map(map.at("other_joints"), "other_joints", {"velocity", "acceleration"});
+    limits.other_joints = jointLimits(others, "velocity");
   }
   return limits;
 }

@@ -10,12 +10,6 @@
 
 namespace afterglow::nodes {
 
-void writeText(const std::string& path, const std::string& text) {
-  calib::FileReplacement file;
-  file.add(path, text);
-  file.commit();
-}
-
 std::string reportJson(const replay::PlayReport& report, int indent) {
   return toJson(report).dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
 }

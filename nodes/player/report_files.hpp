@@ -8,9 +8,6 @@
 
 namespace afterglow::nodes {
 
-/// Replaces the file. Throws std::runtime_error, one line.
-void writeText(const std::string& path, const std::string& text);
-
 /// The JSON, whatever strings it holds.
 std::string reportJson(const replay::PlayReport& report, int indent);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "nodes/tools/robot_namespace.hpp"
+#include "replay/messages/ranges.hpp"
 #include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
@@ -79,9 +80,8 @@ std::vector<std::string> recordedTopics(const replay::Store& store,
   for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
     for (const replay::TopicSummary& topic : known) {
       const std::string& name = topic.topic;
-      const bool is_called_so = name.size() >= usual.size() &&
-                                name.compare(name.size() - usual.size(), usual.size(), usual) == 0;
-      const bool is_of_type = std::count(types.begin(), types.end(), topic.type) > 0;
+      const bool is_called_so = replay::endsWith(name, usual);
+      const bool is_of_type = replay::contains(types, topic.type);
       const bool is_own = robot.topic(name) == name;
       if (is_called_so && is_of_type && is_own) topics.insert(name);
     }
@@ -92,11 +92,7 @@ std::vector<std::string> recordedTopics(const replay::Store& store,
 
 std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& names,
                      const std::string& recorded) {
-  const bool is_played =
-      std::any_of(plan.topics.begin(), plan.topics.end(), [&](const auto& topic) {
-        return topic.isPlayed() && topic.channel.topic == recorded;
-      });
-  if (is_played) return recorded;
+  if (replay::contains(plan.playedTopics(), recorded)) return recorded;
   const auto name = replay::TopicName::cleaned(recorded);
   return name ? publishedName(*name, names).text() : recorded;
 }

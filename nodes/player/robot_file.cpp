@@ -4,19 +4,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include "nodes/tools/yaml_map.hpp"
-
 namespace afterglow::nodes {
 namespace {
 
 using replay::RobotProfile;
 
 constexpr double kMost = 1000;  // of what is measured here
-
-const std::vector<std::string>& topicClasses() {
-  static const std::vector<std::string> classes{"body", "shown", "control", "endless", "other"};
-  return classes;
-}
 
 /// The value, or none.
 std::string textIn(const YamlMap& map, const std::string& key) {
@@ -65,8 +58,12 @@ bool isTrueIn(const YamlMap& map, const char* key, bool otherwise) {
 }
 
 void readTopics(const YamlMap& map, RobotProfile& robot) {
-  for (const std::string& of_class : topicClasses()) {
-    if (map.has(of_class)) robot.topics[of_class] = textsIn(map, of_class);
+  if (!map.has("topics")) return;
+  std::vector<std::string> words;
+  for (const auto& [word, topic_class] : replay::topicClassWords()) words.push_back(word);
+  const YamlMap topics = map.map(map.at("topics"), "topics", words);
+  for (const auto& [word, topic_class] : replay::topicClassWords()) {
+    robot.topics[topic_class] = textsIn(topics, word);
   }
 }
 
@@ -109,34 +106,13 @@ void readEmergencyStop(const YamlMap& map, RobotProfile::EmergencyStop& stop) {
   stop.stops_when = isTrueIn(map, "stops_when", true);
 }
 
-void readJoints(const YamlMap& map, const YAML::Node& joints, RobotProfile& robot) {
-  if (!joints.IsMap()) map.fail(joints, "'joints' should be a map of joints");
-  for (const auto& joint : joints) {
-    const auto name = joint.first.as<std::string>();
-    const YamlMap limits =
-        map.map(joint.second, "joint " + name, {"speed", "acceleration", "range"});
-    robot.joints.push_back(name);
-    if (limits.has("speed")) robot.joint_speeds[name] = numberIn(limits, "speed");
-    if (limits.has("acceleration")) {
-      robot.joint_accelerations[name] = numberIn(limits, "acceleration");
-    }
-    if (limits.has("range")) {
-      const std::vector<double> range = limits.numbers(limits.at("range"), "'range' of " + name, 2);
-      if (range[0] >= range[1]) map.fail(limits.at("range"), "'range' of " + name + " should rise");
-      robot.joint_ranges[name] = {range[0], range[1]};
-    }
-  }
-}
-
 RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
   const YamlMap map(path, root, "the robot",
                     {"name", "topics", "controllers", "controllers_join", "base", "scan_topic",
                      "emergency_stop", "joints", "gripper_joints", "gaze_frame"});
   RobotProfile robot;
   robot.name = map.text("name");
-  if (map.has("topics")) {
-    readTopics(map.map(map.at("topics"), "topics", topicClasses()), robot);
-  }
+  readTopics(map, robot);
   if (map.has("base")) {
     readBase(map.map(map.at("base"), "base",
                      {"velocity_topic", "take_over_topics", "output_topic", "odometry_topic",
@@ -152,13 +128,40 @@ RobotProfile profileOf(const std::string& path, const YAML::Node& root) {
                               {"topic", "field", "stops_when"}),
                       robot.emergency_stop);
   }
-  if (map.has("joints")) readJoints(map, map.at("joints"), robot);
+  if (map.has("joints")) robot.joints = jointLimitsIn(map, "speed", {"acceleration", "range"});
   robot.gripper_joints = textsIn(map, "gripper_joints");
   robot.gaze_frame = textIn(map, "gaze_frame");
   return robot;
 }
 
 }  // namespace
+
+replay::JointLimits jointLimits(const YamlMap& map, const std::string& velocity) {
+  replay::JointLimits joint;
+  if (map.has(velocity)) joint.velocity = map.number(velocity, 0, kMost);
+  if (map.has("acceleration")) joint.acceleration = map.number("acceleration", 0, kMost);
+  if (map.has("range")) {
+    const YAML::Node range = map.at("range");
+    const std::vector<double> ends = map.numbers(range, "'range' of " + map.where(), 2);
+    if (ends[0] >= ends[1]) map.fail(range, "'range' of " + map.where() + " should rise");
+    joint.range = {ends[0], ends[1]};
+  }
+  return joint;
+}
+
+std::map<std::string, replay::JointLimits> jointLimitsIn(const YamlMap& map,
+                                                         const std::string& velocity,
+                                                         std::vector<std::string> other_keys) {
+  std::map<std::string, replay::JointLimits> limits;
+  other_keys.push_back(velocity);
+  const YAML::Node joints = map.at("joints");
+  if (!joints.IsMap()) map.fail(joints, "'joints' should be a map of joints");
+  for (const auto& joint : joints) {
+    const auto name = joint.first.as<std::string>();
+    limits[name] = jointLimits(map.map(joint.second, "joint " + name, other_keys), velocity);
+  }
+  return limits;
+}
 
 RobotProfile readRobotProfile(const std::string& path) { return profileOf(path, loadYaml(path)); }
 

@@ -2,9 +2,12 @@
 /// Robots' profiles: those of assets/robots, which are built in, and files of the same kind.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "nodes/tools/yaml_map.hpp"
 #include "replay/messages/robot_names.hpp"
 #include "replay/plan/robot_profile.hpp"
 
@@ -12,6 +15,12 @@ namespace afterglow::nodes {
 
 /// A file, as assets/README.md explains it. Throws std::runtime_error with file and line.
 replay::RobotProfile readRobotProfile(const std::string& path);
+
+/// What a file says of a joint, and of those in its map "joints"; `velocity` is the key of theirs.
+replay::JointLimits jointLimits(const YamlMap& map, const std::string& velocity);
+std::map<std::string, replay::JointLimits> jointLimitsIn(const YamlMap& map,
+                                                         const std::string& velocity,
+                                                         std::vector<std::string> other_keys);
 
 /// A file if the text has a slash or ends with ".yaml", else the robot of that name in
 /// assets/robots. Throws as readRobotProfile(), and std::runtime_error, one line, for names that

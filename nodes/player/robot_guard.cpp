@@ -29,25 +29,16 @@ bool RobotGuard::isThere(const RosGraph& graph) {
 }
 
 RobotGuard::RobotGuard() {
-  node_.setCallbackQueue(&queue_);
   const std::string name = robotGuardName();
   outputs_ = node_.advertise<GuardOutputs>(name + "/outputs", kQueueOfBeats);
   beats_ = node_.advertise<GuardBeat>(name + "/beats", kQueueOfBeats);
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const GuardAnswer&>(
-      name + "/answers", kQueueOfBeats, [this](const GuardAnswer& answer) {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (answer.player == player_) arrived_ = answer;
-      });
-  options.callback_queue = &queue_;
-  options.transport_hints = ros::TransportHints().tcpNoDelay();
-  answers_ = node_.subscribe(options);
-  spinner_.start();
-}
-
-RobotGuard::~RobotGuard() {
-  answers_.shutdown();
-  spinner_.stop();
+  const auto take = [this](const GuardAnswer& answer) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (answer.player == player_) arrived_ = answer;
+  };
+  thread_.hear<GuardAnswer>(name + "/answers", kQueueOfBeats, take,
+                            ros::TransportHints().tcpNoDelay());
+  thread_.begin();
 }
 
 void RobotGuard::send(const GuardBeat& beat) {

@@ -2,14 +2,12 @@
 /// The way to the guard on the robot (nodes/guard/), and whether there is one.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
-
 #include <cstdint>
 #include <mutex>
 #include <string>
 
 #include "nodes/player/watchdog.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -32,7 +30,6 @@ class RobotGuard : public GuardWay {
   static bool isThere(const RosGraph& graph);
 
   RobotGuard();
-  ~RobotGuard() override;
 
   void send(const GuardOutputs& outputs) override { outputs_.publish(outputs); }
   void send(const GuardBeat& beat) override;
@@ -45,11 +42,9 @@ class RobotGuard : public GuardWay {
   std::mutex mutex_;          ///< for what follows
   std::uint64_t player_ = 0;  ///< whose beats were sent
   GuardAnswer arrived_;       ///< the latest to it
-  ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Publisher outputs_, beats_;
-  ros::Subscriber answers_;
-  ros::AsyncSpinner spinner_{1, &queue_};  ///< last: it uses all of the above
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -29,7 +30,7 @@ ClockGiver::ClockGiver(double hz, std::function<replay::Stamp()> time)
         auto next = std::chrono::steady_clock::now();
         while (!is_over_) {
           rosgraph_msgs::Clock message;
-          message.clock.fromNSec(static_cast<std::uint64_t>(time().ns));
+          message.clock = toTime(time());
           publisher_.publish(message);
           next += period;
           std::this_thread::sleep_until(next);
@@ -42,14 +43,12 @@ ClockGiver::~ClockGiver() {
 }
 
 replay::SteadyTime robotNow() {
-  if (ros::Time::isSimTime()) {
-    return {static_cast<std::int64_t>(ros::Time::now().toNSec())};
-  }
+  if (ros::Time::isSimTime()) return {rosStampNow().ns};
   const auto steady = std::chrono::steady_clock::now().time_since_epoch();
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(steady).count()};
 }
 
-replay::Stamp rosStampNow() { return {static_cast<std::int64_t>(ros::Time::now().toNSec())}; }
+replay::Stamp rosStampNow() { return toStamp(ros::Time::now()); }
 
 RobotPatience::RobotPatience(double seconds)
     : begin_(robotNow()), ns_(static_cast<std::int64_t>(seconds * 1e9)) {}
@@ -61,18 +60,12 @@ bool RobotPatience::isOver() const {
 
 ClockFollower::ClockFollower(replay::FollowedClock& clock,
                              std::function<void(double seconds)> on_jump) {
-  node_.setCallbackQueue(&queue_);
-  subscriber_ = node_.subscribe<rosgraph_msgs::Clock>(
-      kClockTopic, 1,
-      [&clock, on_jump = std::move(on_jump)](const rosgraph_msgs::ClockConstPtr& message) {
-        const std::int64_t step_ns =
-            clock.tick({static_cast<std::int64_t>(message->clock.toNSec())});
-        if (step_ns < 0 || step_ns > kLongestTick) on_jump(static_cast<double>(step_ns) * 1e-9);
-      },
-      ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());
-  spinner_.start();
+  const auto take = [&clock, on_jump = std::move(on_jump)](const rosgraph_msgs::Clock& message) {
+    const std::int64_t step_ns = clock.tick(toStamp(message.clock));
+    if (step_ns < 0 || step_ns > kLongestTick) on_jump(static_cast<double>(step_ns) * 1e-9);
+  };
+  thread_.hear<rosgraph_msgs::Clock>(kClockTopic, 1, take, ros::TransportHints().tcpNoDelay());
+  thread_.begin();
 }
-
-ClockFollower::~ClockFollower() { spinner_.stop(); }
 
 }  // namespace afterglow::nodes

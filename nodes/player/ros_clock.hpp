@@ -2,7 +2,6 @@
 /// /clock, given or followed. Source: wiki.ros.org/Clock.
 #pragma once
 
-#include <ros/callback_queue.h>
 #include <ros/ros.h>
 
 #include <atomic>
@@ -10,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "nodes/tools/callback_thread.hpp"
 #include "replay/clock/followed_clock.hpp"
 #include "replay/messages/message.hpp"
 
@@ -57,15 +57,9 @@ class ClockFollower {
   /// `on_jump` is told of a step back, or of more than a second, in seconds; by a thread of its
   /// own.
   ClockFollower(replay::FollowedClock& clock, std::function<void(double seconds)> on_jump);
-  ~ClockFollower();
-  ClockFollower(const ClockFollower&) = delete;
-  ClockFollower& operator=(const ClockFollower&) = delete;
 
  private:
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  ros::Subscriber subscriber_;
-  ros::AsyncSpinner spinner_{1, &queue_};
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

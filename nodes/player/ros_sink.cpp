@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "nodes/player/robot_guard.hpp"
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/stop_maker.hpp"
 
 namespace afterglow::nodes {
@@ -19,7 +20,7 @@ constexpr double kDriverPeriod = 0.4;
 }  // namespace
 
 RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener listener)
-    : queue_size_(queue), listener_(std::move(listener)), spinner_(1, &queue_) {
+    : queue_size_(queue), listener_(std::move(listener)) {
   for (const replay::PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed()) {
       continue;
@@ -37,14 +38,7 @@ RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener lis
       watchDrivers(topic.output.topic, output);
     }
   }
-  spinner_.start();
-}
-
-RosSink::~RosSink() {
-  for (ros::Subscriber& subscriber : subscribers_) {
-    subscriber.shutdown();
-  }
-  spinner_.stop();
+  thread_.begin();
 }
 
 RosSink::Output& RosSink::advertise(const replay::Channel& channel) {
@@ -58,49 +52,33 @@ RosSink::Output& RosSink::advertise(const replay::Channel& channel) {
 }
 
 void RosSink::watchGoals(const replay::Channel& goal_channel) {
-  const std::string action = goal_channel.topic.substr(0, goal_channel.topic.rfind('/'));
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const actionlib_msgs::GoalStatusArray&>(
-      action + "/status", kQueue,
-      [this](const actionlib_msgs::GoalStatusArray& statuses) { onStatus(statuses); });
-  options.callback_queue = &queue_;
-  subscribers_.push_back(node_.subscribe(options));
-  ros::SubscribeOptions results;
-  results.initByFullCallbackType<const AnyMessage&>(
-      action + "/result", kQueue, [this](const AnyMessage& event) { onResult(event); });
-  results.callback_queue = &queue_;
-  subscribers_.push_back(node_.subscribe(results));
+  const std::string action = replay::actionOf(goal_channel.topic);
+  using Statuses = actionlib_msgs::GoalStatusArray;
+  thread_.hear<Statuses>(action + "/status", kQueue,
+                         [this](const Statuses& statuses) { onStatus(statuses); });
+  thread_.hear<AnyMessage>(action + "/result", kQueue,
+                           [this](const AnyMessage& event) { onResult(event); });
 }
 
 void RosSink::watchDrivers(const std::string& topic, Output& output) {
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const AnyMessage&>(
-      topic, kQueue, [this, topic](const auto& event) {
-        const std::string& driver = event.getPublisherName();
-        if (isAnother(driver) && !has_second_driver_.exchange(true)) {
-          listener_.on_second_driver(driver + " drives on " + topic +
-                                     ", too: two drivers of one base are refused");
-        }
-      });
-  options.callback_queue = &queue_;
-  subscribers_.push_back(node_.subscribe(options));
+  thread_.hear<AnyMessage>(topic, kQueue, [this, topic](const AnyMessage& event) {
+    const std::string& driver = event.getPublisherName();
+    if (isAnother(driver) && !has_second_driver_.exchange(true)) {
+      listener_.on_second_driver(driver + " drives on " + topic +
+                                 ", too: two drivers of one base are refused");
+    }
+  });
   velocities_.push_back(topic);
   output.own_subscribers = 1;
 }
 
 void RosSink::listenForDrivers() {
   const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
-  const bool is_alone =
-      std::all_of(velocities_.begin(), velocities_.end(),
-                  [&](const std::string& topic) { return graph.otherPublishers(topic).empty(); });
-  if (is_alone) {
-    return;
-  }
+  const auto isAlone = [&](const auto& topic) { return graph.otherPublishers(topic).empty(); };
+  if (replay::allOf(velocities_, isAlone)) return;
   waitForPublishers(velocities_, deadlineIn(kMasterPatience));
-  const Deadline end = deadlineIn(kDriverPeriod);
-  while (!has_second_driver_ && std::chrono::steady_clock::now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  waitUntil(deadlineIn(kDriverPeriod), [this] { return has_second_driver_.load(); },
+            [] { return false; });
 }
 
 void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {

@@ -4,8 +4,6 @@
 #pragma once
 
 #include <actionlib_msgs/GoalStatusArray.h>
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 
 #include <atomic>
 #include <functional>
@@ -15,6 +13,7 @@
 #include <vector>
 
 #include "nodes/tools/any_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/motion/milestones.hpp"
 #include "replay/play/outbox.hpp"
@@ -33,9 +32,6 @@ class RosSink : public replay::MessageSink {
   /// Advertises every topic that is played under the name it is published by, with its stored
   /// definition and latching, and the topics of what stops it.
   RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener listener);
-  ~RosSink() override;
-  RosSink(const RosSink&) = delete;
-  RosSink& operator=(const RosSink&) = delete;
 
   /// Waits until every topic that is played has a subscriber, and those that the master names are
   /// connected; gives up at the deadline or when `is_stopped`. Returns the topics nobody hears.
@@ -71,9 +67,7 @@ class RosSink : public replay::MessageSink {
   std::vector<std::string> velocities_;
   const Listener listener_;
   std::atomic<bool> has_second_driver_{false};
-  ros::CallbackQueue queue_;
-  std::vector<ros::Subscriber> subscribers_;
-  ros::AsyncSpinner spinner_;
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -3,30 +3,26 @@
 #include <std_msgs/String.h>
 
 #include <algorithm>
-#include <chrono>
 #include <set>
-#include <thread>
 #include <utility>
 
 #include "nodes/conversion/sound_request.hpp"
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 bool isAnchored(const replay::PlayPlan& plan, const replay::AnchorSettings& anchors) {
-  return std::any_of(
-      plan.topics.begin(), plan.topics.end(), [&](const replay::PlannedTopic& topic) {
-        return topic.isPlayed() && anchors.of(topic.channel) == replay::Anchor::World;
-      });
+  return replay::anyOf(plan.topics, [&](const replay::PlannedTopic& topic) {
+    return topic.isPlayed() && anchors.of(topic.channel) == replay::Anchor::World;
+  });
 }
 
 }  // namespace
 
 replay::AnchorSettings Stagehand::anchorsIn(const replay::PlayPlan& plan,
                                             const replay::AnchorSettings& settings) {
-  const bool plays_tf = std::any_of(plan.topics.begin(), plan.topics.end(), [](const auto& topic) {
-    return topic.isPlayed() && topic.channel.topic == "/tf";
-  });
+  const bool plays_tf = replay::contains(plan.playedTopics(), "/tf");
   return plays_tf ? replay::AnchorSettings{settings.frame, replay::Anchor::Body, {}} : settings;
 }
 
@@ -54,11 +50,10 @@ Stagehand::Stagehand(const replay::Store& store, const replay::PlayPlan& plan,
     }
   }
   if (speech_topic_.empty()) return;
-  node_.setCallbackQueue(&queue_);
   ahead_ = node_.advertise<sound_play::SoundRequest>(speech_topic_ + "/ahead", 100);
-  problems_ = node_.subscribe<std_msgs::String>(
+  thread_.hear<std_msgs::String>(
       speech_topic_ + "/problem", 100,
-      [this](const std_msgs::StringConstPtr& problem) { onProblem(problem->data); });
+      [this](const std_msgs::String& problem) { onProblem(problem.data); });
 }
 
 void Stagehand::onProblem(const std::string& problem) {
@@ -69,7 +64,7 @@ void Stagehand::onProblem(const std::string& problem) {
 
 void Stagehand::listen(std::function<void(const std::string&)> on_speech_lost) {
   on_speech_lost_ = std::move(on_speech_lost);
-  spinner_.start();
+  thread_.begin();
 }
 
 void Stagehand::prepare(const std::function<bool()>& is_stopped) {
@@ -81,12 +76,9 @@ void Stagehand::prepare(const std::function<bool()>& is_stopped) {
 void Stagehand::tellAhead(Deadline deadline, const std::function<bool()>& is_stopped) {
   const RosGraph graph = askMaster(deadlineIn(kMasterPatience));
   const std::set<std::string> listeners = graph.otherSubscribers(speech_topic_);
-  if (std::any_of(listeners.begin(), listeners.end(), isSoundPlay)) media_.speakThroughSoundPlay();
+  if (replay::anyOf(listeners, isSoundPlay)) media_.speakThroughSoundPlay();
   const std::size_t expected = graph.otherSubscribers(speech_topic_ + "/ahead").size();
-  while (ahead_.getNumSubscribers() < expected && !is_stopped() &&
-         std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  waitUntil(deadline, is_stopped, [&] { return ahead_.getNumSubscribers() >= expected; });
   if (ahead_.getNumSubscribers() == 0) return;
   for (const sound_play::SoundRequest& sentence : sentencesOf(store_, plan_)) {
     ahead_.publish(sentence);
@@ -94,9 +86,8 @@ void Stagehand::tellAhead(Deadline deadline, const std::function<bool()>& is_sto
 }
 
 std::vector<std::string> Stagehand::notes() {
-  spinner_.stop();
   on_speech_lost_ = nullptr;
-  queue_.callAvailable();
+  thread_.finish();
   std::vector<std::string> notes = media_.notes();
   if (anchor_) {
     const std::vector<std::string> unplaced = anchor_->notes();

@@ -4,9 +4,6 @@
 /// sentences will come.
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
-
 #include <functional>
 #include <optional>
 #include <set>
@@ -15,6 +12,7 @@
 
 #include "nodes/player/anchor_broadcast.hpp"
 #include "nodes/player/media_sink.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
@@ -57,13 +55,11 @@ class Stagehand {
   MediaSink media_;
   std::optional<AnchorBroadcast> anchor_;  ///< if any topic is anchored to the world
   std::string speech_topic_;               ///< empty: nothing is said
-  ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::Publisher ahead_;
-  ros::Subscriber problems_;
   std::set<std::string> heard_problems_;
   std::function<void(const std::string&)> on_speech_lost_;
-  ros::AsyncSpinner spinner_{1, &queue_};  ///< last: it uses all of the above
+  CallbackThread thread_;
 };
 
 }  // namespace afterglow::nodes

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/tools/next_fields.hpp"
 #include "replay/messages/robot_names.hpp"
 
 namespace afterglow::nodes {
@@ -58,16 +59,11 @@ template <>
 struct Serializer<afterglow::nodes::StateValidityRequest> {
   template <typename Stream, typename Request>
   static void allInOne(Stream& stream, Request request) {
-    stream.next(request.joint_state);
-    stream.next(request.multi_dof_joint_state);
-    stream.next(request.attached_collision_objects);
-    stream.next(request.is_diff);
-    stream.next(request.group_name);
-    stream.next(request.constraints_name);
-    stream.next(request.joint_constraints);
-    stream.next(request.position_constraints);
-    stream.next(request.orientation_constraints);
-    stream.next(request.visibility_constraints);
+    afterglow::nodes::nextFields(
+        stream, request.joint_state, request.multi_dof_joint_state,
+        request.attached_collision_objects, request.is_diff, request.group_name,
+        request.constraints_name, request.joint_constraints, request.position_constraints,
+        request.orientation_constraints, request.visibility_constraints);
   }
   ROS_DECLARE_ALLINONE_SERIALIZER
 };

@@ -1,7 +1,8 @@
 #include "nodes/player/stop_inputs.hpp"
 
-#include <algorithm>
 #include <utility>
+
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::nodes {
 
@@ -9,12 +10,12 @@ std::string baseTopic(const replay::PlayPlan& plan, const std::string& named,
                       const std::string& of_profile) {
   std::vector<std::string> topics;
   for (const replay::PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed() || !isVelocityType(topic.channel.type)) continue;
+    if (!topic.isPlayed() || !isVelocity(topic.channel)) continue;
     if (!named.empty() && topic.judged() == named) return topic.output.topic;
     topics.push_back(topic.output.topic);
   }
   for (const std::string& known : {named, of_profile}) {
-    if (std::count(topics.begin(), topics.end(), known) > 0) return known;
+    if (replay::contains(topics, known)) return known;
   }
   return topics.size() == 1 ? topics.front() : "";
 }

@@ -37,8 +37,6 @@ class StopInputs {
   /// The take-over, which has to know what is sent from the first message on, outlives it.
   StopInputs(const StopOptions& options, TakeOver& take_over, Actions actions);
   ~StopInputs();
-  StopInputs(const StopInputs&) = delete;
-  StopInputs& operator=(const StopInputs&) = delete;
 
   /// Before anything moves. Throws std::runtime_error, one line, if the robot may not.
   void check();

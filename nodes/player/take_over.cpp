@@ -10,8 +10,12 @@
 #include <thread>
 #include <utility>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/player/base_poses.hpp"
 #include "nodes/player/robot_guard.hpp"
+#include "replay/messages/ranges.hpp"
+#include "replay/plan/recorded_drivers.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -37,36 +41,24 @@ TakeOver::TakeOver(std::string base_topic, const replay::RobotProfile::Base& bas
       base_(base),
       sink_(sink),
       watch_(topic_, {base.take_over_topics.begin(), base.take_over_topics.end()}),
-      obedience_(obedienceOf(base)),
-      spinner_(2, &queue_) {  // one of them asks the master now and then
-  node_.setCallbackQueue(&queue_);
-}
-
-TakeOver::~TakeOver() { end(); }
+      obedience_(obedienceOf(base)) {}
 
 void TakeOver::begin(std::function<void(const std::string&)> on_taken) {
   on_taken_ = std::move(on_taken);
   for (const std::string& topic : base_.take_over_topics) listenToInput(topic);
   scout();
-  timer_ = node_.createSteadyTimer(ros::WallDuration(kScouting), [this](const auto&) { scout(); });
-  std::vector<std::string> topics;
-  for (const auto& [topic, subscriber] : subscribers_) topics.push_back(topic);
-  spinner_.start();
+  thread_.every(kScouting, [this] { scout(); });
+  const std::vector<std::string> topics(heard_.begin(), heard_.end());
+  thread_.begin();
   // What is latched comes with the connection.
   if (!topics.empty()) waitForPublishers(topics, deadlineIn(kConnecting));
   if (!topics.empty()) std::this_thread::sleep_for(kFirstNews);
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (!reason_.empty()) throw std::runtime_error("motion is refused: " + reason_);
-}
-
-void TakeOver::end() {
-  timer_.stop();
-  spinner_.stop();
-  subscribers_.clear();
+  if (!reason_.empty()) throw replay::MotionRefused(reason_);
 }
 
 bool TakeOver::publish(const replay::Channel& channel, const replay::Bytes& bytes) {
-  if (channel.topic == topic_ && isVelocityType(channel.type)) {
+  if (channel.topic == topic_ && isVelocity(channel)) {
     const replay::Stamp now = stampNow();
     const replay::Velocity velocity = replay::velocityOf(bytes);
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -97,54 +89,52 @@ void TakeOver::follow(const VelocityRoute& route) {
   const std::string& output = base_.output_topic.empty() ? route.output : base_.output_topic;
   // Of several nodes one behind the other the last is not known.
   if (!output.empty()) listenToOutput(output, output == route.output ? route.node : "");
-  if (route.selected.empty() || subscribers_.count(route.selected) > 0) return;
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const std_msgs::String&>(
-      route.selected, kListenQueue, [this](const std_msgs::String& selected) {
-        std::string reason;
-        {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          reason = watch_.onSelected(selected.data);
-        }
-        notice(reason);
-      });
-  subscribers_[route.selected] = node_.subscribe(options);
+  if (route.selected.empty()) return;
+  listen<std_msgs::String>(route.selected, [this](const std_msgs::String& selected) {
+    return watch_.onSelected(selected.data);
+  });
 }
 
-void TakeOver::listen(const std::string& topic,
-                      std::function<std::string(const AnyMessage&)> look) {
-  if (topic == topic_ || subscribers_.count(topic) > 0) return;
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const AnyMessage&>(
-      topic, kListenQueue, [this, look = std::move(look)](const AnyMessage& event) {
-        if (!isVelocityType(event.getConstMessage()->getDataType())) return;
-        std::string reason;
-        {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          reason = look(event);
-        }
-        notice(reason);
-      });
-  subscribers_[topic] = node_.subscribe(options);
+/// `look` is called with the lock held.
+template <typename Heard>
+void TakeOver::listen(const std::string& topic, std::function<std::string(const Heard&)> look) {
+  if (topic == topic_ || !heard_.insert(topic).second) return;
+  thread_.hear<Heard>(topic, kListenQueue, [this, look = std::move(look)](const Heard& heard) {
+    std::string reason;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      reason = look(heard);
+      if (reason.empty() || !reason_.empty()) return;
+      reason_ = reason;
+    }
+    on_taken_(reason);
+  });
+}
+
+void TakeOver::listenToVelocities(const std::string& topic, Look look) {
+  listen<AnyMessage>(topic, [look = std::move(look)](const AnyMessage& event) {
+    const topic_tools::ShapeShifter& message = *event.getConstMessage();
+    if (!replay::isTwist(message.getDataType())) return std::string();
+    return look(event.getPublisherName(), replay::velocityOf(bytesOf(message)));
+  });
 }
 
 void TakeOver::listenToInput(const std::string& topic) {
-  listen(topic, [this, topic](const AnyMessage& event) {
-    return watch_.onInput(stampNow(), topic,
-                          replay::velocityOf(bytesOf(*event.getConstMessage())));
+  listenToVelocities(topic, [this, topic](const auto&, const replay::Velocity& velocity) {
+    return watch_.onInput(stampNow(), topic, velocity);
   });
 }
 
 /// Only the multiplexer sends there, or the first that was heard if it is not known: whatever
 /// another node sends there, zeros too, it passes everybody by.
 void TakeOver::listenToOutput(const std::string& topic, const std::string& multiplexer) {
-  listen(topic, [this, topic, driver = multiplexer](const AnyMessage& event) mutable {
-    const std::string& sender = event.getPublisherName();
+  const auto look = [this, topic, driver = multiplexer](
+                        const std::string& sender, const replay::Velocity& velocity) mutable {
     if (driver.empty() && isAnother(sender)) driver = sender;
     if (sender != driver && isAnother(sender)) return sender + " drives the base on " + topic;
-    return watch_.onOutput(stampNow(), topic,
-                           replay::velocityOf(bytesOf(*event.getConstMessage())));
-  });
+    return watch_.onOutput(stampNow(), topic, velocity);
+  };
+  listenToVelocities(topic, look);
 }
 
 /// The profile's, /odom, or the only one there is.
@@ -153,37 +143,17 @@ void TakeOver::listenToOdometry(const std::map<std::string, std::string>& types)
   for (const auto& [topic, type] : types) {
     if (type == kOdometryType) known.push_back(topic);
   }
-  const bool has_usual = std::count(known.begin(), known.end(), "/odom") > 0;
-  const std::string topic = !base_.odometry_topic.empty() ? base_.odometry_topic
-                            : has_usual                   ? "/odom"
-                            : known.size() == 1           ? known.front()
-                                                          : "";
-  if (topic.empty() || subscribers_.count(topic) > 0) return;
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const nav_msgs::Odometry&>(
-      topic, kListenQueue, [this](const nav_msgs::Odometry& odometry) {
-        const auto& position = odometry.pose.pose.position;
-        const auto& q = odometry.pose.pose.orientation;
-        std::string reason;
-        {
-          const std::lock_guard<std::mutex> lock(mutex_);
-          reason = obedience_.moved(
-              stampNow(), {static_cast<std::int64_t>(odometry.header.stamp.toNSec())},
-              {position.x, position.y, replay::headingOf(q.x, q.y, q.z, q.w)});
-        }
-        notice(reason);
-      });
-  subscribers_[topic] = node_.subscribe(options);
-}
-
-void TakeOver::notice(const std::string& reason) {
-  if (reason.empty()) return;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (!reason_.empty()) return;
-    reason_ = reason;
-  }
-  on_taken_(reason);
+  const std::string topic = !base_.odometry_topic.empty()     ? base_.odometry_topic
+                            : replay::contains(known, "/odom") ? "/odom"
+                            : known.size() == 1               ? known.front()
+                                                              : "";
+  if (topic.empty()) return;
+  listen<nav_msgs::Odometry>(topic, [this](const nav_msgs::Odometry& odometry) {
+    const auto& position = odometry.pose.pose.position;
+    const auto& q = odometry.pose.pose.orientation;
+    return obedience_.moved(stampNow(), toStamp(odometry.header.stamp),
+                            {position.x, position.y, replay::headingOf(q.x, q.y, q.z, q.w)});
+  });
 }
 
 }  // namespace afterglow::nodes

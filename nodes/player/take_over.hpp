@@ -4,19 +4,20 @@
 #pragma once
 
 #include <nav_msgs/Odometry.h>
-#include <ros/callback_queue.h>
-#include <ros/ros.h>
 
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "nodes/player/velocity_route.hpp"
 #include "nodes/tools/any_message.hpp"
+#include "nodes/tools/callback_thread.hpp"
 #include "replay/motion/base_obedience.hpp"
 #include "replay/motion/take_over_watch.hpp"
+#include "replay/plan/play_plan.hpp"
 #include "replay/plan/robot_profile.hpp"
 #include "replay/play/outbox.hpp"
 
@@ -29,27 +30,25 @@ class TakeOver : public replay::MessageSink {
   /// `base_topic`: where the base's velocities are published; empty: the replay does not drive it.
   TakeOver(std::string base_topic, const replay::RobotProfile::Base& base,
            replay::MessageSink& sink);
-  ~TakeOver() override;
-  TakeOver(const TakeOver&) = delete;
-  TakeOver& operator=(const TakeOver&) = delete;
 
   /// From now on notices: `on_taken` is called once, with the reason, in a thread of its own.
   /// Throws std::runtime_error, one line, if somebody else drives already.
   void begin(std::function<void(const std::string& reason)> on_taken);
   /// on_taken is not called any more.
-  void end();
+  void end() { thread_.end(); }
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
 
  private:
   void scout();
-  void listen(const std::string& topic,
-              std::function<std::string(const AnyMessage& event)> look);
+  template <typename Heard>
+  void listen(const std::string& topic, std::function<std::string(const Heard&)> look);
+  using Look = std::function<std::string(const std::string& sender, const replay::Velocity&)>;
+  void listenToVelocities(const std::string& topic, Look look);
   void listenToOdometry(const std::map<std::string, std::string>& types);
   void follow(const VelocityRoute& route);
   void listenToInput(const std::string& topic);
   void listenToOutput(const std::string& topic, const std::string& multiplexer);
-  void notice(const std::string& reason);
 
   const std::string topic_;
   const replay::RobotProfile::Base base_;
@@ -60,11 +59,8 @@ class TakeOver : public replay::MessageSink {
   replay::BaseObedience obedience_;
   std::string reason_;  ///< why it is taken over; empty: it is not
   MasterLink master_;  ///< scout()'s
-  ros::CallbackQueue queue_;
-  ros::NodeHandle node_;
-  std::map<std::string, ros::Subscriber> subscribers_;  ///< by topic; scout()'s
-  ros::SteadyTimer timer_;
-  ros::AsyncSpinner spinner_;
+  std::set<std::string> heard_;  ///< topics; scout()'s
+  CallbackThread thread_{2};     ///< one of them asks the master now and then
 };
 
 }  // namespace afterglow::nodes

@@ -2,6 +2,9 @@
 
 #include <set>
 
+#include "replay/messages/topic_name.hpp"
+#include "replay/plan/recorded_drivers.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -19,28 +22,20 @@ std::vector<std::string> velocitiesOf(const std::string& node, const NodesByTopi
   std::vector<std::string> names;
   for (const auto& [topic, nodes] : topics) {
     const bool is_its = topic != but && nodes.count(node) > 0;
-    if (is_its && isVelocityType(typeOf(types, topic))) names.push_back(topic);
+    if (is_its && replay::isTwist(typeOf(types, topic))) names.push_back(topic);
   }
   return names;
 }
 
 std::string selectedOf(const std::string& node, const RosGraph& graph, const Types& types) {
-  const std::string last = "/selected";
   for (const auto& [topic, nodes] : graph.publishers) {
-    const bool is_named = topic.size() > last.size() &&
-                          topic.compare(topic.size() - last.size(), last.size(), last) == 0;
-    if (is_named && nodes.count(node) > 0 && typeOf(types, topic) == "std_msgs/String") {
-      return topic;
-    }
+    const bool is_its = replay::endsWith(topic, "/selected") && nodes.count(node) > 0;
+    if (is_its && typeOf(types, topic) == "std_msgs/String") return topic;
   }
   return "";
 }
 
 }  // namespace
-
-bool isVelocityType(const std::string& type) {
-  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped";
-}
 
 std::vector<VelocityRoute> velocityRoutes(const RosGraph& graph, const Types& types,
                                           const std::string& topic) {

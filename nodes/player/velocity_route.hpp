@@ -19,9 +19,6 @@ struct VelocityRoute {
   std::string selected;             ///< std_msgs/String, the input that it passes on; or empty
 };
 
-/// geometry_msgs/Twist or TwistStamped.
-bool isVelocityType(const std::string& type);
-
 /// The nodes that pass on what is sent on `topic`: those that hear it and publish one velocity
 /// topic alone, or say which input they have selected, as topic_tools' mux does.
 std::vector<VelocityRoute> velocityRoutes(const RosGraph& graph,

@@ -17,12 +17,6 @@ constexpr std::size_t kMostFrames = 256;
 constexpr int kFirstMessages = 20;
 constexpr std::int64_t kReadAhead = 3'000'000'000;
 
-ros::Time stampOf(replay::Stamp stamp) {
-  ros::Time time;
-  time.fromNSec(static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.ns)));
-  return time;
-}
-
 bool isMoved(const std::string& frame, const replay::AnchorSettings& settings) {
   return !frame.empty() && frame != settings.frame;
 }
@@ -154,7 +148,7 @@ void WorldAnchor::place(const std::string& frame, replay::Stamp moment, Wanted w
   const auto [told, is_new] = told_.emplace(frame, published);
   if (!is_new && std::exchange(told->second, published) == published) return;
   geometry_msgs::TransformStamped transform;
-  transform.header.stamp = stampOf(published);
+  transform.header.stamp = toTime(published);
   transform.header.frame_id = plan_.rewriting.frame(settings_.frame);
   transform.child_frame_id = plan_.rewriting.frame(replay::recordedFrame(frame));
   transform.transform = toTransform(*T_anchor_frame);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/projector/transform_listener.hpp"
 
@@ -17,12 +18,6 @@ constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf
 constexpr std::int64_t kWaitingPeriod = 40'000'000;         // ns; that of a film
 /// ns; a cloud without a transform after this time is given up for the next one.
 constexpr std::int64_t kCloudPatience = 1'000'000'000;
-
-ros::Time toTime(replay::Stamp stamp) {
-  ros::Time time;
-  time.fromNSec(static_cast<std::uint64_t>(stamp.ns));
-  return time;
-}
 
 }  // namespace
 

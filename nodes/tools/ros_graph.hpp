@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,16 @@ inline Deadline deadlineIn(double seconds) {
   return std::chrono::steady_clock::now() +
          std::chrono::duration_cast<std::chrono::steady_clock::duration>(
              std::chrono::duration<double>(seconds));
+}
+
+/// Looks again and again. False: it did not hold by the deadline, or when `is_stopped`.
+template <typename Condition, typename IsStopped>
+bool waitUntil(Deadline deadline, const IsStopped& is_stopped, const Condition& holds) {
+  while (!holds()) {
+    if (is_stopped() || std::chrono::steady_clock::now() >= deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
 }
 
 /// A running master answers at once; roscpp itself would wait forever.

@@ -15,6 +15,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "calib/file_replacement.hpp"
 #include "nodes/pages/replay_page.hpp"
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/replay_session.hpp"
@@ -265,7 +266,7 @@ void run(const PlayCommand& command) {
     if (!command.is_quiet) printReport(report);
   }
   if (!command.report_file.empty() && !reports.empty()) {
-    writeText(command.report_file, reportFile(command.report_file, reports));
+    calib::replaceFile(command.report_file, reportFile(command.report_file, reports));
   }
   if (!failure.empty()) {
     throw std::runtime_error(failure);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "replay/motion/refusal_text.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -65,7 +65,7 @@ Checkup checkJoints(const RobotProfile& robot, const RunningRobot& running) {
   const auto look = [&](const std::string& joint) {
     if (heard.count(joint) == 0) missing.push_back(joint);
   };
-  for (const std::string& joint : robot.joints) look(joint);
+  for (const auto& [joint, limits] : robot.joints) look(joint);
   for (const std::string& joint : robot.gripper_joints) look(joint);
   if (heard.empty()) {
     return Checkup::problem("joints", "no joint states came",

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "replay/plan/robot_topics.hpp"
+#include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
 

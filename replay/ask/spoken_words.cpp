@@ -2,14 +2,11 @@
 
 #include <cctype>
 
+#include "replay/messages/topic_name.hpp"
 #include "replay/query/nearest.hpp"
 
 namespace afterglow::replay {
 namespace {
-
-bool endsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 /// "didn't" and "didnt": recognizers leave the apostrophe out.
 bool isNegated(const std::string& word) {

@@ -19,10 +19,6 @@ bool isIn(const std::string& name, const std::string& name_space) {
   return name.compare(0, name_space.size() + 1, name_space + "/") == 0;
 }
 
-std::string bare(const std::string& name) {
-  return !name.empty() && name.front() == '/' ? name.substr(1) : name;
-}
-
 std::string below(const std::string& prefix, const std::string& frame) {
   return prefix.empty() ? frame : prefix + "/" + frame;
 }
@@ -36,10 +32,14 @@ std::string RobotNames::topic(const std::string& usual) const {
 }
 
 std::string RobotNames::frame(const std::string& usual) const {
-  const std::string name = bare(usual);
+  const std::string name = bareName(usual);
   const bool stays = name.empty() || frame_prefix.empty() || isIn(name, frame_prefix) ||
                      isOneOf(name, {"map", "world", "earth"});
   return stays ? usual : below(frame_prefix, name);
+}
+
+std::string bareName(const std::string& name) {
+  return !name.empty() && name.front() == '/' ? name.substr(1) : name;
 }
 
 std::string cleanNamespace(const std::string& text) {
@@ -50,14 +50,14 @@ std::string cleanNamespace(const std::string& text) {
 
 RobotNames findRobotNames(const std::string& name_space, const std::string& said,
                           const std::function<bool(const std::string&)>& is_known) {
-  const std::string name = bare(name_space);
+  const std::string name = bareName(name_space);
   const auto knows = [&](const std::string& prefix) {
     return is_known(below(prefix, "base_link")) || is_known(below(prefix, "base_footprint"));
   };
-  for (const std::string& prefix : {bare(said), name, name + "_tf"}) {
+  for (const std::string& prefix : {bareName(said), name, name + "_tf"}) {
     if (!prefix.empty() && prefix != "_tf" && knows(prefix)) return {name_space, prefix};
   }
-  return {name_space, knows("") ? "" : bare(said)};
+  return {name_space, knows("") ? "" : bareName(said)};
 }
 
 std::string RobotRenaming::topic(const std::string& name) const {
@@ -70,16 +70,16 @@ std::string RobotRenaming::topic(const std::string& name) const {
 std::string RobotRenaming::frame(const std::string& name) const {
   if (!renamesFrames()) return name;
   if (recorded.frame_prefix.empty()) return live.frame(name);
-  const std::string own = bare(name);
+  const std::string own = bareName(name);
   if (!isIn(own, recorded.frame_prefix)) return name;
   return below(live.frame_prefix, own.substr(recorded.frame_prefix.size() + 1));
 }
 
 RobotRenaming renamingTo(const RobotNames& recorded, const std::string& name_space,
                          const std::string& said) {
-  RobotRenaming renaming{recorded, {name_space, bare(said)}};
+  RobotRenaming renaming{recorded, {name_space, bareName(said)}};
   std::string& prefix = renaming.live.frame_prefix;
-  const std::string then = bare(recorded.name_space), now = bare(name_space);
+  const std::string then = bareName(recorded.name_space), now = bareName(name_space);
   if (then == now) {
     prefix = recorded.frame_prefix;
   } else if (prefix.empty()) {

@@ -26,6 +26,9 @@ struct RobotNames {
   friend bool operator!=(const RobotNames& a, const RobotNames& b) { return !(a == b); }
 };
 
+/// A name without its leading slash, as tf2 has frames.
+std::string bareName(const std::string& name);
+
 /// "robot1", "/robot1/" and "/robot1" are "/robot1"; "/" is empty.
 std::string cleanNamespace(const std::string& text);
 

@@ -392,4 +392,29 @@ Schema Schema::parse(const std::string& type, std::string_view definition) {
   return SchemaParser(type, definition).parse();
 }
 
+namespace {
+
+void visitFieldsOf(const Schema& schema, std::size_t type_index, const std::string& prefix,
+                   const std::function<void(const MessageType&, const Field&,
+                                            const std::string&)>& visit) {
+  const MessageType& type = schema.types()[type_index];
+  for (const Field& field : type.fields) {
+    const std::string path =
+        prefix + field.name + (field.arity == Field::Arity::Single ? "" : "[]");
+    if (field.type == FieldType::Message) {
+      visitFieldsOf(schema, field.message, path + ".", visit);
+    } else {
+      visit(type, field, path);
+    }
+  }
+}
+
+}  // namespace
+
+void visitFields(const Schema& schema,
+                 const std::function<void(const MessageType&, const Field&, const std::string&)>&
+                     visit) {
+  visitFieldsOf(schema, 0, "", visit);
+}
+
 }  // namespace afterglow::replay

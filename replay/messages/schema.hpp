@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -87,5 +88,11 @@ class Schema {
   std::vector<std::size_t> minimum_sizes_;
   std::vector<bool> fixed_sizes_;
 };
+
+/// Calls `visit` with every field that is no message, the type it stands in and its path as in
+/// FieldPath, "poses[].position.x", in the order of the definition.
+void visitFields(const Schema& schema,
+                 const std::function<void(const MessageType& type, const Field& field,
+                                          const std::string& path)>& visit);
 
 }  // namespace afterglow::replay

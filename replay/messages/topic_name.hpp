@@ -42,6 +42,11 @@ class TopicName {
 /// Of each text; throws as TopicName.
 std::vector<TopicName> topicNames(const std::vector<std::string>& texts);
 
+/// Whether a topic or a type is called so at its end.
+bool endsWith(std::string_view name, std::string_view end);
+/// "/arm" of "/arm/goal", "/arm/cancel", "/arm/result".
+std::string actionOf(const std::string& topic);
+
 /// Throws std::invalid_argument, as TopicName, for a text that is neither empty nor a namespace,
 /// "/robot1": a slash alone is none, as it changes no name.
 void checkNamespace(const std::string& text);

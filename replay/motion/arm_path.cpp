@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
@@ -247,10 +248,8 @@ std::vector<double> timesOf(const ArmPath& path, const ArmDeparture& departure, 
   const int count = std::max(1, static_cast<int>(std::ceil(length / kRampStep)));
   for (int k = 0; k <= count; ++k) {
     const double at = length * k / count;
-    const bool is_new = std::none_of(times.begin(), times.end(), [at](double other) {
-      return std::abs(other - at) < kNearestKnots;
-    });
-    if (is_new) times.push_back(at);
+    const auto isThere = [at](double other) { return std::abs(other - at) < kNearestKnots; };
+    if (!anyOf(times, isThere)) times.push_back(at);
   }
   std::sort(times.begin(), times.end());
   return times;

@@ -9,13 +9,11 @@
 #include <vector>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-/// Joint states are told, recorded and replayed with delays: where a joint was around a moment
-/// counts as where it was at it.
-constexpr std::int64_t kAroundNs = 250'000'000;
 /// A point that is due so soon is where the trajectory begins.
 constexpr double kAtOnce = 0.05;
 /// Nearer to the first point, the next one would be a jump for a joint that is a little off.
@@ -94,9 +92,8 @@ void addOffsets(Value& point, const std::vector<double>& offsets, double share, 
 }
 
 bool isMoving(const Value& point) {
-  const std::vector<double> velocities = numbersAt(point, "velocities");
-  return std::any_of(velocities.begin(), velocities.end(),
-                     [](double velocity) { return std::abs(velocity) > kMoves; });
+  return anyOf(numbersAt(point, "velocities"),
+               [](double velocity) { return std::abs(velocity) > kMoves; });
 }
 
 void checkShape(const Trajectory& trajectory) {
@@ -106,8 +103,7 @@ void checkShape(const Trajectory& trajectory) {
       throw MessageError("a point of " + std::to_string(positions.size()) + " positions for " +
                          std::to_string(trajectory.joints.size()) + " joints");
     }
-    if (!std::all_of(positions.begin(), positions.end(),
-                     [](double position) { return std::isfinite(position); })) {
+    if (!allOf(positions, [](double position) { return std::isfinite(position); })) {
       throw MessageError("a position that is no number");
     }
   }
@@ -132,12 +128,6 @@ double ArmStart::speedOf(const std::string& joint) const {
 
 double ArmStart::wayOf(const std::string& joint, double from, double to) const {
   return options_.robot.way(joint, from, to);
-}
-
-double ArmStart::deviationOf(const std::string& joint, const JointTrack::Reach& reach,
-                             double now) const {
-  const double off = wayOf(joint, reach.at, now);
-  return std::max({0.0, off - (reach.most - reach.at), (reach.least - reach.at) - off});
 }
 
 /// The seconds that a joint needs if it may be elsewhere.
@@ -202,10 +192,10 @@ ArmStart::Beginning ArmStart::beginningOf(const Trajectory& trajectory, Stamp at
     const std::optional<LiveJoint> live = liveOf(joint);
     beginning.is_known = beginning.is_known && live;
     if (!live) continue;
-    const auto reach = recorded_.around(joint, at, kAroundNs);
+    const auto reach = recorded_.around(joint, at, JointTrack::kAroundNs);
     const double reference = beginning.is_at_once ? first_positions[i] : reach ? reach->at : 0;
     if (reach) {
-      const double deviation = deviationOf(joint, *reach, live->position);
+      const double deviation = reach->off(wayOf(joint, reach->at, live->position));
       beginning.lead_s = std::max(beginning.lead_s,
                                   leadOf(joint, reach->at, deviation, live->position));
     } else if (beginning.is_at_once) {
@@ -296,7 +286,7 @@ void ArmStart::checkOnlyPoint(const Trajectory& trajectory, const Beginning& now
   for (std::size_t i = 0; i < there.size(); ++i) {
     const std::string& joint = trajectory.joints[i];
     const std::optional<double> limit = options_.limits.of(joint).velocity;
-    const auto reach = recorded_.around(joint, at, kAroundNs);
+    const auto reach = recorded_.around(joint, at, JointTrack::kAroundNs);
     const double own = reach ? std::abs(wayOf(joint, reach->at, there[i])) / seconds : 0;
     const double allowed = limit.value_or(std::max(own, speedOf(joint)));
     const double way = std::abs(wayOf(joint, now.positions[i], there[i]));
@@ -469,12 +459,11 @@ std::optional<ArmStart::Rest> ArmStart::restOf(const Trajectory& trajectory,
       return std::nullopt;
     }
     live.push_back(*joint);
-    const auto reach = recorded_.around(joints[i], progress.at, kAroundNs);
+    const auto reach = recorded_.around(joints[i], progress.at, JointTrack::kAroundNs);
     const double then = reach ? reach->at : there.positions[i];
-    const double off = std::abs(wayOf(joints[i], then, joint->position));
+    const double way = wayOf(joints[i], then, joint->position);
     // Throws for a joint that may not be there.
-    (void)leadOf(joints[i], then,
-                 reach ? deviationOf(joints[i], *reach, joint->position) : off, joint->position);
+    (void)leadOf(joints[i], then, reach ? reach->off(way) : std::abs(way), joint->position);
   }
   Rest rest{*std::move(path)};
   findPlace(joints, live, elapsed_s, rest);

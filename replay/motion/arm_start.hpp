@@ -129,7 +129,6 @@ class ArmStart {
   double rampOf(const std::vector<std::string>& joints, const Rest& rest) const;
   Beginning beginningOf(const Trajectory& trajectory, Stamp at) const;
   double wayOf(const std::string& joint, double from, double to) const;
-  double deviationOf(const std::string& joint, const JointTrack::Reach& reach, double now) const;
   double leadOf(const std::string& joint, double then, double deviation, double now) const;
   JointWay wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
                  const std::vector<double>& to, Stamp at) const;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "replay/motion/pose_track.hpp"
-
 namespace afterglow::replay {
 namespace {
 

@@ -5,15 +5,13 @@
 #include <deque>
 
 #include "replay/messages/message.hpp"
-#include "replay/motion/planar_pose.hpp"
+#include "replay/motion/drive_timing.hpp"
 
 namespace afterglow::replay {
 
-struct CommandLimits {
-  double speed, turn_speed;                ///< m/s and rad/s, either way
-  double acceleration, turn_acceleration;  ///< m/s^2 and rad/s^2
-  double delay;                            ///< s until the base does as it is told
-  double longest_silence;                  ///< s that the oldest odometry that counts is old
+struct CommandLimits : DriveLimits {
+  double delay;            ///< s until the base does as it is told
+  double longest_silence;  ///< s that the oldest odometry that counts is old
 };
 
 class BaseCommand {

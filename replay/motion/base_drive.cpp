@@ -61,7 +61,7 @@ void BaseDrive::findDrives(Stamp begin, Stamp end) {
     if (from < to && isDriven(track_.part(from, to))) drives_.push_back({from, to, is_passing});
   };
   Stamp from = begin;
-  for (const TrackStand& stand : track_.stands) {
+  for (const TrackSpan& stand : track_.stands) {
     const bool is_last = stand.to >= track_.end() || stand.to >= end;
     add(from, std::min(stand.from, end),
         !is_last && secondsBetween(stand.from, stand.to) < kShortStop);

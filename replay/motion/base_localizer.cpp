@@ -9,10 +9,6 @@ constexpr int kMostOutliers = 5;
 
 double square(double value) { return value * value; }
 
-bool isSame(const PlanarPose& a, const PlanarPose& b) {
-  return a.x == b.x && a.y == b.y && a.yaw == b.yaw;
-}
-
 }  // namespace
 
 bool isJump(const PlanarPose& from, const PlanarPose& to, const LocalizationNoise& noise) {
@@ -64,7 +60,7 @@ void BaseLocalizer::move(const PlanarPose& odometry) {
 }
 
 void BaseLocalizer::correct(const PlanarPose& T_map_odom, Stamp at) {
-  if (isSame(T_map_odom, last_correction_)) return;
+  if (T_map_odom == last_correction_) return;
   last_correction_ = T_map_odom;
   gone_ = 0;
   const double since = std::abs(static_cast<double>(at.ns - corrected_at_.ns)) * 1e-9;

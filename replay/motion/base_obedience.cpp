@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "replay/motion/pose_track.hpp"
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -97,9 +97,8 @@ std::string BaseObedience::moved(Stamp now, Stamp stamp, const PlanarPose& pose)
     return std::hypot(of[0], of[1]) >= linear || std::abs(of[2]) >= turn;
   };
   const bool is_told =
-      !told_.empty() && std::all_of(told_.begin(), told_.end(), [&](const Told& each) {
-        return moves(each.motion, kIsToMove, kIsToTurn);
-      });
+      !told_.empty() &&
+      allOf(told_, [&](const Told& each) { return moves(each.motion, kIsToMove, kIsToTurn); });
   const bool stands = is_told && !moves(*motion, kStands, kStandsTurn);
   if (isTooLong(stands_since_, stands, options_.standing_patience, now)) {
     return fmt::format("the base stands, though it is told to move, {:.2f} m/s and {:.2f} rad/s",

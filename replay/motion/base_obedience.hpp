@@ -9,7 +9,7 @@
 #include <string>
 
 #include "replay/messages/message.hpp"
-#include "replay/motion/planar_pose.hpp"
+#include "replay/motion/pose_track.hpp"
 #include "replay/motion/velocity.hpp"
 
 namespace afterglow::replay {
@@ -42,10 +42,6 @@ class BaseObedience {
     Stamp at;
     Motion motion;
   };
-  struct Seen {
-    Stamp stamp;
-    PlanarPose pose;
-  };
 
   std::optional<Motion> measure(Stamp stamp, const PlanarPose& pose);
   void moveBounds(Stamp now);
@@ -54,7 +50,7 @@ class BaseObedience {
 
   ObedienceOptions options_;
   std::deque<Told> told_;  ///< those in force within the latency
-  std::deque<Seen> seen_;
+  std::deque<StampedPose> seen_;
   Motion most_{}, least_{};  ///< what it may do now
   Stamp bounded_;            ///< when they were moved
   std::optional<Stamp> faster_since_, stands_since_;

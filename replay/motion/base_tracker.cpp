@@ -64,8 +64,8 @@ BaseTracker::BaseTracker(PoseTrack track, const TrackerOptions& options,
       approach_(track_.endPose(), options.approach, headingsFor(track_), options.is_holonomic),
       path_(track_.begin(), track_.end(), options.rate),
       timing_(track_, options, options.rate),
-      command_({options.speed, options.turn_speed, options.acceleration, options.turn_acceleration,
-                options.command_delay, 1e-9 * static_cast<double>(kMotionSilence.longest)}) {
+      command_({options, options.command_delay,
+                1e-9 * static_cast<double>(kMotionSilence.longest)}) {
   if (options.obstacles) obstacles_.emplace(*options.obstacles, track_.frame());
 }
 

@@ -52,11 +52,6 @@ struct TrackerOptions : DriveLimits {
   std::optional<ObstacleOptions> obstacles;
 };
 
-struct StampedPose {
-  Stamp stamp;
-  PlanarPose pose;
-};
-
 /// The newest poses; the same ones may be given again. All stamps by one clock.
 struct BaseInput {
   Stamp now;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
@@ -12,15 +13,6 @@ namespace {
 
 /// m outside of the outline: the range finder's noise on the robot's own edge.
 constexpr double kOwnEdge = 0.02;
-
-double distanceToLine(const OwnPart& part, const FloorPoint& p) {
-  const double x = part.to.x - part.from.x, y = part.to.y - part.from.y;
-  const double length2 = x * x + y * y;
-  const double along =
-      length2 > 0 ? ((p.x - part.from.x) * x + (p.y - part.from.y) * y) / length2 : 0;
-  const double t = std::clamp(along, 0., 1.);
-  return std::hypot(p.x - part.from.x - t * x, p.y - part.from.y - t * y);
-}
 
 }  // namespace
 
@@ -37,8 +29,8 @@ FloorScan::FloorScan(const RangeScan& scan, const ScanMount& mount, const Footpr
   }
   const auto isOwn = [&](const FloorPoint& point) {
     return (own_outline && own_outline->distanceTo(point) < kOwnEdge) ||
-           std::any_of(own_parts.begin(), own_parts.end(), [&](const OwnPart& part) {
-             return distanceToLine(part, point) < part.radius;
+           anyOf(own_parts, [&](const OwnPart& part) {
+             return distanceToLine(part.from, part.to, point) < part.radius;
            });
   };
   for (std::size_t beam = 0; beam < scan.ranges.size(); ++beam) {

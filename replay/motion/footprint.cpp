@@ -47,19 +47,19 @@ double areaOf(const std::vector<FloorPoint>& hull) {
   return twice / 2;
 }
 
-double distanceToEdge(const FloorPoint& a, const FloorPoint& b, const FloorPoint& p) {
-  const double x = b.x - a.x, y = b.y - a.y;
-  const double along = ((p.x - a.x) * x + (p.y - a.y) * y) / (x * x + y * y);
-  const double t = std::clamp(along, 0., 1.);
-  return std::hypot(p.x - a.x - t * x, p.y - a.y - t * y);
-}
-
 std::invalid_argument noFootprint(const std::string& text) {
   return std::invalid_argument("'" + text +
                                "' is no footprint: RADIUS, or corners 'X,Y X,Y X,Y', in meters");
 }
 
 }  // namespace
+
+double distanceToLine(const FloorPoint& a, const FloorPoint& b, const FloorPoint& p) {
+  const double x = b.x - a.x, y = b.y - a.y, length2 = x * x + y * y;
+  const double along = length2 > 0 ? ((p.x - a.x) * x + (p.y - a.y) * y) / length2 : 0;
+  const double t = std::clamp(along, 0., 1.);
+  return std::hypot(p.x - a.x - t * x, p.y - a.y - t * y);
+}
 
 Footprint Footprint::circle(double radius) {
   if (!(radius > 0 && radius <= kLargestRobot)) {
@@ -96,7 +96,7 @@ double Footprint::distanceTo(const FloorPoint& point) const {
   bool is_inside = true;
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     const FloorPoint &a = corners_[i], &b = corners_[(i + 1) % corners_.size()];
-    nearest = std::min(nearest, distanceToEdge(a, b, point));
+    nearest = std::min(nearest, distanceToLine(a, b, point));
     is_inside = is_inside && leftOf(a, b, point) >= 0;
   }
   return (is_inside ? -nearest : nearest) - rounding_;

@@ -12,6 +12,9 @@ struct FloorPoint {
   double x = 0, y = 0;
 };
 
+/// m from the line between a and b, which may be a point.
+double distanceToLine(const FloorPoint& a, const FloorPoint& b, const FloorPoint& p);
+
 /// A convex outline; a value.
 class Footprint {
  public:

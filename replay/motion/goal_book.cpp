@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "replay/messages/ranges.hpp"
+#include "replay/messages/topic_name.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -39,8 +42,7 @@ void GoalBook::close(const std::string& id) {
 
 bool GoalBook::isOpen(const std::string& topic) const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return std::any_of(open_.begin(), open_.end(),
-                     [&](const Open& goal) { return goal.topic == topic; });
+  return anyOf(open_, [&](const Open& goal) { return goal.topic == topic; });
 }
 
 bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at,
@@ -139,8 +141,7 @@ void GoalBook::suspend(Entry entry) {
 
 bool GoalBook::hasOpen() const {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return std::any_of(open_.begin(), open_.end(),
-                     [](const Open& goal) { return goal.recorded.has_value(); });
+  return anyOf(open_, [](const Open& goal) { return goal.recorded.has_value(); });
 }
 
 std::vector<GoalBook::Entry> GoalBook::openOn(const std::string& recorded_topic) const {
@@ -210,7 +211,7 @@ Bytes cancelMessage(const std::string& goal_id) {
 
 Channel cancelChannel(const Channel& goal_channel) {
   Channel channel;
-  channel.topic = goal_channel.topic.substr(0, goal_channel.topic.rfind('/')) + "/cancel";
+  channel.topic = actionOf(goal_channel.topic) + "/cancel";
   channel.type = "actionlib_msgs/GoalID";
   channel.md5 = "302881f31927c1df708a2dbab0e80ee8";
   channel.definition = "time stamp\nstring id\n";

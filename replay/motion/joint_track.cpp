@@ -107,9 +107,11 @@ std::optional<JointTrack::Reach> JointTrack::around(const std::string& joint, St
     return std::nullopt;
   }
   const std::vector<Sample>& samples = known->second;
-  const auto after = std::lower_bound(
-      samples.begin(), samples.end(), moment,
-      [](const Sample& sample, Stamp stamp) { return sample.at < stamp; });
+  const auto firstSince = [&samples](Stamp stamp) {
+    return std::lower_bound(samples.begin(), samples.end(), stamp,
+                            [](const Sample& sample, Stamp wanted) { return sample.at < wanted; });
+  };
+  const auto after = firstSince(moment);
   const auto before = after == samples.begin() ? after : std::prev(after);
   const auto next = after == samples.end() ? before : after;
   if (std::min(std::abs(moment.ns - before->at.ns), std::abs(next->at.ns - moment.ns)) > kSecond) {
@@ -124,13 +126,8 @@ std::optional<JointTrack::Reach> JointTrack::around(const std::string& joint, St
   Reach reach;
   reach.at = before->position + share * (next->position - before->position);
   reach.least = reach.most = reach.at;
-  for (auto sample = after; sample != samples.end() && sample->at.ns <= moment.ns + margin_ns;
-       ++sample) {
-    reach.least = std::min(reach.least, sample->position);
-    reach.most = std::max(reach.most, sample->position);
-  }
-  for (auto sample = after; sample != samples.begin();) {
-    if ((--sample)->at.ns < moment.ns - margin_ns) break;
+  for (auto sample = firstSince({moment.ns - margin_ns});
+       sample != samples.end() && sample->at.ns <= moment.ns + margin_ns; ++sample) {
     reach.least = std::min(reach.least, sample->position);
     reach.most = std::max(reach.most, sample->position);
   }

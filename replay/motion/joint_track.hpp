@@ -2,6 +2,7 @@
 /// What joint states said of a robot's joints, in the recording's time. Radians and meters.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -35,9 +36,15 @@ class JointTrack {
   /// of.
   double fastest(const std::string& joint, Stamp from, Stamp to) const;
 
+  /// Joint states are told, recorded and replayed with delays: where a joint was around a moment
+  /// counts as where it was at it.
+  static constexpr std::int64_t kAroundNs = 250'000'000;
   struct Reach {
     double at = 0;              ///< at the moment, between the samples around it
     double least = 0, most = 0;  ///< around the moment
+
+    /// How far a position lies outside, which is so far from `at`; 0: it lies within.
+    double off(double way) const { return std::max({0., way - (most - at), least - at - way}); }
   };
   /// Where a joint was from `margin_ns` before a moment to as much after it. Empty if it was not
   /// heard of within a second of the moment.

@@ -22,10 +22,6 @@ struct RecordedAction {
   bool has_results = false;
 };
 
-std::string resultTopicOf(const std::string& goal_topic) {
-  return goal_topic.substr(0, goal_topic.rfind('/')) + "/result";
-}
-
 std::string textAt(const Schema& schema, const Bytes& bytes, const char* path) {
   const auto spans = findField(schema, bytes, FieldPath::parse(path));
   return spans.empty() ? std::string() : readString(bytes, spans.front());
@@ -140,7 +136,7 @@ Milestones Milestones::read(const Store& store, const PlayPlan& plan) {
   MessageRange range;
   for (const PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || topic.modality != Modality::Body || !isGoal(topic.channel)) continue;
-    const std::string result = resultTopicOf(topic.channel.topic);
+    const std::string result = actionOf(topic.channel.topic) + "/result";
     actions[result].goal_topic = topic.channel.topic;
     range.topics.insert(range.topics.end(), {topic.channel.topic, result});
   }
@@ -158,7 +154,7 @@ Milestones Milestones::read(const Store& store, const PlayPlan& plan) {
       if (!schema) continue;
       const auto action = actions.find(topic);
       action != actions.end() ? addResult(*schema, *message, action->second)
-                              : addGoal(*schema, *message, actions.at(resultTopicOf(topic)));
+                              : addGoal(*schema, *message, actions.at(actionOf(topic) + "/result"));
     } catch (const MessageError&) {  // not sent either, or no result of an action
     }
   }

@@ -29,8 +29,7 @@ constexpr double kRounding = 1e-6;  // of a limit: a velocity at the limit is al
 constexpr double kBeyondTurning = 0.02, kBeyondSliding = 0.005;  // rad, m, of a joint's range
 /// The fastest where no limit is known: m/s, rad/s, and rad/s or m/s of a joint.
 constexpr double kFastestLinear = 3, kFastestAngular = 10, kFastestJoint = 10;
-/// Joint states are told and recorded with delays; so near to where it was, a joint is there.
-constexpr std::int64_t kRecordedAroundNs = 250'000'000;
+/// So near to where it was, a joint is there.
 constexpr double kThereTurning = 0.1, kThereSliding = 0.02;  // rad, m
 /// A base's acceleration is that over so long, s, as velocities come irregularly; and at most.
 constexpr double kRampOver = 0.1, kRampAtMost = 0.25;
@@ -260,14 +259,13 @@ class TrajectoryPeaks {
 
   /// The first point is reached from where the joint was, as far as that was recorded.
   void addFirst(const std::string& joint, double position, double at_s, Stamp sent) {
-    const auto reach = joints_.around(joint, sent, kRecordedAroundNs);
+    const auto reach = joints_.around(joint, sent, JointTrack::kAroundNs);
     if (!reach) return;
     double way = position - reach->at;
     // It may turn without an end: by the short way.
     if (!robot_.isSliding(joint) && !limits_.of(joint).range) way = wrapAngle(way);
     const double there = robot_.isSliding(joint) ? kThereSliding : kThereTurning;
-    const double off = std::max({way - (reach->most - reach->at), reach->least - reach->at - way,
-                                 0.});
+    const double off = reach->off(way);
     if (off <= there) return;
     if (at_s > 0) return peaks_.addJointVelocity(joint, off / at_s);
     refuse(peaks_.topic(),
@@ -365,14 +363,14 @@ class PeakReader {
 
 }  // namespace
 
-const MotionLimits::Joint& MotionLimits::of(const std::string& joint) const {
+const JointLimits& MotionLimits::of(const std::string& joint) const {
   const auto known = joints.find(joint);
   return known == joints.end() ? other_joints : known->second;
 }
 
 MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const RobotProfile& robot) {
-  const auto bound = [](std::optional<double>& limit, double known) {
-    if (known > 0) limit = std::min(known, limit.value_or(known));
+  const auto bound = [](std::optional<double>& limit, std::optional<double> known) {
+    if (known && *known > 0) limit = std::min(*known, limit.value_or(*known));
   };
   const RobotProfile::Base& base = robot.base;
   bound(asked.linear, base.fastest);
@@ -381,26 +379,21 @@ MotionLimits boundedBy(MotionLimits asked, const RobotJoints& joints, const Robo
         base.linear_acceleration > 0 ? base.linear_acceleration : base.deceleration);
   bound(asked.angular_acceleration, base.angular_acceleration);
   // A joint that gets an entry of its own keeps the limits of the other joints.
-  const MotionLimits::Joint others = asked.other_joints;
-  const auto limitsOf = [&](const std::string& joint) -> MotionLimits::Joint& {
+  const JointLimits others = asked.other_joints;
+  const auto limitsOf = [&](const std::string& joint) -> JointLimits& {
     return asked.joints.emplace(joint, others).first->second;
   };
   for (const auto& [name, joint] : joints.all()) {
-    if (joint.fastest) bound(limitsOf(name).velocity, *joint.fastest);
+    if (joint.fastest) bound(limitsOf(name).velocity, joint.fastest);
     if (joint.range) limitsOf(name).range = joint.range;
   }
-  const auto isSaid = [&](const std::string& joint, auto RobotJoint::*what) {
-    const auto described = joints.all().find(joint);
-    return described != joints.all().end() && (described->second.*what).has_value();
-  };
-  for (const auto& [name, speed] : robot.joint_speeds) {
-    if (!isSaid(name, &RobotJoint::fastest)) bound(limitsOf(name).velocity, speed);
-  }
-  for (const auto& [name, acceleration] : robot.joint_accelerations) {
-    bound(limitsOf(name).acceleration, acceleration);
-  }
-  for (const auto& [name, range] : robot.joint_ranges) {
-    if (!isSaid(name, &RobotJoint::range) && !joints.isEndless(name)) limitsOf(name).range = range;
+  for (const auto& [name, said] : robot.joints) {
+    const auto found = joints.all().find(name);
+    const RobotJoint described = found != joints.all().end() ? found->second : RobotJoint();
+    if (said.velocity && !described.fastest) bound(limitsOf(name).velocity, said.velocity);
+    if (said.acceleration) bound(limitsOf(name).acceleration, said.acceleration);
+    const bool has_range = said.range && !described.range && !joints.isEndless(name);
+    if (has_range) limitsOf(name).range = said.range;
   }
   return asked;
 }

@@ -20,20 +20,16 @@
 namespace afterglow::replay {
 
 struct MotionLimits {
-  struct Joint {
-    std::optional<double> velocity, acceleration;  ///< rad or m, per s and s^2; empty: not known
-    std::optional<JointRange> range;
-  };
   std::optional<double> linear, angular;  ///< of the base: m/s, rad/s
   /// Its ramps: m/s^2, rad/s^2. A drive along a track is timed by them; velocities that are sent as
   /// they were recorded are refused at a rate that needs steeper ones.
   std::optional<double> linear_acceleration, angular_acceleration;
-  std::map<std::string, Joint> joints;
-  Joint other_joints;
+  std::map<std::string, JointLimits> joints;
+  JointLimits other_joints;
   bool are_given = false;  ///< asked for: what they cannot hold for is not played
 
   /// Returns the limits of a joint: its own, else those of the other joints.
-  const Joint& of(const std::string& joint) const;
+  const JointLimits& of(const std::string& joint) const;
 };
 
 /// Returns the lower of what was asked for and what the robot's description says, or where that

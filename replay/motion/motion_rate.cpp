@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "replay/messages/field_edit.hpp"
+#include "replay/messages/wire.hpp"
 #include "replay/plan/play_plan.hpp"
 
 namespace afterglow::replay {
@@ -72,16 +73,6 @@ void collectScaled(const Schema& schema, std::size_t type_index, const std::stri
   }
 }
 
-template <typename Number>
-void scaleNumber(std::uint8_t* at, double factor, double instead_of_0) {
-  Number number;
-  std::memcpy(&number, at, sizeof(number));
-  // At a higher rate it goes as it goes by itself.
-  if (number == 0 && factor < 1) number = static_cast<Number>(instead_of_0);
-  number = static_cast<Number>(static_cast<double>(number) * factor);
-  std::memcpy(at, &number, sizeof(number));
-}
-
 void scaleDuration(std::uint8_t* at, double factor) {
   std::int32_t parts[2];
   std::memcpy(parts, at, sizeof(parts));
@@ -97,13 +88,14 @@ void scaleDuration(std::uint8_t* at, double factor) {
 
 void scaleField(const FieldSpan& span, double factor, double instead_of_0, Bytes& bytes) {
   std::uint8_t* at = bytes.data() + span.offset;
-  if (span.type == FieldType::Duration) {
-    scaleDuration(at, factor);
-  } else if (span.type == FieldType::Float64) {
-    scaleNumber<double>(at, factor, instead_of_0);
-  } else {
-    scaleNumber<float>(at, factor, instead_of_0);
-  }
+  if (span.type == FieldType::Duration) return scaleDuration(at, factor);
+  withNumber(span.type, [&](auto type) {
+    using Number = decltype(type);
+    const auto own = static_cast<double>(loadNumber<Number>(at));
+    // At a higher rate it goes as it goes by itself.
+    const double number = own == 0 && factor < 1 ? instead_of_0 : own;
+    storeNumber(at, static_cast<Number>(number * factor));
+  });
 }
 
 }  // namespace

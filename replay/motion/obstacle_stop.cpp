@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "replay/messages/ranges.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -24,11 +26,6 @@ constexpr double kFreeAgain = 0.25, kFreeFor = 0.5;  // m, s
 bool isNear(const FloorPoint& a, const FloorPoint& b, double distance) {
   const double x = a.x - b.x, y = a.y - b.y;
   return x * x + y * y < distance * distance;
-}
-
-FloorPoint transformed(const PlanarPose& T, const FloorPoint& p) {
-  const PlanarPose at = compose(T, {p.x, p.y, 0});
-  return {at.x, at.y};
 }
 
 /// The beams beside a point that see the same thing, itself among them.
@@ -101,9 +98,7 @@ void ObstacleStop::take(const FloorScan& scan) {
     const int needed = std::clamp(static_cast<int>(beams), 1, kMostBeams);
     if (beamsOn(scan.points(), i) >= needed) {
       (moves(last_.back()) ? walkers_ : obstacles_).push_back(last_.back());
-    } else if (std::any_of(before.begin(), before.end(), [&](const FloorPoint& p) {
-                 return isNear(p, last_.back(), kAgain);
-               })) {
+    } else if (anyOf(before, [&](const auto& p) { return isNear(p, last_.back(), kAgain); })) {
       obstacles_.push_back(last_.back());
     }
   }

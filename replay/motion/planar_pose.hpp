@@ -12,6 +12,10 @@ constexpr double kDegreesPerRadian = 180 / kPi;
 
 struct PlanarPose {
   double x = 0, y = 0, yaw = 0;
+
+  friend bool operator==(const PlanarPose& a, const PlanarPose& b) {
+    return a.x == b.x && a.y == b.y && a.yaw == b.yaw;
+  }
 };
 
 /// How far a known pose may be from the true one; m along the less certain axis, rad.

@@ -87,7 +87,7 @@ std::string whyIncomplete(const PoseTrack& track, Stamp first, Stamp last) {
   if (const double early = secondsBetween(track.end(), last); early > kUnseen) {
     return fmt::format("its poses end {:.1f} s before its last velocity", early);
   }
-  for (const TrackGap& gap : track.gaps) {
+  for (const TrackSpan& gap : track.gaps) {
     if (gap.to < first || gap.from > last) continue;
     const PlanarPose from = track.at(gap.from), to = track.at(gap.to);
     const double turn = std::abs(wrapAngle(to.yaw - from.yaw));

@@ -18,13 +18,13 @@ inline Stamp later(Stamp stamp, double seconds) {
   return {stamp.ns + static_cast<std::int64_t>(seconds * 1e9)};
 }
 
-/// A while without any pose; the track goes straight through it.
-struct TrackGap {
-  Stamp from, to;
+struct StampedPose {
+  Stamp stamp;
+  PlanarPose pose;
 };
 
-/// A while of at least a second in which the odometry did not move.
-struct TrackStand {
+/// A while of a track.
+struct TrackSpan {
   Stamp from, to;
 };
 
@@ -37,10 +37,7 @@ struct TrackJump {
 /// A value; at least one pose.
 class PoseTrack {
  public:
-  struct Sample {
-    Stamp stamp;
-    PlanarPose pose;
-  };
+  using Sample = StampedPose;
 
   /// `frame` is the poses' ("map"); is_localized: that frame is one that localization knows again,
   /// not the odometry's. Stamps must rise; throws std::invalid_argument if they do not, or if there
@@ -69,8 +66,8 @@ class PoseTrack {
   /// and remarks stay behind, errors are kept.
   PoseTrack part(Stamp from, Stamp to) const;
 
-  std::vector<TrackStand> stands;
-  std::vector<TrackGap> gaps;
+  std::vector<TrackSpan> stands;  ///< of at least a second, in which the odometry did not move
+  std::vector<TrackSpan> gaps;    ///< without any pose; the track goes straight through them
   std::vector<TrackJump> jumps;
   /// Standard deviations on the map: of where it begins and ends, and of one measurement of the
   /// localization, judged by how far it moved the base each time. 0 if it is not localized.

@@ -1,7 +1,6 @@
 #include "replay/motion/robot_joints.hpp"
 
-#include <algorithm>
-
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/planar_pose.hpp"
 
 namespace afterglow::replay {
@@ -39,8 +38,7 @@ bool RobotJoints::isEndless(const std::string& joint) const {
 }
 
 bool RobotJoints::isGripper(const std::string& joint) const {
-  if (gripper_.empty()) return isGripperByName(joint);
-  return std::find(gripper_.begin(), gripper_.end(), joint) != gripper_.end();
+  return gripper_.empty() ? isGripperByName(joint) : contains(gripper_, joint);
 }
 
 const MimicJoint* RobotJoints::mimicOf(const std::string& joint) const {

@@ -3,13 +3,13 @@
 /// joints that turn, meters for those that slide.
 #pragma once
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::replay {
 
@@ -18,8 +18,6 @@ struct MimicJoint {
   std::string other;
   double factor = 1, offset = 0;
 };
-
-using JointRange = std::array<double, 2>;  ///< the lowest and the highest position
 
 struct RobotJoint {
   /// Endless: it turns without an end, positions that differ by whole turns are the same.

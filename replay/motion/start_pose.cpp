@@ -9,9 +9,10 @@
 #include <set>
 
 #include "replay/messages/document.hpp"
+#include "replay/messages/ranges.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
-#include "replay/motion/refusal_text.hpp"
+#include "replay/plan/refusal_text.hpp"
 #include "replay/motion/track_reader.hpp"
 
 namespace afterglow::replay {
@@ -30,9 +31,7 @@ void addGoal(const PlannedTopic& topic, const Bytes& bytes, const Schema& schema
   }
   if (!goals) goals = JointGoals{topic.output, bytes, {}};
   for (const std::string& joint : joints) {
-    if (std::count(goals->joints.begin(), goals->joints.end(), joint) == 0) {
-      goals->joints.push_back(joint);
-    }
+    if (!contains(goals->joints, joint)) goals->joints.push_back(joint);
   }
 }
 
@@ -98,8 +97,7 @@ bool isGripperGoal(const Channel& channel) {
 // --------------------------------------------------------------------------------- what it moves
 
 bool MovedParts::movesGripper() const {
-  return std::any_of(goals.begin(), goals.end(),
-                     [](const JointGoals& goal) { return goal.joints.empty(); });
+  return anyOf(goals, [](const JointGoals& goal) { return goal.joints.empty(); });
 }
 
 std::vector<std::string> MovedParts::joints() const {
@@ -108,8 +106,9 @@ std::vector<std::string> MovedParts::joints() const {
   return {joints.begin(), joints.end()};
 }
 
-MovedParts movedParts(const Store& store, const PlayPlan& plan) {
+MovedParts movedParts(const Store& store, const PlayPlan& plan, const RobotJoints& robot) {
   MovedParts parts;
+  parts.robot = robot;
   for (const PlannedTopic& topic : plan.topics) {
     if (!topic.isPlayed() || topic.modality != Modality::Body) {
       continue;

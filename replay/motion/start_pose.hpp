@@ -31,7 +31,7 @@ struct MovedParts {
   /// Topics of set points that do not say what they move: it cannot be compared with how it stood.
   std::vector<std::string> unnamed;
   bool moves_base = false, moves_joints = false;
-  RobotJoints robot{};  ///< for the caller to fill in
+  RobotJoints robot{};
 
   bool movesGripper() const;
   /// By name; those of the gripper are not named.
@@ -40,7 +40,7 @@ struct MovedParts {
 /// Reads the goals and joint trajectories of the played topics, also those before the part that is
 /// played: a motion under way at its begin goes on in it. Throws StoreError; messages that cannot
 /// be understood are left out.
-MovedParts movedParts(const Store& store, const PlayPlan& plan);
+MovedParts movedParts(const Store& store, const PlayPlan& plan, const RobotJoints& robot = {});
 
 struct StartPose {
   std::map<std::string, double> joints;

@@ -6,24 +6,15 @@
 #include <cstddef>
 #include <utility>
 
+#include "replay/messages/ranges.hpp"
+
 namespace afterglow::replay {
-namespace {
-
-void collect(const Schema& schema, std::size_t type, const std::string& prefix,
-             std::vector<std::string>& paths) {
-  for (const Field& field : schema.types()[type].fields) {
-    const std::string path =
-        prefix + field.name + (field.arity == Field::Arity::Single ? "" : "[]");
-    if (field.type == FieldType::Bool) paths.push_back(path);
-    if (field.type == FieldType::Message) collect(schema, field.message, path + ".", paths);
-  }
-}
-
-}  // namespace
 
 std::vector<std::string> booleanFields(const Schema& schema) {
   std::vector<std::string> paths;
-  collect(schema, 0, "", paths);
+  visitFields(schema, [&](const MessageType&, const Field& field, const std::string& path) {
+    if (field.type == FieldType::Bool) paths.push_back(path);
+  });
   return paths;
 }
 
@@ -37,7 +28,7 @@ void StopField::prepare(const std::string& type, const std::string& definition) 
     throw MessageError(type + " has several boolean fields, one of which is to be named: " + names);
   }
   const std::string path = path_.empty() ? known.front() : path_;
-  if (std::find(known.begin(), known.end(), path) == known.end()) {
+  if (!contains(known, path)) {
     throw MessageError(type + " has no boolean field " + path + "; it has " + names);
   }
   finder_.emplace(schema, FieldPath::parse(path));
@@ -50,9 +41,7 @@ bool StopField::stops(const std::string& type, const std::string& definition,
   if (!finder_ || type != type_ || definition != definition_) prepare(type, definition);
   const std::vector<FieldSpan> spans = finder_->find(bytes).front();
   if (spans.empty()) throw MessageError(type + ": " + path_ + " is empty");
-  return std::any_of(spans.begin(), spans.end(), [&](const FieldSpan& span) {
-    return (bytes[span.offset] != 0) == stops_when_;
-  });
+  return anyOf(spans, [&](const auto& span) { return (bytes[span.offset] != 0) == stops_when_; });
 }
 
 }  // namespace afterglow::replay

@@ -94,10 +94,7 @@ std::optional<Channel> haltChannel(const Channel& goal) {
   for (const std::string_view action :
        {"/follow_joint_trajectory/goal", "/joint_trajectory_action/goal"}) {
     const std::string& topic = goal.topic;
-    if (topic.size() <= action.size() ||
-        topic.compare(topic.size() - action.size(), action.size(), action) != 0) {
-      continue;
-    }
+    if (!endsWith(topic, action)) continue;
     Channel channel;
     channel.topic = topic.substr(0, topic.size() - action.size()) + "/command";
     channel.type = "trajectory_msgs/JointTrajectory";

@@ -30,11 +30,6 @@ class SeenFrom {
   const double c_, s_;
 };
 
-FloorPoint toBase(const PlanarPose& T_base_then, const FloorPoint& p) {
-  const PlanarPose at = compose(T_base_then, {p.x, p.y, 0});
-  return {at.x, at.y};
-}
-
 double wayBetween(const PlanarPose& a, const PlanarPose& b, double radius) {
   return distance(a, b) + radius * std::abs(wrapAngle(b.yaw - a.yaw));
 }
@@ -66,6 +61,11 @@ std::vector<NearPoint> nearPoints(const SweptPath& path, const Footprint& footpr
 
 }  // namespace
 
+FloorPoint transformed(const PlanarPose& T, const FloorPoint& p) {
+  const PlanarPose at = compose(T, {p.x, p.y, 0});
+  return {at.x, at.y};
+}
+
 double rimSpeed(const PlanarVelocity& velocity, double radius) {
   return velocity.speed() + radius * std::abs(velocity.turn);
 }
@@ -80,8 +80,7 @@ SweptPath pathAlong(const PoseTrack& track, Stamp from, const PlanarPose& base, 
   const PlanarPose lag = between(base, last);
   const double speed = velocity.speed();
   double way = speed > kMoving ? (velocity.forward * lag.x + velocity.left * lag.y) / speed : 0;
-  const Stamp end = std::min(track.end(), Stamp{from.ns + static_cast<std::int64_t>(
-                                                              kFarthestAhead * 1e9)});
+  const Stamp end = std::min(track.end(), later(from, kFarthestAhead));
   double added = way;
   for (Stamp at = from; way < longest;) {
     const PlanarPose pose = track.at(at);
@@ -139,7 +138,7 @@ bool isSeen(const SweptPath& path, const Footprint& footprint, const FloorScan& 
   const PlanarPose then = found != path.end() ? found->T_base_then : path.back().T_base_then;
   int seen = 0, unseen = 0;
   for (const FloorPoint& edge : footprint.outline()) {
-    const FloorPoint p = toBase(then, edge);
+    const FloorPoint p = transformed(then, edge);
     if (footprint.distanceTo(p) < kOutside) continue;
     ++(scan.sees(p) ? seen : unseen);
   }

@@ -20,6 +20,9 @@ struct SweptPose {
 };
 using SweptPath = std::vector<SweptPose>;
 
+/// A point of a frame in its parent's.
+FloorPoint transformed(const PlanarPose& T, const FloorPoint& p);
+
 /// How fast the footprint's farthest point moves, at most: m/s.
 double rimSpeed(const PlanarVelocity& velocity, double radius);
 

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "replay/messages/ranges.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -85,8 +87,7 @@ std::string TakeOverWatch::holderOf(Stamp now) const {
 }
 
 bool TakeOverWatch::wasTold(const Velocity& velocity) const {
-  return std::any_of(told_.begin(), told_.end(),
-                     [&](const Sent& sent) { return sent.velocity == velocity; });
+  return anyOf(told_, [&](const Sent& sent) { return sent.velocity == velocity; });
 }
 
 /// Each number lies between standing and what was told.

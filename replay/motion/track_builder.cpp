@@ -63,10 +63,7 @@ bool TrackBuilder::endsAt(const PlanarPose& T_odom_base) const {
 }
 
 void TrackBuilder::addLocalization(Stamp stamp, const PlanarPose& T_map_odom) {
-  if (!corrections_.empty()) {
-    const PlanarPose& last = corrections_.back().pose;
-    if (last.x == T_map_odom.x && last.y == T_map_odom.y && last.yaw == T_map_odom.yaw) return;
-  }
+  if (!corrections_.empty() && corrections_.back().pose == T_map_odom) return;
   addSpaced(corrections_, correction_spacing_, {stamp, T_map_odom});
 }
 
@@ -74,11 +71,11 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
                               std::int64_t odometry_shift) {
   if (poses_.empty()) throw std::invalid_argument("a pose track needs odometry");
   for (Sample& sample : poses_) sample.stamp.ns += odometry_shift;
-  for (TrackGap& gap : gaps_) {
+  for (TrackSpan& gap : gaps_) {
     gap.from.ns += odometry_shift;
     gap.to.ns += odometry_shift;
   }
-  std::vector<TrackStand> stands = findStands();
+  std::vector<TrackSpan> stands = findStands();
   const bool is_localized = isLocalized();
   std::vector<TrackJump> jumps = closeJumps();
   const PoseError measured = is_localized ? measuredError() : PoseError();
@@ -92,7 +89,7 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
                             " was recorded: the base is followed in " + odometry_frame +
                             ", from wherever it starts");
   }
-  for (const TrackGap& gap : gaps_) {
+  for (const TrackSpan& gap : gaps_) {
     track.remarks.push_back(
         fmt::format("no base pose for {:.1f} s, {:.1f} s after the track's begin",
                     secondsBetween(gap.from, gap.to), secondsBetween(track.begin(), gap.from)));
@@ -113,12 +110,12 @@ PoseTrack TrackBuilder::build(const std::string& map_frame, const std::string& o
 }
 
 /// In the odometry, before localization's noise comes into the poses.
-std::vector<TrackStand> TrackBuilder::findStands() const {
-  std::vector<TrackStand> stands;
+std::vector<TrackSpan> TrackBuilder::findStands() const {
+  std::vector<TrackSpan> stands;
   for (std::size_t i = 0; i < poses_.size();) {
     std::size_t last = i;
     while (last + 1 < poses_.size() && isStill(poses_[i].pose, poses_[last + 1].pose)) ++last;
-    const TrackStand stand{poses_[i].stamp, poses_[last].stamp};
+    const TrackSpan stand{poses_[i].stamp, poses_[last].stamp};
     const bool is_stand = stand.to.ns - stand.from.ns >= kShortestStand;
     if (is_stand) stands.push_back(stand);
     i = is_stand ? last + 1 : i + 1;

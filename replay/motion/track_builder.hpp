@@ -39,7 +39,7 @@ class TrackBuilder {
  private:
   using Sample = PoseTrack::Sample;
 
-  std::vector<TrackStand> findStands() const;
+  std::vector<TrackSpan> findStands() const;
   std::vector<TrackJump> closeJumps();
   PlanarPose meanBase(std::size_t begin, std::size_t end, const PlanarPose& T_odom_base) const;
   PlanarPose odometryAt(Stamp stamp) const;
@@ -53,7 +53,7 @@ class TrackBuilder {
   static constexpr std::int64_t kSpacing = 20'000'000;
   Stamp last_heard_;
   PlanarPose last_pose_;
-  std::vector<TrackGap> gaps_;
+  std::vector<TrackSpan> gaps_;
   std::uint64_t out_of_order_ = 0;
 };
 

@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "replay/messages/field_edit.hpp"
+#include "replay/messages/ranges.hpp"
+#include "replay/messages/robot_names.hpp"
 #include "replay/messages/wire.hpp"
 #include "replay/motion/track_builder.hpp"
 
@@ -36,16 +38,7 @@ const std::vector<FieldPath>& transformPaths() {
   return kPaths;
 }
 
-template <std::size_t n>
-bool isAmong(const std::array<std::string_view, n>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 std::string lastName(const std::string& frame) { return frame.substr(frame.rfind('/') + 1); }
-
-std::string bare(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
-}
 
 /// The transforms of one message.
 class Transforms {
@@ -55,8 +48,8 @@ class Transforms {
 
   std::size_t count() const { return spans_[0].size(); }
   Stamp stamp(std::size_t i) const { return readTime(bytes_, spans_[0][i]).value_or(Stamp{}); }
-  std::string parent(std::size_t i) const { return bare(readString(bytes_, spans_[1][i])); }
-  std::string child(std::size_t i) const { return bare(readString(bytes_, spans_[2][i])); }
+  std::string parent(std::size_t i) const { return bareName(readString(bytes_, spans_[1][i])); }
+  std::string child(std::size_t i) const { return bareName(readString(bytes_, spans_[2][i])); }
   /// Seen from above. Empty if it is no rigid transform.
   std::optional<PlanarPose> pose(std::size_t i) const {
     const double x = number(5, i), y = number(6, i), z = number(7, i), w = number(8, i);
@@ -83,9 +76,9 @@ class TrackReading {
  public:
   TrackReading(const Store& store, const TrackFrames& frames, const LocalizationNoise& noise)
       : store_(store),
-        map_(bare(frames.map)),
-        odometry_(bare(frames.odometry)),
-        base_(bare(frames.base)),
+        map_(bareName(frames.map)),
+        odometry_(bareName(frames.odometry)),
+        base_(bareName(frames.base)),
         builder_(noise) {}
 
   /// Poses after the end only tell where the base ended, as long as it stands there.
@@ -127,7 +120,7 @@ class TrackReading {
     if (!is_odometry && !(parent == map_ && child == odometry_)) {
       if (pairs_.size() < kMostPairs) pairs_.insert(parent + " -> " + child);
       // Of several robots they stand behind a prefix.
-      if (isAmong(kOdometryFrames, lastName(parent)) && isAmong(kBaseFrames, lastName(child))) {
+      if (contains(kOdometryFrames, lastName(parent)) && contains(kBaseFrames, lastName(child))) {
         likely_.insert("odom=" + parent + " base=" + child);
       }
       return;

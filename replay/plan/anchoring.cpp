@@ -1,8 +1,8 @@
 #include "replay/plan/anchoring.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <stdexcept>
+
+#include "replay/messages/ranges.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -18,7 +18,7 @@ bool isDrawn(const std::string& type) {
       "geometry_msgs/PointStamped",      "geometry_msgs/PolygonStamped",
       "geometry_msgs/Vector3Stamped",    "geometry_msgs/WrenchStamped",
       "geometry_msgs/QuaternionStamped", "geometry_msgs/PoseWithCovarianceStamped"};
-  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+  return contains(kTypes, type);
 }
 
 Anchor parseAnchor(const std::string& word) {
@@ -28,28 +28,13 @@ Anchor parseAnchor(const std::string& word) {
                               "/topic=body)");
 }
 
-std::string bare(const std::string& frame) {
-  return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
-}
-
-void collectHeaders(const Schema& schema, std::size_t type, const std::string& prefix,
-                    std::vector<FieldPath>& paths) {
-  for (const Field& field : schema.types()[type].fields) {
-    if (field.type != FieldType::Message) continue;
-    const std::string path =
-        prefix + field.name + (field.arity == Field::Arity::Single ? "." : "[].");
-    if (schema.types()[field.message].name == "std_msgs/Header") {
-      paths.push_back(FieldPath::parse(path + "stamp"));
-      paths.push_back(FieldPath::parse(path + "frame_id"));
-    } else {
-      collectHeaders(schema, field.message, path, paths);
-    }
-  }
-}
-
 std::vector<FieldPath> headerPaths(const Schema& schema) {
   std::vector<FieldPath> paths;
-  collectHeaders(schema, 0, "", paths);
+  visitFields(schema, [&](const MessageType& type, const Field& field, const std::string& path) {
+    const bool is_header = type.name == "std_msgs/Header" && &type != &schema.root();
+    const bool is_meant = field.name == "stamp" || field.name == "frame_id";
+    if (is_header && is_meant) paths.push_back(FieldPath::parse(path));
+  });
   return paths;
 }
 
@@ -71,7 +56,7 @@ Anchor AnchorSettings::of(const Channel& channel) const {
   return isDrawn(channel.type) ? anchor : Anchor::Body;
 }
 
-std::string recordedFrame(const std::string& frame) { return "recorded/" + bare(frame); }
+std::string recordedFrame(const std::string& frame) { return "recorded/" + bareName(frame); }
 
 HeaderFields::HeaderFields(const Schema& schema)
     : paths_(headerPaths(schema)), finder_(schema, paths_) {}
@@ -83,8 +68,8 @@ std::vector<HeaderFields::Header> HeaderFields::find(const Bytes& bytes) const {
   for (std::size_t i = 0; i < spans.size(); i += 2) {
     for (std::size_t n = 0; n < spans[i].size(); ++n) {
       const FieldSpan &stamp = spans[i][n], &frame = spans[i + 1].at(n);
-      headers.push_back(
-          {readTime(bytes, stamp).value_or(Stamp{}), bare(readString(bytes, frame)), stamp, frame});
+      headers.push_back({readTime(bytes, stamp).value_or(Stamp{}),
+                         bareName(readString(bytes, frame)), stamp, frame});
     }
   }
   return headers;

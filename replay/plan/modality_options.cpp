@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <functional>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -10,28 +11,42 @@ namespace {
 
 constexpr double kLongestLatency = 5;  // s
 
-Modality modalityNamed(const std::string& word, const std::string& part) {
-  for (const Modality modality : {Modality::Body, Modality::Ar, Modality::Speech}) {
-    if (word == name(modality)) return modality;
-  }
-  throw std::invalid_argument("'" + part + "': write body=, ar= or speech=");
-}
-
 /// Calls the function with each "modality=value".
 void eachSetting(const std::vector<std::string>& texts,
                  const std::function<void(Modality, const std::string&)>& take) {
   for (const std::string& text : texts) {
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, ',');) {
+    for (const std::string& part : splitAtCommas(text)) {
       const std::size_t sign = part.find('=');
-      const bool is_setting = sign != std::string::npos;
-      take(modalityNamed(is_setting ? part.substr(0, sign) : "", part),
-           is_setting ? part.substr(sign + 1) : "");
+      const auto modality = modalityCalled(part.substr(0, sign));
+      if (!modality || sign == std::string::npos) {
+        throw std::invalid_argument("'" + part + "': write body=, ar= or speech=");
+      }
+      take(*modality, part.substr(sign + 1));
     }
   }
 }
 
 }  // namespace
+
+std::vector<std::string> splitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream words(text);
+  for (std::string part; std::getline(words, part, ',');) {
+    if (!part.empty()) parts.push_back(part);
+  }
+  return parts;
+}
+
+std::set<Modality> parseModalities(const std::string& text) {
+  std::set<Modality> chosen;
+  for (const std::string& word : splitAtCommas(text)) {
+    const auto modality = modalityCalled(word);
+    if (!modality) throw std::invalid_argument("'" + word + "' is no modality (body, ar, speech)");
+    chosen.insert(*modality);
+  }
+  return chosen.empty() ? std::set<Modality>(std::begin(kModalities), std::end(kModalities))
+                        : chosen;
+}
 
 ModalityLatency parseLatency(const std::vector<std::string>& texts) {
   ModalityLatency latency;

@@ -4,12 +4,19 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "replay/plan/topic_role.hpp"
 
 namespace afterglow::replay {
+
+/// The parts of "a,b" that are not empty.
+std::vector<std::string> splitAtCommas(const std::string& text);
+
+/// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
+std::set<Modality> parseModalities(const std::string& text);
 
 /// Stop: the whole replay ends, the robot stands, the light is cleared. GoOn: without it; told in
 /// the report.

@@ -3,44 +3,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <functional>
+#include <limits>
 #include <stdexcept>
 
 #include "replay/messages/field_edit.hpp"
+#include "replay/messages/topic_name.hpp"
+#include "replay/messages/wire.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-using Visit = std::function<void(const MessageType& type, const Field& field, const std::string&)>;
-
-/// All fields that are no messages, with their paths.
-void visitFields(const Schema& schema, std::size_t type_index, const std::string& prefix,
-                 const Visit& visit) {
-  const MessageType& type = schema.types()[type_index];
-  for (const Field& field : type.fields) {
-    const std::string path =
-        prefix + field.name + (field.arity == Field::Arity::Single ? "" : "[]");
-    if (field.type == FieldType::Message) {
-      visitFields(schema, field.message, path + ".", visit);
-    } else {
-      visit(type, field, path);
-    }
-  }
-}
-
-/// Numbers without a sign are sizes, sequences and modes.
-bool hasSign(FieldType type) {
-  switch (type) {
-    case FieldType::Int8:
-    case FieldType::Int16:
-    case FieldType::Int32:
-    case FieldType::Int64:
-    case FieldType::Float32:
-    case FieldType::Float64:
-      return true;
-    default:
-      return false;
-  }
+bool isNumberWithSign(FieldType type) {
+  return type != FieldType::Bool && isNumber(type) &&
+         withNumber(type, [](auto number) { return std::is_signed_v<decltype(number)>; });
 }
 
 bool isSpeed(const MessageType& type, const Field& field) {
@@ -50,23 +25,14 @@ bool isSpeed(const MessageType& type, const Field& field) {
 
 /// Whether a field of this type can be set to the value.
 bool holds(FieldType type, double value) {
-  switch (type) {
-    case FieldType::Float32:
-    case FieldType::Float64:
-      return true;
-    case FieldType::Bool:
-      return value == 0 || value == 1;
-    case FieldType::String:
-    case FieldType::Time:
-    case FieldType::Duration:
-    case FieldType::Message:
-      return false;
-    default:
-      break;
-  }
-  const double bits = 8.0 * static_cast<double>(fixedSize(type));
-  const double most = std::pow(2, hasSign(type) ? bits - 1 : bits);
-  return value == std::floor(value) && value < most && value >= (hasSign(type) ? -most : 0);
+  if (type == FieldType::Bool) return value == 0 || value == 1;
+  return isNumber(type) && withNumber(type, [value](auto number) {
+    using Number = decltype(number);
+    if (std::is_floating_point_v<Number>) return true;
+    const double least = std::is_signed_v<Number> ? -std::ldexp(1, 8 * sizeof(Number) - 1) : 0;
+    const double beyond = std::ldexp(1, std::numeric_limits<Number>::digits);
+    return value == std::floor(value) && value >= least && value < beyond;
+  });
 }
 
 [[noreturn]] void refuse(const MotionStop& stop, const std::string& why) {
@@ -120,25 +86,21 @@ std::map<std::string, double> stoppingFields(const MotionStop& stop, const Schem
   if (stop.kind == StopKind::Fields) return stop.fields;
   std::map<std::string, double> fields;
   if (!stop.isSetPoint()) return fields;
-  visitFields(schema, 0, "",
-              [&](const MessageType& type, const Field& field, const std::string& path) {
-                const bool is_meant =
-                    stop.kind == StopKind::Zero ? hasSign(field.type) : isSpeed(type, field);
-                if (is_meant) fields[path] = 0;
-              });
+  visitFields(schema, [&](const MessageType& type, const Field& field, const std::string& path) {
+    const bool is_meant =
+        stop.kind == StopKind::Zero ? isNumberWithSign(field.type) : isSpeed(type, field);
+    if (is_meant) fields[path] = 0;
+  });
   return fields;
 }
 
 void checkStop(const MotionStop& stop, const Schema& schema) {
   const std::string& type_name = schema.root().name;
   std::map<std::string, FieldType> types;
-  visitFields(schema, 0, "", [&](const MessageType&, const Field& field, const std::string& path) {
+  visitFields(schema, [&](const MessageType&, const Field& field, const std::string& path) {
     types.emplace(path, field.type);
   });
-  constexpr std::string_view kGoal = "ActionGoal";
-  const bool is_goal = type_name.size() > kGoal.size() &&
-                       type_name.compare(type_name.size() - kGoal.size(), kGoal.size(), kGoal) == 0;
-  if (is_goal && stop.kind != StopKind::Cancel) {
+  if (endsWith(type_name, "ActionGoal") && stop.kind != StopKind::Cancel) {
     refuse(stop, "a cancel stops a " + type_name + ", write {cancel: /TOPIC}");
   }
   if (stop.kind == StopKind::Zero && stoppingFields(stop, schema).empty()) {

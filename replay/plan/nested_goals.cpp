@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "replay/messages/ranges.hpp"
 #include "replay/plan/recorded_drivers.hpp"
 
 namespace afterglow::replay {
@@ -11,18 +12,11 @@ namespace {
 
 using Names = std::set<std::string>;
 
-bool hasEnding(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-/// "/arm/follow_joint_trajectory/" of its goal.
-std::string placeOf(const std::string& goal) { return goal.substr(0, goal.rfind('/') + 1); }
-
 bool isKnownNesting(const PlannedTopic& higher, const PlannedTopic& lower) {
   const std::string& goal = higher.channel.topic;
   const auto& all = TopicTable::ofAllRobots().nesting;
-  return std::any_of(all.begin(), all.end(), [&](const KnownNesting& known) {
-    if (!hasEnding(goal, "/" + known.higher)) return false;
+  return anyOf(all, [&](const KnownNesting& known) {
+    if (!endsWith(goal, "/" + known.higher)) return false;
     const std::string place = goal.substr(0, goal.size() - known.higher.size());
     return isBaseVelocity(lower.channel.type) == known.is_velocity &&
            isCalled(lower.channel.topic, place + known.lower);
@@ -36,8 +30,8 @@ Names serversOf(const std::string& goal, const RecordedNodes& nodes) {
     return noted == nodes.end() ? TopicNodes() : noted->second;
   };
   Names servers = around(goal).subscribers;
-  for (const char* answer : {"status", "feedback", "result"}) {
-    const Names tellers = around(placeOf(goal) + answer).publishers;
+  for (const char* answer : {"/status", "/feedback", "/result"}) {
+    const Names tellers = around(actionOf(goal) + answer).publishers;
     servers.insert(tellers.begin(), tellers.end());
   }
   for (const std::string& client : around(goal).publishers) servers.erase(client);
@@ -52,8 +46,7 @@ Names sendersOf(const PlannedTopic& topic, const RecordedNodes& nodes) {
 }
 
 bool meet(const Names& some, const Names& others) {
-  return std::any_of(some.begin(), some.end(),
-                     [&](const std::string& name) { return others.count(name) != 0; });
+  return anyOf(some, [&](const std::string& name) { return others.count(name) != 0; });
 }
 
 /// Plays its own controller, not others' goals.

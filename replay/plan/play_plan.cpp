@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <sstream>
 #include <stdexcept>
 #include <tuple>
 
+#include "replay/messages/ranges.hpp"
 #include "replay/plan/nested_goals.hpp"
 #include "replay/plan/recorded_drivers.hpp"
-#include "replay/plan/robot_topics.hpp"
+#include "replay/plan/refusal_text.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "replay/query/regular_expression.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/ros2/ros2_definition.hpp"
@@ -19,7 +20,7 @@
 namespace afterglow::replay {
 namespace {
 
-constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
+constexpr std::size_t kMostNames = 12;  // of topics that are left out
 
 /// Empty if the store's summary names a topic without messages.
 std::optional<Channel> firstChannel(const Store& store, const Behavior& behavior,
@@ -33,18 +34,10 @@ std::optional<RegularExpression> patternOf(const std::string& text) {
   return RegularExpression::ofNames(text);
 }
 
-bool holdsName(const std::vector<TopicName>& names, const TopicName& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-std::string cancelTopicOf(const std::string& goal_topic) {
-  return goal_topic.substr(0, goal_topic.rfind('/')) + "/cancel";
-}
-
 /// The topics that a replay of this one sends on: itself, and what cancels its goals.
 std::vector<TopicName> publishedOn(const PlannedTopic& topic) {
   std::vector<TopicName> names{topic.output.topic};
-  if (isGoal(topic.channel)) names.push_back(cancelTopicOf(topic.output.topic));
+  if (isGoal(topic.channel)) names.push_back(actionOf(topic.output.topic) + "/cancel");
   if (!topic.rule_stop.cancel_topic.empty()) names.push_back(topic.rule_stop.cancel_topic);
   return names;
 }
@@ -71,7 +64,7 @@ class NameFilter {
   }
 
   static bool isNamed(const std::vector<TopicName>& names, const PlannedTopic& topic) {
-    return topic.recorded && holdsName(names, *topic.recorded);
+    return topic.recorded && contains(names, *topic.recorded);
   }
 
  private:
@@ -125,13 +118,13 @@ class TopicChooser {
   }
 
   bool isRequested(const PlannedTopic& topic) const {
-    return std::find(requested_.begin(), requested_.end(), topic.judged()) != requested_.end();
+    return contains(requested_, topic.judged());
   }
 
   /// The class by the published name, unless the recorded name is endless motion.
   void classify(PlannedTopic& topic) const {
-    TopicRole role = roleOf(topic.judged(), topic.channel.type);
-    const TopicRole published = roleOf(topic.output.topic, topic.channel.type);
+    TopicRole role = robot_.roleOf(topic.judged(), topic.channel.type);
+    const TopicRole published = robot_.roleOf(topic.output.topic, topic.channel.type);
     // A controller of velocities is known by its recorded name alone.
     const bool is_named = role.topic_class == TopicClass::Body && isNamedMotion(topic) &&
                           published.topic_class != TopicClass::Control;
@@ -168,10 +161,6 @@ class TopicChooser {
     topic.topic_class = TopicClass::Body;
     topic.why_class = was_alone ? "the base, which no multiplexer stood before then"
                                 : "the base, which is named: what stands before it is passed by";
-  }
-
-  TopicRole roleOf(const std::string& topic, const std::string& type) const {
-    return robot_.roleOf(topic, type);
   }
 
   /// Who sent and heard it when it was recorded never permits more.
@@ -252,20 +241,13 @@ class TopicChooser {
   }
 
   static TopicKind kindOf(const PlannedTopic& topic) {
+    const TopicClass topic_class = topic.topic_class;
     const bool moves = topic.modality == Modality::Body;
-    switch (topic.topic_class) {
-      case TopicClass::Body:
-        return topic.is_by_name ? TopicKind::NamedMotion : TopicKind::Body;
-      case TopicClass::Shown:
-        return TopicKind::Shown;
-      case TopicClass::Control:
-        return TopicKind::Control;
-      case TopicClass::Endless:
-        return TopicKind::Endless;
-      case TopicClass::Other:
-        break;
-    }
-    return moves ? TopicKind::NamedMotion : TopicKind::Other;
+    if (topic_class == TopicClass::Other) return moves ? TopicKind::NamedMotion : TopicKind::Other;
+    if (topic_class == TopicClass::Control) return TopicKind::Control;
+    if (topic_class == TopicClass::Endless) return TopicKind::Endless;
+    if (topic_class == TopicClass::Shown) return TopicKind::Shown;
+    return topic.is_by_name ? TopicKind::NamedMotion : TopicKind::Body;
   }
 
   bool wants(Modality modality) const {
@@ -278,8 +260,7 @@ class TopicChooser {
   }
 
   bool wantsAll() const {
-    return std::all_of(std::begin(kModalities), std::end(kModalities),
-                       [this](Modality modality) { return wants(modality); });
+    return allOf(kModalities, [this](Modality modality) { return wants(modality); });
   }
 
   /// Topics that neither move nor are shown have no modality.
@@ -324,7 +305,7 @@ PlannedTopic planTopic(const TopicSummary& summary, const Channel& channel,
 
 bool isCancel(const Channel& channel) {
   return channel.type == "actionlib_msgs/GoalID" &&
-         cancelTopicOf(channel.topic) == channel.topic;
+         actionOf(channel.topic) + "/cancel" == channel.topic;
 }
 
 /// The cancels of a goal topic that the recorder kept beside it; empty if there are none.
@@ -350,12 +331,12 @@ void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewri
   for (const PlannedTopic& topic : plan.topics) {
     const bool is_played = topic.isPlayed() && topic.modality == Modality::Body;
     if (is_played && isGoal(topic.channel)) {
-      goals[cancelTopicOf(topic.channel.topic)] = topic;
+      goals[actionOf(topic.channel.topic) + "/cancel"] = topic;
     }
   }
   for (const auto& [name, goal] : goals) {
     const auto is_it = [&name = name](const auto& topic) { return topic.channel.topic == name; };
-    const bool is_own = std::any_of(plan.topics.begin(), plan.topics.end(), is_it);
+    const bool is_own = anyOf(plan.topics, is_it);
     auto kept = is_own ? std::nullopt : keptCancels(store, plan.behavior, name);
     if (kept) plan.topics.push_back(*std::move(kept));
   }
@@ -367,7 +348,7 @@ void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewri
       if (is_body) topic.why_not = "its goals are not played";
       continue;
     }
-    topic.output.topic = cancelTopicOf(goal->second.output.topic);
+    topic.output.topic = actionOf(goal->second.output.topic) + "/cancel";
     topic.verdict = goal->second.verdict;
     topic.modality = Modality::Body;
     topic.topic_class = TopicClass::Body;
@@ -386,8 +367,7 @@ void checkNames(const PlayPlan& plan, const PlanOptions& options) {
   for (const auto& [from, to] : options.remap) asked.push_back(from);
   for (const TopicName& name : asked) {
     const bool is_known =
-        std::any_of(plan.topics.begin(), plan.topics.end(),
-                    [&](const PlannedTopic& planned) { return planned.recorded == name; });
+        anyOf(plan.topics, [&](const auto& planned) { return planned.recorded == name; });
     if (!is_known) throw std::invalid_argument("the behavior has no topic " + name.text());
   }
   std::map<std::string, std::string> sources;
@@ -418,14 +398,6 @@ void choosePart(PlayPlan& plan, const PlanOptions& options) {
     throw std::invalid_argument("nothing of the behavior lies in that part: it is " + length +
                                 " long");
   }
-}
-
-/// The first names, and the number of the others.
-std::string shortList(const std::vector<std::string>& names) {
-  constexpr std::size_t kMostNames = 12;
-  if (names.size() <= kMostNames) return fmt::format("{}", fmt::join(names, ", "));
-  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kMostNames, ", "),
-                     names.size() - kMostNames);
 }
 
 }  // namespace
@@ -514,29 +486,15 @@ std::string PlayPlan::leftOutText() const {
   unnamed.insert(unnamed.end(), others.begin(), others.end());
   std::vector<std::string> texts;
   if (!unnamed.empty()) {
-    texts.push_back("not played, as nobody named them: " + shortList(unnamed) + "; --also " +
-                    example + ", --dry-run says why each is left out");
+    texts.push_back(fmt::format(
+        "not played, as nobody named them: {}; --also {}, --dry-run says why each is left out",
+        someOf(unnamed, kMostNames), example));
   }
   if (!endless.empty()) {
     texts.push_back("never played, as nothing stops them that is known (--rules may say what): " +
-                    shortList(endless));
+                    someOf(endless, kMostNames));
   }
   return fmt::format("{}", fmt::join(texts, "; "));
-}
-
-std::set<Modality> parseModalities(const std::string& text) {
-  std::set<Modality> chosen;
-  std::istringstream words(text);
-  for (std::string word; std::getline(words, word, ',');) {
-    const auto found = std::find_if(std::begin(kModalities), std::end(kModalities),
-                                    [&](Modality modality) { return name(modality) == word; });
-    if (found == std::end(kModalities)) {
-      throw std::invalid_argument("'" + word + "' is no modality (body, ar, speech)");
-    }
-    chosen.insert(*found);
-  }
-  return chosen.empty() ? std::set<Modality>(std::begin(kModalities), std::end(kModalities))
-                        : chosen;
 }
 
 TopicName publishedName(const TopicName& recorded, const PlanOptions& options) {
@@ -578,15 +536,9 @@ MotionStop stopOf(const PlannedTopic& topic) {
   return stop;
 }
 
-bool isVelocity(const Channel& channel) {
-  return channel.type == "geometry_msgs/Twist" || channel.type == "geometry_msgs/TwistStamped";
-}
+bool isVelocity(const Channel& channel) { return isTwist(channel.type); }
 
-bool isGoal(const Channel& channel) {
-  const std::string ending = "ActionGoal";
-  return channel.type.size() > ending.size() &&
-         channel.type.compare(channel.type.size() - ending.size(), ending.size(), ending) == 0;
-}
+bool isGoal(const Channel& channel) { return endsWith(channel.type, "ActionGoal"); }
 
 bool isTrajectoryCommand(const Channel& channel) {
   return channel.type == "trajectory_msgs/JointTrajectory";
@@ -595,7 +547,7 @@ bool isTrajectoryCommand(const Channel& channel) {
 bool isReplacing(const std::string& type) {
   constexpr const char* kTypes[] = {"sensor_msgs/PointCloud2", "sensor_msgs/LaserScan",
                                     "nav_msgs/Path", "sensor_msgs/Image", "nav_msgs/OccupancyGrid"};
-  return std::find(std::begin(kTypes), std::end(kTypes), type) != std::end(kTypes);
+  return contains(kTypes, type);
 }
 
 }  // namespace afterglow::replay

@@ -92,9 +92,6 @@ struct PlanOptions {
   RobotProfile robot;  ///< its `topics` and `base` tell classes of topics
 };
 
-/// "body,ar,speech", any of them; empty: all. Throws std::invalid_argument naming an unknown word.
-std::set<Modality> parseModalities(const std::string& text);
-
 /// Where a topic is published: by `remap` or `prefix`, and then as ROS resolves it. Throws
 /// std::invalid_argument, one line, for names that become none.
 TopicName publishedName(const TopicName& recorded, const PlanOptions& options);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "replay/messages/ranges.hpp"
+
 namespace afterglow::replay {
 namespace {
 
@@ -28,15 +30,12 @@ std::vector<std::string> heardBy(const std::string& node, bool (*is_type)(const 
 
 /// By a recorder, and not in an import, which knows the senders alone.
 bool areHearersNoted(const RecordedNodes& nodes) {
-  return std::any_of(nodes.begin(), nodes.end(),
-                     [](const auto& around) { return !around.second.subscribers.empty(); });
+  return anyOf(nodes, [](const auto& around) { return !around.second.subscribers.empty(); });
 }
 
 bool hasWord(const std::string& node, const std::vector<std::string>& words) {
   const std::string last = node.substr(node.rfind('/') + 1);
-  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
-    return last.find(word) != std::string::npos;
-  });
+  return anyOf(words, [&](const auto& word) { return last.find(word) != std::string::npos; });
 }
 
 /// A player hears its own topic, too, to know who else drives, and perhaps a button to be held.
@@ -59,10 +58,8 @@ std::vector<std::string> mixedInto(const std::string& topic, const std::string& 
   if (hearsItself(topic, node, nodes)) return mixed;
   for (const std::string& other : heardBy(node, isBaseVelocity, nodes)) {
     const Names& senders = nodes.at(other).publishers;
-    const bool is_behind = std::any_of(senders.begin(), senders.end(), [&](const auto& sender) {
-      return hearers.count(sender) != 0;
-    });
-    if (!is_behind) mixed.push_back(other);
+    const auto isHearer = [&](const auto& sender) { return hearers.count(sender) != 0; };
+    if (!anyOf(senders, isHearer)) mixed.push_back(other);
   }
   return mixed;
 }
@@ -71,10 +68,8 @@ std::vector<std::string> mixedInto(const std::string& topic, const std::string& 
 bool isMultiplexer(const std::string& topic, const std::string& node, const RecordedNodes& nodes,
                    const std::vector<std::string>& recorded) {
   const std::vector<std::string> mixed = mixedInto(topic, node, nodes);
-  const bool has_recorded = std::any_of(mixed.begin(), mixed.end(), [&](const std::string& one) {
-    return std::find(recorded.begin(), recorded.end(), one) != recorded.end();
-  });
-  return hasWord(node, {"mux"}) || mixed.size() > 1 || has_recorded;
+  return hasWord(node, {"mux"}) || mixed.size() > 1 ||
+         anyOf(mixed, [&](const std::string& one) { return contains(recorded, one); });
 }
 
 /// Its own process is not who obeys: a program that sends and hears it all is no robot.
@@ -110,14 +105,14 @@ std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedN
   const Names& senders = noted.publishers;
   const std::string names = fmt::format("{}", fmt::join(senders, ", "));
   const auto isPerson = [&](const std::string& node) { return isPersons(topic, node, nodes); };
-  if (std::all_of(senders.begin(), senders.end(), isPerson)) {
+  if (allOf(senders, isPerson)) {
     return RecordedDriver{TopicClass::Control,
                           "a person's velocities: " + names + " alone sent them"};
   }
   const auto isMixer = [&](const std::string& node) {
     return isMultiplexer(topic, node, nodes, recorded);
   };
-  if (isObeyedByAnother(noted) && std::all_of(senders.begin(), senders.end(), isMixer)) {
+  if (isObeyedByAnother(noted) && allOf(senders, isMixer)) {
     return RecordedDriver{TopicClass::Other, "the base behind its multiplexer, " + names +
                                                  ": nobody could override it"};
   }
@@ -136,9 +131,13 @@ std::set<std::string> driversBehind(const std::string& topic, const RecordedNode
   return drivers;
 }
 
+bool isTwist(const std::string& type) {
+  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped";
+}
+
 bool isBaseVelocity(const std::string& type) {
-  return type == "geometry_msgs/Twist" || type == "geometry_msgs/TwistStamped" ||
-         type == "ackermann_msgs/AckermannDrive" || type == "ackermann_msgs/AckermannDriveStamped";
+  return isTwist(type) || type == "ackermann_msgs/AckermannDrive" ||
+         type == "ackermann_msgs/AckermannDriveStamped";
 }
 
 bool tellsWhoDrove(const std::string& type) { return isBaseVelocity(type) || isJoystickType(type); }

@@ -37,6 +37,9 @@ bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
 /// Those that sent a velocity, and behind smoothers and multiplexers those that sent theirs.
 std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes);
 
+/// geometry_msgs/Twist and TwistStamped.
+bool isTwist(const std::string& type);
+
 /// Twist, TwistStamped, AckermannDrive and AckermannDriveStamped.
 bool isBaseVelocity(const std::string& type);
 

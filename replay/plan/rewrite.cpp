@@ -27,8 +27,6 @@ std::int64_t bounded(std::int64_t shift_ns) {
 
 Stamp shifted(Stamp stamp, std::int64_t shift_ns) { return {stamp.ns + bounded(shift_ns)}; }
 
-std::string actionNameOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
-
 struct GoalId {
   std::string id;
   Stamp stamp;
@@ -133,7 +131,7 @@ struct Rewriter::State {
     if (!recorded.id.empty() && named != goals.end()) return named->second.id;
     // Of an unknown goal only the stamp says anything.
     if (!recorded.id.empty() && recorded.stamp.ns == 0) return std::nullopt;
-    const auto last = last_goals.find(actionNameOf(topic));
+    const auto last = last_goals.find(actionOf(topic));
     const bool is_meant =
         last != last_goals.end() &&
         (recorded.stamp.ns == 0 || last->second.recorded <= recorded.stamp);
@@ -194,7 +192,7 @@ Rewritten Rewriter::rewrite(const Channel& channel, const PublishMoment& moment,
   if (recorded.stamp.ns == 0) recorded.stamp = shifted(moment.now, -bounded(moment.shift_ns));
   const Goal goal{*id, recorded.stamp};
   state_->goals[recorded.id] = goal;
-  state_->last_goals[actionNameOf(channel.topic)] = goal;
+  state_->last_goals[actionOf(channel.topic)] = goal;
   return {true, SentGoal{recorded.id, *id}, {}};
 }
 

@@ -33,11 +33,8 @@ bool isGoalId(const MessageType& type) {
 
 bool isActionGoal(const Schema& schema) {
   const MessageType& root = schema.root();
-  constexpr std::string_view kEnd = "ActionGoal";
-  return root.name.size() > kEnd.size() &&
-         root.name.compare(root.name.size() - kEnd.size(), kEnd.size(), kEnd) == 0 &&
-         holds(root, "header", FieldType::Message) && holds(root, "goal", FieldType::Message) &&
-         holds(root, "goal_id", FieldType::Message) &&
+  return endsWith(root.name, "ActionGoal") && holds(root, "header", FieldType::Message) &&
+         holds(root, "goal", FieldType::Message) && holds(root, "goal_id", FieldType::Message) &&
          isGoalId(schema.types()[fieldNamed(root, "goal_id")->message]);
 }
 
@@ -139,34 +136,22 @@ void setRule(std::vector<RewrittenField>& rules, const std::string& path, Rewrit
 }  // namespace
 
 std::string_view describe(RewriteRule rule) {
-  switch (rule) {
-    case RewriteRule::ShiftStamp:
-      return "shifted to now";
-    case RewriteRule::PublishStamp:
-      return "set to the time of publishing";
-    case RewriteRule::StartNow:
-      return "zeroed: starts on arrival";
-    case RewriteRule::FreshGoalId:
-      return "replaced by a fresh id";
-    case RewriteRule::SentGoalId:
-      return "replaced by the id its goal was sent with";
-    case RewriteRule::CancelStamp:
-      return "zeroed: it cancels the goal it names, nobody else's";
-    case RewriteRule::Zero:
-      return "zeroed";
-    case RewriteRule::Keep:
-      return "kept as recorded";
-    case RewriteRule::FreshId:
-      return "replaced by a fresh id";
-    case RewriteRule::RemapFrame:
-      return "renamed";
-  }
-  return "";
+  constexpr std::string_view kTexts[] = {"shifted to now",
+                                         "set to the time of publishing",
+                                         "zeroed: starts on arrival",
+                                         "replaced by a fresh id",
+                                         "replaced by the id its goal was sent with",
+                                         "zeroed: it cancels the goal it names, nobody else's",
+                                         "zeroed",
+                                         "kept as recorded",
+                                         "replaced by a fresh id",
+                                         "renamed"};
+  return kTexts[static_cast<std::size_t>(rule)];
 }
 
 std::string RewriteSettings::frame(const std::string& recorded) const {
   if (recorded.empty()) return recorded;
-  const std::string bare = recorded[0] == '/' ? recorded.substr(1) : recorded;
+  const std::string bare = bareName(recorded);
   const auto renamed = frames.find(bare);
   if (renamed != frames.end()) return renamed->second;
   return tf_prefix.empty() ? robot.frame(recorded) : tf_prefix + "/" + bare;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "replay/messages/ranges.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/query/nearest.hpp"
 
@@ -43,15 +44,6 @@ bool matches(std::string_view text, std::string_view pattern) {
 template <typename Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 
-const Words<TopicClass>& classWords() {
-  static const Words<TopicClass> words{{"endless", TopicClass::Endless},
-                                       {"control", TopicClass::Control},
-                                       {"other", TopicClass::Other},
-                                       {"body", TopicClass::Body},
-                                       {"shown", TopicClass::Shown}};
-  return words;
-}
-
 /// Strict reading of one file.
 class TableReader {
  public:
@@ -70,11 +62,9 @@ class TableReader {
     }
     for (const YAML::Node& entry : entriesOf("modalities")) {
       checkKeys(entry, {"modality", "topics", "types"});
-      table.modalities.emplace_back(
-          pattern(entry), word(entry, "modality",
-                               Words<Modality>{{"body", Modality::Body},
-                                               {"ar", Modality::Ar},
-                                               {"speech", Modality::Speech}}));
+      Words<Modality> words;
+      for (const Modality modality : kModalities) words.emplace_back(name(modality), modality);
+      table.modalities.emplace_back(pattern(entry), word(entry, "modality", words));
     }
     for (const YAML::Node& entry : entriesOf("nesting")) {
       checkKeys(entry, {"goal", "sends", "velocity"});
@@ -92,7 +82,7 @@ class TableReader {
     if (!map.IsMap()) refuse(map, "a map of keys and values is expected");
     for (const auto& entry : map) {
       const auto key = entry.first.as<std::string>();
-      if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
+      if (!contains(keys, key)) {
         refuse(entry.first, "'" + key + "' is no key here" + didYouMean(key, keys));
       }
     }
@@ -153,7 +143,7 @@ class TableReader {
                     "behind_multiplexer"});
     TopicRow row;
     static_cast<TopicPattern&>(row) = pattern(map);
-    row.role.topic_class = word(map, "class", classWords());
+    row.role.topic_class = word(map, "class", topicClassWords());
     row.role.why = text(map, "why");
     if (map["stop"].IsDefined()) {
       row.role.stop = word(map, "stop", Words<StopKind>{{"zero", StopKind::Zero},
@@ -177,38 +167,30 @@ class TableReader {
 }  // namespace
 
 std::string_view name(Modality modality) {
-  switch (modality) {
-    case Modality::Body:
-      return "body";
-    case Modality::Ar:
-      return "ar";
-    case Modality::Speech:
-      return "speech";
+  constexpr std::string_view kNames[] = {"body", "ar", "speech"};
+  return kNames[static_cast<std::size_t>(modality)];
+}
+
+std::optional<Modality> modalityCalled(std::string_view word) {
+  for (const Modality modality : kModalities) {
+    if (name(modality) == word) return modality;
   }
-  return "";
+  return std::nullopt;
 }
 
 std::string_view name(TopicClass topic_class) {
-  switch (topic_class) {
-    case TopicClass::Body:
-      return "body";
-    case TopicClass::Shown:
-      return "shown";
-    case TopicClass::Control:
-      return "control input";
-    case TopicClass::Endless:
-      return "endless motion";
-    case TopicClass::Other:
-      return "other";
-  }
-  return "";
+  constexpr std::string_view kNames[] = {"endless motion", "control input", "other", "body",
+                                         "shown"};
+  return kNames[static_cast<std::size_t>(topic_class)];
 }
 
-std::optional<TopicClass> topicClassCalled(std::string_view word) {
-  for (const auto& [known, topic_class] : classWords()) {
-    if (known == word) return topic_class;
-  }
-  return std::nullopt;
+const std::vector<std::pair<std::string, TopicClass>>& topicClassWords() {
+  static const Words<TopicClass> words{{"body", TopicClass::Body},
+                                       {"shown", TopicClass::Shown},
+                                       {"control", TopicClass::Control},
+                                       {"endless", TopicClass::Endless},
+                                       {"other", TopicClass::Other}};
+  return words;
 }
 
 bool isCalled(std::string_view topic, std::string_view pattern) {
@@ -224,9 +206,8 @@ bool isCalled(std::string_view topic, std::string_view pattern) {
 bool TopicPattern::holds(std::string_view topic, std::string_view type) const {
   const auto is_name = [&](const std::string& pattern) { return isCalled(topic, pattern); };
   const auto is_type = [&](const std::string& pattern) { return matches(type, pattern); };
-  return (types.empty() || std::any_of(types.begin(), types.end(), is_type)) &&
-         (names.empty() || std::any_of(names.begin(), names.end(), is_name)) &&
-         std::none_of(other_types.begin(), other_types.end(), is_type);
+  return (types.empty() || anyOf(types, is_type)) && (names.empty() || anyOf(names, is_name)) &&
+         !anyOf(other_types, is_type);
 }
 
 TopicTable TopicTable::read(const std::string& file, const std::string& text) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "replay/plan/motion_stop.hpp"
@@ -16,25 +17,29 @@ namespace afterglow::replay {
 /// The body moves, light is drawn on the world, speech is heard.
 enum class Modality { Body, Ar, Speech };
 
+constexpr Modality kModalities[] = {Modality::Body, Modality::Ar, Modality::Speech};
+
 /// "body", "ar", "speech".
 std::string_view name(Modality modality);
+/// Empty for other words.
+std::optional<Modality> modalityCalled(std::string_view word);
 
 /// `topic` absolute, `type` "package/Type". Topics that neither move a robot nor speak are Ar.
 Modality modalityOf(std::string_view topic, std::string_view type);
 
 /// Who would act on a topic.
-enum class TopicClass {
-  Body,     ///< a robot moves, and the player knows how to stop it
-  Shown,    ///< people see or hear it, if a recording or a projector's layer asks for it
-  Control,  ///< a robot obeys: the input of an operator, a runstop or a safety device
+enum class TopicClass {  // the strictest first
   Endless,  ///< a robot moves or may move, and nothing stops it that is known: never published
-  Other     ///< unknown
+  Control,  ///< a robot obeys: the input of an operator, a runstop or a safety device
+  Other,    ///< unknown
+  Body,     ///< a robot moves, and the player knows how to stop it
+  Shown     ///< people see or hear it, if a recording or a projector's layer asks for it
 };
 
 /// "body", "shown", "control input", "endless motion", "other".
 std::string_view name(TopicClass topic_class);
-/// As profiles and the table's file have it: "control", "endless"; empty for other words.
-std::optional<TopicClass> topicClassCalled(std::string_view word);
+/// As profiles and the table's file have them: "body", "shown", "control", "endless", "other".
+const std::vector<std::pair<std::string, TopicClass>>& topicClassWords();
 
 struct TopicRole {
   TopicClass topic_class = TopicClass::Other;

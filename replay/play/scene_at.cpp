@@ -26,7 +26,6 @@ bool isMarkers(const std::string& type) {
   return type == "visualization_msgs/Marker" || type == "visualization_msgs/MarkerArray";
 }
 
-std::string actionOf(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
 bool arrivedEarlier(const Message& a, const Message& b) {
   return a.received != b.received ? a.received < b.received : a.sequence < b.sequence;

@@ -54,7 +54,7 @@ RunningRobot runningFetch() {
   publish("/robot_state", "fetch_driver_msgs/RobotState", "");
   publish("/joint_states", "sensor_msgs/JointState", "");
   running.heard["/robot_state"].stops = false;
-  for (const auto& [joint, speed] : fetch.joint_speeds) {
+  for (const auto& [joint, limits] : fetch.joints) {
     running.heard["/joint_states"].joints.insert(joint);
   }
   for (const std::string& joint : fetch.gripper_joints) {

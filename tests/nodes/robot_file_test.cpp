@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "nodes/player/play_options.hpp"
-#include "replay/plan/robot_topics.hpp"
+#include "replay/plan/robot_profile.hpp"
 #include "tests/support/temp_folder.hpp"
 
 namespace afterglow::nodes::robot_file_test {
@@ -49,9 +49,9 @@ TEST_F(RobotFileTest, theFetchIsBuiltIn) {
   EXPECT_TRUE(fetch.emergency_stop.stops_when);
   EXPECT_EQ(fetch.base.linear_acceleration, 0.75);
   EXPECT_EQ(fetch.base.angular_acceleration, 3);
-  EXPECT_EQ(fetch.joint_speeds.at("elbow_flex_joint"), 1.521);
-  EXPECT_EQ(fetch.joint_ranges.at("shoulder_lift_joint")[0], -1.221);
-  EXPECT_EQ(fetch.joint_ranges.count("wrist_roll_joint"), 0u) << "it turns without an end";
+  EXPECT_EQ(fetch.joints.at("elbow_flex_joint").velocity, 1.521);
+  EXPECT_EQ((*fetch.joints.at("shoulder_lift_joint").range)[0], -1.221);
+  EXPECT_FALSE(fetch.joints.at("wrist_roll_joint").range) << "it turns without an end";
   EXPECT_EQ(fetch.gripper_joints.size(), 2u);
   EXPECT_EQ(fetch.gaze_frame, "head_tilt_link");
   EXPECT_FALSE(fetch.controllers_join) << "after a cancel they begin where that goal had led";
@@ -78,7 +78,9 @@ TEST_F(RobotFileTest, everyRobotThatIsBuiltInIsKnownByTheNameOfItsFile) {
                                                  : topics.roleOf(controller + "/goal", kFollow);
       EXPECT_EQ(name(role.topic_class), "body") << known << " " << controller;
     }
-    for (const auto& [joint, speed] : robot.joint_speeds) EXPECT_GT(speed, 0) << joint;
+    for (const auto& [joint, limits] : robot.joints) {
+      EXPECT_GT(limits.velocity.value_or(1), 0) << joint;
+    }
   }
 }
 
@@ -92,8 +94,8 @@ TEST_F(RobotFileTest, aTiagoIsEnteredAtItsMultiplexersLowestInput) {
   EXPECT_EQ(tiago.base.fastest_turn, 2.09);
   EXPECT_EQ(tiago.emergency_stop.topic, "/power_status");
   EXPECT_TRUE(tiago.emergency_stop.stops_when);
-  EXPECT_EQ(tiago.joint_speeds.at("arm_3_joint"), 2.35);
-  EXPECT_EQ(tiago.joint_speeds.at("torso_lift_joint"), 0.07);
+  EXPECT_EQ(tiago.joints.at("arm_3_joint").velocity, 2.35);
+  EXPECT_EQ(tiago.joints.at("torso_lift_joint").velocity, 0.07);
   EXPECT_EQ(classOf(tiago, "/nav_vel", kTwist), "body");
   for (const char* persons : {"/joy_vel", "/tab_vel", "/key_vel", "/servoing_cmd_vel"}) {
     EXPECT_EQ(classOf(tiago, persons, kTwist), "control input") << persons;
@@ -118,7 +120,9 @@ TEST_F(RobotFileTest, aPr2MayMoveWhileItsRunStopIsTrue) {
   EXPECT_EQ(pr2.base.odom_frame, "odom_combined");
   EXPECT_EQ(pr2.base.command_timeout_s, 0.2);
   EXPECT_EQ(pr2.joints.size(), 14u);
-  EXPECT_TRUE(pr2.joint_speeds.empty()) << "the description has them";
+  for (const auto& [joint, limits] : pr2.joints) {
+    EXPECT_FALSE(limits.velocity) << "the description has it";
+  }
   EXPECT_EQ(classOf(pr2, "/navigation/cmd_vel", kTwist), "body");
   EXPECT_EQ(classOf(pr2, "/teleop/cmd_vel", kTwist), "control input");
   EXPECT_EQ(classOf(pr2, "/base_controller/command", kTwist), "other");
@@ -150,7 +154,7 @@ TEST_F(RobotFileTest, aUrStopsWhenItsProgramDoesAndTakesNoEndlessVelocities) {
   EXPECT_TRUE(ur.base.velocity_topic.empty());
   EXPECT_EQ(ur.emergency_stop.topic, "/ur_hardware_interface/robot_program_running");
   EXPECT_FALSE(ur.emergency_stop.stops_when);
-  EXPECT_EQ(ur.joint_speeds.size(), 6u);
+  EXPECT_EQ(ur.joints.size(), 6u);
   EXPECT_EQ(classOf(ur, "/joint_group_vel_controller/command", kNumbers), "endless motion");
   EXPECT_EQ(classOf(ur, "/twist_controller/command", kTwist), "endless motion");
   EXPECT_EQ(classOf(ur, "/ur_hardware_interface/script_command", "std_msgs/String"),

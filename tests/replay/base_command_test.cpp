@@ -6,7 +6,7 @@ namespace afterglow::replay::base_command_test {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
-constexpr CommandLimits kLimits{1, 2, 0.5, 4, 0.1, 0.3};
+constexpr CommandLimits kLimits{{1, 2, 0.5, 4}, 0.1, 0.3};
 
 Stamp ms(std::int64_t milliseconds) { return {milliseconds * kMs}; }
 

@@ -45,8 +45,8 @@ RobotProfile fetch() {
   profile.base.fastest = 1;
   profile.base.fastest_turn = 4.5;
   profile.base.linear_acceleration = 0.75;
-  profile.joint_speeds = {{kElbow, 1.521}, {"shoulder_lift_joint", 1.454}};
-  profile.joint_ranges = {{"shoulder_lift_joint", {-1.221, 1.518}}};
+  profile.joints[kElbow].velocity = 1.521;
+  profile.joints["shoulder_lift_joint"] = {1.454, {}, {{-1.221, 1.518}}};
   return profile;
 }
 
@@ -217,9 +217,10 @@ TEST(MotionLimits, areTheLowestOfWhatIsAskedForAndDescribedAndThenTheProfiles) {
   RobotProfile profile;
   profile.base.fastest = 1;
   profile.base.deceleration = 0.6;
-  profile.joint_speeds = {{"torso_turn", 9}, {"unheard_of", 0.5}};
-  profile.joint_accelerations = {{"torso_turn", 3}};
-  profile.joint_ranges = {{"torso_turn", {-9, 9}}, {"slider", {0, 0.4}}, {"wheel", {0, 1}}};
+  profile.joints["torso_turn"] = {9, 3, {{-9, 9}}};
+  profile.joints["unheard_of"].velocity = 0.5;
+  profile.joints["slider"].range = {0, 0.4};
+  profile.joints["wheel"].range = {0, 1};
   MotionLimits asked;
   asked.angular = 0.4;
   asked.joints["slider"].velocity = 0.01;

@@ -1,4 +1,4 @@
-#include "replay/motion/refusal_text.hpp"
+#include "replay/plan/refusal_text.hpp"
 
 #include <fmt/format.h>
 
