@@ -39,8 +39,8 @@ std::string speedText(const std::vector<replay::MotionPeak>& peaks, double rate)
 
 std::string robotName(const replay::Store& store, const replay::PlayPlan& plan,
                       const ReplayRequest& request) {
-  if (!request.robot.name.empty()) return request.robot.name;
-  const std::string name = recordedJoints(store, plan.behavior, request.robot).robotName();
+  if (!request.body.robot.name.empty()) return request.body.robot.name;
+  const std::string name = recordedJoints(store, plan.behavior, request.body.robot).robotName();
   return name.empty() ? "the robot" : name;
 }
 

@@ -46,9 +46,8 @@ const char* wayText(replay::JointWay::Kind kind) {
 }  // namespace
 
 void BodyGate::addTo(replay::PlayReport& report) const {
-  const std::vector<std::string> of_stops = stops_->notes();
-  report.notes.insert(report.notes.end(), of_stops.begin(), of_stops.end());
-  report.notes.insert(report.notes.end(), notes_.begin(), notes_.end());
+  report.note(stops_->notes());
+  report.note(notes_);
   report.guards = guards_;
   if (base_) base_->addTo(report);
 }
@@ -63,9 +62,7 @@ std::vector<std::string> missingControllers(const replay::PlayPlan& plan,
     if (!why.empty() && !replay::contains(missing, why)) missing.push_back(why);
   };
   for (const replay::PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed() || topic.modality != replay::Modality::Body || topic.is_for_start) {
-      continue;
-    }
+    if (!topic.movesBody() || topic.is_for_start) continue;
     const std::string& name = topic.output.topic;
     look(name);
     if (isVelocity(topic.channel)) look(robot.base.output_topic);  // behind its multiplexer
@@ -156,7 +153,7 @@ std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& pa
 }
 
 replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
-                              const BodyOptions& options, const replay::MotionLimits& limits) {
+                              const BodyOptions& options) {
   const replay::Stamp from{plan.begin.ns - replay::kLongestRecordedWayNs};
   std::optional<replay::PoseTrack> base;
   if (options.start == BodyOptions::Start::MoveThere) {
@@ -166,7 +163,7 @@ replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan
   }
   replay::Approach::Rules rules;
   rules.speed = options.speed;
-  rules.limits = limits;
+  rules.limits = options.limits;
   rules.accepts_unchecked = options.accepts_unchecked;
   rules.robot = options.joints;
   rules.tolerances = options.tolerances;
@@ -175,14 +172,12 @@ replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan
 }
 
 BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
-                   const BodyOptions& options, const replay::MotionLimits& limits,
-                   replay::MessageSink& sink, replay::Clock& clock,
+                   const BodyOptions& options, replay::MessageSink& sink, replay::Clock& clock,
                    std::function<void(const std::string&)> stop,
                    std::function<void(bool)> halt)
     : store_(store),
       plan_(plan),
       options_(options),
-      limits_(limits),
       stop_(std::move(stop)),
       take_over_(baseTopic(plan, options.base.topic, options.robot.base.velocity_topic),
                  options.robot.base, sink),
@@ -206,7 +201,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   parts_ = movedParts(store_, plan_, options_.joints);
   refuseFor(whyUnnamed(parts_, options_));
   if (movesBase(plan_, parts_)) {
-    base_.emplace(store_, plan_, options_.base, limits_);
+    base_.emplace(store_, plan_, options_.base, options_.limits);
     refuseFor(base_->refusal(is_stopped));
     lookAhead(is_stopped);
   }
@@ -218,7 +213,7 @@ void BodyGate::check(const std::function<bool()>& is_stopped) {
   if (is_stopped()) return;
   refuseFor(whyNoJoints(options_, parts_, now));
   if (joints_ || !parts_.goals.empty()) {
-    approach_.emplace(readApproach(store_, plan_, options_, limits_));
+    approach_.emplace(readApproach(store_, plan_, options_));
   }
   checkWays(then, now);
   waitForGuards(is_stopped);
@@ -334,7 +329,7 @@ void BodyGate::watchArm() {
                                                                        : Elsewhere::Refuse;
   options.tolerances = options_.tolerances;
   options.speed = options_.speed;
-  options.limits = limits_;
+  options.limits = options_.limits;
   options.robot = options_.joints;
   options.approach = &*approach_;
   options.controllers_join = options_.robot.controllers_join;

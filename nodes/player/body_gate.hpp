@@ -41,7 +41,8 @@ struct BodyOptions {
   BaseOptions base;
   bool is_any_map_right = false;  ///< another map than the recorded one will do [~any_map]
   replay::RobotProfile robot;     ///< [~robot]
-  replay::RobotJoints joints;  ///< by its description; its limits are bounded by it
+  replay::RobotJoints joints;  ///< by its description
+  replay::MotionLimits limits;  ///< [~limits], bounded by the description and the profile
   std::vector<std::string> joint_topics = {"/joint_states"};
 };
 
@@ -69,7 +70,7 @@ std::string whyNoJoints(const BodyOptions& options, const replay::MovedParts& pa
                         const replay::StartPose& now);
 /// By what was recorded of joints and base until two minutes before what is played.
 replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan& plan,
-                              const BodyOptions& options, const replay::MotionLimits& limits);
+                              const BodyOptions& options);
 
 /// For one replay. Everything given must outlive it.
 class BodyGate {
@@ -77,7 +78,7 @@ class BodyGate {
   /// Starts the watchdog. `stop` stops the replay, `halt` has it stand until it is called with
   /// false; any thread. Throws std::runtime_error, one line.
   BodyGate(const replay::Store& store, const replay::PlayPlan& plan, const BodyOptions& options,
-           const replay::MotionLimits& limits, replay::MessageSink& sink, replay::Clock& clock,
+           replay::MessageSink& sink, replay::Clock& clock,
            std::function<void(const std::string& reason)> stop,
            std::function<void(bool halts)> halt);
 
@@ -139,7 +140,6 @@ class BodyGate {
   const replay::Store& store_;
   const replay::PlayPlan& plan_;
   const BodyOptions options_;
-  const replay::MotionLimits limits_;
   const std::function<void(const std::string&)> stop_;
   replay::MovedParts parts_;
   TakeOver take_over_;

@@ -14,13 +14,12 @@
 #include "replay/clock/clock.hpp"
 #include "replay/motion/silence_watch.hpp"
 #include "replay/motion/stop_field.hpp"
+#include "replay/plan/robot_profile.hpp"
 
 namespace afterglow::nodes {
 
-struct EmergencyStopOptions {
-  std::string topic;       ///< empty: there is none
-  std::string field;       ///< "a.b"; empty: the only boolean that the messages have
-  bool stops_when = true;  ///< the field's value that stops the robot
+/// Without a topic there is none; without a field it is the only boolean that the messages have.
+struct EmergencyStopOptions : replay::RobotProfile::EmergencyStop {
   /// s; above 0 the topic has to be repeated at least this often; 0: by its period, if it has one.
   double longest_silence_s = 0;
   std::string profile;  ///< the robot's, which names it; empty: an option does

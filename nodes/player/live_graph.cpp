@@ -1,18 +1,23 @@
 #include "nodes/player/live_graph.hpp"
 
+#include <nav_msgs/OccupancyGrid.h>
+
 #include <map>
 #include <mutex>
 #include <stdexcept>
 #include <vector>
 
+#include "nodes/conversion/map_identity.hpp"
 #include "nodes/player/robot_guard.hpp"
 #include "nodes/tools/any_message.hpp"
 #include "nodes/tools/callback_thread.hpp"
+#include "replay/record/snapshot.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr double kNodePatience = 0.5;  // s, of one that may be dead
+constexpr double kMapPatience = 5;     // s: it may be large
 /// Markers that are renewed are so once a second or more often.
 constexpr double kListening = 1.1;  // s
 constexpr std::uint32_t kEarQueue = 10;
@@ -132,6 +137,28 @@ void refuseLivePublishers(const replay::PlayPlan& plan, const std::function<bool
     perhaps.push_back(name);
   }
   if (!perhaps.empty()) refuseSenders(perhaps, is_stopped);
+}
+
+std::string whyOtherMap(const replay::Behavior& behavior, const std::string& topic,
+                        const std::function<bool()>& is_stopped) {
+  const std::string recorded = replay::recordedMap(behavior);
+  if (recorded.empty()) return "";
+  std::string now;
+  if (!askMaster(deadlineIn(kMasterPatience)).otherPublishers(topic).empty()) {
+    ros::CallbackQueue queue;
+    ros::NodeHandle node;
+    node.setCallbackQueue(&queue);
+    const ros::Subscriber subscriber = node.subscribe<nav_msgs::OccupancyGrid>(
+        topic, 1,
+        [&now](const nav_msgs::OccupancyGridConstPtr& map) { now = mapIdentity(*map); });
+    waitUntil(deadlineIn(kMapPatience), is_stopped, [&] {
+      queue.callAvailable();
+      return !now.empty();
+    });
+  }
+  if (now == recorded || is_stopped()) return "";
+  return now.empty() ? "it was recorded on a map, and nobody publishes one on " + topic + " now"
+                     : "the map on " + topic + " is not the one it was recorded on";
 }
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,6 @@
 /// \file
 /// The running ROS graph before a replay publishes anything: the layers of projectors, whether a
-/// robot is live, and other publishers of the replay's topics.
+/// robot is live, other publishers of the replay's topics, and the map.
 #pragma once
 
 #include <functional>
@@ -28,5 +28,11 @@ void refuseLiveRobot(const ReplayRequest& request, Deadline deadline);
 /// within a second, as a node that could draw or speak advertises all the time; what a latched
 /// topic holds does not count. Motion: RosSink::listenForDrivers().
 void refuseLivePublishers(const replay::PlayPlan& plan, const std::function<bool()>& is_stopped);
+
+/// Why what was recorded in the map's frame is elsewhere now, a clause; empty: it is not, or it is
+/// not known which map it was. Waits for a map that somebody publishes at most 5 s, or until
+/// `is_stopped`. Throws as askMaster().
+std::string whyOtherMap(const replay::Behavior& behavior, const std::string& topic,
+                        const std::function<bool()>& is_stopped);
 
 }  // namespace afterglow::nodes

@@ -424,20 +424,17 @@ std::vector<PlayOption> theRobotsStart() {
 
 /// What a profile says holds where no other option, which are all set later, says more.
 void setRobot(Request& request, const std::string& name_or_file) {
-  request.robot = findRobotProfile(name_or_file);
-  request.body.robot = request.robot;
-  const replay::RobotProfile::Base& base = request.robot.base;
+  const replay::RobotProfile robot = findRobotProfile(name_or_file);
+  request.body.robot = robot;
+  const replay::RobotProfile::Base& base = robot.base;
   request.body.base.is_holonomic = base.is_holonomic;
   replay::TrackFrames& frames = request.body.base.frames;
   if (!base.map_frame.empty()) frames.map = base.map_frame;
   if (!base.odom_frame.empty()) frames.odometry = base.odom_frame;
   if (!base.base_frame.empty()) frames.base = base.base_frame;
-  const replay::RobotProfile::EmergencyStop& known = request.robot.emergency_stop;
   EmergencyStopOptions& stop = request.body.stops.emergency_stop;
-  stop.topic = known.topic;
-  stop.field = known.field;
-  stop.stops_when = known.stops_when;
-  stop.profile = request.robot.name;
+  static_cast<replay::RobotProfile::EmergencyStop&>(stop) = robot.emergency_stop;
+  stop.profile = robot.name;
   ScanOptions& scan = request.body.base.scan;
   if (!base.footprint.empty()) scan.footprint = replay::Footprint::polygon(base.footprint);
   if (base.deceleration > 0) scan.obstacles.deceleration = base.deceleration;
@@ -465,7 +462,7 @@ std::vector<PlayOption> theRobotsSafety() {
       row("limits", text("FILE"),
           "How fast it may move, a YAML file, where that is lower than what the robot's "
           "description and --robot say",
-          [](Request& r, Texts texts) { r.limits = readLimits(texts.front()); }),
+          [](Request& r, Texts texts) { r.body.limits = readLimits(texts.front()); }),
       tried("estop_topic", Kind::Value, "TOPIC[:FIELD]",
             "An emergency stop to obey: a boolean of messages of any type, true stops the robot "
             "(TOPIC:!FIELD: false does); default: the robot's by its profile; none",

@@ -19,7 +19,7 @@ namespace afterglow::nodes {
 namespace {
 
 std::string setPaused(ReplaySession& session, bool pauses) {
-  pauses ? session.pause() : session.resume();
+  session.pause(pauses);
   return pauses ? "paused" : "resumed";
 }
 

@@ -20,7 +20,6 @@ struct StartRehearsal {
   const replay::Store& store;
   const replay::PlayPlan& plan;
   const BodyOptions& options;
-  const replay::MotionLimits& limits;
   const replay::MovedParts& parts;
   ReplayedBase* base;  ///< none: the base is not moved
   const IsStopped& is_stopped;
@@ -57,7 +56,7 @@ struct StartRehearsal {
     if (StateValidity(options.base.robot).isThere()) {
       return rehearsal.unchecked.push_back("whether MoveIt finds the way to the start free");
     }
-    const replay::Approach approach = readApproach(store, plan, options, limits);
+    const replay::Approach approach = readApproach(store, plan, options);
     for (const replay::JointGoals& goals : parts.goals) {
       try {
         (void)startGoal(goals, then, now, options.tolerances, approach, plan.begin, "", {});
@@ -93,13 +92,13 @@ void Rehearsal::ask(const std::function<void()>& check) {
 }
 
 void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
-                  const BodyOptions& options, const replay::MotionLimits& limits, bool has_master,
-                  const IsStopped& is_stopped, Rehearsal& rehearsal) {
+                  const BodyOptions& options, bool has_master, const IsStopped& is_stopped,
+                  Rehearsal& rehearsal) {
   const replay::MovedParts parts = movedParts(store, plan, options.joints);
   rehearsal.add(whyUnnamed(parts, options));
   std::optional<ReplayedBase> base;
   if (movesBase(plan, parts)) {
-    rehearsal.ask([&] { base.emplace(store, plan, options.base, limits); });
+    rehearsal.ask([&] { base.emplace(store, plan, options.base, options.limits); });
   }
   if (base) {
     rehearsal.add(has_master ? base->refusal(is_stopped) : base->recordedRefusal());
@@ -128,8 +127,7 @@ void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
     });
   }
   rehearsal.ask([&] {
-    StartRehearsal{store, plan, options, limits, parts, base ? &*base : nullptr, is_stopped,
-                   rehearsal}
+    StartRehearsal{store, plan, options, parts, base ? &*base : nullptr, is_stopped, rehearsal}
         .look();
   });
 }

@@ -28,7 +28,7 @@ struct Rehearsal {
 /// listens to emergency stop, poses, scan and joints, a few seconds each. Without one it goes by
 /// the recording and the options. Throws StoreError.
 void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
-                  const BodyOptions& options, const replay::MotionLimits& limits, bool has_master,
+                  const BodyOptions& options, bool has_master,
                   const std::function<bool()>& is_stopped, Rehearsal& rehearsal);
 
 }  // namespace afterglow::nodes

@@ -79,7 +79,7 @@ std::map<replay::TopicName, std::string> obeyedBy(const ReplayRequest& request) 
 replay::PlanOptions planOptions(const ReplayRequest& request) {
   replay::PlanOptions options = request.plan;
   options.only = replay::parseModalities(request.only);
-  options.robot = request.robot;
+  options.robot = request.body.robot;
   options.resolve = rosName;
   options.obeyed = obeyedBy(request);
   options.is_motion_allowed = request.allow_motion;
@@ -92,7 +92,7 @@ replay::PlanOptions planOptions(const ReplayRequest& request) {
 void addWayOfBase(const ReplayRequest& request, replay::PlayPlan& plan) {
   using geometry_msgs::Twist;
   namespace traits = ros::message_traits;
-  const std::string& topic = request.robot.base.velocity_topic;
+  const std::string& topic = request.body.robot.base.velocity_topic;
   const bool is_there = std::any_of(plan.topics.begin(), plan.topics.end(), [&](const auto& known) {
     return known.channel.topic == topic || known.output.topic == topic ||
            (known.isPlayed() && stopOf(known).isSetPoint());
@@ -132,14 +132,12 @@ ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request) {
       renamingOf(replay::selectBehavior(store, request.behavior), request.robot_namespace);
   BodyOptions& body = request.body;
   // Topics are today's, and frames are renamed with all that was recorded.
-  request.robot =
-      withNames(request.robot, {robot.live.name_space, robot.recorded.frame_prefix});
-  body.robot = request.robot;
-  body.base.usual_topic = request.robot.base.velocity_topic;
+  body.robot = withNames(body.robot, {robot.live.name_space, robot.recorded.frame_prefix});
+  body.base.usual_topic = body.robot.base.velocity_topic;
   if (!body.stops.emergency_stop.profile.empty()) {
-    body.stops.emergency_stop.topic = request.robot.emergency_stop.topic;
+    body.stops.emergency_stop.topic = body.robot.emergency_stop.topic;
   }
-  if (body.base.scan.topic.empty()) body.base.scan.topic = request.robot.scan_topic;
+  if (body.base.scan.topic.empty()) body.base.scan.topic = body.robot.scan_topic;
   for (std::string* frame :
        {&body.base.frames.map, &body.base.frames.odometry, &body.base.frames.base}) {
     *frame = robot.recorded.frame(*frame);

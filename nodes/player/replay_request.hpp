@@ -9,9 +9,7 @@
 #include "nodes/player/body_gate.hpp"
 #include "nodes/player/rate_control.hpp"
 #include "nodes/player/replay_time.hpp"
-#include "replay/motion/motion_limits.hpp"
 #include "replay/plan/anchoring.hpp"
-#include "replay/plan/robot_profile.hpp"
 #include "replay/play/player.hpp"
 #include "replay/store/store.hpp"
 
@@ -36,8 +34,6 @@ struct ReplayRequest {
   replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;
-  replay::MotionLimits limits;
-  replay::RobotProfile robot;  ///< BodyOptions::robot is the same
   /// Today's robot's; empty: ROS's own of this process, else the recording's.
   std::string robot_namespace;
   BodyOptions body;

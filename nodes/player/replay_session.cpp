@@ -10,7 +10,6 @@
 
 #include "nodes/player/end_pose.hpp"
 #include "nodes/player/live_graph.hpp"
-#include "nodes/player/live_map.hpp"
 #include "nodes/player/realtime.hpp"
 #include "nodes/player/robot_description.hpp"
 #include "nodes/player/robot_file.hpp"
@@ -29,7 +28,7 @@ constexpr double kSlowest = 0.1, kFastest = 10;
 void describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
                    ReplayRequest& request) {
   BodyOptions& body = request.body;
-  body.joints = recordedJoints(store, plan.behavior, request.robot);
+  body.joints = recordedJoints(store, plan.behavior, body.robot);
   body.joint_topics.clear();
   for (const std::string& topic :
        recordedTopics(store, plan.behavior, {"sensor_msgs/JointState"}, "/joint_states")) {
@@ -42,7 +41,7 @@ void describeRobot(const replay::Store& store, const replay::PlayPlan& plan,
     body.base.frames.topic = transforms.front();
     body.base.tf_topic = liveName(plan, request.plan, transforms.front());
   }
-  request.limits = boundedBy(request.limits, body.joints, request.robot);
+  body.limits = boundedBy(body.limits, body.joints, body.robot);
 }
 
 /// The same by today's description if none was recorded: true if its limits are known better then.
@@ -52,8 +51,8 @@ bool describeRobotNow(ReplayRequest& request) {
   BodyOptions& body = request.body;
   const bool is_new = !body.joints.isDescribed();
   if (is_new) {
-    body.joints = liveDescription(body.base.robot.name_space, request.robot);
-    request.limits = boundedBy(request.limits, body.joints, request.robot);
+    body.joints = liveDescription(body.base.robot.name_space, body.robot);
+    body.limits = boundedBy(body.limits, body.joints, body.robot);
   }
   const auto known = body.robot.name.empty() ? builtInRobot(body.joints.robotName()) : std::nullopt;
   const replay::RobotNames& recorded = request.plan.rewriting.robot.recorded;
@@ -84,7 +83,7 @@ ReplaySession::~ReplaySession() {
 /// Once more when the robot is known better.
 void ReplaySession::passGate(double rate) {
   std::vector<replay::MotionPeak> peaks =
-      motionPeaks(store_, plan_, request_.limits, request_.body.joints,
+      motionPeaks(store_, plan_, request_.body.limits, request_.body.joints,
                   !request_.body.base.is_open_loop);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -100,7 +99,7 @@ void ReplaySession::checkRate(double rate) const {
   if (!(rate >= kSlowest && rate <= kFastest)) {
     throw std::runtime_error("a body is played at rates from 0.1 to 10");
   }
-  const bool is_as_recorded = rate == 1 && !request_.limits.are_given;
+  const bool is_as_recorded = rate == 1 && !request_.body.limits.are_given;
   const std::string only = is_as_recorded ? "" : whyOnlyAsRecorded(plan_);
   const std::string why = only.empty() ? whyTooFast(peaks(), rate) : only;
   if (!why.empty()) throw std::runtime_error(why);
@@ -167,7 +166,7 @@ Rehearsal ReplaySession::rehearse(bool has_master, const std::function<bool()>& 
   if (has_master && describeRobotNow(request_)) {
     rehearsal.ask([this] { passGate(request_.options.rate); });
   }
-  rehearseBody(store_, plan_, request_.body, request_.limits, has_master, is_stopped, rehearsal);
+  rehearseBody(store_, plan_, request_.body, has_master, is_stopped, rehearsal);
   return rehearsal;
 }
 
@@ -182,11 +181,7 @@ replay::PlayReport ReplaySession::run() {
   std::optional<ClockGiver> giver;
   if (request_.clock == ReplayClock::Sim) {
     giver.emplace(request_.clock_hz, [this, last = plan_.begin]() mutable {
-      const replay::PlayProgress now = progress();
-      if (now.state != replay::PlayProgress::State::Idle) {
-        last = {plan_.behavior.begin.ns + now.position.ns};
-      }
-      return last;
+      return last = position().value_or(last);
     });
   }
   RosSink sink(plan_, request_.queue,
@@ -208,12 +203,8 @@ replay::PlayReport ReplaySession::run() {
   for (const std::string& topic : unheard) {
     report.notes.push_back("nobody listened on " + topic + " at the start");
   }
-  const std::vector<std::string> warnings = plan_.warnings();
-  report.notes.insert(report.notes.end(), warnings.begin(), warnings.end());
-  if (!time_->note().empty()) report.notes.push_back(time_->note());
-  if (std::string left_out = plan_.leftOutText(); !left_out.empty()) {
-    report.notes.push_back(std::move(left_out));
-  }
+  report.note(plan_.warnings());
+  report.note({time_->note(), plan_.leftOutText()});
   return report;
 }
 
@@ -261,11 +252,8 @@ replay::PlayReport ReplaySession::play(RosSink& sink) {
   scheduleNewThreads();
   replay::PlayReport report = player_->run();
   report.scheduling = realtime ? realtime->description() : "normal";
-  const std::vector<std::string> notes = stagehand.notes();
-  report.notes.insert(report.notes.end(), notes.begin(), notes.end());
-  if (gate_) {
-    gate_->addTo(report);
-  }
+  report.note(stagehand.notes());
+  if (gate_) gate_->addTo(report);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     player_.reset();
@@ -297,7 +285,7 @@ void ReplaySession::openGate(RosSink& sink, replay::Clock& clock,
   BodyOptions options = request_.body;
   // Where nothing waits for the base, it cannot wait either.
   if (!request_.options.is_in_step) options.base.scan.obstacles.patience = 0;
-  auto gate = std::make_unique<BodyGate>(store_, plan_, options, request_.limits, sink, clock,
+  auto gate = std::make_unique<BodyGate>(store_, plan_, options, sink, clock,
                                          [this](const std::string& reason) { stop(reason); },
                                          [this](bool halts) { halt(halts); });
   {
@@ -340,23 +328,27 @@ void ReplaySession::waitBeforeStart() {
   }
 }
 
-std::optional<AnchorBroadcast::Moment> ReplaySession::moment() const {
+/// The recorded moment that is played; empty while nothing is.
+std::optional<replay::Stamp> ReplaySession::position() const {
   const replay::PlayProgress at = progress();
-  if (at.state == replay::PlayProgress::State::Idle) return std::nullopt;
   const replay::Stamp recorded{plan_.behavior.begin.ns + at.position.ns};
-  return AnchorBroadcast::Moment{recorded,
-                                 request_.clock == ReplayClock::Sim ? recorded : time_->now()};
+  const bool is_idle = at.state == replay::PlayProgress::State::Idle;
+  return is_idle ? std::nullopt : std::optional(recorded);
+}
+
+std::optional<AnchorBroadcast::Moment> ReplaySession::moment() const {
+  const std::optional<replay::Stamp> at = position();
+  if (!at) return std::nullopt;
+  return AnchorBroadcast::Moment{*at, request_.clock == ReplayClock::Sim ? *at : time_->now()};
 }
 
 RateControl::Replay ReplaySession::asSeenByConsumer() {
-  const auto position = [this] {
-    return replay::Stamp{plan_.behavior.begin.ns + progress().position.ns};
-  };
+  const auto at = [this] { return position().value_or(plan_.behavior.begin); };
   const auto hold = [this](bool holds) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (player_) player_->hold(holds);
   };
-  return {position, [this] { return time_->now(); }, hold,
+  return {at, [this] { return time_->now(); }, hold,
           [this](const std::string& reason) { stop(reason); }};
 }
 
@@ -373,16 +365,10 @@ void ReplaySession::stop(const std::string& reason) {
   if (player_) player_->stop(reason);
 }
 
-void ReplaySession::pause() {
+void ReplaySession::pause(bool pauses) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  is_paused_ = true;
-  if (player_) player_->pause();
-}
-
-void ReplaySession::resume() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  is_paused_ = false;
-  if (player_) player_->resume();
+  is_paused_ = pauses;
+  if (player_) pauses ? player_->pause() : player_->resume();
 }
 
 void ReplaySession::halt(bool halts) {

@@ -45,8 +45,8 @@ class ReplaySession {
   replay::PlayReport run();
 
   void stop(const std::string& reason);
-  void pause();
-  void resume();
+  /// False: goes on.
+  void pause(bool pauses = true);
   bool isPaused() const;
   // These throw std::runtime_error, one line, for what is not possible, also before it plays.
   void setRate(double rate);
@@ -76,6 +76,7 @@ class ReplaySession {
   void addEnd(const std::map<std::string, double>& joints, replay::PlayReport& report) const;
   void waitBeforeStart();
   void onClockJump(double seconds);
+  std::optional<replay::Stamp> position() const;
   std::optional<AnchorBroadcast::Moment> moment() const;
   void passGate(double rate);
   void checkRate(double rate) const;

@@ -38,7 +38,7 @@ std::string leap(ReplaySession& session, double seconds) {
 
 std::string act(const std::string& key, ReplaySession& session) {
   if (key == " ") {
-    session.isPaused() ? session.resume() : session.pause();
+    session.pause(!session.isPaused());
   } else if (key == "s") {
     session.playNext(1);
   } else if (key == "left" || key == "right") {

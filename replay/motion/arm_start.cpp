@@ -109,6 +109,23 @@ void checkShape(const Trajectory& trajectory) {
   }
 }
 
+/// A goal as a document, with the trajectory in it, which has a point.
+struct DecodedGoal {
+  /// Throws MessageError.
+  DecodedGoal(const Channel& channel, const Bytes& goal)
+      : schema(Schema::parse(channel.type, channel.definition)),
+        document(decode(schema, goal)),
+        trajectory(trajectoryIn(document)) {
+    if (trajectory && trajectory->points->empty()) trajectory.reset();
+    if (trajectory) checkShape(*trajectory);
+  }
+  Bytes bytes() const { return encode(schema, document); }
+
+  const Schema schema;
+  Value document;
+  std::optional<Trajectory> trajectory;
+};
+
 }  // namespace
 
 /// How the joints of a trajectory stand to it; one number a joint.
@@ -231,13 +248,9 @@ JointWay ArmStart::wayTo(const std::vector<std::string>& joints, const std::vect
 }
 
 std::optional<double> ArmStart::leadOf(const Channel& channel, const Bytes& goal, Stamp at) const {
-  Value document = decode(Schema::parse(channel.type, channel.definition), goal);
-  const auto trajectory = trajectoryIn(document);
-  if (!trajectory || trajectory->points->empty()) {
-    return std::nullopt;
-  }
-  checkShape(*trajectory);
-  return beginningOf(*trajectory, at).lead_s;
+  const DecodedGoal decoded(channel, goal);
+  if (!decoded.trajectory) return std::nullopt;
+  return beginningOf(*decoded.trajectory, at).lead_s;
 }
 
 /// What a joint is off the reference and has to make good. Joints that move are not where they were
@@ -301,13 +314,9 @@ void ArmStart::checkOnlyPoint(const Trajectory& trajectory, const Beginning& now
 }
 
 Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
-  Value document = decode(schema, goal);
-  const auto trajectory = trajectoryIn(document);
-  if (!trajectory || trajectory->points->empty()) {
-    return goal;
-  }
-  checkShape(*trajectory);
+  DecodedGoal decoded(channel, goal);
+  const std::optional<Trajectory>& trajectory = decoded.trajectory;
+  if (!trajectory) return goal;
   moved_.insert(trajectory->joints.begin(), trajectory->joints.end());
   const Beginning now = beginningOf(*trajectory, at);
   Array& points = *trajectory->points;
@@ -317,9 +326,7 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
   }
   const bool is_only_point = points.size() == 1;
   for (Value& point : points) setSeconds(point, secondsOf(point) + lead_s);
-  if (!now.is_known) {
-    return encode(schema, document);
-  }
+  if (!now.is_known) return decoded.bytes();
   const Value like = points.front();
   const std::vector<double> rest(now.positions.size());
   if (lead_s > 0) {
@@ -339,7 +346,7 @@ Bytes ArmStart::begin(const Channel& channel, const Bytes& goal, Stamp at, doubl
     points.insert(points.begin(),
                   pointAt(like, now.positions, lead_s > 0 ? rest : now.velocities, 0));
   }
-  return encode(schema, document);
+  return decoded.bytes();
 }
 
 // ------------------------------------------------------------------------------ the rest of a goal
@@ -478,26 +485,18 @@ std::optional<ArmStart::Rest> ArmStart::restOf(const Trajectory& trajectory,
 
 std::optional<RestNeed> ArmStart::needToGoOn(const Channel& channel, const Bytes& goal,
                                              const GoalProgress& progress) const {
-  Value document = decode(Schema::parse(channel.type, channel.definition), goal);
-  const auto trajectory = trajectoryIn(document);
-  if (!trajectory || trajectory->points->empty()) {
-    return std::nullopt;
-  }
-  checkShape(*trajectory);
-  if (const auto rest = restOf(*trajectory, progress)) return rest->need();
+  const DecodedGoal decoded(channel, goal);
+  if (!decoded.trajectory) return std::nullopt;
+  if (const auto rest = restOf(*decoded.trajectory, progress)) return rest->need();
   const auto lead_s = leadOf(channel, restAlone(channel, goal, progress), progress.at);
   return lead_s ? std::optional(RestNeed{*lead_s, *lead_s > 0}) : std::nullopt;
 }
 
 Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgress& progress,
                      double lead_s) const {
-  const Schema schema = Schema::parse(channel.type, channel.definition);
-  Value document = decode(schema, goal);
-  const auto trajectory = trajectoryIn(document);
-  if (!trajectory || trajectory->points->empty()) {
-    return goal;
-  }
-  checkShape(*trajectory);
+  DecodedGoal decoded(channel, goal);
+  const std::optional<Trajectory>& trajectory = decoded.trajectory;
+  if (!trajectory) return goal;
   const auto rest = restOf(*trajectory, progress);
   if (!rest) {
     return begin(channel, restAlone(channel, goal, progress), progress.at, lead_s);
@@ -528,7 +527,7 @@ Bytes ArmStart::goOn(const Channel& channel, const Bytes& goal, const GoalProgre
     points.push_back(pointAt(*next, rest->path, knot, knot.at_s + stands_s));
   }
   *trajectory->points = std::move(points);
-  return encode(schema, document);
+  return decoded.bytes();
 }
 
 double ArmStart::headVelocity(Stamp begun, Stamp at) const {

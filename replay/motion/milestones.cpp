@@ -135,7 +135,7 @@ Milestones Milestones::read(const Store& store, const PlayPlan& plan) {
   std::map<std::string, RecordedAction> actions;  // by the topics of goals and of results
   MessageRange range;
   for (const PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed() || topic.modality != Modality::Body || !isGoal(topic.channel)) continue;
+    if (!topic.movesBody() || !isGoal(topic.channel)) continue;
     const std::string result = actionOf(topic.channel.topic) + "/result";
     actions[result].goal_topic = topic.channel.topic;
     range.topics.insert(range.topics.end(), {topic.channel.topic, result});

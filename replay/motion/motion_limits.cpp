@@ -404,7 +404,7 @@ std::vector<MotionPeak> motionPeaks(const Store& store, const PlayPlan& plan,
   std::vector<MotionPeak> peaks;
   PeakReader reader(store, plan, limits, robot, is_base_timed);
   for (const PlannedTopic& topic : plan.topics) {
-    if (topic.isPlayed() && topic.modality == Modality::Body) reader.read(topic, peaks);
+    if (topic.movesBody()) reader.read(topic, peaks);
   }
   return peaks;
 }

@@ -110,9 +110,7 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan, const RobotJoint
   MovedParts parts;
   parts.robot = robot;
   for (const PlannedTopic& topic : plan.topics) {
-    if (!topic.isPlayed() || topic.modality != Modality::Body) {
-      continue;
-    }
+    if (!topic.movesBody()) continue;
     const MotionStop stop = stopOf(topic);
     if (isVelocity(topic.channel) || stop.kind == StopKind::Speed) {
       parts.moves_base = parts.moves_base || topic.count > 0;

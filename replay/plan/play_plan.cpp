@@ -329,8 +329,7 @@ void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewri
   const NameFilter names(options);
   std::map<std::string, PlannedTopic> goals;  // those that are played, by cancel topic
   for (const PlannedTopic& topic : plan.topics) {
-    const bool is_played = topic.isPlayed() && topic.modality == Modality::Body;
-    if (is_played && isGoal(topic.channel)) {
+    if (topic.movesBody() && isGoal(topic.channel)) {
       goals[actionOf(topic.channel.topic) + "/cancel"] = topic;
     }
   }
@@ -344,8 +343,7 @@ void pairCancels(const Store& store, const PlanOptions& options, Rewriter& rewri
     if (!isCancel(topic.channel)) continue;
     const auto goal = goals.find(topic.channel.topic);
     if (goal == goals.end()) {
-      const bool is_body = topic.isPlayed() && topic.modality == Modality::Body;
-      if (is_body) topic.why_not = "its goals are not played";
+      if (topic.movesBody()) topic.why_not = "its goals are not played";
       continue;
     }
     topic.output.topic = actionOf(goal->second.output.topic) + "/cancel";
@@ -413,7 +411,7 @@ std::vector<std::string> PlayPlan::playedTopics() const {
 std::vector<std::string> PlayPlan::motionTopics() const {
   std::vector<std::string> names;
   for (const PlannedTopic& topic : topics) {
-    if (topic.isPlayed() && topic.modality == Modality::Body) names.push_back(topic.channel.topic);
+    if (topic.movesBody()) names.push_back(topic.channel.topic);
   }
   return names;
 }

@@ -40,6 +40,7 @@ struct PlannedTopic {
   MotionStop rule_stop;  ///< how it is stopped, if a rule says so; stopOf() knows the others
 
   bool isPlayed() const { return why_not.empty(); }
+  bool movesBody() const { return isPlayed() && modality == Modality::Body; }
   bool isNamed() const { return named_by >= NamedBy::Owner; }
   /// The name that tells what it is.
   const std::string& judged() const { return recorded ? recorded->text() : channel.topic; }

@@ -238,16 +238,6 @@ TopicRole roleOf(std::string_view topic, std::string_view type) {
   return row ? row->role : TopicRole{TopicClass::Other, "what acts on it is not known"};
 }
 
-std::vector<std::string> bodyTypes() {
-  std::vector<std::string> types;
-  for (const TopicRow& row : TopicTable::ofAllRobots().rows) {
-    const bool moves = row.is_motion && row.role.topic_class == TopicClass::Body &&
-                       row.role.stop != StopKind::IsStop;
-    if (moves) types.insert(types.end(), row.types.begin(), row.types.end());
-  }
-  return types;
-}
-
 StopKind knownStop(std::string_view topic, std::string_view type) {
   for (const TopicRow& row : TopicTable::ofAllRobots().rows) {
     if (row.is_motion && row.holds(topic, type)) return row.role.stop;

@@ -92,9 +92,6 @@ bool isCalled(std::string_view topic, std::string_view pattern);
 /// about that. Of a certain robot: RobotTopics.
 TopicRole roleOf(std::string_view topic, std::string_view type);
 
-/// The types of all that moves the body by its type or name, as patterns: `*` stands for anything.
-std::vector<std::string> bodyTypes();
-
 /// How motion on a topic is stopped, whatever its class is.
 StopKind knownStop(std::string_view topic, std::string_view type);
 

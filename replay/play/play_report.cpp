@@ -178,6 +178,12 @@ Json losses(const PlayReport& report, std::uint64_t TopicReport::*count) {
 
 }  // namespace
 
+void PlayReport::note(const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) {
+    if (!text.empty()) notes.push_back(text);
+  }
+}
+
 void InStep::add(const PlayWait& wait) {
   if (waits.size() < kMostWaits) waits.push_back(wait);
   ++wait_count;

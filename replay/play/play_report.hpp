@@ -129,6 +129,8 @@ struct PlayReport {
   std::optional<PlayGuards> guards;  ///< from the moment on at which they were ready
 
   static constexpr std::size_t kMostGoals = 500;
+  /// Adds to the notes, but for empty texts.
+  void note(const std::vector<std::string>& texts);
 };
 
 /// Why a message is skipped: a clause.

@@ -230,7 +230,7 @@ TEST_F(RobotFileTest, optionsSayMoreThanTheProfileWhateverTheirOrder) {
     if (option.name == "robot") giveOption(request, option, {path});
     if (option.name == "base_frame") giveOption(request, option, {"odom=odom_combined"});
   }
-  EXPECT_EQ(request.robot.name, "mine");
+  EXPECT_EQ(request.body.robot.name, "mine");
   EXPECT_EQ(request.body.robot.name, "mine");
   EXPECT_EQ(request.body.base.frames.base, "base_footprint");
   EXPECT_EQ(request.body.base.frames.odometry, "odom_combined");

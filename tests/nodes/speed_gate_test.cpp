@@ -32,7 +32,7 @@ struct Velocity {
     behavior.topics = {"/cmd_vel"};
     request.behavior = std::to_string(store->addBehavior(behavior));
     request.allow_motion = true;
-    request.robot = request.body.robot = findRobotProfile("fetch");
+    request.body.robot = findRobotProfile("fetch");
   }
   std::string refusal() const {
     try {
@@ -49,8 +49,8 @@ TEST(SpeedGate, refusesWhatAFetchCannotDoAtItsOwnRateWithAndWithoutLimits) {
   for (const double limit : {0., 0.5, 100.}) {
     for (const double speed : {5., 1e300}) {
       Velocity fast(speed);
-      fast.request.limits.are_given = limit > 0;
-      if (limit > 0) fast.request.limits.linear = limit;
+      fast.request.body.limits.are_given = limit > 0;
+      if (limit > 0) fast.request.body.limits.linear = limit;
       const std::string why = fast.refusal();
       EXPECT_EQ(why.find("/cmd_vel: linear velocity of "), 0u) << why;
       EXPECT_NE(why.find(limit == 0.5 ? "above the limit of 0.5" : "above the limit of 1"),

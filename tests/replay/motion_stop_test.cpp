@@ -187,6 +187,17 @@ struct OneMessage {
   PlayPlan plan;
 };
 
+/// Of all that moves the body, as patterns.
+std::vector<std::string> bodyTypes() {
+  std::vector<std::string> types;
+  for (const TopicRow& row : TopicTable::ofAllRobots().rows) {
+    const bool moves = row.is_motion && row.role.topic_class == TopicClass::Body &&
+                       row.role.stop != StopKind::IsStop;
+    if (moves) types.insert(types.end(), row.types.begin(), row.types.end());
+  }
+  return types;
+}
+
 TEST(KindsOfMotion, areAllStoppedLimitedAndCheckedForNumbers) {
   const std::map<std::string, Kind> known = kinds();
   for (const std::string& pattern : bodyTypes()) {
