@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <ros/ros.h>
 
-#include <algorithm>
 #include <chrono>
 #include <set>
 #include <thread>
@@ -33,6 +32,11 @@ constexpr double kLongestApproach = 90;  // s
 /// Nothing for an empty clause.
 void refuseFor(const std::string& why) {
   if (!why.empty()) throw replay::MotionRefused(why);
+}
+
+replay::Approach::Rules rulesOf(const BodyOptions& options) {
+  return {options.speed, options.limits, options.accepts_unchecked, options.joints,
+          options.tolerances};
 }
 
 const char* wayText(replay::JointWay::Kind kind) {
@@ -161,14 +165,8 @@ replay::Approach readApproach(const replay::Store& store, const replay::PlayPlan
     base = readPoseTrack(store, replay::aroundMoments(plan.behavior, from, plan.end),
                          options.base.frames, options.base.noise, why);
   }
-  replay::Approach::Rules rules;
-  rules.speed = options.speed;
-  rules.limits = options.limits;
-  rules.accepts_unchecked = options.accepts_unchecked;
-  rules.robot = options.joints;
-  rules.tolerances = options.tolerances;
   return {replay::JointTrack::read(store, plan.behavior, from, plan.end), std::move(base),
-          std::move(rules)};
+          rulesOf(options)};
 }
 
 BodyGate::BodyGate(const replay::Store& store, const replay::PlayPlan& plan,
@@ -327,10 +325,7 @@ void BodyGate::watchArm() {
   options.elsewhere = options_.start == BodyOptions::Start::MoveThere  ? Elsewhere::Approach
                       : options_.start == BodyOptions::Start::Anywhere ? Elsewhere::Accept
                                                                        : Elsewhere::Refuse;
-  options.tolerances = options_.tolerances;
-  options.speed = options_.speed;
-  options.limits = options_.limits;
-  options.robot = options_.joints;
+  static_cast<replay::Approach::Rules&>(options) = rulesOf(options_);
   options.approach = &*approach_;
   options.controllers_join = options_.robot.controllers_join;
   arm_.emplace(approach_->recorded(),
@@ -481,13 +476,13 @@ std::string BodyGate::perform(const replay::Channel& output, const replay::Bytes
   while (outcome == GoalOutcome::Open && !is_stopped() && !patience.isOver()) {
     std::this_thread::sleep_for(kGoalLook);
     sink_.clock().beatIfDue();
-    outcome = goals().outcomeOf(id);
+    outcome = goals().endOf(id).first;
   }
   if (outcome == GoalOutcome::Open) {
     sink_.publish(cancelChannel(output), replay::cancelMessage(id));
     return "took too long";
   }
-  return outcome == GoalOutcome::Succeeded ? "" : goals().howEnded(id);
+  return outcome == GoalOutcome::Succeeded ? "" : goals().endOf(id).second;
 }
 
 void BodyGate::onGoalStatus(const std::string& id, const replay::GoalEnd& end) {

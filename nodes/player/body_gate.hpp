@@ -13,7 +13,7 @@
 
 #include "nodes/player/guarded_sink.hpp"
 #include "nodes/player/live_joints.hpp"
-#include "nodes/player/master_watch.hpp"
+#include "nodes/player/node_watch.hpp"
 #include "nodes/player/open_loop_watch.hpp"
 #include "nodes/player/replayed_base.hpp"
 #include "nodes/player/stop_inputs.hpp"

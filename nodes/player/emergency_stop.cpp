@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "replay/messages/topic_name.hpp"
@@ -90,16 +89,14 @@ void EmergencyStop::check() {
 
 /// For the first message, then until its period is known, or it seems to have none.
 void EmergencyStop::waitForNews() {
-  Deadline deadline = deadlineIn(kFirstWord);
-  for (bool is_first = true; std::chrono::steady_clock::now() < deadline;) {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      const bool is_heard = silence_.hasBeenHeard();
-      if (!problem_.empty() || (is_heard && silence_.longestSilence())) return;
-      if (is_heard && std::exchange(is_first, false)) deadline = deadlineIn(kPeriodPatience);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  waitUntil(deadlineIn(kFirstWord), [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !problem_.empty() || silence_.hasBeenHeard();
+  });
+  waitUntil(deadlineIn(kPeriodPatience), [this] {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !problem_.empty() || !silence_.hasBeenHeard() || silence_.longestSilence();
+  });
 }
 
 void EmergencyStop::onMessage(const AnyMessage& event) {
@@ -108,7 +105,7 @@ void EmergencyStop::onMessage(const AnyMessage& event) {
   std::string reason;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    silence_.heard(clock_.now());
+    silence_.heard(replay::sinceBoot());
     problem_.clear();
     try {
       if (field_.stops(message->getDataType(), message->getMessageDefinition(),
@@ -128,7 +125,8 @@ void EmergencyStop::onTimer() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (publishers_ == 0) return;  // not checked yet
-    if (subscriber_.getNumPublishers() >= publishers_ && !silence_.isOverdue(clock_.now())) return;
+    const bool is_silent = silence_.isOverdue(replay::sinceBoot());
+    if (subscriber_.getNumPublishers() >= publishers_ && !is_silent) return;
   }
   const bool is_gone = subscriber_.getNumPublishers() < publishers_;
   stop(is_gone ? "the publisher of the emergency stop is gone (" + options_.text() + ")"

@@ -8,10 +8,9 @@
 #include <mutex>
 #include <string>
 
-#include "nodes/player/publisher_watch.hpp"
+#include "nodes/player/node_watch.hpp"
 #include "nodes/tools/any_message.hpp"
 #include "nodes/tools/callback_thread.hpp"
-#include "replay/clock/clock.hpp"
 #include "replay/motion/silence_watch.hpp"
 #include "replay/motion/stop_field.hpp"
 #include "replay/plan/robot_profile.hpp"
@@ -52,7 +51,6 @@ class EmergencyStop {
 
   const EmergencyStopOptions options_;
   const std::function<void(const std::string&)> on_stop_;
-  const replay::SteadyClock clock_;
   std::mutex mutex_;
   replay::StopField field_;
   replay::SilenceWatch silence_;

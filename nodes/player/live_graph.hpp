@@ -4,7 +4,6 @@
 #pragma once
 
 #include <functional>
-#include <set>
 #include <string>
 
 #include "nodes/player/replay_request.hpp"

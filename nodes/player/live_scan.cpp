@@ -22,17 +22,6 @@ constexpr std::size_t kMostRanges = 100000;
 /// m: what is so near to the plane of the scan may be seen in it; how thick parts are.
 constexpr double kPlane = 0.15, kPartRadius = 0.12;
 
-replay::RangeScan toRangeScan(const sensor_msgs::LaserScan& message, replay::Stamp stamp) {
-  replay::RangeScan scan;
-  scan.stamp = stamp;
-  scan.angle_min = static_cast<double>(message.angle_min);
-  scan.angle_increment = static_cast<double>(message.angle_increment);
-  scan.range_min = static_cast<double>(message.range_min);
-  scan.range_max = static_cast<double>(message.range_max);
-  scan.ranges = message.ranges;
-  return scan;
-}
-
 }  // namespace
 
 std::set<std::string> linkNames(const std::string& urdf) {
@@ -96,18 +85,24 @@ void LiveScan::onScan(const sensor_msgs::LaserScan& message) {
   }
   try {
     scan_ = std::make_shared<replay::FloorScan>(
-        toRangeScan(message, {now.ns - age_ns + delay_ns_}), *mount,
-        outline_ ? &*outline_ : nullptr, ownParts());
+        replay::RangeScan{{now.ns - age_ns + delay_ns_}, message.angle_min,
+                          message.angle_increment, message.range_min, message.range_max,
+                          message.ranges},
+        *mount, outline_ ? &*outline_ : nullptr, ownParts());
     problem_.clear();
   } catch (const std::invalid_argument& error) {
     problem_ = error.what();
   }
 }
 
+/// T_base_frame; throws tf2::TransformException.
+Eigen::Isometry3d LiveScan::poseOf(const std::string& frame) const {
+  return toIsometry(tf_.lookupTransform(base_frame_, frame, ros::Time(0)).transform);
+}
+
 std::optional<replay::ScanMount> LiveScan::mountOf(const std::string& frame) {
   try {
-    const Eigen::Isometry3d T_base_scan =
-        toIsometry(tf_.lookupTransform(base_frame_, frame, ros::Time(0)).transform);
+    const Eigen::Isometry3d T_base_scan = poseOf(frame);
     const Eigen::Matrix3d R = T_base_scan.linear();
     if (std::hypot(R(2, 0), R(2, 1)) > kMostTilted) {
       problem_ = "its plane is not level (tf's " + base_frame_ + " -> " + frame + ")";
@@ -130,11 +125,7 @@ std::vector<replay::OwnPart> LiveScan::ownParts() const {
     std::string parent;
     if (!tf_._getParent(link, ros::Time(0), parent) || links_.count(parent) == 0) continue;
     try {
-      const Eigen::Vector3d from =
-          toIsometry(tf_.lookupTransform(base_frame_, parent, ros::Time(0)).transform)
-              .translation();
-      const Eigen::Vector3d to =
-          toIsometry(tf_.lookupTransform(base_frame_, link, ros::Time(0)).transform).translation();
+      const Eigen::Vector3d from = poseOf(parent).translation(), to = poseOf(link).translation();
       const bool is_low = std::min(from.z(), to.z()) < height_ + kPlane;
       const bool is_high = std::max(from.z(), to.z()) > height_ - kPlane;
       const bool is_of_base = base.distanceTo({from.x(), from.y()}) < 0 &&

@@ -8,6 +8,7 @@
 #include <tf2_ros/buffer.h>
 #include <tf2_ros/transform_listener.h>
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -39,6 +40,7 @@ class LiveScan {
 
  private:
   void onScan(const sensor_msgs::LaserScan& message);
+  Eigen::Isometry3d poseOf(const std::string& frame) const;
   std::optional<replay::ScanMount> mountOf(const std::string& frame);
   std::vector<replay::OwnPart> ownParts() const;
 

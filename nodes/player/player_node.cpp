@@ -16,14 +16,6 @@
 namespace afterglow::nodes {
 namespace {
 
-ReplayResult resultOf(const replay::PlayPlan& plan, const replay::PlayReport& report) {
-  ReplayResult result;
-  result.completed = report.is_complete;
-  result.behavior_id = plan.behavior.id;
-  result.report = reportJson(report, -1);
-  return result;
-}
-
 /// A number, a text or true and false, as an option takes it.
 std::string textOf(const XmlRpc::XmlRpcValue& value) {
   switch (value.getType()) {
@@ -153,7 +145,10 @@ void PlayerNode::play(const ReplayRequest& request) {
   const auto session = std::make_shared<ReplaySession>(*store, request);
   show(session, "");
   const replay::PlayReport report = session->run();
-  const ReplayResult result = resultOf(session->plan(), report);
+  ReplayResult result;
+  result.completed = report.is_complete;
+  result.behavior_id = session->plan().behavior.id;
+  result.report = reportJson(report, -1);
   show(nullptr, report.is_complete ? "completed" : report.reason);
   if (report.is_complete) {
     ROS_INFO_STREAM("behavior " << result.behavior_id

@@ -18,17 +18,6 @@
 namespace afterglow::nodes {
 namespace {
 
-constexpr double kFastestClock = 1000;
-
-void checkNumbers(const ReplayRequest& request) {
-  if (!(request.clock_hz > 0 && request.clock_hz <= kFastestClock)) {
-    throw std::runtime_error("/clock is given at rates above 0 and up to 1000 Hz");
-  }
-  if (!(request.rate_control.longest_delay_s >= 0)) {
-    throw std::runtime_error("a longest delay of the rate control has to be 0 s or more");
-  }
-}
-
 /// What is only for light and speech.
 void refuseForBody(const replay::PlayPlan& plan, const ReplayRequest& request,
                    const std::string& called) {
@@ -161,7 +150,6 @@ void checkSomethingToPlay(const replay::PlayPlan& plan, const ReplayRequest& req
 }
 
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request) {
-  checkNumbers(request);
   const replay::Behavior behavior = replay::selectBehavior(store, request.behavior);
   const std::string called = calledText(behavior);
   replay::PlayPlan plan = makePlan(store, behavior, planOptions(request));

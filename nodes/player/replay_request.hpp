@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "nodes/player/body_gate.hpp"
 #include "nodes/player/rate_control.hpp"
@@ -46,8 +45,8 @@ struct ReplayRequest {
 /// robot's names brought to these. Throws StoreError, and as selectBehavior() does.
 ReplayRequest forItsRobot(const replay::Store& store, ReplayRequest request);
 
-/// Throws, with one line: unknown behavior, modality or topic, numbers that are none, what is not
-/// for the body, light that has no place if there is nothing else.
+/// Throws, with one line: unknown behavior, modality or topic, what is not for the body, light that
+/// has no place if there is nothing else.
 replay::PlayPlan planReplay(const replay::Store& store, const ReplayRequest& request);
 
 /// Throws std::runtime_error, one line, if the plan publishes nothing.

@@ -76,10 +76,6 @@ ReplaySession::ReplaySession(const replay::Store& store, const ReplayRequest& re
   passGate(request.options.rate);
 }
 
-ReplaySession::~ReplaySession() {
-  time_.reset();  // which may tell of its clock until then
-}
-
 /// Once more when the robot is known better.
 void ReplaySession::passGate(double rate) {
   std::vector<replay::MotionPeak> peaks =

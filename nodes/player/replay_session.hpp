@@ -22,7 +22,6 @@ class ReplaySession {
  public:
   /// Finds and plans; needs no master. Throws as planReplay(), and for motion above the limits.
   ReplaySession(const replay::Store& store, const ReplayRequest& request);
-  ~ReplaySession();
 
   const replay::PlayPlan& plan() const { return plan_; }
   /// The fastest that it moves, at rate 1.
@@ -87,7 +86,6 @@ class ReplaySession {
   const replay::Store& store_;
   ReplayRequest request_;
   const replay::PlayPlan plan_;
-  std::unique_ptr<ReplayTime> time_;  ///< from run() on
   mutable std::mutex mutex_;
   std::vector<replay::MotionPeak> peaks_;  ///< by the limits as they are known
   std::unique_ptr<BodyGate> gate_;          ///< while run() plays what moves the robot
@@ -95,6 +93,7 @@ class ReplaySession {
   std::optional<std::string> stop_reason_;
   bool is_paused_ = false;
   bool is_halted_ = false;  ///< nobody holds the button that lets it move
+  std::unique_ptr<ReplayTime> time_;  ///< from run() on; last: it tells of its clock until its end
 };
 
 }  // namespace afterglow::nodes

@@ -2,7 +2,6 @@
 
 #include <urdf_parser/urdf_parser.h>
 
-#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>

@@ -1,6 +1,5 @@
 #include "nodes/player/ros_sink.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <thread>
@@ -77,8 +76,7 @@ void RosSink::listenForDrivers() {
   const auto isAlone = [&](const auto& topic) { return graph.otherPublishers(topic).empty(); };
   if (replay::allOf(velocities_, isAlone)) return;
   waitForPublishers(velocities_, deadlineIn(kMasterPatience));
-  waitUntil(deadlineIn(kDriverPeriod), [this] { return has_second_driver_.load(); },
-            [] { return false; });
+  waitUntil(deadlineIn(kDriverPeriod), [this] { return has_second_driver_.load(); });
 }
 
 void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {

@@ -2,7 +2,6 @@
 
 #include <std_msgs/String.h>
 
-#include <algorithm>
 #include <set>
 #include <utility>
 

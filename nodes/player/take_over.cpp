@@ -2,11 +2,9 @@
 
 #include <std_msgs/String.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <exception>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 

@@ -10,7 +10,6 @@
 #include <mutex>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "nodes/player/velocity_route.hpp"
 #include "nodes/tools/any_message.hpp"

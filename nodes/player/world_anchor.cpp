@@ -81,7 +81,7 @@ void WorldAnchor::anchor(const replay::Channel& channel, replay::Stamp received,
   const std::vector<replay::HeaderFields::Header> headers = fieldsOf(channel).find(bytes);
   // A stamp of its own: other messages without one may be of other moments, shown at this one.
   last_stamped_.ns = std::max(last_stamped_.ns + 1, moment.now.ns - moment.shift_ns);
-  std::set<Placed> placed;
+  std::set<std::pair<std::string, replay::Stamp>> placed;
   std::vector<replay::FieldSpan> renamed;
   tf2_msgs::TFMessage transforms;
   for (const auto& header : headers) {

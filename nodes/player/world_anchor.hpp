@@ -9,7 +9,6 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <set>
 #include <string>
@@ -50,14 +49,6 @@ class WorldAnchor : public replay::MessageAnchor {
   std::vector<std::string> notes() const;
 
  private:
-  struct Placed {
-    std::string frame;
-    replay::Stamp stamp;
-    friend bool operator<(const Placed& a, const Placed& b) {
-      return a.stamp == b.stamp ? a.frame < b.frame : a.stamp < b.stamp;
-    }
-  };
-
   const replay::HeaderFields& fieldsOf(const replay::Channel& channel);
   void place(const std::string& frame, replay::Stamp moment, RecordedFrames::Wanted wanted,
              replay::Stamp published, tf2_msgs::TFMessage& transforms);

@@ -35,6 +35,11 @@ bool waitUntil(Deadline deadline, const IsStopped& is_stopped, const Condition& 
   return true;
 }
 
+template <typename Condition>
+bool waitUntil(Deadline deadline, const Condition& holds) {
+  return waitUntil(deadline, [] { return false; }, holds);
+}
+
 /// A running master answers at once; roscpp itself would wait forever.
 constexpr double kMasterPatience = 2.0;
 

@@ -83,6 +83,11 @@ std::string readString(const Bytes& bytes, const FieldSpan& span) {
   return std::string(at + 4, at + span.size);
 }
 
+std::string stringAt(const Schema& schema, const Bytes& bytes, std::string_view path) {
+  const auto spans = findField(schema, bytes, FieldPath::parse(path));
+  return spans.empty() ? std::string() : readString(bytes, spans.front());
+}
+
 void writeTime(Bytes& bytes, const FieldSpan& span, Stamp stamp) {
   check(bytes, span, FieldType::Time);
   if (stamp.ns < 0 || stamp.ns / kNanoseconds > std::numeric_limits<std::uint32_t>::max()) {

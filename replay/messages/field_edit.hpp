@@ -71,6 +71,9 @@ std::optional<Stamp> readTime(const Bytes& bytes, const FieldSpan& span);
 /// Throws MessageError if the span is no String.
 std::string readString(const Bytes& bytes, const FieldSpan& span);
 
+/// The first String that the path names; empty if there is none.
+std::string stringAt(const Schema& schema, const Bytes& bytes, std::string_view path);
+
 /// Overwrites a time in place. Throws MessageError if the span is of another type, or for a stamp
 /// that ROS time cannot hold (negative, or 2^32 s and later).
 void writeTime(Bytes& bytes, const FieldSpan& span, Stamp stamp);

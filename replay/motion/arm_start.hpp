@@ -37,15 +37,11 @@ struct LiveJoint {
   double position = 0, velocity = 0;
 };
 
-struct ArmStartOptions {
+struct ArmStartOptions : Approach::Rules {
   /// What happens to a goal whose joints are elsewhere. Refuse: it is not sent. Approach: the
   /// joints first go to where it begins, at `speed`. Accept: they go on from where they are, in the
   /// time that was recorded.
   enum class Elsewhere { Refuse, Approach, Accept } elsewhere = Elsewhere::Refuse;
-  StartTolerances tolerances;
-  ApproachSpeed speed;
-  MotionLimits limits;
-  RobotJoints robot;
   /// By which way joints that are elsewhere go; outlives this. nullptr: any, straight.
   const Approach* approach = nullptr;
   bool controllers_join = false;  ///< RobotProfile::controllers_join

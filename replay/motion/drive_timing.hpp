@@ -3,7 +3,6 @@
 /// let it, and later where they do not, so that it comes to rest at the track's end and not beyond.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include "replay/motion/pose_track.hpp"

@@ -65,16 +65,10 @@ bool GoalBook::finish(const std::string& id, GoalOutcome outcome, SteadyTime at,
   return true;
 }
 
-GoalOutcome GoalBook::outcomeOf(const std::string& id) const {
+std::pair<GoalOutcome, std::string> GoalBook::endOf(const std::string& id) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = ends_.find(id);
-  return found == ends_.end() ? GoalOutcome::Open : found->second.first;
-}
-
-std::string GoalBook::howEnded(const std::string& id) const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const auto found = ends_.find(id);
-  return found == ends_.end() ? "" : found->second.second;
+  return found == ends_.end() ? std::pair(GoalOutcome::Open, std::string()) : found->second;
 }
 
 // -------------------------------------------------------------------------------- recorded goals

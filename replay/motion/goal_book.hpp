@@ -34,10 +34,8 @@ class GoalBook {
   /// recorded goal.
   bool finish(const std::string& id, GoalOutcome outcome, SteadyTime at,
               const std::string& how = "failed");
-  /// As finish() was told; Open before.
-  GoalOutcome outcomeOf(const std::string& id) const;
-  /// Likewise: GoalEnd::words(); empty before.
-  std::string howEnded(const std::string& id) const;
+  /// The outcome, and how, as finish() was told; Open before.
+  std::pair<GoalOutcome, std::string> endOf(const std::string& id) const;
 
   struct Entry {
     Channel channel;    ///< of the goal

@@ -1,7 +1,6 @@
 #include "replay/motion/goal_remainder.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"

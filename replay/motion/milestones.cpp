@@ -22,11 +22,6 @@ struct RecordedAction {
   bool has_results = false;
 };
 
-std::string textAt(const Schema& schema, const Bytes& bytes, const char* path) {
-  const auto spans = findField(schema, bytes, FieldPath::parse(path));
-  return spans.empty() ? std::string() : readString(bytes, spans.front());
-}
-
 std::optional<std::int64_t> trajectoryDuration(const Schema& schema, const Bytes& bytes) {
   Value document = decode(schema, bytes);
   const auto trajectory = trajectoryIn(document);
@@ -35,7 +30,7 @@ std::optional<std::int64_t> trajectoryDuration(const Schema& schema, const Bytes
 }
 
 void addGoal(const Schema& schema, const Message& message, RecordedAction& action) {
-  action.goals.push_back({message.received, textAt(schema, message.bytes, "goal_id.id"),
+  action.goals.push_back({message.received, stringAt(schema, message.bytes, "goal_id.id"),
                           trajectoryDuration(schema, message.bytes), std::nullopt});
 }
 
@@ -52,7 +47,7 @@ RecordedGoal* goalOf(const std::string& id, RecordedAction& action) {
 
 void addResult(const Schema& schema, const Message& message, RecordedAction& action) {
   action.has_results = true;
-  RecordedGoal* goal = goalOf(textAt(schema, message.bytes, "status.goal_id.id"), action);
+  RecordedGoal* goal = goalOf(stringAt(schema, message.bytes, "status.goal_id.id"), action);
   const auto status = findField(schema, message.bytes, FieldPath::parse("status.status"));
   if (!goal || status.empty()) return;
   Milestone end{message.received, outcomeOf(message.bytes[status.front().offset])};

@@ -1,12 +1,10 @@
 #include "replay/motion/motion_rate.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <string_view>
 
-#include "replay/messages/field_edit.hpp"
 #include "replay/messages/wire.hpp"
 #include "replay/plan/play_plan.hpp"
 
@@ -135,11 +133,8 @@ MotionRate::MotionRate(const Schema& schema, bool has_joint_velocities)
     : fields_(scaledFields(schema, has_joint_velocities)) {
   std::vector<FieldPath> paths;
   for (const ScaledField& field : fields_) paths.push_back(FieldPath::parse(field.path));
-  if (!paths.empty()) finder_ = std::make_unique<FieldFinder>(schema, paths);
+  if (!paths.empty()) finder_.emplace(schema, paths);
 }
-
-MotionRate::~MotionRate() = default;
-MotionRate::MotionRate(MotionRate&&) noexcept = default;
 
 void MotionRate::apply(Bytes& bytes, double rate) const {
   if (!finder_ || rate == 1.0) {

@@ -5,16 +5,16 @@
 /// no velocity would be as fast at every rate: at a lower one it gets one.
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "replay/messages/field_edit.hpp"
 #include "replay/messages/message.hpp"
 #include "replay/messages/schema.hpp"
 
 namespace afterglow::replay {
 
-class FieldFinder;
 struct PlannedTopic;
 struct PlayPlan;
 
@@ -42,8 +42,6 @@ std::string whyOnlyAsRecorded(const PlayPlan& plan);
 class MotionRate {
  public:
   explicit MotionRate(const Schema& schema, bool has_joint_velocities = false);
-  ~MotionRate();
-  MotionRate(MotionRate&&) noexcept;
 
   /// Throws MessageError if the bytes do not fit the schema, or a duration becomes longer than ROS
   /// can say.
@@ -51,7 +49,7 @@ class MotionRate {
 
  private:
   std::vector<ScaledField> fields_;
-  std::unique_ptr<FieldFinder> finder_;  ///< none without fields
+  std::optional<FieldFinder> finder_;  ///< none without fields
 };
 
 }  // namespace afterglow::replay

@@ -1,6 +1,5 @@
 #include "replay/motion/motion_watch.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,11 +8,6 @@
 
 namespace afterglow::replay {
 namespace {
-
-std::string stringAt(const Schema& schema, const Bytes& bytes, const char* path) {
-  const auto spans = findField(schema, bytes, FieldPath::parse(path));
-  return spans.empty() ? "" : readString(bytes, spans.front());
-}
 
 Schema schemaOf(const Channel& channel) { return Schema::parse(channel.type, channel.definition); }
 
@@ -142,7 +136,7 @@ MotionWatch::End MotionWatch::goalEnded(const std::string& id) {
   for (auto& [topic, action] : actions_) {
     const bool is_of_it = action.open.erase(id) > 0;
     const bool is_last = is_of_it && !goals_.isOpen(topic);
-    if (is_last && action.halt && goals_.outcomeOf(id) == GoalOutcome::Failed) {
+    if (is_last && action.halt && goals_.endOf(id).first == GoalOutcome::Failed) {
       action.is_aborted = true;
       end.halt = outputs_[*action.halt];
     }

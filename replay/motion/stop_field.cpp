@@ -2,10 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <utility>
-
 #include "replay/messages/ranges.hpp"
 
 namespace afterglow::replay {

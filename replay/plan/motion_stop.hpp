@@ -7,8 +7,6 @@
 
 #include <map>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "replay/messages/schema.hpp"
 

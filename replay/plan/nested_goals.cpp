@@ -1,6 +1,5 @@
 #include "replay/plan/nested_goals.hpp"
 
-#include <algorithm>
 #include <set>
 #include <string>
 

@@ -103,9 +103,9 @@ TEST(GoalBook, tellsHowGoalsEndedThatWereNotRecorded) {
   goals.open("/arm/goal", "to-the-start");
   EXPECT_FALSE(goals.hasOpen());
   EXPECT_FALSE(goals.finish("to-the-start", GoalOutcome::Open, after(0)));
-  EXPECT_EQ(goals.outcomeOf("to-the-start"), GoalOutcome::Open);
+  EXPECT_EQ(goals.endOf("to-the-start").first, GoalOutcome::Open);
   EXPECT_FALSE(goals.finish("to-the-start", GoalOutcome::Failed, after(1)));
-  EXPECT_EQ(goals.outcomeOf("to-the-start"), GoalOutcome::Failed);
+  EXPECT_EQ(goals.endOf("to-the-start").first, GoalOutcome::Failed);
   EXPECT_FALSE(goals.isOpen("/arm/goal"));
   EXPECT_TRUE(goals.takeEnded().empty());
   EXPECT_EQ(goals.counts().failed, 0u);

@@ -1,4 +1,6 @@
-#include "nodes/player/publisher_watch.hpp"
+#include "nodes/player/node_watch.hpp"
+
+#include <ros/master.h>
 
 #include <utility>
 
@@ -6,10 +8,23 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kAskingPeriod = 0.25;  // s
+constexpr double kMasterAnswer = 1.0;   // s
 constexpr double kNodeAnswer = 0.5;     // s, for one answer of a node on a busy machine
 constexpr int kMostUnheeded = 1;
 
 }  // namespace
+
+MasterWatch::MasterWatch(std::function<void(const std::string&)> on_lost)
+    : on_lost_(std::move(on_lost)) {
+  thread_.every(kAskingPeriod, [this] { look(); });
+  thread_.begin();
+}
+
+void MasterWatch::look() {
+  if (missed_ > kMostUnheeded) return;
+  missed_ = master_.isThere(deadlineIn(kMasterAnswer)) ? 0 : missed_ + 1;
+  if (missed_ > kMostUnheeded) on_lost_("the ROS master is gone (" + ros::master::getURI() + ")");
+}
 
 PublisherWatch::PublisherWatch(std::function<void(const std::string&)> on_gone)
     : on_gone_(std::move(on_gone)) {

@@ -1,6 +1,5 @@
 /// \file
-/// Whether the nodes that publish a topic still live. A connection does not tell: roscpp keeps that
-/// to a node that was killed, and a node that hangs keeps its own.
+/// Whether the ROS master is still there while the robot moves, and the nodes that publish a topic.
 #pragma once
 
 #include <functional>
@@ -15,8 +14,26 @@
 
 namespace afterglow::nodes {
 
-/// Asks them again and again, in a thread of its own: one that was killed or hangs is noticed
-/// within 1.5 s.
+/// Connections outlive the master, but whoever would stop the robot by a new one does not get
+/// through: without it nothing moves. Asks four times a second; one answer may be lost.
+class MasterWatch {
+ public:
+  /// `on_lost` is called once, in a thread of its own: 0.75 s after a master's end at most, 2.5 s
+  /// after it has begun to hang.
+  explicit MasterWatch(std::function<void(const std::string& reason)> on_lost);
+
+ private:
+  void look();
+
+  const std::function<void(const std::string&)> on_lost_;
+  MasterLink master_;
+  int missed_ = 0;  ///< in a row
+  CallbackThread thread_;
+};
+
+/// Whether nodes still live. A connection does not tell: roscpp keeps that to a node that was
+/// killed, and a node that hangs keeps its own. Asks them again and again, in a thread of its own:
+/// one that was killed or hangs is noticed within 1.5 s.
 class PublisherWatch {
  public:
   /// `on_gone`: a node has not answered twice; said once.
