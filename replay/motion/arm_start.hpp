@@ -22,8 +22,6 @@
 #include "replay/motion/arm_path.hpp"
 #include "replay/motion/goal_remainder.hpp"
 #include "replay/motion/joint_track.hpp"
-#include "replay/motion/motion_limits.hpp"
-#include "replay/motion/start_pose.hpp"
 
 namespace afterglow::replay {
 

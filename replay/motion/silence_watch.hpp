@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-#include "replay/clock/clock.hpp"
+#include "replay/clock/steady_time.hpp"
 #include "replay/messages/message.hpp"
 
 namespace afterglow::replay {

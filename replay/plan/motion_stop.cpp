@@ -6,7 +6,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "replay/messages/field_edit.hpp"
 #include "replay/messages/topic_name.hpp"
 #include "replay/messages/wire.hpp"
 
