@@ -27,13 +27,9 @@ GuardProcess::GuardProcess() {
   const auto [ours, its] = GuardSocket::makePair();
   socket_.emplace(ours);
   const GuardSocket other(its);
-  start(its);
-}
-
-void GuardProcess::start(int its_end) {
   const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe");
   ProgramStart start;
-  start.input = its_end;
+  start.input = its;
   start.output = start.error = ProgramStart::kOurs;
   // Ctrl-C and the end of a terminal are the player's.
   start.leader = ProgramStart::Leader::OfSession;

@@ -29,8 +29,6 @@ class GuardProcess : public GuardWay {
   bool isSure() const override { return true; }
 
  private:
-  void start(int its_end);
-
   std::optional<GuardSocket> socket_;  ///< until the process has to end
   pid_t pid_ = -1;
   GuardAnswer answer_;

@@ -15,20 +15,11 @@ namespace {
 
 using replay::RobotJoint;
 
-RobotJoint::Kind jointKind(const urdf::Joint& joint) {
-  switch (joint.type) {
-    case urdf::Joint::PRISMATIC:
-      return RobotJoint::Kind::Sliding;
-    case urdf::Joint::CONTINUOUS:
-      return RobotJoint::Kind::Endless;
-    default:
-      return RobotJoint::Kind::Turning;
-  }
-}
-
 RobotJoint describedJoint(const urdf::Joint& joint) {
   RobotJoint described;
-  described.kind = jointKind(joint);
+  described.kind = joint.type == urdf::Joint::PRISMATIC    ? RobotJoint::Kind::Sliding
+                   : joint.type == urdf::Joint::CONTINUOUS ? RobotJoint::Kind::Endless
+                                                           : RobotJoint::Kind::Turning;
   if (joint.limits && joint.limits->velocity > 0) described.fastest = joint.limits->velocity;
   const bool ends = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
   if (ends && joint.limits && joint.limits->lower < joint.limits->upper) {

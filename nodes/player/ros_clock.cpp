@@ -24,22 +24,13 @@ std::string clockPublisher() {
 }
 
 ClockGiver::ClockGiver(double hz, std::function<replay::Stamp()> time)
-    : publisher_(node_.advertise<rosgraph_msgs::Clock>(kClockTopic, 1, true)),
-      thread_([this, hz, time = std::move(time)] {
-        const std::chrono::nanoseconds period(std::llround(1e9 / hz));
-        auto next = std::chrono::steady_clock::now();
-        while (!is_over_) {
-          rosgraph_msgs::Clock message;
-          message.clock = toTime(time());
-          publisher_.publish(message);
-          next += period;
-          std::this_thread::sleep_until(next);
-        }
-      }) {}
-
-ClockGiver::~ClockGiver() {
-  is_over_ = true;
-  thread_.join();
+    : publisher_(node_.advertise<rosgraph_msgs::Clock>(kClockTopic, 1, true)) {
+  thread_.every(1 / hz, [this, time = std::move(time)] {
+    rosgraph_msgs::Clock message;
+    message.clock = toTime(time());
+    publisher_.publish(message);
+  });
+  thread_.begin();
 }
 
 replay::SteadyTime robotNow() {

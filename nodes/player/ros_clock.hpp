@@ -4,10 +4,8 @@
 
 #include <ros/ros.h>
 
-#include <atomic>
 #include <functional>
 #include <string>
-#include <thread>
 
 #include "nodes/tools/callback_thread.hpp"
 #include "replay/clock/followed_clock.hpp"
@@ -23,15 +21,11 @@ std::string clockPublisher();
 class ClockGiver {
  public:
   ClockGiver(double hz, std::function<replay::Stamp()> time);
-  ~ClockGiver();
-  ClockGiver(const ClockGiver&) = delete;
-  ClockGiver& operator=(const ClockGiver&) = delete;
 
  private:
   ros::NodeHandle node_;
   ros::Publisher publisher_;
-  std::atomic<bool> is_over_{false};
-  std::thread thread_;
+  CallbackThread thread_;
 };
 
 /// How long something of the robot may take: in its own time. That is a simulation's /clock, which

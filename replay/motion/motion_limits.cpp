@@ -196,90 +196,6 @@ void refuseDamage(const PlayPlan& plan, const PlannedTopic& topic,
       topic.channel.topic, damaged.size(), at.seconds()));
 }
 
-/// A trajectory as it was sent: its times, its positions, and how fast it is.
-class TrajectoryPeaks {
- public:
-  /// `joints`: where they were recorded.
-  TrajectoryPeaks(const Trajectory& trajectory, const JointTrack& joints, const RobotJoints& robot,
-                  const MotionLimits& limits, PeakFinder& peaks)
-      : trajectory_(trajectory), joints_(joints), robot_(robot), limits_(limits), peaks_(peaks) {}
-
-  /// Throws std::runtime_error for what no robot is told.
-  void add(Stamp sent) {
-    const double sent_at_s = peaks_.at();
-    std::vector<double> before;
-    double before_s = 0;
-    for (std::size_t k = 0; k < trajectory_.points->size(); ++k) {
-      const Value& point = (*trajectory_.points)[k];
-      const double at_s = secondsOf(point);
-      if (k > 0 ? at_s <= before_s : at_s < 0) {
-        refuse(peaks_.topic(),
-               fmt::format("points[{}] is due at {:.4g} s, {}", k, at_s,
-                           k > 0 ? fmt::format("the one before it at {:.4g} s: times have to rise",
-                                               before_s)
-                                 : "before the trajectory begins"),
-               sent_at_s);
-      }
-      peaks_.setTime(sent_at_s + at_s);
-      const std::vector<double> positions = numbersAt(point, "positions");
-      for (std::size_t i = 0; i < trajectory_.joints.size(); ++i) addOwn(point, i);
-      for (std::size_t i = 0; i < positions.size() && i < trajectory_.joints.size(); ++i) {
-        checkRange(trajectory_.joints[i], positions[i]);
-        if (k == 0) {
-          addFirst(trajectory_.joints[i], positions[i], at_s, sent);
-        } else if (i < before.size()) {
-          peaks_.addJointVelocity(trajectory_.joints[i],
-                                  (positions[i] - before[i]) / (at_s - before_s));
-        }
-      }
-      before = positions;
-      before_s = at_s;
-    }
-  }
-
- private:
-  /// What the point says of itself.
-  void addOwn(const Value& point, std::size_t joint) {
-    const std::vector<double> velocities = numbersAt(point, "velocities"),
-                              accelerations = numbersAt(point, "accelerations");
-    const std::string& name = trajectory_.joints[joint];
-    if (joint < velocities.size()) peaks_.addJointVelocity(name, velocities[joint]);
-    if (joint < accelerations.size()) peaks_.addJointAcceleration(name, accelerations[joint]);
-  }
-
-  void checkRange(const std::string& joint, double position) {
-    const std::optional<JointRange>& range = limits_.of(joint).range;
-    const double beyond = robot_.isSliding(joint) ? kBeyondSliding : kBeyondTurning;
-    if (!range || (position >= (*range)[0] - beyond && position <= (*range)[1] + beyond)) return;
-    refuse(peaks_.topic(),
-           fmt::format("{} would go to {:.4g}, and its range is {:.4g} to {:.4g}", joint, position,
-                       (*range)[0], (*range)[1]),
-           peaks_.at());
-  }
-
-  /// The first point is reached from where the joint was, as far as that was recorded.
-  void addFirst(const std::string& joint, double position, double at_s, Stamp sent) {
-    const auto reach = joints_.around(joint, sent, JointTrack::kAroundNs);
-    if (!reach) return;
-    double way = position - reach->at;
-    // It may turn without an end: by the short way.
-    if (!robot_.isSliding(joint) && !limits_.of(joint).range) way = wrapAngle(way);
-    const double there = robot_.isSliding(joint) ? kThereSliding : kThereTurning;
-    const double off = reach->off(way);
-    if (off <= there) return;
-    if (at_s > 0) return peaks_.addJointVelocity(joint, off / at_s);
-    refuse(peaks_.topic(),
-           fmt::format("{} would go from {:.4g} to {:.4g} in 0 s", joint, reach->at, position),
-           peaks_.at());
-  }
-
-  const Trajectory& trajectory_;
-  const JointTrack& joints_;
-  const RobotJoints& robot_;
-  const MotionLimits& limits_;
-  PeakFinder& peaks_;
-};
-
 /// Reads what moves the body, topic by topic.
 class PeakReader {
  public:
@@ -328,12 +244,84 @@ class PeakReader {
       const Array& points = *trajectory->points;
       const double over_s = points.empty() ? 0 : secondsOf(points.back());
       if (later(message.received, std::max(0., over_s)) < plan_.begin) return;
-      TrajectoryPeaks(*trajectory, joints(), robot_, limits_, peaks).add(message.received);
+      addTrajectory(*trajectory, message.received, peaks);
       addBodies(document, at_s, peaks);
     } else if (const double asked = numberAt(document, "goal.max_velocity").value_or(0);
                asked != 0) {
       peaks.addAskedVelocity(asked);
     }
+  }
+
+  /// As it was sent: its times, its positions, and how fast it is. Throws std::runtime_error for
+  /// what no robot is told.
+  void addTrajectory(const Trajectory& trajectory, Stamp sent, PeakFinder& peaks) {
+    const double sent_at_s = peaks.at();
+    std::vector<double> before;
+    double before_s = 0;
+    for (std::size_t k = 0; k < trajectory.points->size(); ++k) {
+      const Value& point = (*trajectory.points)[k];
+      const double at_s = secondsOf(point);
+      if (k > 0 ? at_s <= before_s : at_s < 0) {
+        refuse(peaks.topic(),
+               fmt::format("points[{}] is due at {:.4g} s, {}", k, at_s,
+                           k > 0 ? fmt::format("the one before it at {:.4g} s: times have to rise",
+                                               before_s)
+                                 : "before the trajectory begins"),
+               sent_at_s);
+      }
+      peaks.setTime(sent_at_s + at_s);
+      const std::vector<double> positions = numbersAt(point, "positions");
+      for (std::size_t i = 0; i < trajectory.joints.size(); ++i) {
+        addOwn(trajectory.joints[i], point, i, peaks);
+      }
+      for (std::size_t i = 0; i < positions.size() && i < trajectory.joints.size(); ++i) {
+        checkRange(trajectory.joints[i], positions[i], peaks);
+        if (k == 0) {
+          addFirst(trajectory.joints[i], positions[i], at_s, sent, peaks);
+        } else if (i < before.size()) {
+          peaks.addJointVelocity(trajectory.joints[i],
+                                  (positions[i] - before[i]) / (at_s - before_s));
+        }
+      }
+      before = positions;
+      before_s = at_s;
+    }
+  }
+
+  /// What the point says of itself.
+  static void addOwn(const std::string& name, const Value& point, std::size_t joint,
+                     PeakFinder& peaks) {
+    const std::vector<double> velocities = numbersAt(point, "velocities"),
+                              accelerations = numbersAt(point, "accelerations");
+    if (joint < velocities.size()) peaks.addJointVelocity(name, velocities[joint]);
+    if (joint < accelerations.size()) peaks.addJointAcceleration(name, accelerations[joint]);
+  }
+
+  void checkRange(const std::string& joint, double position, const PeakFinder& peaks) const {
+    const std::optional<JointRange>& range = limits_.of(joint).range;
+    const double beyond = robot_.isSliding(joint) ? kBeyondSliding : kBeyondTurning;
+    if (!range || (position >= (*range)[0] - beyond && position <= (*range)[1] + beyond)) return;
+    refuse(peaks.topic(),
+           fmt::format("{} would go to {:.4g}, and its range is {:.4g} to {:.4g}", joint, position,
+                       (*range)[0], (*range)[1]),
+           peaks.at());
+  }
+
+  /// The first point is reached from where the joint was, as far as that was recorded.
+  void addFirst(const std::string& joint, double position, double at_s, Stamp sent,
+                PeakFinder& peaks) {
+    const auto reach = joints().around(joint, sent, JointTrack::kAroundNs);
+    if (!reach) return;
+    double way = position - reach->at;
+    // It may turn without an end: by the short way.
+    if (!robot_.isSliding(joint) && !limits_.of(joint).range) way = wrapAngle(way);
+    const double there = robot_.isSliding(joint) ? kThereSliding : kThereTurning;
+    const double off = reach->off(way);
+    if (off <= there) return;
+    if (at_s > 0) return peaks.addJointVelocity(joint, off / at_s);
+    refuse(peaks.topic(),
+           fmt::format("{} would go from {:.4g} to {:.4g} in 0 s", joint, reach->at, position),
+           peaks.at());
   }
 
   void addVelocity(const Message& message, PeakFinder& peaks) {
