@@ -85,8 +85,9 @@ void Stagehand::tellAhead(Deadline deadline, const std::function<bool()>& is_sto
 }
 
 std::vector<std::string> Stagehand::notes() {
+  thread_.stop();
   on_speech_lost_ = nullptr;
-  thread_.finish();
+  thread_.callRest();
   std::vector<std::string> notes = media_.notes();
   if (anchor_) {
     const std::vector<std::string> unplaced = anchor_->notes();

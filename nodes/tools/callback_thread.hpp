@@ -46,14 +46,14 @@ class CallbackThread {
   }
 
   void begin() { spinner_.start(); }
-  /// As end(), but what was heard by then is called in the caller's thread.
-  void finish() {
-    end();
-    queue_.callAvailable();
-  }
-  void end() {
+  /// From now on nothing is called, but by callRest(), in the caller's thread: what is heard by then.
+  void stop() {
     for (ros::SteadyTimer& timer : timers_) timer.stop();
     spinner_.stop();
+  }
+  void callRest() { queue_.callAvailable(); }
+  void end() {
+    stop();
     hearNoMore();
   }
 
