@@ -8,8 +8,8 @@ namespace afterglow::nodes {
 namespace {
 
 constexpr double kAskingPeriod = 0.25;  // s
-constexpr double kMasterAnswer = 1.0;   // s
-constexpr double kNodeAnswer = 0.5;     // s, for one answer of a node on a busy machine
+// s, for one answer on a busy machine; after one that was late the next is asked for at once.
+constexpr double kMasterAnswer = 1.1, kNodeAnswer = 0.6;
 constexpr int kMostUnheeded = 1;
 
 }  // namespace
