@@ -153,7 +153,7 @@ std::map<std::string, replay::JointLimits> jointLimitsIn(const YamlMap& map,
                                                          const std::string& velocity,
                                                          std::vector<std::string> other_keys) {
   std::map<std::string, replay::JointLimits> limits;
-  other_keys.push_back(velocity);
+  other_keys.insert(other_keys.begin(), velocity);
   const YAML::Node joints = map.at("joints");
   if (!joints.IsMap()) map.fail(joints, "'joints' should be a map of joints");
   for (const auto& joint : joints) {
