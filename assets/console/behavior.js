@@ -2,7 +2,7 @@
 
 import {get} from './api.js';
 import {button, element, put, refill, table} from './dom.js';
-import {count, duration, localTime, outcomeLook, plain} from './format.js';
+import {count, duration, localTime, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
 import {KeyMoments, noPictures, Pictures} from './pictures.js';
@@ -15,7 +15,7 @@ const KEEP_MS = 250;  // how seldom the address is told of the moment
 /** "pick success #12 2026-11-23 12:03:20 ...": what every view of a behavior begins with. */
 export function heading(one, level = 'h1') {
   return [element(level, {class: 'title'}, one.name, ' ',
-    element('span', {class: `pill ${outcomeLook(one.outcome)}`}, one.outcome || 'open')),
+    element('span', {class: `pill ${one.look}`}, one.outcome || 'open')),
   element('p', {class: 'under'}, [`#${one.id}`, localTime(one), duration(one.duration),
     count(one.messages, 'message'), one.attempt > 1 && `attempt ${one.attempt}`]
     .filter(Boolean).join(' · '))];
@@ -105,7 +105,7 @@ export class BehaviorView {
     const list = (title, behaviors, withCompare) => (behaviors?.length ? element('section', {},
       element('h2', {}, title), element('ul', {class: 'relatives'}, behaviors.map((other) => element('li', {},
         element('a', {href: this.route.to('behavior', [other.id])}, other.name), ' ',
-        element('span', {class: `pill ${outcomeLook(other.outcome)}`}, other.outcome || 'open'),
+        element('span', {class: `pill ${other.look}`}, other.outcome || 'open'),
         element('span', {class: 'soft'}, `#${other.id} · ${localTime(other)} · ${duration(other.duration)}`),
         withCompare && element('a', {class: 'compare', href: this.route.to('compare', [one.id, other.id]),
           'aria-label': `Compare #${one.id} with #${other.id}`}, 'compare'))))) : null);

@@ -2,7 +2,7 @@
 
 import {get} from './api.js';
 import {button, element, put, refill} from './dom.js';
-import {count, duration, friendlyTime, localTime, outcomeLook} from './format.js';
+import {count, duration, friendlyTime, localTime} from './format.js';
 import {VirtualList} from './virtual_list.js';
 
 const ROW_HEIGHT = 68;  // px, as style.css has it
@@ -148,13 +148,13 @@ export class Finder {
     const {compareWith} = this;
     row.href = compareWith && compareWith.id !== one.id ?
       this.route.to('compare', [compareWith.id, one.id]) : this.route.to('behavior', [one.id]);
-    row.className = `row ${outcomeLook(one.outcome)}`;
+    row.className = `row ${one.look}`;
     if (shown) row.setAttribute('aria-current', 'page');
     else row.removeAttribute('aria-current');
     const said = (one.said || [])[0];
     refill(row,
       element('span', {class: 'line'}, element('b', {class: 'name'}, one.name),
-        element('span', {class: `pill ${outcomeLook(one.outcome)}`}, one.outcome || 'open')),
+        element('span', {class: `pill ${one.look}`}, one.outcome || 'open')),
       element('span', {class: 'line soft'},
         `${friendlyTime(localTime(one), this.today)} · ${duration(one.duration)}`,
         one.attempt > 1 && ` · attempt ${one.attempt}`,

@@ -47,13 +47,6 @@ export function count(number, noun) {
   return `${Number(number).toLocaleString('en-US')} ${noun}${Number(number) === 1 ? '' : 's'}`;
 }
 
-/** The class that an outcome is colored by. */
-export function outcomeLook(outcome) {
-  if (/^succe/i.test(outcome)) return 'good';
-  if (/fail|abort|excep|error|drop|lost|collision/i.test(outcome)) return 'bad';
-  return 'other';
-}
-
 /** A value of a message or a parameter, as one line. */
 export function plain(value) {
   if (value === null || value === undefined) return '';

@@ -18,14 +18,6 @@ function inOrder(lanes) {
   return [...lanes].sort((a, b) => Number(a.context) - Number(b.context) || place(a) - place(b));
 }
 
-/** The class of a goal by how it ended. */
-function goalLook(span) {
-  const words = span.outcome || '';
-  if (/abort|reject|fail/i.test(words)) return 'bad';
-  if (/cancel|preempt|recall/i.test(words)) return 'other';
-  return /succe/i.test(words) ? 'good' : 'open';
-}
-
 function shortened(text, width) {
   const letters = Math.floor(width / LETTER);
   if (text.length <= letters) return text;
@@ -147,7 +139,7 @@ export class Lanes {
     const from = this.x(span.from);
     const width = Math.max(this.x(span.to ?? this.moment.length) - from, 3);
     const took = span.to === null || span.to === undefined ? 'no result' : duration(span.to - span.from);
-    return drawn('g', {class: `goal ${goalLook(span)}`},
+    return drawn('g', {class: `goal ${span.look}`},
       drawn('title', {}, `${span.text}, ${took}`),
       drawn('rect', {x: from, y: 4, width, height: 15, rx: 3}),
       drawn('text', {x: from + 4, y: 15}, width < 75 ? shortened(`${number}`, width - 6) :

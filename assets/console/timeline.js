@@ -1,7 +1,7 @@
 /** What was done when, on one line of time: each behavior is a bar, those at the same time stand below another. */
 
 import {drawn, element, refill} from './dom.js';
-import {count, duration, localTime, outcomeLook, secondsBetween, tickStep} from './format.js';
+import {count, duration, localTime, secondsBetween, tickStep} from './format.js';
 
 const ROW = 20;  // px
 const LEAST = 5;  // px that a bar has at least
@@ -63,7 +63,7 @@ export class Timeline {
     // For pointers; whoever uses keys or a screen reader has the list.
     const made = drawn('g', {class: 'one', on: {click: () => this.route.open('behavior', [one.id])}},
       drawn('title', {}, `#${one.id} ${one.name}, ${one.outcome}, ${localTime(one)}, ${duration(one.duration)}`),
-      drawn('rect', {class: `bar ${outcomeLook(one.outcome)}`, x, y: 22 + row * ROW, width, height: ROW - 4,
+      drawn('rect', {class: `bar ${one.look}`, x, y: 22 + row * ROW, width, height: ROW - 4,
         rx: 2}));
     if (width > one.name.length * 8 + 8) {
       made.append(drawn('text', {class: 'on-bar', x: x + 5, y: 22 + row * ROW + 12}, one.name));

@@ -6,51 +6,13 @@
 #include <utility>
 
 #include "nodes/console/folded_text.hpp"
-#include "replay/messages/document.hpp"
-#include "replay/query/filter.hpp"
 #include "replay/store/behavior_edit.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-constexpr const char* kSoundType = "sound_play/SoundRequest";
-constexpr const char* kSentence = R"({"sound": -3, "command": {"$ne": 0}})";  // sound_play's SAY
-constexpr std::size_t kMostSentences = 200;
 constexpr std::size_t kPublishedAtOnce = 50;
 constexpr auto kPeriod = std::chrono::seconds(1);
-
-std::vector<std::string> speakingTopics(const std::vector<replay::TopicSummary>& topics) {
-  std::vector<std::string> names;
-  for (const auto& topic : topics) {
-    if (topic.type == kSoundType) names.push_back(topic.topic);
-  }
-  return names;
-}
-
-std::vector<SaidSentence> sentencesOn(const replay::Store& store,
-                                      const replay::Behavior& behavior,
-                                      std::vector<std::string> topics) {
-  static const auto is_sentence = std::make_shared<const replay::Filter>(
-      replay::Filter::parse(kSentence, replay::Filter::Over::Messages));
-  std::vector<SaidSentence> said;
-  if (topics.empty()) return said;
-  replay::MessageRange range;
-  range.topics = std::move(topics);
-  range.where = is_sentence;
-  const auto cursor = store.messages(behavior, range);
-  while (said.size() < kMostSentences) {
-    const auto message = cursor->next();
-    if (!message) break;
-    try {
-      const replay::Channel channel = store.channel(message->channel);
-      const auto schema = replay::Schema::parse(channel.type, channel.definition);
-      const auto document = replay::messageDocument(schema, *message);
-      said.push_back({message->received, document.value("arg", "")});
-    } catch (const replay::MessageError&) {  // of a definition that is none
-    }
-  }
-  return said;
-}
 
 /// One that is equal by this looks the same to everybody.
 bool isSame(const replay::Behavior& some, const replay::Behavior& other,
@@ -68,7 +30,7 @@ std::string searchedText(const IndexedBehavior& indexed) {
                      behavior.robot + "\n" + behavior.parameters;
   for (const std::string& tag : behavior.tags) text += "\n" + tag;
   for (const std::string& note : indexed.notes) text += "\n" + note;
-  for (const SaidSentence& sentence : indexed.said) text += "\n" + sentence.text;
+  for (const replay::Utterance& sentence : indexed.said) text += "\n" + sentence.text;
   return foldedText(text);
 }
 
@@ -84,13 +46,6 @@ std::shared_ptr<IndexedBehavior> indexedOf(const replay::Behavior& behavior) {
 }
 
 }  // namespace
-
-std::vector<SaidSentence> saidDuring(const replay::Store& store,
-                                     const replay::Behavior& behavior) {
-  const auto own = speakingTopics(store.topics(behavior));
-  return sentencesOn(store, behavior,
-                     own.empty() ? speakingTopics(store.contextTopics(behavior)) : own);
-}
 
 BehaviorIndex::BehaviorIndex(const replay::Store& store)
     : store_(store), all_(std::make_shared<const IndexedBehaviors>()) {
@@ -179,7 +134,7 @@ void BehaviorIndex::readMessages(const std::vector<replay::Behavior>& behaviors)
       indexed->messages += topic.count;
       if (!behavior.end) indexed->end = std::max(indexed->end, topic.last);
     }
-    indexed->said = saidDuring(store_, behavior);
+    indexed->said = replay::sentencesIn(store_, behavior);
     indexed->searched = searchedText(*indexed);
     known_[behavior.id] = std::move(indexed);
     is_heard_[behavior.id] = true;

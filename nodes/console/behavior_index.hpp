@@ -12,26 +12,17 @@
 #include <thread>
 #include <vector>
 
+#include "replay/ask/said.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
-
-/// A sentence that was asked of sound_play.
-struct SaidSentence {
-  replay::Stamp at;
-  std::string text;
-};
-
-/// Those of a behavior, in order: of its own topics or, where it has none that speak, of its
-/// context. At most 200. Throws replay::StoreError.
-std::vector<SaidSentence> saidDuring(const replay::Store& store, const replay::Behavior& behavior);
 
 struct IndexedBehavior {
   replay::Behavior behavior;   ///< without calibration and snapshot
   std::vector<std::string> notes;
   std::uint64_t messages = 0;  ///< on its own topics
   replay::Stamp end;           ///< of one without an end: its last message
-  std::vector<SaidSentence> said;
+  std::vector<replay::Utterance> said;
   std::string searched;  ///< foldedText() of all that a search looks at
 };
 

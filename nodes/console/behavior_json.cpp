@@ -6,6 +6,7 @@
 
 #include "nodes/console/story_difference.hpp"
 #include "replay/messages/foreign_json.hpp"
+#include "replay/query/outcome.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -29,7 +30,10 @@ Json entryJson(const StoryEntry& entry) {
 }
 
 Json spanJson(const GoalSpan& span) {
-  Json json = {{"from", span.from}, {"to", nullptr}, {"outcome", span.outcome}};
+  Json json = {{"from", span.from},
+               {"to", nullptr},
+               {"outcome", span.outcome},
+               {"look", replay::nameOf(replay::lookOf(span.outcome))}};
   if (span.to) json["to"] = *span.to;
   const std::string words = span.to ? span.outcome : "no result";
   json["text"] = "goal " + std::to_string(span.number) + ": " + words +
@@ -100,11 +104,12 @@ nlohmann::ordered_json behaviorJson(const IndexedBehavior& one) {
   auto parameters = replay::parseForeignJson<nlohmann::ordered_json>(behavior.parameters);
   if (parameters.is_discarded()) parameters = nullptr;
   auto said = nlohmann::ordered_json::array();
-  for (const SaidSentence& sentence : one.said) said.push_back(sentence.text);
+  for (const replay::Utterance& sentence : one.said) said.push_back(sentence.text);
   nlohmann::ordered_json json = {
       {"id", behavior.id},
       {"name", behavior.name},
       {"outcome", behavior.outcome},
+      {"look", replay::nameOf(replay::lookOf(behavior.outcome))},
       {"begin", stampText(behavior.begin)},
       {"end", nullptr},
       {"duration", static_cast<double>(one.end.ns - behavior.begin.ns) * 1e-9},
@@ -130,7 +135,7 @@ Json detailJson(const BehaviorDetail& detail) {
   json["lanes"] = Json::array();
   for (const TopicLane& lane : detail.lanes) json["lanes"].push_back(laneJson(lane));
   json["said"] = Json::array();
-  for (const SaidSentence& sentence : detail.one->said) {
+  for (const replay::Utterance& sentence : detail.one->said) {
     const std::int64_t since_ns = sentence.at.ns - detail.behavior.begin.ns;
     json["said"].push_back(
         {{"t", static_cast<double>(since_ns) * 1e-9}, {"text", sentence.text}});

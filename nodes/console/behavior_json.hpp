@@ -11,8 +11,8 @@
 
 namespace afterglow::nodes {
 
-/// {id, name, outcome, begin, end, duration, said, tags, tree_path, attempt, parent, robot, notes,
-/// remarks, messages, parameters}. Stamps are nanoseconds as strings: JavaScript's numbers are too
+/// {id, name, outcome, look, begin, end, duration, said, tags, tree_path, attempt, parent, robot,
+/// notes, remarks, messages, parameters}. Stamps are nanoseconds as strings: JavaScript's numbers are too
 /// small. `end` is null while it runs.
 nlohmann::ordered_json behaviorJson(const IndexedBehavior& one);
 

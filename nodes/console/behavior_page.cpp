@@ -8,6 +8,7 @@
 
 #include "nodes/pages/page.hpp"
 #include "nodes/pages/time_plot.hpp"
+#include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
@@ -32,7 +33,7 @@ std::string trackTime(double seconds) {
 }
 
 /// WebVTT; a sentence stands until the next one, for as long as it takes to read.
-std::string textTrack(const std::vector<SaidSentence>& said, replay::Stamp begin) {
+std::string textTrack(const std::vector<replay::Utterance>& said, replay::Stamp begin) {
   std::string track = "WEBVTT\n";
   for (std::size_t i = 0; i < said.size(); ++i) {
     const auto at = [&](std::size_t sentence) {
@@ -79,7 +80,8 @@ void drawLane(const TopicLane& lane, double top, TimePlot& plot) {
   }
   for (const GoalSpan& span : lane.spans) {
     plot.bar(span.from, span.to.value_or(span.from), top + kLaneLabel, kLaneRow,
-             span.outcome == "succeeded" ? lookOfRole(lane.role) : "outlier");
+             replay::lookOf(span.outcome) == replay::OutcomeLook::Bad ? "outlier"
+                                                                      : lookOfRole(lane.role));
   }
 }
 

@@ -27,7 +27,7 @@ constexpr SearchField kSearchFields[] = {
     {"said",
      [](const IndexedBehavior& one) {
        Texts texts;
-       for (const SaidSentence& sentence : one.said) texts.push_back(sentence.text);
+       for (const replay::Utterance& sentence : one.said) texts.push_back(sentence.text);
        return texts;
      }},
 };

@@ -8,6 +8,7 @@
 #include <ctime>
 
 #include "replay/messages/foreign_json.hpp"
+#include "replay/query/outcome.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -21,8 +22,7 @@ double secondsInto(const replay::Behavior& behavior, replay::Stamp stamp) {
 }
 
 bool isFailure(const std::string& outcome) {
-  return !outcome.empty() && outcome != "success" && outcome != "succeeded" &&
-         outcome != "imported";
+  return replay::lookOf(outcome) == replay::OutcomeLook::Bad;
 }
 
 /// "part: gear, place: 3".
@@ -138,7 +138,7 @@ ToldStory tellStory(const IndexedBehavior& one, const std::vector<TopicLane>& la
                         const IndexedBehaviors& children) {
   ToldStory story;
   auto& entries = story.entries;
-  for (const SaidSentence& sentence : one.said) {
+  for (const replay::Utterance& sentence : one.said) {
     entries.push_back(entry(secondsInto(one.behavior, sentence.at), "said",
                             "said \"" + sentence.text + "\"", sentence.text));
   }

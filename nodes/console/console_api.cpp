@@ -17,6 +17,7 @@
 #include "nodes/console/recorded_message.hpp"
 #include "replay/messages/document.hpp"
 #include "replay/query/filter.hpp"
+#include "replay/query/outcome.hpp"
 #include "replay/query/time_text.hpp"
 
 namespace afterglow::nodes {
@@ -104,10 +105,6 @@ replay::Stamp wallBegin(const replay::Behavior& behavior) {
   return behavior.wall_begin.ns != 0 ? behavior.wall_begin : behavior.begin;
 }
 
-bool hasFailed(const replay::Behavior& behavior) {
-  const std::string& outcome = behavior.outcome;
-  return !outcome.empty() && outcome != "success" && outcome != "imported";
-}
 
 }  // namespace
 
@@ -226,7 +223,7 @@ HttpResponse ConsoleApi::calendar() const {
     Day& day = days[local.day];
     ++day.count;
     day.zone = local.zone;
-    if (hasFailed(one->behavior)) ++day.failed;
+    if (replay::lookOf(one->behavior.outcome) == replay::OutcomeLook::Bad) ++day.failed;
   }
   auto list = Json::array();
   for (const auto& [name, day] : days) {

@@ -113,6 +113,11 @@ void runExport(const ExportOptions& options) {
               << (formatOf(options) == replay::RecordingFormat::Mcap ? " files" : " bags");
   }
   std::cout << "\n";
+  if (result.unstamped > 0) {
+    std::cerr << "afterglow export: a bag cannot hold the stamp 0, which " << result.unstamped
+              << (result.unstamped == 1 ? " message has" : " messages have")
+              << ": it is 1 ns in it; --format mcap keeps it\n";
+  }
   tellOfDamage(result.damaged);
 }
 

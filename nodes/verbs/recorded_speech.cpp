@@ -4,12 +4,12 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <stdexcept>
 
 #include "nodes/conversion/sound_request.hpp"
 #include "nodes/speaker/sound.hpp"
 #include "nodes/tools/program.hpp"
+#include "replay/ask/said.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -17,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 using sound_play::SoundRequest;
 
-constexpr const char* kRequestType = "sound_play/SoundRequest";
 constexpr double kEndless_s = 1e9;
 constexpr double kPerByte_s = 0.065;  // about eSpeak NG's pace, for what cannot be heard
 
@@ -45,15 +44,9 @@ RecordedSpeech::RecordedSpeech(const replay::Store& store, const replay::Behavio
 }
 
 void RecordedSpeech::listen(const replay::Store& store, const replay::Behavior& behavior) {
-  std::set<std::string> topics;
-  for (const auto& known : {store.topics(behavior), store.contextTopics(behavior)}) {
-    for (const replay::TopicSummary& topic : known) {
-      if (topic.type == kRequestType) topics.insert(topic.topic);
-    }
-  }
-  if (topics.empty()) return;
   replay::MessageRange range;
-  range.topics.assign(topics.begin(), topics.end());
+  range.topics = replay::soundTopics(store, behavior);
+  if (range.topics.empty()) return;
   std::map<std::int64_t, replay::Channel> channels;
   const auto cursor = store.messages(behavior, range);
   while (const auto message = cursor->next()) {

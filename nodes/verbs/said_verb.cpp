@@ -3,22 +3,15 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <set>
 #include <tuple>
 
 #include "nodes/verbs/verb_tools.hpp"
-#include "replay/messages/document.hpp"
-#include "replay/query/filter.hpp"
+#include "replay/ask/said.hpp"
 #include "replay/query/time_text.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
-
-constexpr const char* kSoundType = "sound_play/SoundRequest";
-
-/// Sentences and files (sound -3 and -2), but not the order to stop one (command 0).
-constexpr const char* kHeard = R"({"sound": {"$in": [-3, -2]}, "command": {"$ne": 0}})";
 
 struct SaidOptions {
   std::string store, before, since;
@@ -26,16 +19,14 @@ struct SaidOptions {
   bool json = false;
 };
 
-struct Utterance {
-  replay::Stamp received;
-  std::string text;
-  bool is_sentence = true;  ///< else the name of a sound's file
+struct Heard {
+  replay::Utterance said;
   replay::Behavior behavior;
 };
 
 /// Utterances, the newest first; those of one time by their sequence.
 using Key = std::tuple<std::int64_t, std::uint64_t, std::int64_t>;
-using Utterances = std::map<Key, Utterance, std::greater<>>;
+using Utterances = std::map<Key, Heard, std::greater<>>;
 
 class Search {
  public:
@@ -43,9 +34,7 @@ class Search {
       : store_(store),
         limit_(options.limit),
         before_(momentOption(store, options.store, options.before)),
-        since_(timeOption("--since", options.since)),
-        heard_(std::make_shared<const replay::Filter>(
-            replay::Filter::parse(kHeard, replay::Filter::Over::Messages))) {}
+        since_(timeOption("--since", options.since)) {}
 
   Utterances run() {
     replay::BehaviorFilter filter;
@@ -66,56 +55,38 @@ class Search {
 
   void listen(const replay::Behavior& behavior) {
     replay::MessageRange range;
-    std::set<std::string> topics;
-    for (const auto& summaries : {store_.topics(behavior), store_.contextTopics(behavior)}) {
-      for (const auto& summary : summaries) {
-        if (summary.type == kSoundType) topics.insert(summary.topic);
-      }
-    }
-    if (topics.empty()) return;
-    range.topics.assign(topics.begin(), topics.end());
     range.end = before_;
     range.begin = since_;
-    range.where = heard_;
-    const auto cursor = store_.messages(behavior, range);
-    while (const auto message = cursor->next()) add(behavior, *message);
+    replay::hearUtterances(store_, behavior, range, [&](const replay::Utterance& said) {
+      add(behavior, said);
+      return true;
+    });
   }
 
-  void add(const replay::Behavior& behavior, const replay::Message& message) {
-    const Key key(message.received.ns, message.sequence, behavior.recording);
+  void add(const replay::Behavior& behavior, const replay::Utterance& said) {
+    const Key key(said.at.ns, said.sequence, behavior.recording);
     const auto known = found_.find(key);
     // Of behaviors within each other the inner one said it.
     if (known != found_.end() && known->second.behavior.begin >= behavior.begin) return;
-    auto schema = schemas_.find(message.channel);
-    if (schema == schemas_.end()) {
-      const replay::Channel channel = store_.channel(message.channel);
-      schema =
-          schemas_.emplace(message.channel, replay::Schema::parse(channel.type, channel.definition))
-              .first;
-    }
-    const auto document = replay::messageDocument(schema->second, message);
-    found_[key] = {message.received, document.value("arg", ""), document.value("sound", 0) == -3,
-                   behavior};
+    found_[key] = {said, behavior};
     if (found_.size() > limit_) found_.erase(std::prev(found_.end()));
   }
 
   const replay::Store& store_;
   const std::size_t limit_;
   const std::optional<replay::Stamp> before_, since_;
-  const std::shared_ptr<const replay::Filter> heard_;
-  std::map<std::int64_t, replay::Schema> schemas_;
   Utterances found_;
 };
 
 void printJson(const Utterances& utterances) {
   auto list = nlohmann::ordered_json::array();
-  for (const auto& [key, utterance] : utterances) {
-    nlohmann::ordered_json entry = {{"received_ns", utterance.received.ns},
+  for (const auto& [key, heard] : utterances) {
+    nlohmann::ordered_json entry = {{"received_ns", std::to_string(heard.said.at.ns)},
                                     {"text", nullptr},
                                     {"file", nullptr},
-                                    {"behavior", utterance.behavior.id},
-                                    {"name", utterance.behavior.name}};
-    entry[utterance.is_sentence ? "text" : "file"] = utterance.text;
+                                    {"behavior", heard.behavior.id},
+                                    {"name", heard.behavior.name}};
+    entry[heard.said.is_sentence ? "text" : "file"] = heard.said.text;
     list.push_back(std::move(entry));
   }
   std::cout << dumpJson(list, 2) << "\n";
@@ -127,10 +98,10 @@ void printTable(const Utterances& utterances) {
                    {"ID", Align::Right},
                    {"BEHAVIOR", Align::Left},
                    {"SAID", Align::Left}});
-  for (const auto& [key, utterance] : utterances) {
-    table.add({timeText(utterance.received), std::to_string(utterance.behavior.id),
-               utterance.behavior.name,
-               utterance.is_sentence ? "\"" + utterance.text + "\"" : "plays " + utterance.text});
+  for (const auto& [key, heard] : utterances) {
+    table.add({timeText(heard.said.at), std::to_string(heard.behavior.id),
+               heard.behavior.name,
+               heard.said.is_sentence ? "\"" + heard.said.text + "\"" : "plays " + heard.said.text});
   }
   std::cout << table.text();
 }

@@ -60,7 +60,12 @@ BagChunk::BagChunk(Bytes bytes) : bytes_(std::move(bytes)) {
     }
     message.connection = *connection;
     message.time = fields->number<std::uint64_t>("time");
-    if (is_message) messages_.push_back(message);
+    if (is_message) {
+      messages_.push_back(message);
+    } else {
+      const std::string topic(fields->find("topic").value_or(""));
+      connections_.push_back({message.connection, topic, message.begin, message.size});
+    }
   }
 }
 
@@ -69,11 +74,6 @@ const BagChunk::Message* BagChunk::find(std::uint32_t offset) const {
       messages_.begin(), messages_.end(), offset,
       [](const Message& message, std::uint32_t wanted) { return message.offset < wanted; });
   return found != messages_.end() && found->offset == offset ? &*found : nullptr;
-}
-
-Bytes BagChunk::data(const Message& message) const {
-  const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(message.begin);
-  return Bytes(begin, begin + static_cast<std::ptrdiff_t>(message.size));
 }
 
 }  // namespace afterglow::replay

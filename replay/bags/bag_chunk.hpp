@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -53,6 +54,16 @@ class BagChunk {
     /// When it was received: seconds, and nanoseconds above them; as its own header says.
     std::optional<std::uint64_t> time;
     std::size_t begin = 0, size = 0;  ///< of the data
+    /// By the time that it says.
+    Stamp received() const {
+      return Stamp::fromParts(static_cast<std::uint32_t>(*time),
+                              static_cast<std::uint32_t>(*time >> 32));
+    }
+  };
+  struct Connection {
+    std::uint32_t connection = 0;
+    std::string topic;
+    std::size_t begin = 0, size = 0;  ///< of the data, which are fields
   };
 
   /// Throws BagDamage.
@@ -60,12 +71,20 @@ class BagChunk {
 
   /// Null if no message begins there.
   const Message* find(std::uint32_t offset) const;
-  Bytes data(const Message& message) const;
+  /// The data of a message or a connection.
+  template <typename Part>
+  Bytes data(const Part& part) const {
+    const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(part.begin);
+    return Bytes(begin, begin + static_cast<std::ptrdiff_t>(part.size));
+  }
+  const std::vector<Message>& messages() const { return messages_; }  ///< by offset
+  const std::vector<Connection>& connections() const { return connections_; }
   std::size_t size() const { return bytes_.size(); }
 
  private:
   Bytes bytes_;
-  std::vector<Message> messages_;  ///< by offset
+  std::vector<Message> messages_;
+  std::vector<Connection> connections_;
 };
 
 }  // namespace afterglow::replay

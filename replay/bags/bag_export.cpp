@@ -97,14 +97,13 @@ class Exporter {
     files_.back()->write(message, channel(message.channel));
   }
 
-  std::vector<std::string> finish() {
+  void finish(BagExportResult& result) {
     files_.back()->close();
-    std::vector<std::string> paths;
     for (const auto& file : files_) {
       file->publish();
-      paths.push_back(file->path());
+      result.paths.push_back(file->path());
+      result.unstamped += file->unstamped();
     }
-    return paths;
   }
 
  private:
@@ -165,7 +164,7 @@ BagExportResult exportBags(const Store& store, const std::vector<Behavior>& beha
   }
   if (options.progress) options.progress(result.messages, result.messages);
   result.damaged = messages.damaged();
-  result.paths = exporter.finish();
+  exporter.finish(result);
   return result;
 }
 

@@ -33,16 +33,18 @@ struct BagImport {
 struct BagImportResult {
   Behavior behavior;
   std::uint64_t messages = 0;
-  /// What was left out, and what keeps the fields of ROS 2; one line each, with the file.
+  /// What was left out, what keeps the fields of ROS 2, what was not closed; one line each, with
+  /// the file. They are the behavior's remarks, too.
   std::vector<std::string> remarks;
 };
 
 /// Bags, MCAP files or folders of ROS 2's bags as one recording and, over it, one behavior with
-/// outcome "imported" on all their topics. Order: the bags' stamps, then the bags by their first
-/// stamps, then position in the file, which is the order they were recorded in. Messages of ROS 2
-/// become those of ROS 1 (ros2/ros2_topic.hpp). Others may write meanwhile; the behavior is there
-/// when all of it is. Throws BagError or StoreError and leaves the store as it was; what an import
-/// leaves that is killed, nobody finds, and the next one drops (Store::beginImport()).
+/// outcome "imported" ("incomplete" if one of them was not closed) on all their topics. Order: the
+/// bags' stamps, then the bags by their first stamps, then position in the file, which is the order
+/// they were recorded in. Messages of ROS 2 become those of ROS 1 (ros2/ros2_topic.hpp). Others may
+/// write meanwhile; the behavior is there when all of it is. Throws BagError or StoreError and
+/// leaves the store as it was; what an import leaves that is killed, nobody finds, and the next one
+/// drops (Store::beginImport()).
 BagImportResult importBags(const std::vector<std::string>& paths, Store& store,
                            const BagImport& import = {});
 
@@ -66,12 +68,14 @@ struct BagExport {
 struct BagExportResult {
   std::uint64_t messages = 0;
   std::uint64_t damaged = 0;       ///< messages that the store could not give back
+  std::uint64_t unstamped = 0;     ///< of stamp 0, which a rosbag has as 1 ns
   std::vector<std::string> paths;  ///< of the bags, in order
 };
 
 /// Messages of behaviors (MessageRange's rules) as a bag that rosbag reads, or as an MCAP file of
 /// profile ros1, with a metadata record "afterglow/behavior" for each of them: bytes, stamps,
-/// order, definitions, latching and caller id as they were recorded; a message that several
+/// order, definitions, latching and caller id as they were recorded, but that a rosbag cannot hold
+/// the stamp 0 (ros::TIME_MIN), which becomes 1 ns; a message that several
 /// behaviors cover is in it once. Written beside `path` and renamed when complete. Throws BagError
 /// or StoreError; `path` is then as it was.
 BagExportResult exportBags(const Store& store, const std::vector<Behavior>& behaviors,

@@ -43,11 +43,17 @@ class Importer {
     for (const Part& part : parts_) {
       channels_.clear();
       while (auto item = part.file->next()) batch.add(message(*part.file, std::move(*item)));
-      for (const std::string& remark : part.file->remarks()) {
+      std::vector<std::string> remarks = part.file->remarks();
+      if (const std::string why = part.file->whyIncomplete(); !why.empty()) {
+        is_whole_ = false;
+        remarks.push_back(why);
+      }
+      for (const std::string& remark : remarks) {
         result.remarks.push_back(part.file->path() + ": " + remark);
       }
     }
     batch.flush();
+    remarks_ = result.remarks;
     result.messages = batch.done();
     if (result.messages == 0) throw BagError(whyNothing(result.remarks));
     import.finish([&] { result.behavior = addBehavior(); });
@@ -119,7 +125,8 @@ class Importer {
     Behavior behavior;
     behavior.recording = recording_;
     behavior.name = import_.name.empty() ? parts_.front().name : import_.name;
-    behavior.outcome = "imported";
+    behavior.outcome = is_whole_ ? "imported" : kIncomplete;
+    behavior.remarks = remarks_;
     behavior.begin = first_;
     behavior.end = Stamp{last_.ns + 1};
     behavior.tags = import_.tags;
@@ -140,6 +147,8 @@ class Importer {
   std::map<std::uint32_t, KnownChannel> channels_;  ///< by the current file's id of the channel
   std::set<std::string> topics_;
   Snapshot snapshot_;
+  bool is_whole_ = true;
+  std::vector<std::string> remarks_;
 };
 
 }  // namespace

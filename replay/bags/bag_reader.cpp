@@ -19,20 +19,63 @@ constexpr std::size_t kMostUnpackedBytes = 64 << 20;
 
 }  // namespace
 
-BagReader::BagReader(const std::string& path) : path_(path) {
+BagReader::BagReader(const std::string& path, FindDefinition find)
+    : path_(path), find_(std::move(find)) {
   std::error_code error;
   file_.open(path, std::ios::binary);
   if (!file_) fail(std::string("cannot open: ") + std::strerror(errno));
   file_size_ = std::filesystem::file_size(path, error);
   if (error) fail("cannot open: " + error.message());
   readVersion();
+  readRecords();
+  if (is_closed_) checkPositions();
+  sortEntries();
+}
+
+void BagReader::readRecords() {
   for (std::uint64_t at = std::strlen(kFirstLine); at < file_size_;) {
     const Record record = readRecord(at);
     visit(record);
     at = record.data_at + record.data_size;
+    if (!is_closed_) return readUnclosed(at);
   }
-  checkPositions();
-  sortEntries();
+}
+
+/// The records up to the first that is not whole: what its recorder was writing when it died.
+void BagReader::readUnclosed(std::uint64_t begin) {
+  std::uint64_t end = begin;
+  try {
+    while (end < file_size_) {
+      const Record record = readRecord(end);
+      const auto kind = static_cast<BagRecord>(number<std::uint8_t>(record, "op"));
+      if (kind == BagRecord::Chunk) readChunkAlone(record);
+      end = record.data_at + record.data_size;
+    }
+  } catch (const BagError&) {  // the byte tells
+  }
+  why_incomplete_ = "was not closed by its recorder: it ends at byte " +
+                    std::to_string(file_size_) + ", and its last whole record at byte " +
+                    std::to_string(end);
+}
+
+/// A chunk holds its connections, too.
+void BagReader::readChunkAlone(const Record& record) {
+  visitChunk(record);
+  const BagChunk& chunk = this->chunk(record.at);
+  for (const BagChunk::Connection& found : chunk.connections()) {
+    const Bytes data = chunk.data(found);
+    const auto fields = BagFields::parse(data.data(), data.size());
+    if (!fields) fail("connection " + std::to_string(found.connection) + " is damaged");
+    addConnection(found.connection, found.topic, *fields);
+  }
+  std::vector<Entry> entries;
+  for (const BagChunk::Message& message : chunk.messages()) {
+    if (!message.time || connections_.count(message.connection) == 0) {
+      fail("the chunk at byte " + std::to_string(record.at) + " is damaged");
+    }
+    entries.push_back({message.received(), record.at, message.offset, message.connection});
+  }
+  entries_.insert(entries_.end(), entries.begin(), entries.end());
 }
 
 void BagReader::fail(const std::string& text) const { throw BagError(path_ + ": " + text); }
@@ -119,9 +162,7 @@ void BagReader::visit(const Record& record) {
 
 void BagReader::visitBagHeader(const Record& record) {
   index_position_ = number<std::uint64_t>(record, "index_pos");
-  if (index_position_ == 0) {
-    fail("the bag has no index, as its recorder did not close it; 'rosbag reindex' makes one");
-  }
+  is_closed_ = index_position_ != 0;
   if (!record.fields.find("encryptor").value_or("").empty()) {
     fail("the bag is encrypted, which is not read");
   }
@@ -157,10 +198,6 @@ void BagReader::visitIndex(const Record& record) {
   const Bytes data = read(record.data_at, record.data_size, "an index");
   for (const std::uint8_t* at = data.data(); at != data.data() + data.size(); at += kIndexEntry) {
     const auto secs = loadNumber<std::uint32_t>(at), nsecs = loadNumber<std::uint32_t>(at + 4);
-    if (secs == 0 && nsecs == 0) {
-      ++unstamped_;
-      continue;
-    }
     entries_.push_back({Stamp::fromParts(secs, nsecs), chunks_.rbegin()->first,
                         loadNumber<std::uint32_t>(at + 8), connection});
   }
@@ -170,19 +207,28 @@ void BagReader::visitConnection(const Record& record) {
   const Bytes data = read(record.data_at, record.data_size, "a connection");
   const auto fields = BagFields::parse(data.data(), data.size());
   const auto topic = record.fields.find("topic");
-  const auto type = fields ? fields->find("type") : std::nullopt;
-  const auto md5 = fields ? fields->find("md5sum") : std::nullopt;
-  const auto definition = fields ? fields->find("message_definition") : std::nullopt;
-  if (!topic || !type || !md5 || !definition) {
+  if (!topic || !fields) {
     fail("the connection at byte " + std::to_string(record.at) + " is damaged");
   }
-  const Channel channel{std::string(*topic),
-                        std::string(*type),
-                        std::string(*md5),
-                        std::string(*definition),
-                        fields->find("latching") == "1",
-                        std::string(fields->find("callerid").value_or(""))};
-  connections_.emplace(number<std::uint32_t>(record, "conn"), channel);
+  addConnection(number<std::uint32_t>(record, "conn"), *topic, *fields);
+}
+
+void BagReader::addConnection(std::uint32_t id, std::string_view topic, const BagFields& fields) {
+  if (connections_.count(id) != 0) return;
+  const auto type = fields.find("type"), md5 = fields.find("md5sum");
+  const auto definition = fields.find("message_definition");
+  if (!type || !md5 || !definition) {
+    fail("connection " + std::to_string(id) + " is damaged: it lacks type, MD5 or definition");
+  }
+  Channel channel{std::string(topic),
+                  std::string(*type),
+                  std::string(*md5),
+                  std::string(*definition),
+                  fields.find("latching") == "1",
+                  std::string(fields.find("callerid").value_or(""))};
+  const std::string why = channel.md5.empty() ? "" : mendDefinition(channel, find_);
+  if (!why.empty()) remarks_.push_back(mendedText(channel, why));
+  connections_.emplace(id, std::move(channel));
 }
 
 void BagReader::visitChunkInfo(const Record& record) {
@@ -260,10 +306,7 @@ const BagChunk& BagReader::chunk(std::uint64_t position) {
 
 /// Who believed the index would put the message elsewhere in the order of all.
 void BagReader::requireSameTime(const Entry& entry, const BagChunk::Message& message) const {
-  if (!message.time) return;
-  const Stamp own = Stamp::fromParts(static_cast<std::uint32_t>(*message.time),
-                                     static_cast<std::uint32_t>(*message.time >> 32));
-  if (own == entry.received) return;
+  if (!message.time || message.received() == entry.received) return;
   fail("the index has another time for the message at byte " + std::to_string(entry.offset) +
        " of the chunk at byte " + std::to_string(entry.chunk) +
        " than the message itself; 'rosbag reindex' makes a new index");
@@ -273,12 +316,6 @@ std::optional<RecordedFile::Item> BagReader::next() {
   if (next_ == entries_.size()) return std::nullopt;
   const Entry& entry = entries_[next_++];
   return Item{entry.connection, entry.received, read(entry)};
-}
-
-std::vector<std::string> BagReader::remarks() const {
-  if (unstamped_ == 0) return {};
-  return {"left out " + std::to_string(unstamped_) +
-          " messages whose stamp is zero, as rosbag does"};
 }
 
 Bytes BagReader::read(const Entry& entry) {

@@ -12,12 +12,13 @@
 
 #include "replay/bags/bag_chunk.hpp"
 #include "replay/bags/recorded_file.hpp"
+#include "replay/messages/definitions.hpp"
 
 namespace afterglow::replay {
 
 /// An indexed bag: records that follow each other without a gap to the file's last byte, and
-/// positions that point to records of the right kind. Takes memory for the index and for the chunks
-/// that it is in.
+/// positions that point to records of the right kind. One that was not closed has no index: its
+/// whole chunks tell what is in them. Takes memory for the index and for the chunks that it is in.
 class BagReader : public RecordedFile {
  public:
   /// A message as the index lists it.
@@ -29,14 +30,16 @@ class BagReader : public RecordedFile {
   };
 
   /// Reads all record headers and the index, but no message. Throws BagError for anything that is
-  /// not as it should be: no bag, truncated, never closed, another version.
-  explicit BagReader(const std::string& path);
+  /// not as it should be: no bag, truncated, another version.
+  /// Definitions that are defective are mended by those that `find` knows.
+  explicit BagReader(const std::string& path, FindDefinition find = {});
 
   const std::string& path() const override { return path_; }
   std::uint64_t total() const override { return entries_.size(); }
   Stamp begin() const override { return entries_.empty() ? Stamp{} : entries_.front().received; }
   std::optional<Item> next() override;
-  std::vector<std::string> remarks() const override;
+  std::vector<std::string> remarks() const override { return remarks_; }
+  std::string whyIncomplete() const override { return why_incomplete_; }
   /// By stamp, then position: in the order they were recorded.
   const std::vector<Entry>& entries() const { return entries_; }
   /// Of an entry.
@@ -71,11 +74,15 @@ class BagReader : public RecordedFile {
   Record readRecord(std::uint64_t at);
   template <typename T>
   T number(const Record& record, const char* field) const;
+  void readRecords();
+  void readUnclosed(std::uint64_t begin);
+  void readChunkAlone(const Record& record);
   void visit(const Record& record);
   void visitBagHeader(const Record& record);
   void visitChunk(const Record& record);
   void visitIndex(const Record& record);
   void visitConnection(const Record& record);
+  void addConnection(std::uint32_t id, std::string_view topic, const BagFields& fields);
   void visitChunkInfo(const Record& record);
   void checkPositions() const;
   void sortEntries();
@@ -83,12 +90,13 @@ class BagReader : public RecordedFile {
   void requireSameTime(const Entry& entry, const BagChunk::Message& message) const;
 
   const std::string path_;
+  const FindDefinition find_;
   std::ifstream file_;
   std::uint64_t file_size_ = 0;
   std::uint64_t index_position_ = 0;
-  /// How many the index lists beside the entries: their stamp is zero, and rosbag's own reader
-  /// leaves them out.
-  std::uint64_t unstamped_ = 0;
+  bool is_closed_ = true;
+  std::string why_incomplete_;
+  std::vector<std::string> remarks_;
   std::vector<Entry> entries_;
   std::size_t next_ = 0;  ///< of the entries
   std::map<std::uint64_t, Chunk> chunks_;           ///< by position of the record

@@ -2,8 +2,6 @@
 
 #include <limits>
 
-#include "replay/messages/definitions.hpp"
-
 namespace afterglow::replay {
 namespace {
 
@@ -16,11 +14,10 @@ std::string entry(const McapChannel& channel, const char* key) {
   return found == channel.metadata.end() ? "" : found->second;
 }
 
-/// Throws MessageError if nobody says which MD5 the type has.
 Channel ros1Channel(const McapChannel& from, const McapSchema& schema) {
   Channel channel{from.topic, schema.name, entry(from, "md5sum"), schema.text,
                   entry(from, "latching") == "1", entry(from, "callerid")};
-  if (!isMd5(channel.md5)) channel.md5 = definitionMd5(channel.type, channel.definition);
+  if (!isMd5(channel.md5)) channel.md5.clear();
   return channel;
 }
 
@@ -32,14 +29,13 @@ void McapFile::addTopic(std::uint16_t id) {
   const std::string type = schema ? schema->name : "no type";
   const bool is_ros1 = channel.encoding == "ros1" && schema && schema->encoding == "ros1msg";
   if (is_ros1) {
-    try {
-      intake_.addRos1(id, ros1Channel(channel, *schema));
-    } catch (const MessageError& error) {
-      intake_.leaveOut(id, channel.topic, type, error.what());
-    }
+    intake_.addRos1(id, ros1Channel(channel, *schema));
   } else if (channel.encoding == "cdr" && schema) {
     intake_.addRos2(id, {channel.topic, type, channel.encoding, schema->encoding, schema->text,
                          entry(channel, "offered_qos_profiles")});
+  } else if (!schema) {
+    intake_.leaveOut(id, channel.topic, type,
+                     "its channel names no schema, so that its type is unknown");
   } else {
     intake_.leaveOut(id, channel.topic, type,
                      "it is in \"" + channel.encoding.substr(0, 40) +

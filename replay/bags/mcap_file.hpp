@@ -21,6 +21,7 @@ class McapFile : public RecordedFile {
   std::optional<Item> next() override;
   const Channel& channel(std::uint32_t id) const override { return intake_.channel(id); }
   std::vector<std::string> remarks() const override { return intake_.remarks(); }
+  std::string whyIncomplete() const override { return reader_.whyIncomplete(); }
 
  private:
   void addTopic(std::uint16_t id);

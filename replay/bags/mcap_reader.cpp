@@ -54,20 +54,38 @@ void McapReader::fail(const std::string& text) const { throw BagError(path_ + ":
 
 // ---------------------------------------------------------------------------------------- the ends
 
+bool McapReader::hasMagic(std::uint64_t at) {
+  const Bytes bytes = read(at, kMcapMagic.size());
+  return std::equal(bytes.begin(), bytes.end(), kMcapMagic.begin(),
+                    [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
+}
+
 void McapReader::readEnds() {
+  if (!hasMagic(0)) fail("no MCAP file of version 0");
   const std::uint64_t shortest = 2 * kMcapMagic.size() + kFooterRecord;
-  const auto isMagic = [&](std::uint64_t at) {
-    const Bytes bytes = read(at, kMcapMagic.size());
-    return std::equal(bytes.begin(), bytes.end(), kMcapMagic.begin(),
-                      [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); });
-  };
-  if (!isMagic(0)) fail("no MCAP file of version 0");
-  const std::uint64_t footer_at =
-      file_size_ < shortest ? 0 : file_size_ - kMcapMagic.size() - kFooterRecord;
-  if (footer_at == 0 || !isMagic(file_size_ - kMcapMagic.size())) {
-    fail("is cut short at " + byteAt(file_size_) +
-         ", or was never closed; 'mcap recover' saves the messages in it");
+  if (file_size_ >= shortest && hasMagic(file_size_ - kMcapMagic.size())) {
+    readFooter(file_size_ - kMcapMagic.size() - kFooterRecord);
+  } else {
+    findEnd();
   }
+}
+
+/// The records of a file without its last bytes are whole up to somewhere.
+void McapReader::findEnd() {
+  data_end_ = kMcapMagic.size();
+  while (data_end_ + kMcapRecordHeader <= file_size_) {
+    const Bytes header = read(data_end_, kMcapRecordHeader);
+    const auto size = loadNumber<std::uint64_t>(header.data() + 1);
+    // A disk that lost its power leaves zeros.
+    if (header[0] == 0 || size > file_size_ - data_end_ - kMcapRecordHeader) break;
+    data_end_ += kMcapRecordHeader + size;
+  }
+  why_incomplete_ = "was not closed, or is cut short: it ends at " + byteAt(file_size_) +
+                    ", and its last whole record at " + byteAt(data_end_);
+  if (data_end_ == kMcapMagic.size()) fail(why_incomplete_);
+}
+
+void McapReader::readFooter(std::uint64_t footer_at) {
   const Record footer = record(footer_at);
   if (footer.kind != McapRecord::Footer || footer.size != kFooterSize) {
     fail("has no footer at " + byteAt(footer_at));
@@ -343,6 +361,19 @@ std::optional<McapReader::Message> McapReader::nextInChunk() {
 }
 
 std::optional<McapReader::Message> McapReader::next() {
+  if (why_incomplete_.empty()) return nextMessage();
+  try {
+    return nextMessage();
+  } catch (const BagError& damage) {
+    // What was being written when its recorder died.
+    why_incomplete_ += "; " + std::string(damage.what()).substr(path_.size() + 2);
+    at_ = data_end_;
+    chunk_.clear();
+    return std::nullopt;
+  }
+}
+
+std::optional<McapReader::Message> McapReader::nextMessage() {
   for (;;) {
     if (const auto message = nextInChunk()) return message;
     chunk_.clear();

@@ -24,7 +24,7 @@ class McapReader {
     std::size_t size = 0;
   };
 
-  /// Refuses a file that was cut short or never closed.
+  /// A file that was cut short or never closed ends behind its last whole record.
   explicit McapReader(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -38,6 +38,8 @@ class McapReader {
   /// Null if it has none.
   const McapSchema* schema(const McapChannel& channel) const;
   [[noreturn]] void fail(const std::string& text) const;
+  /// Why there is no more of a file that was not closed; empty: it was.
+  const std::string& whyIncomplete() const { return why_incomplete_; }
 
  private:
   struct Record {
@@ -47,7 +49,10 @@ class McapReader {
     std::uint64_t end() const { return at + kMcapRecordHeader + size; }
   };
 
+  bool hasMagic(std::uint64_t at);
   void readEnds();
+  void readFooter(std::uint64_t footer_at);
+  void findEnd();
   void readSummary(std::uint64_t begin, std::uint64_t end);
   void findBegin();
   bool expectDataChecksum(std::uint64_t data_end);
@@ -56,6 +61,7 @@ class McapReader {
   Record record(std::uint64_t at);
   Bytes content(const Record& record);
   void pass(const Record& record);
+  std::optional<Message> nextMessage();
   bool nextRecord();
   std::optional<Message> nextInChunk();
   Message message(const std::uint8_t* content, std::size_t size) const;
@@ -70,7 +76,7 @@ class McapReader {
   std::uint64_t at_ = 0;  ///< of the next record
   std::uint64_t data_end_ = 0;  ///< where the summary or the footer begins
   std::uint64_t total_ = 0, begin_ = 0;
-  std::string profile_;
+  std::string profile_, why_incomplete_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, McapChannel> channels_;
   std::uint64_t definition_bytes_ = 0;

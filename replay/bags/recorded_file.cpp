@@ -8,6 +8,7 @@
 
 #include "replay/bags/bag_file.hpp"
 #include "replay/bags/bag_reader.hpp"
+#include "replay/bags/file_kind.hpp"
 #include "replay/bags/mcap_file.hpp"
 #include "replay/bags/ros2_database.hpp"
 
@@ -71,25 +72,29 @@ std::vector<std::string> partsOf(const std::string& folder) {
 }
 
 std::unique_ptr<RecordedFile> openFile(const std::string& path, const FindDefinition& find) {
+  std::error_code ignored;
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+    fail(path, "is no regular file");  // a pipe would be waited for
+  }
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(path, std::string("cannot open: ") + std::strerror(errno));
-  std::string beginning(16, '\0');
+  std::string beginning(512, '\0');
   file.read(beginning.data(), static_cast<std::streamsize>(beginning.size()));
+  beginning.resize(static_cast<std::size_t>(file.gcount()));
   file.close();
+  if (const std::string other = otherThanRecording(beginning); !other.empty()) fail(path, other);
   const auto begins = [&](std::string_view with) {
     return beginning.compare(0, with.size(), with) == 0;
   };
   if (begins("\x89MCAP")) return std::make_unique<McapFile>(path, find);
   if (begins("SQLite format 3")) return std::make_unique<Ros2Database>(path, find);
-  return std::make_unique<BagReader>(path);
+  return std::make_unique<BagReader>(path, find);
 }
 
 }  // namespace
 
 std::vector<std::unique_ptr<RecordedFile>> openRecording(const std::string& path) {
-  const FindDefinition find = [folders = installedDefinitions()](const std::string& type) {
-    return folders.find(type);
-  };
+  const FindDefinition find = findInstalled();
   std::error_code ignored;
   std::vector<std::string> files{path};
   if (fs::is_directory(path, ignored)) files = partsOf(path);

@@ -36,6 +36,8 @@ class RecordedFile {
   virtual const Channel& channel(std::uint32_t id) const = 0;
   /// What was left out so far and what a user should know, one line each.
   virtual std::vector<std::string> remarks() const { return {}; }
+  /// Why it ends before its recording did; empty: it is whole. Complete once all is read.
+  virtual std::string whyIncomplete() const { return ""; }
 };
 
 /// The file, or those of a ROS 2 bag's folder. Throws BagError for what is no recording.

@@ -129,6 +129,7 @@ class RosbagFile : public ExportFile {
   }
 
   void write(const Message& message, const Channel& channel) override {
+    if (message.received.ns == 0) ++unstamped_;
     const ros::Time time = rosTime(message.received);
     const QuietConsole quiet;
     const auto [header, is_new] = headers_.try_emplace(message.channel);
@@ -141,6 +142,7 @@ class RosbagFile : public ExportFile {
   }
 
   std::uint64_t size() const override { return bag_->getSize(); }
+  std::uint64_t unstamped() const override { return unstamped_; }
 
   void close() override {
     const QuietConsole quiet;
@@ -160,7 +162,8 @@ class RosbagFile : public ExportFile {
 
   ros::Time rosTime(Stamp stamp) const {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
-    if (stamp.ns <= 0 || stamp.ns / kSecond_ns > std::numeric_limits<std::uint32_t>::max()) {
+    if (stamp.ns == 0) return ros::TIME_MIN;  // rosbag takes no earlier one
+    if (stamp.ns < 0 || stamp.ns / kSecond_ns > std::numeric_limits<std::uint32_t>::max()) {
       throw BagError(path() + ": a bag cannot hold the stamp " + std::to_string(stamp.ns) + " ns");
     }
     return {static_cast<std::uint32_t>(stamp.ns / kSecond_ns),
@@ -169,6 +172,7 @@ class RosbagFile : public ExportFile {
 
   std::unique_ptr<rosbag::Bag> bag_;
   bool is_closed_ = false;
+  std::uint64_t unstamped_ = 0;
   std::map<std::int64_t, boost::shared_ptr<ros::M_string>> headers_;  ///< by the store's channel
 };
 

@@ -20,8 +20,14 @@ Bytes unpacked(Bytes bytes) {
 
 }  // namespace
 
-void TopicIntake::addRos1(std::uint32_t id, const Channel& channel) {
-  topics_[id].channel = channel;
+void TopicIntake::addRos1(std::uint32_t id, Channel channel) {
+  try {
+    const std::string why = mendDefinition(channel, find_);
+    topics_[id].channel = std::move(channel);
+    topics_[id].why_mended = why;
+  } catch (const MessageError& error) {
+    leaveOut(id, channel.topic, channel.type, error.what());
+  }
 }
 
 void TopicIntake::addRos2(std::uint32_t id, const Ros2Description& description) {
@@ -29,6 +35,7 @@ void TopicIntake::addRos2(std::uint32_t id, const Ros2Description& description) 
     Ros2Topic ros2(description, find_);
     Topic& topic = topics_[id];
     topic.channel = ros2.channel();
+    topic.why_mended = ros2.whyMended();
     topic.ros2 = std::move(ros2);
   } catch (const MessageError& error) {
     leaveOut(id, description.topic, description.type, error.what());
@@ -66,6 +73,9 @@ std::vector<std::string> TopicIntake::remarks() const {
   std::vector<std::string> remarks;
   for (const auto& [id, topic] : topics_) {
     const std::string name = topic.channel.topic + " (" + topic.channel.type + ") ";
+    if (!topic.why_mended.empty()) {
+      remarks.push_back(mendedText(topic.channel, topic.why_mended));
+    }
     if (topic.left_out > 0) {
       const std::string& why = topic.why_not.empty() ? topic.first_error : topic.why_not;
       remarks.push_back("left out " + std::to_string(topic.left_out) + " messages of " + name +

@@ -19,8 +19,9 @@ class TopicIntake {
   explicit TopicIntake(FindDefinition find) : find_(std::move(find)) {}
 
   bool knows(std::uint32_t id) const { return topics_.count(id) != 0; }
-  /// Its messages are taken as they are.
-  void addRos1(std::uint32_t id, const Channel& channel);
+  /// Its messages are taken as they are, by the known definition if its own is defective; left out
+  /// if nobody says which MD5 the type has.
+  void addRos1(std::uint32_t id, Channel channel);
   /// Left out if its messages cannot be read.
   void addRos2(std::uint32_t id, const Ros2Description& description);
   void leaveOut(std::uint32_t id, const std::string& topic, const std::string& type,
@@ -36,7 +37,8 @@ class TopicIntake {
   struct Topic {
     Channel channel;  ///< topic and type alone if it is left out
     std::optional<Ros2Topic> ros2;
-    std::string why_not;  ///< all is left out
+    std::string why_not;     ///< all is left out
+    std::string why_mended;  ///< its own definition is defective
     std::uint64_t taken = 0, left_out = 0;
     std::string first_error;
   };

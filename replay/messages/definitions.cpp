@@ -230,6 +230,44 @@ std::optional<Definition> DefinitionFolders::find(const std::string& type) const
   return definition;
 }
 
+std::string mendDefinition(Channel& channel, const FindDefinition& find) {
+  std::string own_md5, why;
+  try {
+    own_md5 = definitionMd5(channel.type, channel.definition);
+    const bool has_fields = !Schema::parse(channel.type, channel.definition).root().fields.empty();
+    if (!has_fields) why = "it has no field";
+  } catch (const MessageError& error) {
+    why = error.what();
+  }
+  if (why.empty() && channel.md5.empty()) channel.md5 = own_md5;
+  if (channel.md5 == own_md5 && !own_md5.empty()) return "";
+  const auto known = find ? find(channel.type) : std::nullopt;
+  if (known && (channel.md5.empty() || channel.md5 == known->md5)) {
+    if (why.empty()) why = "it has another MD5 than the type";
+    channel.definition = known->text;
+    channel.md5 = known->md5;
+    return why;
+  }
+  if (channel.md5.empty()) channel.md5 = own_md5;
+  if (channel.md5.empty()) throw MessageError(why + ", and the type is not known here");
+  return "";
+}
+
+std::string mendedText(const Channel& channel, const std::string& why) {
+  return channel.topic + " (" + channel.type + ") is read by the definition known here, as its " +
+         "own is defective: " + why;
+}
+
+FindDefinition findInstalled() {
+  return [](const std::string& type) -> std::optional<Definition> {
+    try {
+      return installedDefinitions().find(type);
+    } catch (const MessageError&) {
+      return std::nullopt;
+    }
+  };
+}
+
 DefinitionFolders installedDefinitions() {
   std::vector<std::string> folders;
   addFolders("ROS_PACKAGE_PATH", "", folders);

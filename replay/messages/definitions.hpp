@@ -4,9 +4,12 @@
 /// genmsg (compute_full_text, compute_md5_text).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "replay/messages/message.hpp"
 
 namespace afterglow::replay {
 
@@ -34,8 +37,22 @@ class DefinitionFolders {
   std::vector<std::string> folders_;
 };
 
+/// Finds ROS 1's own definition of a type; empty: it is not known here.
+using FindDefinition = std::function<std::optional<Definition>(const std::string& type)>;
+
+/// Replaces a channel's definition that is defective (Schema::parse() refuses it, it has no field
+/// at all, or its MD5 is another than the channel's) by the known one of that type and MD5, and
+/// fills in an MD5 that is missing. Returns what was wrong; empty: the definition was sound, or
+/// none is known that could take its place. Throws MessageError if the MD5 stays unknown.
+std::string mendDefinition(Channel& channel, const FindDefinition& find);
+/// The remark about it.
+std::string mendedText(const Channel& channel, const std::string& why);
+
 /// The folders with definitions on this machine: those that ROS_PACKAGE_PATH, CMAKE_PREFIX_PATH and
 /// AMENT_PREFIX_PATH name, the catkin space that this program is in, and /usr/share.
 DefinitionFolders installedDefinitions();
+
+/// Looks into them, once they are asked for; a package that is not whole is not known.
+FindDefinition findInstalled();
 
 }  // namespace afterglow::replay

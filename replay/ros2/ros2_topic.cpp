@@ -24,14 +24,6 @@ bool isTransientLocal(const std::string& quality) {
   return false;
 }
 
-std::optional<Definition> findKnown(const FindDefinition& find, const std::string& type) {
-  try {
-    return find(type);
-  } catch (const MessageError&) {
-    return std::nullopt;  // a package of this machine is not whole
-  }
-}
-
 }  // namespace
 
 Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& find) {
@@ -44,9 +36,14 @@ Ros2Topic::Ros2Topic(const Ros2Description& description, const FindDefinition& f
   channel_.topic = (is_absolute ? "" : "/") + description.topic;
   channel_.type = ros1TypeName(description.type);
   channel_.latching = isTransientLocal(description.quality);
-  const auto known = findKnown(find, channel_.type);
+  const auto known = find(channel_.type);
   if (description.definition_kind == "ros2msg") {
-    readOwn(description, known);
+    try {
+      readOwn(description, known);
+    } catch (const MessageError& error) {
+      readKnown(known, std::string("its definition is defective (") + error.what() + ")");
+      why_mended_ = error.what();
+    }
   } else {
     readKnown(known, description.definition_kind.empty()
                          ? "the bag has no definition of its type"
@@ -59,6 +56,10 @@ void Ros2Topic::readOwn(const Ros2Description& description,
                         const std::optional<Definition>& known) {
   const std::string own = ros1Definition(description.type, description.definition);
   Schema schema = Schema::parse(channel_.type, own);
+  const bool has_fields = !schema.root().fields.empty();
+  if (!has_fields && known && !Schema::parse(channel_.type, known->text).root().fields.empty()) {
+    throw MessageError("it has no field");
+  }
   channel_.md5 = definitionMd5(channel_.type, own);
   if (known && known->md5 == channel_.md5) {
     channel_.definition = known->text;

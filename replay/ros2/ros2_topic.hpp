@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,9 +13,6 @@
 #include "replay/ros2/field_mapping.hpp"
 
 namespace afterglow::replay {
-
-/// Finds ROS 1's own definition of a type; empty: it is not known here.
-using FindDefinition = std::function<std::optional<Definition>(const std::string& type)>;
 
 /// As a recording describes it.
 struct Ros2Description {
@@ -36,6 +32,8 @@ class Ros2Topic {
   Ros2Topic(const Ros2Description& description, const FindDefinition& find);
 
   const Channel& channel() const { return channel_; }
+  /// What is wrong with its own definition, for which the known one is taken; empty: nothing.
+  const std::string& whyMended() const { return why_mended_; }
   /// Why its messages stay with the fields of ROS 2; empty: they do not.
   const std::string& whyForeign() const { return why_foreign_; }
   /// Throws MessageError if the bytes are none of the type's messages.
@@ -52,7 +50,7 @@ class Ros2Topic {
   void readKnown(const std::optional<Definition>& known, const std::string& why_not_own);
 
   Channel channel_;
-  std::string why_foreign_;
+  std::string why_foreign_, why_mended_;
   /// Those that a message may have; once one alone fits, the others are gone.
   std::vector<Layout> layouts_;
 };

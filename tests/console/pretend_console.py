@@ -32,7 +32,8 @@ def behaviors(many):
         outcome = dice.choices(["success", "failure", "halted"], [8, 2, 1])[0]
         length = round(dice.uniform(2, 40), 2)
         begin += int((length + dice.choice([20, 90, 600, 20000])) * 10 ** 9)
-        made.append({"id": at, "name": name, "outcome": outcome, "begin": str(begin),
+        made.append({"id": at, "name": name, "outcome": outcome,
+                     "look": {"success": "good", "failure": "bad"}.get(outcome, "other"), "begin": str(begin),
                      "end": str(begin + int(length * 10 ** 9)), "duration": length,
                      "local": time.strftime("%Y-%m-%d %H:%M:%S", time.gmtime(begin // 10 ** 9)),
                      "said": WORDS.get(name, []), "tags": ["monday"] if at % 7 == 0 else [],
@@ -58,8 +59,9 @@ def details(one, all_of_them):
         return {"topic": topic, "type": kind, "role": role, "count": count, "hz": hz, "context": role == "state", "why_not": "", "first": 0.1, "last": length,
                 "marks": [0.1 + at * length / min(count, 400) for at in range(min(count, 400))] if count else [],
                 "spans": list(spans)}
-    goals = [{"from": 0.4, "to": length / 2, "outcome": how, "text": f"goal 1: {how}"},
-             {"from": length * 0.6, "to": length, "outcome": "succeeded", "text": "goal 2: succeeded"}]
+    goals = [{"from": 0.4, "to": length / 2, "outcome": how, "look": "good" if how == "succeeded" else "bad",
+              "text": f"goal 1: {how}"},
+             {"from": length * 0.6, "to": length, "outcome": "succeeded", "look": "good", "text": "goal 2: succeeded"}]
     lanes = [lane("/projector/green_points", "sensor_msgs/PointCloud2", "ar", 2),
              lane("/robotsound", "sound_play/SoundRequest", "speech", 0.2),
              lane("/arm_controller/follow_joint_trajectory/goal", "control_msgs/FollowJointTrajectoryActionGoal",

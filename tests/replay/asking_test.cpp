@@ -283,6 +283,36 @@ TEST_F(AskingTest, anEmptyStoreRemembersNothing) {
   EXPECT_EQ(ask("what did you pick").sentence, "I remember nothing of that kind.");
 }
 
+TEST(SaidIn, hearsWhatWasRecordedAsContext) {
+  const auto store = openMemoryStore();
+  const std::int64_t recording = store->addRecording({});
+  Channel channel = test::stringChannel("/robotsound");
+  channel.type = "sound_play/SoundRequest";
+  channel.definition = "int8 sound\nint8 command\nstring arg\n";
+  const std::int64_t id = store->addChannel(recording, channel);
+  const auto request = [&](std::int64_t at, std::uint8_t sound, std::uint8_t command,
+                           const std::string& text) {
+    Bytes bytes = test::stringBytes(text);
+    bytes.insert(bytes.begin(), {sound, command});
+    return Message{id, Stamp{at}, static_cast<std::uint64_t>(at), {}, bytes};
+  };
+  store->append({request(1, 0xfd, 1, "I pick"), request(2, 0xfe, 1, "/beep.wav"),
+                 request(3, 0xfd, 0, "I pick"), request(4, 0xfd, 1, "I have it")});
+  Behavior behavior = test::sampleBehavior(recording, {"/cmd_vel"}, 0, 10);
+  behavior.id = store->addBehavior(behavior);
+  EXPECT_EQ(soundTopics(*store, behavior), std::vector<std::string>{"/robotsound"});
+  EXPECT_EQ(saidIn(*store, behavior), (std::vector<std::string>{"I pick", "I have it"}));
+  std::vector<std::string> all;
+  MessageRange early;
+  early.end = Stamp{4};
+  hearUtterances(*store, behavior, early, [&](const Utterance& said) {
+    all.push_back((said.is_sentence ? "says " : "plays ") + said.text);
+    return true;
+  });
+  EXPECT_EQ(all, (std::vector<std::string>{"says I pick", "plays /beep.wav"}))
+      << "the stop of a sentence is none";
+}
+
 TEST(SaidIn, passesOverSentencesThatAreNoText) {
   const auto store = openMemoryStore();
   const std::int64_t recording = store->beginImport({});

@@ -250,6 +250,8 @@ TEST_F(BagFileTest, saysWhatIsNoBag) {
   EXPECT_NE(importError(folder_.path("")).find("is a folder"), std::string::npos);
   writeFile(bag_, "just text, and more than a first line of a bag");
   EXPECT_EQ(importError(bag_), bag_ + ": not a bag");
+  writeFile(bag_, "");
+  EXPECT_EQ(importError(bag_), bag_ + ": is empty");
   writeFile(bag_, "#ROSBAG V1.2\n and so on");
   EXPECT_EQ(importError(bag_), bag_ + ": a bag of version 1.2; version 2.0 can be read");
 }
@@ -259,9 +261,37 @@ TEST_F(BagFileTest, saysThatABagWasNotClosed) {
   const std::size_t at = bytes.find("index_pos=") + 10;
   bytes.replace(at, 8, std::string(8, '\0'));
   writeFile(bag_, bytes);
-  EXPECT_EQ(importError(bag_), bag_ +
-                                   ": the bag has no index, as its recorder did not close it; "
-                                   "'rosbag reindex' makes one");
+  const auto store = openMemoryStore();
+  const auto result = importBag(bag_, *store);
+  EXPECT_EQ(result.behavior.outcome, kIncomplete);
+  ASSERT_EQ(result.remarks.size(), 1u);
+  EXPECT_EQ(result.remarks[0].find(bag_ + ": was not closed by its recorder: it ends at byte "), 0u);
+  EXPECT_EQ(store->behavior(result.behavior.id)->remarks, result.remarks);
+  expectSame(*store_, behavior_, *store, result.behavior);
+}
+
+TEST_F(BagFileTest, takesTheWholeChunksOfABagThatWasNotClosed) {
+  BagExport chunked;
+  chunked.compression = BagCompression::Lz4;
+  std::vector<Message> batch;
+  const auto channel = store_->addChannel(behavior_.recording, stringChannel("/a"));
+  for (std::uint64_t i = 0; i < 3000; ++i) {
+    batch.push_back(stringMessage(channel, 1'500'000'000, 100 + i, std::string(1000, 'x')));
+  }
+  store_->append(batch);
+  exportBags(*store_, {behavior_}, {}, bag_, chunked);
+  std::string bytes = fileBytes(bag_);
+  bytes.replace(bytes.find("index_pos=") + 10, 8, std::string(8, '\0'));
+  // rosbag record writes 768 KiB of messages a chunk: the third one is cut.
+  const std::size_t third = bytes.find("compression=lz4", bytes.find("compression=lz4", bytes.find(
+                                "compression=lz4") + 1) + 1);
+  ASSERT_NE(third, std::string::npos);
+  writeFile(bag_, bytes.substr(0, third + 200));
+  const auto store = openMemoryStore();
+  const auto result = importBag(bag_, *store);
+  EXPECT_EQ(result.behavior.outcome, kIncomplete);
+  EXPECT_GT(result.messages, 1400u);
+  EXPECT_LT(result.messages, 1700u);
 }
 
 // ----------------------------------------------------------------------------- failing to write
@@ -269,16 +299,33 @@ TEST_F(BagFileTest, saysThatABagWasNotClosed) {
 
 TEST_F(BagFileTest, leavesTheOldBagWhenExportFails) {
   const std::string before = fileBytes(bag_);
+  const auto late = store_->addChannel(behavior_.recording, stringChannel("/late"));
+  const std::int64_t beyond = std::int64_t{1} << 62;  // 4.6e9 s, of which a bag's 32 bits hold 4.3e9
+  store_->append({stringMessage(late, beyond, 99, "too late")});
+  Behavior all = behavior_;
+  all.end = Stamp{beyond + 1};
+  MessageRange range;
+  range.topics = {"/late", "/a"};
+  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, all, range, bag_); }),
+            bag_ + ": a bag cannot hold the stamp " + std::to_string(beyond) + " ns");
+  EXPECT_EQ(fileBytes(bag_), before);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
+}
+
+TEST_F(BagFileTest, holdsAMessageOfStampZeroAtTheFirstStampThatBagsHave) {
   const auto zero = store_->addChannel(behavior_.recording, stringChannel("/zero"));
-  store_->append({stringMessage(zero, 0, 99, "no stamp")});
+  store_->append({stringMessage(zero, 0, 99, "zero")});
   Behavior all = behavior_;
   all.begin = {0};
   MessageRange range;
-  range.topics = {"/zero", "/a"};
-  EXPECT_EQ(bagErrorOf([&] { exportBag(*store_, all, range, bag_); }),
-            bag_ + ": a bag cannot hold the stamp 0 ns");
-  EXPECT_EQ(fileBytes(bag_), before);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path("")), {}), 1) << "something is left";
+  range.topics = {"/zero"};
+  EXPECT_EQ(exportBags(*store_, {all}, range, bag_).unstamped, 1u);
+  const auto store = openMemoryStore();
+  const auto result = importBag(bag_, *store);
+  const auto messages = readAll(*store->messages(result.behavior, {}));
+  ASSERT_EQ(messages.size(), 1u);
+  EXPECT_EQ(textOf(messages[0]), "zero");
+  EXPECT_EQ(messages[0].received, Stamp{1}) << "ros::TIME_MIN";
 }
 
 TEST_F(BagFileTest, saysWhereABagCannotBeWritten) {

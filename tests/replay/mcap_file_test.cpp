@@ -189,14 +189,45 @@ TEST_F(McapFileTest, leavesTheOldFileWhenExportFails) {
   }
 }
 
-TEST_F(McapFileTest, refusesAFileCutAnywhere) {
+TEST_F(McapFileTest, takesTheWholeRecordsOfAFileCutAnywhere) {
   exportBags(*store_, {behavior_}, {}, path_, options_);
+  std::size_t taken = 6;
   for (std::uintmax_t size = fs::file_size(path_); size-- > 0;) {
     fs::resize_file(path_, size);
-    const std::string error = errorOfFile();
-    ASSERT_NE(error, "") << "cut to " << size << " bytes";
-    ASSERT_TRUE(size < 8 || error.find("is cut short at byte " + std::to_string(size)) == 0)
-        << error;
+    const auto store = openMemoryStore();
+    try {
+      const auto result = importBag(path_, *store);
+      ASSERT_EQ(result.behavior.outcome, kIncomplete) << "cut to " << size << " bytes";
+      ASSERT_EQ(result.remarks.size(), 1u);
+      ASSERT_EQ(result.remarks[0].find(path_ + ": was not closed, or is cut short: it ends at byte " +
+                                       std::to_string(size) + ", and its last whole record"), 0u);
+      ASSERT_LE(result.messages, taken);
+      taken = result.messages;
+    } catch (const BagError& error) {
+      ASSERT_TRUE(store->recordings().empty());
+      const std::string said = error.what();
+      const bool is_told = said.find("was not closed, or is cut short") != std::string::npos;
+      ASSERT_TRUE(size < 8 || is_told) << said;
+      taken = 0;
+    }
+  }
+  EXPECT_EQ(taken, 0u);
+}
+
+TEST_F(McapFileTest, endsAFileThatWasNotClosedWhereItsRecordsAreNoMoreRecords) {
+  const std::string begin = std::string(kMcapMagic) +
+                            record(McapRecord::Header, text("ros1") + text("")) + schemaRecord() +
+                            channelRecord() + messageRecord("whole");
+  const std::string within = messageRecord("within");
+  for (const std::string& end :
+       {std::string(5000, '\0'),                                  // a disk that lost its power
+        chunkRecord(within, within.size(), 7),                    // a chunk that was not all written
+        messageRecord("of a channel that is lost", 6, 9)}) {
+    writeFile(path_, begin + end);
+    const auto store = openMemoryStore();
+    const auto result = importBag(path_, *store);
+    EXPECT_EQ(readTexts(*store, result.behavior), (Texts{"whole"}));
+    EXPECT_EQ(result.behavior.outcome, kIncomplete);
   }
 }
 
@@ -210,6 +241,8 @@ TEST_F(McapFileTest, noticesDamageAnywhereOfItsData) {
   for (std::size_t at = 0; at < whole.size(); ++at) {
     // Kind and length of the record with the data's checksum: without it the chunks' are left.
     if (at >= summary - 13 && at < summary - 4) continue;
+    // Without its last bytes a file counts as not closed.
+    if (at >= whole.size() - kMcapMagic.size()) continue;
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ std::array{0x01, 0x80, 0xff}[at % 3]);
     // Every byte stands below some checksum.
@@ -287,7 +320,8 @@ TEST_F(McapFileTest, saysWhatIsFalseAndWhere) {
   EXPECT_NE(errorOf(fileOf(known + message, footer(0, 7))).find("it has another checksum"),
             std::string::npos);
   EXPECT_EQ(errorOf(std::string(kMcapMagic)),
-            "is cut short at byte 8, or was never closed; 'mcap recover' saves the messages in it");
+            "was not closed, or is cut short: it ends at byte 8, and its last whole record at byte "
+            "8");
   EXPECT_EQ(errorOf("\x89MCAP9\r\n and more of it than that, by some bytes at least, and more"),
             "no MCAP file of version 0");
 }
