@@ -24,7 +24,8 @@ class MarkerAssets {
       : meshes_(std::move(mesh_roots)) {}
 
   /// UTF-8; other bytes become replacement characters. Refused: more than kMostLetters, and any
-  /// text on a machine without a font. Equal texts share their letters while they are shown.
+  /// text on a machine without a font. Equal texts share their letters while they are shown. Remark:
+  /// characters that no font has, and the package that has most of them.
   Converted<render::SharedBody> text(const std::string& text, double capital_height);
   MeshLibrary& meshes() { return meshes_; }
 
@@ -32,7 +33,11 @@ class MarkerAssets {
   void forgetUnseen();
 
   std::unique_ptr<render::Typeface> typeface_;
-  std::map<std::pair<std::string, double>, std::weak_ptr<const render::Body>> texts_;
+  struct Known {
+    std::weak_ptr<const render::Body> letters;
+    std::string remark;
+  };
+  std::map<std::pair<std::string, double>, Known> texts_;
   std::size_t sweep_at_ = 64;  ///< with so many texts, those not shown any more are forgotten
   MeshLibrary meshes_;
 };

@@ -9,8 +9,15 @@
 
 namespace afterglow::render {
 
-/// One font's outlines (FreeType), curves as chords within 1/2000 of a capital's height. Keeps
-/// every character it has drawn. One thread at a time.
+/// Text as lines of letters, and what of it no font has.
+struct TextBlock {
+  Body letters;
+  std::u32string missing;  ///< each character once; drawn as replacement characters
+};
+
+/// Outlines of fonts (FreeType), curves as chords within 1/2000 of a capital's height: of its own
+/// font, and for what that lacks of the nearest one that fontconfig knows. Keeps the glyphs it has
+/// drawn. One thread at a time.
 class Typeface {
  public:
   /// DejaVu Sans, or what fontconfig finds nearest to it. Throws std::runtime_error: no font, and
@@ -24,10 +31,16 @@ class Typeface {
 
   /// A block of lines around the origin, x along the lines, y up, meters: centered by its longest
   /// line, and from the first line's capitals to the last baseline; lines begin at the left (as
-  /// RViz's MovableText). A capital H is `capital_height` high; lines are as far apart as the font
-  /// has them. What the font lacks and control characters are the replacement character's glyph; a
-  /// tab is four spaces; carriage returns are nothing. Left to right, one glyph a character.
-  Body block(const std::u32string& text, double capital_height);
+  /// RViz's MovableText), those that read from the right at the right. A capital H is
+  /// `capital_height` high; lines are as far apart as the font has them. Each line is ordered by
+  /// Unicode's bidirectional algorithm (FriBidi) and shaped (HarfBuzz), without kerning and
+  /// ligatures where a script does not need them. Control characters are the replacement
+  /// character's glyph; a tab is four spaces; carriage returns are nothing.
+  TextBlock set(const std::u32string& text, double capital_height);
+  /// Its letters alone.
+  Body block(const std::u32string& text, double capital_height) {
+    return set(text, capital_height).letters;
+  }
 
  private:
   struct Impl;

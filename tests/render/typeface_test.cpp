@@ -1,12 +1,15 @@
 // Text as triangles: sizes, lines, every glyph of the font, hostile strings.
 #include "render/scene/typeface.hpp"
 
+#include <fontconfig/fontconfig.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "render/scene/outline.hpp"
 #include "render/scene/triangulate.hpp"
@@ -138,10 +141,105 @@ TEST(Typeface, drawsWhatTheFontLacksAsAReplacement) {
   EXPECT_GT(replacement, 0);
   EXPECT_EQ(area(typeface.block({U'\0'}, 1)), replacement);
   EXPECT_EQ(area(typeface.block({U'\x1b'}, 1)), replacement);
-  EXPECT_EQ(area(typeface.block({char32_t{0x1F9FF}}, 1)), replacement);  // an emoji
+  const TextBlock unknown = typeface.set(U"\U0010FFFD\U0010FFFC\U0010FFFD", 1);  // private use
+  EXPECT_EQ(unknown.missing, U"\U0010FFFD\U0010FFFC") << "each is named once";
+  EXPECT_NEAR(area(unknown.letters), 3 * replacement, 1e-5);
+  EXPECT_TRUE(typeface.set(U"\x1b known\u200d\ufe0f", 1).missing.empty());
   EXPECT_EQ(area(typeface.block({char32_t{0xFFFFFFFF}}, 1)), replacement);
   EXPECT_TRUE(typeface.block(U"", 1).triangles.empty());
   EXPECT_TRUE(typeface.block(U" \n\t\r\n ", 1).triangles.empty());
+}
+
+/// Where the letters of a text stand, from the left, by their area: of equal areas, equal letters.
+std::vector<double> areasFromTheLeft(Typeface& typeface, const std::u32string& text,
+                                     std::size_t letters) {
+  const Body body = typeface.block(text, 1);
+  const auto bounds = box(body);
+  std::vector<double> areas(letters);
+  const double width = (bounds.max().x() - bounds.min().x()) / static_cast<double>(letters);
+  for (const auto& t : body.triangles) {
+    const Eigen::Vector3f middle =
+        (body.points[t[0]] + body.points[t[1]] + body.points[t[2]]) / 3;
+    const auto place = static_cast<std::size_t>(
+        std::clamp((static_cast<double>(middle.x()) - bounds.min().x()) / width, 0.0,
+                   static_cast<double>(letters) - 1));
+    Body one;
+    one.points = body.points;
+    one.triangles = {t};
+    areas[place] += area(one);
+  }
+  return areas;
+}
+
+// Unicode Standard Annex 9: Hebrew reads from the right, numbers within it from the left.
+TEST(Typeface, ordersHebrewFromTheRightAndNumbersWithinItFromTheLeft) {
+  Typeface typeface;
+  const Body shalom = typeface.block(U"\u05e9\u05dc\u05d5\u05dd", 1);  // shin lamed vav mem
+  const Body mem = typeface.block(U"\u05dd", 1), shin = typeface.block(U"\u05e9", 1);
+  const auto leftmost = [](const Body& body, double width) {
+    const double left = box(body).min().x();
+    double sum = 0;
+    for (const auto& t : body.triangles) {
+      const bool is_left = std::all_of(t.begin(), t.end(), [&](auto i) {
+        return static_cast<double>(body.points[i].x()) < left + width;
+      });
+      Body one;
+      one.points = body.points;
+      one.triangles = {t};
+      sum += is_left ? area(one) : 0;
+    }
+    return sum;
+  };
+  const double width = box(mem).max().x() - box(mem).min().x();
+  EXPECT_NEAR(leftmost(shalom, width + 0.02), area(mem), 1e-3) << "the last letter is leftmost";
+  EXPECT_GT(std::abs(area(mem) - area(shin)), 0.01) << "they can be told apart";
+  // "1" and "0" keep their order between Hebrew letters.
+  const auto areas = areasFromTheLeft(typeface, U"10", 2);
+  const auto within = typeface.block(U"\u05d0 10", 1);
+  EXPECT_NEAR(area(within), area(typeface.block(U"\u05d0", 1)) + areas[0] + areas[1], 1e-3);
+  EXPECT_NEAR(leftmost(within, 0.75), areas[0], 0.02) << "the line's left end begins with 1";
+}
+
+TEST(Typeface, beginsLinesThatReadFromTheRightAtTheRight) {
+  Typeface typeface;
+  const Body lines = typeface.block(U"\u05e9\u05dc\u05d5\u05dd\u05e9\u05dc\n\u05dd", 1);
+  const auto whole = box(lines);
+  double left = 10;
+  for (const auto& p : lines.points) {
+    if (p.y() < -0.3f) left = std::min(left, static_cast<double>(p.x()));
+  }
+  EXPECT_GT(left, whole.center().x());
+}
+
+// Arabic letters have other shapes within a word than alone, and lam with alef is one glyph.
+TEST(Typeface, joinsArabicLetters) {
+  Typeface typeface;
+  const double alone = 3 * area(typeface.block(U"\u0628", 1));  // beh
+  const double joined = area(typeface.block(U"\u0628\u0628\u0628", 1));
+  EXPECT_GT(std::abs(alone - joined), 0.05);
+  const auto width = [&](const std::u32string& text) {
+    const auto bounds = box(typeface.block(text, 1));
+    return bounds.max().x() - bounds.min().x();
+  };
+  EXPECT_LT(width(U"\u0644\u0627"), 0.9 * (width(U"\u0644") + width(U"\u0627")));
+}
+
+TEST(Typeface, takesFromAnotherFontWhatItsOwnLacks) {
+  FcPattern* pattern = FcNameParse(reinterpret_cast<const FcChar8*>("DejaVu Serif:style=Book"));
+  FcConfigSubstitute(nullptr, pattern, FcMatchPattern);
+  FcDefaultSubstitute(pattern);
+  FcResult result;
+  FcPattern* found = FcFontMatch(nullptr, pattern, &result);
+  FcChar8* file = nullptr;
+  ASSERT_EQ(FcPatternGetString(found, FC_FILE, 0, &file), FcResultMatch);
+  Typeface serif(reinterpret_cast<const char*>(file)), sans;
+  FcPatternDestroy(found);
+  FcPatternDestroy(pattern);
+  const TextBlock beh = serif.set(U"\u0628", 1);  // fonts-dejavu-core: in Sans, not in Serif
+  EXPECT_TRUE(beh.missing.empty());
+  EXPECT_NEAR(area(beh.letters), area(sans.block(U"\u0628", 1)), 0.05);
+  EXPECT_GT(std::abs(area(serif.block(U"H", 1)) - area(sans.block(U"H", 1))), 0.01)
+      << "its own letters come from itself";
 }
 
 TEST(Typeface, saysWhichFontIsNone) {
