@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "calib/distortion.hpp"
 #include "calib/number_text.hpp"
 #include "calib/yaml_source.hpp"
 
@@ -94,29 +95,26 @@ class Reader {
   std::vector<std::string>& violations_;
 };
 
-void checkModel(const Keys& keys, const std::string& model, const std::vector<double>& D,
-                std::vector<std::string>& violations) {
-  const std::string found = std::to_string(D.size());
-  if (model == "plumb_bob") {
-    if (!D.empty() && D.size() != 4 && D.size() != 5) {
-      violations.push_back(keys.D + ": plumb_bob has 4 or 5 numbers, found " + found);
-    }
-  } else if (model == "rational_polynomial") {
-    if (D.size() != 8) {
-      violations.push_back(keys.D + ": rational_polynomial has 8 numbers, found " + found);
-    }
-  } else if (lensModelNamed(model)) {
-    if (D.size() != 4) {
-      violations.push_back(keys.D + ": " + model + " has 4 numbers, found " + found);
-    }
-  } else if (model.empty()) {
+/// The numbers of D that the model has; without a model all must be zero, and none is used.
+std::vector<double> readDistortion(const Keys& keys, const std::string& model,
+                                   const std::vector<double>& D,
+                                   std::vector<std::string>& violations) {
+  if (model.empty()) {
     if (std::any_of(D.begin(), D.end(), [](double d) { return d != 0; })) {
       violations.push_back(keys.model + ": missing, but " + keys.D + " is not zero");
     }
-  } else {
+    return {};
+  }
+  if (!lensModelNamed(model)) {
     violations.push_back(
         keys.model + ": \"" + model +
         "\" is not supported; expected plumb_bob, rational_polynomial or equidistant");
+  }
+  try {
+    return usedDistortion(model, D);
+  } catch (const std::invalid_argument& error) {
+    violations.push_back(keys.D + ": " + error.what());
+    return {};
   }
 }
 
@@ -170,11 +168,11 @@ CameraInfoFile loadCameraInfo(const std::string& path) {
   Reader reader(root, violations);
   const int width = reader.integer(keys.width), height = reader.integer(keys.height);
   const std::vector<double> k = reader.numbers(keys.K, 9);
-  const std::vector<double> D = reader.numbers(keys.D, std::nullopt);
-  checkModel(keys, reader.text(keys.model), D, violations);
-  const std::vector<double> P = root[keys.P] ? reader.numbers(keys.P, 12) : std::vector<double>{};
-  // Without a model all of D must be zero.
-  const std::vector<double> used = reader.text(keys.model).empty() ? std::vector<double>{} : D;
+  const std::string model_name = reader.text(keys.model);
+  const std::vector<double> D = readDistortion(
+      keys, model_name, reader.numbers(keys.D, std::nullopt), violations);
+  std::vector<std::string> of_no_use;  // P is compared where it can be, and never used
+  const std::vector<double> P = Reader(root, of_no_use).numbers(keys.P, 12);
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   if (k.size() == 9) K << k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8];
   if (k.size() == 9 && K.isZero(0)) {
@@ -182,14 +180,16 @@ CameraInfoFile loadCameraInfo(const std::string& path) {
     violations.push_back(keys.K +
                          ": is all zero: this camera is not calibrated; calibrate it first");
   } else {
-    // Size and D have been checked above, with their keys.
-    for (const std::string& violation : lensViolations(1, 1, K, {})) {
+    // D has been checked above, and a size below 1, with their keys.
+    const auto atLeastOne = [](int side) { return std::max(side, 1); };
+    for (const std::string& violation :
+         lensViolations(atLeastOne(width), atLeastOne(height), K, {})) {
       violations.push_back(keys.K + ": " + violation);
     }
   }
   if (!violations.empty()) refuse(path, violations);
-  const LensModel model = lensModelNamed(reader.text(keys.model)).value_or(LensModel::BrownConrady);
-  return {makeLens(width, height, K, used, model), nameOf(root), compareWithP(K, P)};
+  const LensModel model = lensModelNamed(model_name).value_or(LensModel::BrownConrady);
+  return {makeLens(width, height, K, D, model), nameOf(root), compareWithP(K, P)};
 }
 
 }  // namespace afterglow::calib

@@ -15,8 +15,8 @@ struct CameraInfoFile {
   std::string warning;  ///< empty, or how K and P disagree
 };
 
-/// Distortion models: plumb_bob (4 or 5 numbers), rational_polynomial (8), equidistant (4), or
-/// none at all.
+/// Distortion models: plumb_bob (4 or 5 numbers), rational_polynomial (8), equidistant (4), more
+/// where they are 0 (usedDistortion); or none at all.
 /// Throws std::runtime_error naming file, key, value and what was expected (all violations at
 /// once).
 CameraInfoFile loadCameraInfo(const std::string& path);

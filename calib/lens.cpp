@@ -8,8 +8,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "calib/distortion.hpp"
+
 namespace afterglow::calib {
 namespace {
+
+/// Pictures are at most so wide and high, px: a larger size is a mistake.
+constexpr int kLargestSide = 16384;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// 0.6 degrees from the image plane: no lens sees rays beyond it.
@@ -144,6 +149,24 @@ std::optional<LensModel> lensModelNamed(const std::string& distortion_model) {
   return std::nullopt;
 }
 
+std::vector<double> usedDistortion(const std::string& distortion_model, std::vector<double> D) {
+  const bool is_plumb_bob = distortion_model == "plumb_bob";
+  if (!lensModelNamed(distortion_model)) return D;
+  const std::size_t most = is_plumb_bob ? 5 : distortion_model == "rational_polynomial" ? 8 : 4;
+  const std::string has = distortion_model + " has " + (is_plumb_bob ? "4 or " : "") +
+                          std::to_string(most) + " numbers, found " + std::to_string(D.size());
+  if (D.size() > most) {
+    const auto rest = D.begin() + static_cast<std::ptrdiff_t>(most);
+    if (std::any_of(rest, D.end(), [](double d) { return d != 0; })) {
+      throw std::invalid_argument(has + ", and those beyond are not all 0");
+    }
+    D.resize(most);
+  }
+  const bool is_short = is_plumb_bob && (D.empty() || D.size() == 4);
+  if (D.size() != most && !is_short) throw std::invalid_argument(has);
+  return D;
+}
+
 std::string distortionModel(const Lens& lens) {
   if (lens.model == LensModel::Equidistant) return "equidistant";
   return isRational(lens) ? "rational_polynomial" : "plumb_bob";
@@ -160,6 +183,10 @@ std::vector<std::string> lensViolations(int width, int height, const Eigen::Matr
   if (width <= 0 || height <= 0) {
     found.push_back(
         fmt::format("image size {} x {}: expected at least 1 x 1 pixels", width, height));
+  }
+  if (width > kLargestSide || height > kLargestSide) {
+    found.push_back(fmt::format("image size {} x {}: expected at most {} pixels a side", width,
+                                height, kLargestSide));
   }
   if (!K.allFinite()) found.push_back("K holds a number that is not finite");
   if (!(K(0, 0) > 0)) found.push_back("K[0] (fx) is " + text(K(0, 0)) + ": expected > 0");

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "calib/camera_info_file.hpp"
+#include "nodes/projector/output_config.hpp"
 #include "nodes/verbs/projector_choice.hpp"
 
 namespace afterglow::nodes {
@@ -26,7 +26,7 @@ std::unique_ptr<PictureDesk> openDesk(const replay::Store& store, const PictureO
   PictureSettings settings;
   settings.config =
       ofProjector(loadProjectorConfig(options.config, options.calibration), options.projector);
-  settings.lens = calib::loadCameraInfo(settings.config.projectors[0].camera_info).lens;
+  settings.lens = loadLens(settings.config.projectors[0]).lens;
   settings.observer = observer;
   return std::make_unique<PictureDesk>(store, std::move(settings));
 }

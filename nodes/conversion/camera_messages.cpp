@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "calib/distortion.hpp"
+
 namespace afterglow::nodes {
 namespace {
 
@@ -114,7 +116,7 @@ calib::Lens toLens(const sensor_msgs::CameraInfo& message) {
     return static_cast<int>(std::min<std::uint32_t>(side, 1U << 30));
   };
   try {
-    return calib::makeLens(clamped(message.width), clamped(message.height), K, message.D, *known);
+    return calib::makeLens(clamped(message.width), clamped(message.height), K, calib::usedDistortion(model, message.D), *known);
   } catch (const std::invalid_argument& error) {
     refuse(std::string("camera_info: ") + error.what());
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/conversion/frame_name.hpp"
 #include "replay/messages/robot_names.hpp"
 
 namespace afterglow::nodes {
@@ -75,7 +76,11 @@ geometry_msgs::Transform toTransform(const Eigen::Isometry3d& T_parent_child) {
 }
 
 std::string headerFault(const std_msgs::Header& header) {
-  if (frameName(header.frame_id).empty()) return "frame_id is empty";
+  const std::string name = frameName(header.frame_id);
+  if (name.empty()) return "frame_id is empty";
+  if (!isFrameName(name)) {
+    return "frame_id '" + printable(header.frame_id) + "' begins with more than one '/'";
+  }
   if (header.stamp.nsec >= 1'000'000'000u) return "stamp is no time";
   return {};
 }

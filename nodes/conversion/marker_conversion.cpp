@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -97,10 +98,53 @@ Converted<PlacedArrow> toArrow(const render::PointList& points, const Eigen::Vec
 using visualization_msgs::Marker;
 using MaybeShape = Converted<render::Shape>;
 
-/// Thickness of a flat solid: looks like 0, but gives it two sides.
-constexpr float kFlat = 1e-6f;
+/// Thickness of a flat solid: no pixel shows it, but it gives the solid two sides.
+constexpr float kFlat = 1e-9f;
 
 MaybeShape fault(const char* reason) { return refused<render::Shape>(reason); }
+
+/// Whether a type has points, or points and colors. Of others the lists are not looked at.
+enum class ListUse { None, Points, PointsAndColors };
+
+ListUse listUse(int type) {
+  switch (type) {
+    case Marker::ARROW:
+      return ListUse::Points;
+    case Marker::LINE_STRIP:
+    case Marker::LINE_LIST:
+    case Marker::CUBE_LIST:
+    case Marker::SPHERE_LIST:
+    case Marker::POINTS:
+    case Marker::TRIANGLE_LIST:
+      return ListUse::PointsAndColors;
+    default:
+      return ListUse::None;
+  }
+}
+
+/// The extents that the type uses, 0 for the others. Absent if one of the used is not finite or
+/// absurdly large.
+std::optional<Eigen::Vector3f> usedScale(const Marker& marker) {
+  const geometry_msgs::Vector3& scale = marker.scale;
+  switch (marker.type) {
+    case Marker::LINE_STRIP:
+    case Marker::LINE_LIST:
+      return toVector(scale.x, 0, 0);
+    case Marker::POINTS:
+      return toVector(scale.x, scale.y, 0);
+    case Marker::TEXT_VIEW_FACING:
+      return toVector(0, 0, scale.z);
+    default:
+      return toVector(scale.x, scale.y, scale.z);
+  }
+}
+
+/// Text faces its viewer, whatever its orientation.
+Converted<Eigen::Isometry3d> usedPose(const Marker& marker) {
+  geometry_msgs::Pose pose = marker.pose;
+  if (marker.type == Marker::TEXT_VIEW_FACING) pose.orientation = geometry_msgs::Quaternion();
+  return toPose(pose);
+}
 
 /// A marker's lists, checked once.
 struct Lists {
@@ -109,14 +153,17 @@ struct Lists {
 };
 
 Converted<Lists> readLists(const Marker& marker) {
-  if (marker.points.size() > kMostPoints) return refused<Lists>("too many points");
   Lists lists;
+  const ListUse use = listUse(marker.type);
+  if (use == ListUse::None) return {std::move(lists), {}};
+  if (marker.points.size() > kMostPoints) return refused<Lists>("too many points");
   lists.points.reserve(marker.points.size());
   for (const geometry_msgs::Point& point : marker.points) {
     const auto vector = toVector(point.x, point.y, point.z);
     if (!vector) return refused<Lists>("a point is not finite or absurdly far");
     lists.points.push_back(*vector);
   }
+  if (use == ListUse::Points) return {std::move(lists), {}};
   const std::size_t count = marker.points.size();
   const bool a_triangle = marker.type == Marker::TRIANGLE_LIST && marker.colors.size() == count / 3;
   if (!marker.colors.empty() && marker.colors.size() != count && !a_triangle) {
@@ -190,7 +237,8 @@ MaybeShape toText(const Marker& marker, float height, MarkerAssets& assets) {
   if (height <= 0) return fault("text height (scale.z) is not positive");
   auto letters = assets.text(marker.text, height);
   if (!letters.value) return refused<render::Shape>(std::move(letters.reason));
-  return {render::Text{std::move(*letters.value)}, marker.text.empty() ? "text is empty" : ""};
+  return {render::Text{std::move(*letters.value)},
+          marker.text.empty() ? "text is empty" : letters.reason};
 }
 
 MaybeShape toMesh(const Marker& marker, const Eigen::Vector3f& scale, MarkerAssets& assets,
@@ -233,41 +281,26 @@ MaybeShape toShape(const Marker& marker, Lists lists, const Eigen::Vector3f& sca
   }
 }
 
-bool hasOwnColors(const render::Shape& shape) {
-  return std::visit(
-      [](const auto& s) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(s)>, render::Lines> ||
-                      std::is_same_v<std::decay_t<decltype(s)>, render::ShapeList> ||
-                      std::is_same_v<std::decay_t<decltype(s)>, render::Triangles> ||
-                      std::is_same_v<std::decay_t<decltype(s)>, render::PointCloud>) {
-          return !s.colors.empty();
-        } else {
-          return false;
-        }
-      },
-      shape);
-}
-
-/// Colors of points replace the marker's color and its alpha; so do a mesh's own colors, unless the
-/// marker has a color to multiply them with.
+/// A mesh's own colors replace the marker's color, unless it has one to multiply them with.
 render::Color colorBesides(const render::Shape& shape, const render::Color& color) {
   const auto* mesh = std::get_if<render::MeshInstance>(&shape);
   const bool untinted = mesh != nullptr && mesh->own_colors && color == render::Color{0, 0, 0, 0};
-  return hasOwnColors(shape) || untinted ? render::Color{} : color;
+  return untinted ? render::Color{} : color;
 }
 
 }  // namespace
 
 Converted<render::Drawable> toDrawable(const Marker& marker, MarkerAssets& assets,
                                        const MeshLibrary::Mesh* mesh) {
-  auto pose = toPose(marker.pose);
+  auto pose = usedPose(marker);
   if (!pose.value) return refused<render::Drawable>(std::move(pose.reason));
-  const auto color = toColor(marker.color);
-  if (!color) return refused<render::Drawable>("color is not finite");
-  const auto scale = toVector(marker.scale.x, marker.scale.y, marker.scale.z);
+  const auto scale = usedScale(marker);
   if (!scale) return refused<render::Drawable>("scale is not finite or absurdly large");
   auto lists = readLists(marker);
   if (!lists.value) return refused<render::Drawable>(std::move(lists.reason));
+  // Colors of points replace the marker's color and its alpha.
+  const auto color = lists.value->colors.empty() ? toColor(marker.color) : render::Color{};
+  if (!color) return refused<render::Drawable>("color is not finite");
 
   if (marker.type == Marker::ARROW) {
     auto arrow = toArrow(lists.value->points, *scale);

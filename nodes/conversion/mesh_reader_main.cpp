@@ -19,11 +19,11 @@ namespace {
 
 constexpr rlim_t kCpuSeconds = 20;  // a million triangles of STL take 5 here
 constexpr unsigned kSeconds = 60;
-constexpr rlim_t kOutput = rlim_t{512} << 20;
+constexpr rlim_t kOutput = rlim_t{256} << 20;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr rlim_t kMemory = RLIM_INFINITY;  // the sanitizers reserve terabytes of addresses
 #else
-constexpr rlim_t kMemory = rlim_t{3} << 30;  // and 2 GiB
+constexpr rlim_t kMemory = rlim_t{1} << 30;
 #endif
 
 void bound(int resource, rlim_t most) {
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
     const MeshFileLimits limits{std::stoull(argv[3]), std::stoull(argv[4])};
     return write(toBytes(loadMeshFile(argv[1], argv[2], limits)), 0);
   } catch (const std::bad_alloc&) {
-    return write("takes too much memory to read", 1);
+    return write("takes more than 1 GiB of memory to read", 1);
   } catch (const std::exception& error) {
     return write(error.what(), 1);
   }

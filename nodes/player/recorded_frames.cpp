@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/typed_message.hpp"
 #include "nodes/projector/frame_lookup.hpp"
@@ -37,6 +38,7 @@ RecordedFrames::RecordedFrames(const replay::Store& store, const replay::Behavio
 
 std::optional<Eigen::Isometry3d> RecordedFrames::at(const std::string& frame, replay::Stamp moment,
                                                     Wanted wanted) {
+  if (!isFrameName(frame)) return std::nullopt;
   readTo(moment);
   auto T_anchor_frame = look(frame, moment);
   while (!T_anchor_frame && read_to_.ns < moment.ns + kPatience && read()) {

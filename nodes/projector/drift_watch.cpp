@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <variant>
 #include <vector>
 
 #include "calib/camera_info_file.hpp"
@@ -21,8 +22,6 @@ constexpr double kDecimation = 2;  // fast; its error is less than a drift worth
 constexpr int kNiceness = 10;      // drawing comes first
 constexpr double kLeastPatience_s = 2;
 constexpr std::chrono::milliseconds kTransformPatience(500), kPoll(20);
-
-bool isTopic(const std::string& camera_info) { return camera_info.front() == '/'; }
 
 using calib::fixedText;
 using diagnostic_msgs::DiagnosticStatus;
@@ -64,8 +63,8 @@ DriftWatch::DriftWatch(const WatchConfig& config, const tf2::BufferCore& transfo
       detector_(config.layout.family, kDecimation),
       looked_at_(Clock::now()) {
   newest_.problem = "has not looked yet";
-  if (!isTopic(config_.camera_info)) {
-    camera_ = calib::loadCameraInfo(config_.camera_info).lens;
+  if (const auto* file = std::get_if<CameraFile>(&config_.camera_info)) {
+    camera_ = calib::loadCameraInfo(file->path).lens;
   }
   nh_.setCallbackQueue(&queue_);
   thread_ = std::thread([this] { run(); });
@@ -123,18 +122,19 @@ std::string DriftWatch::waitForCamera() {
       [this](const sensor_msgs::CameraInfoConstPtr& message) { camera_info_ = message; };
   const auto images = nh_.subscribe<sensor_msgs::Image>(config_.image_topic, 1, take_image);
   ros::Subscriber infos;
-  if (isTopic(config_.camera_info)) {
-    infos = nh_.subscribe<sensor_msgs::CameraInfo>(config_.camera_info, 1, take_info);
+  const auto* info_topic = std::get_if<CameraTopic>(&config_.camera_info);
+  if (info_topic != nullptr) {
+    infos = nh_.subscribe<sensor_msgs::CameraInfo>(info_topic->name, 1, take_info);
   }
   const double patience_s = std::max(kLeastPatience_s, config_.period_s);
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(patience_s));
-  const auto lacks_info = [&] { return isTopic(config_.camera_info) && !camera_info_; };
+  const auto lacks_info = [&] { return info_topic != nullptr && !camera_info_; };
   while (!image_ || lacks_info()) {
     queue_.callAvailable();
     if (image_ && !lacks_info()) break;
     if (Clock::now() > end || !sleepUntil(Clock::now() + kPoll)) {
-      return "nothing on " + (image_ ? config_.camera_info : config_.image_topic) + " for " +
+      return "nothing on " + (image_ ? info_topic->name : config_.image_topic) + " for " +
              calib::fixedText(patience_s, 0) + " s";
     }
   }
@@ -160,6 +160,11 @@ WatchLook DriftWatch::look() {
   WatchLook look;
   look.problem = waitForCamera();
   if (!look.problem.empty()) return look;
+  look.problem = headerFault(image_->header);
+  if (!look.problem.empty()) {
+    look.problem = config_.image_topic + ": " + look.problem;
+    return look;
+  }
   const calib::Picture picture = toPicture(*image_);
   if (picture.width != camera_->width || picture.height != camera_->height) {
     look.problem = fmt::format("{} is of {} x {} pixels, its camera_info of {} x {}",

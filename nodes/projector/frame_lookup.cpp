@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
@@ -49,11 +50,26 @@ bool FrameLookup::isStale(const StampedPose& pose) const {
 }
 
 std::string FrameLookup::noTransform(const std::string& subject, const std::string& frame) {
+  return subject + ": " + missing(frame);
+}
+
+std::string FrameLookup::missing(const std::string& frame) {
   const auto pose = newest(frame);
-  const std::string between = "from '" + frame + "' to '" + fixed_frame_ + "'";
-  return pose && isStale(*pose)
-             ? subject + ": the transform " + between + " is stale" + oldestLink(frame)
-             : subject + ": no transform " + between;
+  const std::string between =
+      "from '" + printable(frame) + "' to '" + printable(fixed_frame_) + "'";
+  return pose && isStale(*pose) ? "the transform " + between + " is stale" + oldestLink(frame)
+                                : "no transform " + between;
+}
+
+std::string FrameLookup::notPlaced(const std::string& frame, ros::Time stamp,
+                                   std::int64_t arrived_ns) {
+  const std::int64_t skew_ns = static_cast<std::int64_t>(stamp.toNSec()) - arrived_ns;
+  const bool is_skewed = !stamp.isZero() && std::abs(skew_ns) > kStalePoseNs;
+  if (!is_skewed || !newest(frame)) return missing(frame);
+  const std::string by = "stamped " + std::to_string(std::abs(skew_ns) / 1'000'000'000) + " s ";
+  const std::string way_out = "set its sender's clock by tf's (chrony, ntp), or stamp it 0";
+  return skew_ns > 0 ? by + "after it came, ahead of tf: " + way_out
+                     : by + "before it came, older than what tf has (10 s at most): " + way_out;
 }
 
 /// Both ways up from the frames; a static link has no age.
@@ -84,6 +100,7 @@ void FrameLookup::forget(std::int64_t now_ns) {
 std::optional<StampedPose> FrameLookup::look(const std::string& frame, ros::Time stamp) const {
   // The fixed frame's own pose is known even while tf does not know the frame.
   if (frame == fixed_frame_) return StampedPose{Eigen::Isometry3d::Identity(), 0};
+  if (!isFrameName(frame) || !isFrameName(fixed_frame_)) return std::nullopt;
   try {
     if (!buffer_.canTransform(fixed_frame_, frame, stamp)) return std::nullopt;
     const auto found = buffer_.lookupTransform(fixed_frame_, frame, stamp);

@@ -39,11 +39,15 @@ class FrameLookup {
   /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
   /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);
+  /// Why content that came at `arrived_ns` is not placed: "stamped 30 s after it came: ..." (or
+  /// before) where its stamp is to blame, else as noTransform without its subject.
+  std::string notPlaced(const std::string& frame, ros::Time stamp, std::int64_t arrived_ns);
   /// Call it when the buffer may have changed. `now_ns` decides what is stale; 0: nothing is.
   void forget(std::int64_t now_ns = 0);
 
  private:
   std::optional<StampedPose> look(const std::string& frame, ros::Time stamp) const;
+  std::string missing(const std::string& frame);
   std::string oldestLink(const std::string& frame) const;
 
   const tf2::BufferCore& buffer_;

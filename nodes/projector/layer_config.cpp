@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nodes/projector/color_config.hpp"
+#include "nodes/projector/frame_config.hpp"
 #include "nodes/projector/projector_config.hpp"
 
 namespace afterglow::nodes {
@@ -35,7 +36,7 @@ void readReader(const YamlMap& map, const std::vector<SurfaceConfig>& surfaces,
   }
   const YamlMap reader = map.map(node, "the reader of " + map.where(), {"frame", "position"});
   const auto p = reader.numbers(reader.at("position"), "'position' of " + reader.where(), 3);
-  layer.reader = ReaderConfig{reader.text("frame"), {p[0], p[1], p[2]}, false};
+  layer.reader = ReaderConfig{readFrame(reader, "frame"), {p[0], p[1], p[2]}, false};
 }
 
 void readPlacement(const YamlMap& map, const std::vector<SurfaceConfig>& surfaces,
@@ -64,7 +65,7 @@ void readPlacement(const YamlMap& map, const std::vector<SurfaceConfig>& surface
     const YamlMap viewer =
         map.map(map.at("viewer"), "the viewer of " + map.where(), {"frame", "position"});
     const auto p = viewer.numbers(viewer.at("position"), "'position' of " + viewer.where(), 3);
-    layer.viewer = ViewerConfig{viewer.text("frame"), {p[0], p[1], p[2]}};
+    layer.viewer = ViewerConfig{readFrame(viewer, "frame"), {p[0], p[1], p[2]}};
   }
   if (map.has("reader")) readReader(map, surfaces, layer);
 }

@@ -9,6 +9,7 @@
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/path_conversion.hpp"
 #include "nodes/conversion/scan_conversion.hpp"
+#include "render/scene/tessellate.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -34,6 +35,18 @@ std::size_t pointsIn(const Content& content) {
     if (cloud != nullptr) points += cloud->points.size();
   }
   return points;
+}
+
+const char kTooMuch[] = "too much at once: more than 2 million corners on this topic";
+
+/// Clouds that decay are counted by their points.
+std::size_t cornersIn(const Content& content) {
+  std::size_t corners = 0;
+  if (content.decay_ns > 0) return corners;
+  for (const render::Drawable& drawable : content.drawables) {
+    corners += render::cornersOf(drawable.shape);
+  }
+  return corners;
 }
 
 /// A pose on the way of a moving scanner.
@@ -94,6 +107,9 @@ bool unfoldSweep(Content& content, FrameLookup& frames) {
   return true;
 }
 
+/// Without the seconds that a stale transform counts: equal faults are to be one reason.
+std::string countable(const std::string& reason) { return reason.substr(0, reason.find(": '")); }
+
 Content cloudContent(render::PointCloud cloud, const LayerConfig& config) {
   Content content;
   content.decay_ns = config.decay_ns;
@@ -123,11 +139,11 @@ LayerState::LayerState(std::string topic, float alpha, Limits limits)
 
 void LayerState::put(const ContentKey& key, Content content, std::int64_t now_ns,
                      FrameLookup& frames) {
+  status_.nothing.clear();
   Waiting waiting{key, std::move(content), now_ns, next_order_++};
   if (place(waiting, now_ns, frames)) return;
   if (waiting_.size() >= limits_.waiting) {
-    drop("too many waiting for a transform from '" + printable(waiting_.front().content.frame) +
-         "'");
+    drop("too many waiting: " + countable(notPlaced(waiting_.front(), frames)));
     waiting_.pop_front();
   }
   waiting_.push_back(std::move(waiting));
@@ -147,6 +163,13 @@ bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frame
   if (found != shown_.end() && found->second.order >= first_order_) {
     remark("an id twice in one array: the last is shown");
   }
+  const std::size_t corners = cornersIn(content);
+  const std::size_t others = corners_ - (found == shown_.end() ? 0 : found->second.corners);
+  if (others > 0 && others + corners > limits_.corners) {
+    drop(kTooMuch);
+    if (found != shown_.end()) erase(found);
+    return true;
+  }
   T_fixed_frame->pretranslate(content.offset);
   for (render::Drawable& drawable : content.drawables) {
     auto* cloud = std::get_if<render::PointCloud>(&drawable.shape);
@@ -156,7 +179,8 @@ bool LayerState::place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frame
   const bool decays = content.decay_ns > 0;
   const std::int64_t expires_ns =
       decays ? later(now_ns, content.decay_ns) : expiry(content, waiting.arrived_ns);
-  Shown shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order};
+  corners_ = others + corners;
+  Shown shown{std::move(content), *T_fixed_frame, expires_ns, waiting.order, corners};
   if (found != shown_.end()) {
     found->second = std::move(shown);
   } else {
@@ -172,18 +196,46 @@ void LayerState::evictPoints() {
   while (points > limits_.points && shown_.size() > 1) {
     remark("too many points: what was shown longest is left out");
     points -= pointsIn(shown_.begin()->second.content);
-    shown_.erase(shown_.begin());
+    erase(shown_.begin());
   }
 }
 
+std::string LayerState::notPlaced(const Waiting& waiting, FrameLookup& frames) {
+  const Content& content = waiting.content;
+  return frames.notPlaced(content.frame, content.stamp, waiting.arrived_ns);
+}
+
+const std::string& LayerState::explain(FrameLookup& frames) {
+  status_.missing.clear();
+  if (!waiting_.empty()) {
+    status_.missing = notPlaced(waiting_.front(), frames);
+  } else if (!hidden_for_.empty()) {
+    status_.missing = frames.notPlaced(hidden_for_, ros::Time(0), 0);
+  }
+  return status_.missing;
+}
+
+void LayerState::clear(const ContentKey& key, const std::string& nothing) {
+  remove(key);
+  status_.nothing = nothing;
+}
+
+std::map<ContentKey, LayerState::Shown>::iterator LayerState::erase(
+    std::map<ContentKey, Shown>::iterator shown) {
+  corners_ -= shown->second.corners;
+  return shown_.erase(shown);
+}
+
 void LayerState::remove(const ContentKey& key) {
-  shown_.erase(key);
+  const auto shown = shown_.find(key);
+  if (shown != shown_.end()) erase(shown);
   const auto matches = [&key](const Waiting& waiting) { return waiting.key == key; };
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), matches), waiting_.end());
 }
 
 void LayerState::removeAll() {
   shown_.clear();
+  corners_ = 0;
   waiting_.clear();
 }
 
@@ -193,8 +245,7 @@ void LayerState::update(std::int64_t now_ns, FrameLookup& frames) {
     const bool expired = expiry(waiting.content, waiting.arrived_ns) <= now_ns;
     if (!expired && place(waiting, now_ns, frames)) continue;
     if (expired || now_ns - waiting.arrived_ns >= limits_.patience_ns) {
-      drop("no transform from '" + printable(waiting.content.frame) + "' to '" +
-           frames.fixedFrame() + "'");
+      drop(countable(notPlaced(waiting, frames)));
       continue;
     }
     still_waiting.push_back(std::move(waiting));
@@ -203,7 +254,7 @@ void LayerState::update(std::int64_t now_ns, FrameLookup& frames) {
   for (auto it = shown_.begin(); it != shown_.end();) {
     const bool is_over = it->second.expires_ns <= now_ns;
     if (is_over) ++status_.expired;
-    it = is_over ? shown_.erase(it) : std::next(it);
+    it = is_over ? erase(it) : std::next(it);
   }
 }
 
@@ -246,7 +297,10 @@ LayerStatus LayerState::status() const {
 Converted<Content> toContent(const sensor_msgs::PointCloud2& message, const LayerConfig& config) {
   auto cloud = toPointCloud(message, config.cloud);
   if (!cloud.value) return refused<Content>(cloud.reason);
-  return {cloudContent(std::move(*cloud.value), config), cloud.reason};
+  Content content = cloudContent(std::move(*cloud.value), config);
+  const bool has_points = message.width > 0 && message.height > 0;
+  content.nothing = has_points ? "a cloud whose points are not finite" : "a cloud without points";
+  return {std::move(content), cloud.reason};
 }
 
 Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerConfig& config) {
@@ -254,6 +308,7 @@ Converted<Content> toContent(const sensor_msgs::LaserScan& message, const LayerC
   if (!scan.value) return refused<Content>(scan.reason);
   Content content = cloudContent(std::move(scan.value->cloud), config);
   content.sweep = std::move(scan.value->sweep);
+  content.nothing = message.ranges.empty() ? "a scan without ranges" : "a scan without a return";
   return {std::move(content), scan.reason};
 }
 
@@ -262,6 +317,9 @@ Converted<Content> toContent(const nav_msgs::Path& message, const LayerConfig& c
   if (!shapes.value) return refused<Content>(shapes.reason);
   Content content;
   content.offset = config.offset;
+  content.nothing = message.poses.empty()       ? "a path without poses"
+                    : message.poses.size() == 1 ? "a path of one pose"
+                                                : "a path without two poses apart";
   for (render::Lines& strip : shapes.value->strips) {
     content.drawables.push_back({{}, std::move(strip), config.flat_color});
   }

@@ -43,6 +43,7 @@ struct Content {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< in the fixed frame
   std::optional<AxisColor> axis_color;               ///< gives its clouds their colors
   Sweep sweep;                                       ///< of its one cloud, if that is a scan
+  std::string nothing;  ///< without drawables: why there are none
 };
 
 /// Clouds, scans and paths as their layer is configured to show them.
@@ -63,6 +64,8 @@ class LayerState {
     std::int64_t patience_ns = 10'000'000'000;
     /// In all clouds that decay, together: the oldest clouds go first.
     std::size_t points = std::size_t{1} << 22;
+    /// Of all else together (render::cornersOf): each takes some 200 bytes while it is drawn.
+    std::size_t corners = std::size_t{1} << 21;
   };
 
   LayerState(std::string topic, float alpha, Limits limits);
@@ -78,6 +81,8 @@ class LayerState {
   /// Shows content as soon as its transform is known; it replaces the earlier content of its key.
   void put(const ContentKey& key, Content content, std::int64_t now_ns, FrameLookup& frames);
   void remove(const ContentKey& key);
+  /// remove(), because the newest message shows nothing.
+  void clear(const ContentKey& key, const std::string& nothing);
   void removeAll();
 
   /// Shows the content whose transform has come, drops content that has waited too long, and
@@ -85,6 +90,9 @@ class LayerState {
   void update(std::int64_t now_ns, FrameLookup& frames);
   /// What to draw now, in the fixed frame, in the order of the keys.
   std::vector<render::Drawable> drawables(FrameLookup& frames);
+  /// What keeps content from being placed, in words, as of the last update() and drawables(); empty:
+  /// nothing does. It becomes part of the status.
+  const std::string& explain(FrameLookup& frames);
 
   LayerStatus status() const;
   bool isWaiting() const { return !waiting_.empty(); }  ///< for a transform
@@ -95,6 +103,7 @@ class LayerState {
     Eigen::Isometry3d T_fixed_frame;  ///< as of its placement
     std::int64_t expires_ns;          ///< the greatest value means never
     std::uint64_t order;
+    std::size_t corners = 0;  ///< 0 for what decays
   };
   struct Waiting {
     ContentKey key;
@@ -104,11 +113,14 @@ class LayerState {
   };
 
   bool place(Waiting& waiting, std::int64_t now_ns, FrameLookup& frames);
+  static std::string notPlaced(const Waiting& waiting, FrameLookup& frames);
   void evictPoints();
+  std::map<ContentKey, Shown>::iterator erase(std::map<ContentKey, Shown>::iterator shown);
 
   float alpha_;
   Limits limits_;
   std::map<ContentKey, Shown> shown_;
+  std::size_t corners_ = 0;  ///< in shown_
   std::deque<Waiting> waiting_;
   std::uint64_t next_order_ = 0;
   std::uint64_t first_order_ = 0;  ///< of the message's contents

@@ -19,6 +19,8 @@ struct LayerStatus {
   std::size_t shown = 0;
   std::size_t waiting = 0;  ///< for a transform
   std::string waiting_for;  ///< the frame whose transform is missing, if something waits for it
+  std::string missing;      ///< what is missing of that transform, in words
+  std::string nothing;      ///< why the newest message shows nothing; empty: it shows something
   std::size_t invisible = 0;  ///< drawables of alpha 0 among what is shown
   std::uint64_t expired = 0;  ///< shown until their lifetime was over, ever
   std::string type;                   ///< the configuration's

@@ -1,5 +1,7 @@
 #include "nodes/projector/output_config.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "calib/color/color.hpp"
+#include "nodes/projector/frame_config.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -50,7 +53,7 @@ std::vector<std::uint8_t> readColors(const YamlMap& map, const std::string& fold
 OutputConfig readOutput(const YamlMap& map, const std::string& folder) {
   OutputConfig output;
   output.camera_info = (std::filesystem::path(folder) / map.text("camera_info")).string();
-  output.frame = map.text("frame");
+  output.frame = readFrame(map, "frame");
   output.latency_ns = std::llround(map.number("latency_ms", 0, kGreatestLatency, 0) * 1e6);
   if (map.has("drawing")) {
     output.drawing = static_cast<render::Drawing>(map.choice("drawing", kDrawings));
@@ -73,6 +76,18 @@ bool isTopicName(const std::string& name) {
 }
 
 }  // namespace
+
+calib::CameraInfoFile loadLens(const OutputConfig& output) {
+  calib::CameraInfoFile file = calib::loadCameraInfo(output.camera_info);
+  const std::int64_t width = file.lens.width, height = file.lens.height;
+  if (width * height > kMostPixels) {
+    throw std::runtime_error(fmt::format("{}: a picture of {} x {} pixels: a projector's has at "
+                                         "most {} million",
+                                         output.camera_info, width, height,
+                                         kMostPixels / 1'000'000));
+  }
+  return file;
+}
 
 std::vector<OutputConfig> readOutputs(const YamlMap& root, const std::string& folder) {
   if (!root.has("projectors")) {

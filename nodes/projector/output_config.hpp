@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/camera_info_file.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "render/light_output.hpp"
 #include "render/projector_renderer.hpp"
@@ -24,6 +25,14 @@ struct OutputConfig {
   std::string monitor;  ///< connector, model or index; empty: not configured
   render::LightSettings light;
 };
+
+/// A projector's picture has at most so many pixels: 8K UHD has 33.2 million. Each takes about ten
+/// bytes while it is drawn.
+constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;
+
+/// The lens of the projector's file. Throws std::runtime_error naming the file, as loadCameraInfo,
+/// and for more pixels than kMostPixels.
+calib::CameraInfoFile loadLens(const OutputConfig& output);
 
 /// The projectors of a whole configuration, at least one: `projector` or `projectors`.
 /// `camera_info` and `color` are relative to `folder`. Throws std::runtime_error "FILE:LINE: what

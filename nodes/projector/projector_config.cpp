@@ -6,6 +6,7 @@
 #include <system_error>
 #include <utility>
 
+#include "nodes/projector/frame_config.hpp"
 #include "nodes/tools/yaml_map.hpp"
 
 namespace afterglow::nodes {
@@ -21,7 +22,7 @@ class ConfigReader {
     const YamlMap root(
         file_, loadYaml(file_), "the configuration",
         {"fixed_frame", "projector", "projectors", "surfaces", "layers", "mesh_roots", "watch"});
-    config_.fixed_frame = root.text("fixed_frame");
+    config_.fixed_frame = readFrame(root, "fixed_frame");
     const std::string own_folder = std::filesystem::path(file_).parent_path().string();
     config_.projectors =
         readOutputs(root, calibration_folder_.empty() ? own_folder : calibration_folder_);

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
+#include "nodes/projector/dark_reasons.hpp"
 #include "nodes/tools/diagnostics.hpp"
 
 namespace afterglow::nodes {
@@ -12,30 +14,6 @@ namespace {
 using diagnostic_msgs::DiagnosticStatus;
 
 const std::string kOwnProblem = "projector: ";  // of a projector, not of the whole scene
-
-/// "3 beside it" and so on: why drawables are dark.
-std::string darkParts(const render::LayerCensus& census, std::size_t invisible) {
-  std::vector<std::string> parts;
-  const auto add = [&](std::size_t count, const char* words) {
-    if (count > 0) parts.push_back(fmt::format("{} {}", count, words));
-  };
-  add(census.outside, "beside it");
-  add(census.behind, "behind the projector");
-  add(census.clipped, "beside the surface's outline or in its shade");
-  add(census.black, "black");
-  add(invisible, "of alpha 0");
-  add(census.empty, "without points");
-  return fmt::format("{}", fmt::join(parts, ", "));
-}
-
-/// "2 of 4 drawables inside the light (2 beside it)".
-std::string lightWords(const render::LayerCensus& census, std::size_t invisible) {
-  const std::size_t all = census.drawables + invisible;
-  const std::string parts = darkParts(census, invisible);
-  return fmt::format("{} of {} {} inside the light", census.lit, all,
-                     all == 1 ? "drawable" : "drawables") +
-         (parts.empty() ? "" : " (" + parts + ")");
-}
 
 /// A layer's light by the projector that shows most of it; empty: unknown.
 std::optional<render::LayerCensus> lightOf(const ProjectorState& state, const std::string& topic) {
@@ -71,7 +49,8 @@ render::LayerCensus sumOf(const std::vector<render::LayerCensus>& layers) {
     for (auto count : {&render::LayerCensus::drawables, &render::LayerCensus::lit,
                        &render::LayerCensus::outside, &render::LayerCensus::behind,
                        &render::LayerCensus::clipped, &render::LayerCensus::black,
-                       &render::LayerCensus::empty}) {
+                       &render::LayerCensus::transparent, &render::LayerCensus::flat,
+                       &render::LayerCensus::blank, &render::LayerCensus::empty}) {
       sum.*count += layer.*count;
     }
   }
@@ -125,20 +104,30 @@ DiagnosticStatus projectorStatus(const ProjectorState& state, const OutputState&
   return status;
 }
 
+/// "reason, reason", of very many the first.
+std::string reasonWords(const std::vector<std::string>& reasons) {
+  constexpr std::size_t kMostSaid = 4;
+  std::string words;
+  for (std::size_t i = 0; i < std::min(reasons.size(), kMostSaid); ++i) words += ", " + reasons[i];
+  if (reasons.size() > kMostSaid) {
+    words += fmt::format(", and {} other reasons", reasons.size() - kMostSaid);
+  }
+  return words;
+}
+
 /// What of a layer's darkness is known, and whether it is worth a warning.
 void judgeLayer(const ProjectorState& state, const LayerStatus& layer, DiagnosticStatus& status) {
   const auto light = lightOf(state, layer.topic);
   const std::string type = otherType(layer);
   const std::size_t all = light ? light->drawables + layer.invisible : 0;
   const bool is_dark = light && all > 0 && light->lit == 0;
-  const bool is_well = layer.dropped.empty() && layer.waiting_for.empty() && type.empty();
+  const bool is_well = layer.dropped.empty() && layer.missing.empty() && type.empty();
   status.level = is_well && !is_dark ? DiagnosticStatus::OK : DiagnosticStatus::WARN;
   status.message = std::to_string(layer.shown) + " shown";
   if (!type.empty()) status.message += ", " + type;
-  if (!layer.waiting_for.empty()) status.message += ", waiting for frame " + layer.waiting_for;
-  if (is_dark) status.message += ", " + lightWords(*light, layer.invisible);
-  if (!layer.dropped.empty()) status.message += ", some dropped";
-  const bool is_explained = !type.empty() || !layer.waiting_for.empty() || !layer.source;
+  status.message += reasonWords(darkReasons(layer, light));
+  const bool is_explained =
+      !type.empty() || !layer.missing.empty() || !layer.nothing.empty() || !layer.source;
   if (layer.shown == 0 && !is_explained) status.message += ", " + emptyReason(state, layer);
   if (light) addValue(status, "light", lightWords(*light, layer.invisible));
 }
@@ -169,9 +158,11 @@ DiagnosticStatus layerStatus(const ProjectorState& state, const LayerStatus& lay
 
 /// The same while it stands, though its words count seconds.
 std::string standingPart(const std::string& problem) {
-  const std::string stale = " is stale";
-  const std::size_t at = problem.find(stale);
-  return at == std::string::npos ? problem : problem.substr(0, at + stale.size());
+  for (const std::string begins : {" is stale", ": stamped "}) {
+    const std::size_t at = problem.find(begins);
+    if (at != std::string::npos) return problem.substr(0, at + begins.size());
+  }
+  return problem;
 }
 
 }  // namespace

@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "calib/camera_info_file.hpp"
 #include "nodes/conversion/beam_markers.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
-calib::Lens loadLens(const std::string& path) {
-  calib::CameraInfoFile file = calib::loadCameraInfo(path);
-  if (!file.warning.empty()) ROS_WARN("%s: %s", path.c_str(), file.warning.c_str());
+calib::Lens lensOf(const OutputConfig& config) {
+  calib::CameraInfoFile file = loadLens(config);
+  if (!file.warning.empty()) ROS_WARN("%s: %s", config.camera_info.c_str(), file.warning.c_str());
   return file.lens;
 }
 
@@ -45,7 +44,7 @@ sensor_msgs::CameraInfo toSentInfo(const calib::Lens& lens, render::Mirror mirro
 ProjectorOutput::ProjectorOutput(const OutputConfig& config, const ros::NodeHandle& own,
                                  double beam_m)
     : config_(config),
-      lens_(loadLens(config.camera_info)),
+      lens_(lensOf(config)),
       light_(config.light),
       counter_(lens_) {
   ros::NodeHandle nh(own, config.name);

@@ -86,7 +86,7 @@ void ProjectorScene::addContent(std::size_t index, const std_msgs::Header& heade
   const std::string fault = is_empty ? "" : headerFault(header);
   if (!fault.empty()) return layer.drop(fault);
   const ContentKey key = nextKey(index);
-  if (is_empty) return layer.remove(key);
+  if (is_empty) return layer.clear(key, content.value->nothing);
   show(layer, key, header, std::move(*content.value), now);
 }
 
@@ -206,10 +206,8 @@ render::Scene ProjectorScene::scene(ros::Time now, std::vector<std::string>& pro
   scene.surfaces = surfaces_.known();
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     if (auto drawn = layer(i, problems)) scene.layers.push_back(std::move(*drawn));
-    const LayerStatus status = layers_[i].status();
-    if (!status.waiting_for.empty()) {
-      problems.push_back(frames_.noTransform(status.topic, status.waiting_for));
-    }
+    const std::string& missing = layers_[i].explain(frames_);
+    if (!missing.empty()) problems.push_back(config_.layers[i].topic + ": " + missing);
   }
   if (!unread_.waiting().empty()) {
     const std::string& resource = unread_.waiting().front().marker.mesh_resource;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "nodes/projector/frame_config.hpp"
 #include "render/scene/outline.hpp"
 
 namespace afterglow::nodes {
@@ -81,7 +82,7 @@ void refuseMixture(const YamlMap& map, bool is_found) {
 SurfaceConfig readSurface(const YamlMap& map, const YamlMap& root, const std::string& name) {
   SurfaceConfig surface;
   surface.name = name;
-  surface.frame = map.text("frame");
+  surface.frame = readFrame(map, "frame");
   surface.gain = static_cast<float>(map.number("gain", 0, kGreatestGain, 1));
   refuseMixture(map, map.has("find_in"));
   if (map.has("polygon")) surface.polygon = readPolygon(map, "polygon");

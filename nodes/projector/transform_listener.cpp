@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "nodes/conversion/frame_name.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 
 namespace afterglow::nodes {
@@ -44,35 +45,50 @@ std::string placeFault(const geometry_msgs::Transform& transform) {
   return std::abs(norm - 1) <= kOffUnit ? "" : "rotation is not normalized";
 }
 
-/// Where the frame was before, if it has jumped from there: farther and faster than robots move.
-std::optional<geometry_msgs::TransformStamped> jumpedFrom(
+/// The newest that is known of the same link.
+std::optional<geometry_msgs::TransformStamped> newestOf(
     const tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform) {
   const std::string parent = frameName(transform.header.frame_id);
   const std::string child = frameName(transform.child_frame_id);
   if (!buffer.canTransform(parent, child, ros::Time(0))) return std::nullopt;
-  auto before = buffer.lookupTransform(parent, child, ros::Time(0));
-  const double distance =
-      (toIsometry(before.transform).translation() - toIsometry(transform.transform).translation())
-          .norm();
-  const auto between_ns = static_cast<std::int64_t>(transform.header.stamp.toNSec()) -
-                          static_cast<std::int64_t>(before.header.stamp.toNSec());
-  const double seconds = static_cast<double>(between_ns) * 1e-9;
-  const bool has_jumped = distance > kJump && seconds > 0 && distance > kJumpSpeed * seconds;
-  return has_jumped ? std::optional(before) : std::nullopt;
+  return buffer.lookupTransform(parent, child, ros::Time(0));
 }
 
-/// Returns whether the frame has jumped. tf2 ignores repeated and too old transforms: no fault.
+/// Whether the frame has jumped from where it was: farther and faster than robots move.
+bool hasJumped(const geometry_msgs::TransformStamped& from,
+               const geometry_msgs::TransformStamped& to) {
+  const double distance =
+      (toIsometry(from.transform).translation() - toIsometry(to.transform).translation()).norm();
+  const auto between_ns = static_cast<std::int64_t>(to.header.stamp.toNSec()) -
+                          static_cast<std::int64_t>(from.header.stamp.toNSec());
+  const double seconds = static_cast<double>(between_ns) * 1e-9;
+  return distance > kJump && seconds > 0 && distance > kJumpSpeed * seconds;
+}
+
+/// Returns whether the frame has jumped. Repeated and too old transforms are no fault: tf2 ignores
+/// them, too, but warns each time.
 bool setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform,
-           const std::string& authority, bool is_static) {
-  const auto before = is_static ? std::nullopt : jumpedFrom(buffer, transform);
-  if (before) {
+                  const std::string& authority, bool is_static) {
+  const auto before = is_static ? std::nullopt : newestOf(buffer, transform);
+  if (before && !before->header.stamp.isZero()) {
+    const ros::Time stamp = transform.header.stamp;
+    if (stamp == before->header.stamp || stamp + buffer.getCacheLength() < before->header.stamp) {
+      std::string parent;
+      const bool is_same_link =
+          buffer._getParent(frameName(transform.child_frame_id), ros::Time(0), parent) &&
+          parent == frameName(transform.header.frame_id);
+      if (is_same_link) return false;
+    }
+  }
+  const bool has_jumped = before && hasJumped(*before, transform);
+  if (has_jumped) {
     geometry_msgs::TransformStamped until = transform;
     until.transform = before->transform;
     until.header.stamp.fromNSec(transform.header.stamp.toNSec() - 1);
     buffer.setTransform(until, authority);
   }
   buffer.setTransform(transform, authority, is_static);
-  return before.has_value();
+  return has_jumped;
 }
 
 }  // namespace
@@ -130,6 +146,9 @@ StoredTransform storeTransform(tf2::BufferCore& buffer,
   const std::string parent = frameName(transform.header.frame_id);
   const std::string of = "transform of '" + printable(child) + "': ";
   if (child.empty() || parent.empty()) return {false, of + "a frame without a name"};
+  if (!isFrameName(child) || !isFrameName(parent)) {
+    return {false, of + "a frame's name begins with more than one '/'"};
+  }
   if (child == parent) return {false, of + "its own parent"};
   std::string fault = placeFault(transform.transform);
   if (fault.empty() && !is_static) fault = stampFault(transform.header.stamp, now);

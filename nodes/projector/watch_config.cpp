@@ -1,13 +1,28 @@
 #include "nodes/projector/watch_config.hpp"
 
-#include <filesystem>
+#include <ros/names.h>
 
+#include <filesystem>
+#include <system_error>
+
+#include "nodes/conversion/frame_name.hpp"
+#include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/tag_layout_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr double kDefaultLimit_mm = 10;
+
+/// Decided by what is written: a path that was made absolute looks like a topic.
+CameraSource readCameraSource(const std::string& written, const std::string& folder) {
+  std::string error;
+  std::error_code none;
+  const bool is_topic = written.front() == '/' && ros::names::validate(written, error) &&
+                        !std::filesystem::is_regular_file(written, none);
+  if (is_topic) return CameraTopic{written};
+  return CameraFile{(std::filesystem::path(folder) / written).string()};
+}
 
 std::optional<double> readLimit(const YamlMap& map, const std::string& key) {
   if (!map.has(key)) return std::nullopt;
@@ -25,13 +40,11 @@ WatchConfig readWatchConfig(const YamlMap& map, const std::string& folder) {
   if (config.image_topic.front() != '/') {
     map.fail(map.at("image"), "'image' of 'watch' is a topic: it should begin with '/'");
   }
-  config.camera_info = map.text("camera_info");
-  if (config.camera_info.front() != '/') {
-    config.camera_info = (std::filesystem::path(folder) / config.camera_info).string();
-  }
+  config.camera_info = readCameraSource(map.text("camera_info"), folder);
   const std::string tags = (std::filesystem::path(folder) / map.text("tags")).string();
   config.layout = loadTagLayout(tags);
-  if (config.layout.frame.empty()) {
+  config.layout.frame = frameName(config.layout.frame);
+  if (!isFrameName(config.layout.frame)) {
     map.fail(map.at("tags"), tags + " names no 'frame': the tf frame whose plane the tags lie on");
   }
   config.period_s = map.number("period_s", 0.1, 3600, config.period_s);

@@ -11,7 +11,6 @@
 #include <filesystem>
 #include <functional>
 
-#include "calib/camera_info_file.hpp"
 #include "nodes/player/realtime.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/tools/bounded_work.hpp"
@@ -104,7 +103,7 @@ ConfigurationCheck checkConfiguration(const std::string& config, const std::stri
   try {
     const ProjectorConfig loaded = loadProjectorConfig(config, calibration);
     for (const OutputConfig& projector : loaded.projectors) {
-      const calib::Lens lens = calib::loadCameraInfo(projector.camera_info).lens;
+      const calib::Lens lens = loadLens(projector).lens;
       check.wanted.push_back({projector.name, projector.monitor, lens.width, lens.height});
     }
     check.finding = Checkup::ok("configuration", config + " and its lenses can be read");

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "calib/camera_info_file.hpp"
 #include "nodes/observer/film.hpp"
+#include "nodes/projector/dark_reasons.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/side_by_side.hpp"
@@ -27,6 +27,7 @@
 #include "nodes/verbs/projector_choice.hpp"
 #include "nodes/verbs/recorded_speech.hpp"
 #include "nodes/verbs/verb_tools.hpp"
+#include "render/compose/light_census.hpp"
 #include "render/image_file.hpp"
 #include "render/projector_renderer.hpp"
 #include "replay/query/time_text.hpp"
@@ -67,19 +68,14 @@ bool isLit(const render::Image& image) {
                      [](std::uint8_t byte) { return byte != 0; });
 }
 
-/// Why the picture stays dark: the problems of the snapshot, and what the layers dropped.
-std::string darkReason(const SceneSnapshot& snapshot, const std::vector<LayerStatus>& layers) {
-  std::vector<std::string> reasons(snapshot.problems.begin(), snapshot.problems.end());
-  bool has_received = false;
-  for (const LayerStatus& layer : layers) {
-    has_received = has_received || layer.received > 0;
-    for (const auto& [reason, count] : layer.dropped) {
-      reasons.push_back(fmt::format("{}: {} dropped ({})", layer.topic, count, reason));
-    }
+/// A dark picture's reasons in one line; of a lit one a line for each thing that it does not show.
+void tellDark(const std::vector<std::string>& reasons, const char* what, bool is_lit) {
+  if (!is_lit) {
+    return tell(fmt::format("the {} is dark: {}", what,
+                            reasons.empty() ? "nothing is shown at this moment"
+                                            : fmt::format("{}", fmt::join(reasons, "; "))));
   }
-  if (!has_received) reasons.push_back("no message on any configured topic");
-  if (reasons.empty()) return "nothing within the projector's picture";
-  return fmt::format("{}", fmt::join(reasons, "; "));
+  for (const std::string& reason : reasons) tell(reason);
 }
 
 /// "pick, 2026-11-23 07:13:45 UTC, success".
@@ -98,10 +94,11 @@ class BehaviorPictures {
         config_(ofProjector(loadProjectorConfig(options.config, options.calibration),
                             options.projector)),
         light_(config_.projectors[0].light),
-        lens_(loadLens(config_.projectors[0].camera_info)),
+        lens_(lensOf(config_.projectors[0])),
         begin_(source_.behavior.begin),
         end_(endOf(*source_.store, source_.behavior)),
-        renderer_(context_, lens_, config_.projectors[0].drawing) {
+        renderer_(context_, lens_, config_.projectors[0].drawing),
+        counter_(lens_) {
     if (options.is_observed) {
       observed_.emplace(context_, *source_.store, source_.behavior, config_, lens_,
                         options.observer);
@@ -119,10 +116,7 @@ class BehaviorPictures {
     const Stamp moment{begin_.ns + std::llround(seconds * 1e9)};
     const SceneSnapshot snapshot = scene.at(moment);
     render::Image image = draw(snapshot);
-    if (!isLit(image)) {
-      std::cerr << "afterglow render: the picture is dark: " << darkReason(snapshot, scene.status())
-                << std::endl;
-    }
+    tellDark(reasonsAt(snapshot, scene), "picture", isLit(image));
     return shown(moment, snapshot, std::move(image));
   }
 
@@ -132,7 +126,10 @@ class BehaviorPictures {
       RecordedScene scene = start();
       const SceneSnapshot snapshot = scene.at(*moment);
       render::Image image = draw(snapshot);
-      if (isLit(image)) return shown(*moment, snapshot, std::move(image));
+      if (isLit(image)) {
+        tellDark(reasonsAt(snapshot, scene), "picture", true);
+        return shown(*moment, snapshot, std::move(image));
+      }
     }
     // Content outside the picture at the end: every moment has to be looked at.
     std::optional<Stamp> last;
@@ -143,11 +140,13 @@ class BehaviorPictures {
       if (hasContent(snapshot) && isLit(draw(snapshot))) last = moment;
     });
     if (last) {
-      snapshot = start().at(*last);
+      RecordedScene again = start();
+      snapshot = again.at(*last);
+      tellDark(reasonsAt(snapshot, again), "picture", true);
       return shown(*last, snapshot, draw(snapshot));
     }
-    throw std::runtime_error("nothing of " + source_.name +
-                             " is lit: " + darkReason(snapshot, scene.status()));
+    throw std::runtime_error(fmt::format("nothing of {} is lit: {}", source_.name,
+                                         fmt::join(reasonsAt(snapshot, scene), "; ")));
   }
 
   /// What is odd about the lens's file, or empty.
@@ -203,9 +202,9 @@ class BehaviorPictures {
   int height() const { return observed_->height(); }
 
  private:
-  calib::Lens loadLens(const std::string& path) {
-    const calib::CameraInfoFile file = calib::loadCameraInfo(path);
-    if (!file.warning.empty()) remark_ = path + ": " + file.warning;
+  calib::Lens lensOf(const OutputConfig& projector) {
+    const calib::CameraInfoFile file = loadLens(projector);
+    if (!file.warning.empty()) remark_ = projector.camera_info + ": " + file.warning;
     return file.lens;
   }
 
@@ -224,10 +223,20 @@ class BehaviorPictures {
       take(moment, snapshot, std::move(image));
       progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
     });
-    if (is_dark) {
-      std::cerr << "afterglow render: the video is dark: " << darkReason(snapshot, scene.status())
-                << std::endl;
-    }
+    tellDark(reasonsAt(snapshot, scene), "video", !is_dark);
+  }
+
+  /// All that is not lit, and why.
+  std::vector<std::string> reasonsAt(const SceneSnapshot& snapshot, const RecordedScene& scene) {
+    const std::vector<LayerStatus> layers = scene.status();
+    const auto light = snapshot.T_projector_world
+                           ? counter_.count(snapshot.scene, *snapshot.T_projector_world)
+                           : std::vector<render::LayerCensus>();
+    std::vector<std::string> reasons = darkReasons(snapshot.problems, layers, light);
+    const bool is_silent = std::all_of(layers.begin(), layers.end(),
+                                       [](const auto& layer) { return layer.received == 0; });
+    if (is_silent) reasons.push_back("no message on any configured topic");
+    return reasons;
   }
 
   RecordedScene start() const { return {*source_.store, source_.behavior, config_}; }
@@ -277,6 +286,7 @@ class BehaviorPictures {
   Stamp begin_, end_;
   render::GlContext context_;
   render::ProjectorRenderer renderer_;
+  render::LightCensus counter_;
   std::optional<ObservedPictures> observed_;
 };
 

@@ -39,23 +39,12 @@ std::string recorderFigures(const Values& values) {
 }
 
 /// What a projector's or a layer's message leaves out; `per_second`: messages, unknown below 0.
-std::string projectorFigures(const DiagnosticStatus& status, const Values& values,
-                             double per_second) {
+std::string projectorFigures(const Values& values, double per_second) {
   if (values.count("drawn_hz") > 0) {
     return ", " + valueOf(values, "drawn_hz") + " of " + valueOf(values, "wanted_hz") + " Hz";
   }
-  std::string text;
-  const std::string light = valueOf(values, "light");
-  const bool is_said = status.message.find("inside the light") != std::string::npos;
-  const bool is_whole = light.find('(') == std::string::npos;  // nothing is left out
-  if (!light.empty() && !is_said && !is_whole) text += ", " + light;
-  if (values.count("received") > 0 && per_second >= 0) {
-    text += fmt::format(", {:.1f} messages/s", per_second);
-  }
-  for (const auto& [key, value] : values) {
-    if (key.rfind("dropped: ", 0) == 0) text += ", " + key + " (" + value + ")";
-  }
-  return text;
+  const bool is_known = values.count("received") > 0 && per_second >= 0;
+  return is_known ? fmt::format(", {:.1f} messages/s", per_second) : "";
 }
 
 WatchLine::Level levelOf(const DiagnosticStatus& status) {
@@ -100,7 +89,7 @@ void WatchView::take(const diagnostic_msgs::DiagnosticArray& message, std::int64
     const double per_second = is_counted ? (received - said->received) / seconds : -1;
     const std::string figures = status.hardware_id == "recorder"
                                     ? recorderFigures(values)
-                                    : projectorFigures(status, values, per_second);
+                                    : projectorFigures(values, per_second);
     said->line = {status.name, levelOf(status), status.message + figures, std::move(values)};
     said->at_ns = now_ns;
     said->received = received;

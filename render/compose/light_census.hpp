@@ -20,8 +20,13 @@ struct LayerCensus {
   std::size_t outside = 0;    ///< beside the light, or too close to the lens
   std::size_t behind = 0;     ///< behind the lens
   std::size_t clipped = 0;    ///< beside the surface's outline, or where others shade it
-  std::size_t black = 0;      ///< no light or no alpha
-  std::size_t empty = 0;      ///< no points
+  std::size_t black = 0;        ///< no light that a picture's steps of 1/255 can show
+  std::size_t transparent = 0;  ///< no alpha
+  std::size_t flat = 0;         ///< seen edge-on or from so far that no pixel shows it
+  std::size_t blank = 0;        ///< text without a letter that can be seen
+  std::size_t empty = 0;        ///< no points
+  /// Lists of more large things than are drawn (kMostCorners), whatever else is said of them.
+  std::size_t thinned = 0;
 };
 
 /// Costs about as much as one image's geometry; of a large cloud it looks at some points only.
@@ -39,15 +44,19 @@ class LightCensus {
   /// Which count of a census a drawable belongs to.
   using Fate = std::size_t LayerCensus::*;
 
+  /// A cloud or list, things alike.
+  struct Things;
+
   Fate fateOf(const Drawable& drawable, const ComposedLayer& layer, const ComposedImage& image);
-  Fate fateOfCloud(const PointCloud& cloud, const Drawable& drawable, const ComposedLayer& layer,
-                   const ComposedImage& image) const;
+  Fate fateOfThings(const Things& things, const Drawable& drawable, const ComposedLayer& layer,
+                    const ComposedImage& image);
   Fate fateOfPiece(const Piece& piece, const ComposedMask* mask) const;
 
   LensDomain domain_;
   LightComposer composer_;
   TriangleProjector triangles_;
   LightTriangles seen_;
+  bool is_thinned_ = false;  ///< the last drawable
 };
 
 }  // namespace afterglow::render

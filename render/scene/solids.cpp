@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace afterglow::render {
 namespace {
@@ -154,6 +155,10 @@ const Solid& unitCone(int sides) {
 
 /// Its outline is the circle where lines of sight touch it. Between that and the nearest point one
 /// more ring makes depths right to a thirtieth of the radius.
+int sidesUpTo(int sides) {
+  return *std::prev(std::upper_bound(kSides.begin() + 1, kSides.end(), sides));
+}
+
 void seenOfUnitSphere(const Eigen::Vector3d& eye, bool is_direction, int sides, Solid& out) {
   out.points.clear();
   out.triangles.clear();

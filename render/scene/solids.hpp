@@ -19,6 +19,8 @@ struct Solid {
 /// Round outlines have so many sides: the next greater number that there is, at most kMostSides.
 /// They enclose a circle's area, so that their mean radius is right.
 constexpr int kLeastSides = 12, kMostSides = 192;
+/// The greatest number that there is up to this one, which is at least kLeastSides.
+int sidesUpTo(int sides);
 const Solid& unitCube();
 const Solid& unitSphere(int sides);
 const Solid& unitCylinder(int sides);

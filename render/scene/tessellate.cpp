@@ -93,6 +93,35 @@ void addSegments(const std::vector<RibbonPoint>& points, double width, const Eye
   }
 }
 
+// ------------------------------------------------------------------------------------- how many
+constexpr std::size_t kOfCube = 8, kOfSphere = 1 + 2 * kLeastSides, kOfSquare = 4;
+
+std::size_t stepOf(std::size_t count, std::size_t corners_each) {
+  return std::max<std::size_t>(1, (count * corners_each + kMostCorners - 1) / kMostCorners);
+}
+
+struct CornerCounter {
+  std::size_t operator()(const Arrow&) const { return 4 * kLeastSides; }
+  std::size_t operator()(const Cube&) const { return kOfCube; }
+  std::size_t operator()(const Sphere&) const { return kOfSphere; }
+  std::size_t operator()(const Cylinder&) const { return 2 * kLeastSides; }
+  std::size_t operator()(const Lines& lines) const {
+    return (lines.strip ? 8 : 2) * lines.points.size();
+  }
+  std::size_t operator()(const ShapeList& list) const {
+    const bool cubes = list.kind == ShapeList::Kind::Cubes;
+    return std::min((cubes ? kOfCube : kOfSphere) * list.points.size(), kMostCorners);
+  }
+  std::size_t operator()(const Triangles& triangles) const { return triangles.points.size(); }
+  std::size_t operator()(const PointCloud& cloud) const { return cloud.points.size(); }
+  std::size_t operator()(const Text& text) const {
+    return text.letters ? text.letters->points.size() : 0;
+  }
+  std::size_t operator()(const MeshInstance& mesh) const {
+    return mesh.body ? mesh.body->points.size() : 0;
+  }
+};
+
 // --------------------------------------------------------------------------------------- shapes
 
 /// Draws one drawable's shape into a tessellation.
@@ -211,14 +240,14 @@ class Tessellator {
 
   /// How many sides a round shape of diameter 1 needs where it is.
   int sides(const Eigen::Affine3d& shape) const {
-    if (!(eye_.focal_px > 0)) return kUsualSides;
+    if (!(eye_.focal_px > 0)) return std::min(kUsualSides, most_sides_);
     const Eigen::Affine3d M = pose_ * shape;
     const double distance = (M.translation() - eye_.p_lens).norm();
     const double radius = 0.5 * M.linear().colwise().norm().maxCoeff();
     const double radius_px = eye_.focal_px * radius / std::max(distance, radius);
     const double share = std::min(kOutlineError / radius_px, 1.0);
     const double enough = M_PI / std::acos(1 - share);
-    return enough < kMostSides ? static_cast<int>(std::ceil(enough)) : kMostSides;
+    return enough < most_sides_ ? static_cast<int>(std::ceil(enough)) : most_sides_;
   }
 
   /// The eye as a unit body sees it that M puts into the world; absent: nothing can be left out.
@@ -301,8 +330,12 @@ class Tessellator {
   template <typename Colors>
   void addSolids(bool cubes, const PointList& points, const Colors& colors,
                  const Eigen::Vector3f& sizes) {
+    const std::size_t step = stepOf(points.size(), cubes ? kOfCube : kOfSphere);
+    const std::size_t each = kMostCorners / (points.size() / step + 1);
+    most_sides_ = sidesUpTo(
+        static_cast<int>(std::clamp<std::size_t>((each - 1) / 2, kLeastSides, kMostSides)));
     Eigen::Affine3d shape = scaled(sizes);
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t i = 0; i < points.size(); i += step) {
       shape.translation() = points[i].cast<double>();
       if (cubes) {
         addSolid(unitCube(), shape, colorAt(colors, i));
@@ -326,7 +359,8 @@ class Tessellator {
     const double height = cloud.size_y > 0 ? cloud.size_y : cloud.size;
     const Eigen::Vector3d x = eye_.R_world_eye.col(0) * (0.5 * cloud.size);
     const Eigen::Vector3d y = eye_.R_world_eye.col(1) * (0.5 * height);
-    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const std::size_t step = stepOf(cloud.points.size(), kOfSquare);
+    for (std::size_t i = 0; i < cloud.points.size(); i += step) {
       if (!cloud.points[i].allFinite()) continue;
       const Eigen::Vector3d p = world(cloud.points[i]);
       const Rgba color = colorAt(cloud.colors, i);
@@ -352,9 +386,12 @@ class Tessellator {
   const Eye& eye_;
   Tessellation& out_;
   Solid seen_;
+  int most_sides_ = kMostSides;  ///< of round things
 };
 
 }  // namespace
+
+std::size_t cornersOf(const Shape& shape) { return std::visit(CornerCounter(), shape); }
 
 void tessellate(const Drawable& drawable, const Eye& eye, Tessellation& out) {
   out.mesh.clear();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -27,6 +28,14 @@ struct Tessellation {
   /// Where the points of each convex part begin; empty if the mesh has any other part.
   std::vector<std::uint32_t> convex_parts;
 };
+
+/// The most corners that one list or cloud becomes: round things have fewer sides where they are
+/// many, and of still more things every second, third, ... is drawn. (Small things become outlines
+/// instead, all of them: sprites.hpp.)
+constexpr std::size_t kMostCorners = std::size_t{1} << 20;
+
+/// The least corners that a shape becomes, or its points, if those are more.
+std::size_t cornersOf(const Shape& shape);
 
 /// Replaces what `out` held. Points that are not finite are left out, and with them the lines,
 /// triangles and bodies that they belong to.

@@ -113,6 +113,39 @@ TEST_F(CameraInfoFileTest, readsEquidistantLensesAndTheirOlderName) {
   expectRefusal(with("plumb_bob", "equidistant"), {"equidistant has 4 numbers, found 5"});
 }
 
+// OpenCV calibrates with 4, 5, 8, 12 or 14 numbers; REP 104's models have 5, 8 and 4.
+TEST_F(CameraInfoFileTest, takesMoreNumbersThanTheModelHasWhereTheyAreZero) {
+  const auto load14 = [&](const std::string& model, const std::string& numbers) {
+    std::string text = with("[-0.1, 0.02, 0.001, -0.002, 0.003]", "[" + numbers + "]");
+    text.replace(text.find("plumb_bob"), 9, model);
+    return text;
+  };
+  EXPECT_EQ(load(load14("equidistant", "0.1, 0.02, 0.03, 0.04, 0")).lens.D[3], 0.04);
+  EXPECT_EQ(load(load14("plumb_bob", "-0.1, 0.02, 0, 0, 0.003, 0, 0, 0")).lens.D[4], 0.003);
+  const std::string eight = "-0.1, 0.02, 0, 0, 0.003, 0.1, 0.2, 0.3";
+  EXPECT_EQ(load(load14("rational_polynomial", eight + ", 0, 0, 0, 0, 0, 0")).lens.D[7], 0.3);
+  EXPECT_EQ(load(load14("rational_polynomial", eight + ", 0, 0, 0, 0")).lens.D[7], 0.3);
+  expectRefusal(load14("plumb_bob", eight), {"plumb_bob has 4 or 5 numbers, found 8, and those "
+                                             "beyond are not all 0"});
+  expectRefusal(load14("rational_polynomial", eight + ", 0, 0, 0, 1e-3"),
+                {"rational_polynomial has 8 numbers, found 12, and those beyond are not all 0"});
+}
+
+TEST_F(CameraInfoFileTest, comparesPWhereItCanAndOtherwiseDoesNotLookAtIt) {
+  const std::string text =
+      "{width: 640, height: 480, distortion_model: '', D: [], K: [500, 0, 320, 0, 500, 240, 0, 0, "
+      "1], P: ";
+  for (const char* P : {"[1, 2]", "[.nan, 0, 320, 0, 0, 500, 240, 0, 0, 0, 1, 0]", "none"}) {
+    EXPECT_EQ(load(text + P + "}").warning, "") << P;
+  }
+}
+
+TEST_F(CameraInfoFileTest, refusesSizesThatNoPictureHas) {
+  expectRefusal("{width: 65535, height: 65535, distortion_model: '', D: [], "
+                "K: [500, 0, 320, 0, 500, 240, 0, 0, 1]}",
+                {"image size 65535 x 65535: expected at most 16384 pixels a side"});
+}
+
 TEST_F(CameraInfoFileTest, refusesOtherModelsByName) {
   expectRefusal(with("plumb_bob", "fov"), {"distortion_model: \"fov\" is not supported"});
   expectRefusal(with("plumb_bob", "rational_polynomial"), {"has 8 numbers, found 5"});

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <functional>
+#include <map>
 #include <sstream>
+#include <string>
 
 #include "calib/detection/tag_detector.hpp"
 #include "calib/targets/tag.hpp"
@@ -181,6 +184,44 @@ class BoardPage : public testing::Test {
   TempFolder folder_;
   Board board_;
 };
+
+/// A file's first bytes say its size, whatever follows: a PNG of 30000 x 30000 took 2.7 GB.
+TEST(Pictures, ofMorePixelsThanAreReadAreRefusedByTheirHeaders) {
+  using namespace std::string_literals;
+  const auto big = [](std::uint32_t value, int bytes) {
+    std::string text;
+    for (int i = bytes - 1; i >= 0; --i) text += static_cast<char>(value >> (8 * i));
+    return text;
+  };
+  const auto little = [&](std::uint32_t value, int bytes) {
+    const std::string text = big(value, bytes);
+    return std::string(text.rbegin(), text.rend());
+  };
+  const auto tag = [&](std::uint32_t name, std::uint32_t value) {  // a TIFF's LONG
+    return little(name, 2) + little(4, 2) + little(1, 4) + little(value, 4);
+  };
+  const std::uint32_t side = 30000;
+  const std::map<std::string, std::string> files = {
+      {"a.png", "\x89PNG\r\n\x1a\n"s + big(13, 4) + "IHDR" + big(side, 4) + big(side, 4)},
+      {"a.jpg", "\xff\xd8\xff\xe0\0\x04xx\xff\xc0\0\x0b\x08"s + big(side, 2) + big(side, 2)},
+      {"a.bmp", "BM"s + std::string(16, '\0') + little(side, 4) +
+                    little(static_cast<std::uint32_t>(-30000), 4)},  // from the top
+      {"a.pgm", "P5\n# a comment\n30000 30000\n255\n"},
+      {"a.tif", "II*\0"s + little(20, 4) + std::string(12, '\0') + little(2, 2) + tag(256, side) +
+                    tag(257, side)}};
+  const TempFolder folder;
+  for (const auto& [name, bytes] : files) {
+    std::ofstream(folder.path(name), std::ios::binary) << bytes << std::string(2000, '\0');
+    try {
+      loadPicture(folder.path(name));
+      FAIL() << name;
+    } catch (const std::runtime_error& error) {
+      EXPECT_EQ(error.what(), folder.path(name) +
+                                  ": a picture of 30000 x 30000 pixels: at most 128 million are "
+                                  "read");
+    }
+  }
+}
 
 TEST_F(BoardPage, isExactlyTheSheet) {
   for (const Eigen::Vector2d& size : {kA4, kA2, kOdd}) {

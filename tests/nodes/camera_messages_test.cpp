@@ -107,6 +107,10 @@ TEST(CameraLens, mayBeAFisheye) {
   message.distortion_model = "equidistant";
   message.D = {0.1, 0.02, 0.03, 0.04};
   EXPECT_EQ(toLens(message).model, calib::LensModel::Equidistant);
+  message.D.resize(14);  // what drivers of OpenCV's cameras send
+  EXPECT_EQ(toLens(message).D[3], 0.04);
+  message.D[13] = 1;
+  EXPECT_TRUE(contains(lensRefusal(message), "found 14, and those beyond are not all 0"));
 }
 
 TEST(CameraLens, isRefusedByName) {
@@ -120,7 +124,8 @@ TEST(CameraLens, isRefusedByName) {
   message.distortion_model = "fov";
   EXPECT_TRUE(contains(lensRefusal(message), "distortion_model 'fov' is unknown"));
   message.distortion_model = "equidistant";
-  EXPECT_TRUE(contains(lensRefusal(message), "expected 4 for an equidistant lens"));
+  message.D.resize(3);
+  EXPECT_TRUE(contains(lensRefusal(message), "equidistant has 4 numbers, found 3"));
   message = info();
   message.binning_x = 2;
   EXPECT_TRUE(contains(lensRefusal(message), "binning"));

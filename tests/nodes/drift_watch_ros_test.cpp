@@ -1,5 +1,6 @@
 // projector_node's drift watch on a ROS graph: photographs of known tags, tf right and wrong.
 #include <diagnostic_msgs/DiagnosticArray.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
@@ -54,7 +55,7 @@ class Doctor {
 /// A board on the floor is the layout of known tags; the camera that sees it hangs in the room.
 class DriftWatchTest : public test::RosGraph<test::GlTest> {
  protected:
-  std::string writeConfig() {
+  std::string writeConfig(const std::string& camera_info = "/camera/camera_info") {
     std::ofstream layout(folder_.path("floor.yaml"));
     layout << "frame: floor\ntags:\n";
     for (const calib::Tag& tag : rig_.board.tags) {
@@ -71,7 +72,9 @@ class DriftWatchTest : public test::RosGraph<test::GlTest> {
         << "fixed_frame: map\n"
            "projector: {camera_info: projector.yaml, frame: projector_optical_frame}\n"
            "layers: [{topic: /marker, type: visualization_msgs/Marker}]\n"
-           "watch: {image: /camera/image, camera_info: /camera/camera_info, tags: floor.yaml,"
+           "watch: {image: /camera/image, camera_info: "
+        << camera_info
+        << ", tags: floor.yaml,"
            " period_s: 0.2, limit_mm: 10}\n";
     return folder_.path("config.yaml");
   }
@@ -150,6 +153,28 @@ TEST_F(DriftWatchTest, saysInDiagnosticsWhetherTagsLieWhereTfHasThem) {
   images.publish(photograph);
   publishTransforms(transforms, 0);
   EXPECT_TRUE(doctor.says("0 ")) << "recovers: " << doctor.newest();
+  node.interrupt();
+  EXPECT_EQ(node.exitStatus(), 0);
+}
+
+/// As roslaunch gives it: the path of the configuration is absolute, and with it the camera's.
+TEST_F(DriftWatchTest, readsTheCamerasLensFromAFileBesideTheConfiguration) {
+  const std::string config = writeConfig("camera.yaml");
+  const sensor_msgs::CameraInfo info = toCameraInfo(rig_.camera);
+  std::ofstream(folder_.path("camera.yaml"))
+      << fmt::format("{{width: {}, height: {}, distortion_model: {}, D: [{}], K: [{}]}}",
+                     info.width, info.height, info.distortion_model, fmt::join(info.D, ", "),
+                     fmt::join(info.K, ", "));
+  auto images = nh_->advertise<sensor_msgs::Image>("/camera/image", 1, true);
+  const calib::Picture gray = test::grayPicture(rig_.projector.width, rig_.projector.height);
+  images.publish(imageOf(test::photograph(rig_, pose_, gray, 1), "camera_optical_frame"));
+  const auto transforms = nh_->advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
+  publishTransforms(transforms, 0);
+  Doctor doctor("watching: drift watch");
+  test::NodeProcess node({AFTERGLOW_TEST_PROJECTOR_NODE, "__name:=watching", "_config:=" + config,
+                          "_calibration:=" + folder_.path(""), "_window:=false"});
+  EXPECT_TRUE(doctor.says("0 " + std::to_string(rig_.board.tags.size()) + " tags within 0."))
+      << doctor.newest() << node.log();
   node.interrupt();
   EXPECT_EQ(node.exitStatus(), 0);
 }

@@ -33,14 +33,16 @@ class FrameFaults : public test::FaultyScene {
   }
 
   /// Shown never; given up after the patience of a layer, in words that name the frame.
-  void expectNeverPlaced(const Marker& lost, const std::string& frame) {
+  void expectNeverPlaced(const Marker& lost, const std::string& frame,
+                         const std::string& other_reason = "") {
     SCOPED_TRACE(frame);
     startAgain();
     add({cube(1), lost, cube(2)}, at(0));
     EXPECT_EQ(drawn(at(0)).size(), 2u);
     EXPECT_EQ(scene_->status()[kMarkers].waiting_for, frame);
     EXPECT_EQ(drawn(at(11)).size(), 2u);
-    const std::string reason = "no transform from '" + frame + "' to 'map'";
+    const std::string reason =
+        other_reason.empty() ? "no transform from '" + frame + "' to 'map'" : other_reason;
     EXPECT_EQ(dropped(), (std::map<std::string, std::uint64_t>{{reason, 1}}));
     EXPECT_EQ(logged(0), std::vector<std::string>{"/markers: dropped: " + reason});
     EXPECT_TRUE(logged(1).empty());
@@ -60,10 +62,38 @@ TEST_F(FrameFaults, aLeadingSlashIsNoPartOfAName) {
 
 TEST_F(FrameFaults, unknownFramesAreNamedAndNothingIsDrawnInTheirStead) {
   expectNeverPlaced(cube(7, "nowhere"), "nowhere");
-  expectNeverPlaced(cube(7, "//map"), "/map");
   expectNeverPlaced(cube(7, "h\xc3\xa4nd\n\x1b[2J"), "h??nd??[2J");
   expectNeverPlaced(cube(7, std::string(65536, 'x')), std::string(80, 'x') + "...");
   expectNeverPlaced(cube(7, std::string("a\0b", 3)), "a?b");
+}
+
+/// tf2 itself writes a warning each time that it is asked for such a name.
+TEST_F(FrameFaults, namesThatTf2RefusesAreRefusedBeforeItIsAsked) {
+  testing::internal::CaptureStderr();
+  for (const std::string name : {"//map", "///", "//"}) {
+    expectRefused(cube(7, name), "frame_id '" + name + "' begins with more than one '/'");
+  }
+  FrameLookup frames(buffer_, "map");
+  for (const std::string name : {"/map", "", "/"}) {
+    EXPECT_FALSE(frames.newest(name)) << name;
+    EXPECT_FALSE(FrameLookup(buffer_, name).at("map", at(0))) << name;
+  }
+  auto message = stamped("//arm", 1, at(0));
+  EXPECT_EQ(take(message, at(0)),
+            "transform of '/arm': a frame's name begins with more than one '/'");
+  message = stamped("arm", 1, at(0));
+  message.header.frame_id = "//map";
+  EXPECT_EQ(take(message, at(0)),
+            "transform of 'arm': a frame's name begins with more than one '/'");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(FrameFaults, transformsThatAreRepeatedAreTakenInSilence) {
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(take(stamped("arm", 1, at(0)), at(0)), "");
+  EXPECT_EQ(take(stamped("arm", 1, at(20)), at(20)), "");
+  EXPECT_EQ(take(stamped("arm", 1, at(0)), at(20)), "");  // older than tf2 remembers
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
 // 39
@@ -107,11 +137,18 @@ TEST_F(FrameFaults, aChainThatEndsAbsurdlyFarLeadsNowhere) {
 TEST_F(FrameFaults, aStampTfDoesNotReachIsWaitedForAndGivenUp) {
   transform("arm", 1, at(0));
   transform("arm", 2, at(1));
-  for (const ros::Time stamp :
-       {at(-5), at(500), ros::Time(1), ros::Time(kLastSecond, 999'999'999)}) {
+  const std::string way_out = ": set its sender's clock by tf's (chrony, ntp), or stamp it 0";
+  const std::string old = " s before it came, older than what tf has (10 s at most)" + way_out;
+  const std::string ahead = " s after it came, ahead of tf" + way_out;
+  const std::map<ros::Time, std::string> reasons = {
+      {at(-5), "stamped 5" + old},
+      {at(500), "stamped 500" + ahead},
+      {ros::Time(1), "stamped 999" + old},
+      {ros::Time(kLastSecond, 999'999'999), "stamped 4294966295" + ahead}};
+  for (const auto& [stamp, reason] : reasons) {
     Marker m = cube(7, "arm");
     m.header.stamp = stamp;
-    expectNeverPlaced(m, "arm");
+    expectNeverPlaced(m, "arm", reason);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <string>
 
 #include "nodes/conversion/geometry_conversion.hpp"
@@ -228,7 +229,93 @@ TEST_F(LayerContentTest, bearsScansAtTheEndsOfTime) {
   add(message, 0);
   EXPECT_TRUE(drawn(0).empty());
   scene->update(at(11));
-  EXPECT_EQ(status().dropped.at("no transform from 'laser' to 'map'"), 2u);
+  ASSERT_EQ(status().dropped.size(), 2u);
+  for (const auto& [reason, count] : status().dropped) {
+    EXPECT_EQ(reason.substr(0, 8), "stamped ") << reason;
+  }
+}
+
+// tf2_ros::MessageFilter drops them; it has no words for it.
+TEST_F(LayerContentTest, tellsByHowMuchAStampIsOffAndTheWayOut) {
+  layer.type = LayerType::PointCloud2;
+  const std::string way_out = "set its sender's clock by tf's (chrony, ntp), or stamp it 0";
+  const std::map<double, std::string> words = {
+      {30, "stamped 30 s after it came, ahead of tf: " + way_out},
+      {-30, "stamped 30 s before it came, older than what tf has (10 s at most): " + way_out}};
+  for (const auto& [skew, reason] : words) {
+    scene.reset();
+    buffer.clear();
+    transform(0, 1);
+    auto message = cloudMessage("laser", {{1, 0, 0}});
+    message.header.stamp = at(skew);
+    add(message, 0);
+    EXPECT_EQ(scene->snapshot(at(0)).problems.back(), "/layer: " + reason);
+    EXPECT_EQ(status().missing, reason);
+    for (int i = 1; i < 20; ++i) {  // more than wait
+      transform(0.1 * i, 1);
+      message.header.stamp = at(skew + 0.1 * i);
+      add(message, 0.1 * i);
+    }
+    EXPECT_EQ(status().dropped.at("too many waiting: " + reason), 10u);
+    for (int i = 2; i < 15; ++i) transform(i, 1);
+    scene->update(at(14));
+    EXPECT_EQ(status().dropped.at(reason), 10u);
+    EXPECT_TRUE(drawn(14).empty());
+  }
+}
+
+TEST_F(LayerContentTest, tellsTheSkewOfPathsAndScansButBlamesNoStampForAFrameThatIsMissing) {
+  layer.type = LayerType::Path;
+  transform(0, 1);
+  nav_msgs::Path path;
+  path.header.frame_id = "laser";
+  path.header.stamp = at(3600);
+  path.poses.resize(2);
+  path.poses[1].pose.position.x = 1;
+  add(path, 0);
+  scene->snapshot(at(0));
+  EXPECT_EQ(status().missing.substr(0, 28), "stamped 3600 s after it came");
+  scene.reset();
+  path.header.frame_id = "nowhere";
+  add(path, 0);
+  scene->snapshot(at(0));
+  EXPECT_EQ(status().missing, "no transform from 'nowhere' to 'map'");
+  scene.reset();
+  layer.type = LayerType::LaserScan;
+  auto message = ahead(3, 0, 2);
+  message.header.stamp = at(-12);
+  add(message, 0);
+  scene->snapshot(at(0));
+  EXPECT_EQ(status().missing.substr(0, 27), "stamped 12 s before it came");
+}
+
+TEST_F(LayerContentTest, tellsWhyTheNewestMessageShowsNothing) {
+  layer.type = LayerType::Path;
+  nav_msgs::Path path;
+  path.header.frame_id = "map";
+  const auto nothingOf = [&](std::size_t poses) {
+    path.poses.resize(poses);
+    add(path, 0);
+    return status().nothing;
+  };
+  EXPECT_EQ(nothingOf(0), "a path without poses");
+  EXPECT_EQ(nothingOf(1), "a path of one pose");
+  EXPECT_EQ(nothingOf(2), "a path without two poses apart");
+  path.poses[1].pose.position.x = 1;
+  EXPECT_EQ(nothingOf(2), "");
+  scene.reset();
+  layer.type = LayerType::PointCloud2;
+  add(sensor_msgs::PointCloud2(), 0);
+  EXPECT_EQ(status().nothing, "a cloud without points");
+  add(cloudMessage("map", {{std::numeric_limits<float>::quiet_NaN(), 0, 0}}), 0);
+  EXPECT_EQ(status().nothing, "a cloud whose points are not finite");
+  scene.reset();
+  layer.type = LayerType::LaserScan;
+  auto blind = ahead(2, 0, 2);
+  blind.header.frame_id = "map";
+  blind.ranges.assign(2, std::numeric_limits<float>::infinity());
+  add(blind, 0);
+  EXPECT_EQ(status().nothing, "a scan without a return");
 }
 
 // ------------------------------------------------------------------------------------------- paths

@@ -2,6 +2,7 @@
 #include "nodes/conversion/mesh_library.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <atomic>
@@ -50,6 +51,24 @@ TEST_F(MeshReader, bringsWhatTheFileHolds) {
   EXPECT_EQ(apart.colors, here.colors);
   EXPECT_EQ(apart.triangles, here.triangles);
   EXPECT_EQ(apart.is_closed, here.is_closed);
+}
+
+/// A node that has two of the one before it, and so on: 5 kB that grow to 2^40 nodes, and took 3 GB.
+TEST_F(MeshReader, boundsTheMemoryOfAFileThatGrows) {
+  std::string dae = test::cubeDae();
+  std::string nodes = "<library_nodes><node id=\"n0\"><instance_geometry url=\"#g\"/></node>";
+  for (int i = 1; i <= 40; ++i) {
+    const std::string before = "<instance_node url=\"#n" + std::to_string(i - 1) + "\"/>";
+    nodes += "<node id=\"n" + std::to_string(i) + "\">" + before + before + "</node>";
+  }
+  dae.insert(dae.find("<library_visual_scenes>"), nodes + "</library_nodes>");
+  const std::string scene = "<visual_scene id=\"s1\">";
+  dae.insert(dae.find(scene) + scene.size(), "<node><instance_node url=\"#n40\"/></node>");
+  const std::string reason = refusal(write("grows.dae", dae));
+  EXPECT_EQ(reason, "takes more than 1 GiB of memory to read");
+  rusage used{};
+  getrusage(RUSAGE_CHILDREN, &used);
+  EXPECT_LT(used.ru_maxrss, 1 << 20) << "KiB";
 }
 
 TEST_F(MeshReader, passesOnLimitsAndReasons) {

@@ -72,13 +72,25 @@ TEST(ScanConversion, colorsByIntensity) {
 }
 
 TEST(ScanConversion, refusesAnglesAndLimitsThatAreNoNumbers) {
-  auto message = scan({1});
+  auto message = scan({1, 1});
   message.angle_increment = kNan;
   EXPECT_EQ(toScanPoints(message, {}).reason, "scan angles are not finite");
   message = scan({1});
   message.range_max = kNan;
   EXPECT_EQ(toScanPoints(message, {}).reason, "range limits are no numbers");
   EXPECT_TRUE(toScanPoints(sensor_msgs::LaserScan(), {}).value);  // clears
+}
+
+TEST(ScanConversion, looksAtNoStepsOfASingleRay) {
+  auto message = scan({2});
+  message.angle_min = 0;
+  message.angle_increment = message.time_increment = kNan;
+  message.angle_max = message.scan_time = kNan;
+  const auto scanned = toScanPoints(message, {});
+  ASSERT_TRUE(scanned.value) << scanned.reason;
+  EXPECT_EQ(scanned.value->cloud.points[0], Eigen::Vector3f(2, 0, 0));
+  message.ranges.push_back(2);
+  EXPECT_EQ(toScanPoints(message, {}).reason, "scan angles are not finite");
 }
 
 TEST(ScanConversion, colorsByIntensityWithinFixedBounds) {

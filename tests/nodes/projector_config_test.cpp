@@ -6,6 +6,7 @@
 #include <string>
 
 #include "calib/color/color.hpp"
+#include "nodes/projector/output_config.hpp"
 #include "nodes/tools/yaml_map.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -106,6 +107,38 @@ TEST_F(ProjectorConfigTest, isNotItsOwnLens) {
   const std::string said = fault(itself + "layers:\n" + kCloud + ", surface: floor}\n");
   EXPECT_NE(said.find("names this configuration itself"), std::string::npos) << said;
   EXPECT_NE(said.find("--calibration"), std::string::npos) << said;
+}
+
+TEST_F(ProjectorConfigTest, refusesALensOfMorePixelsThanAreDrawn) {
+  const auto refusal = [&](int width, int height) -> std::string {
+    std::ofstream(folder_.path("p.yaml"))
+        << "{width: " << width << ", height: " << height
+        << ", distortion_model: '', D: [], K: [500, 0, 320, 0, 500, 240, 0, 0, 1]}";
+    OutputConfig output;
+    output.camera_info = folder_.path("p.yaml");
+    try {
+      loadLens(output);
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what()).substr(output.camera_info.size());
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(7680, 4320), "") << "8K UHD";
+  EXPECT_EQ(refusal(8192, 4097),
+            ": a picture of 8192 x 4097 pixels: a projector's has at most 33 million");
+  EXPECT_NE(refusal(65535, 65535).find("expected at most 16384 pixels a side"), std::string::npos);
+}
+
+// tf2 knows names without a slash before them, and warns of others each time it is asked.
+TEST_F(ProjectorConfigTest, takesFramesWithoutTheirOldSlashAndRefusesOthers) {
+  std::string text = kHead + kMarker + "}\n";
+  text.replace(text.find("map"), 3, "/map");
+  EXPECT_EQ(load(text).fixed_frame, "map");
+  text.replace(text.find("/map"), 4, "//map");
+  EXPECT_EQ(fault(text), ":1: 'fixed_frame' of the configuration is no frame's name: '//map'");
+  text = kHead + kMarker + "}\n";
+  text.replace(text.find("optical"), 7, "'/'");
+  EXPECT_EQ(fault(text), ":2: 'frame' of 'projector' is no frame's name: '/'");
 }
 
 TEST_F(ProjectorConfigTest, namesTheLineAndTheNearestKeyOfATypo) {

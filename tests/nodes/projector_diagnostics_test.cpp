@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "nodes/projector/dark_reasons.hpp"
 #include "nodes/projector/parent_watch.hpp"
 
 namespace afterglow::nodes::projector_diagnostics_test {
@@ -61,7 +62,41 @@ TEST(ProjectorDiagnostics, sayThatContentLiesBesideTheLight) {
 TEST(ProjectorDiagnostics, areWellWhileSomethingIsLit) {
   const ProjectorState state = stateOf(layerOf(2), censusOf(1, 1));
   EXPECT_EQ(saidOf(state, "projector"), "0 projecting");
-  EXPECT_EQ(saidOf(state, "/cloud"), "0 2 shown");
+  EXPECT_EQ(saidOf(state, "/cloud"),
+            "0 2 shown, 1 of 2 drawables inside the light (1 beside it)");
+}
+
+TEST(ProjectorDiagnostics, nameEachReasonForWhatIsNotLit) {
+  LayerStatus layer = layerOf(5);
+  layer.dropped = {{"a point is not finite or absurdly far", 7}};
+  layer.nothing = "a path of one pose";
+  layer.missing = "no transform from 'arm' to 'map'";
+  layer.waiting_for = "arm";
+  render::LayerCensus census = censusOf(1);
+  census.drawables = 4;
+  census.flat = census.blank = census.transparent = 1;
+  layer.invisible = 1;
+  EXPECT_EQ(saidOf(stateOf(layer, census), "/cloud"),
+            "1 5 shown, no transform from 'arm' to 'map', 1 of 5 drawables inside the light (2 of "
+            "alpha 0, 1 without extent, as the projector sees it, 1 of blank text), its newest "
+            "message shows nothing: a path of one pose, 7 dropped (a point is not finite or "
+            "absurdly far)");
+  layer.dropped = {{"a", 1}, {"b", 2}, {"c", 3}};
+  EXPECT_EQ(saidOf(stateOf(layer, censusOf(1)), "/cloud").substr(0, 13), "1 5 shown, no");
+  EXPECT_NE(saidOf(stateOf(layer, censusOf(1)), "/cloud").find(", and 2 other reasons"),
+            std::string::npos);
+}
+
+TEST(DarkReasons, areTheSameForARecordedPictureAndNamedOnce) {
+  LayerStatus good = layerOf(1), bad = layerOf(0);
+  bad.topic = "/strip";
+  bad.dropped = {{"a point is not finite or absurdly far", 1}};
+  bad.missing = "no transform from 'arm' to 'map'";
+  EXPECT_EQ(darkReasons({"/strip: no transform from 'arm' to 'map'"}, {good, bad}, {censusOf(1)}),
+            (std::vector<std::string>{
+                "/strip: no transform from 'arm' to 'map'",
+                "/strip: 1 dropped (a point is not finite or absurdly far)"}));
+  EXPECT_TRUE(darkReasons({}, {good}, {censusOf(1)}).empty());
 }
 
 TEST(ProjectorDiagnostics, warnWhileDrawingTakesLongerThanItHas) {
@@ -141,6 +176,8 @@ TEST(FaultLog, saysOnceWhatCountsSeconds) {
   const std::string stale = "/a: the transform from 'a' to 'map' is stale: 'a' in 'map' is ";
   EXPECT_EQ(log.news({stale + "2 s old"}, {}, 0).size(), 1u);
   EXPECT_TRUE(log.news({stale + "3 s old"}, {}, 1'000'000'000).empty());
+  EXPECT_EQ(log.news({"/a: stamped 29 s after it came"}, {}, 0).size(), 1u);
+  EXPECT_TRUE(log.news({"/a: stamped 30 s after it came"}, {}, 0).empty());
 }
 
 // -------------------------------------------------------------------------------------- parents

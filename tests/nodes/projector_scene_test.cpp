@@ -394,7 +394,7 @@ TEST_F(ProjectorSceneTest, keepsTheNewestCloudAndClearsOnAnEmptyOne) {
 TEST_F(ProjectorSceneTest, keepsOnlyAsManyWaitingCloudsAsRViz) {
   for (int i = 0; i < 15; ++i) scene.add(kCloud, cloudMessage("nowhere", {{1, 0, 0}}), at(i * 0.1));
   EXPECT_EQ(scene.status()[kCloud].waiting, 10u);
-  EXPECT_EQ(dropped(kCloud).at("too many waiting for a transform from 'nowhere'"), 5u);
+  EXPECT_EQ(dropped(kCloud).at("too many waiting: no transform from 'nowhere' to 'map'"), 5u);
 }
 
 TEST_F(ProjectorSceneTest, drawsPathsAndClearsThem) {

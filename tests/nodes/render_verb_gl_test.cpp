@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
+#include <nav_msgs/Path.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
 #include <sound_play/SoundRequest.h>
 #include <tf2_msgs/TFMessage.h>
 #include <visualization_msgs/Marker.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -92,6 +94,39 @@ TEST_P(RenderVerb, drawsABehaviorOfAStoreAtAMoment) {
     EXPECT_EQ(result.status, 0) << result.output;
     EXPECT_NE(result.output.find("the picture is dark"), std::string::npos) << result.output;
     EXPECT_EQ(test::litPixels(readPng(png_)), 0);
+  }
+}
+
+TEST_P(RenderVerb, saysOfALitPictureWhatItDoesNotShow) {
+  std::ofstream(config_) << kConfig << "  - {topic: /markers, type: visualization_msgs/Marker}\n"
+                         << "  - {topic: /path, type: nav_msgs/Path}\n";
+  {
+    rosbag::Bag bag(bag_, rosbag::bagmode::Append);
+    visualization_msgs::Marker marker;
+    marker.header.frame_id = "map";
+    marker.type = visualization_msgs::Marker::LINE_STRIP;
+    marker.scale.x = 0.01;
+    marker.color.a = marker.color.g = 1;
+    marker.points.resize(2);
+    marker.points[1].x = std::nan("");
+    bag.write("/markers", ros::Time(1001), marker);
+    marker.points[1].x = 0;
+    marker.id = 1;
+    marker.color.a = 0;
+    bag.write("/markers", ros::Time(1001), marker);
+    nav_msgs::Path path;
+    path.header.frame_id = "map";
+    path.poses.resize(1);
+    bag.write("/path", ros::Time(1001), path);
+  }
+  const ProgramResult result = render(bag_, png_, {"--at", "2"});
+  ASSERT_EQ(result.status, 0) << result.output;
+  cloud_.expectLit(readPng(png_));
+  for (const char* said :
+       {"/markers: 1 dropped (a point is not finite or absurdly far)",
+        "/markers: 0 of 1 drawable inside the light (1 of alpha 0)",
+        "/path: its newest message shows nothing: a path of one pose"}) {
+    EXPECT_NE(result.output.find(said), std::string::npos) << result.output;
   }
 }
 

@@ -30,6 +30,15 @@ const std::string kFloor =
     "  - {id: 3, center: [1.0, 0.5], size: 0.16, yaw_deg: 90}\n"
     "  - {id: 4, corners: [[0, 0.2], [0.2, 0.2], [0.2, 0], [0, 0]]}\n";
 
+std::string topicOf(const WatchConfig& watch) {
+  const auto* topic = std::get_if<CameraTopic>(&watch.camera_info);
+  return topic != nullptr ? topic->name : "a file";
+}
+std::string fileOf(const WatchConfig& watch) {
+  const auto* file = std::get_if<CameraFile>(&watch.camera_info);
+  return file != nullptr ? file->path : "a topic";
+}
+
 class WatchConfigTest : public testing::Test {
  protected:
   void SetUp() override { write("floor.yaml", kFloor); }
@@ -71,7 +80,7 @@ TEST_F(WatchConfigTest, readsTopicsTagsAndLimits) {
   const auto watch = load(kWatch + "  period_s: 5\n  limit_px: 3\n").watch;
   ASSERT_TRUE(watch);
   EXPECT_EQ(watch->image_topic, "/camera/image_raw");
-  EXPECT_EQ(watch->camera_info, "/camera/camera_info");
+  EXPECT_EQ(topicOf(*watch), "/camera/camera_info");
   EXPECT_EQ(watch->period_s, 5);
   EXPECT_EQ(watch->limit_px, 3);
   EXPECT_FALSE(watch->limit_mm);
@@ -80,8 +89,20 @@ TEST_F(WatchConfigTest, readsTopicsTagsAndLimits) {
   // Turned by 90 degrees counterclockwise: the picture's top left is at the lower left.
   EXPECT_LT((watch->layout.tags[0].corners[0] - Eigen::Vector2d(0.92, 0.42)).norm(), 1e-9);
   EXPECT_EQ(load(kWatch).watch->limit_mm, 10) << "without a limit: 10 mm";
-  const std::string file = "  image: /i\n  camera_info: camera.yaml\n  tags: floor.yaml\n";
-  EXPECT_EQ(load(file).watch->camera_info, folder_.path("camera.yaml"));
+}
+
+/// The configuration's own path is absolute here, and with it that of the file beside it.
+TEST_F(WatchConfigTest, tellsACamerasFileFromATopicByWhatIsWritten) {
+  const auto written = [&](const std::string& camera) {
+    return *load("  image: /i\n  camera_info: " + camera + "\n  tags: floor.yaml\n").watch;
+  };
+  EXPECT_EQ(fileOf(written("camera.yaml")), folder_.path("camera.yaml"));
+  EXPECT_EQ(fileOf(written("camera")), folder_.path("camera"));
+  EXPECT_EQ(fileOf(written("../camera.yaml")), folder_.path("../camera.yaml"));
+  EXPECT_EQ(fileOf(written("/no/topic/has/a.yaml")), "/no/topic/has/a.yaml");
+  EXPECT_EQ(topicOf(written("/camera/info")), "/camera/info");
+  write("plain", "");
+  EXPECT_EQ(fileOf(written(folder_.path("plain"))), folder_.path("plain"));
 }
 
 TEST_F(WatchConfigTest, refusesTyposWithFileAndLine) {

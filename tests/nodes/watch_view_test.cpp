@@ -39,18 +39,15 @@ TEST(WatchView, saysOfAProjectorHowFastItDrawsAndOfALayerWhatItLacks) {
   DiagnosticStatus projector = statusOf("p: projector", DiagnosticStatus::OK, "projecting");
   addValue(projector, "drawn_hz", "29.9");
   addValue(projector, "wanted_hz", "30.0");
-  DiagnosticStatus layer = statusOf("p: /cloud", DiagnosticStatus::WARN, "1 shown, some dropped");
-  addValue(layer, "light", "1 of 2 drawables inside the light (1 beside it)");
+  DiagnosticStatus layer = statusOf("p: /cloud", DiagnosticStatus::WARN, "1 shown, 7 dropped (too large)");
   addValue(layer, "received", "10");
-  addValue(layer, "dropped: too large", "7");
   WatchView view;
   view.take(arrayOf({projector, layer}), kStart);
-  layer.values[1].value = "15";
+  layer.values[0].value = "15";
   view.take(arrayOf({projector, layer}), kStart + kSecond);
   EXPECT_EQ(wordsOf(view, kStart + kSecond),
             (std::vector<std::string>{
-                "warning  p: /cloud: 1 shown, some dropped, 1 of 2 drawables inside the light (1 "
-                "beside it), 5.0 messages/s, dropped: too large (7)",
+                "warning  p: /cloud: 1 shown, 7 dropped (too large), 5.0 messages/s",
                 "ok       p: projector: projecting, 29.9 of 30.0 Hz"}));
 }
 
