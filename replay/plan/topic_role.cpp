@@ -193,6 +193,7 @@ const std::vector<std::pair<std::string, TopicClass>>& topicClassWords() {
 }
 
 bool isCalled(std::string_view topic, std::string_view pattern) {
+  if (topic.size() > TopicName::kLongest) return false;  // nor its end
   if (startsWith(pattern, "/")) return matches(topic, pattern);
   for (std::size_t slash = topic.find('/'); slash != std::string_view::npos;
        slash = topic.find('/', slash + 1)) {
