@@ -19,6 +19,7 @@
 #include "nodes/tools/node_help.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
+#include "nodes/tools/store_parameter.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -36,7 +37,7 @@ Parameters readParameters() {
   Parameters all;
   const ros::NodeHandle own("~");
   own.param("store", all.node.store, all.node.store);
-  replay::refusePassword("~store", all.node.store);
+  refuseStorePassword(own, all.node.store);
   own.param("player", all.node.player, all.node.player);
   own.param("recorder", all.node.recorder, all.node.recorder);
   own.param("calibrator", all.node.calibrator, all.node.calibrator);

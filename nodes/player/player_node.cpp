@@ -11,6 +11,7 @@
 #include "nodes/player/live_graph.hpp"
 #include "nodes/player/play_options.hpp"
 #include "nodes/player/report_files.hpp"
+#include "nodes/tools/store_parameter.hpp"
 #include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
@@ -61,7 +62,7 @@ OptionTexts parameterTexts(const ros::NodeHandle& node, const PlayOption& option
 PlayerNodeOptions PlayerNodeOptions::read(const ros::NodeHandle& private_node) {
   PlayerNodeOptions options;
   private_node.param("store", options.store, options.store);
-  replay::refusePassword("~store", options.store);
+  refuseStorePassword(private_node, options.store);
   private_node.param("report_folder", options.report_folder, options.report_folder);
   for (const FormerOption& former : formerOptions()) {
     if (private_node.hasParam(former.name)) {

@@ -4,33 +4,16 @@
 #include <string>
 #include <utility>
 
+#include "nodes/tools/robot_time.hpp"
+
 namespace afterglow::nodes {
-
-namespace {
-
-/// roscpp looks only when a node begins.
-void checkSimulatedTime(const std::string& clock_publisher) {
-  bool is_set = false;
-  ros::param::get("/use_sim_time", is_set);
-  if (is_set && !ros::Time::isSimTime()) {
-    throw std::runtime_error(
-        "/use_sim_time was set after this node had begun: its time is not the robot's; start it "
-        "anew");
-  }
-  if (ros::Time::isSimTime() && clock_publisher.empty()) {
-    throw std::runtime_error(
-        "/use_sim_time is set and nobody publishes /clock: the robot's time stands still");
-  }
-}
-
-}  // namespace
 
 ReplayTime::ReplayTime(ReplayClock kind, std::function<void(double seconds)> on_jump) {
   const std::string other = clockPublisher();
   if (kind == ReplayClock::Sim && !other.empty()) {
     throw std::runtime_error(other + " publishes /clock, too: two clocks are refused");
   }
-  if (kind == ReplayClock::Live) checkSimulatedTime(other);
+  if (kind == ReplayClock::Live) requireTime(deadlineIn(kMasterPatience));
   const bool is_simulated = kind == ReplayClock::Live && ros::Time::isSimTime();
   if (is_simulated) note_ = "time was the /clock of " + other + ", as /use_sim_time is set";
   if (kind == ReplayClock::Follow || is_simulated) {

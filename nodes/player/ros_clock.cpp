@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "nodes/conversion/geometry_conversion.hpp"
-#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -17,11 +16,6 @@ constexpr const char* kClockTopic = "/clock";
 constexpr std::int64_t kLongestTick = 1'000'000'000;
 
 }  // namespace
-
-std::string clockPublisher() {
-  const auto others = askMaster(deadlineIn(kMasterPatience)).otherPublishers(kClockTopic);
-  return others.empty() ? "" : *others.begin();
-}
 
 ClockGiver::ClockGiver(double hz, std::function<replay::Stamp()> time)
     : publisher_(node_.advertise<rosgraph_msgs::Clock>(kClockTopic, 1, true)) {

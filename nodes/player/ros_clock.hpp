@@ -13,9 +13,6 @@
 
 namespace afterglow::nodes {
 
-/// Who else publishes /clock, by the master; empty: nobody. Throws std::runtime_error without one.
-std::string clockPublisher();
-
 /// Publishes /clock so many times a second while it lives, also while `time` stands. Sets no
 /// parameter.
 class ClockGiver {

@@ -98,6 +98,7 @@ bool RecorderNode::onStop(StopRecording::Request& request, StopRecording::Respon
   response.messages = ended->counts.stored;
   response.dropped = ended->counts.dropped;
   response.kept = ended->kept;
+  response.silent_topics = ended->counts.silent_topics;
   response.remarks = ended->counts.remarks;
   return true;
 }
@@ -118,6 +119,7 @@ void RecorderNode::publishDiagnostics() {
   state.store = replay::storeUri(options_.store);
   state.spool = store_->spoolStatus();
   state.running = manager_.runningIds().size();
+  state.named = manager_.namedCounts();
   state.load = manager_.load();
   state.load_before = load_before_;
   state.seconds = std::max(1e-3, (now - told_at_).toSec());

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "replay/store/store.hpp"
+#include "nodes/tools/store_parameter.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -30,7 +30,7 @@ RecorderNodeOptions RecorderNodeOptions::read(const ros::NodeHandle& node) {
   RecorderNodeOptions options;
   const std::string topics = "a list of topic names";
   nodes::read(node, "store", options.store, "a text");
-  replay::refusePassword("~store", options.store);
+  refuseStorePassword(node, options.store);
   nodes::read(node, "robot", options.robot, "a text");
   nodes::read(node, "context_topics", options.context_topics, topics);
   readAtLeast(node, "connect_timeout", options.connect_timeout_s, 0.0);

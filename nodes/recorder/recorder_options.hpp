@@ -24,6 +24,8 @@ struct RecorderNodeOptions {
   /// ~pre_roll_topics: listened to always, so that a behavior can reach back on them.
   std::vector<std::string> pre_roll_topics;
   int min_space_megabytes = 1024;  ///< ~min_space, MiB: ends recordings below it; 0: never
+  /// The way out of a full disk, for whoever cannot record.
+  std::string space_advice = "make room, or set another ~min_space or ~store";
   /// ~anchors: frames between which poses are kept with every behavior, without tf_prefix.
   std::vector<std::string> anchors = {"map", "odom", "base_link", "projector_optical_frame"};
   std::string calibration;  ///< ~calibration: folder of the calibration in use

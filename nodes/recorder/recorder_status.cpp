@@ -65,6 +65,7 @@ DiagnosticStatus toDiagnostics(const RecorderState& state) {
   addValue(status, "messages", std::to_string(now.messages));
   addValue(status, "dropped", std::to_string(now.dropped));
   addValue(status, "store", state.store);
+  for (const auto& [name, count] : state.named) addValue(status, name, std::to_string(count));
   if (state.spool) {
     addValue(status, "unsent_messages", std::to_string(state.spool->unsent_messages));
     addValue(status, "unsent_bytes", std::to_string(state.spool->unsent_bytes));

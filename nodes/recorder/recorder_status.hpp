@@ -5,6 +5,8 @@
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -18,6 +20,7 @@ struct RecorderState {
   std::string node;   ///< without leading slash
   std::string store;  ///< its URI
   std::size_t running = 0;
+  std::map<std::string, std::uint64_t> named;  ///< RecordingManager::namedCounts()
   replay::RecorderLoad load, load_before;  ///< now, and `seconds` ago
   double seconds = 1;
   std::size_t queue_bytes = 0;  ///< how much may wait

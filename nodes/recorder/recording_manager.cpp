@@ -13,6 +13,7 @@
 #include "nodes/recorder/noted_nodes.hpp"
 #include "nodes/recorder/referred_files.hpp"
 #include "nodes/recorder/unread_input.hpp"
+#include "nodes/tools/robot_time.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -110,6 +111,7 @@ std::int64_t RecordingManager::start(const RecordingRequest& request, const OnEn
                                      std::string* warning) {
   const replay::DiskState disk = space_.disk();
   if (disk.level == replay::DiskState::Level::Full) throw std::runtime_error(disk.text);
+  requireTime(deadlineIn(options_.connect_timeout_s));
   const std::vector<std::string> topics = topicsNow(request);
   std::unique_lock<std::mutex> one_by_one(subscribing_mutex_);
   const std::vector<std::string> heard = withAnswers(topics);
@@ -322,6 +324,20 @@ void RecordingManager::watch() {
     ROS_ERROR_STREAM("behavior " << id << " is cut short: " << *problem);
   }
   interruptAll(*problem);
+}
+
+std::map<std::string, std::uint64_t> RecordingManager::namedCounts() const {
+  std::map<std::string, std::uint64_t> named;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [id, running] : running_) {
+    const auto stored = recorder_.counts(id).stored_on;
+    for (const std::string& topic : running.request.behavior.topics) {
+      const auto found = stored.find(topic);
+      named["behavior " + std::to_string(id) + " " + topic] =
+          found == stored.end() ? 0 : found->second;
+    }
+  }
+  return named;
 }
 
 void RecordingManager::tellDrops() {

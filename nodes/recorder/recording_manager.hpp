@@ -42,7 +42,8 @@ class RecordingManager {
                    const StoreSpace& space);
   ~RecordingManager();
 
-  /// Returns when the recording runs, with its id. Throws std::runtime_error, one line.
+  /// Returns when the recording runs, with its id. Throws std::runtime_error, one line; also where
+  /// time stands (requireTime()), as all stamps would be one.
   std::int64_t start(const RecordingRequest& request, const OnEnd& on_end, std::string* warning);
   /// Empty if it does not run. `forced_by` is the reason of an end that no caller asked for; the
   /// first caller to stop it later (0: the last one) gets its result, unless on_end got it.
@@ -55,6 +56,9 @@ class RecordingManager {
   std::vector<std::int64_t> runningIds() const;
   replay::RecordedCounts counts(std::int64_t id) const { return recorder_.counts(id); }
   replay::RecorderLoad load() const { return recorder_.load(); }
+  /// How many messages were stored on each topic that a running behavior's request named, by
+  /// "behavior ID TOPIC".
+  std::map<std::string, std::uint64_t> namedCounts() const;
   std::optional<std::string> failure() const { return recorder_.failure(); }
 
   /// To be called often (~rescan): topics that turned up join the behaviors that want them, and

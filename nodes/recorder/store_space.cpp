@@ -16,7 +16,10 @@ replay::DiskState StoreSpace::disk() const {
   const auto min_space = static_cast<std::uint64_t>(options_.min_space_megabytes) << 20;
   const std::optional<std::uint64_t> free =
       folder_.empty() ? std::nullopt : replay::freeBytes(folder_);
-  return free ? replay::judgeDisk(folder_, *free, min_space) : replay::DiskState{};
+  if (!free) return {};
+  replay::DiskState state = replay::judgeDisk(folder_, *free, min_space);
+  if (!state.text.empty()) state.text += "; " + options_.space_advice;
+  return state;
 }
 
 void StoreSpace::makeRoom() {

@@ -101,8 +101,10 @@ ros::Subscriber TopicListener::subscribe(const std::string& topic) {
 void TopicListener::onMessage(const std::string& topic, const Event& event) {
   // Not the event's receipt time: a latched message that roscpp had already comes with that of old.
   const std::uint64_t received = ros::Time::now().toNSec();
+  const auto steady_ns = static_cast<std::int64_t>(ros::SteadyTime::now().toNSec());
   recorder_.offer(channelOf(topic, event), {static_cast<std::int64_t>(received)},
-                  std::move(event.getMessage()->bytes));
+                  std::move(event.getMessage()->bytes),
+                  ros::Time::isSimTime() ? std::nullopt : std::optional(steady_ns));
 }
 
 std::size_t TopicListener::channelOf(const std::string& topic, const Event& event) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "calib/regular_file.hpp"
 #include "nodes/conversion/map_identity.hpp"
 #include "nodes/tools/robot_namespace.hpp"
 #include "replay/store/checksum.hpp"
@@ -96,7 +97,7 @@ std::string WorldSnapshot::calibration() const {
   nlohmann::json json = nlohmann::json::object();
   if (!options_.calibration.empty()) {
     for (const std::string name : {"projector.yaml", "T_camera_projector.yaml"}) {
-      std::ifstream file(options_.calibration + "/" + name);
+      std::ifstream file = calib::openRegularFile(options_.calibration + "/" + name);
       const std::string text{std::istreambuf_iterator<char>(file), {}};
       if (!text.empty()) json[name] = text;
     }

@@ -16,6 +16,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "nodes/behavior_trees/include/afterglow/recorder_client.hpp"
 #include "nodes/recorder/recorder_node.hpp"
@@ -83,14 +84,20 @@ class RecorderWords {
         });
   }
 
-  /// "812 messages, 204.1 a second, 0 lost; ready", since the first that was heard.
+  /// "812 messages in all, 204.1 a second, 0 lost; ready", since the first that was heard; its
+  /// context counts, too.
   std::string text() {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (values_.empty()) return "";
     const std::string trouble = level_ == diagnostic_msgs::DiagnosticStatus::OK ? "" : message_;
-    return fmt::format("{} messages, {} a second, {} lost{}", since("messages"),
+    return fmt::format("{} messages in all, {} a second, {} lost{}", since("messages"),
                        values_["messages_per_s"], since("dropped"),
                        trouble.empty() ? "" : "; " + trouble);
+  }
+  /// How many messages it has stored on a topic that the behavior's request named.
+  std::uint64_t storedOn(std::int64_t behavior, const std::string& topic) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return numberOf(values_["behavior " + std::to_string(behavior) + " " + topic]);
   }
   /// It ended what it recorded by itself: its disk is full, its store fails.
   bool isCutShort() {
@@ -112,11 +119,11 @@ class RecorderWords {
     level_ = status.level;
     message_ = status.message;
   }
+  static std::uint64_t numberOf(const std::string& text) {
+    return std::strtoull(text.c_str(), nullptr, 10);
+  }
   std::uint64_t since(const std::string& key) {
-    const auto number = [](const std::string& text) {
-      return std::strtoull(text.c_str(), nullptr, 10);
-    };
-    const std::uint64_t now = number(values_[key]), first = number(first_[key]);
+    const std::uint64_t now = numberOf(values_[key]), first = numberOf(first_[key]);
     return now - std::min(now, first);
   }
 
@@ -198,8 +205,40 @@ std::string diskText(const std::string& store) {
   return free ? fmt::format("; {:.1f} GB free", static_cast<double>(*free) * 1e-9) : "";
 }
 
-/// Until the behavior ends: a line a second. Returns its outcome.
-std::string awaitEnd(const RecordOptions& options, BehaviorProgram& program, RecorderWords& words) {
+/// Tells each second what comes: a line for all, and one for each named topic.
+class LiveLines {
+ public:
+  LiveLines(RecorderWords& words, std::int64_t behavior, const std::vector<std::string>& topics)
+      : words_(words), behavior_(behavior), topics_(topics) {}
+
+  void tell(double seconds) {
+    const std::string text = words_.text();
+    if (text.empty()) return;
+    std::string lines = fmt::format("{:.0f} s: {}{}\n", seconds, text, diskText(words_.store()));
+    for (const std::string& topic : topics_) lines += topicLine(topic, seconds - told_s_);
+    told_s_ = seconds;
+    std::cerr << lines;
+  }
+
+ private:
+  std::string topicLine(const std::string& topic, double passed_s) {
+    const std::uint64_t now = words_.storedOn(behavior_, topic);
+    const std::uint64_t before = std::exchange(stored_[topic], now);
+    if (now == 0) return "  " + topic + ": nothing yet\n";
+    const double rate = static_cast<double>(now - std::min(now, before)) / passed_s;
+    return fmt::format("  {}: {} messages, {:.1f} a second\n", topic, now, rate);
+  }
+
+  RecorderWords& words_;
+  const std::int64_t behavior_;
+  const std::vector<std::string>& topics_;
+  std::map<std::string, std::uint64_t> stored_;
+  double told_s_ = 0;
+};
+
+/// Returns the behavior's outcome when it has ended.
+std::string awaitEnd(const RecordOptions& options, BehaviorProgram& program, RecorderWords& words,
+                     LiveLines lines) {
   const auto begin = std::chrono::steady_clock::now();
   const auto seconds = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -212,9 +251,7 @@ std::string awaitEnd(const RecordOptions& options, BehaviorProgram& program, Rec
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     if (seconds() < told_s + 1) continue;
     told_s = seconds();
-    if (const std::string text = words.text(); !text.empty()) {
-      std::cerr << fmt::format("{:.0f} s: {}{}\n", told_s, text, diskText(words.store()));
-    }
+    lines.tell(told_s);
   }
   return "";
 }
@@ -222,6 +259,10 @@ std::string awaitEnd(const RecordOptions& options, BehaviorProgram& program, Rec
 void tellEnd(const StopRecording::Response& ended, const std::string& store) {
   for (const std::string& remark : ended.remarks) {
     std::cerr << "afterglow record: " << remark << "\n";
+  }
+  if (!ended.silent_topics.empty()) {
+    std::cerr << fmt::format("afterglow record: nothing on {}\n",
+                             fmt::join(ended.silent_topics, ", "));
   }
   if (!ended.kept) {
     std::cout << "nothing is kept: --keep-if does not name its outcome\n";
@@ -246,7 +287,7 @@ void recordBehavior(const RecordOptions& options, const std::string& node) {
   int status = 0;
   try {
     BehaviorProgram program(options.command);
-    outcome = awaitEnd(options, program, words);
+    outcome = awaitEnd(options, program, words, {words, id, options.asked.topics});
     program.end();
     status = std::max(0, program.status());
   } catch (const std::exception& error) {  // the command cannot be started
@@ -266,6 +307,7 @@ void recordAlone(const RecordOptions& options) {
   RecorderNodeOptions own;
   own.store = options.store;
   own.mongodb_logger = false;
+  own.space_advice = "make room, or name a store on another disk by --store";
   RecorderNode node(own);
   const auto finish = [&node] {
     node.close();

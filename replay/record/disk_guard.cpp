@@ -23,9 +23,9 @@ DiskState judgeDisk(const std::string& folder, std::uint64_t free, std::uint64_t
   const std::string text = "only " + megabytes(free) + " are free below " + folder;
   if (free < min_space) {
     return {DiskState::Level::Full,
-            text + ", less than the " + megabytes(min_space) + " of ~min_space"};
+            text + ", less than the " + megabytes(min_space) + " that recording wants"};
   }
-  return {DiskState::Level::Low, text + "; below " + megabytes(min_space) + " recording ends"};
+  return {DiskState::Level::Low, text + ", and below " + megabytes(min_space) + " recording ends"};
 }
 
 }  // namespace afterglow::replay

@@ -1,6 +1,10 @@
 #include "replay/record/recorder.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "replay/messages/schema.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -27,8 +31,15 @@ Recorder::Recorder(Store& store, RecorderOptions options)
 
 // ------------------------------------------------------------------------------------ coming in
 
-std::size_t Recorder::channelIndex(const Channel& channel) {
+std::size_t Recorder::channelIndex(Channel channel) {
+  std::string why;
+  try {
+    why = mendDefinition(channel, options_.find_definition);
+  } catch (const MessageError&) {
+    // Its messages are kept as bytes.
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (!why.empty()) mended_[channel.topic] = mendedText(channel, why);
   const auto known = std::find(channels_.begin(), channels_.end(), channel);
   if (known != channels_.end()) {
     return static_cast<std::size_t>(known - channels_.begin());
@@ -44,12 +55,13 @@ std::size_t Recorder::channelIndex(const Channel& channel) {
   return channels_.size() - 1;
 }
 
-void Recorder::offer(std::size_t channel_index, Stamp received, Bytes bytes) {
+void Recorder::offer(std::size_t channel_index, Stamp received, Bytes bytes,
+                     std::optional<std::int64_t> steady_ns) {
   using Want = RunningBehaviors::Want;
   const std::lock_guard<std::mutex> lock(mutex_);
   const Channel& channel = channels_.at(channel_index);
   Message message;
-  message.received = stampOf(received);
+  message.received = stampOf(received, steady_ns);
   message.sequence = next_sequence_++;
   const Want want = running_.wants(channel.topic, message.received);
   if (want == Want::Yes) {
@@ -69,14 +81,14 @@ void Recorder::forgetLatched(const std::string& topic) {
 
 void Recorder::look(const ClockReading& now) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  stampOf(now.ros);
+  stampOf(now.ros, now.is_simulated ? std::nullopt : std::optional(now.steady_ns));
   if (const std::optional<std::string> text = clock_.look(now)) {
     notice(*text);
   }
 }
 
-Stamp Recorder::stampOf(Stamp ros) {
-  const RecordingClock::Given given = clock_.stamp(ros, !running_.empty());
+Stamp Recorder::stampOf(Stamp ros, std::optional<std::int64_t> steady_ns) {
+  const RecordingClock::Given given = clock_.stamp(ros, !running_.empty(), steady_ns);
   if (given.jump) {
     past_.startAgain(given.stamp);
     notice(*given.jump);
@@ -98,13 +110,31 @@ std::vector<std::string> Recorder::takeNotices() {
 
 void Recorder::enqueue(const Channel& channel, Message message) {
   const Stamp received = message.received;
+  const std::size_t size = message.bytes.size();
   QueuedMessage queued;
   queued.recording = recording_;
   queued.channel = &channel;
   queued.message = std::move(message);
   if (writer_.push(std::move(queued))) return;
-  const std::string busy = "the store was busy for longer than there was room to wait";
-  drop(channel.topic, received, writer_.failure().value_or(retry_.isBusy() ? busy : ""));
+  drop(channel.topic, received, whyNotTaken(size));
+}
+
+std::string Recorder::whyNotTaken(std::size_t message_bytes) const {
+  if (const auto failed = writer_.failure()) return *failed;
+  const auto megabytes = [](std::size_t bytes) {
+    return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6);
+  };
+  const std::string room = megabytes(options_.queue_bytes);
+  const std::string way_out = "; recorder_node's ~queue_megabytes gives more room";
+  if (message_bytes + sizeof(QueuedMessage) > options_.queue_bytes) {
+    return "with " + megabytes(message_bytes) + " it is larger than the room of " + room +
+           " for what waits for the store" + way_out;
+  }
+  if (retry_.isBusy()) {
+    return "the store was busy for longer than the room of " + room + " lasted" + way_out;
+  }
+  return "they came faster than the store could write, and the room of " + room +
+         " for what waits was full" + way_out;
 }
 
 // --------------------------------------------------------------------------------------- counts
@@ -139,7 +169,7 @@ void Recorder::count(const QueuedMessage& written) {
     if (written.refusal) {
       running.countRefused(topic, *written.refusal);
     } else {
-      running.countStored(topic);
+      running.countStored(topic, written.message.received);
     }
     if (written.is_unfit) running.countUnfit(topic);
     for (const std::string& uri : written.files) running.refer(uri);
@@ -167,6 +197,7 @@ void Recorder::hurry() { retry_.hurry(); }
 
 Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
   const std::lock_guard<std::mutex> row(rows_mutex_);  // a discard would not spare it before
+  writeUnended();
   const std::optional<std::string> failed_before = failure();
   // Its messages are kept from here on; the store is asked without holding up those who offer.
   const std::int64_t provisional = admit(behavior, terms);
@@ -185,15 +216,15 @@ Behavior Recorder::begin(Behavior behavior, const RecordingTerms& terms) {
 
 std::int64_t Recorder::admit(Behavior& behavior, const RecordingTerms& terms) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (const auto failed = failure(); failed && !running_.empty()) {
-    throw StoreError(*failed);
-  }
-  writer_.resume();  // the disk may have room again
+  const std::optional<std::string> failed = failure();
+  if (failed && !running_.empty()) throw StoreError(*failed);
   const Stamp now = stampOf(behavior.begin);
-  if (clock_.wentBack() && running_.empty()) {
+  // A behavior that was cut off reaches to the end of its recording.
+  if ((clock_.wentBack() || failed) && running_.empty()) {
     recording_ = store_.addRecording({0, "", options_.source, options_.robot});
     clock_.beginRecording();
   }
+  writer_.resume();  // the disk may have room again
   behavior.recording = recording_;
   behavior.end.reset();
   behavior.begin = past_.reach(now, terms.pre_roll_ns);
@@ -256,25 +287,52 @@ RecordedCounts Recorder::end(std::int64_t behavior_id, Stamp end, const Completi
   // Behind the last stamp given, even if the clock stands still.
   const Stamp behind_last{clock_.last().ns + 1};
   running.setEnd(std::max(stampOf(end), behind_last));
+  for (const auto& [topic, remark] : mended_) {
+    if (running.isOwn(topic)) running.remark(remark);
+  }
   lock.unlock();
   writer_.flush();
   lock.lock();
-  const RunningBehavior ended = running_.at(behavior_id);
+  RunningBehavior ended = running_.at(behavior_id);
   retire(behavior_id);
   lock.unlock();
+  if (failure()) ended.cutShort();
   Behavior behavior = ended.written();
   bool is_complete = false;
-  retry_.insist([&] {
-    if (!is_complete) {
-      Behavior completed = behavior;  // anew each time
-      complete(completed, ended.references());
-      behavior = std::move(completed);
-      is_complete = true;
-    }
-    const std::lock_guard<std::mutex> row(rows_mutex_);
-    store_.updateBehavior(behavior);
-  });
+  try {
+    retry_.insist([&] {
+      if (!is_complete) {
+        Behavior completed = behavior;  // anew each time
+        complete(completed, ended.references());
+        behavior = std::move(completed);
+        is_complete = true;
+      }
+      const std::lock_guard<std::mutex> row(rows_mutex_);
+      store_.updateBehavior(behavior);
+    });
+  } catch (const StoreError& error) {
+    if (behavior.outcome.empty()) behavior.outcome = kIncomplete;
+    behavior.remarks.push_back(error.what());
+    lock.lock();
+    unended_.push_back(std::move(behavior));
+    throw;
+  }
   return ended.counts();
+}
+
+void Recorder::writeUnended() {
+  std::unique_lock<std::mutex> lock(mutex_);
+  std::vector<Behavior> unended = std::exchange(unended_, {});
+  lock.unlock();
+  for (Behavior& behavior : unended) {
+    try {
+      store_.updateBehavior(behavior);
+    } catch (const StoreError&) {
+      lock.lock();
+      unended_.push_back(std::move(behavior));  // for the next time
+      lock.unlock();
+    }
+  }
 }
 
 void Recorder::discard(std::int64_t behavior_id) {

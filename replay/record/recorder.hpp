@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "replay/messages/definitions.hpp"
 #include "replay/messages/message.hpp"
 #include "replay/record/pre_roll.hpp"
 #include "replay/record/recording_clock.hpp"
@@ -35,6 +37,8 @@ struct RecorderOptions {
   /// How far a behavior can reach back, and the bytes of messages that are remembered for it.
   std::chrono::nanoseconds pre_roll{0};
   std::size_t pre_roll_bytes = 64u << 20;
+  /// Definitions for publishers whose own is defective.
+  FindDefinition find_definition = findInstalled();
 };
 
 /// How one behavior is recorded.
@@ -60,13 +64,15 @@ struct RecorderLoad {
 /// If ROS time does (by more than half a second; less is evened out), stamps go on from the last
 /// one while behaviors run, the clock's differences kept, and these behaviors' remarks say by how
 /// much they are ahead of the clock. When no behavior runs any more, a new recording is begun, with
-/// true stamps.
+/// true stamps. If a wall clock is set ahead, stamps go on by the steady clock while behaviors run.
 ///
 /// While another program keeps the store busy, messages wait in the queue, begin() refuses, and
 /// end() waits. A message whose bytes do not fit its type is kept, one that no store takes is left
 /// out; either is counted in the behaviors' remarks. When the store fails to write for another
 /// reason, recording stops: failure() says why, committed messages stay, later ones count as
-/// dropped, until a behavior begins again when no other runs.
+/// dropped, until a behavior begins again when no other runs, in a new recording. A behavior whose
+/// end could not be written ends at its last stored message: that is written when the store writes
+/// again, and as its recording goes on with nothing, it holds if the recorder dies before.
 /// Every method may be called from any thread. The store must outlive the recorder.
 class Recorder {
  public:
@@ -74,16 +80,19 @@ class Recorder {
   Recorder(Store& store, RecorderOptions options);
   /// Writes the queue and stops the thread. Behaviors that still run stay open in the store:
   /// end them first.
-  ~Recorder() = default;
+  ~Recorder() { writeUnended(); }
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
   /// A number for this channel, for offer(); the same for equal channels, and, once there are 2000,
-  /// for those that differ in their sender only: names of nodes that come and go have no end.
-  std::size_t channelIndex(const Channel& channel);
+  /// for those that differ in their sender only: names of nodes that come and go have no end. A
+  /// defective definition (mendDefinition()) is replaced; behaviors with the topic have a remark.
+  std::size_t channelIndex(Channel channel);
   /// Takes a message; `received` is when it arrived, taken by the caller at once. Never waits for
   /// the store.
-  void offer(std::size_t channel_index, Stamp received, Bytes bytes);
+  /// `steady_ns`: the steady clock then, unless ROS time is a simulation's.
+  void offer(std::size_t channel_index, Stamp received, Bytes bytes,
+             std::optional<std::int64_t> steady_ns = {});
   /// Forgets latched messages of a topic: nobody listens to it any more.
   void forgetLatched(const std::string& topic);
   /// To be told the time about ten times a second, so that clocks that are set are noticed.
@@ -117,9 +126,11 @@ class Recorder {
   std::optional<std::string> failure() const;
 
  private:
-  Stamp stampOf(Stamp ros);
+  Stamp stampOf(Stamp ros, std::optional<std::int64_t> steady_ns = {});
   void notice(const std::string& text);
   void enqueue(const Channel& channel, Message message);
+  std::string whyNotTaken(std::size_t message_bytes) const;
+  void writeUnended();
   void drop(const std::string& topic, Stamp received, const std::string& why);
   void enqueuePast(const RunningBehavior& running);
   void enqueueEarlierTransforms(Stamp begin, const std::set<std::string>& topics);
@@ -136,12 +147,14 @@ class Recorder {
   mutable std::mutex mutex_;
   std::int64_t recording_;        ///< the store's number for this run
   std::deque<Channel> channels_;  ///< by channel index; only grows
+  std::map<std::string, std::string> mended_;  ///< remarks on definitions, by topic
   RecordingClock clock_;
   PreRoll past_;
   RunningBehaviors running_;
   std::uint64_t next_sequence_ = 0;
   RecorderLoad load_;
   std::vector<std::string> notices_;
+  std::vector<Behavior> unended_;  ///< their ends could not be written yet
 
   StoreRetry retry_;
   StoreWriter writer_;  ///< last: its thread uses all of the above

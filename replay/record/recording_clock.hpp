@@ -22,13 +22,15 @@ class RecordingClock {
  public:
   struct Given {
     Stamp stamp;
-    std::optional<std::string> jump;  ///< one sentence, if ROS time went back
+    std::optional<std::string> jump;  ///< one sentence, if ROS time was set
   };
 
   /// The stamp of an event at this ROS time. If ROS time went back by more than half a second (less
   /// is evened out), stamps go on from the last one while behaviors run (`is_recording`), the
-  /// clock's differences kept, and otherwise begin again at the clock's time.
-  Given stamp(Stamp ros, bool is_recording);
+  /// clock's differences kept, and otherwise begin again at the clock's time. If it went ahead of
+  /// the steady clock (`steady_ns`, unless ROS time is a simulation's), by as much, stamps go on by
+  /// the steady clock while behaviors run.
+  Given stamp(Stamp ros, bool is_recording, std::optional<std::int64_t> steady_ns = {});
   Stamp last() const { return last_; }  ///< no later stamp was given
   /// Whether ROS time went back since beginRecording(): the next stamps need a new recording.
   bool wentBack() const { return went_back_; }
@@ -39,14 +41,20 @@ class RecordingClock {
 
   /// To be called about ten times a second. One sentence with time and size when the wall clock
   /// left the steady one by more than half a second since the last call, or a simulation's clock
-  /// leapt ahead (by more than a second beyond ten times real time).
+  /// leapt ahead (by more than a second beyond ten times real time) or has stood still for five
+  /// seconds.
   std::optional<std::string> look(const ClockReading& now);
 
  private:
   Stamp last_;
   std::int64_t ahead_ns_ = 0;  ///< how far stamps are ahead of ROS time
   bool went_back_ = false;
+  std::optional<std::int64_t> leapOf(Stamp ros, std::int64_t steady_ns);
+
   std::optional<ClockReading> last_reading_;
+  std::int64_t standing_ns_ = 0;  ///< for so long a simulation's clock has not gone on
+  /// ROS time less the steady clock, and what was seen once below that.
+  std::optional<std::int64_t> ros_by_steady_ns_, lower_ns_;
 };
 
 }  // namespace afterglow::replay

@@ -34,7 +34,9 @@ std::vector<std::string> goalTopics(const std::string& topic) {
 }
 
 RunningBehavior::RunningBehavior(Behavior behavior, const std::vector<TopicLimit>& limits)
-    : behavior_(std::move(behavior)), topics_(behavior_.topics.begin(), behavior_.topics.end()) {
+    : behavior_(std::move(behavior)),
+      topics_(behavior_.topics.begin(), behavior_.topics.end()),
+      last_stored_(behavior_.begin) {
   for (const std::string& topic : topics_) {
     for (const std::string& answer : goalTopics(topic)) answers_.insert(answer);
   }
@@ -63,22 +65,26 @@ bool RunningBehavior::keeps(const std::string& topic, Stamp received) {
   return thinner == thinners_.end() || thinner->second.keeps(received);
 }
 
-void RunningBehavior::countStored(const std::string& topic) {
+void RunningBehavior::countStored(const std::string& topic, Stamp received) {
+  last_stored_ = std::max(last_stored_, received);
   if (isOwn(topic)) {
     ++stored_;
+    ++stored_on_[topic];
     heard_.insert(topic);
   }
 }
 
 void RunningBehavior::countDropped(const std::string& topic, const std::string& why) {
-  ++dropped_[topic];
-  if (!why.empty()) why_dropped_ = why;
+  Dropped& dropped = dropped_[topic];
+  ++dropped.count;
+  dropped.why = why;
   heard_.insert(topic);
 }
 
 void RunningBehavior::countRefused(const std::string& topic, const std::string& why) {
-  ++refused_[topic];
-  why_refused_ = why;
+  Dropped& refused = refused_[topic];
+  ++refused.count;
+  refused.why = why;
   heard_.insert(topic);
 }
 
@@ -98,11 +104,11 @@ void RunningBehavior::remark(const std::string& text) {
 
 std::vector<std::string> RunningBehavior::remarks() const {
   std::vector<std::string> all = remarks_;
-  for (const auto& [topic, count] : dropped_) {
-    all.push_back(counted(count, topic) + " dropped: " + why_dropped_);
+  for (const auto& [topic, dropped] : dropped_) {
+    all.push_back(counted(dropped.count, topic) + " dropped: " + dropped.why);
   }
-  for (const auto& [topic, count] : refused_) {
-    all.push_back(counted(count, topic) + " left out: " + why_refused_);
+  for (const auto& [topic, refused] : refused_) {
+    all.push_back(counted(refused.count, topic) + " left out: " + refused.why);
   }
   for (const auto& [topic, count] : unfit_) {
     all.push_back(counted(count, topic) + " not of its type by the bytes, and kept as it came");
@@ -123,12 +129,9 @@ std::vector<std::string> RunningBehavior::remarks() const {
 RecordedCounts RunningBehavior::counts() const {
   RecordedCounts counts;
   counts.stored = stored_;
-  for (const auto& [topic, count] : dropped_) {
-    counts.dropped += count;
-  }
-  for (const auto& [topic, count] : refused_) {
-    counts.dropped += count;
-  }
+  counts.stored_on = stored_on_;
+  for (const auto& [topic, dropped] : dropped_) counts.dropped += dropped.count;
+  for (const auto& [topic, refused] : refused_) counts.dropped += refused.count;
   std::set_difference(topics_.begin(), topics_.end(), heard_.begin(), heard_.end(),
                       std::back_inserter(counts.silent_topics));
   counts.remarks = remarks();

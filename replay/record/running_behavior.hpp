@@ -22,6 +22,7 @@ std::vector<std::string> goalTopics(const std::string& topic);
 /// How many of a behavior's messages were stored so far.
 struct RecordedCounts {
   std::uint64_t stored = 0;                ///< committed to the store; without context topics
+  std::map<std::string, std::uint64_t> stored_on;  ///< the same by topic; without silent ones
   std::uint64_t dropped = 0;               ///< arrived, but could not be kept; context topics, too
   std::vector<std::string> silent_topics;  ///< said nothing, and held no latched message
   std::vector<std::string> remarks;        ///< as Behavior::remarks
@@ -50,8 +51,7 @@ class RunningBehavior {
   /// To be asked once for each message it covers: limits count.
   bool keeps(const std::string& topic, Stamp received);
 
-  void countStored(const std::string& topic);
-  /// Why messages were dropped; empty: they came too fast.
+  void countStored(const std::string& topic, Stamp received);
   void countDropped(const std::string& topic, const std::string& why);
   /// A message whose bytes do not fit its type; it is stored as it is.
   void countUnfit(const std::string& topic) { ++unfit_[topic]; }
@@ -62,6 +62,8 @@ class RunningBehavior {
   void refer(const std::string& uri);
   const std::set<std::string>& references() const { return references_; }
   RecordedCounts counts() const;
+  /// The behavior that reaches to its last stored message only, as no more could be written.
+  void cutShort() { behavior_.end = Stamp{last_stored_.ns + 1}; }
 
  private:
   std::vector<std::string> remarks() const;
@@ -69,12 +71,17 @@ class RunningBehavior {
   Behavior behavior_;
   std::set<std::string> topics_, answers_, heard_, references_;
   std::map<std::string, TopicThinner> thinners_;
-  std::map<std::string, std::uint64_t> dropped_, unfit_, refused_;
-  std::string why_refused_;  ///< the last one
+  struct Dropped {
+    std::uint64_t count = 0;
+    std::string why;  ///< the last reason
+  };
+  std::map<std::string, Dropped> dropped_, refused_;
+  std::map<std::string, std::uint64_t> unfit_;
   std::uint64_t unkept_references_ = 0;
+  std::map<std::string, std::uint64_t> stored_on_;
   std::uint64_t stored_ = 0;
+  Stamp last_stored_;
   std::vector<std::string> remarks_;
-  std::string why_dropped_ = "they came faster than the store could write";  ///< the last reason
 };
 
 /// The behaviors that run, overlapping or nested. Not thread-safe.

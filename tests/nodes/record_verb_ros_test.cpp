@@ -101,6 +101,21 @@ TEST_F(RecordVerb, asksARecorderThatRuns) {
   EXPECT_EQ(recorded().outcome, "success");
 }
 
+TEST_F(RecordVerb, tellsOfEachNamedTopicWhatCameOnIt) {
+  test::NodeProcess recorder({AFTERGLOW_TEST_RECORDER_NODE, "_store:=" + path_});
+  ASSERT_TRUE(test::eventually(
+      [] { return ros::service::exists("/recorder_node/start_recording", false); }));
+  auto verb = record({"--name", "talk", "/chat", "/silent"});
+  EXPECT_TRUE(says(verb, "  /chat: 1 messages, ")) << verb.log();
+  EXPECT_TRUE(says(verb, "  /silent: nothing yet\n")) << verb.log();
+  verb.interrupt();
+  EXPECT_EQ(verb.exitStatus(), 0) << verb.log();
+  EXPECT_NE(verb.log().find("afterglow record: nothing on /silent\n"), std::string::npos)
+      << verb.log();
+  EXPECT_NE(verb.log().find("behavior 1: 1 messages, 0 lost"), std::string::npos) << verb.log();
+  EXPECT_EQ(recorded().outcome, "stopped");
+}
+
 TEST_F(RecordVerb, refusesWhatCannotBeRecorded) {
   auto nothing = record({"--name", "talk", "--store", path_});
   EXPECT_EQ(nothing.exitStatus(), 1);

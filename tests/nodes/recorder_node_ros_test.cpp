@@ -356,7 +356,10 @@ TEST_F(RecorderNodeTest, recordsNothingOnAFullDisk) {
       world->startRecorder("full", world->folder.path("full.db"), "_min_space:=2000000000");
   const auto refused = start(request({"/a"}), "full");
   EXPECT_FALSE(refused.success);
-  EXPECT_NE(refused.message.find("MiB of ~min_space"), std::string::npos) << refused.message;
+  EXPECT_NE(refused.message.find("MiB that recording wants; make room, or set another ~min_space "
+                                 "or ~store"),
+            std::string::npos)
+      << refused.message;
 }
 
 TEST_F(RecorderNodeTest, leavesWhatItHadWhenItIsKilledAndMarksItNextTime) {

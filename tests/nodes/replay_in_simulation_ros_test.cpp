@@ -143,6 +143,20 @@ struct ReplayInSimulation : testing::Test {
     EXPECT_TRUE(call<StopRecording>("/recorder_node/stop_recording", stop).success);
     return std::to_string(started.behavior_id);
   }
+  /// Stamps would all be one: neither without a /clock, nor with one that says 0.
+  void expectNoRecordingWhileTimeStands() {
+    StartRecording::Request request;
+    request.name = "nothing";
+    request.topics = {"/cmd_vel"};
+    EXPECT_EQ(call<StartRecording>("/recorder_node/start_recording", request).message,
+              "/use_sim_time is set and nobody publishes /clock: the robot's time stands still");
+    const test::NodeProcess other({AFTERGLOW_TEST_RECORDER_NODE, "__name:=other",
+                                   "_store:=" + folder.path("other.db"), "_connect_timeout:=1"});
+    const ros::Publisher zero = node.advertise<rosgraph_msgs::Clock>("/clock", 1, true);
+    zero.publish(rosgraph_msgs::Clock());
+    EXPECT_EQ(call<StartRecording>("/other/start_recording", request).message,
+              "/use_sim_time is set and the /clock of /test says 0: the robot's time has not begun");
+  }
   std::unique_ptr<test::NodeProcess> play(const std::string& behavior) const {
     return std::make_unique<test::NodeProcess>(
         Texts{AFTERGLOW_TEST_COMMAND, "play", behavior, "--store", store, "--allow-motion",
@@ -199,6 +213,7 @@ TEST_F(ReplayInSimulation, movesTheBodyAsItWentFastSlowlyAndThroughAPause) {
   EXPECT_NE(refused->log().find("/use_sim_time is set and nobody publishes /clock"),
             std::string::npos)
       << refused->log();
+  expectNoRecordingWhileTimeStands();
 }
 
 }  // namespace

@@ -133,7 +133,8 @@ TEST_F(RecorderTest, countsWhatDoesNotFitTheQueue) {
   EXPECT_EQ(counts.stored + counts.dropped, 100u);
   const std::string announced = std::to_string(counts.dropped) +
                                 " messages on /a were dropped: they came faster than the store "
-                                "could write";
+                                "could write, and the room of 0.0 MB for what waits was full; "
+                                "recorder_node's ~queue_megabytes gives more room";
   EXPECT_EQ(counts.remarks, Texts{announced});
   EXPECT_EQ(store.behavior(begun.id)->remarks, Texts{announced});
   EXPECT_EQ(recorder.load().dropped, counts.dropped);
@@ -177,6 +178,76 @@ TEST_F(RecorderTest, recordsAgainWhenTheStoreWritesAgain) {
   EXPECT_EQ(texts(store, second.id), Texts{"kept"});
 }
 
+TEST_F(RecorderTest, saysOfAMessageThatIsTooLargeThatItIs) {
+  RecorderOptions small = options();
+  small.queue_bytes = 1'000'000;
+  Recorder recorder(store, small);
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(recorder.channelIndex(channel("/a")), {1}, Bytes(2'500'000));
+  EXPECT_EQ(recorder.end(begun.id, {10}, test::outcome("success")).remarks,
+            Texts{"1 message on /a was dropped: with 2.5 MB it is larger than the room of 1.0 MB "
+                  "for what waits for the store; recorder_node's ~queue_megabytes gives more room"});
+}
+
+TEST_F(RecorderTest, endsWhatAFullDiskCutOffAtItsLastStoredMessage) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior cut = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(a, {3}, text("kept"));
+  while (recorder.counts(cut.id).stored == 0) std::this_thread::yield();
+  store.failWith("disk full: /tmp/x.db");
+  recorder.offer(a, {4}, text("lost"));
+  EXPECT_THROW(recorder.end(cut.id, {5}, test::outcome("success")), StoreError);
+  store.failWith("");
+  const Behavior later = recorder.begin(behavior("place", {"/a"}, 10));
+  recorder.offer(a, {11}, text("of another"));
+  recorder.end(later.id, {20}, test::outcome("success"));
+  EXPECT_EQ(texts(store, cut.id), Texts{"kept"});
+  EXPECT_EQ(store.behavior(cut.id)->end, Stamp{4});
+  EXPECT_NE(store.behavior(cut.id)->recording, later.recording)
+      << "had the recorder died before, it would reach to its recording's end";
+  EXPECT_EQ(store.behavior(cut.id)->remarks.back(), "disk full: /tmp/x.db");
+}
+
+TEST_F(RecorderTest, takesTheKnownDefinitionForADefectiveOne) {
+  RecorderOptions knowing = options();
+  knowing.find_definition = [](const std::string& type) -> std::optional<Definition> {
+    if (type != "std_msgs/String") return std::nullopt;
+    return Definition{"string data\n", "992ce8a1687cec8c8bd883ec73ca41d1"};
+  };
+  Recorder recorder(store, knowing);
+  Channel defective = channel("/a");
+  defective.definition = "";
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(recorder.channelIndex(defective), {1}, text("x"));
+  EXPECT_EQ(recorder.end(begun.id, {10}, test::outcome("success")).remarks,
+            Texts{"/a (std_msgs/String) is read by the definition known here, as its own is "
+                  "defective: it has no field"});
+  const auto stored = *store.behavior(begun.id);
+  const auto message = store.messages(stored, {stored.topics, {}, {}})->next();
+  EXPECT_EQ(store.channel(message->channel), channel("/a"));
+}
+
+TEST_F(RecorderTest, lastsAsLongAsTheSteadyClockWhenTheWallClockIsSetAhead) {
+  constexpr std::int64_t kSecond = 1'000'000'000, kDay = 25 * 3600 * kSecond;
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  recorder.look({{100 * kSecond}, {100 * kSecond}, 5 * kSecond, false});
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, 100 * kSecond));
+  recorder.offer(a, {101 * kSecond}, text("before"), 6 * kSecond);
+  recorder.offer(a, {kDay + 102 * kSecond}, text("after"), 7 * kSecond);
+  recorder.look({{kDay + 103 * kSecond}, {kDay + 103 * kSecond}, 8 * kSecond, false});
+  const auto counts = recorder.end(begun.id, {kDay + 110 * kSecond}, test::outcome("success"));
+  EXPECT_EQ(store.behavior(begun.id)->end, Stamp{110 * kSecond}) << "10 s, not 90,010 s";
+  ASSERT_FALSE(counts.remarks.empty());
+  EXPECT_EQ(counts.remarks[0],
+            "ROS time was set ahead by 90000.000 s to 90102.000 s; stamps of this recording go on "
+            "as before");
+  const Behavior next = recorder.begin(behavior("place", {"/a"}, kDay + 120 * kSecond));
+  EXPECT_EQ(next.begin, Stamp{kDay + 120 * kSecond}) << "true again";
+  recorder.end(next.id, {kDay + 121 * kSecond}, test::outcome("success"));
+}
+
 TEST_F(RecorderTest, waitsForABusyStoreAndLosesNothing) {
   Recorder recorder(store, options());
   const std::size_t a = recorder.channelIndex(channel("/a"));
@@ -214,8 +285,8 @@ TEST_F(RecorderTest, saysOfABusyStoreThatItsQueueWasFull) {
   store.keepBusy(false);
   const RecordedCounts counts = recorder.end(begun.id, {1000}, test::outcome("success"));
   EXPECT_EQ(counts.stored + counts.dropped, 11u);
-  EXPECT_NE(counts.remarks.back().find("/a were dropped: the store was busy for longer than there "
-                                       "was room to wait"),
+  EXPECT_NE(counts.remarks.back().find("/a were dropped: the store was busy for longer than the "
+                                       "room of 0.0 MB lasted"),
             std::string::npos)
       << counts.remarks.back();
 }

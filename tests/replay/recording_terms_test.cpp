@@ -121,6 +121,18 @@ TEST(RecordingClock, goesOnWhileBehaviorsRunAndIsTrueAgainWhenNoneDoes) {
   EXPECT_EQ(between.jump, "ROS time went back by 11.000 s to 1.000 s");
 }
 
+TEST(RecordingClock, isNotMisledByThreadsThatAreHeldUp) {
+  RecordingClock clock;
+  const std::int64_t day = 86400 * kSecond;
+  clock.stamp({100 * kSecond}, true, kSecond);
+  EXPECT_EQ(clock.stamp({100 * kSecond}, true, 3 * kSecond).jump, std::nullopt)
+      << "two seconds between the two clocks' readings";
+  EXPECT_EQ(clock.stamp({103 * kSecond}, true, 4 * kSecond).jump, std::nullopt);
+  EXPECT_EQ(clock.stamp({day + 104 * kSecond}, true, 5 * kSecond).stamp, Stamp{104 * kSecond});
+  EXPECT_EQ(clock.stamp({105 * kSecond}, true, 6 * kSecond).stamp, Stamp{104 * kSecond})
+      << "and set back: behind the last one";
+}
+
 TEST(RecordingClock, noticesThatAClockWasSet) {
   RecordingClock watch;
   const auto look = [&](double ros, double wall, double steady, bool is_simulated) {
@@ -137,6 +149,10 @@ TEST(RecordingClock, noticesThatAClockWasSet) {
   EXPECT_EQ(look(50, 101.2, 1.4, true), "") << "the simulation's first word";
   EXPECT_EQ(look(51.5, 101.3, 1.5, true), "") << "a fast simulation";
   EXPECT_EQ(look(90, 101.4, 1.6, true), "/clock leapt ahead by 38.500 s at 51.500 s");
+  EXPECT_EQ(look(90, 106.3, 6.5, true), "") << "a paused simulation";
+  EXPECT_EQ(look(90, 106.4, 6.7, true),
+            "/clock has stood still for 5 s at 90.000 s: all that comes has this stamp");
+  EXPECT_EQ(look(90, 106.5, 6.8, true), "") << "said once";
 }
 
 TEST(DiskGuard, warnsBelowFiveTimesTheMinimumAndEndsBelowIt) {
@@ -145,10 +161,10 @@ TEST(DiskGuard, warnsBelowFiveTimesTheMinimumAndEndsBelowIt) {
   EXPECT_EQ(judgeDisk("/d", 5 * gigabyte, gigabyte).level, Level::Ample);
   const DiskState low = judgeDisk("/d", 5 * gigabyte - 1, gigabyte);
   EXPECT_EQ(low.level, Level::Low);
-  EXPECT_EQ(low.text, "only 5119 MiB are free below /d; below 1024 MiB recording ends");
+  EXPECT_EQ(low.text, "only 5119 MiB are free below /d, and below 1024 MiB recording ends");
   const DiskState full = judgeDisk("/d", gigabyte - 1, gigabyte);
   EXPECT_EQ(full.level, Level::Full);
-  EXPECT_EQ(full.text, "only 1023 MiB are free below /d, less than the 1024 MiB of ~min_space");
+  EXPECT_EQ(full.text, "only 1023 MiB are free below /d, less than the 1024 MiB that recording wants");
   EXPECT_EQ(judgeDisk("/d", 0, 0).level, Level::Ample) << "0: no guard";
   EXPECT_GT(freeBytes("/tmp/not/there/yet").value_or(0), 0u);
 }
