@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "calib/regular_file.hpp"
+
 namespace afterglow::calib {
 namespace {
 
@@ -138,7 +140,7 @@ void requireSize(const std::string& path) {
 
 bool isPhotograph(const std::string& path) {
   std::array<char, kMedicalAt + kMedical.size()> read{};
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file = openRegularFile(path);
   file.read(read.data(), read.size());
   const std::string_view begun(read.data(), static_cast<std::size_t>(file.gcount()));
   return isPnm(begun) || isWebp(begun) ||

@@ -3,20 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <set>
 #include <stdexcept>
 
 #include "calib/number_text.hpp"
+#include "calib/regular_file.hpp"
 
 namespace afterglow::calib {
 
 YAML::Node loadYaml(const std::string& path) {
-  std::ifstream stream(path);
-  if (!stream || std::filesystem::is_directory(path)) {
-    throw std::runtime_error(path + ": cannot be read");
-  }
+  std::ifstream stream = openRegularFile(path);
+  if (!stream) throw std::runtime_error(path + ": cannot be read");
   try {
     return YAML::Load(stream);
   } catch (const YAML::Exception& error) {
@@ -25,10 +22,10 @@ YAML::Node loadYaml(const std::string& path) {
 }
 
 YAML::Node loadYamlValues(const std::string& path) {
+  std::ifstream stream = openRegularFile(path);
+  if (!stream) throw std::runtime_error(path + ": cannot be read");
   try {
-    return YAML::LoadFile(path);
-  } catch (const YAML::BadFile&) {
-    throw std::runtime_error(path + ": cannot be read");
+    return YAML::Load(stream);
   } catch (const YAML::Exception& error) {
     throw std::runtime_error(path + ": is not YAML: " + error.what());
   }

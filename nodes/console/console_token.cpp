@@ -5,6 +5,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "calib/regular_file.hpp"
 #include "nodes/console/console_access.hpp"
 #include "replay/store/store.hpp"
 
@@ -15,7 +16,7 @@ constexpr std::size_t kShortestToken = 16;
 constexpr const char* kTokenVariable = "AFTERGLOW_CONSOLE_TOKEN";
 
 std::string firstLine(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file = calib::openRegularFile(path);
   std::string line;
   if (!std::getline(file, line)) throw std::runtime_error(path + ": cannot be read, or is empty");
   return line;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "calib/file_replacement.hpp"
+#include "calib/regular_file.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -47,7 +48,7 @@ std::string fileName(std::size_t number) {
 }  // namespace
 
 std::vector<Utterance> readSpeechLog(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file = calib::openRegularFile(path);
   if (!file) throw std::runtime_error(path + ": cannot read");
   try {
     std::vector<Utterance> utterances;

@@ -49,6 +49,17 @@ void makePrivateFolder(const std::string& folder) {
   }
 }
 
+std::string realFile(const std::string& path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;  // as the kernel follows
+  fs::path real = path;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(real, error); ++i) {
+    real = real.parent_path() / fs::read_symlink(real, error);
+  }
+  return real.string();
+}
+
 int makePrivateFile(const std::string& path, const std::string& like) {
   struct stat other {};
   const bool has_other = !like.empty() && stat(like.c_str(), &other) == 0;

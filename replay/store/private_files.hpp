@@ -12,6 +12,10 @@ namespace afterglow::replay {
 /// StoreError.
 void makePrivateFolder(const std::string& folder);
 
+/// The file that a path leads to through symbolic links, also where it is not there yet; the path
+/// itself if it is no link.
+std::string realFile(const std::string& path);
+
 /// Makes an empty file, with the mode of the file `like`, if that is there. A descriptor of it, for
 /// reading and writing; -1, with errno, if it cannot be made or is there already: a file that
 /// SQLite has open must not be opened beside it, as closing that would end its locks.

@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -24,6 +25,8 @@ constexpr const char* kScheme = "sqlite:";
 /// How the URI of a server's store begins. A new kind of store is named here and opened by
 /// openStore().
 constexpr const char* kServerSchemes[] = {"mongodb://", "mongodb+srv://"};
+
+constexpr std::size_t kLongestUri = 4096;
 
 std::string defaultUri() {
   if (const char* uri = std::getenv("AFTERGLOW_STORE"); uri && *uri) return uri;
@@ -59,14 +62,24 @@ std::string withoutOptions(const std::string& uri) { return uri.substr(0, uri.fi
 /// "@FILE": its first line.
 std::string readIfFile(const std::string& uri) {
   if (uri.empty() || uri.front() != '@') return uri;
-  std::ifstream file(uri.substr(1));
-  std::string line;
-  if (!std::getline(file, line)) {
+  std::error_code error;
+  // A pipe would be waited for.
+  const bool is_file = std::filesystem::is_regular_file(uri.substr(1), error);
+  std::ifstream file(is_file ? uri.substr(1) : "");
+  std::string line(kLongestUri, '\0');
+  file.read(line.data(), static_cast<std::streamsize>(line.size()));
+  line.resize(static_cast<std::size_t>(file.gcount()));
+  line.erase(std::min(line.find('\n'), line.size()));
+  if (!is_file || file.bad() || file.gcount() == 0) {
     throw StoreError("no store: the file " + uri.substr(1) + " that is to name it cannot be read");
   }
   line.erase(line.find_last_not_of(" \t\r") + 1);
-  if (line.empty() || line.front() == '@') {
-    throw StoreError("no store: the first line of " + uri.substr(1) + " is none");
+  // It may be any file: what stands in it is nobody's to print, nor to make a file of.
+  const bool is_store = line.rfind(kScheme, 0) == 0 || line.rfind('/', 0) == 0 || isServerUri(line);
+  if (!is_store) {
+    throw StoreError("no store: the first line of " + uri.substr(1) +
+                     " is none; it has to be sqlite:PATH, a path that begins with /, or "
+                     "mongodb://...");
   }
   return line;
 }

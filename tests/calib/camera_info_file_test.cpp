@@ -1,9 +1,11 @@
 #include "calib/camera_info_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
+#include "calib/yaml_source.hpp"
 #include "tests/support/projector_info.hpp"
 #include "tests/support/temp_folder.hpp"
 
@@ -167,6 +169,13 @@ TEST_F(CameraInfoFileTest, namesAllThatIsWrongAtOnce) {
   expectRefusal(text, {"image_width: line 2 has \"wide\"", "image_height: missing",
                        "camera_matrix: line 5 has \".nan\"", "camera_matrix: line 5 has \"x\"",
                        "K[0] (fx) is 0", "\"fisheye62\""});
+}
+
+TEST_F(CameraInfoFileTest, isNotWaitedForIfItIsAPipe) {
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
+  EXPECT_THROW(loadCameraInfo(path_), std::runtime_error);
+  EXPECT_THROW(loadYamlValues(path_), std::runtime_error);
+  EXPECT_THROW(loadCameraInfo("/dev/zero"), std::runtime_error) << "it has no end";
 }
 
 TEST_F(CameraInfoFileTest, refusesWhatIsNoCameraInfo) {

@@ -136,6 +136,99 @@ TEST(StoreFile, isNamedByAFileThatKeepsAPassword) {
             std::string::npos);
 }
 
+TEST(StoreFile, printsNothingOfAFileThatIsToNameIt) {
+  const TempFolder folder;
+  const std::string file = folder.path("secrets"), given = "@" + file;
+  for (const std::string& line : {std::string("root:x:0:0:root:/root:/bin/bash"),
+                                  std::string("token=verysecret"), std::string("verysecret.db"),
+                                  std::string(1 << 20, 's'), std::string("ftp://verysecret/x")}) {
+    writeFile(file, line + "\n");
+    for (const OpenMode mode : {OpenMode::ReadOnly, OpenMode::Record}) {
+      EXPECT_EQ(openError(given, mode),
+                "no store: the first line of " + file + " is none; it has to be sqlite:PATH, a path "
+                "that begins with /, or mongodb://...");
+    }
+  }
+  writeFile(file, "/verysecret/store.db\n");
+  EXPECT_EQ(openError(given, OpenMode::ReadOnly), given + ": no such store");
+  writeFile(file, "sqlite:" + folder.path("verysecret.db"));
+  EXPECT_EQ(openError(given, OpenMode::ReadOnly), given + ": no such store");
+  ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
+  EXPECT_NE(openError("@" + folder.path("pipe"), OpenMode::ReadOnly).find("cannot be read"),
+            std::string::npos) << "and is not waited for";
+}
+
+TEST(StoreFile, isOneStoreByWhateverLinksLeadToIt) {
+  const TempFolder folder;
+  const std::string real = folder.path("real.db"), link = folder.path("link.db");
+  fs::create_symlink("real.db", link);
+  fs::create_symlink("link.db", folder.path("further.db"));
+  const auto first = openStore(folder.path("further.db"), OpenMode::Record);
+  EXPECT_EQ(fs::status(real).permissions(), fs::perms::owner_read | fs::perms::owner_write)
+      << "made by a link that led to nothing";
+  for (const std::string& path : {real, link, folder.path("further.db")}) {
+    EXPECT_NE(openError(path, OpenMode::Record).find("records into it"), std::string::npos) << path;
+  }
+}
+
+TEST(StoreFile, isNotWrittenByTwoNamesOfOneFile) {
+  const TempFolder folder;
+  openStore(folder.path("one.db"), OpenMode::ReadWrite);
+  fs::create_hard_link(folder.path("one.db"), folder.path("other.db"));
+  EXPECT_NE(openError(folder.path("other.db"), OpenMode::Record)
+                .find("the file has 2 names (hard links), and SQLite a log for each"),
+            std::string::npos);
+  EXPECT_EQ(openError(folder.path("other.db"), OpenMode::ReadOnly), "");
+}
+
+/// A user's rights, in a process of its own; root has all of them.
+std::string errorOfNobody(const std::string& path, OpenMode mode) {
+  int channel[2];
+  if (pipe(channel) != 0) return "no pipe";
+  const pid_t child = fork();
+  if (child == 0) {
+    std::string said = "no user";
+    if (setresuid(65534, 65534, 65534) == 0) said = openError(path, mode);
+    const auto written = write(channel[1], said.data(), said.size());
+    _exit(written < 0 ? 1 : 0);
+  }
+  close(channel[1]);
+  std::string text(4096, '\0');
+  const auto size = read(channel[0], text.data(), text.size());
+  close(channel[0]);
+  waitpid(child, nullptr, 0);
+  return text.substr(0, static_cast<std::size_t>(std::max<ssize_t>(0, size)));
+}
+
+TEST(StoreFile, saysWhichFileOrFolderItMayNotUse) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, to become another user";
+  const TempFolder folder;
+  const std::string path = folder.path("store.db"), root = fs::path(path).parent_path().string();
+  openStore(path, OpenMode::ReadWrite);
+  fs::permissions(root, fs::perms(0755));
+  fs::permissions(path, fs::perms(0644));
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadOnly), "") << "nothing has to be written";
+  const std::string cannot = "sqlite:" + path + ": cannot open the store: ";
+  const std::string needs = "its folder " + root + ", where SQLite has to keep files beside it, is "
+                            "not to be written: Permission denied";
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadWrite),
+            cannot + "the file is not to be written: Permission denied");
+  fs::permissions(path, fs::perms(0666));
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadWrite), cannot + needs);
+  writeFile(path + "-wal", "of a recorder that died");
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadOnly),
+            cannot + needs + "; copy it and its -wal elsewhere");
+  EXPECT_EQ(errorOfNobody(folder.path("new.db"), OpenMode::ReadWrite),
+            "sqlite:" + folder.path("new.db") + ": cannot open the store: it cannot be made in " +
+                root + ": Permission denied");
+  fs::permissions(path, fs::perms(0600));
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadOnly),
+            cannot + "the file is not to be read: Permission denied");
+  fs::permissions(root, fs::perms(0700));
+  EXPECT_EQ(errorOfNobody(path, OpenMode::ReadOnly),
+            "sqlite:" + path + ": cannot reach the store: Permission denied");
+}
+
 TEST(StoreFile, showsNoPasswordAndRefusesItWhereOthersRead) {
   for (const char* uri : {"mongo://u:secret@h/d", "mongo://u:sec@ret@h/d", "mongo://u:sec/ret@h/d"}) {
     EXPECT_EQ(openError(uri, OpenMode::ReadOnly).substr(0, 12), "mongo://h/d:") << uri;

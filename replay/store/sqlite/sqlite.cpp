@@ -79,7 +79,7 @@ SqliteConnection::SqliteConnection(const std::string& path, SqliteAccess access)
     : name_("sqlite:" + path) {
   if (access == SqliteAccess::ReadWriteCreate && path != ":memory:") {
     // SQLite would make it with the umask; its log gets the modes of the database.
-    if (const int made = makePrivateFile(path); made >= 0) ::close(made);
+    if (const int made = makePrivateFile(realFile(path)); made >= 0) ::close(made);
   }
   const std::string file = access == SqliteAccess::ReadOnlyImmutable ? immutableUri(path) : path;
   // One thread at a time is the owner's job, so SQLite need not lock a second time.

@@ -1,9 +1,11 @@
 #include "replay/store/sqlite/sqlite_schema.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 
@@ -122,16 +124,66 @@ FileHeader readHeader(const fs::path& file) {
 
 /// Without SQL, for which SQLite may leave -wal and -shm files beside a database. The file itself
 /// always has the version: tables are made before WAL mode is entered.
+/// Why this user may not; empty: it may.
+std::string whyNoAccess(const fs::path& path, int wish) {
+  const fs::path named = path.empty() ? "." : path;
+  return faccessat(AT_FDCWD, named.c_str(), wish, AT_EACCESS) == 0 ? "" : std::strerror(errno);
+}
+
+bool hasLog(const std::string& real_path) {
+  std::error_code error;
+  const auto size = fs::file_size(real_path + "-wal", error);
+  return !error && size > 0;
+}
+
+/// SQLite itself says only that it is unable to open a file, not which one and why.
+void checkAccess(const std::string& path, OpenMode mode) {
+  const std::string real = realFile(path);
+  const fs::path folder = fs::path(real).parent_path();
+  const auto refuse = [&](const std::string& text) {
+    throw StoreError("sqlite:" + path + ": cannot open the store: " + text);
+  };
+  const std::string no_folder = whyNoAccess(folder, W_OK);
+  std::error_code ignored;
+  if (!fs::exists(real, ignored)) {
+    if (!no_folder.empty()) refuse("it cannot be made in " + folder.string() + ": " + no_folder);
+    return;
+  }
+  const bool is_read = mode == OpenMode::ReadOnly;
+  const std::string no_file = whyNoAccess(real, is_read ? R_OK : R_OK | W_OK);
+  const std::string no_use = std::string("the file is not to be ") + (is_read ? "read" : "written");
+  if (!no_file.empty()) refuse(no_use + ": " + no_file);
+  const std::string needs = ", where SQLite has to keep files beside it, is not to be written: ";
+  if (!is_read && !no_folder.empty()) refuse("its folder " + folder.string() + needs + no_folder);
+  const bool needs_folder = hasLog(real) && !fs::exists(real + "-shm", ignored);
+  if (is_read && !no_folder.empty() && needs_folder) {
+    refuse("its folder " + folder.string() + needs + no_folder +
+           "; copy it and its -wal elsewhere");
+  }
+  struct stat file {};
+  if (!is_read && stat(real.c_str(), &file) == 0 && file.st_nlink > 1) {
+    refuse("the file has " + std::to_string(file.st_nlink) +
+           " names (hard links), and SQLite a log for each, which would not fit together");
+  }
+}
+
 void checkFile(const std::string& path, OpenMode mode) {
   const fs::path file(path);
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
+  if (status.type() == fs::file_type::none) {
+    throw StoreError("sqlite:" + path + ": cannot reach the store: " + error.message());
+  }
   if (!fs::exists(status)) {
     if (mode != OpenMode::ReadOnly) return;
     throw StoreError("sqlite:" + path + ": no such store");
   }
   if (fs::is_directory(status)) refuse(path, "it is a folder");
   if (!fs::is_regular_file(status)) refuse(path, "it is no regular file");
+  if (const std::string why = whyNoAccess(file, R_OK); !why.empty()) {
+    throw StoreError("sqlite:" + path + ": cannot open the store: the file is not to be read: " +
+                     why);
+  }
   const FileHeader header = readHeader(file);
   if (header.size == 0) {
     if (mode != OpenMode::ReadOnly) return;
@@ -164,11 +216,8 @@ void makeFolder(const std::string& path) {
 /// On a read-only medium SQLite cannot make the -shm file that a WAL database needs. It opens the
 /// database without that file where nobody can write and no WAL is left to read.
 bool isFrozen(const std::string& path) {
-  std::error_code error;
-  const auto wal_size = fs::file_size(path + "-wal", error);
-  if (!error && wal_size > 0) return false;
-  const fs::path folder = fs::path(path).parent_path();
-  return faccessat(AT_FDCWD, folder.empty() ? "." : folder.c_str(), W_OK, AT_EACCESS) != 0;
+  const std::string real = realFile(path);
+  return !hasLog(real) && !whyNoAccess(fs::path(real).parent_path(), W_OK).empty();
 }
 
 // ------------------------------------------------------------------------ version 1 to version 2
@@ -314,7 +363,8 @@ std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenM
   SqliteAccess access = SqliteAccess::ReadWriteCreate;
   if (is_file) {
     checkFile(path, mode);
-    if (mode != OpenMode::ReadOnly) makeFolder(path);
+    if (mode != OpenMode::ReadOnly) makeFolder(realFile(path));
+    checkAccess(path, mode);
     if (mode == OpenMode::ReadOnly) {
       access = isFrozen(path) ? SqliteAccess::ReadOnlyImmutable : SqliteAccess::ReadOnly;
     }

@@ -29,8 +29,9 @@ bool isHeld(const LockFile& file, struct flock lock) {
   return fcntl(file.descriptor(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
-std::string recorderPath(const std::string& store) { return store + ".lock"; }
-std::string importsPath(const std::string& store) { return store + ".imports"; }
+/// A store has one lock, whatever links lead to it.
+std::string recorderPath(const std::string& store) { return realFile(store) + ".lock"; }
+std::string importsPath(const std::string& store) { return realFile(store) + ".imports"; }
 
 [[noreturn]] void fail(const std::string& store, const char* doing, const std::string& path) {
   throw StoreError("sqlite:" + store + ": cannot " + doing + " " + path + ": " +
