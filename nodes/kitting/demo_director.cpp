@@ -101,7 +101,7 @@ DemoDirector::DemoDirector(const DemoFolders& folders)
 
 DemoReport DemoDirector::run() {
   const ros::WallTime begin = ros::WallTime::now();
-  report_.date = replay::dateNow().replace(10, 1, " ").substr(0, 16);  // to the minute, UTC
+  report_.date = replay::timeText(replay::wallNow()).replace(10, 1, " ").substr(0, 16);
   report_.versions = versions();
   report_.video = "demo.mp4";
   report_.store = "demo.db";

@@ -44,7 +44,7 @@ struct MeasuredBehavior {
 };
 
 struct DemoReport {
-  std::string date;                                           ///< UTC
+  std::string date;                                           ///< local, to the minute
   std::vector<std::pair<std::string, std::string>> versions;  ///< of what, which
   std::vector<MeasuredBehavior> behaviors;
   std::string video, store;  ///< relative to the report

@@ -27,7 +27,7 @@ void saveReport(const std::string& folder, const replay::PlayReport& report) {
   }
   calib::FileReplacement files;
   files.add(free_name + ".json", reportJson(report, 2) + "\n");
-  files.add(free_name + ".html", replayPage({report}, now));
+  files.add(free_name + ".html", replayPage({report}, replay::timeText(replay::wallNow())));
   files.commit();
 }
 

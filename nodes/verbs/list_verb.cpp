@@ -121,7 +121,8 @@ void addListVerb(CLI::App& app) {
                  "How they are searched for, instead: what indexes rule out, what is read");
   verb->add_flag("--json", options->json,
                  "As a JSON array of {id, name, tree_path, parent, attempt, outcome, begin_ns, "
-                 "end_ns, robot, parameters, tags, topics: {topic: {type, count}}}");
+                 "end_ns, robot, parameters, tags, topics: {topic: {type, count}}}; nanoseconds are "
+                 "strings, as jq rounds such numbers");
   addStoreOption(*verb, options->store);
   verb->callback([options] { runList(*options); });
 }

@@ -85,7 +85,7 @@ void printReport(const replay::PlayReport& report) {
 /// By the file's ending. JSON: of one replay, or an array of several.
 std::string reportFile(const std::string& path, const std::vector<replay::PlayReport>& reports) {
   const std::string ending = std::filesystem::path(path).extension();
-  if (ending == ".html") return replayPage(reports, replay::dateNow());
+  if (ending == ".html") return replayPage(reports, replay::timeText(replay::wallNow()));
   std::string text;
   for (const replay::PlayReport& report : reports) {
     if (ending == ".txt") {

@@ -78,12 +78,13 @@ void tellDark(const std::vector<std::string>& reasons, const char* what, bool is
   for (const std::string& reason : reasons) tell(reason);
 }
 
-/// "pick, 2026-11-23 07:13:45 UTC, success".
+/// "pick, 2026-11-23 08:13:45 +01:00, success".
 std::string captionOf(const replay::Behavior& behavior) {
   const std::string time = replay::timeText(behavior.begin);
   const std::string outcome = behavior.outcome.empty() ? "" : ", " + behavior.outcome;
-  return fmt::format("{}, {} {} UTC{}", behavior.name, time.substr(0, 10), time.substr(11, 8),
-                     outcome);
+  const std::string zone = time.substr(time.find_first_of("Z+-", 20));
+  return fmt::format("{}, {} {} {}{}", behavior.name, time.substr(0, 10), time.substr(11, 8),
+                     zone == "Z" ? "UTC" : zone, outcome);
 }
 
 /// Draws one behavior at its moments.

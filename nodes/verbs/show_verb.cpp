@@ -52,7 +52,8 @@ nlohmann::ordered_json summariesJson(const std::vector<TopicSummary>& topics) {
   for (const TopicSummary& topic : topics) {
     nlohmann::ordered_json entry = {{"topic", topic.topic},       {"type", topic.type},
                                     {"count", topic.count},       {"hz", nullptr},
-                                    {"first_ns", topic.first.ns}, {"last_ns", topic.last.ns}};
+                                    {"first_ns", std::to_string(topic.first.ns)},
+                                    {"last_ns", std::to_string(topic.last.ns)}};
     if (const auto hz = rate_hz(topic)) entry["hz"] = *hz;
     list.push_back(entry);
   }
@@ -184,9 +185,9 @@ KnownChannel readChannel(const replay::Store& store, std::int64_t id) {
 nlohmann::ordered_json messageJson(const replay::Message& message, const KnownChannel& known) {
   nlohmann::ordered_json json = {
       {"topic", known.channel.topic},       {"type", known.channel.type},
-      {"received_ns", message.received.ns}, {"sequence", message.sequence},
+      {"received_ns", std::to_string(message.received.ns)}, {"sequence", message.sequence},
       {"header_stamp_ns", nullptr},         {"message", nullptr}};
-  if (message.header_stamp) json["header_stamp_ns"] = message.header_stamp->ns;
+  if (message.header_stamp) json["header_stamp_ns"] = std::to_string(message.header_stamp->ns);
   std::string problem = known.problem;
   try {
     if (known.schema) {

@@ -156,8 +156,8 @@ void printJson(const std::string& path, const replay::StoreStats& stats) {
                                  {"recorder", nullptr},
                                  {"topics", nlohmann::ordered_json::array()},
                                  {"largest", nlohmann::ordered_json::array()}};
-  if (stats.oldest) json["oldest_ns"] = stats.oldest->ns;
-  if (stats.newest) json["newest_ns"] = stats.newest->ns;
+  if (stats.oldest) json["oldest_ns"] = std::to_string(stats.oldest->ns);
+  if (stats.newest) json["newest_ns"] = std::to_string(stats.newest->ns);
   if (stats.recorder) json["recorder"] = *stats.recorder;
   for (const auto& topic : stats.topics) {
     json["topics"].push_back({{"topic", topic.topic},
@@ -168,7 +168,7 @@ void printJson(const std::string& path, const replay::StoreStats& stats) {
   for (const auto& behavior : stats.largest) {
     json["largest"].push_back({{"id", behavior.id},
                                {"name", behavior.name},
-                               {"begin_ns", behavior.begin.ns},
+                               {"begin_ns", std::to_string(behavior.begin.ns)},
                                {"messages", behavior.messages},
                                {"bytes", behavior.bytes}});
   }

@@ -69,13 +69,13 @@ nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
                                  {"parent", behavior.parent},
                                  {"attempt", behavior.attempt},
                                  {"outcome", behavior.outcome},
-                                 {"begin_ns", behavior.begin.ns},
+                                 {"begin_ns", std::to_string(behavior.begin.ns)},
                                  {"end_ns", nullptr},
                                  {"robot", behavior.robot},
                                  {"parameters", objectJson(behavior, "parameters", behavior.parameters)},
                                  {"tags", behavior.tags},
                                  {"topics", nlohmann::ordered_json::object()}};
-  if (behavior.end) json["end_ns"] = behavior.end->ns;
+  if (behavior.end) json["end_ns"] = std::to_string(behavior.end->ns);
   std::map<std::string, std::uint64_t> largest;
   for (const replay::TopicSummary& topic : topics) {
     auto& entry = json["topics"][topic.topic];

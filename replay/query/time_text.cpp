@@ -58,13 +58,22 @@ std::optional<std::time_t> secondsOf(std::tm time, const std::string& zone) {
   return seconds + (zone[0] == '-' ? 60 : -60) * minutes;
 }
 
-/// UTC.
-std::string secondText(std::time_t seconds) {
+constexpr std::time_t kYear1971 = 31'536'000;
+
+/// A moment's date and time, and its zone.
+struct SecondText {
+  std::string text, zone;
+};
+
+SecondText secondText(std::time_t seconds, bool is_utc) {
   std::tm time{};
-  gmtime_r(&seconds, &time);
+  is_utc ? gmtime_r(&seconds, &time) : localtime_r(&seconds, &time);
   std::array<char, 40> date{};
   std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &time);
-  return date.data();
+  const long minutes = time.tm_gmtoff / 60;
+  if (minutes == 0) return {date.data(), "Z"};
+  return {date.data(), fmt::format("{}{:02}:{:02}", minutes < 0 ? '-' : '+',
+                                   std::abs(minutes) / 60, std::abs(minutes) % 60)};
 }
 
 // ---------------------------------------------------------------------------------------- in words
@@ -195,9 +204,13 @@ std::string timeText(Stamp stamp) {
     seconds -= 1;
     rest_ns += kSecond_ns;
   }
-  return fmt::format("{}.{:03}Z", secondText(seconds), rest_ns / 1'000'000);
+  const SecondText second = secondText(seconds, seconds < kYear1971);
+  return fmt::format("{}.{:03}{}", second.text, rest_ns / 1'000'000, second.zone);
 }
 
-std::string dateNow() { return secondText(std::time(nullptr)) + "Z"; }
+std::string dateNow() {
+  const SecondText second = secondText(std::time(nullptr), true);
+  return second.text + second.zone;
+}
 
 }  // namespace afterglow::replay

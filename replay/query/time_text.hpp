@@ -25,10 +25,12 @@ Stamp wallNow();
 /// second. Empty if it is none of these.
 std::optional<Stamp> parseTime(const std::string& text, Stamp now = wallNow());
 
-/// UTC, ISO 8601, to the millisecond: "2014-03-31T19:24:47.842Z".
+/// Local time with its offset, ISO 8601, to the millisecond: "2014-03-31T21:24:47.842+02:00"; "Z"
+/// for no offset, and for times of 1970, which are a simulation's and of no zone. parseTime() reads
+/// it.
 std::string timeText(Stamp stamp);
 
-/// Now, to the second: "2026-11-21T04:30:00Z".
+/// Now in UTC, to the second, as files have it: "2026-11-21T04:30:00Z".
 std::string dateNow();
 
 }  // namespace afterglow::replay

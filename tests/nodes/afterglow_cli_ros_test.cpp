@@ -135,8 +135,8 @@ TEST_P(ImportedSession, isCounted) {
   EXPECT_EQ(list[0]["name"], session_.name);
   EXPECT_EQ(list[0]["tree_path"], "");
   EXPECT_EQ(list[0]["outcome"], "imported");
-  EXPECT_EQ(list[0]["begin_ns"], session_.begin_ns);
-  EXPECT_EQ(list[0]["end_ns"], session_.last_ns + 1);
+  EXPECT_EQ(list[0]["begin_ns"], std::to_string(session_.begin_ns));
+  EXPECT_EQ(list[0]["end_ns"], std::to_string(session_.last_ns + 1));
   EXPECT_EQ(list[0]["tags"], (std::vector<std::string>{"real", "old"}));
   EXPECT_EQ(list[0]["topics"].size(), 9u);
   EXPECT_EQ(list[0]["topics"][session_.pose_topic],

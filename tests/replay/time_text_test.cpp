@@ -88,9 +88,28 @@ TEST(ParseTime, takesWords) {
   EXPECT_EQ(saidOnWednesday("thu 8:00"), "2026-11-19T08:00:00");
 }
 
-TEST(TimeText, saysTheTimeInUtc) {
-  EXPECT_EQ(timeText(Stamp{1396293887844783943}), "2014-03-31T19:24:47.844Z");
-  EXPECT_EQ(timeText(Stamp{0}), "1970-01-01T00:00:00.000Z");
+/// As a machine of this zone says it.
+std::string textIn(const char* zone, Stamp stamp) {
+  setenv("TZ", zone, 1);
+  tzset();
+  const std::string text = timeText(stamp);
+  const bool is_read = parseTime(text) == Stamp{stamp.ns - (stamp.ns % 1'000'000 + 1'000'000) % 1'000'000};
+  unsetenv("TZ");
+  tzset();
+  return is_read ? text : "not read: " + text;
+}
+
+TEST(TimeText, isLocalWithItsOffset) {
+  const Stamp stamp{1396293887844783943}, winter{1385900000000000000};
+  EXPECT_EQ(textIn("Europe/Berlin", stamp), "2014-03-31T21:24:47.844+02:00");
+  EXPECT_EQ(textIn("Europe/Berlin", winter), "2013-12-01T13:13:20.000+01:00");
+  EXPECT_EQ(textIn("America/St_Johns", stamp), "2014-03-31T16:54:47.844-02:30");
+  EXPECT_EQ(textIn("Asia/Kathmandu", stamp), "2014-04-01T01:09:47.844+05:45");
+  EXPECT_EQ(textIn("UTC", stamp), "2014-03-31T19:24:47.844Z");
+}
+
+TEST(TimeText, isUtcWhereASimulationsTimeBegins) {
+  EXPECT_EQ(textIn("Europe/Berlin", Stamp{0}), "1970-01-01T00:00:00.000Z");
   EXPECT_EQ(timeText(Stamp{-1}), "1969-12-31T23:59:59.999Z");
 }
 

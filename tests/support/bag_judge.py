@@ -51,7 +51,7 @@ def values(path):
             if i == len(lines):
                 return f"only {i} lines"
             expected = (topic, stamp.to_nsec(), plain(message))
-            found = (lines[i]["topic"], lines[i]["received_ns"], lines[i]["message"])
+            found = (lines[i]["topic"], int(lines[i]["received_ns"]), lines[i]["message"])
             if found != expected:
                 return f"message {i} differs:\n{expected}\n{found}"
             count += 1

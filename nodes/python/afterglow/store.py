@@ -88,7 +88,7 @@ class Behavior(object):
 
 
 def _seconds(nanoseconds):
-    return None if nanoseconds is None else nanoseconds * 1e-9
+    return None if nanoseconds is None else int(nanoseconds) * 1e-9
 
 
 def find(name=None, outcome=None, topic=None, robot=None, tag=None, where=None, since=None, until=None, before=None,
