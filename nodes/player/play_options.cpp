@@ -76,8 +76,8 @@ ValueKind aboveZero(const std::string& shown) {
   return {Kind::Value, shown,
           [](const std::string& text) {
             const auto value = numberOf(text);
-            const bool is_fit = value && *value > 0 && *value <= 1000;
-            return is_fit ? "" : text + " is no number above 0, up to 1000";
+            const bool is_fit = value && *value >= 0.001 && *value <= 1000;
+            return is_fit ? "" : text + " is no number of 0.001 to 1000";
           },
           ""};
 }

@@ -51,7 +51,7 @@ struct FormerOption {
 const std::vector<FormerOption>& formerOptions();
 
 /// Sets what was given for an option; a list may also be written as one text, with commas. Throws
-/// std::invalid_argument, "rate: 0 is no number above 0, up to 1000", and std::runtime_error, one
+/// std::invalid_argument, "rate: 0 is no number of 0.001 to 1000", and std::runtime_error, one
 /// line, for a file that is not understood.
 void giveOption(ReplayRequest& request, const PlayOption& option, const OptionTexts& texts);
 /// Why giveOption() would not take a text; empty: it would.

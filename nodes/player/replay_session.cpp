@@ -196,9 +196,7 @@ replay::PlayReport ReplaySession::run() {
   sink.listenForDrivers();
   replay::PlayReport report = play(sink);
   letMessagesLeave();  // what is still queued is lost with its publisher: the zero velocity, too
-  for (const std::string& topic : unheard) {
-    report.notes.push_back("nobody listened on " + topic + " at the start");
-  }
+  report.note(replay::unheardNotes(unheard, report));
   report.note(plan_.warnings());
   report.note({time_->note(), plan_.leftOutText()});
   return report;

@@ -42,12 +42,21 @@ RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener lis
 
 RosSink::Output& RosSink::advertise(const replay::Channel& channel) {
   Output& output = outputs_[channel.topic];
-  if (output.publisher) {
+  if (!output.publishers.empty()) {
     return output;  // a cancel topic that was recorded, too
   }
   output.message.morph(channel.md5, channel.type, channel.definition, channel.latching ? "1" : "0");
-  output.publisher = output.message.advertise(node_, channel.topic, queue_size_, channel.latching);
+  publisherOf(output, channel);
   return output;
+}
+
+ros::Publisher& RosSink::publisherOf(Output& output, const replay::Channel& channel) {
+  const bool latches = channel.latching;
+  ros::Publisher& publisher = output.publishers[{latches, latches ? channel.caller_id : ""}];
+  if (!publisher) {
+    publisher = output.message.advertise(node_, channel.topic, queue_size_, latches);
+  }
+  return publisher;
 }
 
 void RosSink::watchGoals(const replay::Channel& goal_channel) {
@@ -126,7 +135,7 @@ bool RosSink::publish(const replay::Channel& channel, const replay::Bytes& bytes
   ros::serialization::IStream stream(const_cast<std::uint8_t*>(bytes.data()),
                                      static_cast<std::uint32_t>(bytes.size()));
   output.message.read(stream);
-  output.publisher.publish(output.message);
+  publisherOf(output, channel).publish(output.message);
   return output.heardBy() > 0;
 }
 

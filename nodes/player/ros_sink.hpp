@@ -10,6 +10,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nodes/tools/any_message.hpp"
@@ -47,13 +48,18 @@ class RosSink : public replay::MessageSink {
 
  private:
   struct Output {
-    ros::Publisher publisher;
+    /// By whether it latches and, if so, who sent: each latched message of theirs is kept for who
+    /// subscribes later. Their connections to subscribers are common.
+    std::map<std::pair<bool, std::string>, ros::Publisher> publishers;
     topic_tools::ShapeShifter message;
     std::size_t own_subscribers = 0;  ///< this sink's, to hear other drivers
-    std::size_t heardBy() const { return publisher.getNumSubscribers() - own_subscribers; }
+    std::size_t heardBy() const {
+      return publishers.begin()->second.getNumSubscribers() - own_subscribers;
+    }
   };
 
   Output& advertise(const replay::Channel& channel);
+  ros::Publisher& publisherOf(Output& output, const replay::Channel& channel);
   void watchGoals(const replay::Channel& goal_channel);
   void watchDrivers(const std::string& topic, Output& output);
   void onStatus(const actionlib_msgs::GoalStatusArray& statuses);

@@ -9,8 +9,8 @@ namespace afterglow::replay {
 namespace {
 
 double checkedRate(double rate) {
-  if (!(rate > 0) || !std::isfinite(rate)) {
-    throw std::logic_error("rate must be above zero, not " + std::to_string(rate));
+  if (!(rate >= kSlowestRate && rate <= kFastestRate)) {
+    throw std::logic_error("a rate is 0.001 to 1000, not " + std::to_string(rate));
   }
   return rate;
 }

@@ -18,12 +18,15 @@ struct PlaybackTime {
   constexpr double seconds() const { return static_cast<double>(ns) * 1e-9; }
 };
 
+/// Beyond these, a nanosecond or a century fits into no clock.
+constexpr double kSlowestRate = 1e-3, kFastestRate = 1e3;
+
 /// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
 /// is ever accumulated, so nothing drifts. At its limit the timeline stands still; when the limit
 /// is lifted or moved on, it goes on from there. A value; not thread-safe.
 class Timeline {
  public:
-  /// `rate` recorded seconds pass a second. Throws std::logic_error unless it is above zero.
+  /// `rate` recorded seconds pass a second. Throws std::logic_error for one beyond the bounds.
   Timeline(Stamp begin, double rate, SteadyTime start);
 
   /// When a recorded moment is due; SteadyTime::forever() while paused, and beyond the limit.

@@ -37,6 +37,19 @@ OutboxTopic::OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, 
   if (topic.modality == Modality::Body) numbers = schemaOf(topic.channel);
 }
 
+const Channel& OutboxTopic::outputOf(const Channel& recorded) {
+  const auto known = std::find_if(outputs.begin(), outputs.end(), [&](const Channel& output) {
+    return output.latching == recorded.latching &&
+           (!output.latching || output.caller_id == recorded.caller_id);
+  });
+  if (known != outputs.end()) return *known;
+  Channel output = planned.output;
+  output.latching = recorded.latching;
+  if (output.latching) output.caller_id = recorded.caller_id;
+  outputs.push_back(std::move(output));
+  return outputs.back();
+}
+
 Outbox::Outbox(const PlayContext& play, ArmLead& lead, MessageSink& sink,
                std::function<Stamp()> ros_now, Rewriter::FreshId ids)
     : play_(play),
@@ -128,7 +141,7 @@ std::optional<Outbox::Sent> Outbox::tryPublish(Outgoing& message) {
     return std::nullopt;
   }
   if (topic.is_velocity) topic.moved_by = message.bytes;
-  topic.report.was_heard = sink_.publish(topic.planned.output, message.bytes);
+  topic.report.was_heard = sink_.publish(topic.outputOf(channel), message.bytes);
   const SteadyTime now = play_.clock.now();
   const std::int64_t late_ns = std::min(message.late_ns, now.ns - message.released.ns);
   play_.ledger.addSent(topic.planned, {message.recorded, now, std::max<std::int64_t>(0, late_ns),
@@ -225,7 +238,7 @@ void Outbox::clearProjection() {
       continue;
     }
     if (const auto nothing = clearingMessage(topic.planned.channel, topic.last)) {
-      send(topic.planned.output, *nothing);
+      for (const Channel& output : topic.outputs) send(output, *nothing);
     }
     topic.last.clear();
   }

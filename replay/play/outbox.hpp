@@ -24,13 +24,18 @@ namespace afterglow::replay {
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
-  /// True if somebody listens on the topic. May throw: the message counts as refused.
+  /// True if somebody listens on the topic. May throw: the message counts as refused. Latched
+  /// messages of several `channel.caller_id`s hold beside each other, as those of several nodes do.
   virtual bool publish(const Channel& channel, const Bytes& bytes) = 0;
 };
 
 /// A topic that is played.
 struct OutboxTopic {
   explicit OutboxTopic(const PlannedTopic& topic, const PlayOptions& options, TopicReport& counts);
+
+  /// The connection that a recorded one is sent on: each latched publisher its own, as in rosbag
+  /// play; plain ones share one.
+  const Channel& outputOf(const Channel& recorded);
 
   const PlannedTopic& planned;
   TopicReport& report;
@@ -45,6 +50,7 @@ struct OutboxTopic {
   double latency_s = 0;
   Bytes moved_by;          ///< the last set point sent; none: none was
   Bytes last;              ///< projected content in force
+  std::vector<Channel> outputs;  ///< that were sent on
 };
 
 /// Rewrites messages to be right now, publishes and counts them. Knows which topics it has lit and

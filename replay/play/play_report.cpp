@@ -65,7 +65,8 @@ Json played(const PlannedTopic& topic, const TopicReport& report) {
   json["refused"] = report.refused;
   if (!report.problem.empty()) json["problem"] = report.problem;
   if (report.replaced > 0) json["replaced"] = report.replaced;
-  json["heard"] = report.was_heard;
+  json["heard"] = nullptr;  // of what was sent
+  if (report.published > 0) json["heard"] = report.was_heard;
   json["lateness_ms"] = {{"p50", quantileMs(report.lateness, 0.5)},
                          {"p99", quantileMs(report.lateness, 0.99)},
                          {"max", maxMs(report.lateness)}};
@@ -188,6 +189,26 @@ void InStep::add(const PlayWait& wait) {
   if (waits.size() < kMostWaits) waits.push_back(wait);
   ++wait_count;
   waited_s += wait.seconds;
+}
+
+std::vector<std::string> unheardNotes(const std::vector<std::string>& unheard,
+                                      const PlayReport& report) {
+  std::vector<std::string> notes;
+  std::string unsent;
+  bool is_any_sent = false;
+  for (const auto& [planned, topic] : report.topics) {
+    const std::string& name = planned.output.topic;
+    is_any_sent = is_any_sent || topic.published > 0;
+    if (std::find(unheard.begin(), unheard.end(), name) == unheard.end()) continue;
+    if (topic.published > 0) {
+      notes.push_back("nobody listened on " + name + " at the start");
+    } else {
+      unsent += (unsent.empty() ? "" : ", ") + name;
+    }
+  }
+  if (!is_any_sent) return {"nothing was sent"};
+  if (!unsent.empty()) notes.push_back("nothing was sent on " + unsent);
+  return notes;
 }
 
 std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end) {

@@ -136,6 +136,11 @@ struct PlayReport {
 /// Why a message is skipped: a clause.
 constexpr const char* kWhySkipped = "too late, and overtaken or dangerous";
 
+/// Notes on topics that had no subscriber at the start: nobody heard what was sent, and what was not
+/// sent is said so.
+std::vector<std::string> unheardNotes(const std::vector<std::string>& unheard,
+                                      const PlayReport& report);
+
 std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end);
 /// How far from its recorded end the base ended: as the last drive found while it stood, else as
 /// tf had it. Empty if neither is known.

@@ -49,10 +49,10 @@ void SceneAt::add(const Channel& channel, Modality modality, Message message) {
     }
   } else if (isMarkers(channel.type)) {
     addMarkers(channel, message);
-  } else if (isReplacing(channel.type)) {
-    last_[topic] = std::move(message);
   } else if (channel.latching) {
     latched_[message.channel] = std::move(message);
+  } else if (isReplacing(channel.type)) {
+    last_[topic] = std::move(message);
   }
 }
 
@@ -61,7 +61,6 @@ void SceneAt::addMarkers(const Channel& channel, const Message& message) {
     MarkerTopic& topic = markers_[channel.topic];
     if (!topic.schema) {
       topic.schema = Schema::parse(channel.type, channel.definition);
-      topic.channel = message.channel;
       topic.is_array = channel.type != "visualization_msgs/Marker";
     }
     Value document = decode(*topic.schema, message.bytes);
@@ -103,7 +102,6 @@ void SceneAt::addLive(const MarkerTopic& topic, Stamp at, std::vector<Message>& 
     }
     auto& [message, markers] = arrivals[live.source.sequence];
     message = live.source;
-    message.channel = topic.channel;
     markers.push_back(std::move(marker));
   }
   // Markers that came in one message go in one again: its stamps hold for all of them.

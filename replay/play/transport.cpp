@@ -48,8 +48,9 @@ void Transport::halt(bool halts) {
 }
 
 void Transport::setRate(double rate) {
-  if (!(rate > 0) || !std::isfinite(rate)) {
-    throw std::runtime_error("a rate has to be above 0");
+  if (!(rate >= kSlowestRate && rate <= kFastestRate)) {
+    throw std::runtime_error(
+        fmt::format("a rate is {} to {}, not {}", kSlowestRate, kFastestRate, rate));
   }
   request([&](Requests& requests) { requests.rate = rate; });
 }

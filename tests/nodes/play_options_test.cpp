@@ -76,8 +76,11 @@ TEST(PlayOptions, thatAreNotGivenStayAsTheyWereAndZeroIsAValue) {
   EXPECT_FALSE(request.options.keeps_alive);
   EXPECT_EQ(request.options.goal_wait_s, 4);
   EXPECT_FALSE(request.plan.duration_s);
-  EXPECT_EQ(refusal({"duration=0"}), "duration: 0 is no number above 0, up to 1000");
-  EXPECT_EQ(refusal({"rate=0"}), "rate: 0 is no number above 0, up to 1000");
+  EXPECT_EQ(refusal({"duration=0"}), "duration: 0 is no number of 0.001 to 1000");
+  for (const char* rate : {"0", "1e-300", "1e300", "-1", "nan", "0.0009", "1000.1"}) {
+    EXPECT_EQ(refusal({std::string("rate=") + rate}),
+              "rate: " + std::string(rate) + " is no number of 0.001 to 1000");
+  }
 }
 
 TEST(PlayOptions, thatAreListsComeTogetherOrOneByOne) {
@@ -109,7 +112,7 @@ TEST(PlayOptions, ofAGoalAreRefusedInOneLine) {
   EXPECT_EQ(refusal({"paused"}), "paused has become pause");
   EXPECT_EQ(refusal({"rate"}), "rate needs a value: rate=FACTOR");
   EXPECT_EQ(refusal({"rate=1", "rate=2"}), "rate is given twice");
-  EXPECT_EQ(refusal({"rate=quick"}), "rate: quick is no number above 0, up to 1000");
+  EXPECT_EQ(refusal({"rate=quick"}), "rate: quick is no number of 0.001 to 1000");
   EXPECT_EQ(refusal({"pause=yes"}), "pause: yes is neither true nor false");
   EXPECT_EQ(refusal({"only=light"}), "only: 'light' is no modality (body, ar, speech)");
   EXPECT_EQ(refusal({"unheard=never"}), "unheard: never not in {start,abort}");

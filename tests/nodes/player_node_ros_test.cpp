@@ -146,7 +146,7 @@ TEST_F(PlayerNodeRos, isCommandedByServices) {
   wrong.name = "pick";
   wrong.rate = -1;
   EXPECT_EQ(call<PlayBehavior>("play", wrong).message,
-            "rate: -1 is no number above 0, up to 1000");
+            "rate: -1 is no number of 0.001 to 1000");
   PlayBehavior::Request play;
   play.selector = "the last pick";
   play.start = 10;
@@ -171,7 +171,7 @@ TEST_F(PlayerNodeRos, isCommandedByServices) {
   EXPECT_TRUE(call<Seek>("seek", seek).success);
   SetRate::Request rate;
   rate.rate = -1;
-  EXPECT_EQ(call<SetRate>("set_rate", rate).message, "a rate has to be above 0");
+  EXPECT_EQ(call<SetRate>("set_rate", rate).message, "a rate is 0.001 to 1000, not -1");
   rate.rate = 50;
   EXPECT_TRUE(call<SetRate>("set_rate", rate).success);
   EXPECT_EQ(call<GetRate>("get_rate").rate, 50);

@@ -12,6 +12,7 @@
 #include <std_srvs/Trigger.h>
 #include <topic_tools/shape_shifter.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -309,6 +310,54 @@ TEST_F(RecordAndReplay, endsARecordingThatIsCanceledAsStopped) {
   EXPECT_EQ(client.getState(), State::PREEMPTED);
   ASSERT_EQ(client.getResult()->outcome, "stopped");
   EXPECT_EQ(openStore()->behavior(client.getResult()->behavior_id)->outcome, "stopped");
+}
+
+/// As rosbag play gives it, which has a publisher for each recorded connection.
+TEST_F(RecordAndReplay, givesALateSubscriberTheLastOfEachLatchedPublisher) {
+  std::int64_t id = 0;
+  {
+    const auto store = replay::openStore(world->storePath, replay::OpenMode::ReadWrite);
+    const std::int64_t recording = store->addRecording({0, "", "by hand", ""});
+    std::uint64_t sequence = 0;
+    const auto add = [&](const char* node, bool latches, const std::string& text) {
+      replay::Message message;
+      message.channel = store->addChannel(
+          recording, {"/notes", "std_msgs/String", "992ce8a1687cec8c8bd883ec73ca41d1",
+                      "string data\n", latches, node});
+      message.sequence = ++sequence;
+      message.received = {1'000'000'000 + static_cast<std::int64_t>(sequence) * 10'000'000};
+      message.bytes = rosBytes(say(text));
+      store->append({message});
+    };
+    add("/plain", false, "not kept");
+    add("/one", true, "of one");
+    add("/two", true, "of two");
+    add("/one", true, "of one, later");
+    add("/plain", false, "not kept either");
+    replay::Behavior behavior;
+    behavior.recording = recording;
+    behavior.name = "notes";
+    behavior.begin = {1'000'000'000};
+    behavior.end = replay::Stamp{1'100'000'000};
+    behavior.topics = {"/notes"};
+    id = store->addBehavior(behavior);
+  }
+  const Ear early("/notes");
+  ReplayGoal goal = goalOf(id);
+  goal.options = {"also=/notes", "keep_alive=true"};
+  Replayer client("/player_node/replay", false);
+  ASSERT_TRUE(client.waitForServer(kPatience));
+  client.sendGoal(goal);
+  ASSERT_TRUE(early.heardSoFar(5));
+  const Ear late("/notes");
+  ASSERT_TRUE(late.heardSoFar(2));
+  std::vector<Bytes> heard = late.heard();
+  std::sort(heard.begin(), heard.end());
+  std::vector<Bytes> expected{rosBytes(say("of one, later")), rosBytes(say("of two"))};
+  std::sort(expected.begin(), expected.end());
+  EXPECT_EQ(heard, expected);
+  client.cancelGoal();
+  EXPECT_TRUE(client.waitForResult(kPatience));
 }
 
 TEST_F(RecordAndReplay, endsADriveWithAZeroTwist) {

@@ -57,6 +57,23 @@ TEST(PlayReport, takesTheBaseFromTfWhenNoDriveFoundIt) {
   EXPECT_EQ(baseEnd(report).value().distance, 0.4);
 }
 
+TEST(PlayReport, tellsWhatNobodyHeardFromWhatWasNotSent) {
+  PlayReport report;
+  for (const char* topic : {"/points", "/path", "/robotsound"}) {
+    PlannedTopic planned;
+    planned.output.topic = topic;
+    report.topics.emplace_back(planned, TopicReport{});
+  }
+  const std::vector<std::string> unheard{"/points", "/path"};
+  using Notes = std::vector<std::string>;
+  EXPECT_EQ(unheardNotes(unheard, report), Notes{"nothing was sent"});
+  EXPECT_EQ(unheardNotes({}, report), Notes{"nothing was sent"}) << "stopped before its first message";
+  report.topics[0].second.published = 3;
+  EXPECT_EQ(unheardNotes(unheard, report),
+            (Notes{"nobody listened on /points at the start", "nothing was sent on /path"}));
+  EXPECT_EQ(unheardNotes({}, report), Notes());
+}
+
 TEST(Samples, keepFewAsTheyAre) {
   Samples samples;
   for (int i = 0; i < 5; ++i) samples.add({0, double(i), double(i % 2)});

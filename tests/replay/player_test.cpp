@@ -29,6 +29,43 @@ TEST_F(PlayerTest, sendsEveryMessageAtItsTimeTiesInOrderAndTheLastOneToo) {
   EXPECT_EQ(report.actual_ns, 500 * kMs);
 }
 
+/// As rosbag play: a publisher for each recorded connection, so that who subscribes later gets the
+/// last message of each that latched.
+TEST_F(PlayerTest, sendsOfEachLatchedPublisherByAConnectionOfItsOwn) {
+  const auto by = [](const char* node, bool latches) {
+    Channel channel = kMarkers;
+    channel.caller_id = node;
+    channel.latching = latches;
+    return channel;
+  };
+  record(by("/plain", false), 0, test::markers(1));
+  record(by("/map", true), 10, test::markers(2));
+  record(by("/plan", true), 20, test::markers(3));
+  record(by("/map", true), 30, test::markers(4));
+  record(by("/other", false), 40, test::markers(5));
+  options.clear_projection = false;
+  play(100);
+  std::vector<std::string> connections;
+  for (const Sent& sent : sink.on("/markers")) {
+    connections.push_back(sent.channel.latching ? sent.channel.caller_id : "plain");
+  }
+  EXPECT_EQ(connections, (std::vector<std::string>{"plain", "/map", "/plan", "/map", "plain"}));
+}
+
+TEST_F(PlayerTest, clearsWhatEachLatchedPublisherHasLeft) {
+  Channel one = kMarkers, other = kMarkers;
+  one.latching = other.latching = true;
+  one.caller_id = "/one";
+  other.caller_id = "/other";
+  record(one, 0, test::markers(1));
+  record(other, 10, test::markers(2));
+  play(100);
+  const std::vector<Sent> sent = sink.on("/markers");
+  ASSERT_EQ(sent.size(), 4u);
+  EXPECT_EQ(sent[2].channel.caller_id, "/one") << "a late subscriber would get its marker else";
+  EXPECT_EQ(sent[3].channel.caller_id, "/other");
+}
+
 TEST_F(PlayerTest, doesNotDriftOverADay) {
   const std::int64_t day = 24 * 3600 * 1000;
   for (int i = 0; i <= 1000; ++i) record(kSay, day / 1000 * i, test::text("x"));

@@ -52,6 +52,7 @@ struct Sent {
   std::int64_t at_ms;  ///< since the first deadline
   std::string topic;
   Bytes bytes;
+  Channel channel = {};
 };
 
 /// Remembers what was sent and when; may fail, and may act like a slow network.
@@ -59,7 +60,7 @@ class SpySink : public MessageSink {
  public:
   explicit SpySink(JumpingClock& clock) : clock_(clock), start_(clock.now().after(5 * kMs)) {}
   bool publish(const Channel& channel, const Bytes& bytes) override {
-    sent.push_back({(clock_.now().ns - start_.ns) / kMs, channel.topic, bytes});
+    sent.push_back({(clock_.now().ns - start_.ns) / kMs, channel.topic, bytes, channel});
     if (on_publish) on_publish(sent.back());
     const auto heard = is_heard_on.find(channel.topic);
     return heard == is_heard_on.end() ? is_heard : heard->second;
