@@ -2,7 +2,7 @@
 
 import {get} from './api.js';
 import {button, element, put, refill, table} from './dom.js';
-import {count, duration, localTime, plain} from './format.js';
+import {andMore, count, duration, folded, localTime, plain} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
 import {KeyMoments, noPictures, Pictures} from './pictures.js';
@@ -90,8 +90,8 @@ export class BehaviorView {
   /** What the recorder has to say of it, and what people noted. */
   remarks(one) {
     const lines = [one.remarks, one.notes].flat().filter(Boolean);
-    return lines.length ? element('div', {class: 'note'}, element('ul', {},
-      lines.map((line) => element('li', {}, plain(line))))) : null;
+    return lines.length ? element('div', {class: 'note'}, element('ul', {}, folded(lines.map(plain), (line) => line)
+      .map(({first, times}) => element('li', {}, first, andMore(times))))) : null;
   }
 
   parameters(one) {
@@ -102,15 +102,20 @@ export class BehaviorView {
   }
 
   relatives(one) {
-    const list = (title, behaviors, withCompare) => (behaviors?.length ? element('section', {},
-      element('h2', {}, title), element('ul', {class: 'relatives'}, behaviors.map((other) => element('li', {},
-        element('a', {href: this.route.to('behavior', [other.id])}, other.name), ' ',
-        element('span', {class: `pill ${other.look}`}, other.outcome || 'open'),
-        element('span', {class: 'soft'}, `#${other.id} · ${localTime(other)} · ${duration(other.duration)}`),
-        withCompare && element('a', {class: 'compare', href: this.route.to('compare', [one.id, other.id]),
-          'aria-label': `Compare #${one.id} with #${other.id}`}, 'compare'))))) : null);
-    return [list('Inside it', one.children, false),
-      list('Other attempts', (one.attempts || []).filter((other) => other.id !== one.id), true),
+    const line = (other, ...more) => element('li', {},
+      element('a', {href: this.route.to('behavior', [other.id])}, other.name), ' ',
+      element('span', {class: `pill ${other.look}`}, other.outcome || 'open'),
+      element('span', {class: 'soft'}, `#${other.id} · ${localTime(other)} · ${duration(other.duration)}`), more);
+    const list = (title, lines) => (lines.length ? element('section', {}, element('h2', {}, title),
+      element('ul', {class: 'relatives'}, lines)) : null);
+    const children = folded(one.children || [], ({name, outcome}) => JSON.stringify([name, outcome]));
+    const attempts = (one.attempts || []).filter((other) => other.id !== one.id);
+    return [list('Inside it', children.map(({first, times, all}) => [line(first), times > 1 && element('li', {},
+      element('details', {}, element('summary', {}, andMore(times).replace(/^, /, '')),
+        element('ul', {class: 'relatives'}, all.slice(1).map((other) => line(other)))))])),
+      list('Other attempts', attempts.map((other) => line(other, element('a', {class: 'compare',
+        href: this.route.to('compare', [one.id, other.id]),
+        'aria-label': `Compare #${one.id} with #${other.id}`}, 'compare')))),
       one.parent ? element('p', {}, 'It is part of ',
         element('a', {href: this.route.to('behavior', [one.parent])}, `#${one.parent}`), '.') : null];
   }

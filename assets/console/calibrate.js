@@ -5,13 +5,29 @@
 
 import {post} from './api.js';
 import {button, drawn, element, put, refill} from './dom.js';
-import {count} from './format.js';
+import {andMore, count, folded} from './format.js';
+import {Question} from './question.js';
 
 const COMMANDS = {start: 'Begin', take: 'Take a view now', discard_last: 'Forget the last view',
   solve: 'Calculate now', stop: 'Stop'};
+const ANEW = 'Begin anew';
 const CELL = 20;
 const PHASES = {idle: 'Not started', waiting: 'Waiting for the camera', collecting: 'Taking views',
   solving: 'Calculating', verifying: 'Checking the light', done: 'Done'};
+
+/** What a command would destroy now, in words; nothing for one that destroys nothing. */
+function loses(command, {phase, views, held_out_mm: error}) {
+  const all = `${count(views, 'view')} ${views === 1 ? 'has' : 'have'} been taken`;
+  if (command === 'start') {
+    if (!views && !Number.isFinite(error)) return '';
+    return `${all}. To begin anew is to take them all again.`;
+  }
+  if (command === 'stop') {
+    if (phase === 'solving') return 'It is calculating. To stop is to have no result.';
+    return phase === 'collecting' && views ? `${all}. What is stopped can only be begun anew.` : '';
+  }
+  return command === 'discard_last' && views ? `The last of ${count(views, 'view')} is deleted.` : '';
+}
 
 /** The projector's picture: which parts have been lit on a board. */
 function litPicture(rows, share) {
@@ -40,16 +56,21 @@ export class CalibrateView {
     this.result = element('div', {'aria-live': 'polite'});
     this.said = element('ol', {class: 'said-before'});
     this.buttons = Object.fromEntries(Object.entries(COMMANDS).map(([command, words]) => [command,
-      button(words, () => this.ask(command), {id: `calibrate-${command.replace('_', '-')}`})]));
+      button(words, () => this.pressed(command), {id: `calibrate-${command.replace('_', '-')}`})]));
     this.buttons.start.classList.add('main-action');
+    this.question = new Question();
     this.work = element('div', {}, this.advice, this.problem, this.progress, this.figures, this.result,
-      element('div', {class: 'bar commands'}, Object.values(this.buttons)),
+      element('div', {class: 'bar commands'}, Object.values(this.buttons)), this.question.place,
       element('section', {}, element('h2', {}, 'Where the board has been'), this.lit),
       element('section', {}, element('h2', {}, 'Said before'), this.said));
     this.absent = element('p', {class: 'note'}, 'No calibrator is running: start calibrate.launch, with the board ' +
       'that was printed and a folder for the result.');
     put(this.place, this.absent, this.work);
     this.unfollow = shell.robot.follow((state, isHeard) => this.show(isHeard ? state?.calibrator : null));
+  }
+
+  pressed(command) {
+    this.question.ask(() => loses(command, this.state), this.buttons[command], () => this.ask(command));
   }
 
   async ask(command) {
@@ -67,6 +88,7 @@ export class CalibrateView {
     this.work.hidden = !state;
     this.absent.hidden = Boolean(state);
     if (!state) return;
+    this.state = state;
     const {phase, views, views_wanted: wanted, coverage, said = []} = state;
     const advice = said[0] || PHASES[phase] || phase;
     if (this.advice.textContent !== advice) this.advice.textContent = advice;
@@ -83,13 +105,15 @@ export class CalibrateView {
         element('strong', {}, `${state.held_out_mm.toFixed(2)} mm`), ' from its place.'),
       Number.isFinite(state.check_mm) ? element('p', {}, 'On a new view it is ',
         element('strong', {}, `${state.check_mm.toFixed(2)} mm`), ' off.') : null) : null);
-    refill(this.said, said.slice(1).map((line) => element('li', {}, line)));
+    refill(this.said, folded(said.slice(1), (line) => line).map(
+      ({first, times}) => element('li', {}, first, andMore(times))));
     const runs = phase === 'collecting' || phase === 'verifying';
-    this.buttons.start.textContent = phase === 'idle' ? COMMANDS.start : 'Begin anew';
+    this.buttons.start.textContent = phase === 'idle' && !views ? COMMANDS.start : ANEW;
     this.buttons.take.disabled = !runs;
     this.buttons.discard_last.disabled = phase !== 'collecting' || !views;
     this.buttons.solve.disabled = phase !== 'collecting' || !views;
     this.buttons.stop.disabled = phase === 'idle' || phase === 'done';
+    this.question.look();
   }
 
   follow() {}

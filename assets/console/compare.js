@@ -3,7 +3,7 @@
 import {get} from './api.js';
 import {heading} from './behavior.js';
 import {button, element, put, refill, table} from './dom.js';
-import {duration, offset, plain} from './format.js';
+import {andMore, duration, folded, offset, plain, sameInStory} from './format.js';
 import {Lanes} from './lanes.js';
 import {Moment} from './moment.js';
 import {noPictures, Picture} from './pictures.js';
@@ -101,8 +101,13 @@ export class CompareView {
     const when = (one) => (one ? button(offset(one.t), () => this.moment.set(one.t), {class: 'at'}) : '–');
     const text = ({a, b}) => (a && b && a.text !== b.text ? [a.text, element('br'), b.text] : (a || b).text);
     const [left, right] = this.behaviors;
-    const rows = lines.map((line) => ({class: line.differs ? 'differs' : null, cells: [
-      when(line.a), text(line), when(line.b), !line.a ? 'only right' : !line.b ? 'only left' : this.later(line)]}));
+    const same = ({a, b, differs}) => {
+      const told = [a, b].filter(Boolean).map(sameInStory);
+      return told.includes(null) ? null : [Boolean(a), Boolean(b), differs, ...told].join(' ');
+    };
+    const rows = folded(lines, same).map(({first: line, times}) => ({class: line.differs ? 'differs' : null, cells: [
+      when(line.a), [text(line), andMore(times)], when(line.b),
+      !line.a ? 'only right' : !line.b ? 'only left' : this.later(line)]}));
     return element('section', {}, element('h2', {}, 'Both stories'), table('Both stories',
       [`#${left.id}`, 'what happened', `#${right.id}`, 'difference'], rows));
   }

@@ -127,8 +127,9 @@ export class Finder {
     this.matching.classList.toggle('bad', isBad);
   }
 
+  /** A step that the back key undoes: a filter may have been long to write. */
   clear() {
-    this.route.search({q: '', name: '', outcome: '', day: '', where: ''});
+    this.route.clear();
     this.input.focus();
   }
 
@@ -136,7 +137,7 @@ export class Finder {
   chooseFor(behavior) {
     this.compareWith = behavior;
     this.choosing.hidden = !behavior;
-    document.body.classList.toggle('choosing', Boolean(behavior));  // on a phone the list comes back
+    document.body.toggleAttribute('data-choosing', Boolean(behavior));  // on a phone the list comes back
     refill(this.choosing, behavior && [`Choose what to compare #${behavior.id} ${behavior.name} with. `,
       button('Cancel', () => this.chooseFor(null))]);
     this.list.refresh();

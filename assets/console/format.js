@@ -47,6 +47,46 @@ export function count(number, noun) {
   return `${Number(number).toLocaleString('en-US')} ${noun}${Number(number) === 1 ? '' : 's'}`;
 }
 
+/** "began at 3.5 s" without its numbers: what is said of several. */
+export function withoutNumbers(text) {
+  return text.replace(/[\d.]+/g, '');
+}
+
+/**
+ * Things that follow one another and are equal, as one: {first, last, times, all}.
+ * @param {Array} things @param {function(any): string|null} same equal for equal things; null: equal to none
+ */
+export function folded(things, same) {
+  const runs = [];
+  let before = null;
+  for (const one of things) {
+    const now = same(one);
+    if (now !== null && now === before) {
+      const run = runs[runs.length - 1];
+      Object.assign(run, {last: one, times: run.times + 1});
+      run.all.push(one);
+    } else {
+      runs.push({first: one, last: one, times: 1, all: [one]});
+    }
+    before = now;
+  }
+  return runs;
+}
+
+/**
+ * Lines of a story that are told as one: the same sentence said again, and goals or behaviors that went the same way,
+ * however long they took. Each failure has its line.
+ */
+export function sameInStory({kind, text, bad}) {
+  if (bad || !['said', 'goal', 'child'].includes(kind)) return null;
+  return `${kind} ${kind === 'said' ? text : withoutNumbers(text)}`;
+}
+
+/** ", and 22 more like it"; nothing where there is only one. */
+export function andMore(times) {
+  return times > 1 ? `, and ${(times - 1).toLocaleString('en-US')} more like it` : '';
+}
+
 /** A value of a message or a parameter, as one line. */
 export function plain(value) {
   if (value === null || value === undefined) return '';

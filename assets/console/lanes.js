@@ -4,7 +4,7 @@
  */
 
 import {button, drawn, element, put, refill} from './dom.js';
-import {count, duration, offset, tickStep} from './format.js';
+import {count, duration, folded, offset, tickStep, withoutNumbers} from './format.js';
 
 const HEIGHT = 28;  // px of a lane, as style.css has it
 const AXIS = 24;
@@ -18,9 +18,11 @@ function inOrder(lanes) {
   return [...lanes].sort((a, b) => Number(a.context) - Number(b.context) || place(a) - place(b));
 }
 
+const fits = (text, width) => text.length * LETTER <= width;
+
 function shortened(text, width) {
+  if (fits(text, width)) return text;
   const letters = Math.floor(width / LETTER);
-  if (text.length <= letters) return text;
   return letters < 3 ? '' : `${text.slice(0, letters - 1)}…`;
 }
 
@@ -132,27 +134,47 @@ export class Lanes {
       const path = lane.marks.map((t) => `M${this.x(t).toFixed(1)} ${tall}`);
       group.append(drawn('path', {class: 'marks', d: path.join('')}));
     }
-    return put(group, goals.map((span, at) => this.goal(span, at + 1)));
+    const runs = folded(goals, ({text}) => withoutNumbers(text));
+    return put(group, runs.map((run, at) => this.goals(run, runs[at + 1])));
   }
 
-  goal(span, number) {
+  /** Goals that ended alike: each where it was, with one name for them all, which may stand beside them. */
+  goals({first, last, times, all}, next) {
+    const from = this.x(first.from);
+    const room = (next ? this.x(next.first.from) : this.width) - from - 8;
+    const inside = this.x(this.end(last)) - from - 8;
+    const ended = first.outcome || 'no result';
+    const short = times > 1 ? count(times, 'goal') : first.text.split(':')[0];
+    const words = times > 1 ? `${short}: ${ended}` : first.text;
+    const name = fits(words, inside) ? words : fits(short, room) ? short : '';
+    return drawn('g', {class: `goal ${first.look}`},
+      drawn('title', {}, times > 1 ? `${words}, in ${duration(this.end(last) - first.from)}` : this.told(first)),
+      all.map((span) => this.bar(span)), drawn('text', {x: from + 4, y: 15}, name));
+  }
+
+  end(span) {
+    return span.to ?? this.moment.length;
+  }
+
+  told(span) {
+    return `${span.text}, ${span.to === null || span.to === undefined ? 'no result' : duration(span.to - span.from)}`;
+  }
+
+  bar(span) {
     const from = this.x(span.from);
-    const width = Math.max(this.x(span.to ?? this.moment.length) - from, 3);
-    const took = span.to === null || span.to === undefined ? 'no result' : duration(span.to - span.from);
-    return drawn('g', {class: `goal ${span.look}`},
-      drawn('title', {}, `${span.text}, ${took}`),
-      drawn('rect', {x: from, y: 4, width, height: 15, rx: 3}),
-      drawn('text', {x: from + 4, y: 15}, width < 75 ? shortened(`${number}`, width - 6) :
-        shortened(span.text, width - 8)));
+    return drawn('rect', {x: from, y: 4, width: Math.max(this.x(this.end(span)) - from, 3), height: 15, rx: 3},
+      drawn('title', {}, this.told(span)));
   }
 
   speech() {
-    return this.said.map(({t, text}, at) => {
-      const from = this.x(t);
-      const room = (at + 1 < this.said.length ? this.x(this.said[at + 1].t) : this.width) - from;
-      return drawn('g', {class: 'saying'}, drawn('title', {}, text),
-        drawn('path', {class: 'marks', d: `M${from.toFixed(1)} 5v18`}),
-        drawn('text', {x: from + 5, y: 18}, shortened(text, room - 10)));
+    const runs = folded(this.said, ({text}) => text);
+    return runs.map(({first, times, all}, at) => {
+      const from = this.x(first.t);
+      const room = (at + 1 < runs.length ? this.x(runs[at + 1].first.t) : this.width) - from;
+      const words = times > 1 ? `${count(times, 'time')}: ${first.text}` : first.text;
+      return drawn('g', {class: 'saying'}, drawn('title', {}, words),
+        drawn('path', {class: 'marks', d: all.map(({t}) => `M${this.x(t).toFixed(1)} 5v18`).join('')}),
+        drawn('text', {x: from + 5, y: 18}, shortened(words, room - 10)));
     });
   }
 

@@ -4,6 +4,7 @@ import {getPicture, Latest, post} from './api.js';
 import {button, element, put, refill, table} from './dom.js';
 
 const PICTURE_MS = 300;
+const AGAIN_MS = 2000;  // after a failure: a publisher that is there and says nothing
 const LEVELS = ['fine', 'careful', 'wrong', 'silent'];
 
 /** "fine", "careful" of diagnostics' numbers or words. */
@@ -31,25 +32,49 @@ export class LiveView {
       element('div', {}, element('section', {}, element('h2', {}, 'Diagnostics'), this.diagnostics),
         element('section', {}, element('h2', {}, 'Recorder'), this.recorder, this.form()))));
     this.loader = new Latest((_, signal) => this.look(signal));
-    this.timer = setInterval(() => { if (!document.hidden) this.loader.want(1); }, PICTURE_MS);
-    this.loader.want(1);
+    this.published = false;  // until a state tells of it
+    this.quietUntil = 0;
+    this.timer = setInterval(() => this.wantPicture(), PICTURE_MS);
     this.unfollow = shell.robot.follow((state, isHeard) => this.show(state, isHeard));
+  }
+
+  /** Asks only while somebody publishes what would be shown. */
+  wantPicture() {
+    if (this.published && !document.hidden && performance.now() >= this.quietUntil) this.loader.want(1);
   }
 
   async look(signal) {
     try {
-      const address = URL.createObjectURL(await getPicture('/api/projected', {}, signal));
+      const picture = await getPicture('/api/projected', {}, signal);
+      if (!picture.size || !this.published) return;  // the first is still on its way, or the last one was
+      const address = URL.createObjectURL(picture);
       this.image.src = address;
       await this.image.decode().catch(() => {});
       URL.revokeObjectURL(address);
       this.image.hidden = false;
       this.dark.hidden = true;
     } catch (problem) {
-      if (problem.name === 'AbortError') return;
-      this.image.hidden = true;
-      this.dark.hidden = false;
-      this.dark.textContent = problem.message;
+      if (problem.name === 'AbortError' || !this.published) return;
+      this.quietUntil = performance.now() + AGAIN_MS;
+      this.noPicture(problem.message);
     }
+  }
+
+  noPicture(words) {
+    this.image.hidden = true;
+    this.dark.hidden = false;
+    this.dark.textContent = words;
+  }
+
+  /** @param {{topic: string, published: boolean}|null} image of the state; null while the robot is not heard */
+  heard(image) {
+    const published = Boolean(image?.published);
+    const words = published ? 'Loading…' : image ? `Nobody publishes ${image.topic}.` : 'The robot is not heard.';
+    if (words === this.waitsFor) return;
+    this.waitsFor = words;
+    this.published = published;
+    this.noPicture(words);
+    this.wantPicture();
   }
 
   form() {
@@ -80,6 +105,7 @@ export class LiveView {
     if (said === this.said) return;  // five times a second, and mostly the same
     this.said = said;
     const {projector, diagnostics, recorder} = state || {};
+    this.heard(isHeard ? projector?.image : null);
     this.light.textContent = isHeard ? projector?.words || '' : 'The robot is not heard.';
     refill(this.layers, projector?.layers?.length ? table('Layers', ['topic', 'Hz', 'shown', 'why'],
       projector.layers.map((layer) => ({class: layer.shown ? null : 'out', cells: [layer.topic,

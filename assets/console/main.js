@@ -42,7 +42,10 @@ class Shell {
     // The list does not wait for what the store is called.
     this.finder.follow(this.route.now);
     this.begin();
-    setInterval(() => { if (!document.hidden && connection.isFine) this.lookAgain(); }, LOOK_AGAIN_MS);
+    // Beside a robot that is heard, events tell of growth.
+    setInterval(() => {
+      if (!document.hidden && connection.isFine && !this.robot?.isHeard) this.lookAgain();
+    }, LOOK_AGAIN_MS);
   }
 
   get hasRobot() {
@@ -74,7 +77,7 @@ class Shell {
       this.robot = new Robot();
       this.robot.onGrowth(() => this.lookAgain());
       new StopBar(at('stop-bar'), this.robot, this.notice);
-      for (const view of ['live', 'calibrate']) document.querySelector(`[data-view=${view}]`).hidden = false;
+      for (const view of ['live', 'calibrate']) document.querySelector(`nav [data-view=${view}]`).hidden = false;
     }
   }
 
@@ -95,10 +98,10 @@ class Shell {
     } else if (needsLogin) {
       this.notice.clear();
       this.closeView();
-      at('room').classList.add('locked');
+      document.body.toggleAttribute('data-locked', true);
       showLogin(at('view'));
     } else if (returned) {
-      at('room').classList.remove('locked');
+      document.body.toggleAttribute('data-locked', false);
       this.notice.tell('The console answers again.');
       this.finder.reload(true);
       if (this.view?.reload) this.view.reload();

@@ -5,6 +5,8 @@ import {button, element, put} from './dom.js';
 import {offset} from './format.js';
 import {SESSION} from './session.js';
 
+const AGAIN_MS = 1000;  // after a failure: mostly the next moment has no picture for the same reason
+
 const VIEWS = {
   projector: {title: 'What the projector showed', alt: 'The projector\'s picture'},
   bystander: {title: 'The room, as a bystander sees it', alt: 'The room'},
@@ -30,6 +32,8 @@ export class Picture {
     this.place = element('figure', {class: `picture ${view}`}, this.frame,
       element('figcaption', {}, how.title || VIEWS[view].title));
     this.shown = null;
+    this.quietUntil = 0;
+    this.again = null;
     this.loader = new Latest((seconds, signal) => this.load(seconds, signal));
   }
 
@@ -40,7 +44,19 @@ export class Picture {
     this.loader.want(within);
   }
 
+  /** Asks for what is wanted then. */
+  later() {
+    this.again = this.again || setTimeout(() => {
+      this.again = null;
+      if (this.shown !== null) this.loader.want(this.shown);
+    }, AGAIN_MS);
+  }
+
   async load(seconds, signal) {
+    if (performance.now() < this.quietUntil) {
+      this.later();
+      return;
+    }
     try {
       const picture = await getPicture(`/api/behaviors/${this.id}/picture`,
         {t: seconds.toFixed(3), view: this.view, width: this.width, viewer: this.viewer}, signal);
@@ -58,7 +74,8 @@ export class Picture {
       this.problem.hidden = true;
     } catch (problem) {
       if (problem.name === 'AbortError') return;
-      this.shown = null;  // is asked for again by the next moment, also if it is the same
+      this.quietUntil = performance.now() + AGAIN_MS;
+      if (this.shown === seconds) this.shown = null;  // is asked for again by the next moment, also if it is the same
       this.image.hidden = true;
       this.problem.hidden = false;
       this.problem.textContent = problem.message;
@@ -66,6 +83,7 @@ export class Picture {
   }
 
   close() {
+    clearTimeout(this.again);
     this.loader.close();
   }
 }

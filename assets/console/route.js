@@ -53,6 +53,12 @@ export class Route {
     location.hash = this.to(view, ids, more);
   }
 
+  /** Shows the same without any search: a step that the back key undoes. */
+  clear() {
+    const {view, ids, params} = this.now;
+    location.hash = address(view, ids, {...params, ...Object.fromEntries(KEPT.map((key) => [key, '']))});
+  }
+
   /** Changes the search; a search is not worth a step back for every letter. */
   search(change) {
     this.keep(change);

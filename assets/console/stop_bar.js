@@ -15,7 +15,7 @@ export class StopBar {
     put(this.stopper, element('small', {}, 'Esc'));
     put(place, element('div', {class: 'state'}, this.words, this.track, this.figures), this.stopper);
     place.hidden = false;
-    document.body.classList.add('with-robot');
+    document.body.toggleAttribute('data-robot', true);
     // Before anybody else gets the key: no field, list or dialog may keep it from stopping the robot.
     window.addEventListener('keydown', (event) => {
       if (event.key === 'Escape' && (this.robot.mayMove() || !this.robot.isHeard)) {

@@ -1,29 +1,18 @@
 /** A behavior's story in words; a line leads to its moment, and the line of the moment is marked. */
 
 import {button, element} from './dom.js';
-import {offset} from './format.js';
-
-/** Goals that succeeded one after the other with the same words, but for their times, are one line. */
-export function folded(story) {
-  const same = (one) => (one.kind === 'goal' && !one.bad ? one.text.replace(/[\d.]+/g, '') : null);
-  const lines = [];
-  for (const one of story) {
-    const last = lines[lines.length - 1];
-    if (last && same(one) !== null && same(one) === same(last)) last.times++;
-    else lines.push({...one, times: 1});
-  }
-  return lines;
-}
+import {andMore, folded, offset, sameInStory} from './format.js';
 
 export class Story {
   /** @param {Array<{t, clock, kind, text}>} story @param {Moment} moment */
   constructor(story, moment) {
-    this.story = folded(story);
+    const runs = folded(story, sameInStory);
+    this.story = runs.map(({first}) => first);
     this.moment = moment;
-    this.lines = this.story.map((one) => element('li', {class: `${one.kind}${one.bad ? ' bad' : ''}`},
+    this.lines = runs.map(({first: one, times}) => element('li', {class: `${one.kind}${one.bad ? ' bad' : ''}`},
       button([element('span', {class: 'clock'}, one.clock || offset(one.t)),
         element('span', {class: 'text'}, one.kind === 'said' ? this.said(one.text) : one.text,
-        one.times > 1 && element('span', {class: 'soft'}, `, and ${one.times - 1} more like it`))],
+        times > 1 && element('span', {class: 'soft'}, andMore(times)))],
       () => moment.set(one.t))));
     this.place = element('section', {class: 'story'}, element('h2', {}, 'Story'),
       element('ol', {}, this.lines));

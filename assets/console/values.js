@@ -54,8 +54,20 @@ export class Values {
     if (this.topic) this.loader.want({topic: this.topic, t: seconds});
   }
 
-  async load({topic, t}, signal) {
+  /** Which message is the newest then, as far as the lane tells: the same word for the same message. */
+  newest(lane, t) {
+    if (!lane) return `${t}`;
+    if (t >= lane.last) return `${lane.topic} last`;
+    if (lane.marks?.length !== lane.count) return `${lane.topic} ${t}`;
+    return `${lane.topic} ${lane.marks.filter((mark) => mark <= t).length}`;
+  }
+
+  async load({topic, t: exactly}, signal) {
     const lane = this.lanes.find((one) => one.topic === topic);
+    const t = Number(exactly.toFixed(6));
+    const newest = this.newest(lane, t);
+    if (newest === this.shown) return;
+    this.shown = null;
     if (lane && lane.first > t) {
       this.say(`${lane.type}: its first message comes at ${offset(lane.first)}`, []);
       return;
@@ -63,6 +75,7 @@ export class Values {
     try {
       const told = await get(`/api/behaviors/${this.id}/message`, {topic, t: t.toFixed(6)}, signal);
       this.say(told.problem || `${told.type}, of ${offset(told.t)}`, told.value ? flattened(told.value) : []);
+      this.shown = newest;
     } catch (problem) {
       if (problem.name !== 'AbortError') this.say(problem.message, []);
     }

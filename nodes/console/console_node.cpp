@@ -116,9 +116,11 @@ ConsoleNode::~ConsoleNode() {
 }
 
 std::string ConsoleNode::state() const {
+  auto projector = diagnostics_.projector();
+  projector["image"] = projected_.state();
   const nlohmann::ordered_json state{{"player", playerJson(player_, keeper_.shown())},
                                      {"recorder", diagnostics_.recorder()},
-                                     {"projector", diagnostics_.projector()},
+                                     {"projector", std::move(projector)},
                                      {"calibrator", calibrator_.state()},
                                      {"diagnostics", diagnostics_.all()}};
   return state.dump(-1, ' ', false, json::error_handler_t::replace);

@@ -29,7 +29,7 @@ struct ConsoleNodeOptions {
   std::string store;
   std::string player = "player_node", recorder = "recorder_node";
   std::string calibrator = "calibrator_node";
-  std::string projector = "projector_node/image";  ///< sensor_msgs/Image
+  std::string projector = "projector/image";  ///< sensor_msgs/Image
 };
 
 /// Answers what ConsoleApi leaves to a robot. After ros::start; with spinning threads.

@@ -1,15 +1,18 @@
 #include "nodes/console/projected_image.hpp"
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <utility>
+#include <optional>
+#include <stdexcept>
 #include <vector>
 
 namespace afterglow::nodes {
 namespace {
 
 constexpr int kQuality = 80;
+constexpr double kMasterPatience_s = 0.5;  // shorter than the timer's period: no two questions at once
 
 /// As OpenCV writes it; throws HttpError 503 for what is no such image.
 cv::Mat pixelsOf(const sensor_msgs::Image& image) {
@@ -31,7 +34,7 @@ cv::Mat pixelsOf(const sensor_msgs::Image& image) {
 
 }  // namespace
 
-ProjectedImage::ProjectedImage(std::string topic) : topic_(std::move(topic)) {
+ProjectedImage::ProjectedImage(const std::string& topic) : topic_(ros::names::resolve(topic)) {
   timer_ = node_.createWallTimer(ros::WallDuration(1), [this](const auto&) { look(); });
 }
 
@@ -42,10 +45,21 @@ void ProjectedImage::hear(const sensor_msgs::ImageConstPtr& image) {
 }
 
 void ProjectedImage::look() {
+  std::optional<RosGraph> graph;
+  try {
+    graph = master_.graph(deadlineIn(kMasterPatience_s));
+  } catch (const std::runtime_error&) {  // without a master publishers go on
+  }
   const std::lock_guard<std::mutex> lock(mutex_);
+  if (graph) is_published_ = !graph->otherPublishers(topic_).empty();
   if (std::chrono::steady_clock::now() - asked_ <= kPatience) return;
   subscriber_ = ros::Subscriber();
   image_ = nullptr;
+}
+
+nlohmann::ordered_json ProjectedImage::state() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return {{"topic", topic_}, {"published", is_published_}};
 }
 
 HttpResponse ProjectedImage::newest() {
@@ -55,10 +69,12 @@ HttpResponse ProjectedImage::newest() {
     const Time now = std::chrono::steady_clock::now();
     asked_ = now;
     if (!subscriber_) {
+      subscribed_ = now;
       subscriber_ = node_.subscribe<sensor_msgs::Image>(
           topic_, 1, [this](const sensor_msgs::ImageConstPtr& heard) { hear(heard); });
     }
     if (image_ && now - heard_ <= kFresh) image = image_;
+    if (!image && is_published_ && now - subscribed_ <= kFresh) return {204, "", ""};
   }
   if (!image) throw HttpError(503, "no image comes on " + topic_);
   std::vector<unsigned char> jpeg;

@@ -7,9 +7,11 @@
 
 #include <chrono>
 #include <mutex>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "nodes/console/http_message.hpp"
+#include "nodes/tools/ros_graph.hpp"
 
 namespace afterglow::nodes {
 
@@ -19,9 +21,11 @@ class ProjectedImage {
   static constexpr std::chrono::seconds kPatience{5};  ///< after the last question it is let go
   static constexpr std::chrono::seconds kFresh{2};
 
-  explicit ProjectedImage(std::string topic);
+  explicit ProjectedImage(const std::string& topic);
 
-  /// image/jpeg, or 503 with the reason.
+  /// {topic, published}: whether another node publishes it, as of the last second, so that pages ask only then.
+  nlohmann::ordered_json state() const;
+  /// image/jpeg; 204 while the first one is awaited; else 503 with the reason.
   HttpResponse newest();
 
  private:
@@ -30,9 +34,11 @@ class ProjectedImage {
   void look();
 
   const std::string topic_;
-  std::mutex mutex_;
+  MasterLink master_;  ///< of the timer
+  mutable std::mutex mutex_;  ///< all below
+  bool is_published_ = false;
   sensor_msgs::ImageConstPtr image_;
-  Time heard_{}, asked_{};
+  Time heard_{}, asked_{}, subscribed_{};
   ros::NodeHandle node_;
   ros::Subscriber subscriber_;
   ros::WallTimer timer_;

@@ -62,11 +62,16 @@ def details(one, all_of_them):
     goals = [{"from": 0.4, "to": length / 2, "outcome": how, "look": "good" if how == "succeeded" else "bad",
               "text": f"goal 1: {how}"},
              {"from": length * 0.6, "to": length, "outcome": "succeeded", "look": "good", "text": "goal 2: succeeded"}]
+    turret = [{"from": at * length / 24, "to": (at + 0.8) * length / 24, "outcome": "succeeded", "look": "good",
+               "text": f"goal {at + 1}: succeeded"} for at in range(one.get("turret_goals", 0))]
+    story[1:1] = [{"t": span["to"], "kind": "goal", "text": f"turret succeeded after {1 + at / 100:.2f} s", "bad": False,
+                   "clock": "12:00:00"} for at, span in enumerate(turret)]
     lanes = [lane("/projector/green_points", "sensor_msgs/PointCloud2", "ar", 2),
              lane("/robotsound", "sound_play/SoundRequest", "speech", 0.2),
              lane("/arm_controller/follow_joint_trajectory/goal", "control_msgs/FollowJointTrajectoryActionGoal",
                   "body", 0.2, goals),
              lane("/cmd_vel", "geometry_msgs/Twist", "body", 20),
+             *([lane("/turret/goal", "control_msgs/FollowJointTrajectoryActionGoal", "body", 1, turret)] if turret else []),
              lane("/joint_states", "sensor_msgs/JointState", "state", 50),
              lane("/tf", "tf2_msgs/TFMessage", "state", 100)]
     return dict(one, story=story, said=said, lanes=lanes, key_moments=[0.0, length / 2, length], remarks=[],
@@ -91,10 +96,13 @@ class Robot:
         self.last, self.is_held, self.session = time.monotonic(), False, None
         self.calibrator, self.report = None, None
         self.is_late = False  # tells what was, not what is
+        self.image = {"topic": "/projector/image", "published": True}
+        self.states = 0  # that have been told
 
     def step(self):
         with self.lock:
             now, player = time.monotonic(), self.player
+            self.states += 1
             if player["state"] in ("playing", "waiting"):
                 held = not self.is_held or (self.beat is not None and now - self.beat < HOLD_S)
                 player["state"] = "playing" if held else "waiting"
@@ -106,7 +114,7 @@ class Robot:
                     self.end("completed", "Done: nothing was late by more than 2 ms.")
             self.last = now
             return {"player": dict(player), "calibrator": self.calibrator, "recorder": {"words": "Records nothing; 41 GB are free; nothing was lost."},
-                    "projector": {"words": "Shows 1 of 2 layers.", "layers": [
+                    "projector": {"words": "Shows 1 of 2 layers.", "image": dict(self.image), "layers": [
                         {"topic": "/projector/green_points", "hz": 2.0, "shown": True, "words": ""},
                         {"topic": "/projector/nav/path", "hz": 0, "shown": False, "words": "no message yet"}]},
                     "diagnostics": [{"name": "projector", "level": 0, "words": "draws 30 images a second"},
@@ -207,6 +215,10 @@ class Handler(BaseHTTPRequestHandler):
 
     def look(self, parts, query):
         every = self.server.behaviors
+        asked = parts[-1]
+        self.server.asked[asked] = self.server.asked.get(asked, 0) + 1
+        if asked in self.server.failing:
+            return 503, {"error": self.server.failing[asked]}
         if parts == ["about"]:
             names = {}
             for one in every:
@@ -285,6 +297,7 @@ class PretendConsole(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", port), Handler)
         self.behaviors, self.robot, self.closing = behaviors(many), Robot(), threading.Event()
         self.why_no_render, self.pictures = "", []  # what was asked for: (view, t)
+        self.asked, self.failing = {}, {}  # by the last word of an address: how often it was asked for; the answer 503
         self.url = f"http://127.0.0.1:{self.server_port}/"
 
     def start(self):
