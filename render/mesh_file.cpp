@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <new>
 #include <stdexcept>
 #include <vector>
 
@@ -205,6 +206,9 @@ Body loadMeshFile(const std::string& path, const std::string& root, const MeshFi
       path, aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType |
                 aiProcess_JoinIdenticalVertices | aiProcess_ValidateDataStructure);
   if (scene == nullptr || scene->mRootNode == nullptr) {
+    // assimp makes a text of it.
+    const std::string error = importer.GetErrorString();
+    if (error.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
     throw std::runtime_error("malformed: " + oneLine(importer.GetErrorString()));
   }
   return BodyBuilder(*scene, limits.triangles).build();
