@@ -18,9 +18,14 @@
 namespace afterglow::nodes {
 namespace {
 
-std::string setPaused(ReplaySession& session, bool pauses) {
-  session.pause(pauses);
-  return pauses ? "paused" : "resumed";
+/// A node's name without the numbers that make an anonymous one unique: each `rosservice call` is a
+/// node of its own, "/rosservice_4711_1700000000".
+std::string withoutNumbers(std::string node) {
+  for (;;) {
+    const std::size_t end = node.find_last_not_of("0123456789");
+    if (end == std::string::npos || end + 1 == node.size() || node[end] != '_') return node;
+    node.resize(end);
+  }
 }
 
 template <typename Response, typename Act>
@@ -51,54 +56,82 @@ ReplayGoal goalOf(const PlayBehavior::Request& request) {
 }  // namespace
 
 template <typename Service>
-void PlayerServices::serve(
-    const std::string& name,
-    std::function<std::string(ReplaySession&, const typename Service::Request&)> action) {
-  servers_.push_back(node_.advertiseService<typename Service::Request, typename Service::Response>(
-      name, [this, action = std::move(action)](auto& request, auto& response) {
-        return answer(response, [&] {
-          const std::shared_ptr<ReplaySession> session = player_.session();
-          if (!session) throw std::runtime_error("nothing is being replayed");
-          return action(*session, request);
-        });
-      }));
+void PlayerServices::serve(const std::string& name, Command<Service> command) {
+  using Event = ros::ServiceEvent<typename Service::Request, typename Service::Response>;
+  const auto serveOne = [this, command = std::move(command)](Event& event) {
+    return answer(event.getResponse(), [&] {
+      const Session session = player_.session();
+      if (!session) throw std::runtime_error("nothing is being replayed");
+      return command(session, event.getRequest(), withoutNumbers(event.getCallerName()));
+    });
+  };
+  servers_.push_back(
+      node_.advertiseService<Event>(name, boost::function<bool(Event&)>(serveOne)));
 }
 
-void PlayerServices::serveTrigger(const std::string& name, const Command& action) {
-  serve<std_srvs::Trigger>(
-      name, [action](ReplaySession& session, const auto&) { return action(session); });
+std::string PlayerServices::setPaused(const Session& session, bool pauses,
+                                      const std::string& caller) {
+  if (!pauses) needNoOthersPause(session, caller);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_.lock() != session || !session->isPaused()) pausers_.clear();
+  paused_ = session;
+  session->pause(pauses);
+  pauses ? void(pausers_.insert(caller)) : pausers_.clear();
+  return pauses ? "paused" : "resumed";
+}
+
+/// The caller's own pause is over. Throws std::runtime_error where somebody else's is not.
+void PlayerServices::needNoOthersPause(const Session& session, const std::string& caller) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (paused_.lock() != session || !session->isPaused()) return;
+  pausers_.erase(caller);
+  if (pausers_.empty()) return;
+  throw std::runtime_error("it was paused by " + *pausers_.begin() +
+                           ": it goes on only when that resumes it; ~stop ends it");
 }
 
 PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::string& action,
                                Player player)
     : node_(private_node), player_(std::move(player)) {
   goals_ = ros::NodeHandle().advertise<ReplayActionGoal>(action + "/goal", 1);
-  serveTrigger("stop", [](ReplaySession& session) {
-    session.stop("stopped");
+  using std_srvs::Trigger;
+  serve<Trigger>("stop", [](const Session& session, const auto&, const auto&) {
+    session->stop("stopped");
     return "stopped";
   });
-  serveTrigger("pause", [](ReplaySession& session) { return setPaused(session, true); });
-  serveTrigger("resume", [](ReplaySession& session) { return setPaused(session, false); });
-  serveTrigger("toggle_paused",
-               [](ReplaySession& session) { return setPaused(session, !session.isPaused()); });
-  serveTrigger("play_next", [](ReplaySession& session) {
-    session.playNext(1);
+  serve<Trigger>("pause", [this](const Session& session, const auto&, const auto& caller) {
+    return setPaused(session, true, caller);
+  });
+  serve<Trigger>("resume", [this](const Session& session, const auto&, const auto& caller) {
+    return setPaused(session, false, caller);
+  });
+  serve<Trigger>("toggle_paused", [this](const Session& session, const auto&, const auto& caller) {
+    return setPaused(session, !session->isPaused(), caller);
+  });
+  serve<std_srvs::SetBool>("pause_playback", [this](const Session& session, const auto& request,
+                                                    const auto& caller) {
+    return setPaused(session, request.data, caller);
+  });
+  const auto playNext = [this](const Session& session, std::uint64_t count, const auto& caller) {
+    needNoOthersPause(session, caller);
+    session->playNext(count);
+  };
+  serve<Trigger>("play_next", [playNext](const Session& session, const auto&, const auto& caller) {
+    playNext(session, 1, caller);
     return "played the next message";
   });
-  serve<std_srvs::SetBool>("pause_playback", [](ReplaySession& session, const auto& request) {
-    return setPaused(session, request.data);
-  });
-  serve<Burst>("burst", [](ReplaySession& session, const auto& request) {
+  serve<Burst>("burst", [playNext](const Session& session, const auto& request,
+                                   const auto& caller) {
     constexpr std::uint64_t kAll = std::numeric_limits<std::uint32_t>::max();
-    session.playNext(request.num_messages == 0 ? kAll : request.num_messages);
+    playNext(session, request.num_messages == 0 ? kAll : request.num_messages, caller);
     return "played at once";
   });
-  serve<SetRate>("set_rate", [](ReplaySession& session, const auto& request) {
-    session.setRate(request.rate);
+  serve<SetRate>("set_rate", [](const Session& session, const auto& request, const auto&) {
+    session->setRate(request.rate);
     return "set";
   });
-  serve<Seek>("seek", [](ReplaySession& session, const auto& request) {
-    session.seek(request.position);
+  serve<Seek>("seek", [](const Session& session, const auto& request, const auto&) {
+    session->seek(request.position);
     return "moved";
   });
   servers_.push_back(node_.advertiseService<IsPaused::Request, IsPaused::Response>(

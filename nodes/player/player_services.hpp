@@ -8,6 +8,8 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,7 +18,9 @@
 namespace afterglow::nodes {
 
 /// ~play, ~stop, ~pause, ~resume, ~toggle_paused, ~is_paused, ~set_rate, ~get_rate, ~seek,
-/// ~play_next, ~burst, ~pause_playback. Each answers with what it did, or why it did not.
+/// ~play_next, ~burst, ~pause_playback. Each answers with what it did, or why it did not. What
+/// somebody paused goes on only when all who paused it have resumed it, told apart by the names of
+/// their nodes; anybody stops it.
 class PlayerServices {
  public:
   struct Player {
@@ -29,17 +33,23 @@ class PlayerServices {
   ~PlayerServices();
 
  private:
-  using Command = std::function<std::string(ReplaySession&)>;
-
-  void serveTrigger(const std::string& name, const Command& command);
+  using Session = std::shared_ptr<ReplaySession>;
   template <typename Service>
-  void serve(const std::string& name,
-             std::function<std::string(ReplaySession&, const typename Service::Request&)> command);
+  using Command = std::function<std::string(const Session&, const typename Service::Request&,
+                                            const std::string& caller)>;
+
+  template <typename Service>
+  void serve(const std::string& name, Command<Service> command);
+  std::string setPaused(const Session& session, bool pauses, const std::string& caller);
+  void needNoOthersPause(const Session& session, const std::string& caller);
   bool play(PlayBehavior::Request& request, PlayBehavior::Response& response);
 
   ros::NodeHandle node_;
   const Player player_;
   ros::Publisher goals_;  ///< to this node's own action
+  std::mutex mutex_;
+  std::weak_ptr<ReplaySession> paused_;
+  std::set<std::string> pausers_;  ///< nodes that have paused it
   std::vector<ros::ServiceServer> servers_;
 };
 

@@ -448,7 +448,22 @@ TEST_F(RecordAndReplay, pausesResumesAndStopsByService) {
   ASSERT_TRUE(reaches(ReplayStatus::PAUSED));
   ASSERT_TRUE(eventually([&] { return base.heard().back() == test::twist(0); }));
   const std::size_t heard = base.heard().size();
-  EXPECT_TRUE(trigger("/player_node/resume").success);
+  const auto asOther = [](const std::string& service) {
+    NodeProcess other({"/usr/bin/python3", "/usr/bin/rosservice", "call", service});
+    EXPECT_EQ(other.exitStatus(), 0);
+    return other.log();
+  };
+  for (const char* service : {"resume", "toggle_paused", "play_next"}) {
+    EXPECT_NE(asOther(std::string("/player_node/") + service).find("it was paused by /"),
+              std::string::npos)
+        << service;
+  }
+  EXPECT_NE(asOther("/player_node/pause").find("success: True"), std::string::npos);
+  EXPECT_EQ(trigger("/player_node/resume").message,
+            "it was paused by /rosservice: it goes on only when that resumes it; ~stop ends it");
+  EXPECT_EQ(base.heard().back(), test::twist(0));
+  EXPECT_NE(asOther("/player_node/resume").find("success: True"), std::string::npos)
+      << "each call is a node of its own";
   ASSERT_TRUE(base.heardSoFar(heard + 2));
   EXPECT_TRUE(reaches(ReplayStatus::PLAYING));
   EXPECT_TRUE(trigger("/player_node/stop").success);
