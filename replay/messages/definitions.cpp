@@ -242,7 +242,8 @@ std::string mendDefinition(Channel& channel, const FindDefinition& find) {
   if (why.empty() && channel.md5.empty()) channel.md5 = own_md5;
   if (channel.md5 == own_md5 && !own_md5.empty()) return "";
   const auto known = find ? find(channel.type) : std::nullopt;
-  if (known && (channel.md5.empty() || channel.md5 == known->md5)) {
+  const bool is_as_known = known && known->md5 == own_md5;  // std_msgs/Empty has no field
+  if (known && !is_as_known && (channel.md5.empty() || channel.md5 == known->md5)) {
     if (why.empty()) why = "it has another MD5 than the type";
     channel.definition = known->text;
     channel.md5 = known->md5;
