@@ -451,7 +451,7 @@ TEST_F(RecordAndReplay, pausesResumesAndStopsByService) {
   ASSERT_TRUE(eventually([&] { return base.heard().back() == test::twist(0); }));
   const std::size_t heard = base.heard().size();
   const auto asOther = [](const std::string& service) {
-    NodeProcess other({"/usr/bin/python3", "/usr/bin/rosservice", "call", service});
+    test::NodeProcess other({"/usr/bin/python3", "/usr/bin/rosservice", "call", service});
     EXPECT_EQ(other.exitStatus(), 0);
     return other.log();
   };
