@@ -71,23 +71,32 @@ void PlayerServices::serve(const std::string& name, Command<Service> command) {
 
 std::string PlayerServices::setPaused(const Session& session, bool pauses,
                                       const std::string& caller) {
-  if (!pauses) needNoOthersPause(session, caller);
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (paused_.lock() != session || !session->isPaused()) pausers_.clear();
-  paused_ = session;
+  std::set<std::string>& pausers = pausersOf(session);
+  if (pauses) {
+    pausers.insert(caller);
+  } else {
+    pausers.erase(caller);
+    needNoOthersPause(session, caller);
+  }
   session->pause(pauses);
-  pauses ? void(pausers_.insert(caller)) : pausers_.clear();
   return pauses ? "paused" : "resumed";
 }
 
-/// The caller's own pause is over. Throws std::runtime_error where somebody else's is not.
+/// With the lock held.
+std::set<std::string>& PlayerServices::pausersOf(const Session& session) {
+  if (paused_.lock() != session || !session->isPaused()) pausers_.clear();
+  paused_ = session;
+  return pausers_;
+}
+
+/// Throws std::runtime_error where somebody else has paused it. With the lock held.
 void PlayerServices::needNoOthersPause(const Session& session, const std::string& caller) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (paused_.lock() != session || !session->isPaused()) return;
-  pausers_.erase(caller);
-  if (pausers_.empty()) return;
-  throw std::runtime_error("it was paused by " + *pausers_.begin() +
-                           ": it goes on only when that resumes it; ~stop ends it");
+  for (const std::string& pauser : pausersOf(session)) {
+    if (pauser == caller) continue;
+    throw std::runtime_error("it was paused by " + pauser +
+                             ": it goes on only when that resumes it; ~stop ends it");
+  }
 }
 
 PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::string& action,
@@ -113,6 +122,7 @@ PlayerServices::PlayerServices(const ros::NodeHandle& private_node, const std::s
     return setPaused(session, request.data, caller);
   });
   const auto playNext = [this](const Session& session, std::uint64_t count, const auto& caller) {
+    const std::lock_guard<std::mutex> lock(mutex_);
     needNoOthersPause(session, caller);
     session->playNext(count);
   };

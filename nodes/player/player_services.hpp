@@ -42,6 +42,7 @@ class PlayerServices {
   void serve(const std::string& name, Command<Service> command);
   std::string setPaused(const Session& session, bool pauses, const std::string& caller);
   void needNoOthersPause(const Session& session, const std::string& caller);
+  std::set<std::string>& pausersOf(const Session& session);
   bool play(PlayBehavior::Request& request, PlayBehavior::Response& response);
 
   ros::NodeHandle node_;
@@ -49,7 +50,8 @@ class PlayerServices {
   ros::Publisher goals_;  ///< to this node's own action
   std::mutex mutex_;
   std::weak_ptr<ReplaySession> paused_;
-  std::set<std::string> pausers_;  ///< nodes that have paused it
+  std::set<std::string> pausers_;  ///< nodes that have paused it; of another session, or one that
+                                   ///< goes on, they do not count
   std::vector<ros::ServiceServer> servers_;
 };
 

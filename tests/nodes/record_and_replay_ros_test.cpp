@@ -460,6 +460,9 @@ TEST_F(RecordAndReplay, pausesResumesAndStopsByService) {
               std::string::npos)
         << service;
   }
+  trigger("/player_node/play_next");  // motion is not played so
+  EXPECT_NE(asOther("/player_node/resume").find("it was paused by /"), std::string::npos)
+      << "who asks for the next message has not resumed it";
   EXPECT_NE(asOther("/player_node/pause").find("success: True"), std::string::npos);
   EXPECT_EQ(trigger("/player_node/resume").message,
             "it was paused by /rosservice: it goes on only when that resumes it; ~stop ends it");
