@@ -13,6 +13,7 @@
 
 #include "nodes/player/replay_words.hpp"
 #include "nodes/player/robot_file.hpp"
+#include "replay/clock/timeline.hpp"
 #include "replay/messages/ranges.hpp"
 #include "replay/plan/modality_options.hpp"
 #include "replay/query/nearest.hpp"
@@ -76,8 +77,11 @@ ValueKind aboveZero(const std::string& shown) {
   return {Kind::Value, shown,
           [](const std::string& text) {
             const auto value = numberOf(text);
-            const bool is_fit = value && *value >= 0.001 && *value <= 1000;
-            return is_fit ? "" : text + " is no number of 0.001 to 1000";
+            if (value && *value >= replay::kSlowestRate && *value <= replay::kFastestRate) {
+              return std::string();
+            }
+            return fmt::format("{} is no number of {:g} to {:g}", text, replay::kSlowestRate,
+                               replay::kFastestRate);
           },
           ""};
 }

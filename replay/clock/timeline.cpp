@@ -1,5 +1,7 @@
 #include "replay/clock/timeline.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -9,13 +11,16 @@ namespace afterglow::replay {
 namespace {
 
 double checkedRate(double rate) {
-  if (!(rate >= kSlowestRate && rate <= kFastestRate)) {
-    throw std::logic_error("a rate is 0.001 to 1000, not " + std::to_string(rate));
-  }
+  if (const std::string why = whyNoRate(rate); !why.empty()) throw std::logic_error(why);
   return rate;
 }
 
 }  // namespace
+
+std::string whyNoRate(double rate) {
+  if (rate >= kSlowestRate && rate <= kFastestRate) return "";
+  return fmt::format("a rate is {} to {}, not {}", kSlowestRate, kFastestRate, rate);
+}
 
 Timeline::Timeline(Stamp begin, double rate, SteadyTime start)
     : begin_(begin), rate_(checkedRate(rate)), anchor_recorded_(begin), anchor_steady_(start) {}

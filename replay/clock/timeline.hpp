@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "replay/clock/clock.hpp"
 #include "replay/messages/message.hpp"
@@ -20,6 +21,8 @@ struct PlaybackTime {
 
 /// Beyond these, a nanosecond or a century fits into no clock.
 constexpr double kSlowestRate = 1e-3, kFastestRate = 1e3;
+/// Why a replay cannot be so fast; empty: it can.
+std::string whyNoRate(double rate);
 
 /// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
 /// is ever accumulated, so nothing drifts. At its limit the timeline stands still; when the limit

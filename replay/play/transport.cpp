@@ -48,10 +48,7 @@ void Transport::halt(bool halts) {
 }
 
 void Transport::setRate(double rate) {
-  if (!(rate >= kSlowestRate && rate <= kFastestRate)) {
-    throw std::runtime_error(
-        fmt::format("a rate is {} to {}, not {}", kSlowestRate, kFastestRate, rate));
-  }
+  if (const std::string why = whyNoRate(rate); !why.empty()) throw std::runtime_error(why);
   request([&](Requests& requests) { requests.rate = rate; });
 }
 
