@@ -242,6 +242,47 @@ TEST_F(ObserverNodeTest, filmsInRosTime) {
   EXPECT_EQ(readPng(pictures + "/lit_projector.png").rgb, litSquare().rgb);
 }
 
+TEST_F(ObserverNodeTest, filmsQuestionsThatAreHeardAndRefusesAFilmOfOneThatIsNot) {
+  if (!hasProgram("ffmpeg")) GTEST_SKIP() << "ffmpeg is not installed";
+  const std::string speech = folder.path("speech.json");
+  std::ofstream(speech) << "[]";
+  for (const char* voice : {"en-gb+f3", "xx-nobody"}) {
+    Room room;
+    std::vector<std::string> with = arguments();
+    with.insert(with.end(), {"_speech:=" + speech, std::string("_human_voice:=") + voice});
+    Running observer(with);
+    ASSERT_TRUE(eventually([&] { return !room.seen().rgb.empty(); })) << observer.log();
+    room.say("key_frame", "begun");  // heard in order: the film has begun
+    const std::string picture = folder.path("pictures") + "/begun.png";
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(picture); }));
+    room.say("asked", "Why did you not go straight?");
+    ASSERT_TRUE(eventually([&] {
+      return observer.log().find("not heard") != std::string::npos ||
+             std::filesystem::exists(folder.path("asked/utterance_0001.wav"));
+    }));
+    const ros::Time asked = ros::Time::now();
+    ASSERT_TRUE(eventually([&] { return (ros::Time::now() - asked).toSec() > 1.5; }));
+    std_srvs::Trigger finish;
+    ASSERT_TRUE(ros::service::call("/observer_node/finish", finish));
+    if (voice == std::string("xx-nobody")) {
+      EXPECT_FALSE(finish.response.success);
+      EXPECT_EQ(finish.response.message,
+                "\"Why did you not go straight?\" is shown but not heard: no voice \"xx-nobody\" "
+                "(espeak-ng --voices lists those there are)");
+      continue;
+    }
+    EXPECT_TRUE(finish.response.success) << finish.response.message;
+    const std::string levels = runProgram({"ffmpeg", "-hide_banner", "-nostdin", "-i", video, "-vn",
+                                           "-af", "volumedetect", "-f", "null", "-"})
+                                   .output;
+    const std::string key = "max_volume: ";
+    ASSERT_NE(levels.find(key), std::string::npos) << levels;
+    EXPECT_GT(std::stod(levels.substr(levels.find(key) + key.size())), -20) << "dB";
+    std::filesystem::remove_all(folder.path("asked"));
+    std::filesystem::remove(picture);
+  }
+}
+
 TEST_F(ObserverNodeTest, captionsItsPictures) {
   Room room;
   Running observer({"__name:=observer_node", "_view:=" + view, "_inset:=false"});
