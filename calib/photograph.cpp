@@ -50,7 +50,7 @@ struct Size {
   std::uint64_t width = 0, height = 0;
 };
 
-/// Of the frame header (SOF) among the segments that begin the file.
+/// Reads the frame header (SOF), which is among the segments that begin the file.
 Size sizeOfJpeg(std::string_view file) {
   for (std::size_t at = 2; at + 9 < file.size() && file[at] == '\xff';) {
     const auto marker = static_cast<unsigned char>(file[at + 1]);
@@ -62,7 +62,7 @@ Size sizeOfJpeg(std::string_view file) {
   return {};
 }
 
-/// Up to `count` bytes.
+/// Returns up to `count` bytes from this place on.
 std::string read(std::istream& file, std::uint64_t at, std::size_t count) {
   std::string bytes(count, '\0');
   file.clear();
@@ -72,7 +72,7 @@ std::string read(std::istream& file, std::uint64_t at, std::size_t count) {
   return bytes;
 }
 
-/// Of the first directory, anywhere in the file: tags 256 and 257.
+/// Reads tags 256 and 257 of the first directory, which may lie anywhere in the file.
 Size sizeOfTiff(std::string_view begun, std::istream& file) {
   constexpr std::size_t kLongest = 2 + 12 * 65535;
   const bool big = begun[0] == 'M';
@@ -89,7 +89,7 @@ Size sizeOfTiff(std::string_view begun, std::istream& file) {
   return size;
 }
 
-/// Two numbers behind "P5 "; comments reach to the end of their lines.
+/// Reads the two numbers behind "P5 "; comments reach to the end of their lines.
 Size sizeOfPnm(std::string_view file) {
   std::array<std::uint64_t, 2> numbers{};
   std::size_t at = 2;
@@ -106,8 +106,8 @@ Size sizeOfPnm(std::string_view file) {
   return {numbers[0], numbers[1]};
 }
 
-/// As its header says, whatever follows; 0 for WebP, whose sides end at 16383 px, and where there
-/// is no header.
+/// Returns the size that the header tells, whatever follows; 0 for WebP, whose sides end at 16383
+/// px, and for a file without a header.
 Size sizeOf(std::istream& source) {
   constexpr std::size_t kHead = std::size_t{1} << 20;  // a JPEG's thumbnails come first
   const std::string head = read(source, 0, kHead);

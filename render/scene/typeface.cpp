@@ -184,7 +184,7 @@ class Font {
   FT_Face face() const { return face_; }
   hb_font_t* shaper() const { return shaper_; }
   bool has(char32_t character) const { return FT_Get_Char_Index(face_, character) != 0; }
-  /// Of a capital H; 0: it has none.
+  /// The height of a capital H; 0: the font has none.
   double capital() const {
     if (FT_Load_Char(face_, 'H', FT_LOAD_NO_SCALE) != 0) return 0;
     return static_cast<double>(face_->glyph->metrics.horiBearingY);
@@ -298,8 +298,8 @@ bool isPlain(hb_script_t script) {
          script == HB_SCRIPT_COMMON;
 }
 
-/// As runs are seen, from the left: from the highest level down to the lowest odd one, those of at
-/// least that level are turned round (Unicode Standard Annex 9, rule L2).
+/// Puts runs into the order in which they are seen from the left: from the highest level down to the
+/// lowest odd one, those of at least that level are turned round (Unicode Standard Annex 9, L2).
 void order(std::vector<Run>& runs) {
   FriBidiLevel highest = 0, lowest_odd = std::numeric_limits<FriBidiLevel>::max();
   for (const Run& run : runs) {
