@@ -51,7 +51,7 @@ SteadyTime SteadyClock::now() const {
 
 bool SteadyClock::sleepUntil(SteadyTime deadline) {
   itimerspec setting{};
-  setting.it_value = toTimespec(deadline);
+  setting.it_value = toTimespec(deadline.after(-kSpin));
   timerfd_settime(timer_, TFD_TIMER_ABSTIME, &setting, nullptr);
   pollfd watched[2] = {{timer_, POLLIN, 0}, {waker_, POLLIN, 0}};
   while (poll(watched, 2, -1) < 0 && errno == EINTR) {
@@ -61,6 +61,8 @@ bool SteadyClock::sleepUntil(SteadyTime deadline) {
     return false;
   }
   drain(timer_);
+  while (now() < deadline) {
+  }
   return true;
 }
 

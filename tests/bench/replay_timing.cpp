@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "nodes/player/realtime.hpp"
 #include "replay/record/snapshot.hpp"
 #include "replay/store/open/open_store.hpp"
 #include "replay/store/store.hpp"
@@ -221,6 +222,8 @@ void run(const Settings& settings) {
   }
 
   Subscriber subscriber(seconds);
+  // It is to measure how late the players are, not how late it wakes itself.
+  const nodes::RealtimeScope realtime;
   std::map<std::string, std::vector<Figures>> all;  // by stream and player
   std::printf("%-5s %-15s %8s %8s %8s %9s %8s   (ms)\n", "", "", "p50", "p99", "max", "drift",
               "missing");
