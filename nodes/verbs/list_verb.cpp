@@ -118,7 +118,7 @@ void addListVerb(CLI::App& app) {
   CLI::Option* limit = verb->add_option("--limit", options->limit, "Only so many, the newest");
   verb->add_flag("--last", options->last, "Only the newest")->excludes(limit);
   verb->add_flag("--explain", options->explain,
-                 "How they are searched for, instead: what indexes rule out, what is read");
+                 "How they are searched for, instead: by which index, how many messages are read");
   verb->add_flag("--json", options->json,
                  "As a JSON array of {id, name, tree_path, parent, attempt, outcome, begin_ns, "
                  "end_ns, robot, parameters, tags, topics: {topic: {type, count}}}; nanoseconds are "

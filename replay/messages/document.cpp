@@ -28,22 +28,27 @@ class Decoder {
         reader_(schema, bytes),
         most_trees_(kFreeTrees + bytes.size() / kBytesOfTree) {}
 
-  Value decode() {
-    Value document = message(0);
+  Value decode(const WantedFields& wanted) {
+    Value document = message(0, wanted);
     reader_.finish();
     return document;
   }
 
  private:
-  Object message(std::size_t type_index) {
+  Object message(std::size_t type_index, const WantedFields& wanted) {
     countTree();
     Object object;
     const MessageType& type = schema_.types()[type_index];
-    object.reserve(type.fields.size());
+    object.reserve(wanted.below.empty() ? type.fields.size() : wanted.below.size());
     for (const Field& field : type.fields) {
+      const WantedFields* const part = wanted.find(field.name);
+      if (!part) {
+        reader_.skipField(field);
+        continue;
+      }
       reader_.enter(field);
-      object.emplace_back(field.name,
-                          field.arity == Field::Arity::Single ? single(field) : array(field));
+      object.emplace_back(field.name, field.arity == Field::Arity::Single ? single(field, *part)
+                                                                          : array(field, *part));
       reader_.leave();
     }
     return object;
@@ -56,7 +61,7 @@ class Decoder {
     }
   }
 
-  Value array(const Field& field) {
+  Value array(const Field& field, const WantedFields& wanted) {
     countTree();
     const std::size_t count = reader_.count(field);
     if (isNumber(field.type)) {
@@ -68,12 +73,12 @@ class Decoder {
     elements.reserve(std::min(count, kReserved));
     for (std::size_t i = 0; i < count; ++i) {
       reader_.atElement(i);
-      elements.push_back(single(field));
+      elements.push_back(single(field, wanted));
     }
     return elements;
   }
 
-  Value single(const Field& field) {
+  Value single(const Field& field, const WantedFields& wanted) {
     switch (field.type) {
       case FieldType::Bool:
         return BoolByte{reader_.number<std::uint8_t>()};
@@ -88,7 +93,7 @@ class Decoder {
         return RosDuration{sec, reader_.number<std::int32_t>()};
       }
       case FieldType::Message:
-        return message(field.message);
+        return message(field.message, wanted);
       default:
         return withNumber(field.type, [&](auto zero) -> Value {
           return reader_.number<decltype(zero)>();
@@ -314,7 +319,35 @@ class ToJson {
 
 }  // namespace
 
-Value decode(const Schema& schema, const Bytes& bytes) { return Decoder(schema, bytes).decode(); }
+void WantedFields::add(const std::vector<std::string>& path) {
+  WantedFields* at = this;
+  bool is_new = true;
+  for (const std::string& field : path) {
+    const auto known = std::find_if(at->below.begin(), at->below.end(),
+                                    [&](const WantedFields& part) { return part.name == field; });
+    if (known == at->below.end()) {
+      if (!is_new && at->below.empty()) return;  // all of it is read already
+      at->below.push_back({field, {}});
+      at = &at->below.back();
+      is_new = true;
+    } else {
+      at = &*known;
+      is_new = false;
+    }
+  }
+  at->below.clear();
+}
+
+const WantedFields* WantedFields::find(const std::string& field) const {
+  if (below.empty()) return this;
+  const auto found = std::find_if(below.begin(), below.end(),
+                                  [&](const WantedFields& part) { return part.name == field; });
+  return found == below.end() ? nullptr : &*found;
+}
+
+Value decode(const Schema& schema, const Bytes& bytes, const WantedFields& wanted) {
+  return Decoder(schema, bytes).decode(wanted);
+}
 
 Bytes encode(const Schema& schema, const Value& document) {
   return Encoder(schema).encode(document);

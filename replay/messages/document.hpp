@@ -46,9 +46,21 @@ class Value
   using variant::variant;
 };
 
-/// Decodes a whole message. Array counts are checked against the remaining bytes before anything is
-/// allocated. Throws MessageError (truncated, trailing bytes, count beyond the message's end).
-Value decode(const Schema& schema, const Bytes& bytes);
+/// The fields of a message that somebody reads: those below, by name; all if none is named.
+struct WantedFields {
+  std::string name;
+  std::vector<WantedFields> below;
+
+  /// The field at a path of names ("goal.trajectory"), with everything in it.
+  void add(const std::vector<std::string>& path);
+  /// Null: nobody reads it.
+  const WantedFields* find(const std::string& field) const;
+};
+
+/// Decodes a whole message; the document has only the wanted fields. Array counts are checked
+/// against the remaining bytes before anything is allocated. Throws MessageError (truncated,
+/// trailing bytes, count beyond the message's end).
+Value decode(const Schema& schema, const Bytes& bytes, const WantedFields& wanted = {});
 
 /// The inverse of decode. Throws MessageError when the document does not have the schema's shape.
 Bytes encode(const Schema& schema, const Value& document);

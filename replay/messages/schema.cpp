@@ -392,6 +392,15 @@ Schema Schema::parse(const std::string& type, std::string_view definition) {
   return SchemaParser(type, definition).parse();
 }
 
+std::shared_ptr<const Schema> Schema::understood(const std::string& type,
+                                                 std::string_view definition) {
+  try {
+    return std::make_shared<const Schema>(parse(type, definition));
+  } catch (const MessageError&) {
+    return nullptr;
+  }
+}
+
 namespace {
 
 void visitFieldsOf(const Schema& schema, std::size_t type_index, const std::string& prefix,

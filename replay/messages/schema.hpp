@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -74,6 +75,9 @@ class Schema {
   /// are int8 and uint8; `Header` is std_msgs/Header, also if the text does not contain it. Throws
   /// MessageError; also for a type that contains itself or goes beyond the limits above.
   static Schema parse(const std::string& type, std::string_view definition);
+  /// Null where parse() throws.
+  static std::shared_ptr<const Schema> understood(const std::string& type,
+                                                  std::string_view definition);
 
   const std::vector<MessageType>& types() const { return types_; }
   const MessageType& root() const { return types_.front(); }

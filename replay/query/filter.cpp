@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <sstream>
 
 #include "replay/messages/document.hpp"
 #include "replay/messages/foreign_json.hpp"
@@ -155,6 +156,20 @@ bool evaluate(const Condition& condition, const json& document, const OnTopic& o
   return on_topic(condition);
 }
 
+/// The fields of a message that a condition names, without the indices of elements.
+void addFields(const Condition& condition, WantedFields& wanted) {
+  if (condition.kind == Kind::Value) {
+    std::vector<std::string> fields;
+    std::istringstream path(condition.path);
+    for (std::string name; std::getline(path, name, '.');) {
+      if (!indexOf(name)) fields.push_back(name);
+    }
+    wanted.add(fields);
+    return;
+  }
+  for (const Condition& part : condition.parts) addFields(part, wanted);
+}
+
 json parseObject(const std::string& text) { return parseForeignJson(text); }
 
 // ----------------------------------------------------------------------------------------- parsing
@@ -207,11 +222,6 @@ Condition group(Kind kind, std::vector<Condition> parts) {
 }
 
 Condition negation(Condition part) { return group(Kind::None, {std::move(part)}); }
-
-bool asksTopics(const Condition& condition) {
-  return condition.kind == Kind::Topic ||
-         std::any_of(condition.parts.begin(), condition.parts.end(), asksTopics);
-}
 
 class Parser {
  public:
@@ -269,7 +279,7 @@ class Parser {
   static Condition together(std::vector<Condition> parts) {
     if (parts.size() == 1) return std::move(parts.front());
     std::stable_partition(parts.begin(), parts.end(),
-                          [](const Condition& part) { return !asksTopics(part); });
+                          [](const Condition& part) { return !part.asksTopics(); });
     return group(Kind::All, std::move(parts));
   }
 
@@ -287,7 +297,7 @@ class Parser {
     std::vector<Condition> parts;
     for (const json& element : value) parts.push_back(filter(element));
     std::stable_partition(parts.begin(), parts.end(),
-                          [](const Condition& part) { return !asksTopics(part); });
+                          [](const Condition& part) { return !part.asksTopics(); });
     return group(known->second, std::move(parts));
   }
 
@@ -458,6 +468,12 @@ Filter Filter::parse(const std::string& text, Over over) {
   return filter;
 }
 
+bool Condition::asksTopics() const {
+  return kind == Kind::Topic || std::any_of(parts.begin(), parts.end(), [](const Condition& part) {
+           return part.asksTopics();
+         });
+}
+
 bool Condition::matches(const json& document) const {
   return evaluate(*this, document, [](const Condition& topic) -> bool {
     throw std::logic_error("a filter over messages asks for the topic " + topic.path);
@@ -504,12 +520,28 @@ json behaviorDocument(const Behavior& behavior, const std::set<std::string>& wan
   return document;
 }
 
-json messageDocument(const Schema& schema, const Message& message) {
-  json document = toJson(decode(schema, message.bytes), {kLongestQueriedArray});
+json messageDocument(const Schema& schema, const Message& message, const WantedFields& wanted) {
+  json document = toJson(decode(schema, message.bytes, wanted), {kLongestQueriedArray});
+  if (!wanted.find("_meta")) return document;
   json& meta = document["_meta"];
   meta = {{"stamp_ns", message.received.ns}, {"sequence", message.sequence}};
   if (message.header_stamp) meta["header_stamp_ns"] = message.header_stamp->ns;
   return document;
+}
+
+MessageMatcher::MessageMatcher(std::shared_ptr<const Schema> schema, const Condition& condition)
+    : schema_(std::move(schema)), condition_(condition) {
+  addFields(condition, wanted_);
+}
+
+bool MessageMatcher::matches(const Message& message) const {
+  if (condition_.isEmpty()) return true;
+  if (!schema_) return false;
+  try {
+    return condition_.matches(messageDocument(*schema_, message, wanted_));
+  } catch (const MessageError&) {
+    return false;
+  }
 }
 
 }  // namespace afterglow::replay

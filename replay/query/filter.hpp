@@ -34,6 +34,7 @@
 #include <string>
 #include <vector>
 
+#include "replay/messages/document.hpp"
 #include "replay/messages/schema.hpp"
 #include "replay/query/text_pattern.hpp"
 #include "replay/store/store.hpp"
@@ -49,8 +50,7 @@ class FilterError : public std::runtime_error {
 /// Arrays longer than this are {"type", "count"} in the documents that filters see.
 constexpr std::size_t kLongestQueriedArray = 64;
 
-/// A node of a filter: a condition on one document. A value; stores read it to answer from their
-/// indexes.
+/// A node of a filter: a condition on one document. A value; a server is asked what it says.
 struct Condition {
   enum class Kind {
     All,    ///< every part holds
@@ -72,6 +72,10 @@ struct Condition {
 
   /// Over a document; it holds no Topic. Throws FilterError (a pattern that takes too long).
   bool matches(const nlohmann::json& document) const;
+  /// The empty condition, which holds for everything.
+  bool isEmpty() const { return kind == Kind::All && parts.empty(); }
+  /// Whether the answer depends on messages: a Topic is in it.
+  bool asksTopics() const;
 };
 
 /// A parsed filter.
@@ -107,8 +111,23 @@ class Filter {
 nlohmann::json behaviorDocument(const Behavior& behavior, const std::set<std::string>& wanted = {});
 
 /// A message's fields as filters see them, and "_meta": {"stamp_ns", "header_stamp_ns",
-/// "sequence"}. Throws MessageError for bytes that do not fit the schema: such a message matches no
-/// filter.
-nlohmann::json messageDocument(const Schema& schema, const Message& message);
+/// "sequence"}. Throws MessageError for bytes that do not fit the schema.
+nlohmann::json messageDocument(const Schema& schema, const Message& message,
+                               const WantedFields& wanted = {});
+
+/// A condition over the messages of one type, of which it reads only the fields that it names.
+/// Bytes that do not fit the type, and messages of a type that nobody understands, match the empty
+/// condition alone.
+class MessageMatcher {
+ public:
+  /// A null `schema` is a type that nobody understands. Keeps a reference to the condition.
+  MessageMatcher(std::shared_ptr<const Schema> schema, const Condition& condition);
+  bool matches(const Message& message) const;
+
+ private:
+  std::shared_ptr<const Schema> schema_;
+  const Condition& condition_;
+  WantedFields wanted_;
+};
 
 }  // namespace afterglow::replay

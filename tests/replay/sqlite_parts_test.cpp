@@ -14,11 +14,9 @@ using namespace afterglow::test;
 /// The message log of a store in memory, with one recording and one channel.
 class SqliteParts : public testing::Test {
  protected:
-  std::unique_ptr<SqliteConnection> connection_ =
-      openSqliteStore(":memory:", OpenMode::ReadWrite);
-  SqliteFieldIndex index_{*connection_};
+  std::unique_ptr<SqliteConnection> connection_ = openSqliteStore(":memory:", OpenMode::ReadWrite);
   SqliteRecordings recordings_{*connection_};
-  SqliteMessages messages_{*connection_, recordings_, index_, 100};
+  SqliteMessages messages_{*connection_, recordings_, 100};
   std::int64_t recording_ = recordings_.add({0, "", "/recorder", "fetch7"});
   std::int64_t channel_ = recordings_.addChannel(recording_, stringChannel("/said"));
 
@@ -50,17 +48,13 @@ TEST_F(SqliteParts, messagesOfABatchAreStoredTogetherOrNotAtAll) {
   EXPECT_EQ(number("SELECT count(*) FROM messages"), 1);
 }
 
-TEST_F(SqliteParts, messagesOfAnIntervalAreRemovedWithTheirBlocksOfTheIndex) {
+TEST_F(SqliteParts, messagesOfAnIntervalAreRemoved) {
   for (std::int64_t at_ns = 0; at_ns < 600; ++at_ns) {
     messages_.append({stringMessage(channel_, at_ns, static_cast<std::uint64_t>(at_ns), "a")},
                      Duplicates::Refuse);
   }
-  index_.cutAll();
-  EXPECT_EQ(number("SELECT count(*) FROM field_blocks"), 3);  // of 256, 256 and 88
   messages_.remove(recording_, {100, 520});
   EXPECT_EQ(number("SELECT count(*) FROM messages"), 180);
-  EXPECT_EQ(number("SELECT count(*) FROM field_blocks"), 2);
-  EXPECT_EQ(number("SELECT count(*) FROM field_blocks WHERE is_whole"), 0);
 }
 
 TEST(StoreLocks, tellARunningImportFromADeadOne) {

@@ -322,7 +322,7 @@ TEST(OlderStore, isMadeCurrentWhenItIsOpenedForWriting) {
   } catch (const StoreError& error) {
     EXPECT_EQ(std::string(error.what()),
               "sqlite:" + path + ": the store has version 1; \"afterglow store compact --store " +
-                  path + "\" makes it one of version 2");
+                  path + "\" makes it one of version 3");
   }
   openStore(path, OpenMode::ReadWrite);
   EXPECT_EQ(checkStore(path).problems, Texts{});

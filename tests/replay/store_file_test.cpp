@@ -79,8 +79,21 @@ TEST(StoreFile, refusesAnotherProgramsDatabase) {
 TEST(StoreFile, refusesANewerVersion) {
   const TempFolder folder;
   openStore(folder.path("store.db"), OpenMode::ReadWrite);
-  runSql(folder.path("store.db"), "PRAGMA user_version = 3;");
-  expectRefused(folder, "store.db", "the store has version 3, this program knows up to 2");
+  runSql(folder.path("store.db"), "PRAGMA user_version = 4;");
+  expectRefused(folder, "store.db", "the store has version 4, this program knows up to 3");
+}
+
+TEST(StoreFile, readsOneOfVersion2AndTakesItsIndexOutWhenItWrites) {
+  const TempFolder folder;
+  const std::string path = folder.path("store.db");
+  openStore(path, OpenMode::ReadWrite)->addRecording({0, "", "x", ""});
+  runSql(path, "CREATE TABLE field_blocks (channel INTEGER); PRAGMA user_version = 2;");
+  EXPECT_EQ(openStore(path, OpenMode::ReadOnly)->recordings().size(), 1u);
+  EXPECT_EQ(openStore(path, OpenMode::ReadWrite)->recordings().size(), 1u);
+  SqliteConnection connection(path, SqliteAccess::ReadOnly);
+  EXPECT_EQ(connection.integer("PRAGMA user_version"), 3);
+  EXPECT_EQ(connection.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'field_blocks'"),
+            0);
 }
 
 TEST(StoreFile, refusesToReadWhatIsNotThere) {
@@ -107,7 +120,7 @@ TEST(StoreFile, isMadeWithItsFolders) {
   EXPECT_EQ(openError(path, OpenMode::ReadOnly), "");
   SqliteConnection connection(path, SqliteAccess::ReadOnly);
   EXPECT_EQ(connection.integer("PRAGMA application_id"), 0x4167776c);
-  EXPECT_EQ(connection.integer("PRAGMA user_version"), 2);
+  EXPECT_EQ(connection.integer("PRAGMA user_version"), 3);
 }
 
 TEST(StoreFile, isNamedByUriOrPathOrEnvironment) {

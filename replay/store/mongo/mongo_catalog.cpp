@@ -16,14 +16,6 @@ Recording recordingFrom(const bson_t& document) {
           textAt(document, "source").value_or(""), textAt(document, "robot").value_or("")};
 }
 
-std::shared_ptr<const Schema> parseSchema(const Channel& channel) {
-  try {
-    return std::make_shared<const Schema>(Schema::parse(channel.type, channel.definition));
-  } catch (const MessageError&) {
-    return nullptr;
-  }
-}
-
 /// Copies a value that is remembered; empty if it is not.
 template <typename Value>
 std::optional<Value> remembered(std::mutex& mutex, const std::map<std::int64_t, Value>& values,
@@ -197,7 +189,7 @@ MongoCatalog::ChannelPtr MongoCatalog::readChannel(const bson_t& document) const
   channel->channel.latching = isTrueAt(document, "latching");
   channel->channel.caller_id = textAt(document, "caller_id").value_or("");
   channel->collection = collectionOf(channel->channel.topic);
-  channel->schema = parseSchema(channel->channel);
+  channel->schema = Schema::understood(channel->channel.type, channel->channel.definition);
   const std::lock_guard<std::mutex> lock(mutex_);
   return channels_[id] = channel;
 }

@@ -192,13 +192,7 @@ Message MongoMessages::read(const bson_t& document) const {
 }
 
 bool MongoMessages::matches(const Message& message, const Condition& condition) const {
-  const auto channel = catalog_.channel(message.channel);
-  if (!channel->schema) return false;
-  try {
-    return condition.matches(messageDocument(*channel->schema, message));
-  } catch (const MessageError&) {
-    return false;
-  }
+  return MessageMatcher(catalog_.channel(message.channel)->schema, condition).matches(message);
 }
 
 std::optional<Stamp> MongoMessages::lastStamp(std::int64_t recording) const {

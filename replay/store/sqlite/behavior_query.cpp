@@ -1,10 +1,9 @@
 #include "replay/store/sqlite/behavior_query.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "replay/messages/foreign_json.hpp"
-#include "replay/store/sqlite/sqlite_cursor.hpp"
+#include "replay/query/filter.hpp"
 
 namespace afterglow::replay {
 namespace {
@@ -18,153 +17,6 @@ std::vector<std::string> parseStrings(const std::string& array) {
   }
   return strings;
 }
-
-/// 1,234,567
-std::string grouped(std::uint64_t number) {
-  std::string text = std::to_string(number);
-  for (std::size_t at = text.size(); at > 3;) {
-    at -= 3;
-    text.insert(at, ",");
-  }
-  return text;
-}
-
-/// Which behaviors match a filter: their own fields, and whether one of their messages matches.
-class BehaviorMatcher {
- public:
-  /// For behaviors in [begin, end). All must outlive it.
-  BehaviorMatcher(SqliteConnection& connection, SqliteFieldIndex& index, const Filter& filter,
-                  std::int64_t begin_ns, std::int64_t end_ns)
-      : connection_(connection),
-        index_(index),
-        filter_(filter),
-        begin_ns_(begin_ns),
-        end_ns_(end_ns),
-        reader_(connection),
-        scan_(connection,
-              "SELECT received_ns, sequence, id FROM messages INDEXED BY messages_in_order "
-              "WHERE recording = ?1 AND received_ns >= ?2 AND received_ns <= ?3 "
-              "AND +channel = ?4 ORDER BY received_ns, sequence") {}
-
-  bool matches(const Behavior& behavior) {
-    return filter_.matches(behavior, [&](const std::string& topic, const Condition& condition) {
-      return anyMessage(behavior, topic, condition);
-    });
-  }
-
-  /// A line for each topic that was asked for: how many blocks the index ruled out, was sure of,
-  /// and left to be read.
-  std::vector<std::string> explain() const {
-    std::vector<std::string> lines;
-    for (const auto& [topic, count] : counts_) {
-      lines.push_back("topic " + topic + ": " + grouped(count.blocks) + " blocks, " +
-                      grouped(count.ruled_out) + " ruled out by index, " + grouped(count.sure) +
-                      " sure, " + grouped(count.read) + " read (" + grouped(count.messages) +
-                      " messages)");
-    }
-    return lines;
-  }
-
- private:
-  struct Count {
-    std::uint64_t blocks = 0, ruled_out = 0, sure = 0, read = 0, messages = 0;
-  };
-  /// Messages of one channel, with both ends of the interval.
-  struct Stretch {
-    std::int64_t channel, first_ns, last_ns;
-  };
-
-  std::vector<Stretch> stretchesOf(const Behavior& behavior, const std::string& topic) {
-    SqliteStatement& query = connection_.prepared(
-        "SELECT channel, first_ns, last_ns FROM behavior_counts JOIN channels ON id = channel "
-        "WHERE behavior = ?1 AND topic = ?2");
-    const StatementScope scope(query);
-    query.bind(1, behavior.id).bind(2, topic);
-    std::vector<Stretch> found;
-    while (query.step()) found.push_back({query.integer(0), query.integer(1), query.integer(2)});
-    return found;
-  }
-
-  const ChannelAnswers& answersOf(std::int64_t channel, const Condition& condition) {
-    const std::pair key(channel, &condition);
-    const auto known = answers_.find(key);
-    if (known != answers_.end()) return known->second;
-    ChannelAnswers answers(connection_, index_, channel, condition, begin_ns_, end_ns_);
-    return answers_.emplace(key, std::move(answers)).first->second;
-  }
-
-  bool anyMessage(const Behavior& behavior, const std::string& topic, const Condition& condition) {
-    Count& count = counts_[topic];
-    const std::vector<Stretch> stretches = stretchesOf(behavior, topic);
-    const bool asks_for_any = condition.kind == Condition::Kind::All && condition.parts.empty();
-    if (asks_for_any) return !stretches.empty();
-    std::vector<std::pair<const ChannelAnswers*, Stretch>> to_read;
-    for (const Stretch& stretch : stretches) {
-      const ChannelAnswers& answers = answersOf(stretch.channel, condition);
-      const auto open = openStretches(answers, stretch, count);
-      if (!open) return true;
-      for (const Stretch& part : *open) to_read.emplace_back(&answers, part);
-    }
-    return std::any_of(to_read.begin(), to_read.end(), [&](const auto& part) {
-      return readAny(behavior.recording, part.second, *part.first, count);
-    });
-  }
-
-  /// The parts that must be read; empty: a message matches surely.
-  std::optional<std::vector<Stretch>> openStretches(const ChannelAnswers& answers,
-                                                    const Stretch& stretch, Count& count) const {
-    std::vector<Stretch> open;
-    bool is_sure = false, has_blocks = false;
-    answers.forBlocks(stretch.first_ns, stretch.last_ns + 1, [&](const auto& block) {
-      has_blocks = true;
-      ++count.blocks;
-      const bool is_inside =
-          block.first_ns >= stretch.first_ns && block.last_ns <= stretch.last_ns;
-      if (block.answer == Answer::None) {
-        ++count.ruled_out;
-      } else if (is_inside && block.answer != Answer::Maybe) {
-        ++count.sure;
-        is_sure = true;
-      } else {
-        const std::int64_t first_ns = std::max(block.first_ns, stretch.first_ns);
-        open.push_back({stretch.channel,
-                        open.empty() ? first_ns : std::max(first_ns, open.back().last_ns),
-                        std::min(block.last_ns, stretch.last_ns)});
-      }
-    });
-    if (is_sure) return std::nullopt;
-    if (!has_blocks) open.push_back(stretch);  // no field of the type is understood
-    return open;
-  }
-
-  /// Reads messages until one matches.
-  bool readAny(std::int64_t recording, const Stretch& stretch, const ChannelAnswers& answers,
-               Count& count) {
-    ++count.read;
-    const StatementScope scope(scan_);
-    scan_.bind(1, recording).bind(2, stretch.first_ns).bind(3, stretch.last_ns);
-    scan_.bind(4, stretch.channel);
-    while (scan_.step()) {
-      ++count.messages;
-      SqliteMessageReader::Contents contents = reader_.read(scan_.integer(2));
-      if (!contents.problem.empty()) continue;
-      const Message message{stretch.channel, Stamp{scan_.integer(0)},
-                            static_cast<std::uint64_t>(scan_.integer(1)), contents.header_stamp,
-                            std::move(contents.bytes)};
-      if (answers.matches(message)) return true;
-    }
-    return false;
-  }
-
-  SqliteConnection& connection_;
-  SqliteFieldIndex& index_;
-  const Filter& filter_;
-  std::int64_t begin_ns_, end_ns_;
-  SqliteMessageReader reader_;
-  SqliteStatement scan_;
-  std::map<std::pair<std::int64_t, const Condition*>, ChannelAnswers> answers_;
-  std::map<std::string, Count> counts_;  ///< by topic
-};
 
 /// Has only the conditions that are asked for, so that an index of the table can serve them.
 std::string conditionsOf(const BehaviorFilter& filter, bool open_are_incomplete) {
@@ -239,30 +91,6 @@ std::string accessOf(SqliteConnection& connection, const std::string& sql) {
   return access;
 }
 
-/// Leaves those that match `filter.where`.
-void filterBehaviors(SqliteConnection& connection, SqliteFieldIndex& index,
-                     const BehaviorFilter& filter, std::vector<Behavior>& found,
-                     std::vector<std::string>* steps) {
-  std::int64_t end_ns = found.front().begin.ns;
-  for (const Behavior& behavior : found) {
-    end_ns = std::max(end_ns, behavior.end ? behavior.end->ns : kEndOfTime.ns);
-  }
-  BehaviorMatcher matcher(connection, index, *filter.where, found.back().begin.ns, end_ns);
-  std::size_t looked_at = 0, matching = 0;
-  for (Behavior& behavior : found) {
-    if (filter.limit && matching == *filter.limit) break;
-    ++looked_at;
-    if (!matcher.matches(behavior)) continue;
-    if (&found[matching] != &behavior) found[matching] = std::move(behavior);
-    ++matching;
-  }
-  found.resize(matching);
-  if (!steps) return;
-  steps->push_back("filter: " + std::to_string(matching) + " of " + std::to_string(looked_at) +
-                   " match");
-  for (std::string& line : matcher.explain()) steps->push_back(std::move(line));
-}
-
 }  // namespace
 
 std::string selectBehaviors(const std::string& conditions) {
@@ -295,9 +123,8 @@ Behavior readBehavior(const SqliteStatement& row) {
   return behavior;
 }
 
-std::vector<Behavior> findBehaviors(SqliteConnection& connection, SqliteFieldIndex& index,
-                                    const BehaviorFilter& asked, bool open_are_incomplete,
-                                    std::vector<std::string>* steps) {
+std::vector<Behavior> findBehaviors(SqliteConnection& connection, const BehaviorFilter& asked,
+                                    bool open_are_incomplete, std::vector<std::string>* steps) {
   const BehaviorFilter filter = narrowed(asked);
   const std::string sql = selectBehaviors(conditionsOf(filter, open_are_incomplete));
   SqliteStatement query(connection, sql);
@@ -312,7 +139,6 @@ std::vector<Behavior> findBehaviors(SqliteConnection& connection, SqliteFieldInd
                      std::to_string(found.size()) + " of " +
                      std::to_string(connection.integer("SELECT count(*) FROM behaviors")));
   }
-  if (filter.where && !found.empty()) filterBehaviors(connection, index, filter, found, steps);
   return found;
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "replay/store/sqlite/sqlite_field_index.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
 
 namespace afterglow::replay {
 
@@ -14,12 +14,11 @@ std::string selectBehaviors(const std::string& conditions);
 
 Behavior readBehavior(const SqliteStatement& row);
 
-/// As Store::behaviors(): the indexes of the tables and of the messages' fields narrow the choice,
-/// the filter decides. `open_are_incomplete`: those without an end are given out as kIncomplete.
-/// `steps`, if given, gets a line for each step: index or scan, and how many it looked at. Under
-/// the lock of the connection.
-std::vector<Behavior> findBehaviors(SqliteConnection& connection, SqliteFieldIndex& index,
-                                    const BehaviorFilter& filter, bool open_are_incomplete,
-                                    std::vector<std::string>* steps);
+/// As Store::behaviors(), but for `filter.where`, of which only equalities of a behavior's own
+/// fields narrow the choice. `open_are_incomplete`: those without an end are given out as
+/// kIncomplete. `steps`, if given, gets a line: index or all, and how many it looked at. Under the
+/// lock of the connection.
+std::vector<Behavior> findBehaviors(SqliteConnection& connection, const BehaviorFilter& filter,
+                                    bool open_are_incomplete, std::vector<std::string>* steps);
 
 }  // namespace afterglow::replay

@@ -38,6 +38,10 @@ std::string immutableUri(const std::string& path) {
   return uri + "?immutable=1";
 }
 
+/// SQLite counts its memory under one lock, for which threads that read would wait at each row.
+/// Nobody asks for the count.
+const int kUncounted = sqlite3_config(SQLITE_CONFIG_MEMSTATUS, 0);
+
 int flagsOf(SqliteAccess access) {
   switch (access) {
     case SqliteAccess::ReadOnly:

@@ -6,6 +6,7 @@
 
 #include "replay/store/sqlite/behavior_counts.hpp"
 #include "replay/store/sqlite/behavior_query.hpp"
+#include "replay/store/sqlite/behavior_scan.hpp"
 #include "replay/store/sqlite/store_locks.hpp"
 
 namespace afterglow::replay {
@@ -22,12 +23,10 @@ std::optional<std::int64_t> nanoseconds(const std::optional<Stamp>& stamp) {
 }  // namespace
 
 SqliteBehaviors::SqliteBehaviors(SqliteConnection& connection, SqliteRecordings& recordings,
-                                 SqliteMessages& messages, SqliteFieldIndex& index,
-                                 std::string path, OpenMode mode)
+                                 SqliteMessages& messages, std::string path, OpenMode mode)
     : connection_(connection),
       recordings_(recordings),
       messages_(messages),
-      index_(index),
       path_(std::move(path)),
       mode_(mode) {}
 
@@ -50,7 +49,6 @@ std::int64_t SqliteBehaviors::add(const Behavior& behavior) {
   stored.id = connection_.lastInsertedId();
   update(stored);
   countBehavior(connection_, stored.id);
-  index_.cut(stored.recording);
   transaction.commit();
   return stored.id;
 }
@@ -76,10 +74,7 @@ void SqliteBehaviors::update(const Behavior& behavior) {
   update.bind(12, behavior.calibration).bind(13, topics).bind(14, behavior.wall_begin.ns);
   update.bind(15, behavior.snapshot).bind(16, remarks).run();
   const bool is_moved = before->begin != behavior.begin || before->end != behavior.end;
-  if (is_moved) {
-    countBehavior(connection_, behavior.id);
-    index_.cut(before->recording);
-  }
+  if (is_moved) countBehavior(connection_, behavior.id);
   transaction.commit();
 }
 
@@ -169,8 +164,14 @@ std::optional<Behavior> SqliteBehaviors::ofId(std::int64_t id) const {
 
 std::vector<Behavior> SqliteBehaviors::find(const BehaviorFilter& filter,
                                             std::vector<std::string>* steps) const {
-  const SqliteLock lock = connection_.lock();
-  return findBehaviors(connection_, index_, filter, areOpenOnesAbandoned(), steps);
+  SqliteLock lock = connection_.lock();
+  std::vector<Behavior> found = findBehaviors(connection_, filter, areOpenOnesAbandoned(), steps);
+  if (!filter.where || found.empty()) return found;
+  // What a transaction has written so far is seen by its own connection alone.
+  const bool reads_apart = !path_.empty() && !connection_.isInTransaction();
+  if (reads_apart) lock.unlock();  // a recorder goes on meanwhile
+  filterBehaviors(reads_apart ? nullptr : &connection_, path_, filter, found, steps);
+  return found;
 }
 
 }  // namespace afterglow::replay

@@ -14,8 +14,7 @@ class SqliteBehaviors {
  public:
   /// `path`: of the store's file.
   SqliteBehaviors(SqliteConnection& connection, SqliteRecordings& recordings,
-                  SqliteMessages& messages, SqliteFieldIndex& index, std::string path,
-                  OpenMode mode);
+                  SqliteMessages& messages, std::string path, OpenMode mode);
 
   /// As Store::addBehavior() and so on.
   std::int64_t add(const Behavior& behavior);
@@ -39,7 +38,6 @@ class SqliteBehaviors {
   SqliteConnection& connection_;
   SqliteRecordings& recordings_;
   SqliteMessages& messages_;
-  SqliteFieldIndex& index_;
   const std::string path_;
   const OpenMode mode_;
 };

@@ -1,54 +1,56 @@
 #include "replay/store/sqlite/sqlite_cursor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::replay {
 namespace {
 
-/// A page ends with the message that reaches one of these.
-constexpr std::size_t kReadMessages = 2048;
+/// A page ends with the message that reaches this.
 constexpr std::size_t kReadBytes = 4 << 20;
 
 }  // namespace
 
 SqliteMessageReader::SqliteMessageReader(SqliteConnection& connection)
-    : row_(connection, "SELECT header_stamp_ns, size, checksum, bytes FROM messages WHERE id = ?1"),
+    : row_(connection, std::string("SELECT ") + kColumns + " FROM messages WHERE id = ?1"),
       chunks_(connection,
               "SELECT number, checksum, bytes FROM chunks WHERE message = ?1 ORDER BY number") {}
 
 SqliteMessageReader::Contents SqliteMessageReader::read(std::int64_t message) {
   Contents contents;
   try {
-    readRow(message, contents);
-    if (is_chunked_ && contents.problem.empty()) readChunks(message, contents);
+    const StatementScope scope(row_);
+    if (row_.bind(1, message).step()) return read(row_, 0);
+    contents.problem = "its row is missing";
   } catch (const SqliteDamage& damage) {
     contents.problem = damage.reason();
-  }
-  if (!contents.problem.empty()) return contents;
-  if (contents.bytes.size() != size_) {
-    contents.problem =
-        std::to_string(contents.bytes.size()) + " of " + std::to_string(size_) + " bytes are there";
-  } else if (checksumOf(contents.bytes.data(), size_) != checksum_) {
-    contents.problem = "the checksum is another";
   }
   return contents;
 }
 
-void SqliteMessageReader::readRow(std::int64_t message, Contents& contents) {
-  const StatementScope scope(row_);
-  if (!row_.bind(1, message).step()) {
-    contents.problem = "its row is missing";
-    is_chunked_ = false;
-    return;
+SqliteMessageReader::Contents SqliteMessageReader::read(const SqliteStatement& row, int column) {
+  Contents contents;
+  if (const auto stamp = row.optionalInteger(column + 1)) contents.header_stamp = Stamp{*stamp};
+  const auto size = static_cast<std::size_t>(row.integer(column + 2));
+  const std::int64_t checksum = row.integer(column + 3);
+  if (row.isNull(column + 4)) {
+    readChunks(row.integer(column), contents);
+  } else {
+    contents.bytes = row.bytes(column + 4);
   }
-  if (const auto stamp = row_.optionalInteger(0)) contents.header_stamp = Stamp{*stamp};
-  size_ = static_cast<std::size_t>(row_.integer(1));
-  checksum_ = row_.integer(2);
-  is_chunked_ = row_.isNull(3);
-  if (!is_chunked_) contents.bytes = row_.bytes(3);
+  if (!contents.problem.empty()) return contents;
+  if (contents.bytes.size() != size) {
+    contents.problem =
+        std::to_string(contents.bytes.size()) + " of " + std::to_string(size) + " bytes are there";
+  } else if (checksumOf(contents.bytes.data(), size) != checksum) {
+    contents.problem = "the checksum is another";
+  }
+  return contents;
 }
 
 void SqliteMessageReader::readChunks(std::int64_t message, Contents& contents) {
@@ -71,11 +73,12 @@ void SqliteMessageReader::readChunks(std::int64_t message, Contents& contents) {
 
 // ----------------------------------------------------------------------------------------- cursor
 
-SqliteCursor::SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index,
-                           const Behavior& behavior, const MessageRange& range)
+SqliteCursor::SqliteCursor(SqliteConnection& connection, const Behavior& behavior,
+                           const MessageRange& range, std::shared_ptr<const Condition> where,
+                           std::size_t page)
     : connection_(connection),
-      index_(index),
-      where_(range.where),
+      where_(std::move(where)),
+      page_size_(page),
       recording_(behavior.recording) {
   const nlohmann::json topics = range.topics.empty() ? behavior.topics : range.topics;
   if (!range.with_all_topics) {
@@ -84,20 +87,27 @@ SqliteCursor::SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index
   end_ns_ = std::min(behavior.end.value_or(kEndOfTime), range.end.value_or(kEndOfTime)).ns;
   received_ns_ = std::max(behavior.begin, range.begin.value_or(behavior.begin)).ns;
   const SqliteLock lock = connection_.lock();
-  // The unary + keeps the planner from walking channel by channel, which would mean sorting.
-  query_ = std::make_unique<SqliteStatement>(
-      connection,
-      "SELECT channel, received_ns, sequence, id FROM messages INDEXED BY messages_in_order "
-      "WHERE recording = ?1 AND (received_ns, sequence, channel) > (?2, ?3, ?4) "
-      "AND received_ns < ?5 AND (?6 IS NULL OR +channel IN (SELECT id FROM channels "
-      "  WHERE recording = ?1 AND topic IN (SELECT value FROM json_each(?6)))) "
-      "ORDER BY received_ns, sequence, channel");
+  rows_ = select(SqliteMessageReader::kColumns);
   reader_ = std::make_unique<SqliteMessageReader>(connection);
+}
+
+/// The unary + keeps the planner from walking channel by channel, which would mean sorting.
+std::unique_ptr<SqliteStatement> SqliteCursor::select(const char* columns) {
+  const char* const of_topics =
+      "AND +channel IN (SELECT id FROM channels WHERE recording = ?1 AND topic IN "
+      "(SELECT value FROM json_each(?6))) ";
+  return std::make_unique<SqliteStatement>(
+      connection_, fmt::format("SELECT channel, received_ns, sequence, {} FROM messages "
+                               "INDEXED BY messages_in_order WHERE recording = ?1 "
+                               "AND (received_ns, sequence, channel) > (?2, ?3, ?4) "
+                               "AND received_ns < ?5 {}ORDER BY received_ns, sequence, channel",
+                               columns, topics_ ? of_topics : ""));
 }
 
 SqliteCursor::~SqliteCursor() {
   const SqliteLock lock = connection_.lock();
-  query_.reset();
+  rows_.reset();
+  keys_.reset();
   reader_.reset();
 }
 
@@ -109,27 +119,42 @@ std::optional<Message> SqliteCursor::next() {
   return message;
 }
 
-ChannelAnswers& SqliteCursor::answersOf(std::int64_t channel) {
-  const auto known = answers_.find(channel);
-  if (known != answers_.end()) return known->second;
-  return answers_
-      .emplace(channel,
-               ChannelAnswers(connection_, index_, channel, where_->root(), received_ns_, end_ns_))
-      .first->second;
+bool SqliteCursor::matches(const Message& message) {
+  if (!where_) return true;
+  auto known = matchers_.find(message.channel);
+  if (known == matchers_.end()) {
+    SqliteStatement query(connection_,
+                          "SELECT type, text FROM channels c JOIN definitions d "
+                          "ON d.id = c.definition WHERE c.id = ?1");
+    const bool is_known = query.bind(1, message.channel).step();
+    auto schema = is_known ? Schema::understood(query.text(0), query.text(1)) : nullptr;
+    known = matchers_.try_emplace(message.channel, std::move(schema), *where_).first;
+  }
+  return known->second.matches(message);
 }
 
 void SqliteCursor::readPage() {
   const SqliteLock lock = connection_.lock();
-  const StatementScope scope(*query_);
-  query_->bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
-  query_->bind(5, end_ns_).bind(6, topics_);
+  try {
+    readPage(*rows_, true);
+  } catch (const SqliteDamage&) {
+    if (!keys_) keys_ = select("id");
+    readPage(*keys_, false);
+  }
+}
+
+void SqliteCursor::readPage(SqliteStatement& query, bool has_rows) {
+  const StatementScope scope(query);
+  query.bind(1, recording_).bind(2, received_ns_).bind(3, sequence_).bind(4, channel_);
+  query.bind(5, end_ns_);
+  if (topics_) query.bind(6, topics_);
   std::size_t bytes = 0;
-  while (page_.size() < kReadMessages && bytes < kReadBytes && query_->step()) {
-    channel_ = query_->integer(0);
-    received_ns_ = query_->integer(1);
-    sequence_ = query_->integer(2);
-    if (where_ && answersOf(channel_).isRuledOut(Stamp{received_ns_})) continue;
-    auto contents = reader_->read(query_->integer(3));
+  while (page_.size() < page_size_ && bytes < kReadBytes && query.step()) {
+    auto contents = has_rows ? reader_->read(query, 3) : reader_->read(query.integer(3));
+    channel_ = query.integer(0);
+    received_ns_ = query.integer(1);
+    sequence_ = query.integer(2);
+    ++looked_;
     const Stamp received{received_ns_};
     const auto sequence = static_cast<std::uint64_t>(sequence_);
     if (!contents.problem.empty()) {
@@ -137,7 +162,7 @@ void SqliteCursor::readPage() {
       continue;
     }
     Message message{channel_, received, sequence, contents.header_stamp, std::move(contents.bytes)};
-    if (where_ && !answersOf(channel_).matches(message)) continue;
+    if (!matches(message)) continue;
     bytes += message.bytes.size();
     page_.push_back(std::move(message));
   }

@@ -5,7 +5,8 @@
 #include <deque>
 #include <map>
 
-#include "replay/store/sqlite/sqlite_field_index.hpp"
+#include "replay/query/filter.hpp"
+#include "replay/store/sqlite/sqlite.hpp"
 
 namespace afterglow::replay {
 
@@ -19,17 +20,20 @@ class SqliteMessageReader {
     std::string problem;  ///< why the bytes are not those that were stored; empty: they are
   };
 
+  /// What read() wants of a row of messages.
+  static constexpr const char* kColumns = "id, header_stamp_ns, size, checksum, bytes";
+
   explicit SqliteMessageReader(SqliteConnection& connection);
+  /// The message that a statement is at, whose columns from `column` on are kColumns. Throws
+  /// SqliteDamage where the row is damaged.
+  Contents read(const SqliteStatement& row, int column);
+  /// Damage is a problem of the message, too.
   Contents read(std::int64_t message);
 
  private:
-  void readRow(std::int64_t message, Contents& contents);
   void readChunks(std::int64_t message, Contents& contents);
 
   SqliteStatement row_, chunks_;
-  std::size_t size_ = 0;
-  std::int64_t checksum_ = 0;
-  bool is_chunked_ = false;
 };
 
 /// Reads a behavior's messages. Fetches a page at a time and remembers the key of the last message,
@@ -38,26 +42,36 @@ class SqliteMessageReader {
 /// are read, too.
 class SqliteCursor final : public MessageCursor {
  public:
-  /// Connection and index must outlive it.
-  SqliteCursor(SqliteConnection& connection, SqliteFieldIndex& index, const Behavior& behavior,
-               const MessageRange& range);
+  static constexpr std::size_t kPage = 2048;  ///< messages
+
+  /// The connection must outlive it. `range.where` is not looked at: `where` tells which messages,
+  /// all if it is null, and is kept.
+  SqliteCursor(SqliteConnection& connection, const Behavior& behavior, const MessageRange& range,
+               std::shared_ptr<const Condition> where, std::size_t page = kPage);
   SqliteCursor(const SqliteCursor&) = delete;
   SqliteCursor& operator=(const SqliteCursor&) = delete;
   ~SqliteCursor() override;
 
   std::optional<Message> next() override;
   std::vector<DamagedMessage> damaged() const override { return damaged_; }
+  /// How many messages were read so far, whether or not they match.
+  std::uint64_t looked() const { return looked_; }
 
  private:
+  std::unique_ptr<SqliteStatement> select(const char* columns);
   void readPage();
-  ChannelAnswers& answersOf(std::int64_t channel);
+  void readPage(SqliteStatement& query, bool has_rows);
+  bool matches(const Message& message);
 
   SqliteConnection& connection_;
-  SqliteFieldIndex& index_;
-  std::shared_ptr<const Filter> where_;             ///< null: all
-  std::map<std::int64_t, ChannelAnswers> answers_;  ///< by channel, with a filter
-  /// Answered by the index of the table alone: damage to a message's row costs that message only.
-  std::unique_ptr<SqliteStatement> query_;
+  std::shared_ptr<const Condition> where_;
+  const std::size_t page_size_;
+  std::map<std::int64_t, MessageMatcher> matchers_;  ///< by channel, with a filter
+  std::uint64_t looked_ = 0;
+  std::unique_ptr<SqliteStatement> rows_;
+  /// Answered by the index of the table alone, so that damage to a message's row costs that message
+  /// only; made when there is some.
+  std::unique_ptr<SqliteStatement> keys_;
   std::unique_ptr<SqliteMessageReader> reader_;
   std::int64_t recording_;
   std::optional<std::string> topics_;  ///< JSON array; empty: all

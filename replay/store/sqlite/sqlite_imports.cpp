@@ -87,7 +87,6 @@ void SqliteImports::dropRecording(std::int64_t recording) {
   lock.lock();
   SqliteTransaction transaction(connection_);
   requireNoBehaviors(recording);
-  messages_.removeIndex(recording);
   recordings_.remove(recording);
   if (isUnfinished(recording)) removeRow(recording);
   transaction.commit();

@@ -25,8 +25,8 @@ std::string insertSql(Duplicates duplicates) {
 }  // namespace
 
 SqliteMessages::SqliteMessages(SqliteConnection& connection, SqliteRecordings& recordings,
-                               SqliteFieldIndex& index, std::size_t largest)
-    : connection_(connection), recordings_(recordings), index_(index), largest_(largest) {}
+                               std::size_t largest)
+    : connection_(connection), recordings_(recordings), largest_(largest) {}
 
 void SqliteMessages::check(const std::vector<Message>& messages) const {
   for (std::size_t i = 0; i < messages.size(); ++i) {
@@ -53,19 +53,13 @@ void SqliteMessages::append(const std::vector<Message>& messages, Duplicates dup
   SqliteTransaction transaction(connection_);
   BatchCounts counts(connection_, first->received, last->received);
   SqliteStatement& statement = connection_.prepared(insertSql(duplicates));
-  try {
-    for (const Message& message : messages) {
-      const std::int64_t recording = recordings_.ofChannel(message.channel);
-      if (!insert(statement, recording, message)) continue;
-      counts.add(recording, message.channel, message.received);
-      index_.add(recording, message);
-    }
-    counts.write();
-    transaction.commit();
-  } catch (...) {
-    index_.forget();
-    throw;
+  for (const Message& message : messages) {
+    const std::int64_t recording = recordings_.ofChannel(message.channel);
+    if (!insert(statement, recording, message)) continue;
+    counts.add(recording, message.channel, message.received);
   }
+  counts.write();
+  transaction.commit();
 }
 
 /// False: it was there.
@@ -145,12 +139,13 @@ void SqliteMessages::removeSlice(std::int64_t recording, Interval slice, std::in
         .bind(3, slice.end_ns)
         .run();
   }
-  index_.remove(recording, slice.begin_ns, slice.end_ns);
 }
 
 std::unique_ptr<MessageCursor> SqliteMessages::read(const Behavior& behavior,
                                                     const MessageRange& range) const {
-  return std::make_unique<SqliteCursor>(connection_, index_, behavior, range);
+  std::shared_ptr<const Condition> where;
+  if (range.where) where = {range.where, &range.where->root()};
+  return std::make_unique<SqliteCursor>(connection_, behavior, range, std::move(where));
 }
 
 }  // namespace afterglow::replay

@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "replay/store/sqlite/sqlite_field_index.hpp"
 #include "replay/store/sqlite/sqlite_recordings.hpp"
 
 namespace afterglow::replay {
@@ -19,8 +18,7 @@ class SqliteMessages {
   };
 
   /// Messages of more than `largest` bytes are refused.
-  SqliteMessages(SqliteConnection& connection, SqliteRecordings& recordings,
-                 SqliteFieldIndex& index, std::size_t largest);
+  SqliteMessages(SqliteConnection& connection, SqliteRecordings& recordings, std::size_t largest);
 
   /// As Store::append() and Store::messages().
   void append(const std::vector<Message>& messages, Duplicates duplicates);
@@ -29,8 +27,6 @@ class SqliteMessages {
   /// In slices of a transaction each, so that a recorder need not wait for gigabytes to be removed.
   /// The counts of `behavior` are lowered; no other behavior covers the interval.
   void remove(std::int64_t recording, Interval interval, std::int64_t behavior = 0);
-  /// Of a recording without messages, in the transaction that is open.
-  void removeIndex(std::int64_t recording) { index_.removeAll(recording); }
 
  private:
   void check(const std::vector<Message>& messages) const;
@@ -41,7 +37,6 @@ class SqliteMessages {
 
   SqliteConnection& connection_;
   SqliteRecordings& recordings_;
-  SqliteFieldIndex& index_;
   const std::size_t largest_;
 };
 

@@ -81,15 +81,6 @@ CREATE TABLE behavior_counts (
   first_ns INTEGER NOT NULL,
   last_ns INTEGER NOT NULL,
   PRIMARY KEY (behavior, channel)) WITHOUT ROWID;
-CREATE TABLE field_blocks (
-  channel INTEGER NOT NULL REFERENCES channels,
-  first_ns INTEGER NOT NULL,
-  id INTEGER NOT NULL,
-  last_ns INTEGER NOT NULL,
-  is_whole INTEGER NOT NULL,
-  ranges BLOB NOT NULL,
-  bloom BLOB NOT NULL,
-  PRIMARY KEY (channel, first_ns, id)) WITHOUT ROWID;
 CREATE TABLE files (sha256 TEXT PRIMARY KEY, contents BLOB NOT NULL);
 )";
 
@@ -198,7 +189,7 @@ void checkFile(const std::string& path, OpenMode mode) {
                      std::to_string(header.userVersion()) + ", this program knows up to " +
                      std::to_string(kStoreVersion));
   }
-  if (header.userVersion() < kStoreVersion && mode == OpenMode::ReadOnly) {
+  if (header.userVersion() < kOldestReadVersion && mode == OpenMode::ReadOnly) {
     throw StoreError("sqlite:" + path + ": the store has version " +
                      std::to_string(header.userVersion()) + "; \"afterglow store compact --store " +
                      path + "\" makes it one of version " + std::to_string(kStoreVersion));
@@ -220,7 +211,7 @@ bool isFrozen(const std::string& path) {
   return !hasLog(real) && !whyNoAccess(fs::path(real).parent_path(), W_OK).empty();
 }
 
-// ------------------------------------------------------------------------ version 1 to version 2
+// ---------------------------------------------------------------------- version 1 to this version
 
 constexpr const char* kSetAside = R"(
 DROP INDEX definitions_by_md5;
@@ -280,9 +271,9 @@ void copyMessages(SqliteConnection& connection) {
       "FROM piece JOIN old_messages ON id = message");
 }
 
-/// Makes the tables of version 2 of those of version 1, in the transaction that is open; the caller
-/// sets the version. Recordings and behaviors are given keys. Needs as much space again as the
-/// store has.
+/// Makes the tables of this version of those of version 1, in the transaction that is open; the
+/// caller sets the version. Recordings and behaviors are given keys. Needs as much space again as
+/// the store has.
 void migrateFromVersion1(SqliteConnection& connection) {
   connection.execute(kSetAside);
   makeSqliteTables(connection);
@@ -293,7 +284,6 @@ void migrateFromVersion1(SqliteConnection& connection) {
       "max(received_ns) FROM behaviors b JOIN messages m ON m.recording = b.recording "
       "AND received_ns >= begin_ns AND received_ns < coalesce(end_ns, 9223372036854775807) "
       "GROUP BY b.id, channel");
-  leaveFieldsUnindexed(connection);
   connection.execute(kDropOld);
 }
 
@@ -304,11 +294,9 @@ void makeCurrent(SqliteConnection& connection) {
   SqliteTransaction transaction(connection);
   const std::int64_t version = connection.integer("PRAGMA user_version");
   if (version == kStoreVersion) return;  // another process was faster
-  if (version == 0) {
-    makeSqliteTables(connection);
-  } else {
-    migrateFromVersion1(connection);
-  }
+  if (version == 0) makeSqliteTables(connection);
+  if (version == 1) migrateFromVersion1(connection);
+  if (version == 2) connection.execute("DROP TABLE field_blocks");
   connection.execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   connection.execute("PRAGMA user_version = " + std::to_string(kStoreVersion));
   transaction.commit();
@@ -351,12 +339,6 @@ void configure(SqliteConnection& connection, const std::string& path, OpenMode m
 }
 
 }  // namespace
-
-void leaveFieldsUnindexed(SqliteConnection& connection) {
-  connection.execute(
-      "INSERT INTO field_blocks SELECT id, -9223372036854775808, 0, 9223372036854775807, 0, x'', "
-      "x'' FROM channels");
-}
 
 std::unique_ptr<SqliteConnection> openSqliteStore(const std::string& path, OpenMode mode) {
   const bool is_file = path != ":memory:";

@@ -1,5 +1,5 @@
 /// \file
-/// The format of a store on disk, version 2. A change of it is a new version.
+/// The format of a store on disk, version 3. A change of it is a new version.
 ///
 /// One SQLite 3 database in WAL mode, pages of 16 KiB. application_id is 0x4167776c ("Agwl"),
 /// user_version the version. All stamps are int64 nanoseconds since the epoch, of ROS time unless
@@ -32,11 +32,6 @@
 ///   behavior_counts  how many messages of each channel lie in a behavior's interval; made from
 ///                    messages
 ///     behavior, channel, count, first_ns, last_ns
-///   field_blocks  the field index for queries; made from messages (sqlite_field_index.hpp). The
-///                 time of every message lies in a block of its channel
-///     channel, first_ns, id (random), last_ns (the last int64: the block is open and reaches to
-///     the channel's last message), is_whole (0: some of its messages were removed),
-///     ranges, bloom (field_blocks.hpp; empty: the block has no answers)
 ///   imports       recordings that are being imported and have no behavior yet. The table is made
 ///                 by the first import. A lock on byte `recording` of the file PATH.imports tells
 ///                 that an import's program lives (store_locks.hpp)
@@ -45,8 +40,9 @@
 ///     sha256 (64 hex digits), contents
 ///
 /// Version 1 had no keys, robot of a recording, wall_begin_ns, snapshot, remarks, checksums,
-/// chunks, counts and files, and kept each message's decoded fields beside it. Opened for writing
-/// it is made into version 2, in one transaction.
+/// chunks, counts and files, and kept each message's decoded fields beside it. Version 2 had a
+/// table field_blocks besides, an index that queries no longer need. Opened for writing an older
+/// store is made into version 3, in one transaction.
 #pragma once
 
 #include <memory>
@@ -57,11 +53,9 @@
 
 namespace afterglow::replay {
 
-constexpr int kStoreVersion = 2;
+constexpr int kStoreVersion = 3;
+constexpr int kOldestReadVersion = 2;  ///< an older one is not read without being made into this
 constexpr std::size_t kSqliteChunkBytes = 4 << 20;
-
-/// Of a store whose messages were copied into it: queries read all of them.
-void leaveFieldsUnindexed(SqliteConnection& connection);
 
 /// A connection to the store in the file `path` (":memory:": a new one in memory). ReadWrite makes
 /// a missing file with its folders and tables, and brings an older store to this version. Throws

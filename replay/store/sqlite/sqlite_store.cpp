@@ -11,29 +11,16 @@ SqliteStore::SqliteStore(const std::string& path, OpenMode mode, const SqliteLim
     : path_(path == ":memory:" ? "" : path),
       mode_(mode),
       connection_(openSqliteStore(path, mode)),
-      index_(*connection_),
       recordings_(*connection_),
-      messages_(*connection_, recordings_, index_, limits.largest_message),
+      messages_(*connection_, recordings_, limits.largest_message),
       imports_(*connection_, recordings_, messages_, path_),
-      behaviors_(*connection_, recordings_, messages_, index_, path_, mode) {
+      behaviors_(*connection_, recordings_, messages_, path_, mode) {
   if (mode != OpenMode::ReadOnly) {
     connection_->foldLog(limits.fold_log_pages, limits.longest_log_pages);
   }
   if (mode != OpenMode::Record || path_.empty()) return;
   recorder_lock_.emplace(path);
   behaviors_.endAbandoned();
-}
-
-/// A block of the field index that stays open has no answers: queries would read its messages.
-SqliteStore::~SqliteStore() {
-  if (!index_.hasOpenBlocks()) return;
-  try {
-    SqliteTransaction transaction(*connection_);
-    index_.cutAll();
-    transaction.commit();
-  } catch (const std::exception&) {
-    // Slower queries are all that is lost.
-  }
 }
 
 void SqliteStore::transaction(const std::function<void()>& work) {
@@ -44,7 +31,6 @@ void SqliteStore::transaction(const std::function<void()>& work) {
     transaction.commit();
   } catch (...) {
     recordings_.forget();
-    index_.forget();
     throw;
   }
 }

@@ -26,7 +26,6 @@ class SqliteStore final : public Store {
   SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});
   SqliteStore(const SqliteStore&) = delete;
   SqliteStore& operator=(const SqliteStore&) = delete;
-  ~SqliteStore() override;
 
   std::int64_t addRecording(const Recording& recording) override;
   std::int64_t beginImport(const Recording& recording) override;
@@ -62,7 +61,6 @@ class SqliteStore final : public Store {
   const OpenMode mode_;
   std::optional<RecorderLock> recorder_lock_;
   std::unique_ptr<SqliteConnection> connection_;
-  SqliteFieldIndex index_;
   SqliteRecordings recordings_;
   SqliteMessages messages_;
   SqliteImports imports_;

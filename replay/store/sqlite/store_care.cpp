@@ -407,7 +407,6 @@ class Repair {
     if (const auto made = to_.changedRows(); made > 0) {
       repair_.lost.push_back("where " + std::to_string(made) + " recordings come from");
     }
-    leaveFieldsUnindexed(to_);
     SqliteStatement behaviors(to_, "SELECT id FROM behaviors");
     while (behaviors.step()) countBehavior(to_, behaviors.integer(0));
   }
