@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "calib/distortion.hpp"
+#include "calib/lens_formula.hpp"
 
 namespace afterglow::calib {
 namespace {
@@ -41,11 +42,7 @@ struct Radial {
   bool grows(double s) const { return denominator > 0 && factor() + 2 * s * factorSlope() > 0; }
 };
 
-/// Kannala-Brandt: the distorted radius as a function of the ray's angle to the axis, radians.
-double fisheyeRadius(const std::array<double, 8>& k, double angle) {
-  const double s = angle * angle;
-  return angle * (1 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3]))));
-}
+/// The slope of equidistantRadius.
 double fisheyeSlope(const std::array<double, 8>& k, double angle) {
   const double s = angle * angle;
   return 1 + s * (3 * k[0] + s * (5 * k[1] + s * (7 * k[2] + s * 9 * k[3])));
@@ -53,7 +50,7 @@ double fisheyeSlope(const std::array<double, 8>& k, double angle) {
 
 Eigen::Vector2d distortFisheye(const Lens& lens, const Eigen::Vector2d& n) {
   const double radius = n.norm();
-  return radius > 0 ? n * fisheyeRadius(lens.D, std::atan(radius)) / radius : n;
+  return radius > 0 ? n * equidistantRadius(lens.D, std::atan(radius)) / radius : n;
 }
 
 /// Newton within the bracket that bisection keeps: the radius grows with the angle up to the fold.
@@ -61,10 +58,10 @@ std::optional<Eigen::Vector2d> undistortFisheye(const Lens& lens, const Eigen::V
   const double target = d.norm();
   if (!(target > 0)) return target == 0 ? std::optional<Eigen::Vector2d>(d) : std::nullopt;
   double low = 0, high = std::atan(lens.fold_radius);
-  if (!(target <= fisheyeRadius(lens.D, high))) return std::nullopt;
+  if (!(target <= equidistantRadius(lens.D, high))) return std::nullopt;
   double angle = std::min(target, high);
   for (int i = 0; i < 100; ++i) {
-    const double error = fisheyeRadius(lens.D, angle) - target;
+    const double error = equidistantRadius(lens.D, angle) - target;
     (error < 0 ? low : high) = angle;
     double next = angle - error / fisheyeSlope(lens.D, angle);
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
@@ -249,11 +246,10 @@ double foldRadius(const Lens& lens) {
 
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted) {
   if (lens.model == LensModel::Equidistant) return distortFisheye(lens, undistorted);
-  const double x = undistorted.x(), y = undistorted.y(), s = undistorted.squaredNorm();
-  const double p1 = lens.D[2], p2 = lens.D[3];
-  return Radial(lens.D, s).factor() * undistorted +
-         Eigen::Vector2d(2 * p1 * x * y + p2 * (s + 2 * x * x),
-                         p1 * (s + 2 * y * y) + 2 * p2 * x * y);
+  const double factor = radialFactor(lens.D, undistorted.squaredNorm());
+  const auto [x, y] =
+      distorted(undistorted.x(), undistorted.y(), factor, lens.D[2], lens.D[3]);
+  return {x, y};
 }
 
 std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& p_optical) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/lens.hpp"
+#include "calib/lens_formula.hpp"
 #include "render/paint/corner.hpp"
 
 namespace afterglow::render {
@@ -30,11 +31,10 @@ struct FloatLens {
   template <bool kFisheye>
   void project(float x, float y, float& u, float& v) const {
     const float s = x * x + y * y;
-    const float radial = kFisheye ? fisheyeFactor(s) : radialFactor(s);
+    const float factor = kFisheye ? fisheyeFactor(s) : calib::radialFactor(D, s);
     // A fisheye has no tangential terms; D[2] and D[3] are others there.
-    const float p1 = kFisheye ? 0 : D[2], p2 = kFisheye ? 0 : D[3];
-    const float dx = radial * x + 2 * p1 * x * y + p2 * (s + 2 * x * x);
-    const float dy = radial * y + p1 * (s + 2 * y * y) + 2 * p2 * x * y;
+    const auto [dx, dy] =
+        calib::distorted(x, y, factor, kFisheye ? 0.f : D[2], kFisheye ? 0.f : D[3]);
     u = fx * dx + skew * dy + cx;
     v = fy * dy + cy;
   }
@@ -54,16 +54,11 @@ struct FloatLens {
   std::array<float, 8> D;
 
  private:
-  float radialFactor(float s) const {
-    return (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
-  }
   /// Distorted by undistorted radius, of the latter's square.
   float fisheyeFactor(float s) const {
     const float r = std::sqrt(s);
     const float angle = s > 1 ? 1.57079633f - arcTangent(1 / r) : arcTangent(r);
-    const float t = angle * angle;
-    const float bent = angle * (1 + t * (D[0] + t * (D[1] + t * (D[2] + t * D[3]))));
-    return r > 0 ? bent / r : 1;
+    return r > 0 ? calib::equidistantRadius(D, angle) / r : 1;
   }
   /// Up to 1, within 2e-8: Abramowitz and Stegun, 4.4.49. shaders/lens.glsl has it too.
   static float arcTangent(float r) {
