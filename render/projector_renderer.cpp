@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "render/compose/light_composer.hpp"
+#include "render/drawing_choice.hpp"
 #include "render/gl/gl_context.hpp"
 #include "render/paint/cpu_drawer.hpp"
 #include "render/scene/same_scene.hpp"
@@ -16,19 +20,27 @@
 namespace afterglow::render {
 namespace {
 
-/// The scene by which the back ends are measured: a cloud of a depth camera's coarsest image, a
-/// meter before the lens.
-Scene pointsToMeasure(const calib::Lens& lens) {
-  constexpr int kColumns = 160, kRows = 120;
+/// The scene by which the back ends are measured: a depth camera's image, so many columns wide, a
+/// meter before the lens, in colors that tell neighbors apart.
+Scene pointsToMeasure(const calib::Lens& lens, int columns) {
+  const int rows = columns * 3 / 4;
+  PointList points;
+  ByteColorList colors;
+  std::uint32_t noise = 1;
+  for (int i = 0; i < columns * rows; ++i) {
+    const Eigen::Vector2d share((i % columns + 0.5) / columns, (i / columns + 0.5) / rows);
+    // Bent little by the lens, if at all: where points land is not what is measured.
+    const Eigen::Vector2d pixel = share.cwiseProduct(Eigen::Vector2d(lens.width, lens.height));
+    const Eigen::Vector3d ray = lens.K.inverse() * pixel.homogeneous();
+    noise = 1664525 * noise + 1013904223;
+    points.push_back((ray * (1 + 1e-10 * noise)).cast<float>());
+    colors.push_back({std::uint8_t(noise >> 24), std::uint8_t(noise >> 16), 200, 255});
+  }
   PointCloud cloud;
+  cloud.points = std::move(points);
+  cloud.colors = std::move(colors);
   cloud.style = PointStyle::Points;
   cloud.size = 3;
-  for (int i = 0; i < kColumns * kRows; ++i) {
-    const Eigen::Vector2d share((i % kColumns + 0.5) / kColumns, (i / kColumns + 0.5) / kRows);
-    const auto ray =
-        calib::unproject(lens, share.cwiseProduct(Eigen::Vector2d(lens.width, lens.height)));
-    if (ray) cloud.points.push_back(ray->cast<float>());
-  }
   Layer layer;
   layer.drawables = {{{}, std::move(cloud), {}}};
   return {{layer}};
@@ -40,7 +52,6 @@ struct ProjectorRenderer::Impl {
   explicit Impl(const calib::Lens& of_projector) : lens(of_projector), composer(lens) {}
 
   void choose(Drawing wanted, GlContext& context) {
-    std::unique_ptr<ImageDrawer> cpu, gl;
     if (wanted != Drawing::Gl) {
       cpu = std::make_unique<CpuDrawer>(lens);
       description = "drawn by the CPU";
@@ -55,7 +66,7 @@ struct ProjectorRenderer::Impl {
       }
     }
     if (cpu && gl) {
-      keepFaster(cpu, gl);
+      measure();
     } else if (wanted != Drawing::Measured) {
       description += " (configured)";
     }
@@ -63,28 +74,39 @@ struct ProjectorRenderer::Impl {
       description += "; " + context.description();
       gl_context = &context;
     }
-    drawer = std::move(gl ? gl : cpu);
+    drawer = gl ? gl.get() : cpu.get();
   }
 
-  void keepFaster(std::unique_ptr<ImageDrawer>& cpu, std::unique_ptr<ImageDrawer>& gl) {
-    const Scene scene = pointsToMeasure(lens);
-    const double cpu_ms = imageTime(*cpu, scene), gl_ms = imageTime(*gl, scene);
-    description = fmt::format("drawn by {} ({:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
-                              cpu_ms < gl_ms ? "the CPU" : "OpenGL", cpu_ms, gl_ms);
-    (cpu_ms < gl_ms ? gl : cpu).reset();
+  /// Where OpenGL is so slow with few points, it is no GPU, and not worth to be asked again.
+  void measure() {
+    constexpr double kHopeless = 4;
+    const Scene few = pointsToMeasure(lens, DrawingPace::kFewColumns);
+    choice.cpu.few_ms = imageTime(*cpu, few);
+    choice.gl.few_ms = imageTime(*gl, few);
+    if (choice.gl.few_ms > kHopeless * choice.cpu.few_ms) {
+      description = fmt::format("drawn by the CPU ({} points: {:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
+                                DrawingPace::kFew, choice.cpu.few_ms, choice.gl.few_ms);
+      gl.reset();
+      return;
+    }
+    const Scene many = pointsToMeasure(lens, DrawingPace::kManyColumns);
+    choice.cpu.many_ms = imageTime(*cpu, many);
+    choice.gl.many_ms = imageTime(*gl, many);
+    description = choice.text();
   }
 
-  /// The best of a few: the first makes buffers and machine code, any may be disturbed. The lens
-  /// moves on, as otherwise nothing would have to be drawn again. ms
-  double imageTime(ImageDrawer& by, const Scene& scene) {
+  /// The best of a few: the first makes buffers and machine code, any may be disturbed. Each is of
+  /// a cloud that has just come. ms
+  double imageTime(ImageDrawer& by, Scene scene) {
     using Clock = std::chrono::steady_clock;
     double best = 1e9;
     Image image;
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    auto& cloud = std::get<PointCloud>(scene.layers[0].drawables[0].shape);
     for (int i = 0; i < 4; ++i) {
-      T.translation().x() += 1e-3;
+      cloud.points = PointList(cloud.points.get());
+      cloud.colors = ByteColorList(cloud.colors.get());
       const Clock::time_point begin = Clock::now();
-      render(by, scene, Rigid<Projector, World>(T), image);
+      render(by, scene, {}, image);
       best =
           std::min(best, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
     }
@@ -121,6 +143,9 @@ struct ProjectorRenderer::Impl {
     is_finished = false;
     last_scene = scene;
     T_last_projector_world = T_projector_world;
+    if (cpu && gl) {
+      drawer = choice.isForGl(pointsOf(scene), drawer == gl.get()) ? gl.get() : cpu.get();
+    }
     drawer->begin(composer.compose(scene, T_projector_world));
   }
 
@@ -138,14 +163,18 @@ struct ProjectorRenderer::Impl {
   /// Once the GPU was reset, by the CPU: light must not go out.
   void replace(Image& image) {
     gl_context = nullptr;
-    drawer = std::make_unique<CpuDrawer>(lens);
+    gl.reset();
+    if (!cpu) cpu = std::make_unique<CpuDrawer>(lens);
+    drawer = cpu.get();
     description = "drawn by the CPU (OpenGL's context was lost)";
     render(*drawer, last_scene, T_last_projector_world, image);
   }
 
   calib::Lens lens;
   LightComposer composer;
-  std::unique_ptr<ImageDrawer> drawer;
+  std::unique_ptr<ImageDrawer> cpu, gl;
+  ImageDrawer* drawer = nullptr;  ///< of the two, that of the last image
+  DrawingChoice choice;           ///< where there are two
   std::string description;
   GlContext* gl_context = nullptr;  ///< while OpenGL draws
   Scene last_scene;  ///< that was begun

@@ -16,7 +16,7 @@ namespace afterglow::render {
 /// The back end that draws. The image is the same but for edges: the CPU gives each pixel the
 /// exact share that is covered (CpuDrawer), OpenGL takes four samples.
 enum class Drawing {
-  Measured,  ///< the faster one here: each draws a few images in the renderer's making
+  Measured,  ///< for each image the faster one here, by what each took for some in the making
   Gl,
   Cpu,  ///< no OpenGL is needed
 };

@@ -4,6 +4,7 @@ uniform vec3 lens_focal;   // fx, fy, skew; px
 uniform vec2 lens_center;  // cx, cy; px
 uniform float lens_D[8];   // k1 k2 p1 p2 k3 k4 k5 k6; fisheye: k1 k2 k3 k4
 uniform bool lens_is_fisheye;
+uniform float lens_fold;   // beyond this distance from the axis, at z = 1, nothing is seen
 
 // Up to 1: Abramowitz and Stegun, 4.4.49. Drivers' atan may be a hundred times coarser.
 float lensArcTangent(float r) {

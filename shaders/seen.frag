@@ -22,7 +22,8 @@ void main() {
   vec3 albedo = texelFetch(reflected, at, 0).rgb;
   albedo *= albedo;
   vec2 shade = textureLod(reached, uv, 0.0).rg;
-  vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + thrownAt(at);
+  vec3 n_world = normalize(2.0 * normal.xyz - 1.0);
+  vec3 light = roomLight(2.0 * normal.xyz - 1.0, shade) + thrownAt(at, n_world);
   vec2 aside = uv - 0.5;
   float vignette = 1.0 - 0.55 * dot(aside, aside);
   vec3 behind = normal.a == 0.0 ? linearFromSrgb(background) : albedo * light * vignette;

@@ -1,11 +1,8 @@
 // How much of the room's lamp (x) and sky (y) reaches what is seen, at a third of the picture's
 // size, and how deep that is (z). Neighbors look in different directions: soften_shade.frag brings
 // them together.
-uniform sampler2D depths;         // of the picture
 uniform sampler2D facing;         // normals of the picture, in the world
 uniform sampler2DShadow lamp_depths;
-uniform vec2 ray_span;            // tangents of half the view's angles, across and down
-uniform float near;               // of the picture's depths, meters
 uniform mat4 R_observer_world;
 uniform mat4 P_lamp_observer;     // observer's frame to the lamp map's clip coordinates
 uniform float lamp_reach;         // half of what the lamp's map shows, meters
@@ -19,12 +16,6 @@ const vec2 kAside[kLooks] = vec2[](
     vec2(0.100, 0.000), vec2(-0.197, 0.180), vec2(0.038, -0.432),
     vec2(0.365, 0.476), vec2(-0.755, -0.134), vec2(0.787, -0.501));  // a spiral
 const float kReach = 0.32;  // meters; what is farther away takes no sky
-
-// In the observer's frame.
-vec3 pointAt(ivec2 at, ivec2 size) {
-  float z = near / max(1.0 - texelFetch(depths, at, 0).r, 1e-4);
-  return vec3((2.0 * (vec2(at) + 0.5) / vec2(size) - 1.0) * ray_span * z, z);
-}
 
 float skyAt(vec3 p, vec3 n, ivec2 at, ivec2 size, vec2 turn) {
   float height = float(size.y);

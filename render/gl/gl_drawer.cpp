@@ -1,14 +1,19 @@
 // Composed images drawn by OpenGL.
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <cstring>
+#include <deque>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "render/compose/triangle_projector.hpp"
 #include "render/gl/gl_context.hpp"
+#include "render/gl/list_light.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
+#include "render/scene/same_scene.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -17,156 +22,165 @@ constexpr GLuint kInOutline = 0x80;  ///< stencil bit: within the layer's surfac
 constexpr GLuint kInShade = 0x40;    ///< and behind another one
 constexpr GLuint kDrawnBits = 0x3f;  ///< stencil bits: the last translucent thing drawn here
 
-struct LightPoint {
-  LightVertex center;
-  float size_px;
+/// Triangles in the GPU's memory.
+struct GpuTriangles {
+  GpuMemory vertices, indices;
 };
 
-/// Any order of drawing shows the same if all have one opaque color.
-bool needsSorting(const std::vector<LightPoint>& points, std::size_t first) {
-  const Rgba color = points[first].center.color;
-  return !isOpaque(color) ||
-         std::any_of(points.begin() + static_cast<std::ptrdiff_t>(first), points.end(),
-                     [&](const LightPoint& point) { return point.center.color != color; });
-}
+/// A part of a layer's triangles, expanded by one worker.
+struct TrianglePart {
+  LightTriangles triangles;
+  std::vector<Piece> pieces;
+};
 
-/// Expands each step for OpenGL: pixel-sized clouds become points, all else triangles.
-class GlExpander {
+/// What a layer has become; kept for the next image, where it may be the same.
+struct LayerLight {
+  ComposedLayer layer;  ///< without steps
+  std::vector<Drawable> steps;
+  GpuTriangles triangles;
+  std::vector<ListLight> lists;
+  std::vector<Piece> pieces;  ///< of triangles' indices; Outlines and Points: of lists
+
+  bool isOf(const ComposedLayer& other) const {
+    return isSamePlace(layer, other) &&
+           std::equal(steps.begin(), steps.end(), other.steps.begin(), other.steps.end(),
+                      [](const Drawable& a, const Drawable* b) { return isSame(a, *b); });
+  }
+};
+
+/// Expands what is no list to triangles, by all workers.
+class TriangleExpander {
  public:
-  explicit GlExpander(const calib::Lens& lens) : lens_(lens), triangle_projector_(lens) {}
-
-  void expand(const ComposedImage& composed) {
-    triangles_.begin(composed);
-    points_.clear();
-    layers_.clear();
-    for (const ComposedLayer& layer : composed.layers) {
-      ExpandedLayer out{layer.mask, layer.placed.flattened, {}};
-      for (const Drawable* drawable : layer.steps) {
-        const bool is_points = pixelCloud(drawable->shape) != nullptr;
-        const auto piece = is_points ? addPoints(*drawable, layer.placed)
-                                     : addTriangles(*drawable, layer);
-        if (piece) out.pieces.push_back(*piece);
-      }
-      sortForDrawing(out.pieces);
-      layers_.push_back(std::move(out));
-    }
+  TriangleExpander(const calib::Lens& lens, Workers& workers) : workers_(workers) {
+    for (int i = 0; i < workers.count(); ++i) projectors_.emplace_back(lens);
   }
 
-  const LightTriangles& triangles() const { return triangles_; }
-  const std::vector<LightPoint>& points() const { return points_; }
-  const std::vector<ExpandedLayer>& layers() const { return layers_; }
+  /// Sends the steps' triangles and appends their pieces.
+  void expand(const std::vector<const Drawable*>& steps, const ComposedLayer& layer,
+              Upload& upload, GpuTriangles& out, std::vector<Piece>& pieces) {
+    constexpr std::size_t kLeastPart = 16, kPartsEach = 4;
+    // A relief's placer is used by one thread at a time.
+    const std::size_t most = layer.relief != nullptr ? 1 : kPartsEach * projectors_.size();
+    const std::size_t count = std::clamp<std::size_t>(steps.size() / kLeastPart, 1, most);
+    if (parts_.size() < count) parts_.resize(count);
+    forEachPart(count, [&](TriangleProjector& projector, std::size_t part) {
+      parts_[part].triangles.begin({});
+      parts_[part].pieces.clear();
+      const std::size_t end = steps.size() * (part + 1) / count;
+      for (std::size_t i = steps.size() * part / count; i < end; ++i) {
+        projector.place(*steps[i], layer);
+        const auto piece = projector.add(parts_[part].triangles);
+        if (piece) parts_[part].pieces.push_back(*piece);
+      }
+    });
+    send(count, upload, out, pieces);
+  }
+
+  /// Sends triangles that are expanded already.
+  static void send(const LightTriangles& triangles, Upload& upload, GpuTriangles& out) {
+    const auto copy = [&](const auto& values, GpuMemory& to) {
+      const std::size_t bytes = values.size() * sizeof(values[0]);
+      if (bytes == 0) return;
+      std::memcpy(upload.room(bytes), values.data(), bytes);
+      upload.send(to);
+    };
+    copy(triangles.vertices, out.vertices);
+    copy(triangles.indices, out.indices);
+  }
 
  private:
-  std::optional<Piece> addTriangles(const Drawable& drawable, const ComposedLayer& layer) {
-    triangle_projector_.place(drawable, layer);
-    return triangle_projector_.add(triangles_);
+  template <typename Work>
+  void forEachPart(std::size_t count, const Work& work) {
+    if (count == 1) return work(projectors_.front(), std::size_t{0});
+    std::atomic<std::size_t> next{0};
+    workers_.run([&](int worker) {
+      for (std::size_t part = next++; part < count; part = next++) {
+        work(projectors_[static_cast<std::size_t>(worker)], part);
+      }
+    });
   }
 
-  std::optional<Piece> addPoints(const Drawable& drawable, const Placed& placed) {
-    const std::size_t first = points_.size();
-    tessellate(drawable, {}, tessellation_);
-    for (const Splat& splat : tessellation_.splats) addPoint(splat, placed);
-    const std::size_t count = points_.size() - first;
-    if (count == 0) return std::nullopt;
-    const auto begin = points_.begin() + static_cast<std::ptrdiff_t>(first);
-    if (needsSorting(points_, first)) {
-      std::stable_sort(begin, points_.end(), [](const LightPoint& a, const LightPoint& b) {
-        return a.center.depth > b.center.depth;
-      });
+  /// The parts one after the other.
+  void send(std::size_t count, Upload& upload, GpuTriangles& out, std::vector<Piece>& pieces) {
+    std::vector<std::uint32_t> first_vertex{0}, first_index{0};
+    for (std::size_t i = 0; i < count; ++i) {
+      const LightTriangles& part = parts_[i].triangles;
+      for (Piece piece : parts_[i].pieces) {
+        piece.first += first_index[i];
+        pieces.push_back(piece);
+      }
+      first_vertex.push_back(first_vertex[i] + static_cast<std::uint32_t>(part.vertices.size()));
+      first_index.push_back(first_index[i] + static_cast<std::uint32_t>(part.indices.size()));
     }
-    double depth = 0;
-    for (auto it = begin; it != points_.end(); ++it) depth += static_cast<double>(it->center.depth);
-    return Piece{Piece::Kind::Points, false, static_cast<std::uint32_t>(first),
-                 static_cast<std::uint32_t>(count), depth / static_cast<double>(count)};
+    if (first_index[count] == 0) return;
+    auto* vertices = static_cast<LightVertex*>(upload.room(first_vertex[count] * sizeof(LightVertex)));
+    forEachPart(count, [&](TriangleProjector&, std::size_t part) {
+      const auto& own = parts_[part].triangles.vertices;
+      std::copy(own.begin(), own.end(), vertices + first_vertex[part]);
+    });
+    upload.send(out.vertices);
+    auto* indices = static_cast<std::uint32_t*>(upload.room(first_index[count] * sizeof(std::uint32_t)));
+    forEachPart(count, [&](TriangleProjector&, std::size_t part) {
+      const auto& own = parts_[part].triangles.indices;
+      std::transform(own.begin(), own.end(), indices + first_index[part],
+                     [&](std::uint32_t index) { return index + first_vertex[part]; });
+    });
+    upload.send(out.indices);
   }
 
-  void addPoint(const Splat& splat, const Placed& placed) {
-    if (isInvisible(splat.color)) return;
-    const Eigen::Vector4d p_world = splat.p_world.homogeneous();
-    CutVertex vertex{placed.P_optical_world * p_world, asFloats(splat.color, placed.gain),
-                     placed.height.dot(p_world)};
-    if (!(vertex.p_optical.w() > 0)) return;
-    vertex.p_optical /= vertex.p_optical.w();
-    if (!(vertex.p_optical.z() >= LensDomain::kNear)) return;
-    const auto pixel = calib::project(lens_, vertex.p_optical.head<3>());
-    constexpr auto kMargin = double{kPointMargin};
-    if (!pixel || (pixel->array() < -kMargin).any() || pixel->x() > lens_.width + kMargin ||
-        pixel->y() > lens_.height + kMargin) {
-      return;
-    }
-    points_.push_back({lightVertex(vertex, placed), splat.size_px});
-  }
-
-  calib::Lens lens_;
-  TriangleProjector triangle_projector_;
-  Tessellation tessellation_;
-  LightTriangles triangles_;
-  std::vector<LightPoint> points_;
-  std::vector<ExpandedLayer> layers_;
+  Workers& workers_;
+  std::deque<TriangleProjector> projectors_;  ///< by worker
+  std::vector<TrianglePart> parts_;
 };
 
-Program makeLightProgram(const char* fragment_file, const calib::Lens& lens) {
-  Program program = makeProgram(
-      {{GL_VERTEX_SHADER, {"lens.glsl", "light.vert"}}, {GL_FRAGMENT_SHADER, {fragment_file}}});
-  setLens(program, lens);
-  const glm::vec2 size(lens.width, lens.height), margin(kPointMargin);
-  setUniform(program, "viewport", glm::vec4(-margin, size + 2.f * margin));
-  return program;
-}
-
-/// LightVertex; LightPoint begins with one.
-template <typename Vertex>
-VertexArray makeLightArray(const Buffer& vertices) {
-  VertexArray array = makeVertexArray<Vertex>(vertices);
-  setAttribute<glm::vec3>(array, 0, offsetof(LightVertex, x));
-  setAttribute<float>(array, 1, offsetof(LightVertex, depth));
-  setAttribute<glm::u8vec4>(array, 2, offsetof(LightVertex, color));
-  return array;
-}
-
-/// The OpenGL objects of one projector. Made, used and destroyed with their context current.
+/// The OpenGL objects of one projector, and how its light is drawn with them. Made, used and
+/// destroyed with their context current.
 class GlScreen {
  public:
-  explicit GlScreen(const calib::Lens& lens)
-      : target_(lens.width, lens.height),
-        triangle_program_(makeLightProgram("light.frag", lens)),
-        point_program_(makeLightProgram("point.frag", lens)) {
-    glVertexArrayElementBuffer(triangle_array_.id(), index_buffer_.id());
-    setAttribute<float>(point_array_, 3, offsetof(LightPoint, size_px));
+  GlScreen(const calib::Lens& lens, Workers& workers)
+      : lists_(lens, workers),
+        target_(lens.width, lens.height),
+        triangle_program_(makeLightProgram({"lens.glsl", "light.vert"}, "light.frag", lens)) {
+    setAttribute<glm::vec3>(triangle_array_, 0, offsetof(LightVertex, x));
+    setAttribute<float>(triangle_array_, 1, offsetof(LightVertex, depth));
+    setAttribute<glm::u8vec4>(triangle_array_, 2, offsetof(LightVertex, color));
   }
 
-  void draw(const GlExpander& expanded) {
-    begin(expanded);
-    bool was_flattened = false;
-    for (const ExpandedLayer& layer : expanded.layers()) {
-      if (layer.flattened || was_flattened) {
-        glDepthMask(GL_TRUE);
-        glClear(GL_DEPTH_BUFFER_BIT);
-      }
-      was_flattened = layer.flattened;
-      if (layer.mask >= 0) {
-        drawMask(expanded.triangles().masks[static_cast<std::size_t>(layer.mask)]);
-      }
-      for (const Piece& piece : layer.pieces) draw(piece, layer.mask >= 0);
-    }
-    target_.beginReading();
-  }
-  void read(Image& image) { target_.read(image); }
-
- private:
-  void begin(const GlExpander& expanded) {
-    upload(vertex_buffer_, expanded.triangles().vertices);
-    upload(index_buffer_, expanded.triangles().indices);
-    upload(point_buffer_, expanded.points());
-    target_.begin(glm::vec3(0));
+  /// `is_soft`: it is points alone, without masks.
+  void begin(bool is_soft) {
+    target_.begin(is_soft);
     const auto margin = static_cast<int>(kPointMargin);
     glViewport(-margin, -margin, target_.width() + 2 * margin, target_.height() + 2 * margin);
-    glEnable(GL_PROGRAM_POINT_SIZE);
     glEnable(GL_MULTISAMPLE);
     glEnable(GL_STENCIL_TEST);
     glDisable(GL_CULL_FACE);
-    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     translucent_id_ = 0;
+    was_flattened_ = false;
+  }
+
+  /// `mask`: nullptr: light may go anywhere.
+  void draw(const LayerLight& light, const LightMask* mask, const GpuTriangles& masks) {
+    const bool is_flattened = light.layer.placed.flattened;
+    if (is_flattened || was_flattened_) {
+      glDepthMask(GL_TRUE);
+      glClear(GL_DEPTH_BUFFER_BIT);
+    }
+    was_flattened_ = is_flattened;
+    if (mask != nullptr) {
+      use(masks);
+      drawMask(*mask);
+    }
+    for (const Piece& piece : light.pieces) draw(light, piece, mask != nullptr);
+  }
+  void finish() { target_.beginReading(); }
+  void read(Image& image, Workers& workers) { target_.read(image, workers); }
+  ListPainter& lists() { return lists_; }
+
+ private:
+  void use(const GpuTriangles& triangles) {
+    glVertexArrayVertexBuffer(triangle_array_.id(), 0, triangles.vertices.buffer.id(), 0,
+                              sizeof(LightVertex));
+    glVertexArrayElementBuffer(triangle_array_.id(), triangles.indices.buffer.id());
   }
 
   void drawMask(const LightMask& mask) {
@@ -194,35 +208,36 @@ class GlScreen {
     drawTriangles(outline.first, outline.count);
   }
 
-  void draw(const Piece& piece, bool is_masked) {
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LEQUAL);
+  void draw(const LayerLight& light, const Piece& piece, bool is_masked) {
     glStencilMask(0);
     glStencilFunc(is_masked ? GL_EQUAL : GL_ALWAYS, kInOutline, kInOutline);
     if (piece.kind == Piece::Kind::Points) {
-      glEnable(GL_BLEND);
-      glDepthMask(GL_FALSE);
-      glUseProgram(point_program_.id());
-      glBindVertexArray(point_array_.id());
-      glDrawArrays(GL_POINTS, static_cast<GLint>(piece.first), static_cast<GLsizei>(piece.count));
-    } else if (piece.is_opaque) {
-      glDisable(GL_BLEND);
-      glDepthMask(GL_TRUE);
-      drawTriangles(piece.first, piece.count);
-    } else {
-      drawTranslucent(piece);
+      return lists_.drawPoints(light.lists[piece.first], target_.depths(), target_.samples());
     }
+    use(light.triangles);
+    const auto shapes = [&] {
+      if (piece.kind == Piece::Kind::Triangles) return drawTriangles(piece.first, piece.count);
+      for (std::uint32_t i = 0; i < piece.count; ++i) {
+        lists_.drawThings(light.lists[piece.first + i]);
+      }
+    };
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    if (!piece.is_opaque) return drawTranslucent(shapes);
+    shapes();
   }
 
   /// First where its nearest surface is, then that surface's light, once a sample: where faces
   /// overlap, they do not add up.
-  void drawTranslucent(const Piece& piece) {
-    glDisable(GL_BLEND);
-    glDepthMask(GL_TRUE);
+  template <typename Shapes>
+  void drawTranslucent(const Shapes& shapes) {
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    drawTriangles(piece.first, piece.count);
+    shapes();
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthMask(GL_FALSE);
     glDepthFunc(GL_EQUAL);  // nothing but the pass before has left these depths, so no outline test
     glStencilMask(kDrawnBits);
@@ -232,7 +247,7 @@ class GlScreen {
     }
     glStencilFunc(GL_NOTEQUAL, static_cast<GLint>(translucent_id_), kDrawnBits);
     glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-    drawTriangles(piece.first, piece.count);
+    shapes();
   }
 
   void drawTriangles(std::uint32_t first, std::uint32_t count) {
@@ -242,37 +257,92 @@ class GlScreen {
                    reinterpret_cast<const void*>(first * sizeof(std::uint32_t)));
   }
 
+  ListPainter lists_;
   RenderTarget target_;
-  Program triangle_program_, point_program_;
-  Buffer vertex_buffer_ = Buffer::make(), index_buffer_ = Buffer::make(),
-         point_buffer_ = Buffer::make();
-  VertexArray triangle_array_ = makeLightArray<LightVertex>(vertex_buffer_);
-  VertexArray point_array_ = makeLightArray<LightPoint>(point_buffer_);
+  Program triangle_program_;
+  VertexArray triangle_array_ = VertexArray::make();
   GLuint translucent_id_ = 0;
+  bool was_flattened_ = false;
 };
 
 class GlDrawer final : public ImageDrawer {
  public:
-  GlDrawer(GlContext& context, const calib::Lens& lens) : context_(context), expander_(lens) {
+  GlDrawer(GlContext& context, const calib::Lens& lens) : context_(context), triangles_(lens, workers_) {
     context_.makeCurrent();
-    screen_.emplace(lens);
+    screen_.emplace(lens, workers_);
   }
   ~GlDrawer() override { context_.makeCurrent(); }
 
   void begin(const ComposedImage& composed) override {
-    expander_.expand(composed);
     context_.makeCurrent();
-    screen_->draw(expander_);
+    if (is_begun_) glFinish();  // it may not have copied all that was sent for that image
+    is_begun_ = true;
+    GpuLists& lists = screen_->lists().lists();
+    lists.begin();
+    masks_.begin(composed);
+    TriangleExpander::send(masks_, lists.upload(), gpu_masks_);
+    layers_.resize(composed.layers.size());
+    bool is_soft = composed.masks.empty();
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+      expand(composed.layers[i], layers_[i]);
+      is_soft = is_soft && std::all_of(layers_[i].pieces.begin(), layers_[i].pieces.end(),
+                                       [](const Piece& piece) { return piece.kind == Piece::Kind::Points; });
+    }
+    lists.end();
+    screen_->begin(is_soft);
+    for (const LayerLight& light : layers_) {
+      const int mask = light.layer.mask;
+      screen_->draw(light, mask < 0 ? nullptr : &masks_.masks[static_cast<std::size_t>(mask)], gpu_masks_);
+    }
+    screen_->finish();
   }
   void finish(Image& image) override {
     context_.makeCurrent();
-    screen_->read(image);
+    screen_->read(image, workers_);
+    is_begun_ = false;
   }
 
  private:
+  void expand(const ComposedLayer& layer, LayerLight& light) {
+    if (light.isOf(layer)) {
+      for (ListLight& list : light.lists) list.list->is_used = true;
+      return;
+    }
+    light.layer = layer;
+    light.layer.steps.clear();
+    light.steps.clear();
+    light.lists.clear();
+    light.pieces.clear();
+    std::vector<const Drawable*> others;
+    std::deque<Drawable> near;
+    for (const Drawable* drawable : layer.steps) {
+      light.steps.push_back(*drawable);
+      const auto list = screen_->lists().lightOf(*drawable, layer);
+      if (!list) {
+        others.push_back(drawable);
+        continue;
+      }
+      const auto kind = list->vertices == 0 ? Piece::Kind::Points : Piece::Kind::Outlines;
+      light.pieces.push_back({kind, list->is_opaque, static_cast<std::uint32_t>(light.lists.size()), 1,
+                              list->mean_depth});
+      light.lists.push_back(*list);
+      if (auto some = screen_->lists().nearThings(*drawable)) {
+        near.push_back(std::move(*some));
+        others.push_back(&near.back());
+      }
+    }
+    triangles_.expand(others, layer, screen_->lists().lists().upload(), light.triangles, light.pieces);
+    sortForDrawing(light.pieces);
+  }
+
   GlContext& context_;
-  GlExpander expander_;
+  Workers workers_;
+  TriangleExpander triangles_;
   std::optional<GlScreen> screen_;
+  LightTriangles masks_;
+  GpuTriangles gpu_masks_;
+  std::vector<LayerLight> layers_;
+  bool is_begun_ = false;
 };
 
 }  // namespace

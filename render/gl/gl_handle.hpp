@@ -35,45 +35,16 @@ class GlHandle {
   GLuint id_ = 0;
 };
 
-struct BufferTraits {
-  static GLuint create() {
+/// What OpenGL makes and destroys several of at a time.
+template <auto& kCreate, auto& kDestroy>
+struct ListedTraits {
+  template <typename... Arguments>
+  static GLuint create(Arguments... arguments) {
     GLuint id = 0;
-    glCreateBuffers(1, &id);
+    kCreate(arguments..., 1, &id);
     return id;
   }
-  static void destroy(GLuint id) { glDeleteBuffers(1, &id); }
-};
-struct TextureTraits {
-  static GLuint create(GLenum target) {
-    GLuint id = 0;
-    glCreateTextures(target, 1, &id);
-    return id;
-  }
-  static void destroy(GLuint id) { glDeleteTextures(1, &id); }
-};
-struct RenderbufferTraits {
-  static GLuint create() {
-    GLuint id = 0;
-    glCreateRenderbuffers(1, &id);
-    return id;
-  }
-  static void destroy(GLuint id) { glDeleteRenderbuffers(1, &id); }
-};
-struct FramebufferTraits {
-  static GLuint create() {
-    GLuint id = 0;
-    glCreateFramebuffers(1, &id);
-    return id;
-  }
-  static void destroy(GLuint id) { glDeleteFramebuffers(1, &id); }
-};
-struct VertexArrayTraits {
-  static GLuint create() {
-    GLuint id = 0;
-    glCreateVertexArrays(1, &id);
-    return id;
-  }
-  static void destroy(GLuint id) { glDeleteVertexArrays(1, &id); }
+  static void destroy(GLuint id) { kDestroy(1, &id); }
 };
 struct ShaderTraits {
   static GLuint create(GLenum stage) { return glCreateShader(stage); }
@@ -84,11 +55,11 @@ struct ProgramTraits {
   static void destroy(GLuint id) { glDeleteProgram(id); }
 };
 
-using Buffer = GlHandle<BufferTraits>;
-using Texture = GlHandle<TextureTraits>;
-using Renderbuffer = GlHandle<RenderbufferTraits>;
-using Framebuffer = GlHandle<FramebufferTraits>;
-using VertexArray = GlHandle<VertexArrayTraits>;
+using Buffer = GlHandle<ListedTraits<glCreateBuffers, glDeleteBuffers>>;
+using Texture = GlHandle<ListedTraits<glCreateTextures, glDeleteTextures>>;
+using Renderbuffer = GlHandle<ListedTraits<glCreateRenderbuffers, glDeleteRenderbuffers>>;
+using Framebuffer = GlHandle<ListedTraits<glCreateFramebuffers, glDeleteFramebuffers>>;
+using VertexArray = GlHandle<ListedTraits<glCreateVertexArrays, glDeleteVertexArrays>>;
 using Shader = GlHandle<ShaderTraits>;
 using Program = GlHandle<ProgramTraits>;
 

@@ -1,7 +1,9 @@
 #include "render/gl/observer_renderer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <glm/ext/matrix_clip_space.hpp>
 #include <optional>
 #include <stdexcept>
@@ -58,11 +60,16 @@ Program makeSolidProgram(const std::vector<std::string>& fragment_files) {
       {{GL_VERTEX_SHADER, {"srgb.glsl", "solid.vert"}}, {GL_FRAGMENT_SHADER, fragment_files}});
 }
 
-/// `light_file` says what of a projector's light there is.
-Program makeSeenProgram(const std::string& light_file) {
-  return makeProgram(
-      {{GL_VERTEX_SHADER, {"screen.vert"}},
-       {GL_FRAGMENT_SHADER, {"srgb.glsl", "room_light.glsl", light_file, "seen.frag"}}});
+/// `light_files` say what of a projector's light there is.
+Program makeSeenProgram(const std::vector<std::string>& light_files) {
+  std::vector<std::string> files = {"srgb.glsl", "room_light.glsl"};
+  files.insert(files.end(), light_files.begin(), light_files.end());
+  files.emplace_back("seen.frag");
+  return makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, files}});
+}
+
+bool isLit(const Image& image) {
+  return std::any_of(image.rgb.begin(), image.rgb.end(), [](std::uint8_t value) { return value > 0; });
 }
 
 /// By so many pixels on each side, within the view.
@@ -127,7 +134,8 @@ struct ObserverRenderer::Impl {
       setUniform(*program, "reached", RoomShade::kShadeUnit);
       setUniform(*program, "background", kBackground);
     }
-    setUniform(seen_program, "thrown", SurfaceTarget::kThrownUnit);
+    setUniform(seen_program, "depths", SurfaceTarget::kDepthUnit);
+    setUniform(seen_program, "near", static_cast<float>(kNear));
     setUniform(seen_program, "beam", Beam::kBeamUnit);
   }
 
@@ -138,7 +146,7 @@ struct ObserverRenderer::Impl {
     const bool is_moved = mesh.set(solids, eyeOf(view));
     if (is_moved || !last.isOf(light, view)) {
       last.forget();  // should drawing fail
-      last.set(light, view, draw(light, view));
+      last.set(light, view, draw(light != nullptr && isLit(light->image) ? light : nullptr, view));
     }
     return last.picture();
   }
@@ -150,13 +158,7 @@ struct ObserverRenderer::Impl {
     }
     drawDepths(light, view);
     drawSurfaces(view);
-    const auto corners = light ? thrown_light.corners() : std::nullopt;
-    const PixelRect rect =
-        corners ? litRect(thrown_light.position(), *corners, mesh.bounds(), P_clip_world,
-                          view.width, view.height)
-                : PixelRect{};
-    if (corners) drawThrown(rect);
-    see(corners ? light : nullptr, rect, view);
+    see(light, view);
     if (mesh.has(SolidMesh::Kind::Ghost)) drawGhosts();
     return targets->picture.read();
   }
@@ -182,8 +184,7 @@ struct ObserverRenderer::Impl {
   void drawSurfaces(const ObserverView& view) {
     const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
     P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
-    for (const Program* program : {&surface_program, &wood_program, &mark_program, &lit_program,
-                                   &ghost_program}) {
+    for (const Program* program : {&surface_program, &wood_program, &ghost_program}) {
       setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
       setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
     }
@@ -193,34 +194,19 @@ struct ObserverRenderer::Impl {
     mesh.draw(wood_program, SolidMesh::Kind::Wood);
   }
 
-  /// Draws the visible surfaces that the projector may light once more, with its light;
-  /// it reaches nothing outside of the rectangle.
-  void drawThrown(const PixelRect& rect) {
-    thrown_light.use(mark_program, lit_program);
-    targets->surfaces.beginThrown();
-    glEnable(GL_SCISSOR_TEST);
-    glScissor(rect.x, rect.y, rect.width, rect.height);
-    glDepthMask(GL_FALSE);
-    glDepthFunc(GL_EQUAL);
-    glEnable(GL_STENCIL_TEST);
-    glStencilMask(1);
-    glStencilFunc(GL_ALWAYS, 1, 1);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-    mesh.drawSolids(mark_program);
-    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    glStencilFunc(GL_EQUAL, 1, 1);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    mesh.drawSolids(lit_program);
-    glDisable(GL_SCISSOR_TEST);
-  }
-
-  void see(const ProjectedLight* light, const PixelRect& rect, const ObserverView& view) {
+  void see(const ProjectedLight* light, const ObserverView& view) {
     targets->surfaces.bind();
     targets->shade.draw(view, kNear);
     targets->shade.bind();
     if (!light) return seePart({0, 0, view.width, view.height}, seen_dark_program, view);
+    const PixelRect rect = litRect(thrown_light.position(), thrown_light.corners(), mesh.bounds(),
+                                   P_clip_world, view.width, view.height);
     targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear, rect);
+    thrown_light.use(seen_program);
+    const double down = std::tan(view.vertical_fov / 2), across = down * view.width / view.height;
+    setUniform(seen_program, "ray_span", glm::vec2(across, down));
+    setUniform(seen_program, "T_world_observer",
+               glm::mat4(toGlm(view.T_world_observer.matrix().matrix())));
     // Light is costly to look up: only where it may be, with what the blurred beam spills.
     const PixelRect lit = grown(rect, Beam::kSpill, view);
     const int right = lit.x + lit.width, above = lit.y + lit.height;
@@ -266,16 +252,13 @@ struct ObserverRenderer::Impl {
 
   GlContext& context;
   SolidMesh mesh;
-  /// Several programs: software OpenGL pays for both sides of a branch, so the stencil keeps dark
-  /// places from the costly program.
   Program surface_program = makeSolidProgram({"surface.frag"});
   Program wood_program = makeSolidProgram({"wood.frag"});
-  Program mark_program = makeSolidProgram({"mark_lit.frag"});
-  Program lit_program = makeSolidProgram({"srgb.glsl", "lens.glsl", "sent_light.glsl", "lit.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
   Program ghost_program = makeSolidProgram({"even.frag"});
-  Program seen_program = makeSeenProgram("projected_light.glsl");
-  Program seen_dark_program = makeSeenProgram("no_light.glsl");
+  Program seen_program = makeSeenProgram(
+      {"seen_point.glsl", "lens.glsl", "sent_light.glsl", "projected_light.glsl"});
+  Program seen_dark_program = makeSeenProgram({"no_light.glsl"});
   VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
   std::optional<SeenTargets> targets;

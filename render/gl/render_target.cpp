@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <cstddef>
-#include <cstdint>
+#include <cstring>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "render/gl/shader.hpp"
 #include "render/scene/smooth_edges.hpp"
@@ -14,55 +12,71 @@
 namespace afterglow::render {
 namespace {
 
-constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
-
-void withoutAlpha(const std::uint8_t* rgba, std::vector<std::uint8_t>& rgb) {
-  for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) rgb[3 * i + k] = rgba[4 * i + k];
-  }
-}
+constexpr GLuint kPackGroup = 256;  // of pack.comp
+constexpr std::size_t kPacked = 12;  // bytes, of four pixels
 
 }  // namespace
 
-RenderTarget::RenderTarget(int width, int height) : width_(width), height_(height) {
-  glNamedRenderbufferStorageMultisample(color_.id(), kSamples, GL_RGBA8, width, height);
-  glNamedRenderbufferStorageMultisample(depth_.id(), kSamples, GL_DEPTH24_STENCIL8, width, height);
-  glNamedRenderbufferStorage(resolved_color_.id(), GL_RGBA8, width, height);
-  glNamedFramebufferRenderbuffer(samples_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_.id());
-  glNamedFramebufferRenderbuffer(samples_.id(), GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER,
-                                 depth_.id());
-  glNamedFramebufferRenderbuffer(resolved_.id(), GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                                 resolved_color_.id());
-  requireComplete(samples_, width, height);
-  requireComplete(resolved_, width, height);
-  const auto pixels = static_cast<GLsizeiptr>(width) * static_cast<GLsizeiptr>(height);
-  glNamedBufferData(pixels_.id(), 4 * pixels, nullptr, GL_STREAM_READ);
+RenderTarget::RenderTarget(int width, int height)
+    : width_(width),
+      height_(height),
+      image_bytes_(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      pack_program_(makeProgram({{GL_COMPUTE_SHADER, {"pack.comp"}}})) {
+  constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  const auto size = static_cast<GLsizeiptr>(image_bytes_ + kPacked);
+  glNamedBufferStorage(packed_.id(), size, nullptr, 0);
+  glNamedBufferStorage(sent_.id(), size, nullptr, kAccess | GL_CLIENT_STORAGE_BIT);
+  mapped_ = static_cast<const char*>(glMapNamedBufferRange(sent_.id(), 0, size, kAccess));
+  if (mapped_ == nullptr) throw std::runtime_error("the GPU gives no memory to read from");
 }
 
-void RenderTarget::begin(const glm::vec3& background_rgb) {
-  glBindFramebuffer(GL_FRAMEBUFFER, samples_.id());
-  clearAll(width_, height_, background_rgb);
+void RenderTarget::begin(bool is_soft) {
+  is_soft_ = is_soft;
+  Samples& target = is_soft ? soft_ : hard_;
+  if (target.framebuffer.id() == 0) {
+    target.framebuffer = Framebuffer::make();
+    const auto attach = [&](Texture& texture, GLenum format, GLenum attachment) {
+      texture = Texture::make(GLenum{GL_TEXTURE_2D_MULTISAMPLE});
+      glTextureStorage2DMultisample(texture.id(), samples(), format, width_, height_,
+                                    GL_TRUE);
+      glNamedFramebufferTexture(target.framebuffer.id(), attachment, texture.id(), 0);
+    };
+    attach(target.color, GL_RGBA8, GL_COLOR_ATTACHMENT0);
+    attach(target.depth, GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT);
+    requireComplete(target.framebuffer, width_, height_);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.id());
+  clearAll(width_, height_);
 }
 
 void RenderTarget::beginReading() {
-  glBlitNamedFramebuffer(samples_.id(), resolved_.id(), 0, 0, width_, height_, 0, 0, width_,
-                         height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, resolved_.id());
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, pixels_.id());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
-  glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+  glBindTextureUnit(0, (is_soft_ ? soft_ : hard_).color.id());
+  setUniform(pack_program_, "sample_count", samples());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, packed_.id());
+  glUseProgram(pack_program_.id());
+  const auto packs = static_cast<GLuint>((image_bytes_ + kPacked - 1) / kPacked);
+  glDispatchCompute((packs + kPackGroup - 1) / kPackGroup, 1, 1);
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto begin = static_cast<GLintptr>(partBegin(part));
+    const auto end = static_cast<GLintptr>(part + 1 < kParts ? partBegin(part + 1) : image_bytes_);
+    glCopyNamedBufferSubData(packed_.id(), sent_.id(), begin, begin, end - begin);
+    glMemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
+    arrived_[part].reset(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0));
+  }
   glFlush();
 }
 
-void RenderTarget::read(Image& image) {
-  image.width = width_;
-  image.height = height_;
-  image.rgb.resize(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  const void* pixels = glMapNamedBuffer(pixels_.id(), GL_READ_ONLY);
-  if (pixels == nullptr) return image.rgb.assign(image.rgb.size(), 0);
-  withoutAlpha(static_cast<const std::uint8_t*>(pixels), image.rgb);
-  glUnmapNamedBuffer(pixels_.id());
+void RenderTarget::read(Image& image, Workers& workers) {
+  constexpr GLuint64 kPatience = 1'000'000'000;  // ns
+  for (std::size_t part = 0; part < kParts; ++part) {
+    while (glClientWaitSync(arrived_[part].get(), 0, kPatience) == GL_TIMEOUT_EXPIRED) continue;
+    const std::size_t first = partBegin(part);
+    const std::size_t size = (part + 1 < kParts ? partBegin(part + 1) : image_bytes_) - first;
+    workers.share(size, [&](int, std::size_t begin, std::size_t end) {
+      std::memcpy(image.rgb.data() + first + begin, mapped_ + first + begin, end - begin);
+    });
+  }
 }
 
 SmoothedTarget::SmoothedTarget(int width, int height) : width_(width), height_(height) {
@@ -83,7 +97,11 @@ void SmoothedTarget::beginMore() {
 }
 
 Image SmoothedTarget::read() const {
-  Image image = readRgb(color_only_, width_, height_);
+  Image image{width_, height_, {}};
+  image.rgb.resize(3 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, color_only_.id());
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width_, height_, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
   smoothEdges(image);
   return image;
 }
@@ -114,30 +132,15 @@ void requireComplete(const Framebuffer& framebuffer, int width, int height) {
       "GL cannot draw into an image of {} x {} (framebuffer status {})", width, height, status));
 }
 
-void clearAll(int width, int height, const glm::vec3& background_rgb) {
+void clearAll(int width, int height) {
   glViewport(0, 0, width, height);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthMask(GL_TRUE);
   glStencilMask(0xff);
-  glClearColor(background_rgb.r, background_rgb.g, background_rgb.b, 1);
+  glClearColor(0, 0, 0, 1);
   glClearDepth(1);
   glClearStencil(0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
-}
-
-Image readRgb(const Framebuffer& framebuffer, int width, int height) {
-  Image image;
-  readRgb(framebuffer, width, height, image);
-  return image;
-}
-
-void readRgb(const Framebuffer& framebuffer, int width, int height, Image& image) {
-  image.width = width;
-  image.height = height;
-  image.rgb.resize(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer.id());
-  glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
 }
 
 }  // namespace afterglow::render

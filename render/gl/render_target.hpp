@@ -2,14 +2,18 @@
 /// Images to draw into and to read back.
 #pragma once
 
-#include <glm/vec3.hpp>
+#include <cstddef>
+#include <memory>
+#include <type_traits>
 
+#include "render/compose/workers.hpp"
 #include "render/gl/gl_handle.hpp"
 #include "render/scene/image.hpp"
 
 namespace afterglow::render {
 
-/// Four samples a pixel.
+/// A projector's image, which the GPU packs into the bytes that Image has, and sends to memory where
+/// the CPU reads it in two parts: while it copies the first one the second is on its way.
 class RenderTarget {
  public:
   /// Throws std::runtime_error if the driver cannot make it.
@@ -17,24 +21,41 @@ class RenderTarget {
 
   int width() const { return width_; }
   int height() const { return height_; }
+  int samples() const { return is_soft_ ? 1 : kSamples; }
+  const Texture& depths() const { return (is_soft_ ? soft_ : hard_).depth; }
 
-  /// Clears the target; drawing goes into it from now on.
-  void begin(const glm::vec3& background_rgb);
-  /// What is drawn is copied to where the CPU can read it, once the GPU comes to it: nobody waits.
+  /// Clears the target; drawing goes into it from now on. Four samples a pixel, or one where all
+  /// that is drawn has soft edges of its own.
+  void begin(bool is_soft);
+  /// What is drawn is packed and sent, once the GPU comes to it: nobody waits.
   void beginReading();
-  /// The image that beginReading() has copied, GL's lowest row first: scenes are drawn upside down,
-  /// so that this is the top. Waits for the GPU. Black where the context is lost.
-  void read(Image& image);
+  /// The image that beginReading() has sent, GL's lowest row first: scenes are drawn upside down, so
+  /// that this is the top. Waits for the GPU. `image` has its size.
+  void read(Image& image, Workers& workers);
 
  private:
+  static constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
+  static constexpr std::size_t kParts = 2;
+  struct Samples {
+    Texture color, depth;
+    Framebuffer framebuffer;
+  };
+  struct SyncDeleter {
+    void operator()(GLsync sync) const { glDeleteSync(sync); }
+  };
+  std::size_t partBegin(std::size_t part) const { return image_bytes_ * part / kParts / 4 * 4; }
+
   int width_, height_;
-  Framebuffer samples_ = Framebuffer::make(), resolved_ = Framebuffer::make();
-  Renderbuffer color_ = Renderbuffer::make(), depth_ = Renderbuffer::make();
-  Renderbuffer resolved_color_ = Renderbuffer::make();
-  Buffer pixels_ = Buffer::make();  ///< r, g, b, a: what GPUs copy as it is
+  std::size_t image_bytes_;
+  Samples hard_, soft_;  ///< made when they are first used
+  bool is_soft_ = false;
+  Buffer packed_ = Buffer::make(), sent_ = Buffer::make();
+  const char* mapped_ = nullptr;  ///< sent_, as the CPU reads it
+  std::unique_ptr<std::remove_pointer_t<GLsync>, SyncDeleter> arrived_[kParts];
+  Program pack_program_;
 };
 
-/// The same with one sample a pixel, whose edges are softened when it is read (smooth_edges.hpp).
+/// A picture with one sample a pixel, whose edges are softened when it is read (smooth_edges.hpp).
 /// Its depth, with stencil, may be shared.
 class SmoothedTarget {
  public:
@@ -49,7 +70,7 @@ class SmoothedTarget {
   const Framebuffer& color() const { return color_only_; }
   /// Drawing goes into it over what is there, with its depth.
   void beginMore();
-  /// As RenderTarget::read.
+  /// GL's lowest row first: pictures are drawn upside down.
   Image read() const;
 
  private:
@@ -61,8 +82,8 @@ class SmoothedTarget {
 /// Throws std::runtime_error if the driver cannot draw into it.
 void requireComplete(const Framebuffer& framebuffer, int width, int height);
 
-/// Sets the viewport and clears color, depth and stencil of the bound framebuffer.
-void clearAll(int width, int height, const glm::vec3& background_rgb);
+/// Sets the viewport and clears color (black), depth and stencil of the bound framebuffer.
+void clearAll(int width, int height);
 
 /// One filter, and what lies beyond the texture's border.
 void setSampling(const Texture& texture, GLenum filter, GLenum wrap = GL_CLAMP_TO_EDGE);
@@ -70,9 +91,5 @@ void setSampling(const Texture& texture, GLenum filter, GLenum wrap = GL_CLAMP_T
 /// Runs a program of screen.vert for every pixel, without depth, stencil or blending.
 void drawScreen(const Framebuffer& framebuffer, int width, int height, const Program& program,
                 const VertexArray& no_vertices);
-
-/// A framebuffer's pixels, lowest row first.
-Image readRgb(const Framebuffer& framebuffer, int width, int height);
-void readRgb(const Framebuffer& framebuffer, int width, int height, Image& image);
 
 }  // namespace afterglow::render

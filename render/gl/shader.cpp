@@ -1,12 +1,8 @@
 #include "render/gl/shader.hpp"
 
 #include <algorithm>
-#include <array>
-#include <glm/gtc/type_ptr.hpp>
 #include <regex>
 #include <stdexcept>
-
-#include "render/gl/glm_eigen.hpp"
 
 namespace afterglow::render {
 namespace {
@@ -96,13 +92,12 @@ Program makeProgram(const std::vector<ShaderStage>& stages) {
 }
 
 void setLens(const Program& program, const calib::Lens& lens) {
-  const glm::dmat3 K = toGlm(lens.K);
-  setUniform(program, "lens_focal", glm::vec3(K[0][0], K[1][1], K[1][0]));
-  setUniform(program, "lens_center", glm::vec2(K[2]));
-  std::array<float, 8> D;
-  std::transform(lens.D.begin(), lens.D.end(), D.begin(),
-                 [](double d) { return static_cast<float>(d); });
-  glProgramUniform1fv(program.id(), locationOf(program, "lens_D"), D.size(), D.data());
+  const Eigen::Matrix3f K = lens.K.cast<float>();
+  const std::vector<float> D(lens.D.begin(), lens.D.end());
+  setUniform(program, "lens_focal", Eigen::Vector3f(K(0, 0), K(1, 1), K(0, 1)));
+  setUniform(program, "lens_center", Eigen::Vector2f(K(0, 2), K(1, 2)));
+  setUniform(program, "lens_fold", static_cast<float>(std::min(lens.fold_radius, 1e6)));
+  glProgramUniform1fv(program.id(), locationOf(program, "lens_D"), 8, D.data());
   setUniform(program, "lens_is_fisheye", GLint{lens.model == calib::LensModel::Equidistant});
 }
 
@@ -112,18 +107,15 @@ void setUniform(const Program& program, const char* name, GLint value) {
 void setUniform(const Program& program, const char* name, float value) {
   glProgramUniform1f(program.id(), locationOf(program, name), value);
 }
-void setUniform(const Program& program, const char* name, const glm::vec2& value) {
-  glProgramUniform2fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
+void setUniform(const Program& program, const char* name, const Eigen::Vector2i& value) {
+  glProgramUniform2i(program.id(), locationOf(program, name), value.x(), value.y());
 }
-void setUniform(const Program& program, const char* name, const glm::vec3& value) {
-  glProgramUniform3fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
-}
-void setUniform(const Program& program, const char* name, const glm::vec4& value) {
-  glProgramUniform4fv(program.id(), locationOf(program, name), 1, glm::value_ptr(value));
-}
-void setUniform(const Program& program, const char* name, const glm::mat4& value) {
-  glProgramUniformMatrix4fv(program.id(), locationOf(program, name), 1, GL_FALSE,
-                            glm::value_ptr(value));
+void setFloats(const Program& program, const char* name, std::size_t count, const float* values) {
+  const GLint at = locationOf(program, name);
+  if (count == 2) glProgramUniform2fv(program.id(), at, 1, values);
+  if (count == 3) glProgramUniform3fv(program.id(), at, 1, values);
+  if (count == 4) glProgramUniform4fv(program.id(), at, 1, values);
+  if (count == 16) glProgramUniformMatrix4fv(program.id(), at, 1, GL_FALSE, values);
 }
 
 }  // namespace afterglow::render

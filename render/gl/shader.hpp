@@ -3,6 +3,7 @@
 /// vertices lie in their buffers.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
@@ -41,10 +42,13 @@ void setLens(const Program& program, const calib::Lens& lens);
 /// A uniform that the program does not use is ignored.
 void setUniform(const Program& program, const char* name, GLint value);  ///< a texture's unit, too
 void setUniform(const Program& program, const char* name, float value);
-void setUniform(const Program& program, const char* name, const glm::vec2& value);
-void setUniform(const Program& program, const char* name, const glm::vec3& value);
-void setUniform(const Program& program, const char* name, const glm::vec4& value);
-void setUniform(const Program& program, const char* name, const glm::mat4& value);
+void setFloats(const Program& program, const char* name, std::size_t count, const float* values);
+void setUniform(const Program& program, const char* name, const Eigen::Vector2i& value);
+/// Vectors and 4x4 matrices of floats, GLM's and Eigen's, whose columns follow each other.
+template <typename Floats, typename = std::enable_if_t<std::is_class_v<Floats>>>
+void setUniform(const Program& program, const char* name, const Floats& value) {
+  setFloats(program, name, sizeof(Floats) / sizeof(float), reinterpret_cast<const float*>(&value));
+}
 
 // ---------------------------------------------------------------------------------- vertices
 template <typename Vertex>

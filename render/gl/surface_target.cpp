@@ -8,39 +8,27 @@ SurfaceTarget::SurfaceTarget(int width, int height, const Texture& depth)
     : width_(width), height_(height), depth_(depth) {
   glTextureStorage2D(reflected_.id(), 1, GL_RGBA8, width, height);
   glTextureStorage2D(facing_.id(), 1, GL_RGBA8, width, height);
-  glTextureStorage2D(thrown_.id(), 1, GL_R11F_G11F_B10F, width, height);
-  for (const Texture* texture : {&reflected_, &facing_, &thrown_}) {
-    setSampling(*texture, GL_NEAREST);
-  }
+  setSampling(reflected_, GL_NEAREST);
+  setSampling(facing_, GL_NEAREST);
   glNamedFramebufferTexture(surfaces_.id(), GL_COLOR_ATTACHMENT0, reflected_.id(), 0);
   glNamedFramebufferTexture(surfaces_.id(), GL_COLOR_ATTACHMENT1, facing_.id(), 0);
   glNamedFramebufferTexture(surfaces_.id(), GL_DEPTH_STENCIL_ATTACHMENT, depth.id(), 0);
   const GLenum both[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glNamedFramebufferDrawBuffers(surfaces_.id(), 2, both);
-  glNamedFramebufferTexture(light_.id(), GL_COLOR_ATTACHMENT0, thrown_.id(), 0);
-  glNamedFramebufferTexture(light_.id(), GL_DEPTH_STENCIL_ATTACHMENT, depth.id(), 0);
   requireComplete(surfaces_, width, height);
-  requireComplete(light_, width, height);
 }
 
 void SurfaceTarget::beginSurfaces() {
   const float none[4] = {0, 0, 0, 0};
-  glBindFramebuffer(GL_FRAMEBUFFER, light_.id());
-  clearAll(width_, height_, {0, 0, 0});  // with depth and stencil
   glBindFramebuffer(GL_FRAMEBUFFER, surfaces_.id());
+  clearAll(width_, height_);  // with depth and stencil
   glClearBufferfv(GL_COLOR, 1, none);
-}
-
-void SurfaceTarget::beginThrown() {
-  glBindFramebuffer(GL_FRAMEBUFFER, light_.id());
-  glViewport(0, 0, width_, height_);
 }
 
 void SurfaceTarget::bind() const {
   glBindTextureUnit(kReflectedUnit, reflected_.id());
   glBindTextureUnit(kFacingUnit, facing_.id());
   glBindTextureUnit(kDepthUnit, depth_.id());
-  glBindTextureUnit(kThrownUnit, thrown_.id());
 }
 
 }  // namespace afterglow::render

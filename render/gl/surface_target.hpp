@@ -1,6 +1,6 @@
 /// \file
 /// What is seen of a room before it is lit: how each pixel's surface reflects, faces, and how deep
-/// it lies; and the light that a projector throws on it.
+/// it lies.
 #pragma once
 
 #include "render/gl/gl_handle.hpp"
@@ -10,7 +10,7 @@ namespace afterglow::render {
 class SurfaceTarget {
  public:
   /// Texture units that bind() takes.
-  static constexpr GLint kReflectedUnit = 0, kFacingUnit = 1, kDepthUnit = 2, kThrownUnit = 3;
+  static constexpr GLint kReflectedUnit = 0, kFacingUnit = 1, kDepthUnit = 2;
 
   /// Shares `depth`, depth and stencil of that size. Throws std::runtime_error if the driver cannot
   /// make it.
@@ -18,8 +18,6 @@ class SurfaceTarget {
 
   /// Clears all of it; surfaces (surface.frag and its like) are drawn into it from now on.
   void beginSurfaces();
-  /// Thrown light (lit.frag) is drawn from now on, onto the surfaces' depth.
-  void beginThrown();
   /// For those who read it.
   void bind() const;
 
@@ -27,8 +25,7 @@ class SurfaceTarget {
   int width_, height_;
   const Texture& depth_;
   Texture reflected_ = Texture::make(GL_TEXTURE_2D), facing_ = Texture::make(GL_TEXTURE_2D);
-  Texture thrown_ = Texture::make(GL_TEXTURE_2D);
-  Framebuffer surfaces_ = Framebuffer::make(), light_ = Framebuffer::make();
+  Framebuffer surfaces_ = Framebuffer::make();
 };
 
 }  // namespace afterglow::render

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/paint/workers.hpp"
+#include "render/compose/workers.hpp"
 
 namespace afterglow::render {
 

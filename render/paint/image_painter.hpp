@@ -7,13 +7,13 @@
 #include <map>
 #include <vector>
 
+#include "render/compose/workers.hpp"
 #include "render/paint/band_bins.hpp"
 #include "render/paint/canvas.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/point_brush.hpp"
 #include "render/paint/polygon_brush.hpp"
 #include "render/paint/step_expander.hpp"
-#include "render/paint/workers.hpp"
 
 namespace afterglow::render {
 

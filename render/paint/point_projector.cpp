@@ -17,14 +17,14 @@ constexpr std::size_t kBlock = 128;  // points a pass: small enough for the inne
 using Floats = std::array<float, kBlock>;
 using Ints = std::array<std::int32_t, kBlock>;
 
-/// a . (p - origin) + b, in floats.
+/// a . p + b, in floats.
 struct Row {
   float x, y, z, b;
-  Row(const Eigen::RowVector4d& row, const Eigen::Vector3d& origin)
+  explicit Row(const Eigen::RowVector4d& row)
       : x(static_cast<float>(row[0])),
         y(static_cast<float>(row[1])),
         z(static_cast<float>(row[2])),
-        b(static_cast<float>(row.dot(origin.homogeneous()))) {}
+        b(static_cast<float>(row[3])) {}
 };
 
 /// One worker's part of a cloud, and its results.
@@ -49,11 +49,11 @@ class PartProjector {
         flattened_(placement.flattened),
         gain_(placement.gain),
         origin_(origin),
-        x_(placement.P_optical_cloud.row(0), origin_.cast<double>()),
-        y_(placement.P_optical_cloud.row(1), origin_.cast<double>()),
-        z_(placement.P_optical_cloud.row(2), origin_.cast<double>()),
-        w_(placement.P_optical_cloud.row(3), origin_.cast<double>()),
-        height_(placement.height.transpose(), origin_.cast<double>()) {}
+        x_(placement.P_optical_cloud.row(0)),
+        y_(placement.P_optical_cloud.row(1)),
+        z_(placement.P_optical_cloud.row(2)),
+        w_(placement.P_optical_cloud.row(3)),
+        height_(placement.height.transpose()) {}
 
   void project(Part& part, ScreenPoint* out) const {
     Floats depth;
@@ -172,7 +172,7 @@ PointRun PointProjector::project(const PointCloud& cloud, const Color& color,
       std::find_if(list.begin(), list.end(), [](const auto& p) { return p.allFinite(); });
   if (origin == list.end() || !placement.P_optical_cloud.allFinite()) return run;
   if (points.size() < used + total) points.resize(used + total);
-  const PartProjector projector(lens_, cloud, color, placement, *origin);
+  const PartProjector projector(lens_, cloud, color, placement.from(*origin), *origin);
   std::vector<Part> parts(static_cast<std::size_t>(workers.sharers(total)));
   workers.share(total, [&](int worker, std::size_t begin, std::size_t end) {
     Part part;

@@ -7,21 +7,12 @@
 #include <vector>
 
 #include "calib/lens.hpp"
+#include "render/compose/thing_list.hpp"
+#include "render/compose/workers.hpp"
 #include "render/paint/screen_point.hpp"
-#include "render/paint/workers.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::render {
-
-/// A cloud's way to the image.
-struct PointPlacement {
-  /// From the cloud's own frame: its pose, then the layer's placement, then the projector's pose.
-  Eigen::Matrix4d P_optical_cloud = Eigen::Matrix4d::Identity();
-  /// Height over the surface = height . p_cloud; for flattened layers.
-  Eigen::Vector4d height = Eigen::Vector4d::Zero();
-  bool flattened = false;  ///< higher hides lower; else nearer hides farther
-  float gain = 1;          ///< multiplies r, g and b
-};
 
 /// Coordinates of a point, its distance from the cloud's first one, are floats: the error on the
 /// image is under 0.01 px for clouds of some ten meters wherever they are.

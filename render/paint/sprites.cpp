@@ -105,11 +105,11 @@ class PartProjector {
         list_(list),
         color_(color),
         shape_(list.shape),
-        placement_(placement),
+        placement_(placement.from(origin)),
         stride_(stride),
         origin_(origin),
-        P_(shifted(placement.P_optical_cloud, origin_).cast<float>()),
-        height_row_((placement.height.transpose() * shift(origin_)).cast<float>()) {}
+        P_(placement_.P_optical_cloud.cast<float>()),
+        height_row_(placement_.height.transpose().cast<float>()) {}
 
   void project(Part& part, Sprite* sprites, std::size_t first_corner, Corner* corners) const {
     for (std::size_t i = part.begin; i < part.end; ++i) {
@@ -128,15 +128,6 @@ class PartProjector {
   }
 
  private:
-  static Eigen::Matrix4d shift(const Vector3f& origin) {
-    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
-    T.topRightCorner<3, 1>() = origin.cast<double>();
-    return T;
-  }
-  static Eigen::Matrix4d shifted(const Eigen::Matrix4d& P, const Vector3f& origin) {
-    return P * shift(origin);
-  }
-
   std::uint32_t colorOf(std::size_t i) const {
     if (list_.colors != nullptr && i < list_.colors->size()) {
       return packedColor((*list_.colors)[i], color_.a, placement_.gain);
@@ -261,7 +252,7 @@ class PartProjector {
   const SpriteList& list_;
   const Color color_;
   const SpriteShape& shape_;
-  const PointPlacement& placement_;
+  const PointPlacement placement_;
   const std::size_t stride_;
   const Vector3f origin_;  ///< floats are differences to it
   const Eigen::Matrix4f P_;
@@ -282,24 +273,6 @@ std::size_t strideOf(const SpriteShape& shape) {
 }
 
 }  // namespace
-
-std::optional<SpriteList> spriteList(const Shape& shape) {
-  using Kind = SpriteShape::Kind;
-  if (const auto* list = std::get_if<ShapeList>(&shape)) {
-    const Kind kind = list->kind == ShapeList::Kind::Cubes ? Kind::Box : Kind::Ball;
-    return SpriteList{&list->points.get(), &list->colors.get(), nullptr, {kind, 0.5f * list->size}};
-  }
-  const auto* cloud = std::get_if<PointCloud>(&shape);
-  if (cloud == nullptr || cloud->style == PointStyle::Points) return std::nullopt;
-  const bool is_square =
-      cloud->style == PointStyle::Squares || cloud->style == PointStyle::FlatSquares;
-  const Kind kind = is_square                           ? Kind::Square
-                    : cloud->style == PointStyle::Boxes ? Kind::Box
-                                                        : Kind::Ball;
-  const float height = is_square && cloud->size_y > 0 ? cloud->size_y : cloud->size;
-  const Eigen::Vector3f size(cloud->size, height, cloud->size);
-  return SpriteList{&cloud->points.get(), nullptr, &cloud->colors.get(), {kind, 0.5f * size}};
-}
 
 void Sprites::makeRoom(std::size_t more, std::size_t more_corners) {
   if (all.size() < used + more) all.resize(used + used / 2 + more);

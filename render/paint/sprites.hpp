@@ -11,36 +11,13 @@
 
 #include "calib/lens.hpp"
 #include "render/compose/composed_image.hpp"
+#include "render/compose/workers.hpp"
 #include "render/paint/float_lens.hpp"
 #include "render/paint/point_projector.hpp"
 #include "render/paint/polygon_coverage.hpp"
-#include "render/paint/workers.hpp"
 #include "render/scene/scene.hpp"
 
 namespace afterglow::render {
-
-/// The thing at every point of a list. All in the list's own frame.
-struct SpriteShape {
-  enum class Kind { Square, Box, Ball } kind;
-  /// Half sizes along x, y and z; a square's along its own two axes.
-  Eigen::Vector3f half = Eigen::Vector3f::Ones();
-  Eigen::Vector3f right = Eigen::Vector3f::UnitX(), up = Eigen::Vector3f::UnitY();  ///< a square's
-  Eigen::Vector3f eye = Eigen::Vector3f::UnitZ();  ///< whose outline is wanted
-  bool eye_is_direction = false;                   ///< toward the eye
-};
-
-/// A drawable that is many small things alike. Points into the shape it was made of. Of `shape`,
-/// kind and sizes are set.
-struct SpriteList {
-  const PointList* points;
-  const ColorList* colors;           ///< of ShapeList
-  const ByteColorList* byte_colors;  ///< of PointCloud; one of the two is nullptr
-  SpriteShape shape;
-};
-
-/// Lists of cubes and spheres, and clouds of all styles but PointStyle::Points; absent: another
-/// shape.
-std::optional<SpriteList> spriteList(const Shape& shape);
 
 /// One on the image.
 struct Sprite {

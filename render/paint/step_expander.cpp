@@ -5,26 +5,6 @@
 #include "render/paint/screen_point.hpp"
 
 namespace afterglow::render {
-namespace {
-
-/// Directions and the eye, in the list's own frame.
-void setEye(const Eye& eye, const Eigen::Isometry3d& T_world_list, SpriteShape& shape) {
-  const Eigen::Isometry3d T_list_world = T_world_list.inverse();
-  shape.eye_is_direction = eye.parallel;
-  shape.eye = (eye.parallel ? Eigen::Vector3d(T_list_world.linear() * -eye.R_world_eye.col(2))
-                            : Eigen::Vector3d(T_list_world * eye.p_world))
-                  .cast<float>();
-  shape.right = (T_list_world.linear() * eye.R_world_eye.col(0)).cast<float>();
-  shape.up = (T_list_world.linear() * eye.R_world_eye.col(1)).cast<float>();
-}
-
-}  // namespace
-
-PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed) {
-  const Eigen::Matrix4d T_world_cloud = drawable.pose.matrix().matrix();
-  return {placed.P_optical_world * T_world_cloud, T_world_cloud.transpose() * placed.height,
-          placed.flattened, placed.gain};
-}
 
 void StepEnds::operator+=(const StepEnds& other) {
   vertices += other.vertices;
@@ -80,7 +60,7 @@ bool StepExpander::addSprites(const Drawable& drawable, const ComposedLayer& lay
   if (layer.relief != nullptr) return false;
   auto list = spriteList(drawable.shape);
   if (!list || !drawable.pose.matrix().matrix().allFinite()) return false;
-  setEye(layer.eye, drawable.pose.matrix(), list->shape);
+  list->shape.turnTo(layer.eye, drawable.pose.matrix());
   const auto piece = sprite_projector_.project(
       *list, drawable.color, pointPlacement(drawable, layer.placed), workers, out.sprites);
   if (piece && piece->count > 0) out.pieces.push_back(*piece);

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "render/compose/triangle_projector.hpp"
+#include "render/compose/workers.hpp"
 #include "render/paint/letter_projector.hpp"
 #include "render/paint/outline_projector.hpp"
 #include "render/paint/sprites.hpp"
-#include "render/paint/workers.hpp"
 
 namespace afterglow::render {
 
@@ -63,8 +63,5 @@ class StepExpander {
   OutlineProjector outline_projector_;
   std::vector<OutlinePoint> outline_points_;
 };
-
-/// The way of a cloud or list of the drawable to the image.
-PointPlacement pointPlacement(const Drawable& drawable, const Placed& placed);
 
 }  // namespace afterglow::render

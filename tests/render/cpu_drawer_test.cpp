@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/compose/light_composer.hpp"
+#include "tests/support/changing_scene.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
 
@@ -68,115 +69,20 @@ TEST(CpuDrawer, drawsTheRestOfAListThatBeginsWithWhatIsNotFinite) {
   }
 }
 
-/// Of any shape but a mesh, of a color that may be translucent, somewhere before the lens.
-Drawable randomDrawable(std::mt19937& random, const SharedBody& letters) {
-  std::uniform_real_distribution<float> unit(0, 1);
-  const auto between = [&](float low, float high) { return low + (high - low) * unit(random); };
-  const Eigen::Vector3f size(between(0.02f, 0.3f), 0.1f, between(0.02f, 0.2f));
-  PointCloud squares;
-  squares.style = PointStyle::Squares;
-  squares.size = 0.02f;
-  PointList few;
-  for (int i = 0; i < 30; ++i) {
-    few.emplace_back(between(-0.2f, 0.2f), between(-0.2f, 0.2f), between(-0.1f, 0.1f));
-  }
-  squares.points = few;
-  PointCloud pixels = squares;
-  pixels.style = PointStyle::Points;
-  pixels.size = 3;
-  Lines lines;
-  lines.points = few;
-  lines.colors = ColorList(few.size(), Color{1, between(0, 1), 0, 1});
-  ShapeList list;
-  list.points = few;
-  list.size = Eigen::Vector3f::Constant(0.03f);
-  list.kind = unit(random) < 0.5f ? ShapeList::Kind::Cubes : ShapeList::Kind::Spheres;
-  const std::vector<Shape> shapes = {Arrow{}, Cube{size}, Sphere{size}, Cylinder{size}, lines,
-                                     list, Triangles{few, {}}, Text{letters}, squares,
-                                     pixels};
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.rotate(Eigen::AngleAxisd(double(between(0, 3)), Eigen::Vector3d(1, 2, 3).normalized()));
-  T.translation() = Eigen::Vector3f(between(-0.6f, 0.6f), between(-0.4f, 0.4f), between(1.1f, 1.9f))
-                        .cast<double>();
-  return {Rigid<World, World>(T), shapes[random() % shapes.size()],
-          {between(0, 1), between(0, 1), between(0, 1), unit(random) < 0.7f ? 1 : 0.5f}};
-}
-
-/// Changes something, or nothing.
-void change(std::mt19937& random, const SharedBody& letters, Scene& scene, Eigen::Isometry3d& T) {
-  auto& drawables = scene.layers[random() % scene.layers.size()].drawables;
-  Drawable& one = drawables[random() % drawables.size()];
-  switch (random() % 12) {
-    case 0:
-      drawables.insert(drawables.begin(), randomDrawable(random, letters));
-      break;
-    case 1:
-      if (drawables.size() > 3) drawables.pop_back();
-      break;
-    case 2:
-      std::swap(one, drawables.back());
-      break;
-    case 3:
-      T.translation().x() += 0.01;
-      break;
-    case 4:
-      scene.surfaces[0].polygon[0].x() -= 0.05;
-      break;
-    case 5:
-      scene.layers[1].gain *= 0.9f;
-      break;
-    case 6:
-      one.color.a = one.color.a == 1 ? 0.6f : 1;
-      break;
-    case 7:
-      scene.layers.push_back(scene.layers[0]);
-      break;
-    case 8:
-      if (scene.layers.size() > 2) scene.layers.pop_back();
-      break;
-    case 9:
-      break;
-    default:
-      one = randomDrawable(random, letters);
-  }
-}
-
 TEST(CpuDrawer, drawsAnImageAfterOthersAsIfItWereTheFirst) {
-  Body letter;
-  letter.points = {{0, 0, 0}, {0.2f, 0, 0}, {0, 0.3f, 0}};
-  letter.triangles = {{0, 1, 2}};
-  letter.outline = {{0, 1}, {1, 2}, {2, 0}};
-  const auto letters = std::make_shared<const Body>(letter);
-  std::mt19937 random(11);
-  Eigen::Isometry3d T_world_board = Eigen::Isometry3d::Identity();
-  T_world_board.translation().z() = 1.5;
-  const SurfacePatch board{
-      "board", Rigid<World, Surface>(T_world_board), {{-0.5, -0.4}, {0.5, -0.4}, {0, 0.4}}};
-  T_world_board.translation() = Eigen::Vector3d(0.2, 0.1, 1.3);
-  const SurfacePatch before{
-      "before", Rigid<World, Surface>(T_world_board), {{0, 0}, {0.1, 0}, {0.1, 0.2}}};
-  Scene scene{{Layer{}, Layer{}}, {before, board}};
-  scene.layers[1].placement = Placement::Drape;
-  scene.layers[1].surface = board;
-  for (Layer& layer : scene.layers) {
-    for (int i = 0; i < 30; ++i) {
-      layer.drawables.push_back(randomDrawable(random, letters));
-    }
-  }
+  test::ChangingScene changing;
   LightComposer composer(kLens);
   CpuDrawer drawer(kLens, 3);
   Image image{kLens.width, kLens.height, {}};
-  Eigen::Isometry3d T_projector_world = Eigen::Isometry3d::Identity();
   for (int i = 0; i < 100; ++i) {
-    const ComposedImage& composed =
-        composer.compose(scene, Rigid<Projector, World>(T_projector_world));
+    const ComposedImage& composed = composer.compose(changing.scene, changing.T_projector_world());
     image.rgb.assign(std::size_t{3} * 320 * 200, 99);
     drawer.draw(composed, image);
     Image first{kLens.width, kLens.height, {}};
     first.rgb.resize(image.rgb.size());
     CpuDrawer(kLens, 1).draw(composed, first);
     ASSERT_EQ(image.rgb, first.rgb) << "image " << i;
-    change(random, letters, scene, T_projector_world);
+    changing.change();
   }
   EXPECT_GT(test::litPixels(image), 1000);
 }

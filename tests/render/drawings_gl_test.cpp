@@ -5,6 +5,7 @@
 #include <random>
 
 #include "render/scene/typeface.hpp"
+#include "tests/support/changing_scene.hpp"
 #include "tests/support/gl_context.hpp"
 #include "tests/support/image_measures.hpp"
 #include "tests/support/optics.hpp"
@@ -197,7 +198,7 @@ TEST_F(Drawings, ofSmallThingsByTheThousandAreAlike) {
     layer.surface = SurfacePatch{"wall", Rigid<World, Surface>(T), {}};
     layer.drawables[0].color.a = 0.5f;
     const Difference draped = difference({{layer}}, lens_, false);
-    EXPECT_NEAR(draped.area, 0, 5e-3);
+    EXPECT_NEAR(draped.area, 0, 7e-3);  // each GPU has its four samples elsewhere
     EXPECT_LT(draped.mean, 0.3);
   }
 }
@@ -278,6 +279,62 @@ TEST_F(Drawings, ofSeveralProjectorsMayBeBegunBeforeAnyIsFinished) {
     EXPECT_EQ(image.rgb, right_alone.rgb);
     left.finish(image);
     EXPECT_EQ(image.rgb, left_alone.rgb);
+  }
+}
+
+TEST_F(Drawings, afterOthersAreAsIfTheyWereTheFirst) {
+  test::ChangingScene changing;
+  ProjectorRenderer renderer(context(), lens_, Drawing::Gl);
+  for (int i = 0; i < 40; ++i) {
+    const auto T = changing.T_projector_world();
+    const Image image = renderer.render(changing.scene, T);
+    ASSERT_EQ(image.rgb,
+              ProjectorRenderer(context(), lens_, Drawing::Gl).render(changing.scene, T).rgb)
+        << "image " << i;
+    changing.change();
+  }
+}
+
+TEST_F(Drawings, ofAListWhosePointsOrColorsChangeAreNew) {
+  ProjectorRenderer renderer(context(), lens_, Drawing::Gl);
+  PointCloud cloud = wall(5000, 3, true);
+  for (int i = 0; i < 4; ++i) {
+    const Scene scene{{layerOf(cloud)}};
+    EXPECT_EQ(renderer.render(scene, {}).rgb, drawn(scene, Drawing::Gl, lens_).rgb) << i;
+    if (i % 2 == 0) cloud.colors.edit()[7] = {255, 0, 0, 255};
+    if (i % 2 == 1) cloud.points.edit()[7].x() += 0.05f;
+  }
+}
+
+TEST_F(Drawings, leaveOutWhatIsNotFiniteAlike) {
+  for (const PointStyle style : {PointStyle::Points, PointStyle::Squares, PointStyle::Boxes,
+                                 PointStyle::Spheres}) {
+    PointCloud cloud = wall(800, style == PointStyle::Points ? 3 : 0.012f, true);
+    cloud.style = style;
+    for (std::size_t i = 0; i < 800; i += 7) {
+      cloud.points.edit()[i][static_cast<Eigen::Index>(i % 3)] = i % 2 == 0 ? std::nanf("") : 1e38f;
+    }
+    const Difference found = difference({{layerOf(cloud)}}, lens_, false);
+    EXPECT_NEAR(found.area, 0, 5e-3) << static_cast<int>(style);
+    EXPECT_LT(found.mean, 0.4) << static_cast<int>(style);
+  }
+}
+
+/// From before the lens, where one fills much of the image, to far away.
+TEST_F(Drawings, ofThingsNearTheLensAreAlike) {
+  for (const PointStyle style : {PointStyle::Squares, PointStyle::Spheres, PointStyle::Boxes}) {
+    PointCloud cloud;
+    cloud.style = style;
+    cloud.size = 0.03f;
+    for (int i = 0; i < 600; ++i) {
+      const float z = -0.1f + 0.004f * static_cast<float>(i);
+      cloud.points.emplace_back(0.4f * z * std::sin(2.f * static_cast<float>(i)),
+                                0.3f * z * std::cos(3.f * static_cast<float>(i)), z);
+      cloud.colors.push_back({static_cast<std::uint8_t>(i), 255, static_cast<std::uint8_t>(i / 3), 255});
+    }
+    const Difference found = difference({{layerOf(cloud)}}, lens_, false);
+    EXPECT_NEAR(found.area, 0, 5e-3) << static_cast<int>(style);
+    EXPECT_LT(found.mean, 1) << static_cast<int>(style);
   }
 }
 

@@ -62,11 +62,11 @@ TEST_F(GlContextTest, drawsOnByTheCpuWhenItIsLost) {
 
 TEST_F(GlContextTest, compileErrorsNameFileAndLine) {
   try {
-    makeProgram({{GL_FRAGMENT_SHADER, {"room_light.glsl", "lit.frag"}}});  // lens.glsl is missing
+    makeProgram({{GL_FRAGMENT_SHADER, {"room_light.glsl", "sent_light.glsl"}}});  // lens.glsl is missing
     FAIL() << "compiled";
   } catch (const std::runtime_error& error) {
-    const std::string text = error.what();
-    EXPECT_NE(text.find("lit.frag:28("), std::string::npos) << text;
+    const std::string text = error.what();  // the rest of it is each driver's own
+    EXPECT_NE(text.find("sent_light.glsl:7"), std::string::npos) << text;
   }
   EXPECT_THROW(makeProgram({{GL_VERTEX_SHADER, {"none.vert"}}}), std::logic_error);
 }

@@ -1,4 +1,4 @@
-#include "render/paint/workers.hpp"
+#include "render/compose/workers.hpp"
 
 #include <sched.h>
 
