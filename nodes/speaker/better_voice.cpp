@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
+#include <vector>
 
 #include "nodes/tools/program.hpp"
 
@@ -32,6 +33,20 @@ class WavFile {
       (std::filesystem::temp_directory_path(no_folder_) / "afterglow_speech_XXXXXX.wav").string();
 };
 
+/// By a program that takes the WAV file to write, and what to say, as these two take them.
+Sound sayBy(std::vector<std::string> command, const std::string& text) {
+  const WavFile file;
+  for (const std::string& word : {std::string("-w"), file.path(), std::string("--"), text}) {
+    command.push_back(word);
+  }
+  const ProgramResult result = runProgram(command);
+  if (result.status != 0) {
+    throw std::runtime_error(command.front() + " ended with status " +
+                             std::to_string(result.status) + " on \"" + text + "\"");
+  }
+  return readWav(file.path());
+}
+
 }  // namespace
 
 std::string mbrolaVoice() {
@@ -55,16 +70,21 @@ SpeechEngine chooseEngine(const std::string& wanted, const std::string& voice) {
                                      : "and has to be auto, pico, mbrola or espeak"));
 }
 
-Sound sayByPico(const std::string& text, const std::string& voice) {
-  const WavFile file;
-  const std::string language = voice.rfind("en-gb", 0) == 0 ? "en-GB" : "en-US";
-  const ProgramResult result =
-      runProgram({"pico2wave", "-l", language, "-w", file.path(), "--", text});
-  if (result.status != 0) {
-    throw std::runtime_error("pico2wave ended with status " + std::to_string(result.status) +
-                             " on \"" + text + "\"");
+bool hasEspeakVoice(const std::string& voice) {
+  if (!hasProgram("espeak-ng")) {
+    throw std::runtime_error("espeak-ng is not installed (package espeak-ng): nothing can be said");
   }
-  return readWav(file.path());
+  return runProgram({"espeak-ng", "-q", "-v", voice, "--", ""}).status == 0;
+}
+
+Sound sayByEspeak(const std::string& text, const std::string& voice, int words_per_minute) {
+  const std::string utf8 = "1";
+  return sayBy({"espeak-ng", "-b", utf8, "-v", voice, "-s", std::to_string(words_per_minute)},
+               text);
+}
+
+Sound sayByPico(const std::string& text, const std::string& voice) {
+  return sayBy({"pico2wave", "-l", voice.rfind("en-gb", 0) == 0 ? "en-GB" : "en-US"}, text);
 }
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,7 @@
 /// \file
-/// Voices that are more pleasant than eSpeak NG's own, where somebody has installed them: SVOX
-/// Pico's (pico2wave), and MBROLA's, which eSpeak NG drives. Debian has neither in main.
+/// The programs that speak: eSpeak NG, and voices that are more pleasant than its own, where
+/// somebody has installed them: SVOX Pico's (pico2wave), and MBROLA's, which eSpeak NG drives.
+/// Debian has neither in main.
 #pragma once
 
 #include <string>
@@ -19,6 +20,12 @@ SpeechEngine chooseEngine(const std::string& wanted, const std::string& voice);
 /// eSpeak NG's name of an installed voice of MBROLA, such as "mb-us1"; empty: there is none.
 std::string mbrolaVoice();
 
+/// Whether eSpeak NG has a voice of that name. Throws std::runtime_error if eSpeak NG is not
+/// installed.
+bool hasEspeakVoice(const std::string& voice);
+
+/// By eSpeak NG. Throws std::runtime_error if the program fails.
+Sound sayByEspeak(const std::string& text, const std::string& voice, int words_per_minute);
 /// By pico2wave, in the English of that voice ("en-gb..." British, otherwise American). Throws
 /// std::runtime_error if the program fails.
 Sound sayByPico(const std::string& text, const std::string& voice);

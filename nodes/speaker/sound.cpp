@@ -15,7 +15,7 @@ namespace {
 constexpr double kLongest_s = 600;  // keeps a stray file from filling the memory
 
 constexpr int kRate = 22050;  // Hz
-constexpr double kTone_s = 0.12, kGap_s = 0.08, kRest_s = 0.6, kEdge_s = 0.01;
+constexpr double kTone_s = 0.12, kGap_s = 0.08, kRest_s = 0.6, kFade_s = 0.01;
 constexpr double kLoudness = 0.4;
 constexpr double kTurn = 6.283185307179586;
 
@@ -27,7 +27,7 @@ void append(Sound& sound, double hertz, double seconds) {
   const auto count = static_cast<int>(seconds * kRate);
   for (int i = 0; i < count; ++i) {
     const double t = static_cast<double>(i) / kRate;
-    const double edge = std::clamp(std::min(t, seconds - t) / kEdge_s, 0.0, 1.0);  // no clicks
+    const double edge = std::clamp(std::min(t, seconds - t) / kFade_s, 0.0, 1.0);  // no clicks
     sound.samples.push_back(static_cast<std::int16_t>(
         std::lround(32767 * kLoudness * edge * std::sin(kTurn * hertz * t))));
   }

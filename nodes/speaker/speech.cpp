@@ -1,7 +1,5 @@
 #include "nodes/speaker/speech.hpp"
 
-#include <espeak-ng/speak_lib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -15,13 +13,6 @@ constexpr std::size_t kLongestText = 4000;   // bytes; about five minutes
 constexpr std::size_t kMostRemembered = 64;  // sentences
 constexpr double kEdge_s = 0.005;            // kept before and after what can be heard
 constexpr int kAudible = 160;                // of 32767: 46 dB below full scale
-
-int takeSamples(short* samples, int count, espeak_EVENT* events) {
-  if (samples == nullptr || count <= 0) return 0;
-  auto* sink = static_cast<std::vector<std::int16_t>*>(events->user_data);
-  sink->insert(sink->end(), samples, samples + count);
-  return 0;
-}
 
 /// Cuts silence at both ends: onset and duration are then those of what is heard.
 void trim(Sound& sound) {
@@ -52,25 +43,10 @@ std::vector<std::string> voicesLike(const std::string& name) {
   return {name, whole + speaker, language, whole};
 }
 
-/// eSpeak NG's sample rate. It is started once and never ended: espeak_Terminate of 1.51 may wait
-/// for ever for its own thread (fifo.c), and the process's end does as well.
-int startEngine() {
-  static const int sample_rate =
-      espeak_Initialize(AUDIO_OUTPUT_SYNCHRONOUS, 0, nullptr, espeakINITIALIZE_DONT_EXIT);
-  if (sample_rate <= 0) {
-    throw std::runtime_error(
-        "cannot start eSpeak NG: its data are missing (package espeak-ng-data)");
-  }
-  espeak_SetSynthCallback(takeSamples);
-  return sample_rate;
-}
-
 }  // namespace
 
 Speech::Speech(const SpeechOptions& options)
-    : options_(options),
-      engine_(chooseEngine(options.engine, options.voice)),
-      sample_rate_(startEngine()) {
+    : options_(options), engine_(chooseEngine(options.engine, options.voice)) {
   if (engine_ == SpeechEngine::Mbrola) options_.voice = mbrolaVoice();
   knownVoice(options_.voice);
 }
@@ -83,8 +59,9 @@ std::string Speech::defaultVoice() const {
 std::string Speech::knownVoice(const std::string& requested) {
   const bool festival = requested.rfind("voice_", 0) == 0;
   const std::string& voice = requested.empty() || festival ? options_.voice : requested;
+  if (const auto known = voices_.find(voice); known != voices_.end()) return known->second;
   for (const std::string& like : voicesLike(voice)) {
-    if (isVoiceName(like) && espeak_SetVoiceByName(like.c_str()) == EE_OK) return like;
+    if (isVoiceName(like) && hasEspeakVoice(like)) return voices_[voice] = like;
   }
   throw std::runtime_error("no voice \"" + voice +
                            "\" (espeak-ng --voices lists those there are)");
@@ -106,18 +83,9 @@ std::shared_ptr<const Sound> Speech::say(const std::string& text, const std::str
 }
 
 Sound Speech::synthesize(const std::string& text, const std::string& voice) {
-  if (engine_ == SpeechEngine::Pico && voice == options_.voice) {
-    Sound said = sayByPico(text, voice);
-    trim(said);
-    return said;
-  }
-  Sound sound{sample_rate_, 1, {}};
-  espeak_SetParameter(espeakRATE, options_.words_per_minute, 0);
-  const espeak_ERROR error = espeak_Synth(text.c_str(), text.size() + 1, 0, POS_CHARACTER, 0,
-                                          espeakCHARS_UTF8, nullptr, &sound.samples);
-  if (error != EE_OK) {
-    throw std::runtime_error("eSpeak NG cannot say \"" + text + "\" with voice " + voice);
-  }
+  const bool is_pico = engine_ == SpeechEngine::Pico && voice == options_.voice;
+  Sound sound =
+      is_pico ? sayByPico(text, voice) : sayByEspeak(text, voice, options_.words_per_minute);
   trim(sound);
   return sound;
 }

@@ -1,5 +1,6 @@
 /// \file
-/// Text into sound, through eSpeak NG, or a more pleasant voice that is installed.
+/// Text into sound, by eSpeak NG or a more pleasant voice that is installed: programs that run for
+/// each new sentence, some 30 ms. Whoever wants it to sound at a moment tells it ahead.
 #pragma once
 
 #include <map>
@@ -15,16 +16,14 @@ namespace afterglow::nodes {
 struct SpeechOptions {
   std::string voice = "en-us";  ///< where a request names none
   int words_per_minute = 160;   ///< 80..450; pico2wave has a pace of its own
-  /// Where a request names none, too: chooseEngine().
-  std::string engine = "espeak";
+  std::string engine = "espeak";  ///< where a request names no voice, too: chooseEngine()
 };
 
-/// Keeps the sound of each sentence, so that a sentence said again starts at once. eSpeak NG has
-/// one state for the whole process: use all instances from one thread.
+/// Keeps the sound of each sentence, so that a sentence said again starts at once. Of one thread.
 class Speech {
  public:
-  /// Throws std::runtime_error if eSpeak NG's data are missing, the default voice is unknown, or
-  /// the engine is not installed.
+  /// Throws std::runtime_error if eSpeak NG or the engine is not installed, or the default voice is
+  /// unknown.
   explicit Speech(const SpeechOptions& options = {});
 
   /// The sentence, mono, from its first audible sample to its last. Festival's voice names
@@ -43,7 +42,7 @@ class Speech {
 
   SpeechOptions options_;
   SpeechEngine engine_;
-  int sample_rate_ = 0;
+  std::map<std::string, std::string> voices_;  ///< those that speak, by those that were asked for
   std::map<std::pair<std::string, std::string>, std::shared_ptr<const Sound>> said_;
 };
 

@@ -7,8 +7,6 @@
 #include <stdexcept>
 
 #include "nodes/conversion/sound_request.hpp"
-#include "nodes/speaker/sound.hpp"
-#include "nodes/tools/program.hpp"
 #include "replay/ask/said.hpp"
 
 namespace afterglow::nodes {
@@ -19,16 +17,6 @@ using sound_play::SoundRequest;
 
 constexpr double kEndless_s = 1e9;
 constexpr double kPerByte_s = 0.065;  // about eSpeak NG's pace, for what cannot be heard
-
-/// By the program that speaks; the WAV file is one to write.
-Sound spoken(const std::string& text, const std::string& voice, const std::string& wav) {
-  const fs::path speaker = fs::read_symlink("/proc/self/exe").parent_path() / "speaker_node";
-  const ProgramResult result = runProgram({speaker.string(), "--wav", wav, voice, text});
-  if (result.status != 0) {
-    throw std::runtime_error(result.output.substr(0, result.output.find('\n')));
-  }
-  return readWav(wav);
-}
 
 double secondsBetween(std::int64_t from_ns, std::int64_t to_ns) {
   return static_cast<double>(to_ns - from_ns) * 1e-9;
@@ -80,10 +68,10 @@ void RecordedSpeech::take(replay::Stamp moment, const SoundRequest& request) {
 
 void RecordedSpeech::speak(Utterance& utterance) {
   try {
-    const Sound sound = spoken(utterance.text, utterance.voice,
-                               (fs::path(folder_) / "spoken.wav").string());
-    utterance.duration_s = std::min(utterance.duration_s, sound.seconds());
-    log_.add(utterance, sound);
+    if (!speech_) speech_.emplace(SpeechOptions{"en-us", 160, "auto"});
+    const auto sound = speech_->say(utterance.text, utterance.voice);
+    utterance.duration_s = std::min(utterance.duration_s, sound->seconds());
+    log_.add(utterance, *sound);
     log_path_ = (fs::path(folder_) / "speech.json").string();
   } catch (const std::exception& error) {
     const double about_s = 0.5 + kPerByte_s * static_cast<double>(utterance.text.size());

@@ -4,16 +4,18 @@
 
 #include <sound_play/SoundRequest.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "nodes/speaker/speech.hpp"
 #include "nodes/speaker/speech_log.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
 
-/// The sentences that were asked of sound_play, spoken by the speaker_node that lies beside this
-/// program: what links eSpeak NG stays apart. They sound from the moment of their recording.
+/// The sentences that were asked of sound_play, spoken again. They sound from the moment of their
+/// recording.
 class RecordedSpeech {
  public:
   /// Keeps sounds and speech.json in the folder, which is there and empty. Throws
@@ -36,6 +38,7 @@ class RecordedSpeech {
   const std::string folder_;
   std::string log_path_, problem_;
   SpeechLog log_;
+  std::optional<Speech> speech_;       ///< made for the first sentence
   std::vector<Utterance> utterances_;  ///< in the order of their onsets
 };
 

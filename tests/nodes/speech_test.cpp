@@ -80,7 +80,7 @@ TEST(Speech, fallsBackToAnotherVoiceOfTheLanguage) {
   EXPECT_GT(speech.say("Why?", "en-gb+f3")->seconds(), 0.1) << "Debian 12 names it en+f3";
   EXPECT_GT(speech.say("Why?", "en-nowhere+f3")->seconds(), 0.1);
   EXPECT_GT(speech.say("Why?", "en-us+nobody")->seconds(), 0.1);
-  EXPECT_EQ(speech.say("Why?", "en-nowhere"), speech.say("Why?", "en"));
+  EXPECT_GT(speech.say("Why?", "en-nowhere")->seconds(), 0.1);
   EXPECT_EQ(refusal(speech, "Why?", "xx-nowhere+f3"),
             "no voice \"xx-nowhere+f3\" (espeak-ng --voices lists those there are)");
 }
@@ -115,10 +115,11 @@ TEST(Speech, usesAPleasantVoiceThatIsInstalled) {
   EXPECT_EQ(Speech({"de", 160, "auto"}).defaultVoice(), "eSpeak NG, voice de");
   EXPECT_EQ(Speech({"en-us", 160, "espeak"}).defaultVoice(), "eSpeak NG, voice en-us");
   setenv("PATH", folder.path("nothing").c_str(), 1);
+  EXPECT_THROW(Speech({"en-us", 160, "auto"}), std::runtime_error) << "espeak-ng is missing";
+  setenv("PATH", path.c_str(), 1);
   EXPECT_EQ(Speech({"en-us", 160, "auto"}).defaultVoice(), "eSpeak NG, voice en-us");
   EXPECT_THROW(Speech({"en-us", 160, "pico"}), std::runtime_error);
   EXPECT_THROW(Speech({"en-us", 160, "festival"}), std::runtime_error);
-  setenv("PATH", path.c_str(), 1);
 }
 
 }  // namespace
