@@ -1,20 +1,23 @@
-// An image's samples as the bytes that the CPU wants: r, g, b, row by row. Four pixels are three
-// words.
+// An image's samples, or its painted pixels, as the bytes that the CPU wants: r, g, b, row by row.
+// Four pixels are three words.
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) writeonly buffer Rgb { uint words[]; };
+layout(std430, binding = 5) readonly buffer Painted { uint painted[]; };
 
 uniform sampler2DMS samples;
-uniform int sample_count;
+uniform ivec2 image_size;
+uniform bool is_painted;
 
 uvec3 pixel(uint i) {
-  ivec2 size = textureSize(samples), at = ivec2(i % uint(size.x), i / uint(size.x));
+  if (is_painted) return uvec3(painted[i], painted[i] >> 8, painted[i] >> 16) & 255u;
+  ivec2 at = ivec2(i % uint(image_size.x), i / uint(image_size.x));
   vec3 sum = vec3(0.0);
-  for (int k = 0; k < sample_count; ++k) sum += texelFetch(samples, at, k).rgb;
-  return uvec3(255.0 * sum / float(sample_count) + 0.5);
+  for (int k = 0; k < 4; ++k) sum += texelFetch(samples, at, k).rgb;
+  return uvec3(255.0 / 4.0 * sum + 0.5);
 }
 
 void main() {
-  uint i = gl_GlobalInvocationID.x, last = uint(textureSize(samples).x * textureSize(samples).y) - 1u;
+  uint i = gl_GlobalInvocationID.x, last = uint(image_size.x * image_size.y) - 1u;
   if (4u * i > last) return;
   uvec3 a = pixel(4u * i), b = pixel(min(4u * i + 1u, last)), c = pixel(min(4u * i + 2u, last)),
         d = pixel(min(4u * i + 3u, last));

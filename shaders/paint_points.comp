@@ -1,12 +1,13 @@
 // The light of points, tile by tile: a square of size_px pixels around each center gives each pixel
 // the share that it covers, so that the centroid is exact at every size and position. The nearest
-// comes first, until nothing behind is seen. Needs tiles.glsl.
+// comes first, until nothing behind is seen. Either over what is painted already, or by itself, four
+// samples a pixel, for points.frag to lay over what is drawn. Needs tiles.glsl.
 layout(local_size_x = 16, local_size_y = 16) in;
-layout(std430, binding = 5) writeonly buffer Painted { uint painted[]; };  // times alpha; by sample
+layout(std430, binding = 5) buffer Painted { uint painted[]; };  // times alpha; by sample
 
 uniform ivec2 image_size;
 uniform int sample_count;
-uniform sampler2DMS depths;  // what is before points, where there are several samples
+uniform sampler2DMS depths;  // what may be before the points, where there are several samples
 
 bool isAfter(uvec2 a, uvec2 b) { return a.x > b.x || (a.x == b.x && a.y > b.y); }
 
@@ -58,6 +59,10 @@ void paint(ivec2 at, Tile tile) {
     }
   }
   int first = sample_count * (at.y * image_size.x + at.x);
+  if (sample_count == 1) {
+    light[0] += through[0] * unpackUnorm4x8(painted[first]).rgb;
+    through[0] = 0.0;
+  }
   for (int s = 0; s < sample_count; ++s) {
     painted[first + s] = packUnorm4x8(vec4(light[s], 1.0 - through[s]));
   }
@@ -65,6 +70,7 @@ void paint(ivec2 at, Tile tile) {
 
 void main() {
   Tile tile = tiles[gl_WorkGroupID.y * uint(tile_count.x) + gl_WorkGroupID.x];
+  if (tile.count == 0u && sample_count == 1) return;
   sortItems(tile.begin, tile.count);
   ivec2 first = tile_px * ivec2(gl_WorkGroupID.xy) + ivec2(gl_LocalInvocationID.xy);
   for (int y = 0; y < tile_px; y += 16) {

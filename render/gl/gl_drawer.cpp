@@ -146,9 +146,11 @@ class GlScreen {
     setAttribute<glm::u8vec4>(triangle_array_, 2, offsetof(LightVertex, color));
   }
 
-  /// `is_soft`: it is points alone, without masks.
-  void begin(bool is_soft) {
-    target_.begin(is_soft);
+  /// `is_painted`: it is points alone, without masks.
+  void begin(bool is_painted) {
+    is_painted_ = is_painted;
+    if (is_painted) return lists_.beginPainting();
+    target_.begin();
     const auto margin = static_cast<int>(kPointMargin);
     glViewport(-margin, -margin, target_.width() + 2 * margin, target_.height() + 2 * margin);
     glEnable(GL_MULTISAMPLE);
@@ -160,6 +162,10 @@ class GlScreen {
 
   /// `mask`: nullptr: light may go anywhere.
   void draw(const LayerLight& light, const LightMask* mask, const GpuTriangles& masks) {
+    if (is_painted_) {
+      for (const Piece& piece : light.pieces) lists_.drawPoints(light.lists[piece.first], nullptr);
+      return;
+    }
     const bool is_flattened = light.layer.placed.flattened;
     if (is_flattened || was_flattened_) {
       glDepthMask(GL_TRUE);
@@ -172,7 +178,7 @@ class GlScreen {
     }
     for (const Piece& piece : light.pieces) draw(light, piece, mask != nullptr);
   }
-  void finish() { target_.beginReading(); }
+  void finish() { target_.beginReading(is_painted_ ? &lists_.painted() : nullptr); }
   void read(Image& image, Workers& workers) { target_.read(image, workers); }
   ListPainter& lists() { return lists_; }
 
@@ -212,7 +218,7 @@ class GlScreen {
     glStencilMask(0);
     glStencilFunc(is_masked ? GL_EQUAL : GL_ALWAYS, kInOutline, kInOutline);
     if (piece.kind == Piece::Kind::Points) {
-      return lists_.drawPoints(light.lists[piece.first], target_.depths(), target_.samples());
+      return lists_.drawPoints(light.lists[piece.first], &target_.depths());
     }
     use(light.triangles);
     const auto shapes = [&] {
@@ -262,7 +268,7 @@ class GlScreen {
   Program triangle_program_;
   VertexArray triangle_array_ = VertexArray::make();
   GLuint translucent_id_ = 0;
-  bool was_flattened_ = false;
+  bool was_flattened_ = false, is_painted_ = false;
 };
 
 class GlDrawer final : public ImageDrawer {
@@ -282,14 +288,14 @@ class GlDrawer final : public ImageDrawer {
     masks_.begin(composed);
     TriangleExpander::send(masks_, lists.upload(), gpu_masks_);
     layers_.resize(composed.layers.size());
-    bool is_soft = composed.masks.empty();
+    bool is_painted = composed.masks.empty();
     for (std::size_t i = 0; i < layers_.size(); ++i) {
       expand(composed.layers[i], layers_[i]);
-      is_soft = is_soft && std::all_of(layers_[i].pieces.begin(), layers_[i].pieces.end(),
+      is_painted = is_painted && std::all_of(layers_[i].pieces.begin(), layers_[i].pieces.end(),
                                        [](const Piece& piece) { return piece.kind == Piece::Kind::Points; });
     }
     lists.end();
-    screen_->begin(is_soft);
+    screen_->begin(is_painted);
     for (const LayerLight& light : layers_) {
       const int mask = light.layer.mask;
       screen_->draw(light, mask < 0 ? nullptr : &masks_.masks[static_cast<std::size_t>(mask)], gpu_masks_);

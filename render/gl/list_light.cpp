@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "render/compose/triangle_projector.hpp"
+#include "render/gl/render_target.hpp"
 #include "render/gl/shader.hpp"
 
 namespace afterglow::render {
@@ -171,27 +172,47 @@ void ListPainter::bind(const Program& program, const ListLight& light) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, colors.id());
 }
 
-void ListPainter::drawPoints(const ListLight& light, const Texture& depths, int samples) {
+void ListPainter::beginPainting() {
+  painted_.reserve(4 * static_cast<std::size_t>(image_size_.prod()));
+  glClearNamedBufferSubData(painted_.buffer.id(), GL_R32UI, 0, 4 * GLsizeiptr{image_size_.prod()},
+                            GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+}
+
+void ListPainter::drawPoints(const ListLight& light, const Texture* depths) {
   if (light.list->count == 0) return;
+  paint(light, depths);
+  if (depths == nullptr) return;
+  setUniform(lay_program_, "image_size", image_size_);
+  glUseProgram(lay_program_.id());
+  glBindVertexArray(no_vertices_.id());
+  glDisable(GL_DEPTH_TEST);
+  glDepthMask(GL_FALSE);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void ListPainter::paint(const ListLight& light, const Texture* depths) {
   int tile_px = kLeastTile;
   while (static_cast<float>(tile_px) < light.size_px) tile_px *= 2;
   const Eigen::Vector2i tiles = ((image_size_.array() + tile_px - 1) / tile_px).matrix();
   const auto tile_count = static_cast<GLuint>(tiles.prod());
   const auto count = static_cast<GLuint>(light.list->count);
+  const int samples = depths != nullptr ? RenderTarget::kSamples : 1;
   constexpr std::size_t kSeenPoint = 16, kTile = 12, kItem = 8;  // bytes, as tiles.glsl has them
   const std::size_t tile_bytes = 4 + kTile * tile_count;
   seen_.reserve(kSeenPoint * count);
   tiles_.reserve(tile_bytes);
   items_.reserve(4 * kItem * count);
   painted_.reserve(4 * static_cast<std::size_t>(image_size_.prod() * samples));
-  for (const Program* program : {&tile_program_, &paint_program_, &lay_program_}) {
+  for (const Program* program : {&tile_program_, &paint_program_}) {
     setUniform(*program, "tile_count", tiles);
     setUniform(*program, "tile_px", tile_px);
     setUniform(*program, "size_px", light.size_px);
-    setUniform(*program, "image_size", image_size_);
-    setUniform(*program, "sample_count", samples);
   }
   setUniform(tile_program_, "list_count", static_cast<GLint>(count));
+  setUniform(paint_program_, "image_size", image_size_);
+  setUniform(paint_program_, "sample_count", samples);
   bind(tile_program_, light);
   const GpuMemory* memories[] = {&seen_, &tiles_, &items_, &painted_};
   for (GLuint i = 0; i < 4; ++i) {
@@ -205,17 +226,10 @@ void ListPainter::drawPoints(const ListLight& light, const Texture& depths, int 
     glDispatchCompute(((step == 1 ? tile_count : count) + kTileGroup - 1) / kTileGroup, 1, 1);
   }
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-  glBindTextureUnit(0, depths.id());
+  if (depths != nullptr) glBindTextureUnit(0, depths->id());
   glUseProgram(paint_program_.id());
   glDispatchCompute(static_cast<GLuint>(tiles.x()), static_cast<GLuint>(tiles.y()), 1);
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-  glUseProgram(lay_program_.id());
-  glBindVertexArray(no_vertices_.id());
-  glDisable(GL_DEPTH_TEST);
-  glDepthMask(GL_FALSE);
-  glEnable(GL_BLEND);
-  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 void ListPainter::drawThings(const ListLight& light) {

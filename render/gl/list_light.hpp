@@ -42,14 +42,18 @@ class ListPainter {
   /// The things of the drawable's light, made last, that draw() leaves out as they are too near.
   std::optional<Drawable> nearThings(const Drawable& drawable) const;
   void drawThings(const ListLight& light);
-  /// Lays points over what is drawn, where it is not before them, so many samples a pixel. Needs a
-  /// viewport that covers the image; changes how things are blended.
-  void drawPoints(const ListLight& light, const Texture& depths, int samples);
+  /// Begins an image of points alone: painted() is black.
+  void beginPainting();
+  /// Draws points over painted(), or, with `depths`, over what is drawn and where that is not before
+  /// them. Then it needs a viewport that covers the image, and changes how things are blended.
+  void drawPoints(const ListLight& light, const Texture* depths);
+  const Buffer& painted() const { return painted_.buffer; }
 
  private:
   void setSizes(const PointList& points, ListLight& light);
   float findNear(const PointList& points, const Eigen::RowVector4f& row, const ListLight& light);
   void bind(const Program& program, const ListLight& light) const;
+  void paint(const ListLight& light, const Texture* depths);
 
   LensDomain domain_;
   bool is_bent_;  ///< the lens bends straight lines

@@ -22,6 +22,7 @@ RenderTarget::RenderTarget(int width, int height)
       height_(height),
       image_bytes_(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
       pack_program_(makeProgram({{GL_COMPUTE_SHADER, {"pack.comp"}}})) {
+  setUniform(pack_program_, "image_size", Eigen::Vector2i(width, height));
   constexpr GLbitfield kAccess = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   const auto size = static_cast<GLsizeiptr>(image_bytes_ + kPacked);
   glNamedBufferStorage(packed_.id(), size, nullptr, 0);
@@ -30,29 +31,27 @@ RenderTarget::RenderTarget(int width, int height)
   if (mapped_ == nullptr) throw std::runtime_error("the GPU gives no memory to read from");
 }
 
-void RenderTarget::begin(bool is_soft) {
-  is_soft_ = is_soft;
-  Samples& target = is_soft ? soft_ : hard_;
-  if (target.framebuffer.id() == 0) {
-    target.framebuffer = Framebuffer::make();
+void RenderTarget::begin() {
+  if (samples_.id() == 0) {
+    samples_ = Framebuffer::make();
     const auto attach = [&](Texture& texture, GLenum format, GLenum attachment) {
       texture = Texture::make(GLenum{GL_TEXTURE_2D_MULTISAMPLE});
-      glTextureStorage2DMultisample(texture.id(), samples(), format, width_, height_,
-                                    GL_TRUE);
-      glNamedFramebufferTexture(target.framebuffer.id(), attachment, texture.id(), 0);
+      glTextureStorage2DMultisample(texture.id(), kSamples, format, width_, height_, GL_TRUE);
+      glNamedFramebufferTexture(samples_.id(), attachment, texture.id(), 0);
     };
-    attach(target.color, GL_RGBA8, GL_COLOR_ATTACHMENT0);
-    attach(target.depth, GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT);
-    requireComplete(target.framebuffer, width_, height_);
+    attach(color_, GL_RGBA8, GL_COLOR_ATTACHMENT0);
+    attach(depth_, GL_DEPTH24_STENCIL8, GL_DEPTH_STENCIL_ATTACHMENT);
+    requireComplete(samples_, width_, height_);
   }
-  glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer.id());
+  glBindFramebuffer(GL_FRAMEBUFFER, samples_.id());
   clearAll(width_, height_);
 }
 
-void RenderTarget::beginReading() {
-  glBindTextureUnit(0, (is_soft_ ? soft_ : hard_).color.id());
-  setUniform(pack_program_, "sample_count", samples());
+void RenderTarget::beginReading(const Buffer* painted) {
+  glBindTextureUnit(0, color_.id());
+  setUniform(pack_program_, "is_painted", GLint{painted != nullptr});
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, packed_.id());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, painted != nullptr ? painted->id() : 0);
   glUseProgram(pack_program_.id());
   const auto packs = static_cast<GLuint>((image_bytes_ + kPacked - 1) / kPacked);
   glDispatchCompute((packs + kPackGroup - 1) / kPackGroup, 1, 1);

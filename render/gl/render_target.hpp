@@ -16,30 +16,26 @@ namespace afterglow::render {
 /// the CPU reads it in two parts: while it copies the first one the second is on its way.
 class RenderTarget {
  public:
+  static constexpr int kSamples = 4;  ///< a pixel: what Mesa's llvmpipe has, and every GPU
+
   /// Throws std::runtime_error if the driver cannot make it.
   RenderTarget(int width, int height);
 
   int width() const { return width_; }
   int height() const { return height_; }
-  int samples() const { return is_soft_ ? 1 : kSamples; }
-  const Texture& depths() const { return (is_soft_ ? soft_ : hard_).depth; }
+  const Texture& depths() const { return depth_; }
 
-  /// Clears the target; drawing goes into it from now on. Four samples a pixel, or one where all
-  /// that is drawn has soft edges of its own.
-  void begin(bool is_soft);
-  /// What is drawn is packed and sent, once the GPU comes to it: nobody waits.
-  void beginReading();
+  /// Clears the target; drawing goes into it from now on, four samples a pixel.
+  void begin();
+  /// What is drawn, or `painted` instead (8-bit r, g, b, a), is packed and sent, once the GPU comes
+  /// to it: nobody waits.
+  void beginReading(const Buffer* painted);
   /// The image that beginReading() has sent, GL's lowest row first: scenes are drawn upside down, so
   /// that this is the top. Waits for the GPU. `image` has its size.
   void read(Image& image, Workers& workers);
 
  private:
-  static constexpr int kSamples = 4;  // what Mesa's llvmpipe has, and every GPU
   static constexpr std::size_t kParts = 2;
-  struct Samples {
-    Texture color, depth;
-    Framebuffer framebuffer;
-  };
   struct SyncDeleter {
     void operator()(GLsync sync) const { glDeleteSync(sync); }
   };
@@ -47,8 +43,8 @@ class RenderTarget {
 
   int width_, height_;
   std::size_t image_bytes_;
-  Samples hard_, soft_;  ///< made when they are first used
-  bool is_soft_ = false;
+  Texture color_, depth_;    ///< made when they are first used
+  Framebuffer samples_;
   Buffer packed_ = Buffer::make(), sent_ = Buffer::make();
   const char* mapped_ = nullptr;  ///< sent_, as the CPU reads it
   std::unique_ptr<std::remove_pointer_t<GLsync>, SyncDeleter> arrived_[kParts];

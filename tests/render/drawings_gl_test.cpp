@@ -285,7 +285,7 @@ TEST_F(Drawings, ofSeveralProjectorsMayBeBegunBeforeAnyIsFinished) {
 TEST_F(Drawings, afterOthersAreAsIfTheyWereTheFirst) {
   test::ChangingScene changing;
   ProjectorRenderer renderer(context(), lens_, Drawing::Gl);
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 15; ++i) {
     const auto T = changing.T_projector_world();
     const Image image = renderer.render(changing.scene, T);
     ASSERT_EQ(image.rgb,
