@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "calib/parallel.hpp"
 #include "nodes/conversion/cloud_fields.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "render/compose/workers.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -71,12 +73,10 @@ class CloudReader {
     } else if (!fields_.color.empty()) {
       colors_.reserve(all / stride + 1);
     }
-    for (std::size_t row = 0; row < message_.height; ++row) {
-      const std::size_t first = (stride - row * message_.width % stride) % stride;
-      if (first >= message_.width) continue;
-      const std::uint8_t* begin = message_.data.data() + row * message_.row_step;
-      addRow(begin + first * message_.point_step, (message_.width - first - 1) / stride + 1,
-             stride * message_.point_step);
+    if (stride == 1 && isForSeveral(all)) {
+      addShared(all);
+    } else {
+      addRows(stride);
     }
     if (style_.color == ColorSource::Intensity) {
       colors_ = asBytes(colorsOf(values_, style_.scale));
@@ -93,6 +93,58 @@ class CloudReader {
   }
 
  private:
+  void addRows(std::size_t stride) {
+    for (std::size_t row = 0; row < message_.height; ++row) {
+      const std::size_t first = (stride - row * message_.width % stride) % stride;
+      if (first >= message_.width) continue;
+      const std::uint8_t* begin = message_.data.data() + row * message_.row_step;
+      addRow(begin + first * message_.point_step, (message_.width - first - 1) / stride + 1,
+             stride * message_.point_step);
+    }
+  }
+
+  /// Many points, one after the other, in the layout of nearly all clouds.
+  bool isForSeveral(std::size_t all) const {
+    constexpr std::size_t kMany = 100'000;  // a few 0.1 ms: to start threads takes as long
+    const bool has_gaps =
+        message_.height > 1 &&
+        message_.row_step != std::uint64_t{message_.width} * message_.point_step;
+    const bool is_usual = fields_.color.empty() || (is_packed_ && !fields_.color[0].isSwapped());
+    return all >= kMany && is_plain_ && is_usual && !has_gaps;
+  }
+
+  /// Each processor reads a part to where that would lie if no point were left out; then the gaps
+  /// close.
+  void addShared(std::size_t all) {
+    const int threads = render::Workers::usualCount();
+    const auto parts = static_cast<std::size_t>(threads);
+    const bool has_colors = !fields_.color.empty();
+    points_.resize(all);
+    if (has_colors) colors_.resize(all);
+    std::vector<std::size_t> used(parts);
+    const auto begin = [&](std::size_t part) { return all * part / parts; };
+    calib::forEachIndex(parts, threads, [&](std::size_t part) {
+      const std::size_t first = begin(part), count = begin(part + 1) - first;
+      const std::uint8_t* point = message_.data.data() + first * message_.point_step;
+      used[part] = has_colors ? readPacked(point, count, message_.point_step, &points_[first],
+                                           &colors_[first])
+                              : readPlain(point, count, message_.point_step, &points_[first],
+                                          [](const std::uint8_t*) {});
+    });
+    std::size_t end = 0;
+    const auto close = [&](auto& list, std::size_t part) {
+      const auto from = list.begin() + static_cast<std::ptrdiff_t>(begin(part));
+      const auto to = list.begin() + static_cast<std::ptrdiff_t>(end);
+      if (from != to) std::copy(from, from + static_cast<std::ptrdiff_t>(used[part]), to);
+    };
+    for (std::size_t part = 0; part < parts; end += used[part++]) {
+      close(points_, part);
+      if (has_colors) close(colors_, part);
+    }
+    points_.resize(end);
+    if (has_colors) colors_.resize(end);
+  }
+
   void addRow(const std::uint8_t* point, std::size_t count, std::size_t step) {
     if (!is_plain_) return addOddPoints(point, count, step);
     if (fields_.color.empty()) {
@@ -113,16 +165,15 @@ class CloudReader {
     }
   }
 
-  /// A fast loop for the layout of nearly all clouds, without a decision for every value.
+  /// A fast loop for the layout of nearly all clouds, without a decision for every value. Returns
+  /// how many points it has written.
   template <typename AddColor>
-  void addPlainPoints(const std::uint8_t* point, std::size_t count, std::size_t step,
-                      AddColor addColor) {
+  std::size_t readPlain(const std::uint8_t* point, std::size_t count, std::size_t step,
+                        Eigen::Vector3f* out, AddColor addColor) const {
     const std::size_t x_at = fields_.xyz[0].offset(), y_at = fields_.xyz[1].offset(),
                       z_at = fields_.xyz[2].offset();
     constexpr auto kLimit = static_cast<float>(kFarthest);
-    const std::size_t before = points_.size();
-    points_.resize(before + count);
-    Eigen::Vector3f* next = points_.data() + before;
+    Eigen::Vector3f* next = out;
     for (std::size_t i = 0; i < count; ++i, point += step) {
       float x, y, z;
       std::memcpy(&x, point + x_at, sizeof(x));
@@ -136,21 +187,37 @@ class CloudReader {
       *next++ = Eigen::Vector3f(x, y, z);
       addColor(point);
     }
-    points_.resize(static_cast<std::size_t>(next - points_.data()));
+    return static_cast<std::size_t>(next - out);
   }
 
-  /// The same for colors that a depth camera's driver has packed.
-  void addPackedPoints(const std::uint8_t* point, std::size_t count, std::size_t step) {
-    const std::size_t at = fields_.color[0].offset(), before = colors_.size();
+  /// The same with colors that a depth camera's driver has packed.
+  std::size_t readPacked(const std::uint8_t* point, std::size_t count, std::size_t step,
+                         Eigen::Vector3f* out, render::Rgba* next) const {
+    const std::size_t at = fields_.color[0].offset();
     const bool with_alpha = fields_.with_alpha;
-    colors_.resize(before + count);
-    render::Rgba* next = colors_.data() + before;
-    addPlainPoints(point, count, step, [&next, at, with_alpha](const std::uint8_t* p) {
+    return readPlain(point, count, step, out, [&next, at, with_alpha](const std::uint8_t* p) {
       std::uint32_t bits;
       std::memcpy(&bits, p + at, sizeof(bits));
       *next++ = unpack(bits, with_alpha);
     });
-    colors_.resize(static_cast<std::size_t>(next - colors_.data()));
+  }
+
+  template <typename AddColor>
+  void addPlainPoints(const std::uint8_t* point, std::size_t count, std::size_t step,
+                      AddColor addColor) {
+    const std::size_t before = points_.size();
+    points_.resize(before + count);
+    points_.resize(before + readPlain(point, count, step, points_.data() + before, addColor));
+  }
+
+  void addPackedPoints(const std::uint8_t* point, std::size_t count, std::size_t step) {
+    const std::size_t before = points_.size();
+    points_.resize(before + count);
+    colors_.resize(before + count);
+    const std::size_t used =
+        readPacked(point, count, step, points_.data() + before, colors_.data() + before);
+    points_.resize(before + used);
+    colors_.resize(before + used);
   }
 
   void addColor(const std::uint8_t* point) {
