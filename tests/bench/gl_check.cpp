@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/parallel.hpp"
+#include "render/compose/workers.hpp"
 #include "render/gl/observer_renderer.hpp"
 #include "render/projector_renderer.hpp"
 #include "render/scene/typeface.hpp"
@@ -64,29 +66,25 @@ std::vector<std::uint8_t> cloudBytes(std::size_t count) {
   return bytes;
 }
 
-/// As projector_node reads such bytes, in one thread. Each time something differs: what does not
-/// would not be drawn.
+/// As projector_node reads such bytes: by all processors, if they are many. Each time something
+/// differs: what does not would not be drawn.
 PointCloud cloudOf(const std::vector<std::uint8_t>& bytes, PointStyle style, float size,
                    bool has_colors, unsigned time = 0) {
   const std::size_t count = bytes.size() / kStep;
   PointList points(count);
   ByteColorList colors(has_colors ? count : 0);
-  std::size_t used = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    Eigen::Vector3f p;
-    std::memcpy(p.data(), &bytes[kStep * i], 3 * sizeof(float));
-    if (!(p.cwiseAbs().maxCoeff() < 1e6f)) continue;
-    if (has_colors) {
+  const std::size_t parts = count < 100'000 ? 1 : static_cast<std::size_t>(Workers::usualCount());
+  calib::forEachIndex(parts, static_cast<int>(parts), [&](std::size_t part) {
+    for (std::size_t i = count * part / parts; i < count * (part + 1) / parts; ++i) {
+      std::memcpy(points[i].data(), &bytes[kStep * i], 3 * sizeof(float));
+      if (!has_colors) continue;
       std::uint32_t rgb;
       std::memcpy(&rgb, &bytes[kStep * i + kColorAt], sizeof(rgb));
-      colors[used] = {static_cast<std::uint8_t>(rgb >> 16), static_cast<std::uint8_t>(rgb >> 8),
-                      static_cast<std::uint8_t>(rgb), 255};
+      colors[i] = {static_cast<std::uint8_t>(rgb >> 16), static_cast<std::uint8_t>(rgb >> 8),
+                   static_cast<std::uint8_t>(rgb), 255};
     }
-    points[used++] = p;
-  }
-  points.resize(used);
+  });
   points[0].x() += 1e-6f * static_cast<float>(time);
-  if (has_colors) colors.resize(used);
   PointCloud cloud;
   cloud.points = std::move(points);
   cloud.colors = std::move(colors);
