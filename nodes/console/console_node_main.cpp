@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <exception>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -16,8 +15,7 @@
 #include "nodes/console/http_server.hpp"
 #include "nodes/console/moment_images.hpp"
 #include "nodes/console/picture_settings.hpp"
-#include "nodes/tools/node_help.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/node_main.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "nodes/tools/store_parameter.hpp"
 #include "replay/store/open/open_store.hpp"
@@ -94,19 +92,7 @@ void serve(const Parameters& given) {
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
   if (argc == 3 && std::strcmp(argv[1], Farewell::kArgument) == 0) return runFarewell(argv[2]);
-  const bool is_helped =
-      answersHelp(argc, argv, "console_node",
-                  "serves a page to find, look at and replay behaviors.", "console.launch");
-  if (is_helped) return 0;
-  catchStopSignals();
-  try {
-    if (!awaitMaster(argc, argv, "console_node")) return 0;
-    ros::init(argc, argv, "console_node", ros::init_options::NoSigintHandler);
-    catchShutdownRequests();
-    serve(readParameters());
-  } catch (const std::exception& error) {
-    std::cerr << "console_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  const NodeText text{"console_node", "serves a page to find, look at and replay behaviors.",
+                      "console.launch"};
+  return runNode(argc, argv, text, [](const auto&...) { serve(readParameters()); });
 }

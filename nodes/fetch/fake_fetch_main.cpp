@@ -1,31 +1,20 @@
-#include <ros/ros.h>
 
-#include <exception>
-#include <iostream>
-#include <stdexcept>
 
 #include "nodes/fetch/fake_fetch_node.hpp"
-#include "nodes/tools/node_help.hpp"
+#include "nodes/tools/node_main.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
   using namespace afterglow::nodes;
-  const bool is_helped = answersHelp(
-      argc, argv, "fake_fetch_node", "simulates a Fetch without a camera.",
-      "fake_fetch.launch");
-  if (is_helped) return 0;
-  ros::init(argc, argv, "fake_fetch");
-  try {
-    if (!ros::master::check())
-      throw std::runtime_error("no ROS master at " + ros::master::getURI());
+  const NodeText text{"fake_fetch_node", "simulates a Fetch without a camera.", "fake_fetch.launch",
+                      "fake_fetch"};
+  return runNode(argc, argv, text, [](const ros::NodeHandle& own, const auto&) {
     ros::NodeHandle node;
     ros::Time::waitForValid();
-    FakeFetchNode robot(readRobotDescription(node), readFakeFetchConfig(ros::NodeHandle("~")));
+    FakeFetchNode robot(readRobotDescription(node), readFakeFetchConfig(own));
     ros::AsyncSpinner spinner(2);
     spinner.start();
-    ros::waitForShutdown();
-  } catch (const std::exception& error) {
-    std::cerr << "fake_fetch_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    waitForStop();
+    spinner.stop();
+  });
 }

@@ -63,7 +63,9 @@ int main(int argc, char** argv) {
     return kUsage;
   }
   try {
-    requireMaster(argc, argv);
+    if (!ros::master::check()) {
+      throw std::runtime_error("no ROS master at " + ros::master::getURI());
+    }
     ros::AsyncSpinner spinner(3);
     spinner.start();
     direct(fs::absolute(argv[1]), fs::absolute(argv[2]));

@@ -1,7 +1,4 @@
-#include <ros/ros.h>
 
-#include <exception>
-#include <iostream>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -10,9 +7,8 @@
 
 #include "nodes/projector/projector_node.hpp"
 #include "nodes/projector/projector_window.hpp"
-#include "nodes/tools/node_help.hpp"
+#include "nodes/tools/node_main.hpp"
 #include "nodes/tools/registration.hpp"
-#include "nodes/tools/ros_graph.hpp"
 #include "nodes/tools/stop_signal.hpp"
 #include "render/gl/window.hpp"
 
@@ -89,28 +85,19 @@ void project(ProjectorNode& node, std::vector<Screen> screens) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool is_helped = afterglow::nodes::answersHelp(
-      argc, argv, "projector_node", "projects what robots publish where it belongs.",
-      "projector.launch");
-  if (is_helped) return 0;
-  try {
-    afterglow::nodes::requireMaster(argc, argv);
-    ros::init(argc, argv, "projector_node", ros::init_options::NoSigintHandler);
-    afterglow::nodes::catchStopSignals();
-    const ros::NodeHandle own("~");  // stays: with the last handle ROS shuts down
+  using namespace afterglow::nodes;
+  const NodeText text{"projector_node", "projects what robots publish where it belongs.",
+                      "projector.launch"};
+  return runNode(argc, argv, text, [](const ros::NodeHandle& own, const auto&) {
     const auto options = ProjectorNodeOptions::read(own);
     ProjectorNode node(options);
-    const afterglow::nodes::Registration registration;
+    const Registration registration;
     auto screens = openScreens(node, options.window);
     ros::AsyncSpinner spinner(1);
     spinner.start();
     project(node, std::move(screens));
-    afterglow::nodes::letMessagesLeave();
+    letMessagesLeave();
     spinner.stop();
     if (!node.failure().empty()) throw std::runtime_error("drawing failed: " + node.failure());
-  } catch (const std::exception& error) {
-    std::cerr << "projector_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  });
 }

@@ -1,11 +1,8 @@
 // static_transform_node x y z qx qy qz qw parent child: sends one static transform until it is
 // stopped, for machines whose tf2_ros comes without a static_transform_publisher (Debian 12).
 #include <geometry_msgs/TransformStamped.h>
-#include <ros/ros.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
-#include <exception>
-#include <iostream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,8 +11,7 @@
 #include "calib/number_text.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/tools/mount_poses.hpp"
-#include "nodes/tools/node_help.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/node_main.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 namespace {
@@ -46,27 +42,15 @@ geometry_msgs::TransformStamped readTransform(const std::vector<std::string>& ar
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool is_helped = afterglow::nodes::answersHelp(
-      argc, argv, "static_transform_node",
-      "X Y Z QX QY QZ QW PARENT_FRAME CHILD_FRAME: sends that static transform.", "");
-  if (is_helped) return 0;
-  try {
-    afterglow::nodes::requireMaster(argc, argv);
-    ros::init(argc, argv, "static_transform_node", ros::init_options::NoSigintHandler);
-    geometry_msgs::TransformStamped transform =
-        readTransform(std::vector<std::string>(argv + 1, argv + argc));
-    afterglow::nodes::catchStopSignals();
-    const ros::NodeHandle node;  // stays: with the last handle ROS shuts down
+  using namespace afterglow::nodes;
+  const NodeText text{"static_transform_node",
+                      "X Y Z QX QY QZ QW PARENT_FRAME CHILD_FRAME: sends that static transform.",
+                      ""};
+  return runNode(argc, argv, text, [](const auto&, const std::vector<std::string>& arguments) {
+    geometry_msgs::TransformStamped transform = readTransform(arguments);
     tf2_ros::StaticTransformBroadcaster broadcaster;
     transform.header.stamp = ros::Time::now();
     broadcaster.sendTransform(transform);
-    afterglow::nodes::waitForStop();
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "static_transform_node: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "static_transform_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    waitForStop();
+  });
 }

@@ -9,8 +9,6 @@
 #include <tf2_ros/transform_broadcaster.h>
 
 #include <boost/function.hpp>
-#include <exception>
-#include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,8 +16,7 @@
 #include "calib/mount/turret.hpp"
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/projector/transform_listener.hpp"
-#include "nodes/tools/node_help.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/node_main.hpp"
 #include "nodes/tools/stop_signal.hpp"
 
 namespace {
@@ -97,26 +94,16 @@ class TurretTransform {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const bool is_helped = afterglow::nodes::answersHelp(
-      argc, argv, "turret_tf_node",
-      "TURRET_YAML: sends where the projector is, as its turret turns.", "");
-  if (is_helped) return 0;
-  try {
-    afterglow::nodes::requireMaster(argc, argv);
-    ros::init(argc, argv, "turret_tf_node", ros::init_options::NoSigintHandler);
-    if (argc != 2) throw std::invalid_argument("expected: the turret.yaml of a calibration");
-    const Turret turret = afterglow::calib::loadTurret(argv[1]);
-    afterglow::nodes::catchStopSignals();
-    const TurretTransform transform(turret);
+  using namespace afterglow::nodes;
+  const NodeText text{"turret_tf_node",
+                      "TURRET_YAML: sends where the projector is, as its turret turns.", ""};
+  return runNode(argc, argv, text, [](const auto&, const std::vector<std::string>& arguments) {
+    if (arguments.size() != 1) {
+      throw std::invalid_argument("expected: the turret.yaml of a calibration");
+    }
+    const TurretTransform transform(afterglow::calib::loadTurret(arguments.front()));
     ros::AsyncSpinner spinner(1);
     spinner.start();
-    afterglow::nodes::waitForStop();
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "turret_tf_node: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "turret_tf_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+    waitForStop();
+  });
 }

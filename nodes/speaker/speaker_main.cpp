@@ -1,28 +1,21 @@
-#include <ros/ros.h>
 
-#include <exception>
-#include <iostream>
 
 #include "nodes/speaker/speaker_node.hpp"
-#include "nodes/tools/node_help.hpp"
+#include "nodes/tools/node_main.hpp"
 #include "nodes/tools/registration.hpp"
-#include "nodes/tools/ros_graph.hpp"
+#include "nodes/tools/stop_signal.hpp"
 
 int main(int argc, char** argv) {
-  const bool is_helped = afterglow::nodes::answersHelp(
-      argc, argv, "speaker_node", "speaks and plays what /robotsound asks for.",
-      "speaker.launch");
-  if (is_helped) return 0;
-  try {
-    afterglow::nodes::requireMaster(argc, argv);
-    ros::init(argc, argv, "speaker_node");
-    afterglow::nodes::SpeakerNode node{ros::NodeHandle(), ros::NodeHandle("~")};
-    const afterglow::nodes::Registration registration;
-    ros::spin();
+  using namespace afterglow::nodes;
+  const NodeText text{"speaker_node", "speaks and plays what /robotsound asks for.",
+                      "speaker.launch"};
+  return runNode(argc, argv, text, [](const ros::NodeHandle& own, const auto&) {
+    SpeakerNode node{ros::NodeHandle(), own};
+    const Registration registration;
+    ros::AsyncSpinner spinner(1);
+    spinner.start();
+    waitForStop();
+    spinner.stop();
     node.stop();
-  } catch (const std::exception& error) {
-    std::cerr << "speaker_node: " << error.what() << "\n";
-    return 1;
-  }
-  return 0;
+  });
 }

@@ -277,19 +277,4 @@ bool awaitMaster(int argc, char** argv, const std::string& node) {
   return false;
 }
 
-void requireMaster(int argc, char** argv) {
-  const std::string uri = masterUri(argc, argv);
-  std::string host;
-  std::uint32_t port = 0;
-  if (!ros::network::splitURI(uri, host, port)) {
-    throw std::runtime_error("'" + uri + "' is no ROS master's URI");
-  }
-  XmlRpc::XmlRpcClient client(host.c_str(), static_cast<int>(port), "/");
-  XmlRpc::XmlRpcValue arguments, result;
-  arguments[0] = "/afterglow";
-  const bool answers = client.execute("getPid", arguments, result) && !client.isFault();
-  client.close();
-  if (!answers) throw std::runtime_error("no ROS master at " + uri);
-}
-
 }  // namespace afterglow::nodes

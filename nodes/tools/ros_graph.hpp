@@ -106,13 +106,9 @@ std::vector<std::string> waitForPublishers(const std::vector<std::string>& topic
                                            Deadline deadline, const Links& old = {});
 
 /// Before ros::init, which waits for a master forever if the command line has a parameter
-/// (_name:=value). The master of ROS_MASTER_URI or of an argument __master:=URI. Throws
-/// std::runtime_error, one line with its URI, if it does not answer.
-void requireMaster(int argc, char** argv);
-
-/// Likewise before ros::init, and after catchStopSignals(): waits until the master answers, and says
-/// so on stderr, which begins with `node`. False: a stop was requested first. Throws
-/// std::runtime_error for a URI that is none.
+/// (_name:=value), and after catchStopSignals(): waits until the master of ROS_MASTER_URI, or of an
+/// argument __master:=URI, answers, and says so on stderr, which begins with `node`. False: a stop
+/// was requested first. Throws std::runtime_error for a URI that is none.
 bool awaitMaster(int argc, char** argv, const std::string& node);
 
 }  // namespace afterglow::nodes

@@ -316,8 +316,6 @@ TEST_F(ObserverNodeTest, refusesWhatItCannotObey) {
             "observer_node: " + folder.path("none.yaml") + ": cannot be read\n");
   EXPECT_EQ(refusal({"__name:=d", "_view:=" + view, "_font:=/no/font"}),
             "observer_node: /no/font: cannot read the font (package fonts-dejavu-core)\n");
-  EXPECT_EQ(refusal({"__name:=e", "_view:=" + view, "__master:=http://localhost:1"}),
-            "observer_node: no ROS master at http://localhost:1\n");
 }
 
 TEST_F(ObserverNodeTest, finishesItsFilmWhereTheClockStands) {
