@@ -247,8 +247,7 @@ double foldRadius(const Lens& lens) {
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted) {
   if (lens.model == LensModel::Equidistant) return distortFisheye(lens, undistorted);
   const double factor = radialFactor(lens.D, undistorted.squaredNorm());
-  const auto [x, y] =
-      distorted(undistorted.x(), undistorted.y(), factor, lens.D[2], lens.D[3]);
+  const auto [x, y] = distorted(undistorted.x(), undistorted.y(), factor, lens.D[2], lens.D[3]);
   return {x, y};
 }
 

@@ -84,8 +84,9 @@ struct ProjectorRenderer::Impl {
     choice.cpu.few_ms = imageTime(*cpu, few);
     choice.gl.few_ms = imageTime(*gl, few);
     if (choice.gl.few_ms > kHopeless * choice.cpu.few_ms) {
-      description = fmt::format("drawn by the CPU ({} points: {:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
-                                DrawingPace::kFew, choice.cpu.few_ms, choice.gl.few_ms);
+      description =
+          fmt::format("drawn by the CPU ({} points: {:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
+                      DrawingPace::kFew, choice.cpu.few_ms, choice.gl.few_ms);
       gl.reset();
       return;
     }

@@ -1,6 +1,6 @@
 // A list of things alike, in the GPU's memory, and its way to the optical frame. Needs lens.glsl.
 layout(std430, binding = 0) readonly buffer ListPoints { float list_points[]; };  // x, y, z of each
-layout(std430, binding = 1) readonly buffer ListColors { uint list_colors[]; };   // 8 bits each, r lowest
+layout(std430, binding = 1) readonly buffer ListColors { uint list_colors[]; };   // r lowest
 
 uniform vec3 list_origin;     // what follows is of differences to it
 uniform mat4 P_optical_list;  // homogeneous
@@ -13,7 +13,8 @@ uniform vec4 list_color;      // without them
 const float kNear = 0.02;  // as LensDomain has it
 
 vec3 listPoint(uint i) {
-  return vec3(list_points[3u * i], list_points[3u * i + 1u], list_points[3u * i + 2u]) - list_origin;
+  uint k = 3u * i;
+  return vec3(list_points[k], list_points[k + 1u], list_points[k + 2u]) - list_origin;
 }
 
 vec4 listColor(uint i) {

@@ -1,7 +1,7 @@
 // The light of points, tile by tile: a square of size_px pixels around each center gives each pixel
 // the share that it covers, so that the centroid is exact at every size and position. The nearest
-// comes first, until nothing behind is seen. Either over what is painted already, or by itself, four
-// samples a pixel, for points.frag to lay over what is drawn. Needs tiles.glsl.
+// comes first, until nothing behind is seen. Either over what is painted already, or by itself,
+// four samples a pixel, for points.frag to lay over what is drawn. Needs tiles.glsl.
 layout(local_size_x = 16, local_size_y = 16) in;
 layout(std430, binding = 5) buffer Painted { uint painted[]; };  // times alpha; by sample
 

@@ -1,5 +1,5 @@
-// Puts a list's points into the lists of the tiles that they touch, in three steps. Needs lens.glsl,
-// list.glsl and tiles.glsl.
+// Puts a list's points into the lists of the tiles that they touch, in three steps. Needs
+// lens.glsl, list.glsl and tiles.glsl.
 layout(local_size_x = 256) in;
 
 uniform int step_number;

@@ -106,9 +106,8 @@ class CloudReader {
   /// Many points, one after the other, in the layout of nearly all clouds.
   bool isForSeveral(std::size_t all) const {
     constexpr std::size_t kMany = 100'000;  // a few 0.1 ms: to start threads takes as long
-    const bool has_gaps =
-        message_.height > 1 &&
-        message_.row_step != std::uint64_t{message_.width} * message_.point_step;
+    const bool has_gaps = message_.height > 1 &&
+                          message_.row_step != std::uint64_t{message_.width} * message_.point_step;
     const bool is_usual = fields_.color.empty() || (is_packed_ && !fields_.color[0].isSwapped());
     return all >= kMany && is_plain_ && is_usual && !has_gaps;
   }

@@ -79,9 +79,7 @@ void Beam::setGlow(const ProjectedLight& light) {
 }
 
 void Beam::draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
-                double near, const PixelRect& rect) {
-  const float none[4] = {0, 0, 0, 0};
-  glClearNamedFramebufferfv(framebuffer_.id(), GL_COLOR, 0, none);
+                double near) {
   glBindTextureUnit(kBeamUnit, beam_.id());
   setGlow(light);
   const glm::dmat4 P_shadow_observer =
@@ -98,10 +96,7 @@ void Beam::draw(const ProjectedLight& light, const ShadowMap& depths, const Obse
   setUniform(program_, "dust", kDust);
   glBindTextureUnit(kGlowUnit, glow_.id());
   glBindTextureUnit(kShadowUnit, depths.texture().id());
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(rect.x / 4, rect.y / 4, rect.width / 4 + 2, rect.height / 4 + 2);
   drawScreen(framebuffer_, width_, height_, program_, no_vertices_);
-  glDisable(GL_SCISSOR_TEST);
 }
 
 }  // namespace afterglow::render

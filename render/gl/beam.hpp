@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/lit_rect.hpp"
 #include "render/gl/thrown_light.hpp"
 
 namespace afterglow::render {
@@ -15,17 +14,14 @@ class Beam {
  public:
   /// Texture units that it takes.
   static constexpr GLint kBeamUnit = 6, kGlowUnit = 7, kShadowUnit = 8;
-  /// px of the picture that it reaches beyond its rectangle, being blurred.
-  static constexpr int kSpill = 16;
 
   /// Of a picture of that size. Throws std::runtime_error if the driver cannot make it.
   Beam(int width, int height);
 
   /// Binds the beam to kBeamUnit. `depths` are the projector's. SurfaceTarget's textures must be
-  /// bound; `near` is that of the picture's depths, `rect` the part of the picture that the beam
-  /// can be in.
+  /// bound; `near` is that of the picture's depths.
   void draw(const ProjectedLight& light, const ShadowMap& depths, const ObserverView& view,
-            double near, const PixelRect& rect);
+            double near);
 
  private:
   static constexpr int kColumns = 40, kRows = 25;  ///< of the blurred image

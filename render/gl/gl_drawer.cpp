@@ -56,8 +56,8 @@ class TriangleExpander {
   }
 
   /// Sends the steps' triangles and appends their pieces.
-  void expand(const std::vector<const Drawable*>& steps, const ComposedLayer& layer,
-              Upload& upload, GpuTriangles& out, std::vector<Piece>& pieces) {
+  void expand(const std::vector<const Drawable*>& steps, const ComposedLayer& layer, Upload& upload,
+              GpuTriangles& out, std::vector<Piece>& pieces) {
     constexpr std::size_t kLeastPart = 16, kPartsEach = 4;
     // A relief's placer is used by one thread at a time.
     const std::size_t most = layer.relief != nullptr ? 1 : kPartsEach * projectors_.size();
@@ -113,13 +113,15 @@ class TriangleExpander {
       first_index.push_back(first_index[i] + static_cast<std::uint32_t>(part.indices.size()));
     }
     if (first_index[count] == 0) return;
-    auto* vertices = static_cast<LightVertex*>(upload.room(first_vertex[count] * sizeof(LightVertex)));
+    auto* vertices =
+        static_cast<LightVertex*>(upload.room(first_vertex[count] * sizeof(LightVertex)));
     forEachPart(count, [&](TriangleProjector&, std::size_t part) {
       const auto& own = parts_[part].triangles.vertices;
       std::copy(own.begin(), own.end(), vertices + first_vertex[part]);
     });
     upload.send(out.vertices);
-    auto* indices = static_cast<std::uint32_t*>(upload.room(first_index[count] * sizeof(std::uint32_t)));
+    auto* indices =
+        static_cast<std::uint32_t*>(upload.room(first_index[count] * sizeof(std::uint32_t)));
     forEachPart(count, [&](TriangleProjector&, std::size_t part) {
       const auto& own = parts_[part].triangles.indices;
       std::transform(own.begin(), own.end(), indices + first_index[part],
@@ -273,7 +275,8 @@ class GlScreen {
 
 class GlDrawer final : public ImageDrawer {
  public:
-  GlDrawer(GlContext& context, const calib::Lens& lens) : context_(context), triangles_(lens, workers_) {
+  GlDrawer(GlContext& context, const calib::Lens& lens)
+      : context_(context), triangles_(lens, workers_) {
     context_.makeCurrent();
     screen_.emplace(lens, workers_);
   }
@@ -292,13 +295,16 @@ class GlDrawer final : public ImageDrawer {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
       expand(composed.layers[i], layers_[i]);
       is_painted = is_painted && std::all_of(layers_[i].pieces.begin(), layers_[i].pieces.end(),
-                                       [](const Piece& piece) { return piece.kind == Piece::Kind::Points; });
+                                             [](const Piece& piece) {
+                                               return piece.kind == Piece::Kind::Points;
+                                             });
     }
     lists.end();
     screen_->begin(is_painted);
     for (const LayerLight& light : layers_) {
       const int mask = light.layer.mask;
-      screen_->draw(light, mask < 0 ? nullptr : &masks_.masks[static_cast<std::size_t>(mask)], gpu_masks_);
+      screen_->draw(light, mask < 0 ? nullptr : &masks_.masks[static_cast<std::size_t>(mask)],
+                    gpu_masks_);
     }
     screen_->finish();
   }
@@ -329,15 +335,16 @@ class GlDrawer final : public ImageDrawer {
         continue;
       }
       const auto kind = list->vertices == 0 ? Piece::Kind::Points : Piece::Kind::Outlines;
-      light.pieces.push_back({kind, list->is_opaque, static_cast<std::uint32_t>(light.lists.size()), 1,
-                              list->mean_depth});
+      light.pieces.push_back({kind, list->is_opaque, static_cast<std::uint32_t>(light.lists.size()),
+                              1, list->mean_depth});
       light.lists.push_back(*list);
       if (auto some = screen_->lists().nearThings(*drawable)) {
         near.push_back(std::move(*some));
         others.push_back(&near.back());
       }
     }
-    triangles_.expand(others, layer, screen_->lists().lists().upload(), light.triangles, light.pieces);
+    triangles_.expand(others, layer, screen_->lists().lists().upload(), light.triangles,
+                      light.pieces);
     sortForDrawing(light.pieces);
   }
 

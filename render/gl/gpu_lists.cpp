@@ -75,7 +75,8 @@ void GpuLists::end() {
     }
     it = lists_.erase(it);
   }
-  if (std::ptrdiff_t(spare_.size()) > kMostSpare) spare_.erase(spare_.begin(), spare_.end() - kMostSpare);
+  if (std::ptrdiff_t(spare_.size()) > kMostSpare)
+    spare_.erase(spare_.begin(), spare_.end() - kMostSpare);
 }
 
 GpuList& GpuLists::of(const Shape& shape) {

@@ -45,10 +45,10 @@ struct GpuList {
   Shape shape;  ///< whose lists these are: as long as it is kept no others have their place
   GpuMemory points, colors;
   std::size_t count = 0;
-  bool has_colors = false;  ///< one a point
-  bool is_opaque = true;    ///< its colors
+  bool has_colors = false;                                          ///< one a point
+  bool is_opaque = true;                                            ///< its colors
   Eigen::Vector3f first = Eigen::Vector3f::Zero(), middle = first;  ///< of its finite points; mean
-  bool is_used = true;      ///< by the image that was begun last
+  bool is_used = true;  ///< by the image that was begun last
 };
 
 class GpuLists {

@@ -16,10 +16,10 @@ namespace {
 /// Shorter lists are less work among the triangles: each list is a call of its own.
 constexpr std::size_t kLeastThings = 200;
 /// Larger squares and boxes may bend in the lens; a larger ball's depth is not that of its outline.
-constexpr float kLargestFlat = 64, kLargestBall = 24;       // px
-constexpr float kFewSidesUpTo = 6;                          // px, of a ball
-constexpr GLuint kTileGroup = 256;  // of tile_points.comp
-constexpr int kLeastTile = 16;      // px, as paint_points.comp has it
+constexpr float kLargestFlat = 64, kLargestBall = 24;  // px
+constexpr float kFewSidesUpTo = 6;                     // px, of a ball
+constexpr GLuint kTileGroup = 256;                     // of tile_points.comp
+constexpr int kLeastTile = 16;                         // px, as paint_points.comp has it
 
 Eigen::Vector4f shares(const Color& color, float alpha, float gain) {
   return Eigen::Vector4f(gain * color.r, gain * color.g, gain * color.b, alpha)
@@ -61,7 +61,8 @@ ListPainter::ListPainter(const calib::Lens& lens, Workers& workers)
       workers_(workers),
       lists_(workers),
       image_size_(lens.width, lens.height),
-      thing_program_(makeLightProgram({"lens.glsl", "list.glsl", "thing.vert"}, "light.frag", lens)),
+      thing_program_(
+          makeLightProgram({"lens.glsl", "list.glsl", "thing.vert"}, "light.frag", lens)),
       tile_program_(makeProgram(
           {{GL_COMPUTE_SHADER, {"lens.glsl", "list.glsl", "tiles.glsl", "tile_points.comp"}}})),
       paint_program_(makeProgram({{GL_COMPUTE_SHADER, {"tiles.glsl", "paint_points.comp"}}})),
@@ -168,7 +169,8 @@ void ListPainter::bind(const Program& program, const ListLight& light) const {
   setUniform(program, "list_color", light.color);
   glUseProgram(program.id());
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, light.list->points.buffer.id());
-  const Buffer& colors = light.list->has_colors ? light.list->colors.buffer : light.list->points.buffer;
+  const Buffer& colors =
+      light.list->has_colors ? light.list->colors.buffer : light.list->points.buffer;
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, colors.id());
 }
 

@@ -1,6 +1,6 @@
 /// \file
-/// Clouds and lists of things alike as the GPU draws them: it places, colors and shapes them. Points
-/// of so many pixels are painted tile by tile, in the order of their depth.
+/// Clouds and lists of things alike as the GPU draws them: it places, colors and shapes them.
+/// Points of so many pixels are painted tile by tile, in the order of their depth.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,9 +22,9 @@ struct ListLight {
   PointPlacement placement;  ///< of differences to the list's first point
   Eigen::Vector4f tint, color;
   bool is_opaque = false;
-  float size_px = 0;  ///< of points
-  SpriteShape shape{};  ///< of things
-  int vertices = 0;     ///< of each thing; 0: points
+  float size_px = 0;                                ///< of points
+  SpriteShape shape{};                              ///< of things
+  int vertices = 0;                                 ///< of each thing; 0: points
   Eigen::Vector2f reach = Eigen::Vector2f::Zero();  ///< of a thing's corners from its center
   float nearest = 0;  ///< nearer things may bend in the lens, or touch its near plane
   double mean_depth = 0;
@@ -44,8 +44,9 @@ class ListPainter {
   void drawThings(const ListLight& light);
   /// Begins an image of points alone: painted() is black.
   void beginPainting();
-  /// Draws points over painted(), or, with `depths`, over what is drawn and where that is not before
-  /// them. Then it needs a viewport that covers the image, and changes how things are blended.
+  /// Draws points over painted(), or, with `depths`, over what is drawn and where that is not
+  /// before them. Then it needs a viewport that covers the image, and changes how things are
+  /// blended.
   void drawPoints(const ListLight& light, const Texture* depths);
   const Buffer& painted() const { return painted_.buffer; }
 

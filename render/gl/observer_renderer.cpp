@@ -12,7 +12,6 @@
 
 #include "render/gl/beam.hpp"
 #include "render/gl/glm_eigen.hpp"
-#include "render/gl/lit_rect.hpp"
 #include "render/gl/render_target.hpp"
 #include "render/gl/room_shade.hpp"
 #include "render/gl/shader.hpp"
@@ -69,14 +68,8 @@ Program makeSeenProgram(const std::vector<std::string>& light_files) {
 }
 
 bool isLit(const Image& image) {
-  return std::any_of(image.rgb.begin(), image.rgb.end(), [](std::uint8_t value) { return value > 0; });
-}
-
-/// By so many pixels on each side, within the view.
-PixelRect grown(const PixelRect& rect, int by, const ObserverView& view) {
-  const int left = std::max(rect.x - by, 0), low = std::max(rect.y - by, 0);
-  return {left, low, std::min(rect.x + rect.width + by, view.width) - left,
-          std::min(rect.y + rect.height + by, view.height) - low};
+  return std::any_of(image.rgb.begin(), image.rgb.end(),
+                     [](std::uint8_t value) { return value > 0; });
 }
 
 /// The picture that was drawn last, and of what, but for the solids: a film's room often stands
@@ -183,7 +176,7 @@ struct ObserverRenderer::Impl {
 
   void drawSurfaces(const ObserverView& view) {
     const glm::dmat4 T_world_observer = toGlm(view.T_world_observer.matrix().matrix());
-    P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
+    const glm::dmat4 P_clip_world = clipFromObserver(view) * glm::inverse(T_world_observer);
     for (const Program* program : {&surface_program, &wood_program, &ghost_program}) {
       setUniform(*program, "P_clip_world", glm::mat4(P_clip_world));
       setUniform(*program, "p_world_observer", glm::vec3(T_world_observer[3]));
@@ -198,31 +191,16 @@ struct ObserverRenderer::Impl {
     targets->surfaces.bind();
     targets->shade.draw(view, kNear);
     targets->shade.bind();
-    if (!light) return seePart({0, 0, view.width, view.height}, seen_dark_program, view);
-    const PixelRect rect = litRect(thrown_light.position(), thrown_light.corners(), mesh.bounds(),
-                                   P_clip_world, view.width, view.height);
-    targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear, rect);
-    thrown_light.use(seen_program);
-    const double down = std::tan(view.vertical_fov / 2), across = down * view.width / view.height;
-    setUniform(seen_program, "ray_span", glm::vec2(across, down));
-    setUniform(seen_program, "T_world_observer",
-               glm::mat4(toGlm(view.T_world_observer.matrix().matrix())));
-    // Light is costly to look up: only where it may be, with what the blurred beam spills.
-    const PixelRect lit = grown(rect, Beam::kSpill, view);
-    const int right = lit.x + lit.width, above = lit.y + lit.height;
-    seePart(lit, seen_program, view);
-    seePart({0, 0, view.width, lit.y}, seen_dark_program, view);
-    seePart({0, above, view.width, view.height - above}, seen_dark_program, view);
-    seePart({0, lit.y, lit.x, lit.height}, seen_dark_program, view);
-    seePart({right, lit.y, view.width - right, lit.height}, seen_dark_program, view);
-  }
-
-  void seePart(const PixelRect& part, const Program& program, const ObserverView& view) {
-    if (part.width <= 0 || part.height <= 0) return;
-    glEnable(GL_SCISSOR_TEST);
-    glScissor(part.x, part.y, part.width, part.height);
-    drawScreen(targets->picture.color(), view.width, view.height, program, no_vertices);
-    glDisable(GL_SCISSOR_TEST);
+    if (light) {
+      targets->beam.draw(*light, thrown_light.shadowMap(), view, kNear);
+      thrown_light.use(seen_program);
+      const double down = std::tan(view.vertical_fov / 2), across = down * view.width / view.height;
+      setUniform(seen_program, "ray_span", glm::vec2(across, down));
+      setUniform(seen_program, "T_world_observer",
+                 glm::mat4(toGlm(view.T_world_observer.matrix().matrix())));
+    }
+    drawScreen(targets->picture.color(), view.width, view.height,
+               light ? seen_program : seen_dark_program, no_vertices);
   }
 
   /// Over the picture: a breath of what is gone, once where several parts lie behind each other,
@@ -256,13 +234,12 @@ struct ObserverRenderer::Impl {
   Program wood_program = makeSolidProgram({"wood.frag"});
   Program depth_program = makeSolidProgram({"depth.frag"});
   Program ghost_program = makeSolidProgram({"even.frag"});
-  Program seen_program = makeSeenProgram(
-      {"seen_point.glsl", "lens.glsl", "sent_light.glsl", "projected_light.glsl"});
+  Program seen_program =
+      makeSeenProgram({"seen_point.glsl", "lens.glsl", "sent_light.glsl", "projected_light.glsl"});
   Program seen_dark_program = makeSeenProgram({"no_light.glsl"});
   VertexArray no_vertices = VertexArray::make();
   ThrownLight thrown_light;
   std::optional<SeenTargets> targets;
-  glm::dmat4 P_clip_world{1};
   LastPicture last;
 };
 

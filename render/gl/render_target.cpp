@@ -12,7 +12,7 @@
 namespace afterglow::render {
 namespace {
 
-constexpr GLuint kPackGroup = 256;  // of pack.comp
+constexpr GLuint kPackGroup = 256;   // of pack.comp
 constexpr std::size_t kPacked = 12;  // bytes, of four pixels
 
 }  // namespace

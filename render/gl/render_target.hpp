@@ -12,8 +12,8 @@
 
 namespace afterglow::render {
 
-/// A projector's image, which the GPU packs into the bytes that Image has, and sends to memory where
-/// the CPU reads it in two parts: while it copies the first one the second is on its way.
+/// A projector's image, which the GPU packs into the bytes that Image has, and sends to memory
+/// where the CPU reads it in two parts: while it copies the first one the second is on its way.
 class RenderTarget {
  public:
   static constexpr int kSamples = 4;  ///< a pixel: what Mesa's llvmpipe has, and every GPU
@@ -30,8 +30,8 @@ class RenderTarget {
   /// What is drawn, or `painted` instead (8-bit r, g, b, a), is packed and sent, once the GPU comes
   /// to it: nobody waits.
   void beginReading(const Buffer* painted);
-  /// The image that beginReading() has sent, GL's lowest row first: scenes are drawn upside down, so
-  /// that this is the top. Waits for the GPU. `image` has its size.
+  /// The image that beginReading() has sent, GL's lowest row first: scenes are drawn upside down,
+  /// so that this is the top. Waits for the GPU. `image` has its size.
   void read(Image& image, Workers& workers);
 
  private:
@@ -43,7 +43,7 @@ class RenderTarget {
 
   int width_, height_;
   std::size_t image_bytes_;
-  Texture color_, depth_;    ///< made when they are first used
+  Texture color_, depth_;  ///< made when they are first used
   Framebuffer samples_;
   Buffer packed_ = Buffer::make(), sent_ = Buffer::make();
   const char* mapped_ = nullptr;  ///< sent_, as the CPU reads it

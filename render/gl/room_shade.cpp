@@ -43,9 +43,8 @@ glm::dmat4 lampClipFromWorld(const glm::dvec3& p_middle, double texel) {
 RoomShade::RoomShade(int width, int height)
     : width_((width + 2) / 3),
       height_((height + 2) / 3),
-      shade_(makeProgram(
-          {{GL_VERTEX_SHADER, {"screen.vert"}},
-           {GL_FRAGMENT_SHADER, {"seen_point.glsl", "shade.frag"}}})),
+      shade_(makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}},
+                          {GL_FRAGMENT_SHADER, {"seen_point.glsl", "shade.frag"}}})),
       soften_(makeProgram(
           {{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, {"soften_shade.frag"}}})) {
   glTextureStorage2D(rough_.id(), 1, GL_RGBA16F, width_, height_);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <glm/common.hpp>
 #include <utility>
 
 #include "render/gl/observer_renderer.hpp"
@@ -23,19 +22,6 @@ bool isWood(const Color& color) {
 SolidMesh::Kind kindOf(const Drawable& solid) {
   if (isGhost(solid)) return SolidMesh::Kind::Ghost;
   return isWood(solid.color) ? SolidMesh::Kind::Wood : SolidMesh::Kind::Paint;
-}
-
-WorldBox boundsOf(const std::vector<ShadedVertex>& vertices) {
-  if (vertices.empty()) return {};
-  const auto at = [](const ShadedVertex& vertex) {
-    return glm::dvec3(vertex.x, vertex.y, vertex.z);
-  };
-  WorldBox box{at(vertices.front()), at(vertices.front())};
-  for (const ShadedVertex& vertex : vertices) {
-    box.low = glm::min(box.low, at(vertex));
-    box.high = glm::max(box.high, at(vertex));
-  }
-  return box;
 }
 
 }  // namespace
@@ -63,7 +49,6 @@ bool SolidMesh::set(const std::vector<Drawable>& solids, const Eye& eye) {
   runs_ = std::move(runs);
   shown_ = mesh.vertices;
   shown_indices_ = mesh.indices;
-  bounds_ = boundsOf(mesh.vertices);
   upload(vertices_, mesh.vertices);
   upload(indices_, mesh.indices);
   return true;

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "render/gl/gl_handle.hpp"
-#include "render/gl/lit_rect.hpp"
 #include "render/scene/shaded_mesh.hpp"
 
 namespace afterglow::render {
@@ -23,8 +22,6 @@ class SolidMesh {
   /// changed.
   bool set(const std::vector<Drawable>& solids, const Eye& eye);
   bool has(Kind kind) const;
-  /// Around all of them.
-  const WorldBox& bounds() const { return bounds_; }
   /// Draws what is of that kind. The program's vertex shader is solid.vert.
   void draw(const Program& program, Kind kind) const;
   /// Draws all that stands in the room.
@@ -41,7 +38,6 @@ class SolidMesh {
   std::vector<Run> runs_;
   std::vector<ShadedVertex> shown_;            ///< what the buffers hold
   std::vector<std::uint32_t> shown_indices_;
-  WorldBox bounds_;
   Buffer vertices_ = Buffer::make(), indices_ = Buffer::make();
   VertexArray array_;
 };

@@ -43,15 +43,6 @@ void ThrownLight::set(const ProjectedLight& light) {
                       light.image.rgb.data());
 }
 
-std::array<glm::dvec3, 4> ThrownLight::corners() const {
-  const glm::dmat4 T_world_clip = glm::inverse(P_shadow_world_);
-  const auto direction = [&](double x, double y) {
-    const glm::dvec4 p = T_world_clip * glm::dvec4(x, y, 0, 1);
-    return glm::normalize(glm::dvec3(p) / p.w - p_world_projector_);
-  };
-  return {direction(-1, -1), direction(1, -1), direction(1, 1), direction(-1, 1)};
-}
-
 void ThrownLight::use(const Program& program) const {
   setLens(program, lens_);
   setUniform(program, "projector_image", kImageUnit);

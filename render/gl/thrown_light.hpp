@@ -2,7 +2,6 @@
 /// A projector's light as the shaders of a lit room need it: image, lens, depths, and where it is.
 #pragma once
 
-#include <array>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
@@ -47,9 +46,6 @@ class ThrownLight {
   /// The depths are the caller's to draw, with clipFromWorld.
   ShadowMap& shadowMap() { return shadow_map_; }
   const glm::dmat4& clipFromWorld() const { return P_shadow_world_; }
-  const glm::dvec3& position() const { return p_world_projector_; }
-  /// Directions of the corners around the light, in the world.
-  std::array<glm::dvec3, 4> corners() const;
   /// Sets the projector's uniforms of projected_light.glsl, and binds its textures.
   void use(const Program& program) const;
 

@@ -44,7 +44,8 @@ calib::Lens lensOf(const Size& size) {
                     {-0.2, 0.05, 0.001, -0.001, 0});
 }
 
-// ------------------------------------------------------------------------------------ a cloud's bytes
+// ------------------------------------------------------------------------------------ a cloud's
+// bytes
 constexpr std::size_t kStep = 32, kColorAt = 16;
 
 /// The data of a depth camera's PointCloud2: x, y, z, rgb, 32 bytes a point.
@@ -93,7 +94,8 @@ PointCloud cloudOf(const std::vector<std::uint8_t>& bytes, PointStyle style, flo
   return cloud;
 }
 
-// ------------------------------------------------------------------------------------------- markers
+// -------------------------------------------------------------------------------------------
+// markers
 /// Of all types, in the places of a raster; `seed` says what is where.
 std::vector<Drawable> markers(int count, unsigned seed) {
   static const auto letters = std::make_shared<const Body>(Typeface().block(U"box 7", 0.03));
@@ -117,15 +119,18 @@ std::vector<Drawable> markers(int count, unsigned seed) {
                                        squares,
                                        Text{letters}};
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.translation() << 0.03 * (i % 50) - 0.75, 0.024 * (i / 50) - 0.48, 1.5 + 0.1 * double(unit(random));
+    T.translation() << 0.03 * (i % 50) - 0.75, 0.024 * (i / 50) - 0.48,
+        1.5 + 0.1 * double(unit(random));
     T.rotate(Eigen::AngleAxisd(3.0 * double(unit(random)), Eigen::Vector3d(1, 2, 3).normalized()));
-    all.push_back({Rigid<World, World>(T), shapes[static_cast<std::size_t>(i) % shapes.size()],
+    all.push_back({Rigid<World, World>(T),
+                   shapes[static_cast<std::size_t>(i) % shapes.size()],
                    {unit(random), 1, unit(random), 1}});
   }
   return all;
 }
 
-// --------------------------------------------------------------------------------------------- times
+// ---------------------------------------------------------------------------------------------
+// times
 /// How long the GPU works on what it is asked for between begin() and end().
 class GpuTimer {
  public:
@@ -253,29 +258,25 @@ std::vector<Row> rows() {
 
 void printProjector(GlContext& context, const std::string& only) {
   std::printf("\n%-32s %9s | %23s | %39s\n", "", "", "CPU", "OpenGL");
-  std::printf("%-32s %9s | %7s %7s %7s | %7s %7s %7s %7s %7s\n",
-              "ms from bytes or values to image", "scene", "draw", "all", "p99", "begin", "finish",
-              "(GPU)", "all", "p99");
+  std::printf("%-32s %9s | %7s %7s %7s | %7s %7s %7s %7s %7s\n", "ms from bytes or values to image",
+              "scene", "draw", "all", "p99", "begin", "finish", "(GPU)", "all", "p99");
   const GpuTimer gpu(context);
   for (const Size& size : kSizes) {
     ProjectorRenderer cpu(context, lensOf(size), Drawing::Cpu);
     ProjectorRenderer gl(context, lensOf(size), Drawing::Gl);
     std::printf("%dx%d\n", size.width, size.height);
     for (const Row& row : rows()) {
-      const bool is_usual = row.name == "nothing" ||
-                            row.name.find("points of 3 px") != std::string::npos;
+      const bool is_usual =
+          row.name == "nothing" || row.name.find("points of 3 px") != std::string::npos;
       if (size.width != kSizes[0].width && !is_usual) continue;
       if (row.name.find(only) == std::string::npos) continue;
-      const Times by_cpu = timesOf(cpu, row.make, nullptr),
-                  by_gl = timesOf(gl, row.make, &gpu);
-      std::printf("%-32s %9.2f | %7.2f %7.2f %7.2f | %7.2f %7.2f %7.2f %7.2f %7.2f%s\n", row.name.c_str(),
-                  quantile(by_gl.made, 0.5),
+      const Times by_cpu = timesOf(cpu, row.make, nullptr), by_gl = timesOf(gl, row.make, &gpu);
+      std::printf("%-32s %9.2f | %7.2f %7.2f %7.2f | %7.2f %7.2f %7.2f %7.2f %7.2f%s\n",
+                  row.name.c_str(), quantile(by_gl.made, 0.5),
                   quantile(by_cpu.begun, 0.5) + quantile(by_cpu.finished, 0.5),
-                  quantile(by_cpu.all, 0.5), quantile(by_cpu.all, 0.99),
-                  quantile(by_gl.begun, 0.5), quantile(by_gl.finished, 0.5),
-                  quantile(by_gl.gpu, 0.5),
-                  quantile(by_gl.all, 0.5), quantile(by_gl.all, 0.99),
-                  by_cpu.is_lit && by_gl.is_lit ? "" : "  dark");
+                  quantile(by_cpu.all, 0.5), quantile(by_cpu.all, 0.99), quantile(by_gl.begun, 0.5),
+                  quantile(by_gl.finished, 0.5), quantile(by_gl.gpu, 0.5), quantile(by_gl.all, 0.5),
+                  quantile(by_gl.all, 0.99), by_cpu.is_lit && by_gl.is_lit ? "" : "  dark");
       std::fflush(stdout);
     }
     const ProjectorRenderer chosen(context, lensOf(size), Drawing::Measured);
@@ -292,7 +293,8 @@ void printObserver(GlContext& context) {
     room.push_back({Rigid<World, World>(T), std::move(shape), {0.5f, 0.4f, 0.3f, 1}});
   };
   put(1, 0, -0.05, Cube{{7, 7, 0.1f}});
-  for (int i = 0; i < 59; ++i) put(0.5 + 0.3 * (i % 8), 0.3 * (i / 8) - 1, 0.1, Cube{{0.1f, 0.1f, 0.2f}});
+  for (int i = 0; i < 59; ++i)
+    put(0.5 + 0.3 * (i % 8), 0.3 * (i / 8) - 1, 0.1, Cube{{0.1f, 0.1f, 0.2f}});
   const calib::Lens lens = lensOf(kSizes[0]);
   const auto T_projector_world = test::lookAt<Projector>({0.2, 0, 1.6}, {1.5, 0, 0}).inverse();
   Scene scene = sceneOf({});
@@ -314,7 +316,8 @@ void printObserver(GlContext& context) {
     renderer.render(room, &light, view);
     times.push_back(msSince(begin));
   }
-  std::printf("a bystander's view of a lit room, %dx%d: %.2f ms\n", view.width, view.height, quantile(times, 0.5));
+  std::printf("a bystander's view of a lit room, %dx%d: %.2f ms\n", view.width, view.height,
+              quantile(times, 0.5));
 }
 
 }  // namespace

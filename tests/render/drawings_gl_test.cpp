@@ -307,8 +307,8 @@ TEST_F(Drawings, ofAListWhosePointsOrColorsChangeAreNew) {
 }
 
 TEST_F(Drawings, leaveOutWhatIsNotFiniteAlike) {
-  for (const PointStyle style : {PointStyle::Points, PointStyle::Squares, PointStyle::Boxes,
-                                 PointStyle::Spheres}) {
+  for (const PointStyle style :
+       {PointStyle::Points, PointStyle::Squares, PointStyle::Boxes, PointStyle::Spheres}) {
     PointCloud cloud = wall(800, style == PointStyle::Points ? 3 : 0.012f, true);
     cloud.style = style;
     for (std::size_t i = 0; i < 800; i += 7) {
@@ -330,7 +330,8 @@ TEST_F(Drawings, ofThingsNearTheLensAreAlike) {
       const float z = -0.1f + 0.004f * static_cast<float>(i);
       cloud.points.emplace_back(0.4f * z * std::sin(2.f * static_cast<float>(i)),
                                 0.3f * z * std::cos(3.f * static_cast<float>(i)), z);
-      cloud.colors.push_back({static_cast<std::uint8_t>(i), 255, static_cast<std::uint8_t>(i / 3), 255});
+      cloud.colors.push_back(
+          {static_cast<std::uint8_t>(i), 255, static_cast<std::uint8_t>(i / 3), 255});
     }
     const Difference found = difference({{layerOf(cloud)}}, lens_, false);
     EXPECT_NEAR(found.area, 0, 5e-3) << static_cast<int>(style);

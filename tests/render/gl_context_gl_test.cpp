@@ -62,7 +62,8 @@ TEST_F(GlContextTest, drawsOnByTheCpuWhenItIsLost) {
 
 TEST_F(GlContextTest, compileErrorsNameFileAndLine) {
   try {
-    makeProgram({{GL_FRAGMENT_SHADER, {"room_light.glsl", "sent_light.glsl"}}});  // lens.glsl is missing
+    makeProgram(
+        {{GL_FRAGMENT_SHADER, {"room_light.glsl", "sent_light.glsl"}}});  // lens.glsl is missing
     FAIL() << "compiled";
   } catch (const std::runtime_error& error) {
     const std::string text = error.what();  // the rest of it is each driver's own

@@ -1,5 +1,6 @@
 /// \file
-/// A scene of everything that changes a little from image to image: for drawers that keep what stays.
+/// A scene of everything that changes a little from image to image: for drawers that keep what
+/// stays.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -36,15 +37,22 @@ inline render::Drawable randomDrawable(std::mt19937& random, const render::Share
   list.points = squares.points;
   list.size = Eigen::Vector3f::Constant(0.03f);
   if (unit(random) < 0.5f) list.kind = render::ShapeList::Kind::Spheres;
-  const std::vector<render::Shape> shapes = {
-      render::Arrow{},      render::Cube{size},        render::Sphere{size},
-      render::Cylinder{size}, lines,                   list,
-      render::Triangles{few, {}}, render::Text{letters}, squares, pixels};
+  const std::vector<render::Shape> shapes = {render::Arrow{},
+                                             render::Cube{size},
+                                             render::Sphere{size},
+                                             render::Cylinder{size},
+                                             lines,
+                                             list,
+                                             render::Triangles{few, {}},
+                                             render::Text{letters},
+                                             squares,
+                                             pixels};
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.rotate(Eigen::AngleAxisd(double(between(0, 3)), Eigen::Vector3d(1, 2, 3).normalized()));
   T.translation() = Eigen::Vector3f(between(-0.6f, 0.6f), between(-0.4f, 0.4f), between(1.1f, 1.9f))
                         .cast<double>();
-  return {Rigid<World, World>(T), shapes[random() % shapes.size()],
+  return {Rigid<World, World>(T),
+          shapes[random() % shapes.size()],
           {between(0, 1), between(0, 1), between(0, 1), unit(random) < 0.7f ? 1 : 0.5f}};
 }
 
