@@ -1,15 +1,13 @@
 #include "nodes/conversion/mesh_library.hpp"
 
-#include <ros/package.h>
-
 #include <algorithm>
-#include <cctype>
 #include <csignal>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 
+#include "nodes/conversion/resource_file.hpp"
 #include "render/body_bytes.hpp"
 
 namespace afterglow::nodes {
@@ -18,38 +16,11 @@ namespace {
 namespace fs = std::filesystem;
 using MaybeMesh = Converted<render::SharedBody>;
 
-const std::string kPackage = "package://", kFile = "file://";
-constexpr std::size_t kLongestResource = 1024;
 constexpr std::size_t kMostEntries = 256, kMostRequests = 256;
 constexpr std::size_t kMostNames = 4096;  // spellings of them
 constexpr std::size_t kMostTriangles = 4'000'000;  // kept, all together
 constexpr std::chrono::seconds kRetry(5);
 constexpr int kRetryShare = 20;  // a file that took long to fail is tried again later
-
-bool begins(const std::string& text, const std::string& with) {
-  return text.compare(0, with.size(), with) == 0;
-}
-
-bool climbs(const std::string& path) {
-  const fs::path parsed(path);
-  return std::find(parsed.begin(), parsed.end(), "..") != parsed.end();
-}
-
-bool isInside(const fs::path& path, const fs::path& root) {
-  std::error_code error;
-  const fs::path real = fs::weakly_canonical(path, error), real_root = fs::canonical(root, error);
-  return !error &&
-         std::mismatch(real_root.begin(), real_root.end(), real.begin(), real.end()).first ==
-             real_root.end();
-}
-
-std::vector<std::string> packageFolders() {
-  std::vector<std::string> names, folders;
-  ros::package::getAll(names);
-  for (const std::string& name : names) folders.push_back(ros::package::getPath(name));
-  folders.erase(std::remove(folders.begin(), folders.end(), ""), folders.end());
-  return folders;
-}
 
 constexpr int kKilledBy = 128;  // plus the signal
 
@@ -183,34 +154,21 @@ MaybeMesh MeshLibrary::load(const Place& place) {
 }
 
 Converted<MeshLibrary::Place> MeshLibrary::find(const std::string& resource) {
-  if (resource.find('\0') != std::string::npos) return refused<Place>("a NUL in its name");
-  if (climbs(resource)) return refused<Place>("'..' is not followed");
-  if (begins(resource, kPackage)) return findInPackage(resource.substr(kPackage.size()));
-  if (begins(resource, kFile)) return findFile(resource.substr(kFile.size()));
-  return refused<Place>("neither package:// nor file://");
-}
-
-Converted<MeshLibrary::Place> MeshLibrary::findInPackage(const std::string& name_and_path) {
-  const std::size_t slash = name_and_path.find('/');
-  const std::string name = name_and_path.substr(0, slash);
-  const bool named = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '_' || c == '-';
-  });
-  if (!named || slash == std::string::npos) return refused<Place>("not package://NAME/PATH");
-  const std::string folder = ros::package::getPath(name);
-  if (folder.empty()) return refused<Place>("there is no ROS package of that name");
-  return {Place{folder + name_and_path.substr(slash), folder}, {}};
-}
-
-Converted<MeshLibrary::Place> MeshLibrary::findFile(const std::string& path) {
-  if (path.empty() || path.front() != '/') return refused<Place>("not file:///PATH");
+  ResourceFile named;
+  try {
+    named = resourceFile(resource);
+  } catch (const std::runtime_error& error) {
+    return refused<Place>(error.what());
+  }
+  if (!named.package.empty()) return {Place{named.path, named.package}, {}};
   if (roots_are_packages_ && roots_.empty()) roots_ = packageFolders();
-  const auto root = std::find_if(roots_.begin(), roots_.end(),
-                                 [&](const std::string& folder) { return isInside(path, folder); });
+  const auto root = std::find_if(roots_.begin(), roots_.end(), [&](const std::string& folder) {
+    return isInside(named.path, folder);
+  });
   if (root == roots_.end()) {
     return refused<Place>("outside the folders meshes may come from (mesh_roots)");
   }
-  return {Place{path, *root}, {}};
+  return {Place{named.path, *root}, {}};
 }
 
 /// Drawables keep the meshes that they show.

@@ -67,8 +67,6 @@ class MeshLibrary {
   Mesh load(const Place& place);
   const Entry* known(const Key& key) const;
   Converted<Place> find(const std::string& resource);
-  Converted<Place> findInPackage(const std::string& name_and_path);
-  Converted<Place> findFile(const std::string& path);
   void makeRoom();
 
   std::vector<std::string> roots_;  ///< these are the reading thread's alone, once it runs

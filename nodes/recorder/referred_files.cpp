@@ -1,7 +1,6 @@
 #include "nodes/recorder/referred_files.hpp"
 
 #include <fcntl.h>
-#include <ros/package.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <stdexcept>
 
 #include "nodes/conversion/geometry_conversion.hpp"
+#include "nodes/conversion/resource_file.hpp"
 #include "replay/store/checksum.hpp"
 
 namespace afterglow::nodes {
@@ -18,14 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string kPackage = "package://", kFile = "file://";
 const std::string kSounds = "/usr/share/sounds";
 constexpr std::uintmax_t kLargest = 20u << 20;
-constexpr std::size_t kLongestUri = 1024;
-
-bool begins(const std::string& text, const std::string& with) {
-  return text.compare(0, with.size(), with) == 0;
-}
 
 bool isSoundOrMesh(const fs::path& path) {
   static const std::set<std::string> kKnown = {".wav",  ".ogg", ".oga",  ".mp3", ".flac",
@@ -35,43 +29,6 @@ bool isSoundOrMesh(const fs::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return kKnown.count(extension) != 0;
-}
-
-/// Where a URI leads, before links are followed.
-struct Named {
-  fs::path path;
-  fs::path package;  ///< the folder of its package; empty: file://
-};
-
-/// Throws std::runtime_error saying why there is no such file.
-Named fileNamed(const std::string& uri) {
-  if (uri.size() > kLongestUri || uri.find('\0') != std::string::npos) {
-    throw std::runtime_error("its name is too long or holds a NUL");
-  }
-  if (begins(uri, kFile)) return {uri.substr(kFile.size()), {}};
-  if (!begins(uri, kPackage)) throw std::runtime_error("neither package:// nor file://");
-  const std::string rest = uri.substr(kPackage.size());
-  const std::string package = rest.substr(0, rest.find('/'));
-  const std::string folder = ros::package::getPath(package);
-  if (folder.empty()) throw std::runtime_error("there is no ROS package of that name");
-  return {folder + rest.substr(package.size()), folder};
-}
-
-bool isInside(const fs::path& real, const fs::path& root) {
-  std::error_code error;
-  const fs::path folder = fs::canonical(root, error);
-  return !error &&
-         std::mismatch(folder.begin(), folder.end(), real.begin(), real.end()).first ==
-             folder.end();
-}
-
-bool isInPackage(const fs::path& real) {
-  std::vector<std::string> names;
-  ros::package::getAll(names);
-  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
-    const std::string folder = ros::package::getPath(name);
-    return !folder.empty() && isInside(real, folder);
-  });
 }
 
 /// An open file, closed with the object.
@@ -116,7 +73,7 @@ class OpenFile {
 };
 
 replay::Bytes contentsOf(const std::string& uri, const std::vector<std::string>& roots) {
-  const Named named = fileNamed(uri);
+  const ResourceFile named = resourceFile(uri);
   if (!isSoundOrMesh(named.path)) throw std::runtime_error("no sound and no mesh by its name");
   const OpenFile file(named.path);
   const fs::path real = file.realPath();
@@ -124,9 +81,11 @@ replay::Bytes contentsOf(const std::string& uri, const std::vector<std::string>&
   if (!named.package.empty() && !isInside(real, named.package)) {
     throw std::runtime_error("it leads out of its package");
   }
-  const auto holdsIt = [&](const std::string& root) { return isInside(real, root); };
-  if (named.package.empty() && !isInside(real, kSounds) && !isInPackage(real) &&
-      std::none_of(roots.begin(), roots.end(), holdsIt)) {
+  const auto isIn = [&](const std::vector<std::string>& folders) {
+    return std::any_of(folders.begin(), folders.end(),
+                       [&](const std::string& folder) { return isInside(real, folder); });
+  };
+  if (named.package.empty() && !isIn({kSounds}) && !isIn(roots) && !isIn(packageFolders())) {
     throw std::runtime_error("outside the folders that files may come from (~file_roots)");
   }
   if (file.size() > kLargest) throw std::runtime_error("larger than 20 MiB");
@@ -145,7 +104,7 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
     try {
       contents = contentsOf(uri, roots);
     } catch (const std::runtime_error& error) {
-      remarks.push_back("the file '" + printable(uri.substr(0, kLongestUri)) +
+      remarks.push_back("the file '" + printable(uri.substr(0, kLongestResource)) +
                         "' was not kept: " + error.what());
       continue;
     }
@@ -159,7 +118,7 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
 bool isHere(const std::string& uri) {
   try {
     std::error_code error;
-    return fs::is_regular_file(fileNamed(uri).path, error);
+    return fs::is_regular_file(resourceFile(uri).path, error);
   } catch (const std::runtime_error&) {
     return false;
   }
