@@ -1,7 +1,5 @@
 #include "render/projector_renderer.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
@@ -58,6 +56,10 @@ struct ProjectorRenderer::Impl {
     }
     if (wanted != Drawing::Cpu) {
       try {
+        // Software's takes a hundred times as long as the CPU: that needs no measuring.
+        if (wanted == Drawing::Measured && isSoftware(context.description())) {
+          throw std::runtime_error("OpenGL is software: " + context.description());
+        }
         gl = makeGlDrawer(context, lens);
         description = "drawn by OpenGL";
       } catch (const std::runtime_error& error) {
@@ -77,22 +79,11 @@ struct ProjectorRenderer::Impl {
     drawer = gl ? gl.get() : cpu.get();
   }
 
-  /// Where OpenGL is so slow with few points, it is no GPU, and not worth to be asked again.
   void measure() {
-    constexpr double kHopeless = 4;
     const Scene few = pointsToMeasure(lens, DrawingPace::kFewColumns);
-    choice.cpu.few_ms = imageTime(*cpu, few);
-    choice.gl.few_ms = imageTime(*gl, few);
-    if (choice.gl.few_ms > kHopeless * choice.cpu.few_ms) {
-      description =
-          fmt::format("drawn by the CPU ({} points: {:.1f} ms by the CPU, {:.1f} ms by OpenGL)",
-                      DrawingPace::kFew, choice.cpu.few_ms, choice.gl.few_ms);
-      gl.reset();
-      return;
-    }
     const Scene many = pointsToMeasure(lens, DrawingPace::kManyColumns);
-    choice.cpu.many_ms = imageTime(*cpu, many);
-    choice.gl.many_ms = imageTime(*gl, many);
+    choice.cpu = {imageTime(*cpu, few), imageTime(*cpu, many)};
+    choice.gl = {imageTime(*gl, few), imageTime(*gl, many)};
     description = choice.text();
   }
 

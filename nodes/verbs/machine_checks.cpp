@@ -70,8 +70,7 @@ std::string monitorText(const render::Monitor& monitor) {
 // ----------------------------------------------------------------------------------------- drawing
 
 Checkup judgeRenderer(const std::string& description) {
-  for (const char* software : {"llvmpipe", "softpipe", "swrast", "SWR", "Software Rasterizer"}) {
-    if (description.find(software) == description.npos) continue;
+  if (render::isSoftware(description)) {
     return Checkup::advise("gpu", "none: OpenGL is drawn by software (" + description + ")",
                            "nothing needs one, the CPU draws the projection; for large clouds "
                            "install a GPU's own driver and add yourself to the groups video, "

@@ -32,6 +32,14 @@ class GlContext {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Whether such a description names a renderer that uses no GPU.
+inline bool isSoftware(const std::string& description) {
+  for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR", "Software Rasterizer"}) {
+    if (description.find(name) != std::string::npos) return true;
+  }
+  return false;
+}
+
 /// Draws composed images by OpenGL, four samples a pixel. Throws std::runtime_error where OpenGL
 /// cannot be used, and why.
 std::unique_ptr<ImageDrawer> makeGlDrawer(GlContext& context, const calib::Lens& lens);
