@@ -43,9 +43,10 @@ export async function get(path, query = {}, signal = undefined) {
   return (await ask(withQuery(path, query), {signal})).json();
 }
 
-/** An image of a GET. */
+/** An image of a GET, and `dark`: what it does not show, and why, a line each. */
 export async function getPicture(path, query = {}, signal = undefined) {
-  return (await ask(withQuery(path, query), {signal})).blob();
+  const answer = await ask(withQuery(path, query), {signal});
+  return {image: await answer.blob(), dark: JSON.parse(answer.headers.get('Afterglow-Dark') || '[]')};
 }
 
 /** JSON of a POST. `lasting`: is sent even while the page is being closed. */

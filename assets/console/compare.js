@@ -83,7 +83,7 @@ export class CompareView {
     this.parts.filter((part) => part instanceof Picture).forEach((part) => part.close());
     this.parts = this.parts.filter((part) => !(part instanceof Picture));
     const shown = this.behaviors.map((one) => new Picture(one.id, view,
-      {title: `#${one.id} ${one.name}`, limit: one.duration}));
+      {title: `#${one.id} ${one.name}`, limit: one.duration, tellsDark: true}));
     this.parts.push(...shown);
     refill(this.pictures, shown.map((picture) => picture.place));
     this.moment.follow((seconds) => shown.forEach((picture) => picture.at(seconds)));

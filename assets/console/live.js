@@ -45,9 +45,9 @@ export class LiveView {
 
   async look(signal) {
     try {
-      const picture = await getPicture('/api/projected', {}, signal);
-      if (!picture.size || !this.published) return;  // the first is still on its way, or the last one was
-      const address = URL.createObjectURL(picture);
+      const {image} = await getPicture('/api/projected', {}, signal);
+      if (!image.size || !this.published) return;  // the first is still on its way, or the last one was
+      const address = URL.createObjectURL(image);
       this.image.src = address;
       await this.image.decode().catch(() => {});
       URL.revokeObjectURL(address);

@@ -1,7 +1,7 @@
 /** The projector's picture and the room at the moment, rendered by the server from what was recorded. */
 
 import {getPicture, Latest} from './api.js';
-import {button, element, put} from './dom.js';
+import {button, element, put, refill} from './dom.js';
 import {offset} from './format.js';
 import {SESSION} from './session.js';
 
@@ -17,8 +17,9 @@ export class Picture {
   /**
    * @param {number} id of the behavior
    * @param {string} view projector or bystander
-   * @param {{title?: string, limit?: number, width?: number, place?: string}} how `limit`: the behavior's length,
-   *   s; `place`: where on the page, as the server draws only the newest wish of each
+   * @param {{title?: string, limit?: number, width?: number, place?: string, tellsDark?: boolean}} how `limit`: the
+   *   behavior's length, s; `place`: where on the page, as the server draws only the newest wish of each;
+   *   `tellsDark`: below it stands what is not lit, and why
    */
   constructor(id, view, how = {}) {
     this.id = id;
@@ -29,8 +30,9 @@ export class Picture {
     this.image = element('img', {alt: `${VIEWS[view].alt}, not loaded yet`, hidden: true});
     this.problem = element('p', {class: 'no-picture'}, 'Loading…');
     this.frame = element('div', {class: 'frame'}, this.image, this.problem);
+    this.dark = element('ul', {class: 'dark', hidden: true});
     this.place = element('figure', {class: `picture ${view}`}, this.frame,
-      element('figcaption', {}, how.title || VIEWS[view].title));
+      element('figcaption', {}, how.title || VIEWS[view].title, how.tellsDark && this.dark));
     this.shown = null;
     this.quietUntil = 0;
     this.again = null;
@@ -58,9 +60,9 @@ export class Picture {
       return;
     }
     try {
-      const picture = await getPicture(`/api/behaviors/${this.id}/picture`,
+      const {image, dark} = await getPicture(`/api/behaviors/${this.id}/picture`,
         {t: seconds.toFixed(3), view: this.view, width: this.width, viewer: this.viewer}, signal);
-      const address = URL.createObjectURL(picture);
+      const address = URL.createObjectURL(image);
       this.image.src = address;
       await this.image.decode().catch(() => {});
       URL.revokeObjectURL(address);
@@ -72,14 +74,21 @@ export class Picture {
       this.image.alt = `${VIEWS[this.view].alt} at ${offset(seconds)}`;
       this.image.hidden = false;
       this.problem.hidden = true;
+      this.tell(dark);
     } catch (problem) {
       if (problem.name === 'AbortError') return;
       this.quietUntil = performance.now() + AGAIN_MS;
       if (this.shown === seconds) this.shown = null;  // is asked for again by the next moment, also if it is the same
       this.image.hidden = true;
+      this.tell([]);
       this.problem.hidden = false;
       this.problem.textContent = problem.message;
     }
+  }
+
+  tell(dark) {
+    this.dark.hidden = !dark.length;
+    refill(this.dark, dark.map((line) => element('li', {}, line)));
   }
 
   close() {
@@ -96,7 +105,8 @@ export function noPictures(why) {
 /** Both views beside each other, following a moment. */
 export class Pictures {
   constructor(id, moment) {
-    this.views = Object.keys(VIEWS).map((view) => new Picture(id, view, {limit: moment.length}));
+    this.views = Object.keys(VIEWS).map((view) => new Picture(id, view,
+      {limit: moment.length, tellsDark: view === 'projector'}));
     this.place = element('div', {class: 'pictures'}, this.views.map((view) => view.place));
     moment.follow((seconds) => this.views.forEach((view) => view.at(seconds)));
   }

@@ -141,7 +141,8 @@ std::string behaviorPage(const BehaviorDetail& detail, const std::vector<MomentI
   }
   for (const MomentImage& image : images) {
     data["images"].push_back({{"uri", dataUri("image/jpeg", image.jpeg)},
-                              {"words", fmt::format("{} at {:.1f} s", image.view, image.t)}});
+                              {"words", fmt::format("{} at {:.1f} s", image.view, image.t)},
+                              {"dark", image.dark}});
   }
   if (!film.empty()) {
     data["film"] = {{"uri", dataUri("video/mp4", film)},

@@ -14,6 +14,7 @@ struct MomentImage {
   double t = 0;  ///< seconds since its begin
   std::string view;  ///< for people: "projector"
   std::string jpeg;
+  std::vector<std::string> dark;  ///< what is not lit, and why, a line each
 };
 
 /// Story, images, timeline and what was said, from the template behavior.html. `film`: the bytes of

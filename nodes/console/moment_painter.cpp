@@ -50,7 +50,8 @@ MomentPainter::MomentPainter(render::GlContext& context, const replay::Store& st
                             : std::min(settings.lens.width, kWidestLight))),
       end_(endOf(store, behavior)),
       light_(settings_.config.projectors.at(0).light),
-      renderer_(context, lens_, render::Drawing::Cpu) {
+      renderer_(context, lens_, render::Drawing::Cpu),
+      census_(settings.lens) {
   if (view == PictureView::Bystander) {
     observed_.emplace(context, store_, behavior_, settings_.config, lens_, settings_.observer);
   }
@@ -62,7 +63,7 @@ void MomentPainter::restart() {
   last_ = behavior_.begin;
 }
 
-render::Image MomentPainter::at(double t) {
+MomentPicture MomentPainter::at(double t) {
   const std::int64_t last_ns = std::max(behavior_.begin.ns, end_.ns - 1);
   const double longest = static_cast<double>(last_ns - behavior_.begin.ns) * 1e-9;
   const double within = std::clamp(t, 0.0, longest);
@@ -77,9 +78,15 @@ render::Image MomentPainter::at(double t) {
   render::Image image = snapshot.T_projector_world
                             ? renderer_.render(snapshot.scene, *snapshot.T_projector_world)
                             : renderer_.render({}, {});
-  if (observed_) return observed_->seeAt(width_, moment, snapshot, std::move(image));
-  light_.apply(image);
-  return image;
+  MomentPicture picture;
+  picture.dark = scene_->whyDark(snapshot, census_, isLit(image));
+  if (observed_) {
+    picture.image = observed_->seeAt(width_, moment, snapshot, std::move(image));
+  } else {
+    light_.apply(image);
+    picture.image = std::move(image);
+  }
+  return picture;
 }
 
 }  // namespace afterglow::nodes

@@ -5,12 +5,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "calib/lens.hpp"
 #include "nodes/console/picture_source.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/verbs/observed_pictures.hpp"
+#include "render/compose/light_census.hpp"
 #include "render/gl/gl_context.hpp"
 #include "render/projector_renderer.hpp"
 #include "replay/store/store.hpp"
@@ -22,6 +24,11 @@ struct PictureSettings {
   ProjectorConfig config;  ///< of one projector
   calib::Lens lens;        ///< of its camera_info
   ObserverOptions observer;
+};
+
+struct MomentPicture {
+  render::Image image;
+  std::vector<std::string> dark;  ///< what is not lit, and why (RecordedScene::whyDark)
 };
 
 /// The same lens as if its picture was so many pixels wide.
@@ -40,7 +47,7 @@ class MomentPainter {
                 PictureView view, int width);
 
   /// At that many seconds, or at the behavior's begin or end where it has no such moment.
-  render::Image at(double t);
+  MomentPicture at(double t);
 
   const replay::Behavior& behavior() const { return behavior_; }
 
@@ -55,6 +62,7 @@ class MomentPainter {
   const replay::Stamp end_;
   const render::LightOutput light_;
   render::ProjectorRenderer renderer_;
+  render::LightCensus census_;  ///< by the lens itself, however small the picture
   std::optional<RecordedScene> scene_;
   std::optional<ObservedPictures> observed_;
   replay::Stamp last_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 #include <future>
+#include <nlohmann/json.hpp>
 
 namespace afterglow::nodes {
 namespace {
@@ -11,8 +12,27 @@ namespace {
 constexpr std::size_t kMostWaiting = 16, kMostEasels = 6;
 constexpr std::size_t kMostKept = 64 << 20;  // bytes
 constexpr double kPerSecond = 100;           // moments that are told apart
+constexpr std::size_t kLongestHeader = 8000;  // bytes; escaped up to six times as many
 
 HttpResponse superseded() { return errorResponse(503, "superseded"); }
+
+/// The lines as kDarkHeader has them, as many as a browser takes.
+std::string headerOf(const std::vector<std::string>& dark) {
+  auto lines = nlohmann::json::array();
+  std::size_t size = 0;
+  for (const std::string& line : dark) {
+    size += line.size();
+    if (size > kLongestHeader) break;
+    lines.push_back(line);
+  }
+  const std::size_t others = dark.size() - lines.size();
+  if (others > 0) lines.push_back("and " + std::to_string(others) + " other reasons");
+  return lines.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+HttpResponse responseOf(const MomentPicture& picture) {
+  return {200, "image/jpeg", jpegOf(picture.image), {{kDarkHeader, headerOf(picture.dark)}}};
+}
 
 }  // namespace
 
@@ -58,12 +78,11 @@ void PictureDesk::draw(const PictureWish& given, Respond respond) {
   if (out) out(superseded());
 }
 
-std::string PictureDesk::drawNow(const PictureWish& wish) {
+HttpResponse PictureDesk::drawNow(const PictureWish& wish) {
   auto answer = std::make_shared<std::promise<HttpResponse>>();
   auto response = answer->get_future();
   draw(wish, [answer](HttpResponse drawn) { answer->set_value(std::move(drawn)); });
-  HttpResponse drawn = response.get();
-  return drawn.status == 200 ? std::move(drawn.body) : "";
+  return response.get();
 }
 
 void PictureDesk::run() {
@@ -95,10 +114,11 @@ HttpResponse PictureDesk::drawn(const PictureWish& wish, std::list<Easel>& easel
     const Picture picture(wish.behavior, behavior->end.value_or(behavior->begin).ns, wish.view,
                           wish.width, std::llround(wish.t * kPerSecond));
     const auto kept = kept_.find(picture);
-    if (kept != kept_.end()) return {200, "image/jpeg", kept->second};
-    const std::string jpeg = jpegOf(painterOf(wish, *behavior, easels, context).at(wish.t));
-    if (behavior->end) keep(picture, jpeg);
-    return {200, "image/jpeg", jpeg};
+    if (kept != kept_.end()) return kept->second;
+    const HttpResponse response =
+        responseOf(painterOf(wish, *behavior, easels, context).at(wish.t));
+    if (behavior->end) keep(picture, response);
+    return response;
   } catch (const std::exception& error) {
     easels.remove_if([&](const Easel& easel) { return easel.behavior == wish.behavior; });
     return errorResponse(503, std::string("no picture: ") + error.what());
@@ -125,13 +145,13 @@ MomentPainter& PictureDesk::painterOf(const PictureWish& wish, const replay::Beh
   return *easels.front().painter;
 }
 
-void PictureDesk::keep(const Picture& picture, const std::string& jpeg) {
-  kept_bytes_ += jpeg.size();
-  kept_[picture] = jpeg;
+void PictureDesk::keep(const Picture& picture, const HttpResponse& response) {
+  kept_bytes_ += response.body.size();
+  kept_[picture] = response;
   kept_order_.push_back(picture);
   while (kept_bytes_ > kMostKept) {
     const auto oldest = kept_.find(kept_order_.front());
-    kept_bytes_ -= oldest->second.size();
+    kept_bytes_ -= oldest->second.body.size();
     kept_.erase(oldest);
     kept_order_.pop_front();
   }

@@ -31,7 +31,7 @@ class PictureDesk : public PictureSource {
   ~PictureDesk() override;
 
   void draw(const PictureWish& wish, Respond respond) override;
-  std::string drawNow(const PictureWish& wish) override;
+  HttpResponse drawNow(const PictureWish& wish) override;
 
  private:
   using Place = std::tuple<std::string, std::int64_t, PictureView>;  ///< of a waiting wish
@@ -54,7 +54,7 @@ class PictureDesk : public PictureSource {
                      render::GlContext& context);
   MomentPainter& painterOf(const PictureWish& wish, const replay::Behavior& behavior,
                            std::list<Easel>& easels, render::GlContext& context);
-  void keep(const Picture& picture, const std::string& jpeg);
+  void keep(const Picture& picture, const HttpResponse& response);
 
   const replay::Store& store_;
   const PictureSettings settings_;
@@ -63,7 +63,7 @@ class PictureDesk : public PictureSource {
   std::condition_variable changed_;
   std::map<Place, Waiting> waiting_;
   std::uint64_t turns_ = 0;
-  std::map<Picture, std::string> kept_;
+  std::map<Picture, HttpResponse> kept_;
   std::list<Picture> kept_order_;  ///< the oldest first
   std::size_t kept_bytes_ = 0;
   bool is_ended_ = false;

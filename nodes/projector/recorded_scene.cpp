@@ -8,6 +8,7 @@
 
 #include "nodes/conversion/geometry_conversion.hpp"
 #include "nodes/conversion/typed_message.hpp"
+#include "nodes/projector/dark_reasons.hpp"
 #include "nodes/projector/transform_listener.hpp"
 
 namespace afterglow::nodes {
@@ -101,6 +102,21 @@ SceneSnapshot RecordedScene::at(replay::Stamp moment) {
     next_ = cursor_->next();
   }
   return scene_.snapshot(toTime(moment));
+}
+
+std::vector<std::string> RecordedScene::whyDark(const SceneSnapshot& snapshot,
+                                                render::LightCensus& census, bool is_lit) const {
+  const std::vector<LayerStatus> layers = status();
+  const auto light = snapshot.T_projector_world
+                         ? census.count(snapshot.scene, *snapshot.T_projector_world)
+                         : std::vector<render::LayerCensus>();
+  std::vector<std::string> reasons = darkReasons(snapshot.problems, layers, light);
+  if (std::all_of(layers.begin(), layers.end(),
+                  [](const LayerStatus& layer) { return layer.received == 0; })) {
+    reasons.push_back("no message on any configured topic");
+  }
+  if (!is_lit && reasons.empty()) reasons.push_back("nothing is shown at this moment");
+  return reasons;
 }
 
 const replay::Channel& RecordedScene::channel(std::int64_t id) {

@@ -9,8 +9,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nodes/projector/projector_scene.hpp"
+#include "render/compose/light_census.hpp"
 #include "replay/store/store.hpp"
 
 namespace afterglow::nodes {
@@ -34,6 +36,11 @@ class RecordedScene {
   /// As of the last at(); lives as long as this.
   const tf2::BufferCore& transforms() const { return transforms_; }
   std::vector<LayerStatus> status() const { return scene_.status(); }
+  /// Returns all that the picture of `snapshot`, that of the last at(), does not show, with the
+  /// reason, a line each: one list for `afterglow render` and the console. `is_lit`: the picture is
+  /// not black; a black one has at least one reason.
+  std::vector<std::string> whyDark(const SceneSnapshot& snapshot, render::LightCensus& census,
+                                   bool is_lit) const;
 
  private:
   void feedEarlierTransforms();

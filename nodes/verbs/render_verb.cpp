@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "nodes/observer/film.hpp"
-#include "nodes/projector/dark_reasons.hpp"
 #include "nodes/projector/projector_config.hpp"
 #include "nodes/projector/recorded_scene.hpp"
 #include "nodes/tools/side_by_side.hpp"
@@ -63,18 +62,9 @@ void tell(const std::string& remark) {
   if (!remark.empty()) std::cerr << "afterglow render: " << remark << std::endl;
 }
 
-bool isLit(const render::Image& image) {
-  return std::any_of(image.rgb.begin(), image.rgb.end(),
-                     [](std::uint8_t byte) { return byte != 0; });
-}
-
 /// A dark picture's reasons in one line; of a lit one a line for each thing that it does not show.
 void tellDark(const std::vector<std::string>& reasons, const char* what, bool is_lit) {
-  if (!is_lit) {
-    return tell(fmt::format("the {} is dark: {}", what,
-                            reasons.empty() ? "nothing is shown at this moment"
-                                            : fmt::format("{}", fmt::join(reasons, "; "))));
-  }
+  if (!is_lit) return tell(fmt::format("the {} is dark: {}", what, fmt::join(reasons, "; ")));
   for (const std::string& reason : reasons) tell(reason);
 }
 
@@ -99,7 +89,7 @@ class BehaviorPictures {
         begin_(source_.behavior.begin),
         end_(endOf(*source_.store, source_.behavior)),
         renderer_(context_, lens_, config_.projectors[0].drawing),
-        counter_(lens_) {
+        census_(lens_) {
     if (options.is_observed) {
       observed_.emplace(context_, *source_.store, source_.behavior, config_, lens_,
                         options.observer);
@@ -117,7 +107,8 @@ class BehaviorPictures {
     const Stamp moment{begin_.ns + std::llround(seconds * 1e9)};
     const SceneSnapshot snapshot = scene.at(moment);
     render::Image image = draw(snapshot);
-    tellDark(reasonsAt(snapshot, scene), "picture", isLit(image));
+    const bool is_lit = isLit(image);
+    tellDark(scene.whyDark(snapshot, census_, is_lit), "picture", is_lit);
     return shown(moment, snapshot, std::move(image));
   }
 
@@ -128,7 +119,7 @@ class BehaviorPictures {
       const SceneSnapshot snapshot = scene.at(*moment);
       render::Image image = draw(snapshot);
       if (isLit(image)) {
-        tellDark(reasonsAt(snapshot, scene), "picture", true);
+        tellDark(scene.whyDark(snapshot, census_, true), "picture", true);
         return shown(*moment, snapshot, std::move(image));
       }
     }
@@ -143,11 +134,11 @@ class BehaviorPictures {
     if (last) {
       RecordedScene again = start();
       snapshot = again.at(*last);
-      tellDark(reasonsAt(snapshot, again), "picture", true);
+      tellDark(again.whyDark(snapshot, census_, true), "picture", true);
       return shown(*last, snapshot, draw(snapshot));
     }
     throw std::runtime_error(fmt::format("nothing of {} is lit: {}", source_.name,
-                                         fmt::join(reasonsAt(snapshot, scene), "; ")));
+                                         fmt::join(scene.whyDark(snapshot, census_, false), "; ")));
   }
 
   /// What is odd about the lens's file, or empty.
@@ -224,20 +215,7 @@ class BehaviorPictures {
       take(moment, snapshot, std::move(image));
       progress.update(static_cast<std::uint64_t>(moment.ns - begin_.ns), total);
     });
-    tellDark(reasonsAt(snapshot, scene), "video", !is_dark);
-  }
-
-  /// All that is not lit, and why.
-  std::vector<std::string> reasonsAt(const SceneSnapshot& snapshot, const RecordedScene& scene) {
-    const std::vector<LayerStatus> layers = scene.status();
-    const auto light = snapshot.T_projector_world
-                           ? counter_.count(snapshot.scene, *snapshot.T_projector_world)
-                           : std::vector<render::LayerCensus>();
-    std::vector<std::string> reasons = darkReasons(snapshot.problems, layers, light);
-    const bool is_silent = std::all_of(layers.begin(), layers.end(),
-                                       [](const auto& layer) { return layer.received == 0; });
-    if (is_silent) reasons.push_back("no message on any configured topic");
-    return reasons;
+    tellDark(scene.whyDark(snapshot, census_, !is_dark), "video", !is_dark);
   }
 
   RecordedScene start() const { return {*source_.store, source_.behavior, config_}; }
@@ -287,7 +265,7 @@ class BehaviorPictures {
   Stamp begin_, end_;
   render::GlContext context_;
   render::ProjectorRenderer renderer_;
-  render::LightCensus counter_;
+  render::LightCensus census_;
   std::optional<ObservedPictures> observed_;
 };
 

@@ -67,11 +67,6 @@ Program makeSeenProgram(const std::vector<std::string>& light_files) {
   return makeProgram({{GL_VERTEX_SHADER, {"screen.vert"}}, {GL_FRAGMENT_SHADER, files}});
 }
 
-bool isLit(const Image& image) {
-  return std::any_of(image.rgb.begin(), image.rgb.end(),
-                     [](std::uint8_t value) { return value > 0; });
-}
-
 /// The picture that was drawn last, and of what, but for the solids: a film's room often stands
 /// still.
 class LastPicture {

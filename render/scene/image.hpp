@@ -2,6 +2,7 @@
 /// Finished images.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -12,5 +13,11 @@ struct Image {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
 };
+
+/// Returns whether any pixel is not black.
+inline bool isLit(const Image& image) {
+  return std::any_of(image.rgb.begin(), image.rgb.end(),
+                     [](std::uint8_t byte) { return byte != 0; });
+}
 
 }  // namespace afterglow::render

@@ -187,11 +187,11 @@ class Handler(BaseHTTPRequestHandler):
     def log_message(self, *_):
         pass
 
-    def answer(self, status, body, kind="application/json"):
+    def answer(self, status, body, kind="application/json", more=()):
         data = json.dumps(body).encode() if kind == "application/json" else body
         self.send_response(status)
         for name, value in (("Content-Type", kind), ("Content-Length", len(data)),
-                            ("Content-Security-Policy", POLICY), ("X-Content-Type-Options", "nosniff")):
+                            ("Content-Security-Policy", POLICY), ("X-Content-Type-Options", "nosniff"), *more):
             self.send_header(name, str(value))
         self.end_headers()
         self.wfile.write(data)
@@ -246,7 +246,8 @@ class Handler(BaseHTTPRequestHandler):
             return 404, {"error": f"there is no behavior {parts[1]}"}
         if parts[2:] == ["picture"]:
             self.server.pictures.append((query["view"], float(query["t"])))
-            return 200, picture(*self.server.pictures[-1]), "image/svg+xml"
+            dark = [("Afterglow-Dark", json.dumps(self.server.dark))]
+            return 200, picture(*self.server.pictures[-1]), "image/svg+xml", dark
         if parts[2:] == ["message"]:
             return 200, {"t": float(query["t"]), "type": "geometry_msgs/Twist", "value": {
                 "linear": {"x": 0.2 + float(query["t"]), "y": 0, "z": 0}, "angular": {"x": 0, "y": 0, "z": -0.1},
@@ -297,6 +298,7 @@ class PretendConsole(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", port), Handler)
         self.behaviors, self.robot, self.closing = behaviors(many), Robot(), threading.Event()
         self.why_no_render, self.pictures = "", []  # what was asked for: (view, t)
+        self.dark = []  # what no picture shows, and why
         self.asked, self.failing = {}, {}  # by the last word of an address: how often it was asked for; the answer 503
         self.url = f"http://127.0.0.1:{self.server_port}/"
 

@@ -83,6 +83,15 @@ class Console:
                                         stdout=subprocess.PIPE, universal_newlines=True)
         self.port = int(re.search(r":(\d+)/", self.process.stdout.readline())[1])
 
+    def heard(self, path):
+        """The headers of the answer."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        answer.read()
+        connection.close()
+        return answer.headers
+
     def ask(self, method, path, body=None, **headers):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=WAIT_S)
         if body is not None:
