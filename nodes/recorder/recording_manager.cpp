@@ -145,6 +145,7 @@ std::int64_t RecordingManager::begin(Running running) {
   behavior.snapshot = running.snapshot.toJson();
   // Held until it is in the list: interruptAll() ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);
+  lookAtClocks();
   behavior.begin = rosNow();
   behavior.wall_begin = wallNow();
   behavior = recorder_.begin(behavior, running.request.terms);
@@ -239,6 +240,7 @@ RecordingManager::Ended RecordingManager::end(std::int64_t id, const Running& ru
   ended.problem = forced_by;
   ended.counts = recorder_.counts(id);  // in case the store fails
   std::vector<std::string> remarks;
+  lookAtClocks();
   try {
     ended.counts =
         recorder_.end(id, rosNow(), [&](replay::Behavior& behavior, const auto& references) {

@@ -64,7 +64,8 @@ struct RecorderLoad {
 /// If ROS time does (by more than half a second; less is evened out), stamps go on from the last
 /// one while behaviors run, the clock's differences kept, and these behaviors' remarks say by how
 /// much they are ahead of the clock. When no behavior runs any more, a new recording is begun, with
-/// true stamps. If a wall clock is set ahead, stamps go on by the steady clock while behaviors run.
+/// true stamps. If a wall clock is set, ahead or back, stamps go on by the steady clock while
+/// behaviors run.
 ///
 /// While another program keeps the store busy, messages wait in the queue, begin() refuses, and
 /// end() waits. A message whose bytes do not fit its type is kept, one that no store takes is left
@@ -95,7 +96,8 @@ class Recorder {
              std::optional<std::int64_t> steady_ns = {});
   /// Forgets latched messages of a topic: nobody listens to it any more.
   void forgetLatched(const std::string& topic);
-  /// To be told the time about ten times a second, so that clocks that are set are noticed.
+  /// To be told the time about ten times a second, and before begin() and end(), so that clocks
+  /// that are set are noticed.
   void look(const ClockReading& now);
 
   /// Starts a behavior whose `begin` is now; id, recording, robot (if empty) and end are filled in

@@ -48,15 +48,20 @@ RecordingClock::Given RecordingClock::stamp(Stamp ros, bool is_recording,
                        secondsText(ros.ns) + "; stamps of this recording go on as before"};
   }
   const Stamp shifted{ros.ns + ahead_ns_};
-  const std::int64_t back = last_.ns - shifted.ns;
-  if (back <= kSetBack) {
+  if (last_.ns - shifted.ns <= kSetBack) {
     last_ = std::max(last_, shifted);
     return {last_, std::nullopt};
   }
   went_back_ = true;
+  Stamp next = last_;
+  if (is_recording && steady_ns) {
+    next = std::max(next, Stamp{*steady_ns + *ros_by_steady_ns_ + ahead_ns_});
+  }
+  const std::int64_t back = next.ns - shifted.ns;
   std::string text = "ROS time went back by " + secondsText(back) + " to " + secondsText(ros.ns);
   if (is_recording) {
     ahead_ns_ += back;
+    last_ = next;
     text +=
         "; from then on stamps of this recording are " + secondsText(ahead_ns_) + " ahead of it";
   } else {

@@ -25,11 +25,11 @@ class RecordingClock {
     std::optional<std::string> jump;  ///< one sentence, if ROS time was set
   };
 
-  /// The stamp of an event at this ROS time. If ROS time went back by more than half a second (less
-  /// is evened out), stamps go on from the last one while behaviors run (`is_recording`), the
-  /// clock's differences kept, and otherwise begin again at the clock's time. If it went ahead of
-  /// the steady clock (`steady_ns`, unless ROS time is a simulation's), by as much, stamps go on by
-  /// the steady clock while behaviors run.
+  /// The stamp of an event at this ROS time. If ROS time was set by more than half a second (less
+  /// is evened out), back, or ahead of the steady clock (`steady_ns`, unless ROS time is a
+  /// simulation's), stamps go on by the steady clock while behaviors run (`is_recording`), without
+  /// one from the last stamp, the clock's differences kept. Otherwise they begin again at the
+  /// clock's time.
   Given stamp(Stamp ros, bool is_recording, std::optional<std::int64_t> steady_ns = {});
   Stamp last() const { return last_; }  ///< no later stamp was given
   /// Whether ROS time went back since beginRecording(): the next stamps need a new recording.

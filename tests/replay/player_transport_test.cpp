@@ -162,6 +162,33 @@ TEST_F(PlayerTransport, seeksWithTheLightRebuilt) {
   EXPECT_EQ(shown, (Texts{"1:5000", "clear", "1:2000", "clear", "1:5000", "clear"}));
 }
 
+/// Each on the connection that rosbag play has for it, so that who subscribes later gets it again.
+TEST_F(PlayerTransport, seeksWithWhatEachLatchedPublisherHeld) {
+  const auto by = [](const char* node) {
+    Channel channel = kCloud;
+    channel.latching = true;
+    channel.caller_id = node;
+    return channel;
+  };
+  record(by("/front"), 0, cloud(1));
+  record(by("/rear"), 100, cloud(2));
+  record(by("/front"), 1000, cloud(3));
+  at(500, [this] { player->seek({2'000'000'000}); });
+  play(3000);
+  using Shown = std::vector<std::pair<std::string, std::uint32_t>>;
+  Shown shown;
+  for (const Sent& sent : sink.on("/points")) {
+    EXPECT_TRUE(sent.channel.latching);
+    shown.emplace_back(sent.channel.caller_id, cloudWidth(sent.bytes));
+  }
+  const Shown cleared{{"/front", 0}, {"/rear", 0}};
+  ASSERT_EQ(shown.size(), 8u);
+  EXPECT_EQ(Shown(shown.begin(), shown.begin() + 2), (Shown{{"/front", 1}, {"/rear", 2}}));
+  EXPECT_EQ(Shown(shown.begin() + 2, shown.begin() + 4), cleared);
+  EXPECT_EQ(Shown(shown.begin() + 4, shown.begin() + 6), (Shown{{"/rear", 2}, {"/front", 3}}));
+  EXPECT_EQ(Shown(shown.begin() + 6, shown.end()), cleared) << "at the end";
+}
+
 TEST_F(PlayerTransport, refusesToSeekOutsideOfThePart) {
   record(kSay, 0, test::text("a"));
   at(10, [this] {

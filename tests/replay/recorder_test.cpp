@@ -209,6 +209,46 @@ TEST_F(RecorderTest, endsWhatAFullDiskCutOffAtItsLastStoredMessage) {
   EXPECT_EQ(store.behavior(cut.id)->remarks.back(), "disk full: /tmp/x.db");
 }
 
+TEST_F(RecorderTest, endsEachOfSeveralThatAFullDiskCutOffAtItsOwnLastMessage) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const std::size_t b = recorder.channelIndex(channel("/b"));
+  const Behavior outer = recorder.begin(behavior("kitting", {"/a"}, 0));
+  recorder.offer(a, {3}, text("kept"));
+  while (recorder.counts(outer.id).stored == 0) std::this_thread::yield();
+  const Behavior inner = recorder.begin(behavior("pick", {"/b"}, 5));
+  store.failWith("disk full: /tmp/x.db");
+  recorder.offer(b, {6}, text("lost"));
+  recorder.offer(a, {7}, text("lost"));
+  EXPECT_THROW(recorder.end(inner.id, {8}, test::outcome("success")), StoreError);
+  EXPECT_THROW(recorder.end(outer.id, {9}, test::outcome("success")), StoreError);
+  store.failWith("");
+  const Behavior later = recorder.begin(behavior("place", {"/a", "/b"}, 10));
+  recorder.offer(b, {11}, text("of another"));
+  recorder.end(later.id, {20}, test::outcome("success"));
+  EXPECT_EQ(store.behavior(outer.id)->end, Stamp{4});
+  EXPECT_EQ(store.behavior(inner.id)->end, Stamp{6}) << "it had none: behind its begin";
+  EXPECT_TRUE(texts(store, inner.id).empty());
+}
+
+TEST_F(RecorderTest, endsWhatAFullDiskCutOffThereThoughThereIsRoomAgainAtItsEnd) {
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  const Behavior cut = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(a, {3}, text("kept"));
+  while (recorder.counts(cut.id).stored == 0) std::this_thread::yield();
+  store.failWith("disk full: /tmp/x.db");
+  recorder.offer(a, {4}, text("lost"));
+  while (!recorder.failure()) std::this_thread::yield();
+  store.failWith("");
+  recorder.offer(a, {5}, text("lost, too: with a gap it would not be what was"));
+  recorder.end(cut.id, {20}, test::outcome("success"));
+  EXPECT_EQ(texts(store, cut.id), Texts{"kept"});
+  EXPECT_EQ(store.behavior(cut.id)->end, Stamp{4});
+  EXPECT_EQ(store.behavior(cut.id)->remarks,
+            Texts{"2 messages on /a were dropped: disk full: /tmp/x.db"});
+}
+
 TEST_F(RecorderTest, takesTheKnownDefinitionForADefectiveOne) {
   RecorderOptions knowing = options();
   knowing.find_definition = [](const std::string& type) -> std::optional<Definition> {
@@ -246,6 +286,29 @@ TEST_F(RecorderTest, lastsAsLongAsTheSteadyClockWhenTheWallClockIsSetAhead) {
   const Behavior next = recorder.begin(behavior("place", {"/a"}, kDay + 120 * kSecond));
   EXPECT_EQ(next.begin, Stamp{kDay + 120 * kSecond}) << "true again";
   recorder.end(next.id, {kDay + 121 * kSecond}, test::outcome("success"));
+}
+
+TEST_F(RecorderTest, lastsAsLongAsTheSteadyClockWhenTheWallClockIsSetBack) {
+  constexpr std::int64_t kSecond = 1'000'000'000, kDay = 25 * 3600 * kSecond;
+  constexpr std::int64_t kNow = 1'000'000 * kSecond;
+  Recorder recorder(store, options());
+  const std::size_t a = recorder.channelIndex(channel("/a"));
+  recorder.look({{kNow}, {kNow}, 5 * kSecond, false});
+  const Behavior begun = recorder.begin(behavior("pick", {"/a"}, kNow));
+  recorder.offer(a, {kNow + kSecond}, text("before"), 6 * kSecond);
+  recorder.offer(a, {kNow + 3 * kSecond - kDay}, text("after"), 8 * kSecond);
+  recorder.look({{kNow + 4 * kSecond - kDay}, {kNow + 4 * kSecond - kDay}, 9 * kSecond, false});
+  const auto counts =
+      recorder.end(begun.id, {kNow + 10 * kSecond - kDay}, test::outcome("success"));
+  const Behavior stored = *store.behavior(begun.id);
+  EXPECT_EQ(stored.end, Stamp{kNow + 10 * kSecond});
+  const auto cursor = store.messages(stored, {stored.topics, {}, {}});
+  EXPECT_EQ(cursor->next()->received, Stamp{kNow + kSecond});
+  EXPECT_EQ(cursor->next()->received, Stamp{kNow + 3 * kSecond}) << "two seconds later, as it was";
+  ASSERT_FALSE(counts.remarks.empty());
+  EXPECT_EQ(counts.remarks[0],
+            "ROS time went back by 90000.000 s to 910003.000 s; from then on stamps of this "
+            "recording are 90000.000 s ahead of it");
 }
 
 TEST_F(RecorderTest, waitsForABusyStoreAndLosesNothing) {

@@ -373,6 +373,24 @@ TEST_P(StoreSuite, aTrimKeepsWhatIsNeededStill) {
   EXPECT_EQ(texts(all), (Texts{"b", "map", "c", "e"}));
 }
 
+/// As a late subscriber to rosbag play gets them.
+TEST_P(StoreSuite, aTrimKeepsTheLastMessageOfEachLatchedPublisher) {
+  const auto one = store->addChannel(recording, stringChannel("/map", "/one", true));
+  const auto other = store->addChannel(recording, stringChannel("/map", "/other", true));
+  const auto plain = store->addChannel(recording, stringChannel("/map", "/plain"));
+  const auto id = store->addBehavior(sampleBehavior(recording, {"/map"}, 10, 20));
+  store->append({stringMessage(one, 10, 1, "old of one"), stringMessage(one, 11, 2, "of one"),
+                 stringMessage(other, 12, 3, "of other"), stringMessage(plain, 13, 4, "gone"),
+                 stringMessage(plain, 15, 5, "later")});
+  BehaviorEdit edit;
+  edit.from_ns = 4;
+  edit.to_ns = 8;
+  editBehavior(*store, id, edit);
+  MessageRange all;
+  all.with_all_topics = true;
+  EXPECT_EQ(texts(all), (Texts{"of one", "of other", "later"}));
+}
+
 TEST_P(StoreSuite, topicsAreSummedUpByTypeAndOwnership) {
   store->append({message("/a", 1, 1, "a"), message("/a", 3, 2, "b"), message("/b", 2, 3, "c")});
   const Behavior behavior = sampleBehavior(recording, {"/a", "/silent"}, 0, 9);
