@@ -73,18 +73,20 @@ ValueKind secondsOrForever() {
           kForever};
 }
 
-ValueKind aboveZero(const std::string& shown) {
+ValueKind aboveZero(const std::string& shown, double least, double most) {
   return {Kind::Value, shown,
-          [](const std::string& text) {
+          [=](const std::string& text) {
             const auto value = numberOf(text);
-            if (value && *value >= replay::kSlowestRate && *value <= replay::kFastestRate) {
-              return std::string();
-            }
-            return fmt::format("{} is no number of {:g} to {:g}", text, replay::kSlowestRate,
-                               replay::kFastestRate);
+            if (value && *value >= least && *value <= most) return std::string();
+            return fmt::format("{} is no number of {:g} to {:g}", text, least, most);
           },
           ""};
 }
+
+ValueKind rateNumber(const std::string& shown) {
+  return aboveZero(shown, replay::kSlowestRate, replay::kFastestRate);
+}
+ValueKind secondsAboveZero() { return aboveZero("SECONDS", 1e-3, 1e9); }
 
 ValueKind range(const std::string& shown, double least, double most, bool is_count = false) {
   return {Kind::Value, shown,
@@ -282,16 +284,16 @@ std::vector<PlayOption> whichPart() {
   return {
       called("-s", member("start", seconds(), "Begin so many seconds into the behavior",
                           [](Request& r) -> auto& { return r.plan.start_s; })),
-      called("-u", member("duration", aboveZero("SECONDS"), "Play so many seconds of it",
+      called("-u", member("duration", secondsAboveZero(), "Play so many seconds of it",
                           [](Request& r) -> auto& { return r.plan.duration_s; })),
-      member("until", aboveZero("SECONDS"), "Play until so many seconds into it",
+      member("until", secondsAboveZero(), "Play until so many seconds into it",
              [](Request& r) -> auto& { return r.plan.until_s; }),
   };
 }
 
 std::vector<PlayOption> howItIsPlayed() {
   return {
-      called("-r", member("rate", aboveZero("FACTOR"),
+      called("-r", member("rate", rateNumber("FACTOR"),
                           "Speed; velocities and trajectories go with it (0.1 to 10 for the body)",
                           [](Request& r) -> auto& { return r.options.rate; })),
       called("-l", member("loop", flag(), "Again and again (light and speech only)",
@@ -302,7 +304,7 @@ std::vector<PlayOption> howItIsPlayed() {
              [](Request& r) -> auto& { return r.options.starts_paused; }),
       member("pause_topics", topics(), "Pause before each message on these topics",
              [](Request& r) -> auto& { return r.options.pause_topics; }),
-      member("skip_empty", aboveZero("SECONDS"),
+      member("skip_empty", secondsAboveZero(),
              "Play so many seconds of each time without messages",
              [](Request& r) -> auto& { return r.options.skip_empty_s; }),
       called("-k", member("keep_alive", flag(), "Stay at the end, with the light on",
@@ -364,7 +366,7 @@ std::vector<PlayOption> whoseTime() {
                                  "Give the recording's time on /clock; stamps stay as they were "
                                  "(--clock: its name in rosbag play and ros2 bag play)",
                                  clock, ReplayClock::Sim)),
-      needing("sim", member("hz", aboveZero("HZ"), "How often a second",
+      needing("sim", member("hz", rateNumber("HZ"), "How often a second",
                             [](Request& r) -> auto& { return r.clock_hz; })),
       excluding("sim", choosing("follow_clock", "Go, wait and pause as another node's /clock",
                                 clock, ReplayClock::Follow)),
