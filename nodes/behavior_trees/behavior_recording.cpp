@@ -6,11 +6,13 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
-#include <vector>
 
 namespace afterglow::nodes {
 namespace {
@@ -29,31 +31,24 @@ std::atomic<bool> absence_is_known{false};
 
 }  // namespace
 
-/// Shared by the recording and its thread, which may outlive it.
+/// Shared by the recording and its requests, which may outlive it.
 struct BehaviorRecording::State {
   RecordingOptions options;
   std::uint64_t serial = 0;
   std::shared_ptr<RecorderClient> recorder;
-  Clock::time_point deadline;        ///< of waiting for the start
-  States before_start, before_stop;  ///< recordings that have to be answered before this
+  std::shared_ptr<Requests> requests;
+  Clock::time_point deadline;  ///< of waiting for the start
 
   mutable std::mutex mutex;
   mutable std::condition_variable changed;
   bool is_started = false;  ///< or has failed
-  bool is_done = false;
+  bool has_ended = false, is_done = false;
   std::int64_t id = 0;
   std::string problem;
-  std::optional<std::string> outcome;
 
   bool isOverdue() const {
     const std::lock_guard<std::mutex> lock(mutex);
     return !is_started && Clock::now() > deadline;
-  }
-  /// Under the mutex.
-  bool isAnswered() const { return is_started && (!outcome || is_done); }
-  bool isBusy() const {
-    const std::lock_guard<std::mutex> lock(mutex);
-    return !isAnswered();
   }
   /// Changes members and wakes waiting threads.
   template <typename Change>
@@ -68,53 +63,59 @@ struct BehaviorRecording::State {
     std::unique_lock<std::mutex> lock(mutex);
     return changed.wait_until(lock, until, condition);
   }
-  bool isBelow(const std::string& path) const {
-    return options.tree_path.compare(0, path.size() + 1, path + "/") == 0;
-  }
-  static void awaitAnswers(States& others, Clock::time_point until);
   void giveUp(const std::string& why);
-  bool start();
-  void run();
+  void start();
+  void stop(const std::string& outcome);
 };
 
-/// All recordings of this process.
-class BehaviorRecording::Registry {
+/// The requests to one recorder, which a thread makes one after the other in their order. So an
+/// attempt never overlaps the one before it, and a recording ends after those within it. The thread
+/// lives while there is something to ask; one that hangs ends with ROS.
+class BehaviorRecording::Requests : public std::enable_shared_from_this<Requests> {
  public:
-  static Registry& instance() {
-    static Registry registry;
-    return registry;
+  static std::shared_ptr<Requests> to(const RecorderClient* recorder) {
+    static std::mutex mutex;
+    static std::map<const RecorderClient*, std::weak_ptr<Requests>> all;
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (auto at = all.begin(); at != all.end();) at = at->second.expired() ? all.erase(at) : ++at;
+    std::weak_ptr<Requests>& known = all[recorder];
+    auto requests = known.lock();
+    if (!requests) known = requests = std::make_shared<Requests>();
+    return requests;
   }
-  std::uint64_t add(const std::shared_ptr<State>& state) {
+  /// Asks for the end with this outcome; without one for the start, unless the answer to an earlier
+  /// start is overdue: false.
+  bool ask(const std::shared_ptr<State>& state, const std::optional<std::string>& outcome = {}) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    all_.push_back(state);
-    return ++count_;
-  }
-  /// The other recordings that wait for an answer of the same recorder.
-  States busy(const State& state) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    States busy;
-    const auto is_gone = [&](const std::weak_ptr<State>& entry) {
-      const std::shared_ptr<State> other = entry.lock();
-      if (other && other.get() != &state && other->recorder == state.recorder && other->isBusy()) {
-        busy.push_back(other);
-      }
-      return !other;
+    const auto is_overdue = [](const Request& earlier) {
+      return !earlier.outcome && earlier.state->isOverdue();
     };
-    all_.erase(std::remove_if(all_.begin(), all_.end(), is_gone), all_.end());
-    return busy;
+    if (!outcome && std::any_of(unanswered_.begin(), unanswered_.end(), is_overdue)) return false;
+    unanswered_.push_back({state, outcome});
+    if (unanswered_.size() > 1) return true;
+    std::thread([self = shared_from_this()] { self->run(); }).detach();
+    return true;
   }
 
  private:
-  std::mutex mutex_;
-  std::vector<std::weak_ptr<State>> all_;
-  std::uint64_t count_ = 0;
-};
+  struct Request {
+    std::shared_ptr<State> state;
+    std::optional<std::string> outcome;
+  };
 
-void BehaviorRecording::State::awaitAnswers(States& others, Clock::time_point until) {
-  for (const auto& other : std::exchange(others, {})) {
-    other->wait(until, [&other] { return other->isAnswered(); });
+  void run() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    for (; !unanswered_.empty(); unanswered_.pop_front()) {
+      const Request request = unanswered_.front();
+      lock.unlock();
+      request.outcome ? request.state->stop(*request.outcome) : request.state->start();
+      lock.lock();
+    }
   }
-}
+
+  std::mutex mutex_;
+  std::deque<Request> unanswered_;
+};
 
 void BehaviorRecording::State::giveUp(const std::string& why) {
   set([&] {
@@ -123,7 +124,7 @@ void BehaviorRecording::State::giveUp(const std::string& why) {
   });
 }
 
-bool BehaviorRecording::State::start() {
+void BehaviorRecording::State::start() {
   try {
     const std::int64_t begun = recorder->start(options);
     absence_is_known = false;
@@ -131,7 +132,6 @@ bool BehaviorRecording::State::start() {
       id = begun;
       is_started = true;
     });
-    return true;
   } catch (const RecorderAbsent& error) {
     if (!absence_is_known.exchange(true)) {
       ROS_WARN_STREAM(error.what() << "; '" << options.name
@@ -142,24 +142,13 @@ bool BehaviorRecording::State::start() {
     ROS_WARN_STREAM("'" << options.name << "' goes unrecorded: " << error.what());
     giveUp(error.what());
   }
-  return false;
 }
 
-void BehaviorRecording::State::run() {
-  awaitAnswers(before_start, deadline);
-  if (!start()) {
-    return;
-  }
-  std::string word;
-  {
-    std::unique_lock<std::mutex> lock(mutex);
-    changed.wait(lock, [this] { return outcome.has_value(); });
-    word = *outcome;
-  }
-  awaitAnswers(before_stop, after(options.timeout_s));
+void BehaviorRecording::State::stop(const std::string& outcome) {
+  if (is_done) return;  // it has no recording
   std::string trouble;
   try {
-    recorder->stop(id, word);
+    recorder->stop(id, outcome);
   } catch (const std::exception& error) {
     ROS_WARN_STREAM("the end of '" << options.name << "': " << error.what());
     trouble = error.what();
@@ -173,21 +162,16 @@ void BehaviorRecording::State::run() {
 BehaviorRecording::BehaviorRecording(RecordingOptions options,
                                      std::shared_ptr<RecorderClient> recorder)
     : state_(std::make_shared<State>()), exceptions_(std::uncaught_exceptions()) {
+  static std::atomic<std::uint64_t> count{0};
   if (options.tree_path.empty()) {
     options.tree_path = (innermost ? innermost->treePath() + "/" : "") + options.name;
   }
   state_->options = std::move(options);
   state_->recorder = std::move(recorder);
+  state_->requests = Requests::to(state_->recorder.get());
   state_->deadline = after(state_->options.timeout_s);
-  state_->before_start = Registry::instance().busy(*state_);
-  state_->serial = Registry::instance().add(state_);
-  const auto is_overdue = [](const auto& other) { return other->isOverdue(); };
-  if (std::any_of(state_->before_start.begin(), state_->before_start.end(), is_overdue)) {
-    state_->before_start.clear();
-    state_->giveUp("the recorder does not answer");
-  } else {
-    thread_ = std::thread([state = state_] { state->run(); });
-  }
+  state_->serial = ++count;
+  if (!state_->requests->ask(state_)) state_->giveUp("the recorder does not answer");
   if (!state_->options.wait) {
     return;
   }
@@ -206,23 +190,15 @@ BehaviorRecording& BehaviorRecording::operator=(BehaviorRecording&& other) noexc
   if (this != &other) {
     finish();
     state_ = std::move(other.state_);
-    thread_ = std::move(other.thread_);
     exceptions_ = other.exceptions_;
   }
   return *this;
 }
 
 void BehaviorRecording::end(const std::string& outcome) {
-  // Recordings below this one are started and stopped before this one is stopped.
-  States below = Registry::instance().busy(*state_);
-  const auto is_elsewhere = [this](const auto& other) { return !other->isBelow(treePath()); };
-  below.erase(std::remove_if(below.begin(), below.end(), is_elsewhere), below.end());
-  state_->set([&] {
-    if (!state_->outcome) {
-      state_->outcome = outcome;
-      state_->before_stop = std::move(below);
-    }
-  });
+  bool is_asked = false;
+  state_->set([&] { is_asked = !std::exchange(state_->has_ended, true) && !state_->is_done; });
+  if (is_asked) state_->requests->ask(state_, outcome);
 }
 
 bool BehaviorRecording::isSettled() const {
@@ -255,15 +231,9 @@ void BehaviorRecording::finish() noexcept {
     return;  // moved from
   }
   end(std::uncaught_exceptions() > exceptions_ ? "exception" : "stopped");
-  if (!thread_.joinable()) {
-    return;
-  }
-  if (state_->wait(after(state_->options.timeout_s), [this] { return state_->is_done; })) {
-    thread_.join();
-  } else {
+  if (!state_->wait(after(state_->options.timeout_s), [this] { return state_->is_done; })) {
     ROS_WARN_STREAM("the recorder does not answer; '" << state_->options.name
                                                       << "' goes on without it");
-    thread_.detach();  // ends when the recorder answers, or with ROS
   }
 }
 

@@ -12,18 +12,16 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <thread>
-#include <vector>
 
 #include "afterglow/recorder_client.hpp"
 
 namespace afterglow::nodes {
 
-/// The recording of one behavior. A thread of its own starts and stops it; waiting for that thread
-/// is bounded by the options' timeout, so that a slow recorder does not stall a robot. A recording
-/// starts only when the recorder has answered all earlier requests of this process, so that an
-/// attempt never overlaps the one before it, and ends only after the recordings below it. While the
-/// answer to a start is overdue, that recorder gets no further requests.
+/// The recording of one behavior. A thread asks the recorder, for all recordings of this process
+/// one after the other in the order in which they were made and ended, so that an attempt never
+/// overlaps the one before it, and a recording ends after those below it. Waiting for that thread
+/// is bounded by the options' timeout, so that a slow recorder does not stall a robot. While the
+/// answer to a start is overdue, that recorder gets no further recordings.
 ///
 /// Move-only; used by one thread at a time. Not to be kept beyond ROS's shutdown: its end would not
 /// reach the recorder.
@@ -59,12 +57,10 @@ class BehaviorRecording {
 
  private:
   struct State;
-  class Registry;
-  using States = std::vector<std::shared_ptr<State>>;
+  class Requests;
   void finish() noexcept;
 
   std::shared_ptr<State> state_;
-  std::thread thread_;
   int exceptions_ = 0;  ///< in flight when the recording was made
 };
 
