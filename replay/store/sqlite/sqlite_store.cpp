@@ -56,63 +56,10 @@ std::optional<std::uint64_t> SqliteStore::usedBytes() const {
       "pragma_freelist_count(), pragma_page_size()"));
 }
 
-// ------------------------------------------------------------------------ recordings and channels
-
-std::int64_t SqliteStore::addRecording(const Recording& recording) {
-  return recordings_.add(recording);
-}
-
-std::vector<Recording> SqliteStore::recordings() const { return recordings_.all(); }
-
-std::int64_t SqliteStore::addChannel(std::int64_t recording, const Channel& channel) {
-  return recordings_.addChannel(recording, channel);
-}
-
-Channel SqliteStore::channel(std::int64_t id) const { return recordings_.channel(id); }
-
-std::int64_t SqliteStore::beginImport(const Recording& recording) {
-  return imports_.begin(recording);
-}
-
-void SqliteStore::finishImport(std::int64_t recording) { imports_.finish(recording); }
-
-void SqliteStore::dropRecording(std::int64_t recording) { imports_.dropRecording(recording); }
-
-std::size_t SqliteStore::dropUnfinished() { return imports_.dropUnfinished(); }
-
-// ---------------------------------------------------------------------------------------- messages
-
-void SqliteStore::append(const std::vector<Message>& messages, Duplicates duplicates) {
-  messages_.append(messages, duplicates);
-}
-
-std::unique_ptr<MessageCursor> SqliteStore::messages(const Behavior& behavior,
-                                                     const MessageRange& range) const {
-  return messages_.read(behavior, range);
-}
-
-// --------------------------------------------------------------------------------------- behaviors
-
-std::int64_t SqliteStore::addBehavior(const Behavior& behavior) { return behaviors_.add(behavior); }
-
-void SqliteStore::updateBehavior(const Behavior& behavior) { behaviors_.update(behavior); }
-
-void SqliteStore::removeBehavior(std::int64_t id) { behaviors_.remove(id); }
-
-std::vector<Behavior> SqliteStore::behaviors(const BehaviorFilter& filter) const {
-  return behaviors_.find(filter);
-}
-
 std::vector<std::string> SqliteStore::explain(const BehaviorFilter& filter) const {
   std::vector<std::string> steps;
   behaviors_.find(filter, &steps);
   return steps;
-}
-
-std::optional<Behavior> SqliteStore::behavior(std::int64_t id) const { return behaviors_.ofId(id); }
-
-std::optional<Behavior> SqliteStore::behaviorOfKey(const std::string& key) const {
-  return behaviors_.ofKey(key);
 }
 
 std::vector<TopicSummary> SqliteStore::topics(const Behavior& behavior) const {
@@ -124,8 +71,6 @@ std::vector<TopicSummary> SqliteStore::contextTopics(const Behavior& behavior) c
   const SqliteLock lock = connection_->lock();
   return topicSummaries(*connection_, behavior, false);
 }
-
-// ------------------------------------------------------------------------------------------- files
 
 void SqliteStore::addFile(const std::string& sha256, const Bytes& contents) {
   const SqliteLock lock = connection_->lock();

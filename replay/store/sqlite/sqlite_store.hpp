@@ -27,31 +27,45 @@ class SqliteStore final : public Store {
   SqliteStore(const SqliteStore&) = delete;
   SqliteStore& operator=(const SqliteStore&) = delete;
 
-  std::int64_t addRecording(const Recording& recording) override;
-  std::int64_t beginImport(const Recording& recording) override;
-  void finishImport(std::int64_t recording) override;
-  void dropRecording(std::int64_t recording) override;
-  std::size_t dropUnfinished() override;
-  std::int64_t addChannel(std::int64_t recording, const Channel& channel) override;
+  std::int64_t addRecording(const Recording& recording) override {
+    return recordings_.add(recording);
+  }
+  std::int64_t beginImport(const Recording& recording) override {
+    return imports_.begin(recording);
+  }
+  void finishImport(std::int64_t recording) override { imports_.finish(recording); }
+  void dropRecording(std::int64_t recording) override { imports_.dropRecording(recording); }
+  std::size_t dropUnfinished() override { return imports_.dropUnfinished(); }
+  std::int64_t addChannel(std::int64_t recording, const Channel& channel) override {
+    return recordings_.addChannel(recording, channel);
+  }
   void append(const std::vector<Message>& messages,
-              Duplicates duplicates = Duplicates::Refuse) override;
-  std::int64_t addBehavior(const Behavior& behavior) override;
-  void updateBehavior(const Behavior& behavior) override;
-  void removeBehavior(std::int64_t id) override;
+              Duplicates duplicates = Duplicates::Refuse) override {
+    messages_.append(messages, duplicates);
+  }
+  std::int64_t addBehavior(const Behavior& behavior) override { return behaviors_.add(behavior); }
+  void updateBehavior(const Behavior& behavior) override { behaviors_.update(behavior); }
+  void removeBehavior(std::int64_t id) override { behaviors_.remove(id); }
   void addFile(const std::string& sha256, const Bytes& contents) override;
   void transaction(const std::function<void()>& work) override;
   void compact() override;
 
-  std::vector<Recording> recordings() const override;
-  std::vector<Behavior> behaviors(const BehaviorFilter& filter) const override;
+  std::vector<Recording> recordings() const override { return recordings_.all(); }
+  std::vector<Behavior> behaviors(const BehaviorFilter& filter) const override {
+    return behaviors_.find(filter);
+  }
   std::vector<std::string> explain(const BehaviorFilter& filter) const override;
-  std::optional<Behavior> behavior(std::int64_t id) const override;
-  std::optional<Behavior> behaviorOfKey(const std::string& key) const override;
+  std::optional<Behavior> behavior(std::int64_t id) const override { return behaviors_.ofId(id); }
+  std::optional<Behavior> behaviorOfKey(const std::string& key) const override {
+    return behaviors_.ofKey(key);
+  }
   std::vector<TopicSummary> topics(const Behavior& behavior) const override;
   std::vector<TopicSummary> contextTopics(const Behavior& behavior) const override;
-  Channel channel(std::int64_t id) const override;
+  Channel channel(std::int64_t id) const override { return recordings_.channel(id); }
   std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
-                                          const MessageRange& range) const override;
+                                          const MessageRange& range) const override {
+    return messages_.read(behavior, range);
+  }
   std::optional<Bytes> file(const std::string& sha256) const override;
   std::optional<std::uint64_t> usedBytes() const override;
   std::string folder() const override;
