@@ -14,8 +14,9 @@
 namespace afterglow::nodes {
 namespace {
 
-const char kTransforms[] = "/tf", kStaticTransforms[] = "/tf_static";
-constexpr std::int64_t kTransformsBefore = 10'000'000'000;  // ns; as long as tf2 remembers
+using replay::kTransforms;
+
+const char kStaticTransforms[] = "/tf_static";
 constexpr std::int64_t kWaitingPeriod = 40'000'000;         // ns; that of a film
 /// ns; a cloud without a transform after this time is given up for the next one.
 constexpr std::int64_t kCloudPatience = 1'000'000'000;
@@ -54,7 +55,7 @@ void RecordedScene::feedEarlierTransforms() {
     while (const auto message = cursor->next()) feed(*message);
   };
   feedBetween(kStaticTransforms, 0);
-  feedBetween(kTransforms, behavior_.begin.ns - kTransformsBefore);
+  feedBetween(kTransforms, behavior_.begin.ns - replay::kTransformsBefore_ns);
 }
 
 /// In the first clouds of the recording whose transforms are known, as if before it began.

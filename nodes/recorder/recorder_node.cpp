@@ -6,15 +6,14 @@
 #include <vector>
 
 #include "nodes/recorder/recorder_status.hpp"
-#include "replay/store/open/open_store.hpp"
 
 namespace afterglow::nodes {
 
 RecorderNode::RecorderNode(const RecorderNodeOptions& options)
     : options_(options.resolved()),
-      store_(replay::openStore(options_.store, replay::OpenMode::Record)),
-      space_(options_, *store_),
-      manager_(options_, *store_, space_),
+      store_(options_.store),
+      space_(options_, store_),
+      manager_(options_, store_, space_),
       behaviors_(node_, "record_behavior", manager_) {
   if (options_.mongodb_logger) {
     logger_ =
@@ -33,13 +32,7 @@ RecorderNode::RecorderNode(const RecorderNodeOptions& options)
       ROS_WARN_STREAM_THROTTLE(10, "looking for new topics: " << error.what());
     }
   });
-  every(60, [this] {
-    try {
-      space_.makeRoom();
-    } catch (const std::runtime_error& error) {
-      ROS_WARN_STREAM("making room: " << error.what());
-    }
-  });
+  every(60, [this] { space_.makeRoom(); });
 }
 
 void RecorderNode::every(double period_s, const std::function<void()>& work) {
@@ -62,11 +55,12 @@ void RecorderNode::close() {
 }
 
 std::string RecorderNode::sendRest() {
-  const auto left = store_->sendRest();
-  if (!left || left->unsent_messages + left->unsent_bytes + left->refused_entries == 0) return "";
-  return std::to_string(left->unsent_messages + left->refused_messages) + " messages have not " +
-         "reached " + replay::storeUri(options_.store) + " and wait in " + left->path +
-         ": the next recorder with this store sends them";
+  const auto left = store_.finish();
+  const std::size_t waiting = left ? left->unsent + left->refused : 0;
+  if (waiting == 0) return "";
+  return std::to_string(waiting) + (waiting == 1 ? " behavior has" : " behaviors have") +
+         " not reached " + replay::storeUri(options_.store) + " and wait in " + left->path +
+         ": the next recorder with this store sends what is there";
 }
 
 bool RecorderNode::onStart(StartRecording::Request& request, StartRecording::Response& response) {
@@ -117,7 +111,7 @@ void RecorderNode::publishDiagnostics() {
   RecorderState state;
   state.node = ros::this_node::getName().substr(1);
   state.store = replay::storeUri(options_.store);
-  state.spool = store_->spoolStatus();
+  state.server = store_.status();
   state.running = manager_.runningIds().size();
   state.named = manager_.namedCounts();
   state.load = manager_.load();
@@ -130,7 +124,7 @@ void RecorderNode::publishDiagnostics() {
   array.header.stamp = ros::Time::now();
   array.status.push_back(toDiagnostics(state));
   const bool is_waiting =
-      state.spool && (!state.spool->last_error.empty() || state.spool->refused_entries > 0);
+      state.server && (!state.server->last_error.empty() || state.server->refused > 0);
   if (is_waiting) ROS_WARN_STREAM_THROTTLE(60, array.status.back().message);
   diagnostics_.publish(array);
   load_before_ = state.load;

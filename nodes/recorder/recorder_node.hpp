@@ -40,7 +40,7 @@ class RecorderNode {
 
   const RecorderNodeOptions options_;
   ros::NodeHandle node_, private_node_{"~"};
-  std::unique_ptr<replay::Store> store_;
+  replay::RecorderStore store_;
   StoreSpace space_;
   RecordingManager manager_;
   GoalRecorder<RecordBehaviorAction, RecordBehaviorTranslation> behaviors_;

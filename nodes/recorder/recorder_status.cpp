@@ -34,12 +34,13 @@ void judge(const RecorderState& state, DiagnosticStatus& status) {
     status.message = "the store is slower than what comes in";
   } else if (state.disk.level == Level::Low) {
     status.message = state.disk.text;
-  } else if (state.spool && !state.spool->last_error.empty()) {
-    status.message = std::to_string(state.spool->unsent_messages) + " messages wait in " +
-                     state.spool->path + ": " + state.spool->last_error;
-  } else if (state.spool && state.spool->refused_entries > 0) {
-    status.message = "the server refuses " + state.spool->last_refusal + "; it waits in " +
-                     state.spool->path + " for the next recorder to try again";
+  } else if (state.server && !state.server->last_error.empty()) {
+    status.message = std::to_string(state.server->unsent) +
+                     (state.server->unsent == 1 ? " behavior waits in " : " behaviors wait in ") +
+                     state.server->path + ": " + state.server->last_error;
+  } else if (state.server && state.server->refused > 0) {
+    status.message = "the server refuses " + state.server->last_refusal + "; it waits in " +
+                     state.server->path + " for the next recorder to try again";
   } else {
     status.level = DiagnosticStatus::OK;
     status.message = state.running == 0 ? "ready"
@@ -66,10 +67,9 @@ DiagnosticStatus toDiagnostics(const RecorderState& state) {
   addValue(status, "dropped", std::to_string(now.dropped));
   addValue(status, "store", state.store);
   for (const auto& [name, count] : state.named) addValue(status, name, std::to_string(count));
-  if (state.spool) {
-    addValue(status, "unsent_messages", std::to_string(state.spool->unsent_messages));
-    addValue(status, "unsent_bytes", std::to_string(state.spool->unsent_bytes));
-    addValue(status, "refused_messages", std::to_string(state.spool->refused_messages));
+  if (state.server) {
+    addValue(status, "unsent_behaviors", std::to_string(state.server->unsent));
+    addValue(status, "refused_behaviors", std::to_string(state.server->refused));
   }
   return status;
 }

@@ -12,7 +12,7 @@
 
 #include "replay/record/disk_guard.hpp"
 #include "replay/record/recorder.hpp"
-#include "replay/store/store.hpp"
+#include "replay/store/open/recorder_store.hpp"
 
 namespace afterglow::nodes {
 
@@ -26,11 +26,11 @@ struct RecorderState {
   std::size_t queue_bytes = 0;  ///< how much may wait
   replay::DiskState disk;
   std::optional<std::string> failure;
-  std::optional<replay::SpoolStatus> spool;
+  std::optional<replay::SendStatus> server;
 };
 
 /// ERROR: nothing can be recorded. WARN: messages were dropped since the last time, the queue is
-/// half full, the disk is nearly, the spool's server is away.
+/// half full, the disk is nearly, the server is away or refuses something.
 diagnostic_msgs::DiagnosticStatus toDiagnostics(const RecorderState& state);
 
 }  // namespace afterglow::nodes

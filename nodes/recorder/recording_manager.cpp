@@ -62,14 +62,14 @@ replay::Stamp wallNow() { return {static_cast<std::int64_t>(ros::WallTime::now()
 
 }  // namespace
 
-RecordingManager::RecordingManager(const RecorderNodeOptions& options, replay::Store& store,
-                                   const StoreSpace& space)
+RecordingManager::RecordingManager(const RecorderNodeOptions& options,
+                                   replay::RecorderStore& store, const StoreSpace& space)
     : options_(options),
       store_(store),
       space_(space),
-      recorder_(store_, recorderOptions(options)),
+      recorder_(store_.local(), recorderOptions(options)),
       listener_(recorder_),
-      world_(options_, store_) {
+      world_(options_, store_.local()) {
   listener_.acquire(options_.context_topics);
   listener_.acquire(options_.pre_roll_topics);
 }
@@ -146,6 +146,7 @@ std::int64_t RecordingManager::begin(Running running) {
   // Held until it is in the list: interruptAll() ends this one, too.
   const std::lock_guard<std::mutex> lock(mutex_);
   lookAtClocks();
+  behavior.id = store_.newBehaviorId();
   behavior.begin = rosNow();
   behavior.wall_begin = wallNow();
   behavior = recorder_.begin(behavior, running.request.terms);
@@ -241,6 +242,7 @@ RecordingManager::Ended RecordingManager::end(std::int64_t id, const Running& ru
   ended.counts = recorder_.counts(id);  // in case the store fails
   std::vector<std::string> remarks;
   lookAtClocks();
+  const auto unsent = store_.holdSending();
   try {
     ended.counts =
         recorder_.end(id, rosNow(), [&](replay::Behavior& behavior, const auto& references) {
@@ -267,7 +269,7 @@ void RecordingManager::complete(const Running& running, const std::string& outco
   snapshot.robot = world_.robot();  // tf may have come only now
   // A map that is being made is another one all the time.
   if (snapshot.map != world_.map()) snapshot.map.clear();
-  snapshot.files = keepFiles(store_, references, options_.file_roots, remarks);
+  snapshot.files = keepFiles(store_.local(), references, options_.file_roots, remarks);
   noteNodes(running, snapshot.nodes);
   behavior.outcome = outcome;
   behavior.snapshot = snapshot.toJson();

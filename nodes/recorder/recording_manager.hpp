@@ -18,7 +18,7 @@
 #include "nodes/recorder/world_snapshot.hpp"
 #include "nodes/tools/ros_graph.hpp"
 #include "replay/record/recorder.hpp"
-#include "replay/store/store.hpp"
+#include "replay/store/open/recorder_store.hpp"
 
 namespace afterglow::nodes {
 
@@ -38,7 +38,7 @@ class RecordingManager {
   using OnEnd = std::function<void(std::int64_t id, const Ended&)>;
 
   /// Throws StoreError. All three must outlive it.
-  RecordingManager(const RecorderNodeOptions& options, replay::Store& store,
+  RecordingManager(const RecorderNodeOptions& options, replay::RecorderStore& store,
                    const StoreSpace& space);
   ~RecordingManager();
 
@@ -94,7 +94,7 @@ class RecordingManager {
   void tellDrops();
 
   const RecorderNodeOptions& options_;
-  replay::Store& store_;
+  replay::RecorderStore& store_;
   const StoreSpace& space_;
   replay::Recorder recorder_;
   TopicListener listener_;

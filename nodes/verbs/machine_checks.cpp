@@ -20,6 +20,7 @@
 #include "render/gl/window.hpp"
 #include "replay/record/disk_guard.hpp"
 #include "replay/store/open/open_store.hpp"
+#include "replay/store/open/recorder_store.hpp"
 
 namespace afterglow::nodes {
 namespace {
@@ -263,10 +264,10 @@ Checkup checkDisk(const std::string& uri) {
   const char* const advice = "make room: afterglow store prune, ~retention_days of recorder_node";
   try {
     const std::string full = replay::fullStoreUri(uri);
-    // A server's recorder keeps what waits in its spool.
-    const std::string folder = replay::isServerUri(full)
-                                   ? replay::homeFolder() + "/.local/share/afterglow"
-                                   : folderOf(uri);
+    const std::string folder =
+        replay::isServerUri(full)
+            ? std::filesystem::path(replay::recorderFile(full)).parent_path().string()
+            : folderOf(uri);
     const std::string shown = folder.empty() ? "." : folder;
     const auto free = replay::freeBytes(shown);
     if (!free) return Checkup::advise(name, "the system does not say what is free", "see df");

@@ -41,7 +41,7 @@ The store where
 names none.
 .TP
 .B AFTERGLOW_SPOOL
-The folder in which a recorder keeps what a MongoDB server does not have yet.
+The folder of the store in which a recorder keeps what a MongoDB server does not have yet.
 .TP
 .B ROS_MASTER_URI
 The ROS master that
@@ -61,7 +61,7 @@ Where the folder afterglow/files is, if not in \(ti/.cache.
 The store, if neither an option nor AFTERGLOW_STORE names another.
 .TP
 .I \(ti/.local/share/afterglow/spool\-*.db
-What a MongoDB server does not have yet.
+A store of what a MongoDB server does not have yet.
 .TP
 .I \(ti/.cache/afterglow/files
 Recorded sounds and meshes that a replay needs and this machine does not have.

@@ -32,8 +32,8 @@ std::string recorderFigures(const Values& values) {
                                  numberOf(values, "bytes_per_s") * 1e-6,
                                  valueOf(values, "queue_percent"));
   if (numberOf(values, "dropped") > 0) text += ", " + valueOf(values, "dropped") + " lost in all";
-  if (numberOf(values, "unsent_messages") > 0) {
-    text += ", " + valueOf(values, "unsent_messages") + " not sent yet";
+  if (numberOf(values, "unsent_behaviors") > 0) {
+    text += ", " + valueOf(values, "unsent_behaviors") + " behaviors not sent yet";
   }
   return text + ", into " + valueOf(values, "store");
 }

@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::size_t kMostNotices = 100;
 constexpr std::size_t kMostSenders = 2000;
-const std::string kTransforms = "/tf";
-constexpr std::int64_t kTransformsBefore_ns = 10'000'000'000;  // as long as tf2 remembers
 
 }  // namespace
 

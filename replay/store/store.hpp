@@ -85,6 +85,11 @@ struct Behavior {
 /// The outcome of a behavior whose recorder died; it ends with its recording's last message.
 constexpr const char* kIncomplete = "incomplete";
 
+/// A recorder keeps the transforms of so long before a behavior, too, as long as tf2 remembers
+/// them: a camera's picture of its begin comes later than it was taken.
+constexpr std::int64_t kTransformsBefore_ns = 10'000'000'000;
+constexpr const char* kTransforms = "/tf";
+
 /// Which behaviors; unset members match everything. A behavior without an end is taken to reach to
 /// its recording's last message.
 struct BehaviorFilter {
@@ -120,18 +125,6 @@ struct MessageRange {
 
 /// The end of an interval that has none.
 constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
-
-/// How far a store that writes to this machine's disk first is behind with its server.
-struct SpoolStatus {
-  std::uint64_t unsent_messages = 0;
-  std::uint64_t unsent_bytes = 0;  ///< on this machine's disk, with everything else that waits
-  std::string last_error;          ///< why the last attempt failed; empty: all is well
-  /// Messages, and other entries, that the server refuses. They stay on this machine's disk while
-  /// the rest goes on; the next recorder tries them again.
-  std::uint64_t refused_messages = 0, refused_entries = 0;
-  std::string last_refusal;  ///< which one and why; empty: none
-  std::string path;          ///< the file in which all of this waits
-};
 
 /// What append() does with a message that its recording has already.
 enum class Duplicates { Refuse, Skip };
@@ -218,11 +211,6 @@ class Store {
   virtual std::optional<std::uint64_t> usedBytes() const { return std::nullopt; }
   /// The folder on this machine's disk in which it grows; empty if it grows elsewhere.
   virtual std::string folder() const { return {}; }
-  /// Empty if writes reach the store at once.
-  virtual std::optional<SpoolStatus> spoolStatus() const { return std::nullopt; }
-  /// At a recorder's end, instead of leaving it to the destructor: waits for a while until what was
-  /// written has reached the server. What is left then is in the status.
-  virtual std::optional<SpoolStatus> sendRest() { return std::nullopt; }
 };
 
 /// Throws StoreError with the store's name in front unless the behavior's parameters, calibration

@@ -12,13 +12,12 @@ namespace {
 
 class Sync {
  public:
-  Sync(const Store& from, Store& to, const SyncProgress& progress)
-      : from_(from), to_(to), progress_(progress) {
+  Sync(const Store& from, Store& to, const SyncTerms& terms, const SyncProgress& progress)
+      : from_(from), to_(to), terms_(terms), progress_(progress) {
     for (const Recording& recording : from.recordings()) recordings_[recording.id] = recording;
   }
 
-  SyncReport run(std::vector<Behavior> behaviors) {
-    std::reverse(behaviors.begin(), behaviors.end());  // parents come before their children
+  SyncReport run(const std::vector<Behavior>& behaviors) {
     all_ = behaviors.size();
     for (; done_ < all_; ++done_) {
       tell();
@@ -42,13 +41,15 @@ class Sync {
     const auto there = to_.behaviorOfKey(behavior.key);
     const bool lacks_end = there && !there->end;
     const bool lacks_parent = there && there->parent == 0 && behavior.parent != 0;
-    if (there && !lacks_end && !lacks_parent) {
+    const bool lacks_messages =
+        there && terms_.is_sending && messagesOf(to_, *there) < messagesOf(from_, behavior);
+    if (there && !lacks_end && !lacks_parent && !lacks_messages) {
       ++report_.present;
       return;
     }
-    if (!there || lacks_end) copyContents(behavior);
+    if (!there || lacks_end || lacks_messages) copyContents(behavior);
     if (!there) {
-      behavior.id = 0;
+      if (!terms_.is_sending) behavior.id = 0;
       behavior.recording = recordingThere(behavior.recording);
       to_.addBehavior(behavior);
       ++report_.copied;
@@ -64,6 +65,13 @@ class Sync {
     }
     to_.updateBehavior(completed);
     ++report_.completed;
+  }
+
+  static std::uint64_t messagesOf(const Store& store, const Behavior& behavior) {
+    std::uint64_t count = 0;
+    for (const TopicSummary& topic : store.topics(behavior)) count += topic.count;
+    for (const TopicSummary& topic : store.contextTopics(behavior)) count += topic.count;
+    return count;
   }
 
   std::int64_t parentThere(std::int64_t id) const {
@@ -91,9 +99,24 @@ class Sync {
   /// Its messages and files. A behavior whose recorder died gets its end here, behind the last
   /// message.
   void copyContents(Behavior& behavior) {
+    Behavior before = behavior;
+    before.begin.ns -= kTransformsBefore_ns;
+    before.end = behavior.begin;
+    MessageRange transforms;
+    transforms.topics = {kTransforms};
+    const std::uint64_t counted = report_.messages;
+    copyMessages(before, transforms);
+    report_.messages = counted;  // those of an earlier behavior are there already
     MessageRange all;
     all.with_all_topics = true;
-    const auto cursor = from_.messages(behavior, all);
+    const Stamp last = copyMessages(behavior, all);
+    if (!behavior.end) behavior.end = Stamp{last.ns + 1};
+    copyFiles(behavior);
+  }
+
+  /// Returns the last one's stamp; without any, that of the begin.
+  Stamp copyMessages(const Behavior& behavior, const MessageRange& range) {
+    const auto cursor = from_.messages(behavior, range);
     Stamp last = behavior.begin;
     const auto appended = [&, before = report_.messages](std::uint64_t done) {
       report_.messages = before + done;
@@ -102,13 +125,34 @@ class Sync {
     AppendBatch batch(to_, appended, Duplicates::Skip);
     while (auto message = cursor->next()) {
       last = message->received;
+      if (terms_.leaves_out_refused) {
+        append(behavior.recording, std::move(*message));
+        continue;
+      }
       message->channel = channelThere(behavior.recording, message->channel);
       batch.add(std::move(*message));
     }
-    batch.flush();
+    if (!terms_.leaves_out_refused) batch.flush();
     report_.damaged += cursor->damaged().size();
-    if (!behavior.end) behavior.end = Stamp{last.ns + 1};
-    copyFiles(behavior);
+    return last;
+  }
+
+  /// One by one, as else nobody knows which one it is that is refused.
+  void append(std::int64_t recording, Message&& message) {
+    const std::int64_t channel = message.channel;
+    try {
+      message.channel = channelThere(recording, channel);
+      to_.append({message}, Duplicates::Skip);
+      ++report_.messages;
+      tell();
+    } catch (const StoreAway&) {
+      throw;
+    } catch (const StoreBusy&) {
+      throw;
+    } catch (const StoreError& error) {
+      ++report_.refused;
+      report_.last_refusal = "a message on " + from_.channel(channel).topic + ": " + error.what();
+    }
   }
 
   void copyFiles(const Behavior& behavior) {
@@ -130,6 +174,7 @@ class Sync {
 
   const Store& from_;
   Store& to_;
+  const SyncTerms terms_;
   const SyncProgress& progress_;
   std::map<std::int64_t, Recording> recordings_;
   std::map<std::int64_t, std::int64_t> recordings_there_, channels_there_;
@@ -141,7 +186,14 @@ class Sync {
 
 SyncReport syncBehaviors(const Store& from, Store& to, const BehaviorFilter& filter,
                          const SyncProgress& progress) {
-  return Sync(from, to, progress).run(from.behaviors(filter));
+  std::vector<Behavior> behaviors = from.behaviors(filter);
+  std::reverse(behaviors.begin(), behaviors.end());  // parents come before their children
+  return syncBehaviors(from, to, behaviors, SyncTerms(), progress);
+}
+
+SyncReport syncBehaviors(const Store& from, Store& to, const std::vector<Behavior>& behaviors,
+                         const SyncTerms& terms, const SyncProgress& progress) {
+  return Sync(from, to, terms, progress).run(behaviors);
 }
 
 }  // namespace afterglow::replay

@@ -71,6 +71,29 @@ TEST(Sync, copiesBehaviorsWithAllThatBelongsToThemOnce) {
   }
 }
 
+/// As a recorder keeps them: what a camera saw just before the begin is placed by them.
+TEST(Sync, copiesTheTransformsBeforeABehaviorToo) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const auto robot = openMemoryStore();
+  const std::int64_t recording = robot->addRecording({0, "", "recorder", "fetch7"});
+  const std::int64_t a = robot->addChannel(recording, stringChannel("/a"));
+  const std::int64_t tf = robot->addChannel(recording, stringChannel("/tf", "/broadcaster"));
+  robot->append({stringMessage(tf, 9 * kSecond, 1, "of no use"),
+                 stringMessage(tf, 12 * kSecond, 2, "earlier"),
+                 stringMessage(a, 15 * kSecond, 3, "not its own"),
+                 stringMessage(a, 20 * kSecond, 4, "first")});
+  Behavior pick = sampleBehavior(recording, {"/a"}, 20 * kSecond, 30 * kSecond);
+  pick.outcome = "success";
+  robot->addBehavior(pick);
+  const auto fleet = openMemoryStore();
+  syncBehaviors(*robot, *fleet, {});
+  Behavior all = fleet->behaviors({}).front();
+  all.begin = {0};
+  MessageRange range;
+  range.with_all_topics = true;
+  EXPECT_EQ(test::readTexts(*fleet, all, range), (Texts{"earlier", "first"}));
+}
+
 TEST(Sync, goesOnWhereItBrokeOff) {
   const Robot robot;
   test::FaultyStore fleet;

@@ -3,10 +3,15 @@
 #include "replay/store/mongo/roslog_import.hpp"
 
 namespace afterglow::replay {
+namespace {
 
-std::unique_ptr<Store> openMongoStore(const std::string&, OpenMode) {
-  throw StoreError("this program was built without MongoDB (libmongoc was not found)");
-}
+constexpr const char* kAbsent = "this program was built without MongoDB (libmongoc was not found)";
+
+}  // namespace
+
+std::unique_ptr<Store> openMongoStore(const std::string&, OpenMode) { throw StoreError(kAbsent); }
+
+void convertSpool(const std::string&) { throw StoreError(kAbsent); }
 
 RoslogImportResult importRoslog(const std::string& uri, Store&, const RoslogImport&) {
   throw StoreError(uri + ": this build reads no MongoDB: libmongoc was not found");

@@ -42,7 +42,7 @@ std::int64_t MongoCatalog::findOrInsert(const std::string& collection, const Bso
     if (const auto found = client_.findOne(database_, collection, key)) {
       return integerAt(found->raw(), "_id").value_or(0);
     }
-    const std::int64_t id = client_.takeNumbers(database_, collection, 1);
+    const std::int64_t id = client_.takeNumber(database_, collection);
     Bson document = withId(id);
     bson_concat(&document.raw(), &key.raw());
     bson_concat(&document.raw(), &rest.raw());

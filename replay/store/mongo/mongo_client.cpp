@@ -306,12 +306,12 @@ void MongoClient::makeIndex(const std::string& database, const std::string& coll
           "make an index of " + collection);
 }
 
-std::int64_t MongoClient::takeNumbers(const std::string& database, const std::string& counter,
-                                      std::int64_t count) const {
+std::int64_t MongoClient::takeNumber(const std::string& database,
+                                     const std::string& counter) const {
   const Bson change = Bson()
                           .add("findAndModify", "counters")
                           .add("query", Bson().add("_id", counter))
-                          .add("update", Bson().add("$inc", Bson().add("last", count)))
+                          .add("update", Bson().add("$inc", Bson().add("last", 1)))
                           .add("upsert", true)
                           .add("new", true);
   const Lease client(*this);
@@ -324,7 +324,7 @@ std::int64_t MongoClient::takeNumbers(const std::string& database, const std::st
   }
   const auto last = integerAt(reply.raw(), "value.last");
   if (!last) fail("take a number of " + counter, "the server's answer has none");
-  return *last - count + 1;
+  return *last;
 }
 
 std::vector<std::string> MongoClient::collections(const std::string& database) const {

@@ -64,9 +64,8 @@ class MongoClient {
   void remove(const std::string& database, const std::string& collection, const Bson& filter) const;
   void makeIndex(const std::string& database, const std::string& collection,
                  const std::vector<std::string>& fields, bool is_unique = false) const;
-  /// The first of `count` numbers that nobody was given before; the first ever is 1.
-  std::int64_t takeNumbers(const std::string& database, const std::string& counter,
-                           std::int64_t count) const;
+  /// A number that nobody was given before; the first one is 1.
+  std::int64_t takeNumber(const std::string& database, const std::string& counter) const;
   std::vector<std::string> collections(const std::string& database) const;
 
   [[noreturn]] void fail(const std::string& doing, const std::string& why) const;

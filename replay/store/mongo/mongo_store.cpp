@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "replay/store/mongo/mongo_cursor.hpp"
+#include "replay/store/mongo/mongo_open.hpp"
 #include "replay/store/mongo/mongo_query.hpp"
 
 namespace afterglow::replay {
@@ -13,6 +14,10 @@ Bson set(const char* field, std::int64_t value) {
 }
 
 }  // namespace
+
+std::unique_ptr<Store> openMongoStore(const std::string& uri, OpenMode mode) {
+  return std::make_unique<MongoStore>(uri, mode);
+}
 
 MongoStore::MongoStore(const std::string& uri, OpenMode mode)
     : client_(uri, std::chrono::seconds(mode == OpenMode::Record ? 10 : 60)),
@@ -136,18 +141,13 @@ std::unique_ptr<MessageCursor> MongoStore::messages(const Behavior& behavior,
 
 // -------------------------------------------------------------------------------------- behaviors
 
-std::int64_t MongoStore::reserveBehaviorIds(std::int64_t count) {
-  const Lock lock = lockToWrite();
-  return client_.takeNumbers(rest_, "behaviors", count);
-}
-
 std::int64_t MongoStore::addBehavior(const Behavior& behavior) {
   const Lock lock = lockToWrite();
   catalog_.recording(behavior.recording);  // throws if it is unknown
   checkObjects(behavior, client_.name());
   Behavior stored = behavior;
   if (stored.key.empty()) stored.key = newKey();
-  if (stored.id == 0) stored.id = reserveBehaviorIds(1);
+  if (stored.id == 0) stored.id = client_.takeNumber(rest_, "behaviors");
   const MongoWrite write = client_.insert(rest_, "behaviors", {toMongo(stored)});
   if (!write.refused.empty()) client_.fail("add a behavior", write.why);
   if (!write.duplicates.empty()) {

@@ -25,7 +25,7 @@ namespace afterglow::replay {
 /// Its parts: recordings, channels and imports (MongoCatalog), messages (MongoMessages,
 /// MongoCursor), searches (MongoQuery), transactions (UndoLog); behaviors are its own.
 /// OpenMode::Record takes no lock and marks nothing, for a fleet has many recorders; it waits for
-/// an answer for 10 s, not a minute. A recorder writes through a SpooledStore (spooled_store.hpp).
+/// an answer for 10 s, not a minute: so a recorder sends (RecorderStore).
 class MongoStore final : public Store {
  public:
   MongoStore(const std::string& uri, OpenMode mode);
@@ -55,9 +55,6 @@ class MongoStore final : public Store {
   std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
                                           const MessageRange& range) const override;
   std::optional<Bytes> file(const std::string& sha256) const override;
-
-  /// The first of `count` behavior ids that are the caller's to use from now on.
-  std::int64_t reserveBehaviorIds(std::int64_t count);
 
  private:
   using Lock = std::unique_lock<std::recursive_mutex>;

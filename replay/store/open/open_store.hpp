@@ -9,9 +9,9 @@
 
 namespace afterglow::replay {
 
-/// "sqlite:PATH", a plain path, or a MongoDB server's mongodb://... (mongo_store.hpp; for
-/// OpenMode::Record with a spool, spooled_store.hpp); empty: $AFTERGLOW_STORE, else
-/// ~/.local/share/afterglow/afterglow.db. "@FILE": the first line of that file.
+/// "sqlite:PATH", a plain path, or a MongoDB server's mongodb://... (mongo_store.hpp); empty:
+/// $AFTERGLOW_STORE, else ~/.local/share/afterglow/afterglow.db. "@FILE": the first line of that
+/// file.
 std::unique_ptr<Store> openStore(const std::string& uri, OpenMode mode);
 
 /// A store that lives and dies with the object.

@@ -1,0 +1,281 @@
+// A recorder's behaviors reach a server that is slow, away, killed: all of them, once.
+#include "replay/store/open/recorder_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "replay/store/open/open_store.hpp"
+#include "tests/support/mongo_server.hpp"
+#include "tests/support/store_samples.hpp"
+
+namespace afterglow::replay::recorder_store_test {
+namespace {
+
+using namespace std::chrono_literals;
+using test::endBehavior;
+using test::sampleBehavior;
+using test::stringChannel;
+using test::stringMessage;
+
+class RecorderStoreTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const auto why = test::MongoServer::absence()) GTEST_SKIP() << *why;
+    server.emplace();
+    if (!server->isOwn()) GTEST_SKIP() << "the server is not this test's to stop";
+    uri = server->uri("serverSelectionTimeoutMS=500&socketTimeoutMS=500&connectTimeoutMS=500");
+    open();
+  }
+
+  void open(std::chrono::milliseconds farewell = 2s) {
+    store.reset();
+    store = std::make_unique<RecorderStore>(
+        uri, SendOptions{folder.path("spool.db"), farewell, 10ms, 5ms});
+  }
+
+  std::int64_t begin(const std::string& name = "pick", std::int64_t parent = 0) {
+    if (recording == 0) {
+      recording = store->local().addRecording({0, "", "test", "fetch7"});
+      channel = store->local().addChannel(recording, stringChannel("/a"));
+    }
+    Behavior behavior = sampleBehavior(recording, {"/a"}, 0, 0);
+    behavior.id = store->newBehaviorId();
+    behavior.name = name;
+    behavior.parent = parent;
+    behavior.end.reset();
+    return store->local().addBehavior(behavior);
+  }
+  /// Messages [from, to), one a batch.
+  void append(int from, int to) {
+    for (int i = from; i < to; ++i) {
+      store->local().append(
+          {stringMessage(channel, i, static_cast<std::uint64_t>(i), std::to_string(i))});
+    }
+  }
+  void end(std::int64_t id, int at) { endBehavior(store->local(), id, Stamp{at}, "success"); }
+
+  template <typename Condition>
+  static bool eventually(const Condition& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + 30s;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::sleep_for(10ms);
+    }
+    return true;
+  }
+  /// The server has so many behaviors, and they have ended.
+  bool hasArrived(std::size_t count) const {
+    return eventually([&] {
+      try {
+        const auto found = openStore(uri, OpenMode::ReadOnly)->behaviors({});
+        return found.size() == count &&
+               std::all_of(found.begin(), found.end(), [](const auto& b) { return b.end; });
+      } catch (const StoreError&) {  // nothing was ever written there
+        return false;
+      }
+    });
+  }
+  /// What the server has of the one behavior, read by another store.
+  std::vector<std::string> arrived() const {
+    const auto reader = openStore(uri, OpenMode::ReadOnly);
+    const auto behaviors = reader->behaviors({});
+    EXPECT_EQ(behaviors.size(), 1u);
+    EXPECT_EQ(reader->recordings().size(), 1u);
+    return behaviors.empty() ? std::vector<std::string>{}
+                             : test::readTexts(*reader, behaviors.front());
+  }
+  static std::vector<std::string> numbers(int count) {
+    std::vector<std::string> texts;
+    for (int i = 0; i < count; ++i) texts.push_back(std::to_string(i));
+    return texts;
+  }
+
+  test::TempFolder folder;
+  std::optional<test::MongoServer> server;
+  std::string uri;
+  std::unique_ptr<RecorderStore> store;
+  std::int64_t recording = 0, channel = 0;
+};
+
+TEST_F(RecorderStoreTest, aBehaviorReachesTheServerWhenItEnds) {
+  const std::int64_t id = begin();
+  append(0, 10);
+  const std::string sum(64, 'a');
+  store->local().addFile(sum, {1, 2, 3});
+  Behavior ended = *store->local().behavior(id);
+  ended.end = Stamp{9};
+  ended.outcome = "success";
+  ended.snapshot = R"({"files": {"file:///x.wav": ")" + sum + R"("}})";
+  store->local().updateBehavior(ended);
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_EQ(arrived(), numbers(9));
+  const auto reader = openStore(uri, OpenMode::ReadOnly);
+  ASSERT_TRUE(reader->behavior(id)) << "the id is the same on the server";
+  EXPECT_EQ(reader->behavior(id)->outcome, "success");
+  EXPECT_EQ(reader->file(sum), (Bytes{1, 2, 3}));
+  EXPECT_EQ(reader->recordings().front().robot, "fetch7");
+}
+
+TEST_F(RecorderStoreTest, whatIsDiscardedAtItsEndIsNeverSent) {
+  const std::int64_t id = begin();
+  append(0, 3);
+  {
+    const auto unsent = store->holdSending();
+    end(id, 3);
+    std::this_thread::sleep_for(50ms);  // ten looks
+    store->local().removeBehavior(id);
+  }
+  const std::int64_t next = begin("place");
+  append(10, 12);
+  end(next, 12);
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_TRUE(openStore(uri, OpenMode::ReadOnly)->behavior(next));
+}
+
+TEST_F(RecorderStoreTest, aServerKilledAndRestartedLosesNothingAndDoublesNothing) {
+  const std::int64_t id = begin();
+  append(0, 200);
+  server->kill();
+  append(200, 300);
+  end(id, 300);
+  ASSERT_TRUE(eventually([&] { return store->status()->last_error != ""; }));
+  EXPECT_EQ(store->status()->unsent, 1u);
+  server->start();
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_EQ(arrived(), numbers(300));
+  ASSERT_TRUE(eventually([&] { return store->status()->last_error == ""; }));
+  EXPECT_EQ(store->status()->unsent, 0u);
+}
+
+TEST_F(RecorderStoreTest, aServerThatStallsHoldsUpNothing) {
+  const std::int64_t first = begin();
+  append(0, 20);
+  end(first, 20);
+  ASSERT_TRUE(hasArrived(1));
+  server->pause();
+  const std::int64_t second = begin("place");
+  append(20, 40);
+  end(second, 40);
+  ASSERT_TRUE(eventually([&] { return store->status()->last_error != ""; }));
+  server->resume();
+  ASSERT_TRUE(hasArrived(2));
+  const auto reader = openStore(uri, OpenMode::ReadOnly);
+  EXPECT_EQ(test::readTexts(*reader, *reader->behavior(second)), numbers(40)) << "it began at 0";
+  ASSERT_TRUE(eventually([&] { return store->status()->last_error == ""; }));
+}
+
+TEST_F(RecorderStoreTest, aServerThatIsAwayAtTheStartGetsEverythingLater) {
+  store.reset();
+  server->kill();
+  open(0ms);
+  const std::int64_t id = begin();
+  append(0, 10);
+  end(id, 10);
+  ASSERT_TRUE(eventually([&] { return store->status()->unsent == 1; }));
+  open(0ms);  // another recorder's run, and the server is still away
+  ASSERT_TRUE(eventually([&] { return store->status()->unsent == 1; }));
+  EXPECT_EQ(store->local().behavior(id)->outcome, "success");
+  server->start();
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_EQ(arrived(), numbers(10));
+  EXPECT_TRUE(openStore(uri, OpenMode::ReadOnly)->behavior(id));
+}
+
+TEST_F(RecorderStoreTest, idsThatTheServerNeverGaveCannotMeetItsOwn) {
+  EXPECT_GE(begin(), std::int64_t{1} << 40);
+  EXPECT_EQ(RecorderStore(folder.path("robot.db")).newBehaviorId(), 0)
+      << "a store that stays on this machine gives small ones itself";
+}
+
+TEST_F(RecorderStoreTest, aBehaviorWhoseRecorderDiedIsIncomplete) {
+  begin();
+  append(0, 5);
+  open();
+  ASSERT_TRUE(hasArrived(1));
+  EXPECT_EQ(arrived(), numbers(5));
+  const Behavior behavior = openStore(uri, OpenMode::ReadOnly)->behaviors({}).front();
+  EXPECT_EQ(behavior.outcome, kIncomplete);
+  EXPECT_EQ(behavior.end, Stamp{5});
+}
+
+TEST_F(RecorderStoreTest, aChildThatEndsFirstGetsItsParentWhenThatEnds) {
+  const std::int64_t tree = begin("kitting");
+  const std::int64_t pick = begin("pick", tree);
+  append(0, 5);
+  end(pick, 5);
+  ASSERT_TRUE(hasArrived(1));
+  store->removeSent(kEndOfTime);
+  EXPECT_TRUE(store->local().behavior(pick)) << "the server is still to be told whose child it is";
+  append(5, 8);
+  end(tree, 8);
+  ASSERT_TRUE(eventually([&] {
+    const auto child = openStore(uri, OpenMode::ReadOnly)->behavior(pick);
+    return child && child->parent == tree;
+  }));
+}
+
+TEST_F(RecorderStoreTest, whatTheServerHasIsRemovedHereOnceNobodyReachesBackIntoIt) {
+  const std::int64_t id = begin();
+  append(0, 5);
+  end(id, 5);
+  ASSERT_TRUE(hasArrived(1));
+  ASSERT_TRUE(eventually([&] { return store->status()->unsent == 0; }));
+  store->removeSent(Stamp{5});
+  EXPECT_TRUE(store->local().behavior(id));
+  const std::int64_t open_one = begin("place");
+  store->removeSent(Stamp{6});
+  EXPECT_FALSE(store->local().behavior(id));
+  EXPECT_TRUE(store->local().behavior(open_one));
+  EXPECT_EQ(arrived(), numbers(5)) << "there it stays";
+}
+
+/// The server of these tests makes SQL of names and takes no quotes in them.
+TEST_F(RecorderStoreTest, whatTheServerRefusesHoldsUpNothing) {
+  const std::int64_t id = begin();
+  const auto quoted = store->local().addChannel(recording, stringChannel("/it's"));
+  append(0, 2);
+  store->local().append(
+      {stringMessage(quoted, 2, 2, "quoted"), stringMessage(channel, 3, 3, "2")});
+  store->local().append({stringMessage(channel, 4, 4, "3")});
+  end(id, 5);
+  const std::int64_t next = begin("place");
+  end(next, 1);
+  ASSERT_TRUE(hasArrived(2));
+  const auto reader = openStore(uri, OpenMode::ReadOnly);
+  EXPECT_EQ(test::readTexts(*reader, *reader->behavior(id)), numbers(4));
+  const SendStatus status = *store->finish();
+  EXPECT_EQ(status.unsent, 0u);
+  EXPECT_EQ(status.refused, 1u);
+  EXPECT_EQ(status.last_refusal.rfind(
+                "behavior " + std::to_string(id) + ": a message on /it's: mongodb://", 0),
+            0u)
+      << status.last_refusal;
+  EXPECT_NE(status.last_refusal.find("takes no quotes"), std::string::npos) << status.last_refusal;
+  EXPECT_EQ(status.path, folder.path("spool.db"));
+  open();
+  ASSERT_TRUE(eventually([&] { return store->status()->refused == 1; }))
+      << "it was tried again, and is not lost";
+  store->removeSent(kEndOfTime);
+  EXPECT_TRUE(store->local().behavior(id));
+}
+
+TEST_F(RecorderStoreTest, theEndTellsWhatWaits) {
+  open(300ms);
+  const std::int64_t id = begin();
+  server->kill();
+  append(0, 3);
+  end(id, 3);
+  const SendStatus status = *store->finish();
+  EXPECT_EQ(status.unsent, 1u);
+  EXPECT_EQ(status.path, folder.path("spool.db"));
+}
+
+TEST_F(RecorderStoreTest, oneRecorderAtATimeHasTheFile) {
+  EXPECT_THROW(RecorderStore(uri, SendOptions{folder.path("spool.db")}), StoreError);
+}
+
+}  // namespace
+}  // namespace afterglow::replay::recorder_store_test
