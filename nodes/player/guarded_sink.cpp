@@ -178,7 +178,6 @@ bool GuardedSink::hasMoved() const {
 }
 
 void GuardedSink::beat() {
-  sink_.hearOthers();
   std::string reason;
   {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -69,7 +69,7 @@ void RosSink::watchGoals(const replay::Channel& goal_channel) {
 }
 
 void RosSink::watchDrivers(const std::string& topic, Output& output) {
-  drivers_.hear<AnyMessage>(topic, kQueue, [this, topic](const AnyMessage& event) {
+  thread_.hear<AnyMessage>(topic, kQueue, [this, topic](const AnyMessage& event) {
     const std::string& driver = event.getPublisherName();
     if (isAnother(driver) && !has_second_driver_.exchange(true)) {
       listener_.on_second_driver(driver + " drives on " + topic +
@@ -85,10 +85,7 @@ void RosSink::listenForDrivers() {
   const auto isAlone = [&](const auto& topic) { return graph.otherPublishers(topic).empty(); };
   if (replay::allOf(velocities_, isAlone)) return;
   waitForPublishers(velocities_, deadlineIn(kMasterPatience));
-  waitUntil(deadlineIn(kDriverPeriod), [this] {
-    hearOthers();
-    return has_second_driver_.load();
-  });
+  waitUntil(deadlineIn(kDriverPeriod), [this] { return has_second_driver_.load(); });
 }
 
 void RosSink::onStatus(const actionlib_msgs::GoalStatusArray& statuses) {

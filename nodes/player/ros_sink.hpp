@@ -23,11 +23,10 @@ namespace afterglow::nodes {
 
 class RosSink : public replay::MessageSink {
  public:
+  /// Called in a thread of the sink's own.
   struct Listener {
-    /// Called in a thread of the sink's own.
     std::function<void(const std::string& goal_id, const replay::GoalEnd& end)> on_goal_status;
-    /// Another node has sent a velocity on a topic that is played; said once, by the thread that
-    /// hears others.
+    /// Another node has sent a velocity on a topic that is played; said once.
     std::function<void(const std::string& driver)> on_second_driver;
   };
 
@@ -46,8 +45,6 @@ class RosSink : public replay::MessageSink {
 
   /// Any thread. Throws std::logic_error for a topic that was not planned.
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
-  /// Other drivers of the base.
-  void hearOthers() override { drivers_.callRest(); }
 
  private:
   struct Output {
@@ -76,8 +73,6 @@ class RosSink : public replay::MessageSink {
   std::vector<std::string> velocities_;
   const Listener listener_;
   std::atomic<bool> has_second_driver_{false};
-  /// Never begun: a thread that woke for each velocity that is published would make the next late.
-  CallbackThread drivers_;
   CallbackThread thread_;
 };
 

@@ -27,8 +27,6 @@ class MessageSink {
   /// True if somebody listens on the topic. May throw: the message counts as refused. Latched
   /// messages of several `channel.caller_id`s hold beside each other, as those of several nodes do.
   virtual bool publish(const Channel& channel, const Bytes& bytes) = 0;
-  /// Hears what others have sent meanwhile. The player's thread calls it with each heartbeat.
-  virtual void hearOthers() {}
 };
 
 /// A topic that is played.
