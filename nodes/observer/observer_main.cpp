@@ -1,5 +1,3 @@
-
-
 #include "nodes/observer/observer_node.hpp"
 #include "nodes/tools/node_main.hpp"
 #include "nodes/tools/stop_signal.hpp"

@@ -78,14 +78,15 @@ ValueKind aboveZero(const std::string& shown, double least, double most) {
           [=](const std::string& text) {
             const auto value = numberOf(text);
             if (value && *value >= least && *value <= most) return std::string();
-            return fmt::format("{} is no number of {:g} to {:g}", text, least, most);
+            return fmt::format("{} is no number of {} to {}", text, least, most);
           },
           ""};
 }
 
-ValueKind rateNumber(const std::string& shown) {
-  return aboveZero(shown, replay::kSlowestRate, replay::kFastestRate);
+ValueKind rateFactor() {
+  return aboveZero("FACTOR", replay::kSlowestRate, replay::kFastestRate);
 }
+ValueKind hertz() { return aboveZero("HZ", 1e-3, 1e3); }
 ValueKind secondsAboveZero() { return aboveZero("SECONDS", 1e-3, 1e9); }
 
 ValueKind range(const std::string& shown, double least, double most, bool is_count = false) {
@@ -293,7 +294,7 @@ std::vector<PlayOption> whichPart() {
 
 std::vector<PlayOption> howItIsPlayed() {
   return {
-      called("-r", member("rate", rateNumber("FACTOR"),
+      called("-r", member("rate", rateFactor(),
                           "Speed; velocities and trajectories go with it (0.1 to 10 for the body)",
                           [](Request& r) -> auto& { return r.options.rate; })),
       called("-l", member("loop", flag(), "Again and again (light and speech only)",
@@ -366,7 +367,7 @@ std::vector<PlayOption> whoseTime() {
                                  "Give the recording's time on /clock; stamps stay as they were "
                                  "(--clock: its name in rosbag play and ros2 bag play)",
                                  clock, ReplayClock::Sim)),
-      needing("sim", member("hz", rateNumber("HZ"), "How often a second",
+      needing("sim", member("hz", hertz(), "How often a second",
                             [](Request& r) -> auto& { return r.clock_hz; })),
       excluding("sim", choosing("follow_clock", "Go, wait and pause as another node's /clock",
                                 clock, ReplayClock::Follow)),

@@ -1,5 +1,3 @@
-
-
 #include "nodes/speaker/speaker_node.hpp"
 #include "nodes/tools/node_main.hpp"
 #include "nodes/tools/registration.hpp"

@@ -411,6 +411,22 @@ TEST_F(RecordAndReplay, refusesASecondDriverButNotAnIdleOne) {
   EXPECT_EQ(nlohmann::json::parse(result.report)["topics"]["/drive"]["published"], 0);
 }
 
+TEST_F(RecordAndReplay, endsWhenAnIdleDriverBeginsToDriveInMotion) {
+  const std::int64_t id = longDrive(60);
+  const Ear base("/drive");
+  ros::Publisher teleop = advertise<geometry_msgs::Twist>("/drive");
+  Replayer client("/player_node/replay", false);
+  ASSERT_TRUE(client.waitForServer(kPatience));
+  client.sendGoal(goalOf(id));
+  ASSERT_TRUE(base.heardSoFar(3));
+  const ros::WallTimer driving = world->node->createWallTimer(
+      ros::WallDuration(0.02), [teleop](const auto&) { teleop.publish(geometry_msgs::Twist()); });
+  ASSERT_TRUE(client.waitForResult(kPatience));
+  EXPECT_EQ(client.getState(), State::ABORTED);
+  EXPECT_EQ(client.getState().getText(),
+            "/test drives on /drive, too: two drivers of one base are refused");
+}
+
 TEST_F(RecordAndReplay, refusesWhatIsNotThereAndMotionThatIsNotAllowed) {
   ReplayGoal unknown;
   unknown.behavior = "dance";

@@ -189,13 +189,19 @@ TEST_F(RecorderTest, saysOfAMessageThatIsTooLargeThatItIs) {
                   "for what waits for the store; recorder_node's ~queue_megabytes gives more room"});
 }
 
+/// A behavior on /a, whose first message, at 3 ns, is the last before the disk is full.
+Behavior cutOff(Recorder& recorder, test::FaultyStore& store) {
+  const Behavior cut = recorder.begin(behavior("pick", {"/a"}, 0));
+  recorder.offer(recorder.channelIndex(channel("/a")), {3}, text("kept"));
+  while (recorder.counts(cut.id).stored == 0) std::this_thread::yield();
+  store.failWith("disk full: /tmp/x.db");
+  return cut;
+}
+
 TEST_F(RecorderTest, endsWhatAFullDiskCutOffAtItsLastStoredMessage) {
   Recorder recorder(store, options());
   const std::size_t a = recorder.channelIndex(channel("/a"));
-  const Behavior cut = recorder.begin(behavior("pick", {"/a"}, 0));
-  recorder.offer(a, {3}, text("kept"));
-  while (recorder.counts(cut.id).stored == 0) std::this_thread::yield();
-  store.failWith("disk full: /tmp/x.db");
+  const Behavior cut = cutOff(recorder, store);
   recorder.offer(a, {4}, text("lost"));
   EXPECT_THROW(recorder.end(cut.id, {5}, test::outcome("success")), StoreError);
   store.failWith("");
@@ -234,10 +240,7 @@ TEST_F(RecorderTest, endsEachOfSeveralThatAFullDiskCutOffAtItsOwnLastMessage) {
 TEST_F(RecorderTest, endsWhatAFullDiskCutOffThereThoughThereIsRoomAgainAtItsEnd) {
   Recorder recorder(store, options());
   const std::size_t a = recorder.channelIndex(channel("/a"));
-  const Behavior cut = recorder.begin(behavior("pick", {"/a"}, 0));
-  recorder.offer(a, {3}, text("kept"));
-  while (recorder.counts(cut.id).stored == 0) std::this_thread::yield();
-  store.failWith("disk full: /tmp/x.db");
+  const Behavior cut = cutOff(recorder, store);
   recorder.offer(a, {4}, text("lost"));
   while (!recorder.failure()) std::this_thread::yield();
   store.failWith("");

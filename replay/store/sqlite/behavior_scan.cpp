@@ -66,13 +66,10 @@ std::vector<char> matchesOf(std::vector<BehaviorMatcher>& matchers, const Behavi
 
 std::vector<BehaviorMatcher> makeMatchers(SqliteConnection* connection, const std::string& path,
                                           const Filter& filter, std::size_t behaviors) {
-  const bool is_alone = connection || !filter.root().asksTopics();
-  const std::size_t count =
-      is_alone
-          ? 1
-          : std::min({behaviors, kMostThreads, std::size_t{std::thread::hardware_concurrency()}});
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  const std::size_t count = connection ? 1 : std::min({behaviors, kMostThreads, processors});
   std::vector<BehaviorMatcher> matchers;
-  for (std::size_t i = 0; i < std::max<std::size_t>(1, count); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     matchers.emplace_back(connection, path, filter);
   }
   return matchers;

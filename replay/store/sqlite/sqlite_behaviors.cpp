@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "replay/query/filter.hpp"
 #include "replay/store/sqlite/behavior_counts.hpp"
 #include "replay/store/sqlite/behavior_query.hpp"
 #include "replay/store/sqlite/behavior_scan.hpp"
@@ -168,7 +169,8 @@ std::vector<Behavior> SqliteBehaviors::find(const BehaviorFilter& filter,
   std::vector<Behavior> found = findBehaviors(connection_, filter, areOpenOnesAbandoned(), steps);
   if (!filter.where || found.empty()) return found;
   // What a transaction has written so far is seen by its own connection alone.
-  const bool reads_apart = !path_.empty() && !connection_.isInTransaction();
+  const bool reads_apart = filter.where->root().asksTopics() && !path_.empty() &&
+                           !connection_.isInTransaction();
   if (reads_apart) lock.unlock();  // a recorder goes on meanwhile
   filterBehaviors(reads_apart ? nullptr : &connection_, path_, filter, found, steps);
   return found;
