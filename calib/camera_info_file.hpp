@@ -10,7 +10,7 @@
 namespace afterglow::calib {
 
 struct CameraInfoFile {
-  Lens lens;  ///< from K and D. P, which only rectified images obey, is read to warn about it.
+  Lens lens;  ///< the lens by K and D; P, which only rectified images obey, is read for a warning
   std::string name;     ///< camera_name or header.frame_id; may be empty
   std::string warning;  ///< empty, or how K and P disagree
 };

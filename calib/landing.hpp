@@ -10,8 +10,9 @@
 
 namespace afterglow::calib {
 
-/// Where the pixel's ray meets the surface's z = 0 plane, meters. Empty if the pixel has no ray, or
-/// the ray runs along the plane or away from it. Pure. `Frame` is Camera or Projector.
+/// Returns the place where the pixel's ray meets the surface's z = 0 plane, meters. Empty if the
+/// pixel has no ray, or the ray runs along the plane or away from it. Pure. `Frame` is Camera or
+/// Projector.
 std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& pixel,
                                        const Eigen::Isometry3d& T_optical_surface);
 template <typename Frame>
@@ -20,11 +21,11 @@ std::optional<Eigen::Vector2d> landing(const Lens& lens, const Eigen::Vector2d& 
   return landing(lens, pixel, T_optical_surface.matrix());
 }
 
-/// One corner of a tag of light.
+/// The error of one corner of a tag of light.
 struct LandingError {
   int tag_id = 0;
   int corner = 0;
-  Eigen::Vector2d wanted, seen;  ///< on the surface, meters
+  Eigen::Vector2d wanted, seen;  ///< places on the surface, meters
 
   double mm() const { return 1000 * (seen - wanted).norm(); }
 };

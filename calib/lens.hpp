@@ -35,11 +35,11 @@ struct Lens {
 /// The model that ROS calls so: plumb_bob, rational_polynomial, equidistant, or fisheye, as
 /// camera_calibration called the last one up to Melodic. Empty for any other name.
 std::optional<LensModel> lensModelNamed(const std::string& distortion_model);
-/// What ROS calls this lens's distortion_model, and its D there: 5, 8 or 4 numbers.
+/// Returns ROS's name of this lens's distortion_model, and its D there: 5, 8 or 4 numbers.
 std::string distortionModel(const Lens& lens);
 std::vector<double> distortionCoefficients(const Lens& lens);
 
-/// What is wrong with the values, all of it: size, focal lengths, K's form, how many D there are
+/// Returns all that is wrong with the values: size, focal lengths, K's form, how many D there are
 /// (0, 4, 5 or 8; equidistant: 4), numbers that are not finite. Empty if nothing is.
 std::vector<std::string> lensViolations(int width, int height, const Eigen::Matrix3d& K,
                                         const std::vector<double>& D,
@@ -54,7 +54,7 @@ Lens makeLens(int width, int height, const Eigen::Matrix3d& K, const std::vector
 /// an equidistant lens 100: rays of 90 degrees and more have no place at z = 1, 89.4 are used.
 double foldRadius(const Lens& lens);
 
-/// From undistorted to distorted normalized image coordinates (z = 1). Ignores the fold.
+/// Turns undistorted into distorted normalized image coordinates (z = 1). Ignores the fold.
 Eigen::Vector2d distort(const Lens& lens, const Eigen::Vector2d& undistorted);
 
 /// Pixel of a point in the optical frame (meters). Empty if it is not in front of the lens (z <= 0)
@@ -65,8 +65,9 @@ std::optional<Eigen::Vector2d> project(const Lens& lens, const Eigen::Vector3d& 
 /// Newton's method to 1e-12. Empty if no ray within the fold reaches the pixel.
 std::optional<Eigen::Vector3d> unproject(const Lens& lens, const Eigen::Vector2d& pixel);
 
-/// Where each pixel looks, faster than unproject: the lens is inverted once, on a grid of points 4
-/// px apart, and interpolated bilinearly between them. Off by less than 0.001 px for k1 = -0.35.
+/// The ray of each pixel, found faster than by unproject: the lens is inverted once, on a grid of
+/// points 4 px apart, and interpolated bilinearly between them. Off by less than 0.001 px for k1 =
+/// -0.35.
 class RayMap {
  public:
   explicit RayMap(const Lens& lens);

@@ -12,7 +12,7 @@ template <typename Number>
 Number radialFactor(const std::array<Number, 8>& D, Number s) {
   return (1 + s * (D[0] + s * (D[1] + s * D[4]))) / (1 + s * (D[5] + s * (D[6] + s * D[7])));
 }
-/// Where x and y come by a radial factor and by p1 and p2.
+/// Moves x and y by a radial factor and by p1 and p2.
 template <typename Number>
 std::array<Number, 2> distorted(Number x, Number y, Number factor, Number p1, Number p2) {
   const Number s = x * x + y * y;

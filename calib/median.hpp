@@ -9,8 +9,8 @@
 
 namespace afterglow::calib {
 
-/// Of an even number of values the upper of the two in the middle. NaN (not measurable) counts as
-/// infinite. Returns `none` if there are no values.
+/// Returns the median; for an even number of values, the upper of the two in the middle. NaN (not
+/// measurable) counts as infinite. Returns `none` if there are no values.
 inline double median(std::vector<double> values, double none) {
   if (values.empty()) return none;
   for (double& value : values) {

@@ -12,13 +12,13 @@ namespace afterglow::calib {
 /// exponent: YAML 1.1 readers (PyYAML) take 1e-05 for a string and 1.0e-05 for a number.
 std::string exactText(double value);
 
-/// With so many decimals; "–" for what is not finite. Never "-0.00".
+/// Formats a number with so many decimals; "–" for a number that is not finite. Never "-0.00".
 std::string fixedText(double value, int decimals);
 
 /// The whole of the text as one number; empty if it is not one. Reads "nan" and "inf" as no number.
 std::optional<double> numberFromText(const std::string& text);
 
-/// In one radian: radians inside, degrees for people.
+/// Degrees in one radian: radians inside, degrees for people.
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 
 }  // namespace afterglow::calib

@@ -31,7 +31,7 @@ void savePicture(const std::string& path, const Picture& picture);
 std::string encodePng(const Picture& picture,
                       const Eigen::Vector2d& size_m = Eigen::Vector2d::Zero());
 
-/// As a JPEG file holds it, at most `widest` pixels wide.
+/// Encodes the picture as a JPEG file, at most `widest` pixels wide.
 std::vector<std::uint8_t> jpegOf(const Picture& picture, int widest);
 
 }  // namespace afterglow::calib

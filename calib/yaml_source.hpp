@@ -14,7 +14,7 @@ namespace afterglow::calib {
 /// YAML".
 YAML::Node loadYaml(const std::string& path);
 
-/// For files whose refusals name keys, not lines: throws "FILE: cannot be read" or "FILE: is not
+/// Reads files whose refusals name keys, not lines: throws "FILE: cannot be read" or "FILE: is not
 /// YAML: why".
 YAML::Node loadYamlValues(const std::string& path);
 
@@ -32,7 +32,7 @@ class YamlSource {
  public:
   /// Throws as loadYaml does.
   explicit YamlSource(const std::string& path) : YamlSource(path, loadYaml(path)) {}
-  /// Of a file that was read already.
+  /// Takes a file that was read already.
   YamlSource(std::string path, const YAML::Node& root) : path_(std::move(path)), root_(root) {}
 
   const std::string& path() const { return path_; }

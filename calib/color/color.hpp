@@ -17,7 +17,7 @@ namespace afterglow::calib {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// One photograph: the color that the whole picture had, and how the surface then looked.
+/// A photograph: the color that the whole picture had, and how the surface then looked.
 struct ColorSample {
   Rgb shown{};
   Eigen::Vector3d seen = Eigen::Vector3d::Zero();
@@ -26,8 +26,10 @@ struct ColorSample {
 /// seen = dark + M_seen_light * (response of red, green, blue).
 struct ColorResponse {
   std::vector<double> levels;                   ///< 0 to 255, ascending, with both
-  std::array<std::vector<double>, 3> response;  ///< at each level; from 0 to 1, not descending
-  Eigen::Matrix3d M_seen_light = Eigen::Matrix3d::Identity();  ///< of the surface's color, too
+  std::array<std::vector<double>, 3> response;  ///< the response at each level; from 0 to 1, not
+                                                ///< descending
+  /// The mixing matrix, the surface's color included.
+  Eigen::Matrix3d M_seen_light = Eigen::Matrix3d::Identity();
   Eigen::Vector3d dark = Eigen::Vector3d::Zero();  ///< the room's light, and the projector's black
 
   Eigen::Vector3d seen(const Rgb& sent) const;
@@ -35,7 +37,7 @@ struct ColorResponse {
   double white() const;
 };
 
-/// What to send for a color, and how far off (CIEDE2000, beside white()) it then looks.
+/// The color to send for a color, and how far off (CIEDE2000, beside white()) the result looks.
 struct SentColor {
   Rgb sent{};
   double off = 0;
@@ -70,17 +72,18 @@ struct ColorFit {
   int checks = 0;
   std::array<double, 3> gamma{};   ///< the power that is nearest to each channel's response
   std::vector<ColorReach> named;   ///< red, green, ... and how far off they are
-  double share_reached = 0;        ///< of sRGB's colors, evenly in its cube: within reach
+  double share_reached = 0;        ///< the share of sRGB's colors, taken evenly from its cube, that
+                                   ///< is within reach
 };
 
-/// What to photograph: black, ramps of each channel, grays and mixtures to check with; black and
-/// white once more at the end, to see whether the camera adapts.
+/// Returns the colors to photograph: black, ramps of each channel, grays and mixtures to check
+/// with; black and white once more at the end, to see whether the camera adapts.
 std::vector<Rgb> colorsToShow();
 
-/// From black, white and three levels of each channel alone (255 among them); the colors that mix
+/// Fits black, white and three levels of each channel alone (255 among them); the colors that mix
 /// channels are checks. Throws ColorRefused: missing colors, a color seen twice that differs (the
-/// camera adapts), a camera that is over- or underexposed, a channel without light, channels that do
-/// not add up to white (a projector that mixes light in).
+/// camera adapts), a camera that is over- or underexposed, a channel without light, channels that
+/// do not add up to white (a projector that mixes light in).
 ColorFit fitColor(const std::vector<ColorSample>& samples);
 
 std::string colorYaml(const ColorFit& fit);

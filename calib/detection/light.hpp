@@ -17,7 +17,7 @@ struct Light {
   std::vector<float> weight;  ///< 1 / variance; 0 for saturated and black pixels
 };
 
-constexpr double kGrayNoise = 1.5;  ///< of the sensors of 8-bit cameras, gray levels
+constexpr double kGrayNoise = 1.5;  ///< gray levels: the noise of 8-bit cameras' sensors
 /// Decodes gamma 2.2; the weights come from kGrayNoise.
 Light linearLight(const Picture& picture);
 

@@ -19,19 +19,19 @@ namespace afterglow::calib {
 
 /// Corners in the photograph's pixels.
 struct SeenTag : Tag {
-  /// Of x0 y0 x1 y1 ... x3 y3, px^2. The corners of a tag come from one fit: their errors depend on
-  /// each other.
+  /// Covariance of x0 y0 x1 y1 ... x3 y3, px^2. The corners of a tag come from one fit: their
+  /// errors depend on each other.
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Identity() * 0.0025;
 };
 
-/// What the photographs of one pose of the board show.
+/// The content of the photographs of one pose of the board.
 struct View {
   std::string name;                ///< "view_03"
   std::vector<SeenTag> board;      ///< printed tags, ids of the board
   std::vector<SeenTag> projected;  ///< projected tags that lie on the board, ids of the pattern
-  /// What is wrong with the photographs, each with an advice; a view with any is left out.
+  /// Faults of the photographs, each with an advice; a view with any is left out.
   std::vector<std::string> faults;
-  /// What was seen but not used ("tags of the pattern on the floor: 12"), for the report.
+  /// Remarks for the report on what was seen but not used ("tags of the pattern on the floor: 12").
   std::vector<std::string> notes;
 };
 
@@ -57,11 +57,11 @@ class ViewReader {
   /// std::invalid_argument if a picture is not of the camera's size.
   View observe(const Photographs& photographs) const;
 
-  /// As observe, but quicker: projected tags as AprilTag finds them (to 0.1 px).
+  /// Does what observe does, but quicker: projected tags as AprilTag finds them (to 0.1 px).
   View glance(const Photographs& photographs) const;
 
-  /// As observe, with a rough estimate of the projector's lens: the fit then includes its
-  /// distortion, and tags that the detector missed are found where they must be. `first`: the
+  /// Does what observe does, with a rough estimate of the projector's lens: the fit then includes
+  /// its distortion, and tags that the detector missed are found where they must be. `first`: the
   /// result of observe or glance.
   View observeAgain(const View& first, const Photographs& photographs, const Lens& projector) const;
 

@@ -20,7 +20,7 @@ struct DetectedTag : Tag {
 /// first found, as AprilTag's regression data have them.
 enum class TagEdges { Refined, AsFound };
 
-/// One thread at a time.
+/// Finds tags of one family; used by one thread at a time.
 class TagDetector {
  public:
   /// Decimation 1 finds all; 2 is four times as fast and good enough to know what is in view.

@@ -18,12 +18,12 @@ namespace afterglow::calib {
 struct TagTarget {
   Tag tag;
   TagCells cells;
-  const Lens* projector = nullptr;  ///< its distortion then bends the tag; outlives the call
+  const Lens* projector = nullptr;  ///< the lens whose distortion bends the tag; outlives the call
 };
 
 struct TagFit {
   SeenTag seen;
-  double correlation = 0;  ///< of picture and fitted tag, 1 for a perfect likeness
+  double correlation = 0;  ///< likeness of picture and fitted tag, 1 if perfect
 };
 
 /// `start`: the corners in the picture's pixels, within about half a cell. Empty if the tag is not

@@ -12,15 +12,17 @@ namespace afterglow::calib {
 
 /// All tags that were read, of any id, before any is left out or refitted.
 struct ViewDetections {
-  std::vector<DetectedTag> plain;  ///< in the plain picture; empty if there is none
-  /// In the pattern's picture as it is. Decimation 2 is good enough where there is a plain one: it
-  /// tells whether the board moved, and whether the pattern is there at all.
+  std::vector<DetectedTag> plain;  ///< tags in the plain picture; empty if there is none
+  /// Tags in the pattern's picture as it is. Decimation 2 is good enough where there is a plain
+  /// one: it tells whether the board moved, and whether the pattern is there at all.
   std::vector<DetectedTag> pattern;
-  std::vector<DetectedTag> quotient;  ///< in the quotient of the two; empty without a plain one
+  std::vector<DetectedTag> quotient;  ///< tags in the quotient of the two pictures; empty without a
+                                      ///< plain one
 };
 
 struct ViewFaults {
-  std::vector<std::string> faults;  ///< each with an advice; a view with any is to be left out
+  std::vector<std::string> faults;  ///< faults, each with an advice; a view with any is to be left
+                                    ///< out
   std::vector<std::string> notes;   ///< odd, but no harm
 };
 

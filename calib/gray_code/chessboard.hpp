@@ -26,8 +26,8 @@ struct Chessboard {
   std::vector<SeenTag> tags(const std::vector<Eigen::Vector2d>& corners_px) const;
 };
 
-/// By OpenCV, to a few hundredths of a pixel, never mirrored, and with its columns to the right of
-/// the photograph. Empty if not all of them are seen.
+/// Finds the corners by OpenCV, to a few hundredths of a pixel, never mirrored, and with the
+/// columns to the right of the photograph. Empty if not all of them are seen.
 std::optional<std::vector<Eigen::Vector2d>> findCorners(const Picture& picture,
                                                         const Chessboard& chessboard);
 

@@ -10,9 +10,9 @@
 
 namespace afterglow::calib {
 
-/// For each pixel of the photograph, row by row, the projector's; NaN where it is not lit directly
-/// or its stripes cannot be told from their inverse, infinite where its code is one that a picture
-/// of the projector's size does not have.
+/// The projector's pixel for each pixel of the photograph, row by row; NaN where it is not lit
+/// directly or its stripes cannot be told from their inverse, infinite where its code belongs to no
+/// pixel of a picture of the projector's size.
 struct DecodedLight {
   int width = 0, height = 0;
   std::vector<Eigen::Vector2f> projector_px;

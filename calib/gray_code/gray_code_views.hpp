@@ -18,8 +18,9 @@ struct GrayCodeOptions {
   std::string folder;  ///< see calib/gray_code/set.hpp
   Chessboard chessboard;
   int width = 0, height = 0;   ///< the projector's, px
-  int step = 1;                ///< of kamino410's code, px
-  std::optional<Lens> camera;  ///< without it the chessboards calibrate the camera first
+  int step = 1;                ///< step of kamino410's code, px
+  std::optional<Lens> camera;  ///< the camera's lens; without it the chessboards calibrate the
+                               ///< camera first
   int threads = 2;
 };
 

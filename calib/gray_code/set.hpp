@@ -26,7 +26,8 @@ struct GrayCodeFiles {
   std::vector<std::string> paths;
 };
 
-/// By name. Throws std::runtime_error naming the folder and what is missing in it.
+/// Returns the sets in the order of their names. Throws std::runtime_error naming the folder and
+/// what is missing in it.
 std::vector<GrayCodeFiles> findGrayCode(const std::string& folder);
 
 /// The code of one axis: a projector pixel p has the code (p + offset) / step.

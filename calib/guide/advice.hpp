@@ -11,8 +11,8 @@
 
 namespace afterglow::calib {
 
-/// How far the board's face is turned away from the camera, as the camera sees it: x to the right,
-/// y down; radians, zero where it looks straight into the lens.
+/// Returns how far the board's face is turned away from the camera, as the camera sees it: x to the
+/// right, y down; radians, zero where it looks straight into the lens.
 Eigen::Vector2d boardTilt(const Rigid<Camera, Surface>& T_camera_board);
 
 /// Tilts are named as the camera sees them (left, right, up, down), places in the light as they are
@@ -22,7 +22,8 @@ std::vector<std::string> adviceFor(const std::vector<Rigid<Camera, Surface>>& ta
                                    const Coverage& coverage,
                                    const std::optional<Rigid<Camera, Surface>>& now);
 
-/// Whether all boards are so nearly parallel that the projector's lens cannot be told from them.
+/// Returns true if all boards are so nearly parallel that the projector's lens cannot be told from
+/// them.
 bool areParallel(const std::vector<Rigid<Camera, Surface>>& taken);
 
 }  // namespace afterglow::calib

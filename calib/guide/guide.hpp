@@ -88,7 +88,7 @@ class Guide {
 
   std::vector<Utterance> takeUtterances() { return prompter_.take(); }
   GuidePhase phase() const { return phase_; }
-  /// What the projector has to show now.
+  /// Returns the picture that the projector has to show now.
   Shown shown() const;
   const std::vector<View>& views() const { return views_; }
   /// "view_07", for the view that comes next.
@@ -112,12 +112,12 @@ class Guide {
   ViewTaker taker_;
   Prompter prompter_;
   GuidePhase phase_ = GuidePhase::Idle;
-  Shown wanted_ = Shown::Plain;  ///< by the taker
+  Shown wanted_ = Shown::Plain;  ///< the taker's wish
   std::vector<View> views_;
-  std::vector<Rigid<Camera, Surface>> poses_;  ///< of views_
+  std::vector<Rigid<Camera, Surface>> poses_;  ///< the poses of views_
   Coverage coverage_;
   int views_wanted_ = 0, discarded_ = 0, named_ = 0;
-  std::size_t turn_ = 0;  ///< which of several pieces of advice is given
+  std::size_t turn_ = 0;  ///< counts the turns of several pieces of advice
   double promised_mm_ = 0;
   std::int64_t now_ns_ = 0;
 };

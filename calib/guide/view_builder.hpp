@@ -16,7 +16,7 @@ namespace afterglow::calib {
 
 class TagDetector;
 
-/// For one board, pattern and camera, of which it keeps copies. One thread at a time.
+/// Builds views of one board, pattern and camera, of which it keeps copies. One thread at a time.
 class ViewBuilder {
  public:
   /// Throws std::invalid_argument for families that libapriltag does not know.
@@ -31,11 +31,11 @@ class ViewBuilder {
   /// Keeps the image as a photograph of the view of this name, if it is one.
   void keep(TakerAnswer::Keep kind, const std::string& view_name, Picture picture);
 
-  /// Of the view that is being taken.
+  /// The photographs of the view that is being taken.
   const Photographs& photographs() const { return photographs_; }
   /// The view that the photographs show.
   View read() const;
-  /// How far light lands from where the calibration has it, in a view that read() gave.
+  /// Measures how far light lands from where the calibration has it, in a view that read() gave.
   ViewCheck check(const View& view, const Calibration& calibration) const;
 
  private:

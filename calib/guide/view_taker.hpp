@@ -21,7 +21,7 @@
 
 namespace afterglow::calib {
 
-/// What the projector shows.
+/// A picture for the projector.
 enum class Shown { Black, Plain, Pattern };
 
 /// Gray level of Shown::Plain.
@@ -29,34 +29,35 @@ constexpr std::uint8_t kPlainGray = 160;
 
 /// The tags and the brightness of one image of the camera.
 struct WatchedImage {
-  std::int64_t stamp_ns = 0;  ///< when it was taken
+  std::int64_t stamp_ns = 0;  ///< time of the photograph
   std::vector<Tag> board;     ///< printed tags, corners in px
   std::set<int> unknown;      ///< ids of tags that are neither the board's nor the pattern's
-  int pattern_tags = 0;       ///< how many tags of the pattern are in it, wherever they lie
+  int pattern_tags = 0;       ///< number of the pattern's tags in it, wherever they lie
   double mean_level = 0;      ///< gray levels
 };
 
 struct TakerOptions {
   std::int64_t still_ns = 500'000'000;  ///< so long the board must not have moved
   double still_px = 0.5;                ///< root mean square of the corners' movement
-  std::size_t still_images = 3;         ///< at least so many images within still_ns
+  std::size_t still_images = 3;         ///< least number of images within still_ns
   int settle_images = 2;                ///< images to wait once the camera shows what is projected
   double settled_levels = 2;            ///< the mean gray of two such images differs by less
-  std::int64_t patience_ns = 4'000'000'000;  ///< for the camera to show what is projected
+  std::int64_t patience_ns = 4'000'000'000;  ///< time that the camera has to show what is projected
   std::size_t fewest_board_tags = 4;
   int fewest_pattern_tags = 3;
   double new_turn_rad = 0.16;  ///< a board is new if its normal is turned by so much,
   double new_shift = 0.12;     ///< or its middle has moved by so much of its distance
 };
 
-/// What follows from an image.
+/// The consequences of an image.
 struct TakerAnswer {
   enum class Keep { Nothing, Pattern, Plain };
   Shown show = Shown::Plain;
-  Keep keep = Keep::Nothing;  ///< this image is the photograph of the view; Plain is the second
-  bool is_complete = false;   ///< both photographs are there
-  std::string discarded;      ///< why a view that was begun is given up, with an advice
-  /// Why no view is begun.
+  Keep keep = Keep::Nothing;  ///< the photograph of the view that this image is; Plain is the
+                              ///< second
+  bool is_complete = false;   ///< true once both photographs are there
+  std::string discarded;      ///< the reason for giving up a view that was begun, with an advice
+  /// The reason why no view is begun.
   enum class Lack { Nothing, Light, Board, WholeBoard, Stillness, News } lack = Lack::Nothing;
   std::optional<Rigid<Camera, Surface>> T_camera_board;
 };
@@ -93,7 +94,7 @@ class ViewTaker {
   Step step_ = Step::Watch;
   bool is_forced_ = false;
   std::int64_t last_stamp_ns_ = 0, awaited_since_ns_ = 0;
-  std::deque<WatchedImage> recent_;  ///< under plain light, the last still_ns
+  std::deque<WatchedImage> recent_;  ///< images under plain light, the last still_ns
   WatchedImage before_;              ///< the last under plain light before the pattern
   std::optional<Rigid<Camera, Surface>> T_camera_board_;
   int right_images_ = 0;

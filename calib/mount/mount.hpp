@@ -12,9 +12,10 @@
 
 namespace afterglow::calib {
 
-/// What one calibration says: T_link_camera (the robot's tf at that moment) * T_camera_projector.
+/// The mount by one calibration: T_link_camera (the robot's tf at that moment) *
+/// T_camera_projector.
 struct MountPose {
-  std::string name;  ///< for people: "left", "pose 2"
+  std::string name;  ///< a name for people: "left", "pose 2"
   Rigid<Link, Projector> T_link_projector;
 };
 
@@ -26,7 +27,7 @@ struct MountLimits {
 
 struct MountDeviation {
   std::string name;
-  double mm = 0, deg = 0;  ///< from the mean
+  double mm = 0, deg = 0;  ///< distance from the mean
   bool is_used = true;
 };
 

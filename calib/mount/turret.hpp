@@ -15,7 +15,7 @@ namespace afterglow::calib {
 struct TurretJoint {
   std::string parent, link;  ///< tf's names
   Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in the link, of length 1
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< the axis in the link, of length 1
   Eigen::Quaterniond R_parent_middle = Eigen::Quaterniond::Identity();
   double scale = 0;
 
@@ -26,7 +26,7 @@ struct TurretJoint {
 
 /// A turret as it is.
 struct Turret {
-  std::vector<TurretJoint> joints;  ///< from the base on
+  std::vector<TurretJoint> joints;  ///< the joints, from the base on
   Rigid<Link, Projector> T_link_projector;
   std::string projector_frame = MountFrames().projector;
 
@@ -38,7 +38,7 @@ struct Turret {
 /// The vector along the axis of a turn, as long as its angle, 0 to pi.
 Eigen::Vector3d turnOf(const Eigen::Matrix3d& R);
 
-/// For turret_tf_node. Each remark is a comment of one line.
+/// Returns the text of a file for turret_tf_node. Each remark is a comment of one line.
 std::string turretYaml(const Turret& turret, const std::vector<std::string>& remarks);
 /// Throws std::runtime_error "FILE:LINE: what is wrong".
 Turret loadTurret(const std::string& path);

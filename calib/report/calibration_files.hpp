@@ -18,7 +18,7 @@ struct CalibrationNames {
   std::string camera_name = "camera";
 };
 
-/// One earlier calibration, from history/.
+/// An earlier calibration, from history/.
 struct CalibrationRecord {
   std::string date;  ///< UTC, 2026-11-21T04:30:00Z
   ProjectorEstimate estimate;

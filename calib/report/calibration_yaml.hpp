@@ -12,7 +12,7 @@ namespace afterglow::calib {
 /// The order of a covariance's rows, and their units.
 struct ParameterName {
   const char* name;
-  const char* unit;  ///< "" for what has none
+  const char* unit;  ///< unit; "" for a number without one
 };
 extern const ParameterName kParameterNames[kCalibrationParameters];
 

@@ -13,11 +13,11 @@ namespace afterglow::calib {
 /// Half the longest axis of the 95 % ellipse.
 struct Uncertainty {
   double px = 0;
-  double mm = 0;  ///< on a surface facing the projector
+  double mm = 0;  ///< error on a surface facing the projector
 };
 
-/// Of the light for a point on the ray of a projector's pixel, at a distance (m) along the optical
-/// axis. Empty if no ray within the lens's model reaches the pixel.
+/// Returns the uncertainty of the light for a point on the ray of a projector's pixel, at a
+/// distance (m) along the optical axis. Empty if no ray within the lens's model reaches the pixel.
 std::optional<Uncertainty> uncertaintyAt(const ProjectorEstimate& estimate,
                                          const Eigen::Vector2d& pixel, double distance_m);
 
@@ -35,8 +35,8 @@ struct UncertaintyGrid {
 /// Four cells across and down for each one of Coverage.
 UncertaintyGrid uncertaintyGrid(const ProjectorEstimate& estimate, double distance_m);
 
-/// How far the light for fixed points in the camera's frame moves from one calibration to another,
-/// root mean square over the projector's picture.
+/// The movement of the light for fixed points in the camera's frame from one calibration to
+/// another, root mean square over the projector's picture.
 struct LightShift {
   double rms_px = 0, rms_mm = 0;
   double largest_mm = 0;

@@ -12,7 +12,7 @@
 
 namespace afterglow::calib {
 
-/// What a report says beside the calibration itself; what is not known is not mentioned.
+/// Facts for a report beside the calibration itself; unknown ones are not mentioned.
 struct ReportFacts {
   CalibrationNames names;
   std::optional<Board> board;

@@ -10,14 +10,14 @@
 namespace afterglow::calib {
 
 struct ViewFacts {
-  double distance_m = 0;  ///< from the projector's lens to the board's middle
-  double tilt_deg = 0;    ///< between the board's normal and the projector's axis
-  std::string turned;  ///< where the board's face is turned to, seen from the projector: an arrow
+  double distance_m = 0;  ///< distance from the projector's lens to the board's middle
+  double tilt_deg = 0;    ///< angle between the board's normal and the projector's axis
+  std::string turned;     ///< the direction of the board's face, seen from the projector: an arrow
   int outliers = 0;    ///< corners
   std::optional<double> training_mm;  ///< projected_rms_px as millimeters on the board
 };
 
-/// Of a view with a pose (one that has residuals).
+/// Returns the facts of a view with a pose (one that has residuals).
 ViewFacts factsOf(const ViewResult& view, const ProjectorEstimate& estimate);
 
 int usedViews(const Calibration& calibration);

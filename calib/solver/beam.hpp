@@ -20,10 +20,11 @@ class Beam {
   /// The mean squared error of light (mm^2) over all places, as a form of the parameters' errors.
   SharedMatrix importance() const;
 
-  /// For each distance at which the camera sees light: with a certainty of 95 % 95 % of the light
-  /// is closer than this to its place, on a surface that faces the beam. From draws of the
-  /// parameters, which the same covariance always gets alike. `views`: the fewer there are, the
-  /// less sure is the covariance itself. `at_best`: with the covariance of the corners' noise alone.
+  /// Returns an error for each distance at which the camera sees light: with a certainty of 95 % 95
+  /// % of the light is closer than this to its place, on a surface that faces the beam. From draws
+  /// of the parameters, which the same covariance always gets alike. `views`: the fewer there are,
+  /// the less sure is the covariance itself. `at_best`: with the covariance of the corners' noise
+  /// alone.
   std::vector<LightError> errors(const ProjectorEstimate& estimate,
                                  const ProjectorEstimate& at_best, int views) const;
 
@@ -33,7 +34,7 @@ class Beam {
     double distance_m = 0;
     std::vector<Slope> mm;  ///< d mm / d parameters
   };
-  /// For each distance.
+  /// Returns the spread for each distance.
   std::vector<double> spread_mm(const ProjectorEstimate& estimate) const;
 
   double focal_px_;

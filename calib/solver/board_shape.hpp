@@ -32,26 +32,28 @@ struct BoardShape {
   /// Above the board's plane, m.
   double height(const Eigen::Vector2d& at_m) const;
   Eigen::Vector2d slope(const Eigen::Vector2d& at_m) const;
-  /// Where a place of the layout is, in the board's frame.
+  /// Returns the position of a place of the layout, in the board's frame.
   Eigen::Vector3d place(const Eigen::Vector2d& layout_m) const;
 
   /// The plane that fits the sheet best: its height is plane().dot({x, y, 1}).
   Eigen::Vector3d plane() const;
-  /// Between the lowest and the highest place of the sheet, over the best plane, m.
+  /// Returns the height between the lowest and the highest place of the sheet, over the best plane,
+  /// m.
   double unevenness() const;
   /// The greatest departure of the middle from the line between two opposite edges: across, up.
   Eigen::Vector2d bends() const;
-  /// How far the corners stand off the board's plane, two above and two below it.
+  /// Returns how far the corners stand off the board's plane, two above and two below it.
   double twist() const;
 };
 
 /// Standard deviations of boards that somebody made with care.
 ShapeVector usualShape();
 
-/// Where a ray from the origin of the frame meets the sheet; NaN if it does not.
+/// Returns the point where a ray from the origin of the frame meets the sheet; NaN if it does not.
 Eigen::Vector3d meetSheet(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                           const Eigen::Isometry3d& T_frame_board, const BoardShape& shape);
-/// Where light through a projector pixel lands, as layout coordinates that ignore the stretch.
+/// Returns the point where light through a projector pixel lands, in layout coordinates that ignore
+/// the stretch.
 std::optional<Eigen::Vector3d> landingOnSheet(const Lens& projector, const Eigen::Vector2d& pixel,
                                               const Rigid<Projector, Surface>& T_projector_board,
                                               const BoardShape& shape);
@@ -59,7 +61,7 @@ std::optional<Eigen::Vector3d> landingOnSheet(const Lens& projector, const Eigen
 /// "bends by 1.1 mm over its width"; empty if nobody would see it.
 std::string shapeText(const BoardShape& shape);
 std::vector<std::string> shapeWarnings(const BoardShape& shape);
-/// What the modes cannot carry.
+/// Refuses shapes that the modes cannot carry.
 std::vector<std::string> shapeRefusals(const BoardShape& shape);
 
 }  // namespace afterglow::calib

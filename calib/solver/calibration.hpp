@@ -45,7 +45,7 @@ std::optional<PredictedPixel> predictPixel(const ProjectorEstimate& estimate,
 std::optional<Eigen::Matrix<double, 2, kCalibrationParameters>> pixelSlopes(
     const ProjectorEstimate& estimate, const Eigen::Vector3d& p_camera);
 
-/// How far light may be off at a distance along the projector's axis.
+/// The bound of light's error at a distance along the projector's axis.
 struct LightError {
   double distance_m = 0;
   double mm = 0, px = 0;
@@ -54,23 +54,24 @@ struct LightError {
   double bound_mm = 0;
 };
 
-/// How far one corner of a projected or printed tag is from where the calibration expects it.
+/// The difference between one corner of a projected or printed tag and where the calibration
+/// expects it.
 struct CornerResidual {
   int tag_id = 0;
   int corner = 0;
   bool is_projected = true;
-  Eigen::Vector2d camera_px;  ///< where the photograph has it
+  Eigen::Vector2d camera_px;  ///< its place in the photograph
   Eigen::Vector2d error_px;   ///< seen minus expected, in the photograph's pixels
   Eigen::Vector2d pattern_px = Eigen::Vector2d::Zero();  ///< the corner in the projector's picture
   Eigen::Vector2d pattern_error_px =
-      Eigen::Vector2d::Zero();  ///< in projector pixels; projected only
+      Eigen::Vector2d::Zero();  ///< its place in projector pixels; projected only
   bool is_outlier = false;
 };
 
 struct ViewResult {
   std::string name;
   bool is_used = false;
-  std::string reason;  ///< why it is not used, with an advice; empty if it is
+  std::string reason;  ///< the reason why the view is not used, with an advice; empty if it is
   Rigid<Camera, Surface> T_camera_board;
   std::vector<CornerResidual> residuals;
   double projected_rms_px = 0;  ///< projector pixels, training
@@ -79,24 +80,25 @@ struct ViewResult {
   std::optional<double> held_out_px, held_out_mm;
 };
 
-/// How many tag corners on boards have been seen in each cell of the projector's image.
+/// Counts of the tag corners on boards that have been seen in each cell of the projector's image.
 struct Coverage {
   static constexpr int kColumns = 16, kRows = 10;
   std::vector<int> corners = std::vector<int>(kColumns * kRows, 0);  ///< row-major counts
   int possible = kColumns * kRows;  ///< cells in which the pattern has corners at all
-  double share() const;             ///< of the possible cells that have a count, 0 to 1
+  double share() const;             ///< the share of the possible cells that have a count, 0 to 1
 };
 Coverage coverageOf(const std::vector<Eigen::Vector2d>& corners_px, const Pattern& pattern);
 Coverage coverageOf(const std::vector<View>& views, const Pattern& pattern);
 
 struct Calibration {
   ProjectorEstimate estimate;
-  /// With a certainty of 95 %, 95 % of the light that the camera can see is closer than this to its
-  /// place, at 1, 2 and 3 m: camera and shape of the board included, their print's size not.
+  /// Bounds at 1, 2 and 3 m: with a certainty of 95 %, 95 % of the light that the camera can see is
+  /// closer than this to its place; camera and shape of the board are included, their print's size
+  /// is not.
   std::vector<LightError> light;
-  double print_mm_per_permille = 0;  ///< by which light is off for each 0.1 % of the print's size
-  Lens camera;       ///< as it was used: as given, or refined
-  Lens camera_info;  ///< as given
+  double print_mm_per_permille = 0;  ///< error of light for each 0.1 % of the print's size
+  Lens camera;                       ///< the camera as it was used: as given, or refined
+  Lens camera_info;                  ///< the camera as given
   CameraChange camera_change;
   BoardShape board_shape;
   std::vector<ViewResult> views;
@@ -118,9 +120,9 @@ std::string lightText(const Calibration& calibration);
 class CalibrationRefused : public std::runtime_error {
  public:
   explicit CalibrationRefused(const std::vector<std::string>& reasons);
-  /// With the results of the views as far as they are known.
+  /// Keeps the results of the views as far as they are known.
   CalibrationRefused(const std::vector<std::string>& reasons, std::vector<ViewResult> views);
-  /// One line each.
+  /// The reasons, one line each.
   const std::vector<std::string>& reasons() const { return reasons_; }
   const std::vector<ViewResult>& views() const { return views_; }
 

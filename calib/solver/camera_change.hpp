@@ -15,7 +15,7 @@ namespace afterglow::calib {
 /// Standard deviations of a camera_info that somebody calibrated with care, a while ago.
 struct CameraDeviations {
   double focal = 0.004;   ///< share of the focal length, both alike
-  double aspect = 0.001;  ///< of fx / fy
+  double aspect = 0.001;  ///< deviation of fx / fy
   double center_px = 0;
   std::array<double, 4> D{};  ///< k1 k2 p1 p2; equidistant: k1 k2 k3 k4
 };
@@ -37,14 +37,14 @@ struct ChiSquare {
   double value = 0, limit = 0;
 };
 
-/// By how much the camera that fits the views differs from its camera_info.
+/// The difference between the camera that fits the views and its camera_info.
 struct CameraChange {
   CameraFate fate = CameraFate::Held;
   double focal = 0;  ///< 0.002: the focal length is 0.2 % longer
   Eigen::Vector2d center_px = Eigen::Vector2d::Zero();
   double largest_px = 0;  ///< the largest shift of any place of the image
-  /// Between the views and camera_info; and between the views and the distortion of camera_info
-  /// alone, with focal length and center free.
+  /// Contradictions between the views and camera_info; and between the views and the distortion of
+  /// camera_info alone, with focal length and center free.
   ChiSquare contradiction, distortion_contradiction;
 
   /// Sets focal, center_px and largest_px.

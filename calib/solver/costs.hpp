@@ -217,7 +217,7 @@ class PrintedCost : public ceres::SizedCostFunction<8, kLensSize, kPoseSize, kSh
   BoardShape shape_;
 };
 
-/// Where a camera ray meets the bent board, with its derivatives.
+/// The point where a camera ray meets the bent board, with its derivatives.
 struct MeetingSlope {
   Eigen::Vector3d p_camera;
   Eigen::Matrix<double, 3, 2> by_ray;

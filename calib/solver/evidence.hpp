@@ -21,14 +21,14 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 using Matrix8 = Eigen::Matrix<double, 8, 8>;
 using Vector8 = Eigen::Matrix<double, 8, 1>;
 
-/// One tag seen: where its corners truly are (meters on the board, or pixels of the pattern) and
-/// where the camera saw them.
+/// A tag that was seen: where its corners truly are (meters on the board, or pixels of the pattern)
+/// and where the camera saw them.
 struct Sighting {
   int id = 0;
   Corners target;
   Corners camera_px;
   Corners rays;        ///< normalized undistorted camera coordinates
-  Matrix8 covariance;  ///< of camera_px
+  Matrix8 covariance;  ///< covariance of camera_px
 };
 
 struct ViewEvidence {
@@ -36,7 +36,7 @@ struct ViewEvidence {
   std::vector<Sighting> printed, projected;
   Rigid<Camera, Surface> T_camera_board;
   bool is_used = true;
-  std::string reason;  ///< why it is not used
+  std::string reason;  ///< the reason why it is not used
 };
 
 /// Matches tags with the targets and finds each board's pose from its printed tags. Views with
@@ -49,7 +49,7 @@ std::vector<ViewEvidence> gatherEvidence(const std::vector<View>& views, const B
 /// NaN.
 void setRays(ViewEvidence& view, const Lens& camera);
 
-/// Where a camera ray meets the board, in the camera's frame; NaN if it does not.
+/// Returns the point where a camera ray meets the board, in the camera's frame; NaN if it does not.
 Eigen::Vector3d onBoard(const Eigen::Vector2d& ray, const Rigid<Camera, Surface>& T_camera_board,
                         const BoardShape& shape = {});
 

@@ -13,34 +13,36 @@
 
 namespace afterglow::calib {
 
-/// Where the shared parameters stand: the projector's lens (fx fy cx cy skew D), its pose (rotation
+/// Indices of the shared parameters: the projector's lens (fx fy cx cy skew D), its pose (rotation
 /// vector, translation), the camera's lens, the board's shape.
 constexpr Eigen::Index kLensAt = 0, kPoseAt = 13, kCameraAt = 19, kShapeAt = 32, kSharedSize = 42;
 using SharedVector = Eigen::Matrix<double, kSharedSize, 1>;
 using SharedMatrix = Eigen::Matrix<double, kSharedSize, kSharedSize>;
 
-/// Of one of the kCalibrationParameters.
+/// Returns the index of one of the kCalibrationParameters.
 inline Eigen::Index sharedIndex(Eigen::Index i) { return i < 4 ? i : i + 1; }  // no skew
 
 struct Influence {
-  /// Of a view: information, and half the gradient of its squared errors.
+  /// The influence of a view: information, and half the gradient of its squared errors.
   struct OfView {
     SharedMatrix information = SharedMatrix::Zero();
     SharedVector score = SharedVector::Zero();
   };
-  std::vector<OfView> views;  ///< as given; zero for those not used
+  std::vector<OfView> views;  ///< influence of the views in the order given; zero for those not
+                              ///< used
   SharedMatrix prior = SharedMatrix::Zero();
   std::array<bool, kSharedSize> is_free{};
 
   /// Rows of what was held are zero; empty if the views leave a parameter undetermined.
   /// `dispersion`: the factor of the variances of the views' scores, not of the prior.
   std::optional<SharedMatrix> covariance(double dispersion = 1) const;
-  /// By how much the solution moves if this view is left out, to first order.
+  /// Returns the movement of the solution if this view is left out, to first order.
   SharedVector moveWithout(std::size_t view) const;
 
-  /// How much more the views' scores scatter than the noise of single tags explains, weighted by
-  /// what they do to the light: corners of a view share a board that is not quite flat, a focus, a
-  /// light. At least 1. `importance`: squared error of the light as a form of the parameters.
+  /// Returns how much more the views' scores scatter than the noise of single tags explains,
+  /// weighted by what they do to the light: corners of a view share a board that is not quite flat,
+  /// a focus, a light. At least 1. `importance`: squared error of the light as a form of the
+  /// parameters.
   double dispersion(const SharedMatrix& importance) const;
 };
 

@@ -14,13 +14,13 @@
 namespace afterglow::calib {
 
 struct LinearStart {
-  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  ///< with skew, K(2, 2) = 1
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  ///< intrinsics with skew, K(2, 2) = 1
   Rigid<Camera, Projector> T_camera_projector;
 };
 
-/// From the used views, some of which may be wholly wrong: solves many small samples of views and
-/// takes the solution that most other views agree with. Empty if no sample gives a projector that
-/// has the boards in front of it.
+/// Starts from the used views, some of which may be wholly wrong: solves many small samples of
+/// views and takes the solution that most other views agree with. Empty if no sample gives a
+/// projector that has the boards in front of it.
 std::optional<LinearStart> linearStart(const std::vector<ViewEvidence>& views,
                                        const Pattern& pattern);
 

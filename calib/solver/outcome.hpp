@@ -11,10 +11,10 @@
 
 namespace afterglow::calib {
 
-/// Of a view against the finished model; `held_out`: the same view predicted without it.
+/// Compares a view with the finished model; `held_out`: the same view predicted without it.
 ViewResult viewResult(const ProjectorModel& model, const ViewEvidence& view,
                       const std::optional<HeldOut>& held_out);
-/// Without a model: corners without errors.
+/// Returns the result of a view without a model: corners without errors.
 ViewResult viewResult(const ViewEvidence& view);
 
 /// The calibration's errors over all its used views; infinite where nothing was held out.

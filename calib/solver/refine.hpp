@@ -16,7 +16,7 @@ namespace afterglow::calib {
 struct RefineSettings {
   bool free_skew = false;              ///< and the aspect ratio, otherwise known to be near 1
   bool free_rational = false;          ///< k4 k5 k6 too
-  bool free_camera = false;            ///< with camera_info and its usual deviations as prior
+  bool free_camera = false;            ///< true: camera_info and its usual deviations are a prior
   bool free_camera_distortion = true;  ///< if the camera is free at all
   bool free_shape = false;             ///< the board's, with usualShape as prior
   bool free_stretch = false;           ///< whatever printers usually do
@@ -32,25 +32,26 @@ struct RefineSettings {
 void refine(ProjectorModel& model, std::vector<ViewEvidence>& views,
             const RefineSettings& settings);
 
-/// At the finished model.
+/// Returns the influence at the finished model.
 Influence influenceOf(const ProjectorModel& model, std::vector<ViewEvidence>& views,
                       const RefineSettings& settings);
 /// The model with its shared parameters moved.
 ProjectorModel movedBy(const ProjectorModel& model, const SharedVector& by);
 
-/// Of the finished model, with its covariance. Throws CalibrationRefused if the views leave a
-/// parameter undetermined.
+/// Returns the estimate of the finished model, with its covariance. Throws CalibrationRefused if
+/// the views leave a parameter undetermined.
 ProjectorEstimate estimateOf(const ProjectorModel& model, const Influence& influence,
                              double dispersion = 1);
 
-/// Of the camera of a model that was refined with its camera free, the prior included.
+/// Returns the covariance of the camera of a model that was refined with its camera free, the prior
+/// included.
 CameraMatrix cameraCovariance(const Influence& influence);
 
 /// The board's pose from its printed tags alone.
 void refineBoardPose(const ProjectorModel& model, ViewEvidence& view);
 
-/// How much the print is stretched, from all printed tags. A free camera separates the stretch from
-/// a camera_info of wrong aspect ratio as well as the views allow.
+/// Estimates the stretch of the print from all printed tags. A free camera separates the stretch
+/// from a camera_info of wrong aspect ratio as well as the views allow.
 PrintStretch printStretch(const ProjectorModel& model, const std::vector<ViewEvidence>& views,
                           bool free_camera);
 

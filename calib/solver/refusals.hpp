@@ -24,8 +24,9 @@ struct PosedView {
   Eigen::Vector3d normal() const { return T_camera_board.matrix().linear().col(2); }
 };
 
-/// Before solving: fewer than three views, boards (nearly) parallel, an implausible distance, too
-/// few corners, corners in a part of the projector's picture only (the empty sides are named).
+/// Refuses before solving: fewer than three views, boards (nearly) parallel, an implausible
+/// distance, too few corners, corners in a part of the projector's picture only (the empty sides
+/// are named).
 std::vector<std::string> viewRefusals(const std::vector<PosedView>& views, const Board& board,
                                       const Pattern& pattern);
 /// The same of views that refine a calibration, which need not cover the picture again.
@@ -36,12 +37,12 @@ std::vector<std::string> refiningRefusals(const std::vector<PosedView>& views, c
 struct LensDrift {
   static constexpr double kFocal = 0.003, kAspect = 0.0002, kCenter = 0.003;
 };
-/// For a lens that changed by more than LensDrift since.
+/// Refuses a lens that changed by more than LensDrift since.
 std::vector<std::string> driftRefusals(const Lens& before, const Lens& now);
 
-/// After solving: the predicted error (the larger half axis of the 95 % ellipse, projector pixels)
-/// of the corners on the boards; too large when the views leave something open that no check above
-/// has a name for.
+/// Refuses after solving, by the predicted error (the larger half axis of the 95 % ellipse,
+/// projector pixels) of the corners on the boards; too large when the views leave something open
+/// that no check above has a name for.
 std::vector<std::string> uncertaintyRefusals(const ProjectorEstimate& estimate,
                                              const std::vector<PosedView>& views);
 /// The 95th percentile of that half axis over the corners; and the same in millimeters where the
@@ -65,12 +66,12 @@ struct PixelShape {
 };
 std::vector<std::string> pixelShapeRefusals(const PixelShape& shape, const Lens& projector);
 
-/// For a held-out error (projector pixels) far above the accuracy of the corners.
+/// Refuses a held-out error (projector pixels) far above the accuracy of the corners.
 std::vector<std::string> misfitRefusals(double held_out_rms_px, const Lens& projector);
 
 std::vector<std::string> foldRefusals(const Lens& projector);
 
-/// How much wider the printed board is than it should be for its height: 0.01 is one percent.
+/// The surplus of the printed board's width for its height: 0.01 is one percent.
 struct PrintStretch {
   double stretch = 0, sigma = 0;
 };

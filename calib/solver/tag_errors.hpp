@@ -31,12 +31,13 @@ struct TagError {
   Vector8 error;  ///< printed: camera px; projected: projector px. NaN if it cannot be computed.
   double deviations = 0;  ///< root mean square over the eight, in standard deviations of the fit
 };
-/// Whether the error is more deviations than chance explains.
+/// Returns true if the error is more deviations than chance explains.
 bool isOutlier(const TagError& error);
 TagError printedError(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag);
 TagError projectedError(const ProjectorModel& model, const ViewEvidence& view, const Sighting& tag);
 
-/// Of the tag's corners in projector pixels: its own covariance through the board's plane.
+/// Returns the covariance of the tag's corners in projector pixels: its own, through the board's
+/// plane.
 Matrix8 projectorCovariance(const ProjectorModel& model, const ViewEvidence& view,
                             const Sighting& tag);
 /// Lower triangular W with W * covariance * W^T = 1.

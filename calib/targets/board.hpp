@@ -29,7 +29,7 @@ constexpr int kFirstPatternId = 100;
 struct Paper {
   const char* name;
   Eigen::Vector2d size_m;  ///< landscape, ISO 216
-  int first_id;            ///< its kPaperTags are from here on
+  int first_id;            ///< the first of its kPaperTags
 };
 constexpr int kPaperTags = 20;
 extern const std::array<Paper, 5> kPapers;
@@ -38,8 +38,9 @@ const Paper* paperOf(const Eigen::Vector2d& size_m);
 
 /// "A3", or "600 x 400 mm".
 std::string boardName(const Board& board);
-/// Which board tags belong to that are not of this board: "the tags in the picture (40 to 59) are
-/// those of an A3 board; the layout describes ...", with an advice. Empty if it cannot be told.
+/// Returns the board to which tags belong that are not of this board: "the tags in the picture (40
+/// to 59) are those of an A3 board; the layout describes ...", with an advice. Empty if it cannot
+/// be told.
 std::string otherBoardText(const std::set<int>& ids, const Board& board);
 
 /// Empty, or why the ids of this board's tags do not tell its size: boards of older versions.

@@ -18,9 +18,9 @@ struct Pattern {
   std::vector<Tag> tags;      ///< corners in px; an edge between two pixels lies at n + 0.5
 };
 
-/// How the pattern is photographed.
+/// The way in which the pattern is photographed.
 enum class PatternUse {
-  Pairs,   ///< with a plain image beside each photograph: tags everywhere
+  Pairs,   ///< a plain image beside each photograph: tags everywhere
   Singles  ///< alone: a few tags far apart, so that the board's tags are read between them
 };
 

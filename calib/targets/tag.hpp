@@ -38,7 +38,8 @@ using TagCells = std::array<std::array<bool, kTagCells>, kTagCells>;
 /// Families whose tags look like that and that have enough ids for a board and a pattern.
 extern const std::vector<std::string> kTagFamilies;  // tag36h11, tag36h10
 
-/// How many ids the family has. Throws std::invalid_argument naming the families there are.
+/// Returns the number of the family's ids. Throws std::invalid_argument naming the families there
+/// are.
 int tagCount(const std::string& family);
 
 /// Throws std::invalid_argument for an unknown family or an id it does not have.

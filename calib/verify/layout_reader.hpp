@@ -17,28 +17,29 @@ namespace afterglow::calib {
 struct SurfacePose {
   Rigid<Camera, Surface> T_camera_surface;
   std::vector<SeenTag> tags;  ///< the printed ones it was found from
-  double rms_px = 0;          ///< of their corners
+  double rms_px = 0;          ///< error of their corners
 };
 
-/// From the printed tags. Throws std::runtime_error saying what to do if fewer than two are seen,
-/// if they contradict the layout by more than 2 px (naming the worst), std::invalid_argument if the
-/// picture is not of the camera's size.
+/// Locates the surface by the printed tags. Throws std::runtime_error saying what to do if fewer
+/// than two are seen, if they contradict the layout by more than 2 px (naming the worst),
+/// std::invalid_argument if the picture is not of the camera's size.
 SurfacePose locateSurface(const Picture& photograph, const TagLayout& layout, const Lens& camera);
 
 struct TargetCheck {
   int id = 0;
   bool is_seen = false;
-  std::vector<LandingError> errors;             ///< of its four corners
-  Eigen::Vector2d offset_mm{0, 0};              ///< of its middle, along the surface's x and y
+  std::vector<LandingError> errors;             ///< errors of its four corners
+  Eigen::Vector2d offset_mm{0, 0};              ///< offset of its middle, along the surface's x and
+                                                ///< y
   std::array<Eigen::Vector2d, 4> wanted_px{};   ///< corners in the photograph
-  std::array<Eigen::Vector2d, 4> corners_px{};  ///< as seen
+  std::array<Eigen::Vector2d, 4> corners_px{};  ///< corners as seen
 };
 
 struct ThrowCheck {
   SurfacePose surface;
   std::vector<TargetCheck> targets;
 
-  std::vector<LandingError> errors() const;  ///< of all targets that are seen
+  std::vector<LandingError> errors() const;  ///< errors of all targets that are seen
 };
 
 /// `thrown`: the photograph with the targets' light; `plain`: the same from the same place without

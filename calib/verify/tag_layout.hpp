@@ -15,31 +15,31 @@ namespace afterglow::calib {
 /// Corners in meters on the z = 0 plane of `frame`, seen from above: x to the right, y up, as on a
 /// board.
 struct TagLayout {
-  std::string frame;  ///< of tf; empty where tf is not used
+  std::string frame;  ///< tf's frame; empty where tf is not used
   std::string family = "tag36h11";
   std::vector<Tag> tags;     ///< printed, lying there
-  std::vector<Tag> targets;  ///< where tags of light shall fall; may be empty
+  std::vector<Tag> targets;  ///< places where tags of light shall fall; may be empty
 };
 
-/// Of a square tag whose upright picture is turned counterclockwise by `yaw`.
+/// Returns a square tag whose upright picture is turned counterclockwise by `yaw`.
 Tag squareTag(int id, const Eigen::Vector2d& center, double side_m, double yaw_rad);
 
 /// The tag's middle in any perspective: where the diagonals meet.
 Eigen::Vector2d middleOf(const Tag& tag);
 
-/// Whether two tags, each with the white rim of a cell that it needs, overlap.
+/// Returns true if two tags, each with the white rim of a cell that it needs, overlap.
 bool areTooClose(const Tag& a, const Tag& b);
 
 struct TagDrift {
   int id = 0;
-  double px = 0;  ///< between the tag's expected and seen middle, in the photograph
+  double px = 0;  ///< distance between the tag's expected and seen middle, in the photograph
   double mm = 0;  ///< the same on the floor
 };
 
 struct Drift {
   int expected = 0;                     ///< tags that should be wholly in the picture
-  std::vector<TagDrift> seen;           ///< those of the layout that were found
-  double median_px = 0, median_mm = 0;  ///< of `seen`; 0 if that is empty
+  std::vector<TagDrift> seen;           ///< the tags of the layout that were found
+  double median_px = 0, median_mm = 0;  ///< median of `seen`; 0 if that is empty
 };
 
 /// `layout`: corners in meters on the surface; `detected`: corners in pixels, any ids. Of an id

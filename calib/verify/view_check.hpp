@@ -14,7 +14,8 @@ namespace afterglow::calib {
 struct ViewCheck {
   std::string name;
   std::vector<LandingError> errors;  ///< `wanted`: where the calibration says that light lands
-  std::string fault;                 ///< why nothing was measured; empty if something was
+  std::string fault;                 ///< the reason why nothing was measured; empty if something
+                                     ///< was
 };
 
 /// The board's pose comes from its printed tags alone, so that the projector's calibration has no
