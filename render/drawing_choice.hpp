@@ -9,8 +9,8 @@
 
 namespace afterglow::render {
 
-/// How long a back end takes: measured for images of so few points and of so many, a line through
-/// both for what lies between and beyond.
+/// The time that a back end takes: measured for images of so few points and of so many, a line
+/// through both for what lies between and beyond.
 struct DrawingPace {
   static constexpr int kFewColumns = 160, kManyColumns = 640;  ///< three quarters as many rows
   static constexpr std::size_t kFew = 160 * 120, kMany = 640 * 480;
@@ -23,14 +23,14 @@ struct DrawingPace {
 struct DrawingChoice {
   DrawingPace cpu, gl;
 
-  /// Whether OpenGL draws an image of so many points and corners. The one that drew the last image
-  /// stays where both are about as fast.
+  /// Returns true if OpenGL draws an image of so many points and corners. The one that drew the
+  /// last image stays where both are about as fast.
   bool isForGl(std::size_t points, bool was_gl) const;
-  /// For people.
+  /// Describes the choice for people.
   std::string text() const;
 };
 
-/// How many points and corners there are in a scene.
+/// Counts the points and corners in a scene.
 std::size_t pointsOf(const Scene& scene);
 
 }  // namespace afterglow::render

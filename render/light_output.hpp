@@ -15,10 +15,10 @@ namespace afterglow::render {
 
 /// Horizontal swaps left and right, Vertical top and bottom, Both is half a turn.
 enum class Mirror { None, Horizontal, Vertical, Both };
-/// In the enum's order.
+/// The names in the enum's order.
 inline const std::vector<std::string> kMirrorNames = {"none", "horizontal", "vertical", "both"};
 
-/// How a projector differs from one that shows sRGB upright and in full light.
+/// The differences between a projector and one that shows sRGB upright and in full light.
 ///
 /// A mirror and calibration: the lens and everything else that is calibrated describe the image
 /// *before* it is mirrored here, since no lens and pose can describe a reflection. So calibrate
@@ -30,8 +30,8 @@ struct LightSettings {
   /// Share of its full light that white gets, in (linear) light; all else dims in proportion.
   double max_brightness = 1;
   Mirror mirror = Mirror::None;
-  /// What to send for colors (calib::colorTable), with gamma and limit of light in it; empty: as
-  /// drawn.
+  /// The values to send for colors (calib::colorTable), with gamma and limit of light in it; empty:
+  /// as drawn.
   std::vector<std::uint8_t> colors{};
 };
 
@@ -40,14 +40,14 @@ struct LightSettings {
 class LightOutput {
  public:
   explicit LightOutput(const LightSettings& settings);
-  /// In place, in one pass. Settings that say nothing cost nothing.
+  /// Changes the image in place, in one pass. Settings that say nothing cost nothing.
   void apply(Image& image) const;
 
  private:
-  /// Both pixels' new values, each in the other's place. They may be one and the same.
+  /// Gives both pixels their new values, each in the other's place. They may be one and the same.
   void exchange(std::uint8_t* a, std::uint8_t* b) const;
   void recolor(Image& image) const;
-  /// Between the eight colors of the table around it.
+  /// Interpolates between the eight colors of the table around the pixel's.
   void recolor(std::uint8_t* pixel) const;
 
   bool is_identity_;

@@ -11,7 +11,7 @@
 namespace afterglow::render {
 
 struct MeshFileLimits {
-  std::uintmax_t bytes = std::uintmax_t{64} << 20;  ///< of each file
+  std::uintmax_t bytes = std::uintmax_t{64} << 20;  ///< limit of each file
   std::size_t triangles = 1'000'000;                ///< once every part is in its place
 };
 

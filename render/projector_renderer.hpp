@@ -16,7 +16,7 @@ namespace afterglow::render {
 /// The back end that draws. The image is the same but for edges: the CPU gives each pixel the
 /// exact share that is covered (CpuDrawer), OpenGL takes four samples.
 enum class Drawing {
-  Measured,  ///< for each image the faster one here, by what each took for some in the making
+  Measured,  ///< the faster one here for each image, by measured times of images in the making
   Gl,
   Cpu,  ///< no OpenGL is needed
 };
@@ -44,7 +44,7 @@ class ProjectorRenderer {
   /// The same in two steps, between which a GPU draws on: for other projectors' images to be begun.
   void begin(const Scene& scene, const Rigid<Projector, World>& T_projector_world);
   void finish(Image& image);
-  /// Which back end draws, and why; for people.
+  /// The back end that draws, and why; for people.
   const std::string& description() const;
 
  private:

@@ -22,9 +22,7 @@ struct TurretPose {
 
 /// The error of a joint's description, as far as the poses tell: estimate and standard deviation.
 /// An error that they do not tell is near 0 and its deviation near the prior's; so is an error that
-/// makes no difference to light (a pan's zero against the tilt's axis turned about the pan's). What
-/// they do not tell is near 0, its deviation near the prior's; so is what makes no difference to
-/// light (a pan's zero against the tilt's axis turned about the pan's).
+/// makes no difference to light (a pan's zero against the tilt's axis turned about the pan's).
 struct JointError {
   struct Value {
     double value = 0, deviation = 0;

@@ -18,7 +18,7 @@ namespace afterglow::render {
 /// Points reach this far (px) over the image's border before they are dropped.
 constexpr float kPointMargin = 128;
 
-/// From the world to the image.
+/// The placement of a thing, from the world to the image.
 struct Placed {
   /// Placement on a surface, then the projector's pose.
   Eigen::Matrix4d P_optical_world = Eigen::Matrix4d::Identity();
@@ -27,12 +27,13 @@ struct Placed {
   /// Flattened layers hide by height over the surface and lie over what was drawn before; the
   /// others hide each other by distance.
   bool flattened = false;
-  float gain = 1;  ///< of sRGB components
+  float gain = 1;  ///< factor on sRGB components
 };
 
 /// Optical frame, meters; cut to the part that the lens shows, its edges straight on the image.
 using SeenOutline = std::vector<Eigen::Vector3d>;
-/// Where a surface catches light: inside of its outline by the even-odd rule, outside of shades.
+/// The region in which a surface catches light: inside of its outline by the even-odd rule, outside
+/// of shades.
 struct ComposedMask {
   std::optional<SeenOutline> outline;  ///< absent: the surface is endless
   std::vector<SeenOutline> shades;     ///< surfaces before it
@@ -40,10 +41,11 @@ struct ComposedMask {
 
 struct ComposedLayer {
   Placed placed;
-  Eye eye;                         ///< whom flat things face, and whose lens shows round things
+  Eye eye;                         ///< the eye that flat things face, and whose lens shows round
+                                   ///< things
   ReliefPlacer* relief = nullptr;  ///< lays meshes on the surface's relief; nullptr: it is flat
-  int mask = -1;                   ///< of the image's masks; -1: light may go anywhere
-  /// To be drawn, each a step. Clouds of PointStyle::Points are on the relief already.
+  int mask = -1;                   ///< index of the image's masks; -1: light may go anywhere
+  /// The drawables, each a step. Clouds of PointStyle::Points are on the relief already.
   std::vector<const Drawable*> steps;
 };
 
@@ -53,26 +55,27 @@ struct ComposedImage {
   std::vector<ComposedLayer> layers;
 };
 
-/// Whether the same step of both is the same light, on either side of masks. False on a relief.
+/// Returns true if the same step of both is the same light, on either side of masks. False on a
+/// relief.
 bool isSamePlace(const ComposedLayer& a, const ComposedLayer& b);
 bool isSame(const std::vector<ComposedMask>& a, const std::vector<ComposedMask>& b);
 
 /// A step as the back end draws it.
 struct Piece {
   enum class Kind {
-    Triangles,  ///< of a translucent piece each pixel takes the nearest only
+    Triangles,  ///< triangles; each pixel takes the nearest of a translucent piece
     Outlines,   ///< the same
     Points,     ///< blended by how much of each pixel they cover, farthest first
   };
   Kind kind;
   bool is_opaque;              ///< points: never
-  std::uint32_t first, count;  ///< of the back end's list of that kind
-  double mean_depth;           ///< as LightVertex::depth
+  std::uint32_t first, count;  ///< range of the back end's list of that kind
+  double mean_depth;           ///< see LightVertex::depth
 };
 
 struct ExpandedLayer {
-  int mask = -1;           ///< as ComposedLayer has it
-  bool flattened = false;  ///< as Placed has it
+  int mask = -1;           ///< see ComposedLayer
+  bool flattened = false;  ///< see Placed
   std::vector<Piece> pieces;
 };
 

@@ -16,7 +16,7 @@ namespace afterglow::render {
 struct LayerCensus {
   std::string name;           ///< the layer's
   std::size_t drawables = 0;  ///< all of them: the sum of what follows
-  std::size_t lit = 0;        ///< in part at least
+  std::size_t lit = 0;        ///< the drawables that are lit, at least in part
   std::size_t outside = 0;    ///< beside the light, or too close to the lens
   std::size_t behind = 0;     ///< behind the lens
   std::size_t clipped = 0;    ///< beside the surface's outline, or where others shade it
@@ -36,12 +36,12 @@ class LightCensus {
   explicit LightCensus(const calib::Lens& lens)
       : domain_(lens), composer_(lens), triangles_(lens) {}
 
-  /// By layer. Throws std::logic_error as placementMatrix does.
+  /// Counts by layer. Throws std::logic_error as placementMatrix does.
   std::vector<LayerCensus> count(const Scene& scene,
                                  const Rigid<Projector, World>& T_projector_world);
 
  private:
-  /// Which count of a census a drawable belongs to.
+  /// The count of a census to which a drawable belongs.
   using Fate = std::size_t LayerCensus::*;
 
   /// A cloud or list, things alike.

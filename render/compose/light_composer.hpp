@@ -24,7 +24,7 @@ class LightComposer {
 
  private:
   void addLayer(const Layer& layer);
-  /// For the layer, which lies on a relief.
+  /// Returns the placer of a layer that lies on a relief.
   ReliefPlacer& placerFor(const Layer& layer);
   const Drawable& laid(const Drawable& drawable, const ReliefPlacer& relief);
   /// The surface's mask, made once an image; -1: it needs none.
@@ -38,8 +38,8 @@ class LightComposer {
 
   const Scene* scene_ = nullptr;  ///< being composed
   Rigid<Projector, World> T_projector_world_;
-  std::vector<const SurfacePatch*> masked_;  ///< those of the image's masks
-  std::deque<ReliefPlacer> placers_;         ///< those of layers on reliefs, and unused ones
+  std::vector<const SurfacePatch*> masked_;  ///< the surfaces of the image's masks
+  std::deque<ReliefPlacer> placers_;         ///< the placers of layers on reliefs, and unused ones
   std::size_t placer_count_ = 0;
   std::deque<Drawable> laid_;  ///< clouds on reliefs
 };

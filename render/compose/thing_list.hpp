@@ -13,7 +13,8 @@ namespace afterglow::render {
 
 /// A list's way to the image.
 struct PointPlacement {
-  /// From the list's own frame: its pose, then the layer's placement, then the projector's pose.
+  /// The way from the list's own frame: its pose, then the layer's placement, then the projector's
+  /// pose.
   Eigen::Matrix4d P_optical_cloud = Eigen::Matrix4d::Identity();
   /// Height over the surface = height . p_cloud; for flattened layers.
   Eigen::Vector4d height = Eigen::Vector4d::Zero();
@@ -31,7 +32,7 @@ struct SpriteShape {
   /// Half sizes along x, y and z; a square's along its own two axes.
   Eigen::Vector3f half = Eigen::Vector3f::Ones();
   Eigen::Vector3f right = Eigen::Vector3f::UnitX(), up = Eigen::Vector3f::UnitY();  ///< a square's
-  Eigen::Vector3f eye = Eigen::Vector3f::UnitZ();  ///< whose outline is wanted
+  Eigen::Vector3f eye = Eigen::Vector3f::UnitZ();  ///< the viewer to whom the outline belongs
   bool eye_is_direction = false;                   ///< toward the eye
 
   /// Sets the square's axes and the eye.
@@ -42,8 +43,8 @@ struct SpriteShape {
 /// kind and sizes are set.
 struct SpriteList {
   const PointList* points;
-  const ColorList* colors;           ///< of ShapeList
-  const ByteColorList* byte_colors;  ///< of PointCloud; one of the two is nullptr
+  const ColorList* colors;           ///< the colors of a ShapeList
+  const ByteColorList* byte_colors;  ///< the colors of a PointCloud; one of the two is nullptr
   SpriteShape shape;
 };
 

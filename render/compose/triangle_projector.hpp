@@ -14,7 +14,7 @@
 
 namespace afterglow::render {
 
-/// As it is uploaded.
+/// A vertex as it is uploaded.
 struct LightVertex {
   float x, y, z;  ///< optical frame, meters
   float depth;    ///< -1 (drawn over the rest) to 1; linear on the image
@@ -40,7 +40,7 @@ struct LightTriangles {
   void begin(const ComposedImage& image);
 };
 
-/// One step after the other: place() it, look at it, add() it. Keeps its buffers.
+/// Projects steps one after the other: place() a step, look at it, add() it. Keeps its buffers.
 class TriangleProjector {
  public:
   explicit TriangleProjector(const calib::Lens& lens) : domain_(lens), cutter_(domain_) {}
@@ -50,10 +50,10 @@ class TriangleProjector {
   /// The layer must outlive the step.
   void place(const Drawable& drawable, const ComposedLayer& layer);
 
-  /// Of the step; without vertices nothing of its mesh is seen.
+  /// The tessellation of the step; without vertices nothing of its mesh is seen.
   const Tessellation& tessellation() const { return tessellation_; }
   const std::vector<CutVertex>& vertices() const { return vertices_; }
-  /// Whether the lens shows all of the mesh.
+  /// Returns true if the lens shows all of the mesh.
   bool isWhole() const { return is_whole_; }
   /// Width and height on the image, if it shows all.
   Eigen::Vector2d sizePx() const { return seen_.sizes().cwiseProduct(domain_.focal()); }
@@ -64,7 +64,7 @@ class TriangleProjector {
 
  private:
   void placeVertices(const Mesh& mesh);
-  /// Whether the lens shows the edge between two vertices straight.
+  /// Returns true if the lens shows the edge between two vertices straight.
   bool isStraight(const CutVertex& a, const CutVertex& b) const;
   void addMesh(LightTriangles& out);
   void addThinLine(const ThinLine& line, LightTriangles& out);
@@ -78,7 +78,7 @@ class TriangleProjector {
   const ComposedLayer* layer_ = nullptr;
   const Mesh* mesh_ = nullptr;
   std::vector<CutVertex> vertices_, thin_;
-  std::vector<char> inside_;  ///< by vertex
+  std::vector<char> inside_;  ///< a flag for each vertex
   bool is_whole_ = false, is_small_ = false;
   Eigen::AlignedBox2d seen_;  ///< normalized
   std::vector<std::uint32_t> index_of_;

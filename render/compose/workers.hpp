@@ -15,8 +15,8 @@ namespace afterglow::render {
 /// Used from one thread at a time.
 class Workers {
  public:
-  /// One for each processor that this process may use, at most kMost: an image has not more work
-  /// than that many share well.
+  /// The most workers; otherwise there are as many as processors that this process may use: an
+  /// image has not more work than that many share well.
   static constexpr int kMost = 8;
   static int usualCount();
 
@@ -35,7 +35,7 @@ class Workers {
 
   /// Few items are not worth waking the others for.
   static bool areMany(std::size_t items) { return items >= kFewItems; }
-  /// How many workers share so many items.
+  /// Returns the number of workers that share so many items.
   int sharers(std::size_t items) const { return areMany(items) ? count() : 1; }
   /// job(worker, begin, end) of every sharer's part of the items, as run() does.
   template <typename Job>

@@ -9,13 +9,13 @@
 
 namespace afterglow::render {
 
-/// At a quarter of the picture's size.
+/// Draws the beam at a quarter of the picture's size.
 class Beam {
  public:
   /// Texture units that it takes.
   static constexpr GLint kBeamUnit = 6, kGlowUnit = 7, kShadowUnit = 8;
 
-  /// Of a picture of that size. Throws std::runtime_error if the driver cannot make it.
+  /// Prepares a picture of that size. Throws std::runtime_error if the driver cannot make it.
   Beam(int width, int height);
 
   /// Binds the beam to kBeamUnit. `depths` are the projector's. SurfaceTarget's textures must be
@@ -24,7 +24,7 @@ class Beam {
             double near);
 
  private:
-  static constexpr int kColumns = 40, kRows = 25;  ///< of the blurred image
+  static constexpr int kColumns = 40, kRows = 25;  ///< cells of the blurred image
 
   void setGlow(const ProjectedLight& light);
 

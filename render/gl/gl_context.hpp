@@ -21,9 +21,10 @@ class GlContext {
   ~GlContext();
   GlContext(const GlContext&) = delete;
   GlContext& operator=(const GlContext&) = delete;
-  /// To be called before each use of OpenGL; several contexts can take turns in a thread.
+  /// Makes the context current; called before each use of OpenGL. Several contexts can take turns
+  /// in a thread.
   void makeCurrent();
-  /// Whether the GPU was reset, as far as the driver tells: what is drawn from then on is nothing.
+  /// Returns true if the GPU was reset, as far as the driver tells: nothing is drawn from then on.
   bool isLost();
   std::string description();  ///< e.g. "4.5 (Core Profile) Mesa 22.3.6, llvmpipe (...)"
 
@@ -32,7 +33,7 @@ class GlContext {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Whether such a description names a renderer that uses no GPU.
+/// Returns true if such a description names a renderer that uses no GPU.
 inline bool isSoftware(const std::string& description) {
   for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR", "Software Rasterizer"}) {
     if (description.find(name) != std::string::npos) return true;

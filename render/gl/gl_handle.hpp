@@ -35,7 +35,7 @@ class GlHandle {
   GLuint id_ = 0;
 };
 
-/// What OpenGL makes and destroys several of at a time.
+/// Traits of objects that OpenGL makes and destroys several at a time.
 template <auto& kCreate, auto& kDestroy>
 struct ListedTraits {
   template <typename... Arguments>

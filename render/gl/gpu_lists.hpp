@@ -42,13 +42,15 @@ class Upload {
 
 /// The points and colors of a cloud or list.
 struct GpuList {
-  Shape shape;  ///< whose lists these are: as long as it is kept no others have their place
+  Shape shape;  ///< the shape of these lists; as long as it is kept no others take their place
   GpuMemory points, colors;
   std::size_t count = 0;
-  bool has_colors = false;                                          ///< one a point
-  bool is_opaque = true;                                            ///< its colors
-  Eigen::Vector3f first = Eigen::Vector3f::Zero(), middle = first;  ///< of its finite points; mean
-  bool is_used = true;  ///< by the image that was begun last
+  /// True: a color for each point.
+  bool has_colors = false;
+  bool is_opaque = true;  ///< true: its colors are opaque
+  /// Its first finite point; the mean of all.
+  Eigen::Vector3f first = Eigen::Vector3f::Zero(), middle = first;
+  bool is_used = true;  ///< true: the image that was begun last uses it
 };
 
 class GpuLists {
@@ -61,7 +63,7 @@ class GpuLists {
   /// finds that an image has not used it.
   GpuList& of(const Shape& shape);
   void end();
-  /// For what else an image sends.
+  /// The upload for the rest of an image.
   Upload& upload() { return upload_; }
 
  private:
@@ -72,7 +74,8 @@ class GpuLists {
 
   Workers& workers_;
   Upload upload_;
-  std::map<std::pair<const void*, const void*>, GpuList> lists_;  ///< by points and colors
+  /// The lists, by points and colors.
+  std::map<std::pair<const void*, const void*>, GpuList> lists_;
   std::vector<GpuMemory> spare_;
 };
 

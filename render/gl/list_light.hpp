@@ -19,13 +19,14 @@ namespace afterglow::render {
 /// A list on its way to the image: what the shaders of list.glsl are told.
 struct ListLight {
   GpuList* list = nullptr;
-  PointPlacement placement;  ///< of differences to the list's first point
+  PointPlacement placement;  ///< the placement of differences to the list's first point
   Eigen::Vector4f tint, color;
   bool is_opaque = false;
-  float size_px = 0;                                ///< of points
-  SpriteShape shape{};                              ///< of things
-  int vertices = 0;                                 ///< of each thing; 0: points
-  Eigen::Vector2f reach = Eigen::Vector2f::Zero();  ///< of a thing's corners from its center
+  float size_px = 0;                                ///< size of points
+  SpriteShape shape{};                              ///< shape of things
+  int vertices = 0;                                 ///< vertices of each thing; 0: points
+  Eigen::Vector2f reach = Eigen::Vector2f::Zero();  ///< distance of a thing's corners from its
+                                                    ///< center
   float nearest = 0;  ///< nearer things may bend in the lens, or touch its near plane
   double mean_depth = 0;
 };
@@ -63,7 +64,7 @@ class ListPainter {
   Eigen::Vector2i image_size_;
   Program thing_program_, tile_program_, paint_program_, lay_program_;
   GpuMemory seen_, tiles_, items_, painted_;
-  std::vector<std::size_t> near_;  ///< of the last light's things
+  std::vector<std::size_t> near_;  ///< the near ones of the last light's things
   VertexArray no_vertices_ = VertexArray::make();
 };
 

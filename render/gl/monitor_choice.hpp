@@ -10,20 +10,21 @@
 
 namespace afterglow::render {
 
-/// Whether this process may open windows: an X or Wayland display is named in the environment.
+/// Returns true if this process may open windows: an X or Wayland display is named in the
+/// environment.
 bool hasDisplay();
 
-/// One screen as the desktop has it.
+/// A screen as the desktop has it.
 struct Monitor {
-  std::string name;           ///< its connector, as RandR calls it: "HDMI-1"
-  std::string model;          ///< as it calls itself; empty: it does not say
+  std::string name;           ///< its connector by RandR's name: "HDMI-1"
+  std::string model;          ///< its own name; empty: it does not say
   int x = 0, y = 0;           ///< px, its top left corner on the desktop
   int width = 0, height = 0;  ///< px, now
 };
 
 struct MonitorChoice {
   std::optional<std::size_t> monitor;  ///< index
-  std::string problem;                 ///< for people: why there is no monitor
+  std::string problem;                 ///< the reason why there is no monitor, for people
 };
 
 /// The monitor, of those that are there with the primary one first, for images of a size.

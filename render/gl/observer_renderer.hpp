@@ -13,7 +13,7 @@
 
 namespace afterglow::render {
 
-/// What is painted so is wood: its grain is drawn.
+/// Paint of this color is wood: its grain is drawn.
 constexpr Color kWoodPaint{0.79f, 0.69f, 0.54f, 1};
 
 /// A bystander's eye: pinhole, no distortion.
@@ -40,8 +40,8 @@ class ObserverRenderer {
   /// Throws std::runtime_error where OpenGL cannot be used, and why.
   explicit ObserverRenderer(GlContext& context);
   ~ObserverRenderer();
-  /// Without `light` (nullptr) the projector is off. Throws std::logic_error for a view without
-  /// size or angle and for an image whose size is not its lens's.
+  /// Renders the room; without `light` (nullptr) the projector is off. Throws std::logic_error for
+  /// a view without size or angle and for an image whose size is not its lens's.
   Image render(const std::vector<Drawable>& solids, const ProjectedLight* light,
                const ObserverView& view);
 

@@ -27,8 +27,8 @@ class RenderTarget {
 
   /// Clears the target; drawing goes into it from now on, four samples a pixel.
   void begin();
-  /// What is drawn, or `painted` instead (8-bit r, g, b, a), is packed and sent, once the GPU comes
-  /// to it: nobody waits.
+  /// Packs and sends the image, or `painted` instead (8-bit r, g, b, a), once the GPU comes to it:
+  /// nobody waits.
   void beginReading(const Buffer* painted);
   /// The image that beginReading() has sent, GL's lowest row first: scenes are drawn upside down,
   /// so that this is the top. Waits for the GPU. `image` has its size.
@@ -62,7 +62,7 @@ class SmoothedTarget {
   int height() const { return height_; }
 
   const Texture& depth() const { return depth_; }
-  /// Its color alone.
+  /// The target's color alone.
   const Framebuffer& color() const { return color_only_; }
   /// Drawing goes into it over what is there, with its depth.
   void beginMore();
@@ -81,7 +81,7 @@ void requireComplete(const Framebuffer& framebuffer, int width, int height);
 /// Sets the viewport and clears color (black), depth and stencil of the bound framebuffer.
 void clearAll(int width, int height);
 
-/// One filter, and what lies beyond the texture's border.
+/// Sets one filter, and the light beyond the texture's border.
 void setSampling(const Texture& texture, GLenum filter, GLenum wrap = GL_CLAMP_TO_EDGE);
 
 /// Runs a program of screen.vert for every pixel, without depth, stencil or blending.

@@ -10,13 +10,13 @@
 
 namespace afterglow::render {
 
-/// At a third of the picture's size: shadows of a lamp on the ceiling are soft.
+/// Shades at a third of the picture's size: shadows of a lamp on the ceiling are soft.
 class RoomShade {
  public:
   /// Texture units that it takes.
   static constexpr GLint kLampUnit = 4, kShadeUnit = 5;
 
-  /// Of a picture of that size. Throws std::runtime_error if the driver cannot make it.
+  /// Prepares a picture of that size. Throws std::runtime_error if the driver cannot make it.
   RoomShade(int width, int height);
 
   /// The lamp's map for what is seen from there; the depths are the caller's to draw, with

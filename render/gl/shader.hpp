@@ -25,7 +25,7 @@ struct EmbeddedShader {
 };
 extern const EmbeddedShader kEmbeddedShaders[];
 
-/// One stage made of several files, in order: a file may use those before it. The files hold no
+/// A stage made of several files, in order: a file may use those before it. The files hold no
 /// #version; it is 4.5 core.
 struct ShaderStage {
   GLenum stage;

@@ -36,7 +36,7 @@ class SolidMesh {
 
   ShadedMeshBuilder builder_;
   std::vector<Run> runs_;
-  std::vector<ShadedVertex> shown_;            ///< what the buffers hold
+  std::vector<ShadedVertex> shown_;  ///< the vertices that the buffers hold
   std::vector<std::uint32_t> shown_indices_;
   Buffer vertices_ = Buffer::make(), indices_ = Buffer::make();
   VertexArray array_;

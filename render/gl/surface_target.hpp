@@ -18,7 +18,7 @@ class SurfaceTarget {
 
   /// Clears all of it; surfaces (surface.frag and its like) are drawn into it from now on.
   void beginSurfaces();
-  /// For those who read it.
+  /// Binds the target's textures to be read.
   void bind() const;
 
  private:

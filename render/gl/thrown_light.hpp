@@ -10,7 +10,7 @@
 
 namespace afterglow::render {
 
-/// How far light reaches: depths of the room from the place of a projector or a lamp.
+/// The reach of light: depths of the room from the place of a projector or a lamp.
 class ShadowMap {
  public:
   static constexpr int kSize = 768;

@@ -12,8 +12,8 @@
 
 namespace afterglow::render {
 
-/// One window. Make, use and destroy all of a process's in the main thread, which no other OpenGL
-/// context may share. Needs X, or Xwayland.
+/// A window on a screen. Make, use and destroy all of a process's in the main thread, which no
+/// other OpenGL context may share. Needs X, or Xwayland.
 class Window {
  public:
   /// A window of the images' size, with a border. Throws std::runtime_error if there is no display
@@ -34,7 +34,7 @@ class Window {
   void poll();
   /// Somebody has closed it, or pressed Escape.
   bool isClosed() const;
-  /// Why it is not on its screen now; empty: it is.
+  /// The reason why it is not on its screen now; empty: it is.
   const std::string& problem() const;
 
   /// The monitors there are, the primary one first. Throws std::runtime_error if there is no

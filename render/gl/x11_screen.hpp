@@ -9,11 +9,12 @@ struct GLFWwindow;
 
 namespace afterglow::render {
 
-/// As the monitor calls itself in its EDID; empty: it does not.
+/// Returns the monitor's own name in its EDID; empty: it has none.
 std::string monitorModel(GLFWmonitor* monitor);
 
-/// From now on no window manager places, decorates, stacks or gives the focus to a window that has
-/// not been shown yet: it lies where it is put, even when monitors come and go.
+/// Hides a window that has not been shown yet from window managers: from now on none places,
+/// decorates, stacks it or gives it the focus; it lies where it is put, even when monitors come and
+/// go.
 void hideFromWindowManager(GLFWwindow* window);
 
 }  // namespace afterglow::render

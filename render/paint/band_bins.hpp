@@ -78,7 +78,7 @@ class BandBins {
   std::size_t used_ = 0;
   std::vector<Bin> bins_;  ///< a band's of each run, run by run
   std::vector<Item> items_;
-  std::vector<std::vector<std::size_t>> filled_;  ///< by worker and band
+  std::vector<std::vector<std::size_t>> filled_;  ///< the filled bins, by worker and band
 };
 
 }  // namespace afterglow::render

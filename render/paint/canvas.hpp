@@ -18,7 +18,7 @@ using Light = std::uint16_t __attribute__((vector_size(8)));
 
 constexpr std::uint32_t kWhole = 256;  ///< share of a fully covered pixel
 
-/// Of a share and the rest, rounded.
+/// Mixes a share and the rest, rounded.
 inline Light mixed(Light below, Light above, std::uint32_t share) {
   const auto w = static_cast<std::uint16_t>(share);
   return (below * static_cast<std::uint16_t>(kWhole - w) + above * w + 128) >> 8;
@@ -26,7 +26,7 @@ inline Light mixed(Light below, Light above, std::uint32_t share) {
 
 /// The surface that covers a pixel.
 struct Cover {
-  Light sum = {};           ///< of light * share: below 2^16, as shares add up to kWhole
+  Light sum = {};           ///< sum of light * share: below 2^16, as shares add up to kWhole
   float depth = 0;          ///< less is nearer
   float slack = 0;          ///< so far the depths of one surface differ within the pixel
   std::uint32_t share = 0;  ///< 0: no surface does
@@ -38,7 +38,7 @@ class Canvas {
 
   /// Forgets everything: nothing anywhere.
   void clear();
-  /// Whether add() has been used since clear() or flatten().
+  /// Returns true if add() has been used since clear() or flatten().
   bool hasCovers() const { return has_covers_; }
 
   /// The light behind the covers; all of a pixel's light if no surface covers it.

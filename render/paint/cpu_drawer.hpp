@@ -38,8 +38,8 @@ class CpuDrawer final : public ImageDrawer {
     bool is_finished = false;  ///< otherwise it may lack some of it
     PaintList list;
     std::vector<ComposedMask> masks;
-    std::vector<ComposedLayer> layers;     ///< without their steps
-    std::vector<std::vector<Step>> steps;  ///< by layer
+    std::vector<ComposedLayer> layers;     ///< the layers without their steps
+    std::vector<std::vector<Step>> steps;  ///< the steps by layer
   };
 
   void addLayer(const ComposedLayer& layer, std::vector<Step>& steps);
@@ -55,12 +55,12 @@ class CpuDrawer final : public ImageDrawer {
 
   Workers workers_;
   PointProjector point_projector_;
-  std::deque<StepExpander> expanders_;  ///< by worker
+  std::deque<StepExpander> expanders_;  ///< an expander for each worker
   ImagePainter painter_;
   ExpandedImage now_, before_;
-  const std::vector<Step>* steps_before_ = nullptr;  ///< of the layer that is added
+  const std::vector<Step>* steps_before_ = nullptr;  ///< the steps of the layer that is added
   std::size_t screen_point_count_ = 0;
-  std::vector<ExpandedSteps> parts_;  ///< of steps that the workers expand, in the steps' order
+  std::vector<ExpandedSteps> parts_;  ///< the parts that the workers expand, in the steps' order
   ImagePainter::Bands damage_;        ///< bands that differ from the image before
   std::vector<std::uint8_t> kept_;    ///< the last image; empty: not kept, as much of it differed
 };

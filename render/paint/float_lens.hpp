@@ -12,7 +12,7 @@
 
 namespace afterglow::render {
 
-/// Within 1e-3 px of calib::project on images of usual size.
+/// A lens within 1e-3 px of calib::project on images of usual size.
 struct FloatLens {
   explicit FloatLens(const calib::Lens& lens)
       : fx(static_cast<float>(lens.K(0, 0))),

@@ -20,8 +20,9 @@ namespace afterglow::render {
 /// Steps expanded for the CPU. A piece is a part of `runs` or of what `steps` has.
 struct PaintList {
   ExpandedSteps steps;                     ///< the layers have its pieces as they are drawn
-  std::vector<ScreenVertex> vertices;      ///< of its triangles, on the image: project()
-  std::vector<ScreenPoint> screen_points;  ///< those of `runs`, and after them room
+  std::vector<ScreenVertex> vertices;      ///< the vertices of its triangles, on the image:
+                                           ///< project()
+  std::vector<ScreenPoint> screen_points;  ///< the points of `runs`, and after them room
   std::vector<PointRun> runs;
   std::vector<ExpandedLayer> layers;
 };
@@ -35,7 +36,7 @@ class ImagePainter {
   ImagePainter(const ImagePainter&) = delete;
   ImagePainter& operator=(const ImagePainter&) = delete;
 
-  /// By band of kBandRows rows.
+  /// A flag for each band of kBandRows rows.
   using Bands = std::vector<char>;
   Bands allBands() const { return Bands(static_cast<std::size_t>(bands_), 1); }
   Bands noBands() const { return Bands(static_cast<std::size_t>(bands_), 0); }
@@ -50,17 +51,17 @@ class ImagePainter {
  private:
   /// A triangle, or a fan of them in about one plane and of one color.
   struct Face {
-    std::uint32_t first = 0;  ///< of the list's indices
+    std::uint32_t first = 0;  ///< first of the list's indices
     std::uint32_t triangles = 1;
   };
   /// Jobs are done one after the other.
   struct Job {
     enum class Kind { Triangles, Sprites, Points, Flatten } kind;
     bool is_opaque = true;
-    std::uint32_t bins = 0;             ///< which run of the bins of its kind
+    std::uint32_t bins = 0;             ///< the run of the bins of its kind
     const PointBrush* brush = nullptr;  ///< points
     bool is_ordered = false;
-    int mask = -1;  ///< of the list; -1: no mask
+    int mask = -1;  ///< index in the list of masks; -1: no mask
   };
   /// A worker's place.
   struct Bench {
@@ -72,12 +73,12 @@ class ImagePainter {
           mask(mask_sums.size()) {}
     static std::size_t canvasSize(int width) { return static_cast<std::size_t>(width) * kBandRows; }
     Canvas canvas;
-    Canvas glass;  ///< for one translucent thing
+    Canvas glass;  ///< a canvas for one translucent thing
     PolygonBrush brush;
     ScreenPolygon polygon;
     std::vector<float> mask_sums;
     std::vector<std::uint16_t> mask;
-    int mask_index = -1;  ///< of `mask`, in this band
+    int mask_index = -1;  ///< index of `mask`, in this band
     std::vector<ScreenPoint> sorting;
   };
 
@@ -108,13 +109,13 @@ class ImagePainter {
   FloatLens lens_;
   Workers& workers_;
   std::vector<Job> jobs_;
-  std::vector<Face> faces_;  ///< of one piece
+  std::vector<Face> faces_;  ///< the faces of one piece
   ScreenPolygon fan_;
   BandBins<Face> face_bins_;
   BandBins<std::uint32_t> sprite_bins_;
   BandBins<ScreenPoint> point_bins_;
-  std::map<float, PointBrush> brushes_;  ///< by size; sizes are configured, so they are few
-  std::vector<Bench> benches_;  ///< by worker
+  std::map<float, PointBrush> brushes_;  ///< brushes by size; sizes are configured, so they are few
+  std::vector<Bench> benches_;           ///< a bench for each worker
 };
 
 }  // namespace afterglow::render

@@ -10,7 +10,7 @@
 
 namespace afterglow::render {
 
-/// In normalized coordinates; depth as LightVertex::depth.
+/// A point in normalized coordinates; depth as LightVertex::depth.
 struct OutlinePoint {
   float x, y, depth;
 };

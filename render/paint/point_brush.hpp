@@ -21,12 +21,12 @@ struct Rows {
 constexpr int kLightsAtOnce = 4;
 using Lights = std::uint16_t __attribute__((vector_size(8 * kLightsAtOnce)));
 
-/// For points of one size; makes tables for it.
+/// Paints points of one size; makes tables for it.
 class PointBrush {
  public:
   explicit PointBrush(float size_px);
 
-  /// Those that a point touches.
+  /// Returns the rows that a point touches.
   Rows rows(const ScreenPoint& point) const {
     const int top = begin(point.v);
     return {top >> 8, (top + size_ - 1) >> 8};  // shifts round down, also below zero
@@ -48,12 +48,12 @@ class PointBrush {
 
   void paintOne(const ScreenPoint& point, int row_begin, int row_end, int width,
                 const std::uint16_t* mask, Canvas& canvas) const;
-  /// Where nothing but points is, and within the image's sides.
+  /// Paints where nothing but points is, and within the image's sides.
   void paintPlain(const ScreenPoint& point, int row_begin, int row_end, Canvas& canvas) const;
 
   int size_;  ///< subpixels
   std::size_t stride_;
-  std::vector<std::uint16_t> shares_;  ///< by fraction
+  std::vector<std::uint16_t> shares_;  ///< shares by fraction
   std::vector<std::uint16_t> lanes_;   ///< the same for each component of the pixels
 };
 

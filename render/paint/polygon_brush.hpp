@@ -16,7 +16,7 @@ namespace afterglow::render {
 /// A vertex as it is seen.
 struct ScreenVertex {
   Corner at;
-  float depth;          ///< as LightVertex::depth
+  float depth;          ///< see LightVertex::depth
   std::uint32_t color;  ///< r, g, b, a from the lowest byte on
 };
 using ScreenTriangle = std::array<ScreenVertex, 3>;
@@ -36,10 +36,10 @@ class PolygonBrush {
   void paint(const ScreenTriangle& triangle, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
 
-  /// As deep as in the plane through three of its corners.
+  /// Paints the polygon as deep as in the plane through three of its corners.
   void paint(const ScreenPolygon& polygon, int row_begin, int row_end, const std::uint16_t* mask,
              Canvas& canvas);
-  /// Whether all its corners are in one plane, as far as depths tell.
+  /// Returns true if all its corners are in one plane, as far as depths tell.
   static bool isFlat(const ScreenPolygon& polygon);
   void paint(const Sprite& sprite, const Corner* corners, int row_begin, int row_end,
              const std::uint16_t* mask, Canvas& canvas);
@@ -52,12 +52,12 @@ class PolygonBrush {
 
   /// Depth over the image, `slack` being how far it may change within a pixel.
   struct Depth {
-    float origin = 0, by_x = 0, by_y = 0;  ///< at window coordinates (0, 0), and how it changes
+    float origin = 0, by_x = 0, by_y = 0;  ///< depth at window coordinates (0, 0), and its slopes
     float slack = 0;
     float least = -1e9f, greatest = 1e9f;
 
     float ofRow(int row) const { return origin + by_y * (static_cast<float>(row) + 0.5f); }
-    /// At a pixel's center.
+    /// Returns the depth at a pixel's center.
     float at(float of_row, int column) const {
       const float here = of_row + by_x * (static_cast<float>(column) + 0.5f);
       return std::min(std::max(here, least), greatest);
@@ -74,7 +74,7 @@ class PolygonBrush {
 
   int width_;
   PolygonCoverage coverage_;
-  std::vector<std::uint32_t> shares_;  ///< of the part of a row that is painted
+  std::vector<std::uint32_t> shares_;  ///< shares of the part of a row that is painted
   std::vector<float> depths_;
   std::vector<Corner> corners_;
 };

@@ -23,9 +23,9 @@ class PolygonCoverage {
         sums_((static_cast<std::size_t>(width) + kMore) * kBandRows),
         shares_(static_cast<std::size_t>(width)) {}
 
-  /// How corners make an outline.
+  /// The way in which corners make an outline.
   enum class Outline {
-    Polygon,  ///< each corner is joined to the next, and the last to the first
+    Polygon,  ///< a line from each corner to the next, and from the last to the first
     Edges,    ///< any: every two corners are an edge, all turning the same way around the inside
   };
 
@@ -71,10 +71,10 @@ class PolygonCoverage {
   struct Span {
     int begin, end;
   };
-  /// Of an edge, within a row.
+  /// A slice of an edge, within a row.
   struct Slice {
     float left, right;
-    float height;  ///< of the row
+    float height;  ///< height of the row
     float by_x;    ///< height by breadth
     float sign;    ///< -1: the edge runs down
   };
@@ -172,7 +172,7 @@ class PolygonCoverage {
 
   int width_;
   std::vector<float> sums_;            ///< changes of the share from column to column, row by row
-  std::vector<float> shares_;          ///< of the row that is visited
+  std::vector<float> shares_;          ///< shares of the row that is visited
   std::array<Span, kBandRows> spans_;  ///< columns of each row that are touched
 };
 

@@ -29,7 +29,7 @@ struct PointRun {
   std::uint32_t first = 0, count = 0;
   float size_px = 1;
   bool is_ordered = false;  ///< else any order shows the same: one opaque color
-  double mean_depth = 0;    ///< as LightVertex::depth
+  double mean_depth = 0;    ///< see LightVertex::depth
 };
 
 /// Sorts a copy by `order`, in time that grows with the number alone, keeping the order of equals.

@@ -19,12 +19,12 @@
 
 namespace afterglow::render {
 
-/// One on the image.
+/// A sprite on the image.
 struct Sprite {
-  std::uint32_t first = 0, count = 0;  ///< of the corners
+  std::uint32_t first = 0, count = 0;  ///< range of the corners
   std::uint32_t color = 0;
   float slack = 0;
-  float depth = 0;           ///< at window coordinates (0, 0), and how it changes
+  float depth = 0;           ///< depth at window coordinates (0, 0), and its slopes
   float by_x = 0, by_y = 0;  ///< a list's: 0, as deep as its center all over
   PolygonCoverage::Outline outline = PolygonCoverage::Outline::Polygon;
 };

@@ -14,14 +14,14 @@
 
 namespace afterglow::render {
 
-/// How much there is of each part of ExpandedSteps; what a step has become lies between two.
+/// Counts of each part of ExpandedSteps; the result of a step lies between two of them.
 struct StepEnds {
   std::size_t vertices = 0, indices = 0, sprites = 0, corners = 0, pieces = 0;
 
   void operator+=(const StepEnds& other);
 };
 
-/// What steps have become, in their order. A piece is a part of `triangles.indices` or `sprites`.
+/// The results of steps, in their order. A piece is a part of `triangles.indices` or `sprites`.
 struct ExpandedSteps {
   LightTriangles triangles;
   Sprites sprites;
@@ -29,7 +29,7 @@ struct ExpandedSteps {
 
   void clear();
   StepEnds ends() const;
-  /// What lies between two ends of another one.
+  /// Appends the part of another one that lies between two ends.
   void append(const ExpandedSteps& other, const StepEnds& from, const StepEnds& to);
 };
 
@@ -49,12 +49,13 @@ class StepExpander {
               ExpandedSteps& out);
 
  private:
-  /// Whether the drawable is a list of things small enough; then it is added.
+  /// Adds the drawable if it is a list of things small enough; returns whether it did.
   bool addSprites(const Drawable& drawable, const ComposedLayer& layer, Workers& workers,
                   ExpandedSteps& out) const;
-  /// Whether the drawable is letters of which all is seen; then they are added.
+  /// Adds the drawable if it is letters of which all is seen; returns whether it did.
   bool addLetters(const Drawable& drawable, const ComposedLayer& layer, ExpandedSteps& out);
-  /// Whether the placed triangles are small and convex; then their outlines are added.
+  /// Adds the outlines of the placed triangles if they are small and convex; returns whether it
+  /// did.
   bool addHulls(const ComposedLayer& layer, ExpandedSteps& out);
 
   TriangleProjector triangle_projector_;

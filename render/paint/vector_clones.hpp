@@ -2,7 +2,7 @@
 /// Innermost loops for more than one kind of processor.
 #pragma once
 
-/// Before a function: it is compiled for AVX2, too, and which of the two runs is decided when the
+/// Marks a function that is compiled for AVX2, too; which of the two runs is decided when the
 /// program is loaded. Without FMA, so that both give the same picture. Sanitizers run before
 /// decisions of that kind can be made.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__SANITIZE_ADDRESS__) && \

@@ -6,8 +6,8 @@
 
 namespace afterglow::render {
 
-/// Every edge joins two triangles that turn alike, and they face outwards (counterclockwise as seen
-/// from there). Corners at the same place are one. Sets Body::is_closed.
+/// Sets Body::is_closed where every edge joins two triangles that turn alike, and they face
+/// outwards (counterclockwise as seen from there). Corners at the same place are one.
 void findWhetherClosed(Body& body);
 
 /// The edges that one triangle has alone. Sets Body::outline; for a flat body whose triangles do

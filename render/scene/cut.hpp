@@ -15,10 +15,11 @@ struct CutVertex {
   /// Optical frame, meters, homogeneous: a projective placement has not been divided yet.
   Eigen::Vector4d p_optical;
   Eigen::Vector4f color;  ///< Rgba's components
-  double height = 0;      ///< over the surface it is placed on, meters, before it was
+  double height = 0;      ///< height over the surface it is placed on, meters, before the placement
 };
 
-/// Whether a vertex lies within all bounds, and thus a triangle of such vertices needs no cutting.
+/// Returns true if a vertex lies within all bounds, and thus a triangle of such vertices needs no
+/// cutting.
 bool isInside(const LensDomain& domain, const CutVertex& vertex);
 
 /// Bits of the domain's borders that a vertex lies beyond; a shape with all its vertices beyond one

@@ -10,7 +10,7 @@
 
 namespace afterglow::render {
 
-/// Where flat things (lines, squares) turn to.
+/// The place to which flat things (lines, squares) turn.
 struct Eye {
   /// x right, y down, z forward: squares lie parallel to x and y.
   Eigen::Matrix3d R_world_eye = Eigen::Matrix3d::Identity();

@@ -30,9 +30,9 @@ class LensDomain {
   double foldInnerRadius() const { return fold_inner_radius_; }
   const std::vector<Eigen::Vector2d>& foldNormals() const { return fold_normals_; }
 
-  /// Whether the lens bends the edge by less than kMaxSag somewhere near these radii.
+  /// Returns true if the lens bends the edge by less than kMaxSag somewhere near these radii.
   bool isStraight(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
-  /// Whether it does so to every edge within a rectangle.
+  /// Returns true if that holds for every edge within a rectangle.
   bool isStraightWithin(const Eigen::Vector2d& low, const Eigen::Vector2d& high) const;
 
  private:

@@ -15,7 +15,7 @@ namespace afterglow::render {
 /// triangles have no winding: both sides are seen.
 struct Mesh {
   std::vector<Eigen::Vector3d> points;
-  std::vector<Rgba> colors;  ///< one a point
+  std::vector<Rgba> colors;  ///< a color for each point
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
   void clear() {

@@ -8,7 +8,7 @@
 
 namespace afterglow::render {
 
-/// By the even-odd rule.
+/// Returns true if the point lies inside by the even-odd rule.
 inline bool isInside(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
   bool inside = false;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

@@ -6,9 +6,9 @@
 
 namespace afterglow::render {
 
-/// By value, bit by bit; lists, bodies and reliefs that both share are not looked into. False is
-/// always allowed: equal bodies that are not shared are taken for different. Of different scenes
-/// most of the time it sees the first difference only.
+/// Compares by value, bit by bit; lists, bodies and reliefs that both share are not looked into.
+/// False is always allowed: equal bodies that are not shared are taken for different. The first
+/// difference mostly decides.
 bool isSame(const Scene& a, const Scene& b);
 bool isSame(const Drawable& a, const Drawable& b);
 

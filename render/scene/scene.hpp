@@ -31,13 +31,13 @@ struct Sphere { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };    ///< full 
 struct Cylinder { Eigen::Vector3f size = Eigen::Vector3f::Ones(); };  ///< x, y diameters, z height
 /// Width in meters, facing the viewer; strip: consecutive points joined; else pairs.
 struct Lines {
-  SharedList<Eigen::Vector3f> points;  ///< as PointList
-  SharedList<Color> colors;            ///< as ColorList
+  SharedList<Eigen::Vector3f> points;  ///< a PointList
+  SharedList<Color> colors;            ///< a ColorList
   float width = 0.01f;
   bool strip = true;
   float width_px = 0;  ///< more than 0: the width in pixels of the image instead
 };
-/// One cube or sphere of the same size at every point.
+/// A cube or sphere of the same size at every point.
 struct ShapeList {
   enum class Kind { Cubes, Spheres } kind = Kind::Cubes;
   SharedList<Eigen::Vector3f> points;
@@ -99,7 +99,7 @@ const PointCloud* pixelCloud(const Shape& shape);
 struct Drawable {
   Rigid<World, World> pose;  ///< carries shape coordinates into world coordinates
   Shape shape;
-  Color color;  ///< where the shape has no colors of its own; its alpha multiplies theirs
+  Color color;  ///< the color of a shape without colors; its alpha multiplies theirs
 };
 
 // ---------------------------------------------------------------------------------- where it lands
@@ -116,7 +116,7 @@ struct SurfacePatch {
 enum class Placement {
   Direct,  ///< content lies where it says: the ray finds it
   Drape,   ///< along the surface's normal onto its plane
-  Viewer,  ///< from a viewer's eye through the content onto the plane
+  Viewer,  ///< projection from a viewer's eye through the content onto the plane
 };
 
 /// The reader of text that lies on a surface: the feet of its lines point there.
@@ -135,8 +135,9 @@ struct Layer {
   Placement placement = Placement::Direct;
   std::optional<SurfacePatch> surface;  ///< needed by Drape and Viewer; clips to its outline
   Eigen::Vector3d p_viewer = Eigen::Vector3d::Zero();  ///< world; for Placement::Viewer
-  std::optional<Reader> reader;  ///< for Drape; without one they point to the surface's -y
-  float gain = 1;  ///< of its light, before sRGB's curve; for surfaces darker or farther
+  std::optional<Reader> reader;  ///< the reader of Drape; without one letters point to the
+                                 ///< surface's -y
+  float gain = 1;  ///< factor on its light, before sRGB's curve; for surfaces darker or farther
 };
 
 /// The content of one image, drawn in order.

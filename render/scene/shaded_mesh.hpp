@@ -12,7 +12,7 @@
 
 namespace afterglow::render {
 
-/// As it is uploaded.
+/// A vertex as it is uploaded.
 struct ShadedVertex {
   float x, y, z;     ///< world, meters
   float nx, ny, nz;  ///< unit normal; which side it points to says nothing
@@ -22,7 +22,7 @@ struct ShadedVertex {
 struct ShadedMesh {
   std::vector<ShadedVertex> vertices;
   std::vector<std::uint32_t> indices;
-  std::vector<std::size_t> ends;  ///< of each drawable among the indices
+  std::vector<std::size_t> ends;  ///< ends of each drawable among the indices
 };
 
 /// Keeps its buffers from frame to frame.
@@ -40,8 +40,8 @@ class ShadedMeshBuilder {
 
   Tessellation tessellation_;
   ShadedMesh shaded_;
-  std::vector<Eigen::Vector3d> face_normals_;         ///< as long as twice the area
-  std::vector<std::vector<std::uint32_t>> faces_of_;  ///< by point
+  std::vector<Eigen::Vector3d> face_normals_;         ///< normals as long as twice the area
+  std::vector<std::vector<std::uint32_t>> faces_of_;  ///< faces by point
 };
 
 }  // namespace afterglow::render

@@ -6,10 +6,10 @@
 
 namespace afterglow::render {
 
-/// Where brightness jumps between neighbors, mixes along the edge, as far as the jump is strong. In
-/// place of multisampling, which costs a CPU four times the shading; and on the CPU, because most
-/// of an image has no edge, which OpenGL in software would not be spared. The idea is FXAA's
-/// (Lottes, NVIDIA 2009).
+/// Mixes along the edge where brightness jumps between neighbors, as far as the jump is strong.
+/// This stands in place of multisampling, which costs a CPU four times the shading; and on the CPU,
+/// because most of an image has no edge, which OpenGL in software would not be spared. The idea is
+/// FXAA's (Lottes, NVIDIA 2009).
 void smoothEdges(Image& image);
 
 }  // namespace afterglow::render

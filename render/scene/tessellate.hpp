@@ -25,7 +25,7 @@ struct Tessellation {
   Mesh mesh;
   std::vector<Splat> splats;         ///< PointStyle::Points only
   std::vector<ThinLine> thin_lines;  ///< Lines with width_px only
-  /// Where the points of each convex part begin; empty if the mesh has any other part.
+  /// The beginnings of the points of each convex part; empty if the mesh has any other part.
   std::vector<std::uint32_t> convex_parts;
 };
 

@@ -12,7 +12,7 @@ namespace afterglow::render {
 /// Text as lines of letters, and what of it no font has.
 struct TextBlock {
   Body letters;
-  std::u32string missing;  ///< each character once; drawn as replacement characters
+  std::u32string missing;  ///< missing characters, each once; drawn as replacement characters
 };
 
 /// Outlines of fonts (FreeType), curves as chords within 1/2000 of a capital's height: of its own
@@ -37,7 +37,7 @@ class Typeface {
   /// ligatures where a script does not need them. Control characters are the replacement
   /// character's glyph; a tab is four spaces; carriage returns are nothing.
   TextBlock set(const std::u32string& text, double capital_height);
-  /// Its letters alone.
+  /// Returns the letters alone.
   Body block(const std::u32string& text, double capital_height) {
     return set(text, capital_height).letters;
   }

@@ -9,9 +9,9 @@
 namespace afterglow::render {
 
 struct PlaneSearch {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< where the plane's normal points, roughly
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< rough direction of the plane's normal
   double max_tilt = 0.17;                         ///< radians between the two
-  double max_distance = 0.01;                     ///< of a point from its plane, meters
+  double max_distance = 0.01;                     ///< distance of a point from its plane, meters
   double least_area = 0.02;                       ///< square meters
 };
 
