@@ -1,5 +1,5 @@
 /// \file
-/// Every frame of the geometry core, once, and rigid transforms that cannot be chained wrongly.
+/// The frames of the geometry core, each once, and rigid transforms that cannot be chained wrongly.
 ///
 /// | tag       | axes                                   | origin                | published by        |
 /// |-----------|----------------------------------------|-----------------------|---------------------|

@@ -1,5 +1,5 @@
 /// \file
-/// Where rays of a lens meet a surface, and how far light lands from where it should.
+/// The places where rays of a lens meet a surface, and how far light lands from where it should.
 #pragma once
 
 #include <optional>

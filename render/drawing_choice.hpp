@@ -1,5 +1,5 @@
 /// \file
-/// Which of two back ends draws an image sooner, by how much there is in it.
+/// The choice of the back end that draws an image sooner, by how much there is in it.
 #pragma once
 
 #include <cstddef>

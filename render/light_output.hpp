@@ -1,6 +1,6 @@
 /// \file
-/// From the drawn image to the one that is sent to a projector: the projector's measured response
-/// or colors, the limit of its light, its mirrors. GL-free.
+/// The way from the drawn image to the one that is sent to a projector: the projector's measured
+/// response or colors, the limit of its light, its mirrors. GL-free.
 #pragma once
 
 #include <array>

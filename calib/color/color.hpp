@@ -1,6 +1,6 @@
 /// \file
-/// What a projector's colors look like on a surface, seen by a camera: measured, and turned round
-/// into what has to be sent so that a color asked for is the color seen.
+/// The looks of a projector's colors on a surface, seen by a camera: measured, and turned round
+/// into the values to send so that a color asked for is the color seen.
 ///
 /// The camera's RGB is taken for sRGB: what it calls white is white, and its curve is sRGB's. Light
 /// is linear, 1 the camera's full scale.

@@ -1,5 +1,5 @@
 /// \file
-/// How different two colors look: sRGB, CIELAB and CIEDE2000.
+/// The difference between two colors: sRGB, CIELAB and CIEDE2000.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 /// \file
-/// Where a flat board, or any surface with printed tags, is: from its tags in one photograph.
+/// The pose of a flat board, or of any surface with printed tags, by its tags in one photograph.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 /// \file
-/// From the photographs of one board pose to a View: the tags in them, in the camera's pixels.
+/// Makes a View of the photographs of one board pose: the tags in them, in the camera's pixels.
 #pragma once
 
 #include <Eigen/Core>

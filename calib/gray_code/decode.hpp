@@ -1,5 +1,5 @@
 /// \file
-/// Which projector pixel lights each pixel of the camera.
+/// The projector pixel that lights each pixel of the camera.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 /// \file
-/// From other people's photographs of Gray codes on a chessboard to what solveViews takes.
+/// Makes input for solveViews of other people's photographs of Gray codes on a chessboard.
 #pragma once
 
 #include <optional>

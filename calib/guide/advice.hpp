@@ -1,5 +1,5 @@
 /// \file
-/// Which views are still missing, and how the board has to be held for them.
+/// The views that are still missing, and how the board has to be held for them.
 #pragma once
 
 #include <optional>

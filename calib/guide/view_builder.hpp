@@ -1,5 +1,5 @@
 /// \file
-/// From a camera's images to views of the board, and to the check of a calibration.
+/// Makes views of the board, and the check of a calibration, of a camera's images.
 #pragma once
 
 #include <cstdint>

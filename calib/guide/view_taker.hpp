@@ -1,6 +1,7 @@
 /// \file
-/// When to photograph the board: once it is still and held in a new way, under plain light, then
-/// with the pattern on it, then under plain light again, each only when the camera really shows it.
+/// The moments at which to photograph the board: once it is still and held in a new way, under
+/// plain light, then with the pattern on it, then under plain light again, each only when the
+/// camera really shows it.
 ///
 /// Cameras and projectors lag, by an image or by many. Whether an image shows the pattern is told
 /// by the pattern's tags in it, never by its time. The printed tags before and after the pattern

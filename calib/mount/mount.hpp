@@ -1,6 +1,6 @@
 /// \file
-/// Where the projector sits on the robot: one rigid transform from calibrations at several poses of
-/// a turret (or whatever carries the projector past a camera); and that transform as files for ROS.
+/// The projector's place on the robot: one rigid transform from calibrations at several poses of a
+/// turret (or whatever carries the projector past a camera); and that transform as files for ROS.
 #pragma once
 
 #include <optional>

@@ -1,6 +1,6 @@
 /// \file
-/// How a turret's description errs: places, directions, zeros and scales of its axes, estimated
-/// from calibrations at several angles together with how the projector sits on it.
+/// The errors of a turret's description: places, directions, zeros and scales of its axes,
+/// estimated from calibrations at several angles together with how the projector sits on it.
 #pragma once
 
 #include <string>

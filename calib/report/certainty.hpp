@@ -1,6 +1,6 @@
 /// \file
-/// What a calibration's covariance means for light on a surface, and how far two calibrations are
-/// apart.
+/// The meaning of a calibration's covariance for light on a surface, and the distance between two
+/// calibrations.
 #pragma once
 
 #include <optional>

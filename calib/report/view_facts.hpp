@@ -1,5 +1,5 @@
 /// \file
-/// What the report says about one view beside its residuals.
+/// The report's facts about one view beside its residuals.
 #pragma once
 
 #include <optional>

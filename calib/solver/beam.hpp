@@ -1,5 +1,5 @@
 /// \file
-/// What a calibration's uncertainty is in the room: the error of light over the beam.
+/// The uncertainty of a calibration in the room: the error of light over the beam.
 #pragma once
 
 #include <Eigen/Core>

@@ -60,11 +60,11 @@ struct CornerResidual {
   int tag_id = 0;
   int corner = 0;
   bool is_projected = true;
-  Eigen::Vector2d camera_px;  ///< its place in the photograph
+  Eigen::Vector2d camera_px;  ///< place in the photograph
   Eigen::Vector2d error_px;   ///< seen minus expected, in the photograph's pixels
   Eigen::Vector2d pattern_px = Eigen::Vector2d::Zero();  ///< the corner in the projector's picture
   Eigen::Vector2d pattern_error_px =
-      Eigen::Vector2d::Zero();  ///< its place in projector pixels; projected only
+      Eigen::Vector2d::Zero();  ///< place in projector pixels; projected only
   bool is_outlier = false;
 };
 

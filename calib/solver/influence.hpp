@@ -1,5 +1,5 @@
 /// \file
-/// What each view says about all that the views share: the normal equations of the finished
+/// The share of each view in all that the views share: the normal equations of the finished
 /// solution, the boards' poses eliminated. From them follow the covariance, the solution without a
 /// view, and how much more the views scatter than their corners' noise explains.
 #pragma once

@@ -1,5 +1,5 @@
 /// \file
-/// How much of the projector's image the views cover, as far as the camera sees that image.
+/// The part of the projector's image that the views cover, as far as the camera sees that image.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 /// \file
-/// Why views cannot be calibrated from, or a result cannot be trusted. All functions are pure and
-/// return one line for each reason, with an advice; no line if all is well.
+/// The reasons why views cannot be calibrated from, or a result cannot be trusted. All functions
+/// are pure and return one line for each reason, with an advice; no line if all is well.
 #pragma once
 
 #include <Eigen/Core>

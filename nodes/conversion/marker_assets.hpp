@@ -24,8 +24,8 @@ class MarkerAssets {
       : meshes_(std::move(mesh_roots)) {}
 
   /// UTF-8; other bytes become replacement characters. Refused: more than kMostLetters, and any
-  /// text on a machine without a font. Equal texts share their letters while they are shown. Remark:
-  /// characters that no font has, and the package that has most of them.
+  /// text on a machine without a font. Equal texts share their letters while they are shown.
+  /// Remark: characters that no font has, and the package that has most of them.
   Converted<render::SharedBody> text(const std::string& text, double capital_height);
   MeshLibrary& meshes() { return meshes_; }
 

@@ -16,9 +16,9 @@ namespace afterglow::nodes {
 /// The drawable of an ADDed marker; its pose leads from shape coordinates to the frame of the
 /// marker's header. Action, lifetime and frame are left to the caller.
 ///
-/// Fields that a type does not use are not looked at, as in RViz (checkMarkerMsg): of `scale` all but x of lines, z of
-/// points, x and y of texts; a text's orientation; `points` and `colors` of solids, texts and meshes;
-/// an arrow's `colors`; `color` where `colors` are given.
+/// Fields that a type does not use are not looked at, as in RViz (checkMarkerMsg): of `scale` all
+/// but x of lines, z of points, x and y of texts; a text's orientation; `points` and `colors` of
+/// solids, texts and meshes; an arrow's `colors`; `color` where `colors` are given.
 ///
 /// Refused: numbers that are not finite, absurdly far places; a number of points that makes no
 /// primitives; a number of colors that is not that of the points (TRIANGLE_LIST: or of the

@@ -1,6 +1,7 @@
 /// \file
 /// A simulated Fetch on the ROS graph, as the real one looks from outside: action servers, cmd_vel,
-/// joint states and odometry in its node's namespace, and tf. For judges, as no robot knows or tells it:
+/// joint states and odometry in its node's namespace, and tf. For judges, as no robot knows or
+/// tells it:
 /// - ~true_pose (geometry_msgs/PoseStamped in map): where it truly is;
 /// - ~commands (sensor_msgs/JointState): what its controllers command now, a joint that is limp is
 ///   missing; as velocity the fastest change of a command since the message before, by cycles of

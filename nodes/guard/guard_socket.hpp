@@ -1,6 +1,7 @@
 /// \file
-/// The way between a player and the watchdog beside it: the messages of guard_messages.hpp on a socket
-/// that keeps them whole and shows either side when the other is gone. C++14 (guard_messages.hpp).
+/// The way between a player and the watchdog beside it: the messages of guard_messages.hpp on a
+/// socket that keeps them whole and shows either side when the other is gone. C++14
+/// (guard_messages.hpp).
 #pragma once
 
 #include <ros/serialization.h>
@@ -40,8 +41,8 @@ class GuardSocket {
 
   /// The next message that has come; empty: none, or the other side is gone.
   Packet receive();
-  /// False if the packet is another kind of message. Throws ros::serialization::StreamOverrunException
-  /// for one that is too short.
+  /// False if the packet is another kind of message. Throws
+  /// ros::serialization::StreamOverrunException for one that is too short.
   template <typename Message>
   static bool read(Packet& packet, Message& message) {
     if (packet.empty() || packet[0] != kindOf(static_cast<const Message*>(nullptr))) return false;

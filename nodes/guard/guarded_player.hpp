@@ -18,8 +18,8 @@
 namespace afterglow {
 namespace nodes {
 
-/// Whether it lives, what it has in motion, and how that is stopped: in the watchdog beside it and in
-/// the guard on the robot alike. Times are replay::sinceBoot(). One thread at a time.
+/// Whether it lives, what it has in motion, and how that is stopped: in the watchdog beside it and
+/// in the guard on the robot alike. Times are replay::sinceBoot(). One thread at a time.
 class GuardedPlayer {
  public:
   /// By topic.

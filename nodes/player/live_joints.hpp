@@ -27,8 +27,8 @@ class LiveJoints {
 
   /// Empty if nobody has told of this joint, or has fallen silent, in the robot's time.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
-  /// From now on `on_silence` is called, in the thread of its own, when a joint that is told of falls
-  /// silent while it moves, by `moving`.
+  /// From now on `on_silence` is called, in the thread of its own, when a joint that is told of
+  /// falls silent while it moves, by `moving`.
   void watch(std::function<std::vector<std::string>()> moving,
              std::function<void(const std::string& reason)> on_silence);
   /// Of all joints in any message so far.

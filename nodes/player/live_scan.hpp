@@ -34,8 +34,8 @@ class LiveScan {
   /// Empty before the first. Dated by stampNow(), as old as the scan says that it is, but not in
   /// the future, for which the shortest lead ever seen is taken off.
   std::shared_ptr<const replay::FloorScan> look();
-  /// Waits until it is known how often they come, at most 3 s. Returns why the base cannot be driven
-  /// by them: "no scan comes on /base_scan"; empty if it can.
+  /// Waits until it is known how often they come, at most 3 s. Returns why the base cannot be
+  /// driven by them: "no scan comes on /base_scan"; empty if it can.
   std::string check(const std::function<bool()>& is_stopped);
 
  private:

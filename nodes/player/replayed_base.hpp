@@ -89,8 +89,8 @@ class ReplayedBase {
   /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
   /// today's poses, at most 3 s. Nothing is refused where only zeros would be sent.
   std::string refusal(const std::function<bool()>& is_stopped);
-  /// After refusal(): nobody localizes it, and it follows its odometry from where it is: that cannot
-  /// be compared with where it stood.
+  /// After refusal(): nobody localizes it, and it follows its odometry from where it is: that
+  /// cannot be compared with where it stood.
   bool isOnOdometryAlone() const { return is_on_odometry_alone_; }
   /// Where it stands by the mean of what localization says for a while; empty if nothing says.
   std::optional<replay::PlanarPose> measure(double seconds,

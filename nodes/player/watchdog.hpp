@@ -16,7 +16,8 @@
 
 namespace afterglow::nodes {
 
-/// The way to a guard and back. What is sent is sent at once and never blocks. One thread at a time.
+/// The way to a guard and back. What is sent is sent at once and never blocks. One thread at a
+/// time.
 class GuardWay {
  public:
   virtual ~GuardWay() = default;

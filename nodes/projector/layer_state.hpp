@@ -90,8 +90,8 @@ class LayerState {
   void update(std::int64_t now_ns, FrameLookup& frames);
   /// What to draw now, in the fixed frame, in the order of the keys.
   std::vector<render::Drawable> drawables(FrameLookup& frames);
-  /// What keeps content from being placed, in words, as of the last update() and drawables(); empty:
-  /// nothing does. It becomes part of the status.
+  /// What keeps content from being placed, in words, as of the last update() and drawables();
+  /// empty: nothing does. It becomes part of the status.
   const std::string& explain(FrameLookup& frames);
 
   LayerStatus status() const;

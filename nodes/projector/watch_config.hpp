@@ -28,8 +28,8 @@ struct WatchConfig {
   std::optional<double> limit_px, limit_mm;  ///< of the median offset; at least one is set
 };
 
-/// Keys: image, camera_info (a topic, if it is written as one and no file is called so, else a file),
-/// tags (paths are relative to `folder`), period_s, limit_px, limit_mm.
+/// Keys: image, camera_info (a topic, if it is written as one and no file is called so, else a
+/// file), tags (paths are relative to `folder`), period_s, limit_px, limit_mm.
 /// Throws std::runtime_error "FILE:LINE: what is wrong", also for what is wrong in the tags' file.
 WatchConfig readWatchConfig(const YamlMap& map, const std::string& folder);
 

@@ -28,9 +28,9 @@ class Speech {
 
   /// The sentence, mono, from its first audible sample to its last. Festival's voice names
   /// ("voice_kal_diphone" is what sound_play's clients send) and "" mean the default voice. For a
-  /// voice that is not installed another one of its language stands in ("en+f3" for "en-gb+f3"). Throws
-  /// std::runtime_error naming the voice that eSpeak NG does not know, or the text that is too long
-  /// or has nothing in it to say.
+  /// voice that is not installed another one of its language stands in ("en+f3" for "en-gb+f3").
+  /// Throws std::runtime_error naming the voice that eSpeak NG does not know, or the text that is
+  /// too long or has nothing in it to say.
   std::shared_ptr<const Sound> say(const std::string& text, const std::string& voice = "");
 
   /// Whose voice it is where a request names none: "eSpeak NG, voice en-us".

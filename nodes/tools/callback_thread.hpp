@@ -46,7 +46,8 @@ class CallbackThread {
   }
 
   void begin() { spinner_.start(); }
-  /// From now on nothing is called, but by callRest(), in the caller's thread: what is heard by then.
+  /// From now on nothing is called, but by callRest(), in the caller's thread: what is heard by
+  /// then.
   void stop() {
     for (ros::SteadyTimer& timer : timers_) timer.stop();
     spinner_.stop();

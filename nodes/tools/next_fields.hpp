@@ -1,6 +1,6 @@
 /// \file
-/// Serialization of messages that are declared by hand. C++14, as afterglow_guard is built on robots
-/// with old systems, too.
+/// Serialization of messages that are declared by hand. C++14, as afterglow_guard is built on
+/// robots with old systems, too.
 #pragma once
 
 namespace afterglow {

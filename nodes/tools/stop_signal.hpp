@@ -1,7 +1,7 @@
 /// \file
 /// Requests to end, for nodes that have something to finish while ROS still runs: zero the robot's
-/// velocity, end a recording. Use with ros::init_options::NoSigintHandler. C++14, as afterglow_guard
-/// is built on robots with old systems, too.
+/// velocity, end a recording. Use with ros::init_options::NoSigintHandler. C++14, as
+/// afterglow_guard is built on robots with old systems, too.
 #pragma once
 
 #include <string>

@@ -14,7 +14,8 @@ namespace afterglow::nodes {
 /// what the robot's profile adds.
 std::string topicClassesText(const replay::RobotTopics& robot);
 
-/// An array of {class, topics, types, but (other types), why, stop (null: none is known or needed), by_name}.
+/// An array of {class, topics, types, but (other types), why, stop (null: none is known or needed),
+/// by_name}.
 nlohmann::ordered_json topicClassesJson(const replay::RobotTopics& robot);
 
 }  // namespace afterglow::nodes

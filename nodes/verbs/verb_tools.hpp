@@ -43,9 +43,9 @@ nlohmann::ordered_json objectJson(const replay::Behavior& behavior, const std::s
                                   const std::string& text);
 
 /// The stable form of `list --json`: id, name, tree_path, parent, attempt, outcome, begin_ns,
-/// end_ns (null while it runs; both strings, as JSON readers round such numbers), robot, parameters,
-/// tags, topics: {topic: {type, count}}. A topic with messages of several types has the count of
-/// all and the type of most.
+/// end_ns (null while it runs; both strings, as JSON readers round such numbers), robot,
+/// parameters, tags, topics: {topic: {type, count}}. A topic with messages of several types has the
+/// count of all and the type of most.
 nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
                                     const std::vector<replay::TopicSummary>& topics);
 

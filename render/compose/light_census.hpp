@@ -1,6 +1,6 @@
 /// \file
-/// How much of a scene a projector's light reaches, and what keeps it from the rest: for people who
-/// ask why the floor is dark. Beside the drawing, once in a while, not for every image.
+/// The part of a scene that a projector's light reaches, and what keeps it from the rest: for
+/// people who ask why the floor is dark. Beside the drawing, once in a while, not for every image.
 #pragma once
 
 #include <cstddef>

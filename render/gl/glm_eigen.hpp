@@ -1,5 +1,6 @@
 /// \file
-/// From Eigen, in which scenes and lenses are, to GLM, in which this room and its shaders are.
+/// Conversions from Eigen, in which scenes and lenses are, to GLM, in which this room and its
+/// shaders are.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
 /// \file
-/// What is drawn, in the GPU's own memory: a list of points is sent there once, and stays as long
-/// as images show it.
+/// Lists of points in the GPU's own memory: a list is sent there once, and stays as long as images
+/// show it.
 #pragma once
 
 #include <Eigen/Core>
@@ -48,7 +48,7 @@ struct GpuList {
   /// True: a color for each point.
   bool has_colors = false;
   bool is_opaque = true;  ///< true: its colors are opaque
-  /// Its first finite point; the mean of all.
+  /// The first finite point; the mean of all.
   Eigen::Vector3f first = Eigen::Vector3f::Zero(), middle = first;
   bool is_used = true;  ///< true: the image that was begun last uses it
 };

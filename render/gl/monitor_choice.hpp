@@ -16,8 +16,8 @@ bool hasDisplay();
 
 /// A screen as the desktop has it.
 struct Monitor {
-  std::string name;           ///< its connector by RandR's name: "HDMI-1"
-  std::string model;          ///< its own name; empty: it does not say
+  std::string name;           ///< connector by RandR's name: "HDMI-1"
+  std::string model;          ///< the monitor's own name; empty: unknown
   int x = 0, y = 0;           ///< px, its top left corner on the desktop
   int width = 0, height = 0;  ///< px, now
 };

@@ -1,6 +1,5 @@
 /// \file
-/// What is seen of a room before it is lit: how each pixel's surface reflects, faces, and how deep
-/// it lies.
+/// The room before it is lit: how each pixel's surface reflects, faces, and how deep it lies.
 #pragma once
 
 #include "render/gl/gl_handle.hpp"

@@ -1,5 +1,5 @@
 /// \file
-/// Where outlines have their corners.
+/// The coordinates of outlines' corners.
 #pragma once
 
 namespace afterglow::render {

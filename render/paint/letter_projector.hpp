@@ -21,8 +21,8 @@ class LetterProjector {
       : lens_(lens), domain_(domain) {}
 
   /// Appends the outline of a text's letters to `out` as one of its sprites, or nothing if they
-  /// have no color. Absent, and nothing appended, if they have no outline, or the lens does not show
-  /// all of the rectangle around them, or bends one of their edges.
+  /// have no color. Absent, and nothing appended, if they have no outline, or the lens does not
+  /// show all of the rectangle around them, or bends one of their edges.
   std::optional<Piece> project(const Body& letters, const Drawable& drawable,
                                const ComposedLayer& layer, Sprites& out);
 

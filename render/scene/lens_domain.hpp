@@ -1,5 +1,5 @@
 /// \file
-/// Which part of space a lens can put on its image, and how long a straight edge may be there.
+/// The part of space that a lens can put on its image, and how long a straight edge may be there.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
 /// \file
-/// Whether two scenes show the same, or two drawables.
+/// Comparison of two scenes, or of two drawables.
 #pragma once
 
 #include "render/scene/scene.hpp"

@@ -16,24 +16,25 @@ namespace afterglow::replay {
 struct AskAnswer {
   enum class Kind {
     Found,      ///< a behavior answers
-    AskedBack,  ///< which of `candidates` is meant? The next sentence may say
+    AskedBack,  ///< the question which of `candidates` is meant; the next sentence may answer it
+                ///< The next sentence may say
     Unknown,    ///< nothing does
   };
 
   Kind kind = Kind::Unknown;
-  Behavior behavior;      ///< of Found
+  Behavior behavior;      ///< the answer of Found
   bool may_move = false;  ///< the question allows it; whether the player does is not known here
   bool in_words = false;  ///< `sentence` is the answer
-  std::string sentence;   ///< one, to be spoken
+  std::string sentence;   ///< a sentence to be spoken
   std::string why;        ///< "matched 'what did you pick' -> pick"
-  std::vector<std::string> candidates;  ///< of AskedBack: the behaviors' names
+  std::vector<std::string> candidates;  ///< names of the behaviors of AskedBack
 };
 
-/// What the robot said in a behavior, in order.
+/// Returns the robot's sentences in a behavior, in order.
 using SentencesOf = std::function<std::vector<std::string>(const Behavior&)>;
 
-/// One conversation: it remembers what it asked back, and the last answer for "before that". No
-/// text makes it throw, or take long.
+/// A conversation: it remembers what it asked back, and the last answer for "before that". No text
+/// makes it throw, or take long.
 class Asking {
  public:
   explicit Asking(QuestionBook book) : book_(std::move(book)) {}
@@ -69,12 +70,12 @@ class Asking {
   std::string known() const;
 
   QuestionBook book_;
-  std::vector<Candidate> pending_;  ///< that were asked back
+  std::vector<Candidate> pending_;  ///< the candidates that were asked back
   Stamp asked_back_;
-  std::optional<Behavior> last_;  ///< that answered
+  std::optional<Behavior> last_;  ///< the last behavior that answered
 };
 
-/// When the wall clock said it began.
+/// Returns the wall clock's time at its beginning.
 Stamp wallBegin(const Behavior& behavior);
 
 /// "12 minutes ago"

@@ -1,5 +1,5 @@
 /// \file
-/// What people may ask, as values: phrasings and the behaviors that answer. Files of it are read by
+/// Questions of people, as values: phrasings and the behaviors that answer. Files of it are read by
 /// nodes/ask/question_file.hpp.
 #pragma once
 
@@ -16,8 +16,9 @@ constexpr const char* kAnyBehavior = "*";
 constexpr const char* kSlot = "{object}";
 
 struct Question {
-  std::string behavior;                ///< its name, or kAnyBehavior
-  std::vector<std::string> phrasings;  ///< "what did you pick", "where is {object}": one slot each
+  std::string behavior;                ///< name of the behavior, or kAnyBehavior
+  std::vector<std::string> phrasings;  ///< phrasings with at most one slot each: "what did you
+                                       ///< pick", "where is {object}"
   bool may_move = false;               ///< else light and speech, even where the player allows more
   bool in_words = false;               ///< told, not shown
 };

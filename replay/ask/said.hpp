@@ -1,5 +1,5 @@
 /// \file
-/// What the robot said in a behavior: sound_play/SoundRequests of any definition, on its own topics
+/// The robot's words in a behavior: sound_play/SoundRequests of any definition, on its own topics
 /// and on those that were recorded beside them. Who asks for less picks from this.
 #pragma once
 
@@ -17,7 +17,7 @@ struct Utterance {
   Stamp at;
   std::string text;
   bool is_sentence = true;
-  std::uint64_t sequence = 0;  ///< of its message
+  std::uint64_t sequence = 0;  ///< sequence number of its message
 };
 
 /// The topics of SoundRequests, its own and those of its context.
@@ -28,7 +28,7 @@ std::vector<std::string> soundTopics(const Store& store, const Behavior& behavio
 void hearUtterances(const Store& store, const Behavior& behavior, MessageRange range,
                     const std::function<bool(const Utterance&)>& on_said);
 
-/// Its sentences in order, the first so many. Throws StoreError.
+/// Returns its first `most` sentences in order. Throws StoreError.
 std::vector<Utterance> sentencesIn(const Store& store, const Behavior& behavior,
                                    std::size_t most = 200);
 /// The text of the first 20.

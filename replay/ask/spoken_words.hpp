@@ -15,15 +15,15 @@ using SpokenWords = std::vector<std::string>;
 /// Longer texts are no question.
 constexpr std::size_t kLongestQuestion = 500;  // bytes
 
-/// In small letters, without punctuation; "didn't" is two words, "did not", and "9:30" is one.
-/// Bytes of other alphabets are letters, control characters separate words. Empty for a text
-/// longer than kLongestQuestion.
+/// Returns the words in small letters, without punctuation; "didn't" is two words, "did not", and
+/// "9:30" is one. Bytes of other alphabets are letters, control characters separate words. Empty
+/// for a text longer than kLongestQuestion.
 SpokenWords spokenWords(const std::string& text);
 
-/// Without fillers, each word by the one that it is a synonym of.
+/// Returns the words without fillers, each synonym replaced.
 SpokenWords plainWords(const SpokenWords& words, const QuestionBook& book);
 
-/// With blanks between, as a text.
+/// Joins the words with blanks, as a text.
 std::string joined(const SpokenWords& words);
 
 }  // namespace afterglow::replay

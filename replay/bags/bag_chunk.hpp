@@ -49,12 +49,12 @@ class BagFields {
 class BagChunk {
  public:
   struct Message {
-    std::uint32_t offset = 0;  ///< of the record, as the index names it
+    std::uint32_t offset = 0;  ///< offset of the record, as the index names it
     std::uint32_t connection = 0;
-    /// When it was received: seconds, and nanoseconds above them; as its own header says.
+    /// Time of reception: seconds, and nanoseconds above them; as its own header says.
     std::optional<std::uint64_t> time;
-    std::size_t begin = 0, size = 0;  ///< of the data
-    /// By the time that it says.
+    std::size_t begin = 0, size = 0;  ///< range of the data
+    /// The time of reception by the record's own field.
     Stamp received() const {
       return Stamp::fromParts(static_cast<std::uint32_t>(*time),
                               static_cast<std::uint32_t>(*time >> 32));
@@ -63,7 +63,7 @@ class BagChunk {
   struct Connection {
     std::uint32_t connection = 0;
     std::string topic;
-    std::size_t begin = 0, size = 0;  ///< of the data, which are fields
+    std::size_t begin = 0, size = 0;  ///< range of the data, which are fields
   };
 
   /// Throws BagDamage.
@@ -77,7 +77,7 @@ class BagChunk {
     const auto begin = bytes_.begin() + static_cast<std::ptrdiff_t>(part.begin);
     return Bytes(begin, begin + static_cast<std::ptrdiff_t>(part.size));
   }
-  const std::vector<Message>& messages() const { return messages_; }  ///< by offset
+  const std::vector<Message>& messages() const { return messages_; }  ///< the messages, by offset
   const std::vector<Connection>& connections() const { return connections_; }
   std::size_t size() const { return bytes_.size(); }
 

@@ -25,7 +25,7 @@ class BagError : public std::runtime_error {
 using BagProgress = std::function<void(std::uint64_t done, std::uint64_t total)>;
 
 struct BagImport {
-  std::string name;  ///< of the behavior; empty: the file's name without ".bag", the folder's
+  std::string name;  ///< name of the behavior; empty: the file's name without ".bag", the folder's
   std::vector<std::string> tags;
   BagProgress progress;
 };
@@ -33,8 +33,8 @@ struct BagImport {
 struct BagImportResult {
   Behavior behavior;
   std::uint64_t messages = 0;
-  /// What was left out, what keeps the fields of ROS 2, what was not closed; one line each, with
-  /// the file. They are the behavior's remarks, too.
+  /// Remarks on what was left out, what keeps the fields of ROS 2, what was not closed; one line
+  /// each, with the file. They are the behavior's remarks, too.
   std::vector<std::string> remarks;
 };
 
@@ -68,8 +68,8 @@ struct BagExport {
 struct BagExportResult {
   std::uint64_t messages = 0;
   std::uint64_t damaged = 0;       ///< messages that the store could not give back
-  std::uint64_t unstamped = 0;     ///< of stamp 0, which a rosbag has as 1 ns
-  std::vector<std::string> paths;  ///< of the bags, in order
+  std::uint64_t unstamped = 0;     ///< messages of stamp 0, which a rosbag has as 1 ns
+  std::vector<std::string> paths;  ///< paths of the bags, in order
 };
 
 /// Messages of behaviors (MessageRange's rules) as a bag that rosbag reads, or as an MCAP file of
@@ -82,7 +82,7 @@ BagExportResult exportBags(const Store& store, const std::vector<Behavior>& beha
                            const MessageRange& range, const std::string& path,
                            const BagExport& options = {});
 
-/// One behavior as one bag; returns how many messages.
+/// Exports a behavior as one bag; returns how many messages.
 inline std::uint64_t exportBag(const Store& store, const Behavior& behavior,
                                const MessageRange& range, const std::string& path) {
   return exportBags(store, {behavior}, range, path).messages;

@@ -25,7 +25,7 @@ class BagReader : public RecordedFile {
   struct Entry {
     Stamp received;
     std::uint64_t chunk = 0;   ///< position of its record
-    std::uint32_t offset = 0;  ///< in the unpacked chunk
+    std::uint32_t offset = 0;  ///< offset in the unpacked chunk
     std::uint32_t connection = 0;
   };
 
@@ -40,9 +40,9 @@ class BagReader : public RecordedFile {
   std::optional<Item> next() override;
   std::vector<std::string> remarks() const override { return remarks_; }
   std::string whyIncomplete() const override { return why_incomplete_; }
-  /// By stamp, then position: in the order they were recorded.
+  /// The entries by stamp, then position: in the order they were recorded.
   const std::vector<Entry>& entries() const { return entries_; }
-  /// Of an entry.
+  /// Returns the channel of an entry.
   const Channel& channel(std::uint32_t connection) const override {
     return connections_.at(connection);
   }
@@ -98,10 +98,10 @@ class BagReader : public RecordedFile {
   std::string why_incomplete_;
   std::vector<std::string> remarks_;
   std::vector<Entry> entries_;
-  std::size_t next_ = 0;  ///< of the entries
-  std::map<std::uint64_t, Chunk> chunks_;           ///< by position of the record
-  std::map<std::uint64_t, BagRecord> kinds_;        ///< of records that positions may point to
-  std::map<std::uint32_t, Channel> connections_;    ///< that have a record of their own
+  std::size_t next_ = 0;                          ///< index of the next entry
+  std::map<std::uint64_t, Chunk> chunks_;         ///< chunks by position of the record
+  std::map<std::uint64_t, BagRecord> kinds_;      ///< records that positions may point to
+  std::map<std::uint32_t, Channel> connections_;  ///< connections that have a record of their own
   std::map<std::uint64_t, std::uint64_t> chunk_infos_;  ///< record -> chunk it is about
   std::vector<Unpacked> unpacked_;                  ///< read last, the latest at the end
 };

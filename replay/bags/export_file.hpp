@@ -23,13 +23,13 @@ class ExportFile {
   /// `channel` is the message's.
   virtual void write(const Message& message, const Channel& channel) = 0;
   virtual std::uint64_t size() const = 0;  ///< approximately
-  /// How many messages had the stamp 0 and have another here.
+  /// Returns the number of messages that had the stamp 0 and have another here.
   virtual std::uint64_t unstamped() const { return 0; }
   /// Ends writing, and has the disk keep it.
   virtual void close() = 0;
 
   const std::string& path() const { return path_; }
-  /// Of a closed file: moves it to path().
+  /// Moves a closed file to path().
   void publish();
 
  protected:

@@ -29,16 +29,16 @@ class McapReader {
 
   const std::string& path() const { return path_; }
   const std::string& profile() const { return profile_; }
-  std::uint64_t total() const { return total_; }  ///< as the file says; 0: it does not
+  std::uint64_t total() const { return total_; }  ///< the file's own count; 0: unknown
   std::uint64_t begin() const { return begin_; }  ///< log time, as the file says
   /// Empty at the end of the data.
   std::optional<Message> next();
-  /// Of a message.
+  /// Returns the channel of a message.
   const McapChannel& channel(std::uint16_t id) const { return channels_.at(id); }
   /// Null if it has none.
   const McapSchema* schema(const McapChannel& channel) const;
   [[noreturn]] void fail(const std::string& text) const;
-  /// Why there is no more of a file that was not closed; empty: it was.
+  /// The reason why a file that was not closed ends here; empty: it was closed.
   const std::string& whyIncomplete() const { return why_incomplete_; }
 
  private:
@@ -73,18 +73,18 @@ class McapReader {
   const std::string path_;
   std::ifstream file_;
   std::uint64_t file_size_ = 0;
-  std::uint64_t at_ = 0;  ///< of the next record
-  std::uint64_t data_end_ = 0;  ///< where the summary or the footer begins
+  std::uint64_t at_ = 0;        ///< position of the next record
+  std::uint64_t data_end_ = 0;  ///< begin of the summary or the footer
   std::uint64_t total_ = 0, begin_ = 0;
   std::string profile_, why_incomplete_;
   std::map<std::uint16_t, McapSchema> schemas_;
   std::map<std::uint16_t, McapChannel> channels_;
   std::uint64_t definition_bytes_ = 0;
   bool has_data_checksum_ = false;
-  std::uint32_t data_checksum_ = 0;  ///< of what was read so far
+  std::uint32_t data_checksum_ = 0;  ///< checksum of the part that was read so far
   Bytes record_;                     ///< a message outside of chunks
-  Bytes chunk_;                      ///< its records, unpacked
-  std::size_t chunk_at_ = 0;         ///< of the next record in it
+  Bytes chunk_;                      ///< the chunk's records, unpacked
+  std::size_t chunk_at_ = 0;         ///< position of the next record in the chunk
   std::uint64_t chunk_position_ = 0;
   std::optional<Message> outside_;  ///< a message outside of chunks, to be given
 };

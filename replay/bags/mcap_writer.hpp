@@ -49,12 +49,12 @@ class McapWriter {
   const Packing packing_;
   int file_ = -1;
   std::uint64_t size_ = 0;
-  std::uint32_t checksum_ = 0;  ///< of all that is written
+  std::uint32_t checksum_ = 0;  ///< checksum of all that is written
   Bytes chunk_;
   Interval chunk_times_, times_;
-  std::map<std::uint16_t, IndexEntries> chunk_index_;  ///< by channel
-  std::vector<Bytes> schemas_, channels_;              ///< their records
-  std::map<std::uint16_t, std::uint64_t> counts_;      ///< of messages, by channel
+  std::map<std::uint16_t, IndexEntries> chunk_index_;  ///< indices by channel
+  std::vector<Bytes> schemas_, channels_;              ///< records of schemas and channels
+  std::map<std::uint16_t, std::uint64_t> counts_;      ///< counts of messages, by channel
   std::uint64_t message_count_ = 0;
   std::vector<Bytes> chunk_indexes_, metadata_indexes_;  ///< records of the summary
 };

@@ -1,5 +1,5 @@
 /// \file
-/// How the chunks of recordings are compressed. Internal to replay.
+/// Compression of the chunks of recordings. Internal to replay.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ Bytes unpack(Packing packing, Bytes packed, std::size_t size);
 /// The size that a zstd frame says to have unpacked; empty: the bytes are none, or it does not say.
 std::optional<std::uint64_t> zstdSize(const Bytes& packed);
 
-/// None, Lz4 or Zstd. Throws BagDamage.
+/// Packs with None, Lz4 or Zstd. Throws BagDamage.
 Bytes pack(Packing packing, const Bytes& bytes);
 
 }  // namespace afterglow::replay

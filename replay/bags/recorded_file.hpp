@@ -20,23 +20,23 @@ class RecordedFile {
   struct Item {
     std::uint32_t channel = 0;
     Stamp received;
-    Bytes bytes;  ///< as ROS 1 serializes
+    Bytes bytes;  ///< bytes as ROS 1 serializes
   };
 
   virtual ~RecordedFile() = default;
 
   virtual const std::string& path() const = 0;
-  /// How many messages it says to hold; 0: it does not say.
+  /// Returns the file's own count of its messages; 0: it does not say.
   virtual std::uint64_t total() const = 0;
-  /// Of its first message, as it says.
+  /// Returns the stamp of its first message, as the file says.
   virtual Stamp begin() const = 0;
   /// Messages of equal stamps in the order they were recorded; empty at the end.
   virtual std::optional<Item> next() = 0;
-  /// Of an item.
+  /// Returns the channel of an item.
   virtual const Channel& channel(std::uint32_t id) const = 0;
-  /// What was left out so far and what a user should know, one line each.
+  /// Returns remarks on what was left out so far and what a user should know, one line each.
   virtual std::vector<std::string> remarks() const { return {}; }
-  /// Why it ends before its recording did; empty: it is whole. Complete once all is read.
+  /// Returns why it ends before its recording did; empty: it is whole. Complete once all is read.
   virtual std::string whyIncomplete() const { return ""; }
 };
 

@@ -43,7 +43,7 @@ class Ros2Database : public RecordedFile {
   std::unique_ptr<SqliteStatement> messages_;
   std::uint64_t total_ = 0;
   Stamp begin_;
-  std::map<std::int64_t, std::uint32_t> ids_;  ///< of topics, by their rows
+  std::map<std::int64_t, std::uint32_t> ids_;  ///< ids of topics, by their rows
   TopicIntake intake_;
 };
 

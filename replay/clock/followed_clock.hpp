@@ -13,11 +13,11 @@ namespace afterglow::replay {
 
 class FollowedClock : public Clock {
  public:
-  /// What the other clock shows now; any thread. Set back, it counts on from where it was. Returns
+  /// Takes the other clock's time; any thread. Set back, it counts on from where it was. Returns
   /// how far that is from what it showed before, ns; 0 at first.
   std::int64_t tick(Stamp time);
   bool hasTicked() const;
-  /// What the other clock showed last.
+  /// The last time of the other clock.
   Stamp time() const;
 
   SteadyTime now() const override;

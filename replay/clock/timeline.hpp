@@ -1,7 +1,6 @@
 /// \file
-/// Which recorded moment is due at which moment of the steady clock. Three kinds of time, three
-/// types: Stamp (ROS time of the recording), PlaybackTime (how far into the behavior), SteadyTime
-/// (now).
+/// The schedule of recorded moments on the steady clock. Three kinds of time, three types: Stamp
+/// (ROS time of the recording), PlaybackTime (how far into the behavior), SteadyTime (now).
 #pragma once
 
 #include <cstdint>
@@ -21,10 +20,10 @@ struct PlaybackTime {
 
 /// Beyond these, a nanosecond or a century fits into no clock.
 constexpr double kSlowestRate = 1e-3, kFastestRate = 1e3;
-/// Why a replay cannot be so fast; empty: it can.
+/// Returns why a replay cannot be so fast; empty: it can.
 std::string whyNoRate(double rate);
 
-/// One anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
+/// An anchor {recorded, steady} and a rate. Pauses, moves and other rates move the anchor; nothing
 /// is ever accumulated, so nothing drifts. At its limit the timeline stands still; when the limit
 /// is lifted or moved on, it goes on from there. A value; not thread-safe.
 class Timeline {
@@ -32,7 +31,8 @@ class Timeline {
   /// `rate` recorded seconds pass a second. Throws std::logic_error for one beyond the bounds.
   Timeline(Stamp begin, double rate, SteadyTime start);
 
-  /// When a recorded moment is due; SteadyTime::forever() while paused, and beyond the limit.
+  /// Returns the time at which a recorded moment is due; SteadyTime::forever() while paused, and
+  /// beyond the limit.
   SteadyTime deadline(Stamp recorded) const;
   /// Stands still before the anchor's moment has come.
   Stamp recorded(SteadyTime now) const;
@@ -48,7 +48,7 @@ class Timeline {
   /// All pauses that are over, together.
   std::int64_t pausedNs() const { return paused_ns_; }
   double rate() const { return rate_; }
-  /// From `now` on; the position stays. Throws as the constructor does.
+  /// Changes the rate from `now` on; the position stays. Throws as the constructor does.
   void setRate(double rate, SteadyTime now);
   /// The recorded moment is due at `when`, or when it is resumed. Limits are left as they are.
   void moveTo(Stamp recorded, SteadyTime when);
@@ -57,7 +57,7 @@ class Timeline {
   /// holds the timeline where it is.
   void setLimit(std::optional<Stamp> limit, SteadyTime now);
   std::optional<Stamp> limit() const { return limit_; }
-  /// It stands at its limit, and is not paused.
+  /// Returns true while the timeline stands at its limit and is not paused.
   bool isHeld(SteadyTime now) const;
 
  private:

@@ -29,7 +29,7 @@ struct BsonOptions {
 void appendBson(const Value& document, bson_t& bson, const BsonOptions& options = {});
 
 struct BsonMessage {
-  Value document;  ///< of the schema's shape: encode() takes it
+  Value document;  ///< a document of the schema's shape, for encode()
   /// Fields that `bson` lacks, and that are therefore zero or empty; each once, sorted, e.g.
   /// "markers[].header.seq".
   std::vector<std::string> missing;

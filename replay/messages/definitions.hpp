@@ -14,7 +14,7 @@
 namespace afterglow::replay {
 
 struct Definition {
-  std::string text;  ///< with the definitions of all contained types
+  std::string text;  ///< the definition with those of all contained types
   std::string md5;   ///< 32 hex digits
 };
 

@@ -70,16 +70,17 @@ struct JsonOptions {
   std::size_t longest_array = 1024;
 };
 
-/// For people and for queries, as mongodb_store lays messages out: time and duration are
-/// {"secs","nsecs"}; numbers that JSON lacks are the strings "nan", "inf", "-inf"; strings that are
-/// no UTF-8 have each bad byte replaced by U+FFFD; uint8[] up to the limit is an array of numbers.
+/// Writes a document for people and for queries, as mongodb_store lays messages out: time and
+/// duration are {"secs","nsecs"}; numbers that JSON lacks are the strings "nan", "inf", "-inf";
+/// strings that are no UTF-8 have each bad byte replaced by U+FFFD; uint8[] up to the limit is an
+/// array of numbers.
 nlohmann::json toJson(const Value& document, const JsonOptions& options = {});
 
 /// The value at a path ("goal.trajectory.header"); null if a name on the way is missing.
 const Value* findValue(const Value& message, const std::string& path);
 Value* findValue(Value& message, const std::string& path);
 
-/// As findValue, but throws MessageError if a name is missing.
+/// Does what findValue does, but throws MessageError if a name is missing.
 Value& valueAt(Value& message, const std::string& path);
 
 /// The elements of a float64[]; empty for every other value.

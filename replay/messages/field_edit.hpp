@@ -33,11 +33,11 @@ class FieldPath {
   std::vector<Step> steps_;
 };
 
-/// Where a field's value lies in a message.
+/// The place of a field's value in a message.
 struct FieldSpan {
   FieldType type;
   std::size_t offset = 0;
-  std::size_t size = 0;  ///< for String: with its 4-byte length
+  std::size_t size = 0;  ///< size; a String's includes its 4-byte length
 };
 
 /// Finds fields in many messages of one schema; resolves their paths only once. Keeps a copy of the
@@ -51,8 +51,8 @@ class FieldFinder {
   FieldFinder(FieldFinder&&) noexcept;
   FieldFinder& operator=(FieldFinder&&) noexcept;
 
-  /// One list of places a path, in the order of the constructor's paths; the whole message is
-  /// walked once. Throws MessageError if the bytes do not fit the schema.
+  /// Returns a list of places for each path, in the order of the constructor's paths; the whole
+  /// message is walked once. Throws MessageError if the bytes do not fit the schema.
   std::vector<std::vector<FieldSpan>> find(const Bytes& bytes) const;
 
  private:

@@ -11,8 +11,8 @@ namespace afterglow::replay {
 /// Deeper than this is refused.
 constexpr int kDeepestJson = 100;
 
-/// Whether objects and arrays are nested no deeper than kDeepestJson. Says nothing on whether it is
-/// JSON at all.
+/// Returns true if objects and arrays are nested no deeper than kDeepestJson. Says nothing on
+/// whether it is JSON at all.
 inline bool isShallowJson(const std::string& text) {
   int depth = 0;
   bool is_string = false;

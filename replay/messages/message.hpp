@@ -27,7 +27,7 @@ struct Stamp {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// One publisher's connection on one topic, as its connection header describes it.
+/// A publisher's connection on one topic, as its connection header describes it.
 struct Channel {
   std::string topic;       ///< absolute name
   std::string type;        ///< e.g. "sensor_msgs/PointCloud2"
@@ -42,7 +42,7 @@ struct Channel {
   }
 };
 
-/// One serialized message of a channel.
+/// A serialized message of a channel.
 struct Message {
   std::int64_t channel = 0;  ///< the store's id of its Channel
   Stamp received;            ///< ROS time of arrival

@@ -47,8 +47,8 @@ struct RobotRenaming {
   bool renamesFrames() const { return recorded.frame_prefix != live.frame_prefix; }
 };
 
-/// To the robot in that namespace. Its prefix is `said`; if that is empty, it is called after the
-/// namespace as the recorded one is: "robot1_tf" becomes "robot2_tf".
+/// Returns the renaming to the robot in that namespace. Its prefix is `said`; if that is empty, it
+/// is called after the namespace as the recorded one is: "robot1_tf" becomes "robot2_tf".
 RobotRenaming renamingTo(const RobotNames& recorded, const std::string& name_space,
                          const std::string& said);
 

@@ -50,9 +50,9 @@ struct Field {
   enum class Arity : std::uint8_t { Single, FixedArray, DynamicArray };
   std::string name;
   FieldType type = FieldType::Bool;
-  std::size_t message = 0;  ///< for FieldType::Message: index into Schema::types()
+  std::size_t message = 0;  ///< index of a FieldType::Message in Schema::types()
   Arity arity = Arity::Single;
-  std::size_t length = 0;  ///< for FixedArray
+  std::size_t length = 0;  ///< length of a FixedArray
 };
 
 struct MessageType {

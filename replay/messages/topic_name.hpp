@@ -39,10 +39,10 @@ class TopicName {
   std::string text_;
 };
 
-/// Of each text; throws as TopicName.
+/// Makes a name of each text; throws as TopicName.
 std::vector<TopicName> topicNames(const std::vector<std::string>& texts);
 
-/// Whether a topic or a type is called so at its end.
+/// Returns true if a topic or a type has this end.
 bool endsWith(std::string_view name, std::string_view end);
 /// "/arm" of "/arm/goal", "/arm/cancel", "/arm/result".
 std::string actionOf(const std::string& topic);

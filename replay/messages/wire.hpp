@@ -110,7 +110,7 @@ class WireReader {
   const Schema& schema_;
   const Bytes& bytes_;
   std::size_t offset_ = 0;
-  std::vector<Place> path_;  ///< from the outermost field inwards
+  std::vector<Place> path_;  ///< places from the outermost field inwards
 };
 
 }  // namespace afterglow::replay

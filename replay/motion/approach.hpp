@@ -26,8 +26,8 @@ namespace afterglow::replay {
 /// The peak velocity of a way from rest to rest, as controllers interpolate it (cubic), over its
 /// mean.
 constexpr double kCubicPeak = 1.5;
-/// How long before a motion a recorded way to its begin may have begun, and how long after it one
-/// that is gone back may have ended.
+/// The longest time between the begin of a recorded way and the motion that it leads to, and
+/// between a motion and the end of a way that is gone back.
 constexpr std::int64_t kLongestRecordedWayNs = 120'000'000'000;
 
 struct ApproachBounds {
@@ -56,7 +56,7 @@ struct JointWay {
   double seconds() const { return rests.empty() ? 0 : rests.back().at_s; }
 };
 
-/// Why joints may not be at these positions; empty: they may.
+/// Returns why joints may not be at these positions; empty: they may.
 using PoseCheck = std::function<std::string(const std::vector<std::string>& joints,
                                             const std::vector<double>& positions)>;
 
@@ -68,7 +68,7 @@ class Approach {
     MotionLimits limits;
     bool accepts_unchecked = false;
     RobotJoints robot;
-    StartTolerances tolerances;  ///< of where the base stands
+    StartTolerances tolerances;  ///< tolerances of where the base stands
   };
 
   /// `recorded`: what was recorded until the motions begin. `base`: where the base stood; empty:
@@ -77,9 +77,9 @@ class Approach {
       : recorded_(std::move(recorded)), base_(std::move(base)), rules_(std::move(rules)) {}
 
   const JointTrack& recorded() const { return recorded_; }
-  /// From `from` to `to`, where these joints were at the recorded moment. A recorded way ends there,
-  /// or begins there and is gone back, the shorter of both; it is at most two minutes long, and the
-  /// base stood on it where it stood at that moment.
+  /// Returns the way from `from` to `to`, where these joints were at the recorded moment. A
+  /// recorded way ends there, or begins there and is gone back, the shorter of both; it is at most
+  /// two minutes long, and the base stood on it where it stood at that moment.
   /// `check`, if there is one, is asked along a long way that was not recorded. Throws
   /// ApproachRefused.
   JointWay wayTo(const std::vector<std::string>& joints, const std::vector<double>& from,
@@ -113,7 +113,7 @@ class Approach {
 /// A goal that takes joints to where a behavior begins.
 struct StartGoal {
   Bytes bytes;
-  JointWay::Kind kind = JointWay::Kind::Short;  ///< of a gripper, which has one way only: Short
+  JointWay::Kind kind = JointWay::Kind::Short;  ///< kind of way; a gripper has Short alone
 };
 
 /// Made of the topic's first goal; brings its joints from `now`, its first point, to `then`, the

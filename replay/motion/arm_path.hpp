@@ -11,7 +11,7 @@
 
 namespace afterglow::replay {
 
-/// Where all joints of a trajectory are at a time of it, one number a joint.
+/// The positions of all joints of a trajectory at a time of it, one number a joint.
 struct ArmKnot {
   double at_s = 0;
   std::vector<double> positions, velocities, accelerations;  ///< the last two may be empty
@@ -29,7 +29,7 @@ class ArmPath {
   double endSeconds() const { return knots_.back().at_s; }
   /// Unwound: a joint without an end goes on counting its turns.
   const std::vector<ArmKnot>& knots() const { return knots_; }
-  /// What all knots have beside positions.
+  /// Quantities that all knots have beside positions.
   bool hasVelocities() const { return degree_ > 1; }
   bool hasAccelerations() const { return degree_ > 3; }
 
@@ -39,8 +39,9 @@ class ArmPath {
   /// The way of a joint from one position to another; the short one if it turns without an end.
   double way(std::size_t joint, double from, double to) const;
 
-  /// Where on the path these positions are: all of them within the tolerances. Of several such
-  /// stretches the one around or next to `around_s`, not more than 10 s before it and 0.5 s after.
+  /// Returns the place of these positions on the path: all of them within the tolerances. Of
+  /// several such stretches the one around or next to `around_s`, not more than 10 s before it and
+  /// 0.5 s after.
   std::optional<double> find(const std::vector<double>& positions,
                              const std::vector<double>& tolerances, double around_s) const;
 
@@ -53,16 +54,17 @@ class ArmPath {
   int degree_ = 5;
 };
 
-/// How joints set off within a path.
+/// The departure of joints within a path.
 struct ArmDeparture {
-  double from_s = 0;  ///< where on the path
-  /// What the joints are off it, which is made good on the way in `blend_s`.
+  double from_s = 0;  ///< the place on the path
+  /// The joints' distances from it, which are made good on the way in `blend_s`.
   std::vector<double> offsets;
   double blend_s = 0;
-  double pace = 0;    ///< how fast they are on the path already; 0: at rest, 1: as fast as the path
-  double ramp_s = 0;  ///< in which they become as fast as the path
+  double pace = 0;    ///< share of the path's speed that they have already; 0: at rest, 1: as fast
+                      ///< as the path
+  double ramp_s = 0;  ///< time in which they become as fast as the path
 
-  /// How much later they are than the path after that.
+  /// Returns how much later they are than the path after that.
   double lostSeconds() const { return (1 - pace) / 2 * ramp_s; }
 };
 

@@ -1,6 +1,6 @@
 /// \file
-/// Where the joint trajectories of a replay begin: where the robot's joints are, not where they
-/// were, or where a controller takes them to be. Fetch's trajectory controllers go on from the last
+/// The begin of a replay's joint trajectories: where the robot's joints are, not where they were,
+/// or where a controller takes them to be. Fetch's trajectory controllers go on from the last
 /// sample of a canceled goal, with its old time (robot_controllers issue 33), and jump by as much
 /// as the arm, or time, has moved since; a trajectory whose first point is the measured position,
 /// due at once, is followed from there. Controllers that join a goal to where they have the joints
@@ -36,11 +36,11 @@ struct LiveJoint {
 };
 
 struct ArmStartOptions : Approach::Rules {
-  /// What happens to a goal whose joints are elsewhere. Refuse: it is not sent. Approach: the
+  /// The treatment of a goal whose joints are elsewhere. Refuse: it is not sent. Approach: the
   /// joints first go to where it begins, at `speed`. Accept: they go on from where they are, in the
   /// time that was recorded.
   enum class Elsewhere { Refuse, Approach, Accept } elsewhere = Elsewhere::Refuse;
-  /// By which way joints that are elsewhere go; outlives this. nullptr: any, straight.
+  /// Finds the way of joints that are elsewhere; outlives this. nullptr: any way, straight.
   const Approach* approach = nullptr;
   bool controllers_join = false;  ///< RobotProfile::controllers_join
 };
@@ -49,16 +49,17 @@ struct ArmStartOptions : Approach::Rules {
 struct GoalProgress {
   Stamp begun;           ///< the recorded moment that the goal was sent at
   Stamp at;              ///< the recorded moment that it goes on at
-  double elapsed_s = 0;  ///< from one to the other in the goal's own time, which a rate changes
+  double elapsed_s = 0;  ///< time from one to the other in the goal's own time, which a rate
+                         ///< changes
 };
 
-/// What the rest of a goal needs before recorded time goes on.
+/// The needs of the rest of a goal before recorded time goes on.
 struct RestNeed {
   double seconds = 0;
   bool is_elsewhere = false;  ///< the joints are off the goal's path and have to go there first
 };
 
-/// For one replay; one thread.
+/// Serves one replay, in one thread.
 class ArmStart {
  public:
   /// Empty if no recent joint state has this joint.
@@ -69,27 +70,27 @@ class ArmStart {
 
   bool controllersJoin() const { return options_.controllers_join; }
 
-  /// How long the joints need to get to where this goal, or the rest of a goal, begins; 0 if they
-  /// are there; empty for a goal without a trajectory. The goal has the times it will be sent with.
-  /// Live joints are compared with the recorded joint states at `at`, the recorded moment that the
-  /// goal is sent for, give or take a quarter of a second, or with the positions they were halted
-  /// at. Where neither is known, they are compared with the goal's first point if that is due at
-  /// once; to a first point that is due later, the joints may not have to move faster than the goal
-  /// itself, their limits or the approach. Throws ArmElsewhere; MessageError for bytes that are no
-  /// goal.
+  /// Returns how long the joints need to get to where this goal, or the rest of a goal, begins; 0
+  /// if they are there; empty for a goal without a trajectory. The goal has the times it will be
+  /// sent with. Live joints are compared with the recorded joint states at `at`, the recorded
+  /// moment that the goal is sent for, give or take a quarter of a second, or with the positions
+  /// they were halted at. Where neither is known, they are compared with the goal's first point if
+  /// that is due at once; to a first point that is due later, the joints may not have to move
+  /// faster than the goal itself, their limits or the approach. Throws ArmElsewhere; MessageError
+  /// for bytes that are no goal.
   std::optional<double> leadOf(const Channel& channel, const Bytes& goal, Stamp at) const;
 
   /// The goal with the live state of its joints as first point, due at once; without any such point
-  /// if the controllers join. With a lead its points come so much later, and the position it goes on
-  /// from becomes a point of its own, at rest. Deviations below the tolerances are corrected along
-  /// the way, at the approach's speed. A single point that the joints would have to reach faster
-  /// than they may, or did, is refused. Goals without a trajectory are returned as they are. Throws
-  /// as leadOf().
+  /// if the controllers join. With a lead its points come so much later, and the position it goes
+  /// on from becomes a point of its own, at rest. Deviations below the tolerances are corrected
+  /// along the way, at the approach's speed. A single point that the joints would have to reach
+  /// faster than they may, or did, is refused. Goals without a trajectory are returned as they are.
+  /// Throws as leadOf().
   Bytes begin(const Channel& channel, const Bytes& goal, Stamp at, double lead_s) const;
 
-  /// What the joints need to go on within this goal: to set off from rest and, if they are behind,
-  /// to make good what they are; if they are off its path, to get there. The goal has the times it
-  /// would have been sent with as a whole. Empty and throws as leadOf().
+  /// Returns what the joints need to go on within this goal: to set off from rest and, if they are
+  /// behind, to make good the delay; if they are off its path, to get there. The goal has the times
+  /// it would have been sent with as a whole. Empty and throws as leadOf().
   std::optional<RestNeed> needToGoOn(const Channel& channel, const Bytes& goal,
                                      const GoalProgress& progress) const;
   /// The rest of the goal, from the place on its path where the joints are: they set off from rest,

@@ -1,5 +1,5 @@
 /// \file
-/// What a base is told: velocities within its limits; and where those on their way take it.
+/// The commands of a base: velocities within its limits; and where those on their way take it.
 #pragma once
 
 #include <deque>
@@ -32,8 +32,8 @@ class BaseCommand {
 
   /// The velocity is sent now.
   PlanarVelocity send(Stamp now);
-  /// Where a base that was at `base` at `from` will be at `to`: each velocity on its way has its
-  /// effect when its delay is over.
+  /// Returns where a base that was at `base` at `from` will be at `to`: each velocity on its way
+  /// has its effect when its delay is over.
   PlanarPose predict(PlanarPose base, Stamp from, Stamp to) const;
 
  private:
@@ -44,7 +44,7 @@ class BaseCommand {
 
   CommandLimits limits_;
   PlanarVelocity velocity_;
-  std::deque<Sent> sent_;  ///< those that may not have had their effect
+  std::deque<Sent> sent_;  ///< commands that may not have had their effect
 };
 
 }  // namespace afterglow::replay

@@ -18,7 +18,7 @@
 
 namespace afterglow::replay {
 
-/// From one stand to the next.
+/// The report of a drive from one stand to the next.
 struct DriveReport {
   Stamp begin, end;  ///< recorded
   BaseState state = BaseState::Following;
@@ -27,20 +27,20 @@ struct DriveReport {
 
 struct BaseDriveReport {
   std::string topic;
-  std::string frame;          ///< of the track
+  std::string frame;          ///< frame of the track
   bool is_localized = false;  ///< false: followed on odometry alone
   double length = 0;          ///< m of the track, forward and backward
-  /// In the order they were driven; after a seek one may come again.
+  /// The drives in the order they were driven; after a seek one may come again.
   std::vector<DriveReport> drives;
   double delay = 0;   ///< s that all of them took longer than recorded, final approaches included
-  std::string lost;   ///< why it was given up; empty if it was not
+  std::string lost;   ///< the reason why it was given up; empty if it was not
   double waited = 0;  ///< s of waiting for poses
-  ObstacleReport obstacles;  ///< of all drives
+  ObstacleReport obstacles;  ///< obstacles of all drives
 };
 
-/// One thread. A drive lies between two stands of at least a second; each is driven by a
-/// BaseTracker of its own and ends with a final approach, a less exact one before a stand of less
-/// than 3 s: such a stand is too short for work that needs the exact place.
+/// Drives a base along its track; one thread. A drive lies between two stands of at least a second;
+/// each is driven by a BaseTracker of its own and ends with a final approach, a less exact one
+/// before a stand of less than 3 s: such a stand is too short for work that needs the exact place.
 class BaseDrive {
  public:
   /// The newest poses of the base, as BaseInput has them; `now` is ROS time.
@@ -60,7 +60,7 @@ class BaseDrive {
     double seconds = 0;
   };
   std::vector<Timing> timings(double rate) const;
-  /// As it was recorded.
+  /// The topic as it was recorded.
   const std::string& topic() const { return topic_; }
 
   /// The replay begins at this recorded moment, or goes on there after a seek. In the middle of a
@@ -69,8 +69,8 @@ class BaseDrive {
   /// If it is too far away, the first step fails (failure()).
   void enter(Stamp at);
 
-  /// Whether step() has to be called at this recorded moment: during a drive, and after it until
-  /// the base has reached the drive's end.
+  /// Returns true if step() has to be called at this recorded moment: during a drive, and after it
+  /// until the base has reached the drive's end.
   bool isBusy(Stamp at) const;
   /// The begin of the drive that is under way or comes next; after the last one the far future.
   Stamp nextBegin() const;
@@ -79,11 +79,11 @@ class BaseDrive {
   Stamp limit() const { return limit_; }
 
   struct Step {
-    std::optional<PlanarVelocity> command;  ///< to be sent; none: nothing
+    std::optional<PlanarVelocity> command;  ///< command to be sent; without a value nothing is sent
     Stamp limit;                            ///< the new limit()
   };
-  /// `at`: where the timeline is; is_held: a goal holds the timeline, so the base stands when it
-  /// has caught up. `rate`: recorded seconds a second of `ros_now`.
+  /// Takes a step at `at`, the timeline's place; is_held: a goal holds the timeline, so the base
+  /// stands when it has caught up. `rate`: recorded seconds a second of `ros_now`.
   Step step(Stamp at, bool is_held, double rate, Stamp ros_now);
   /// The caller has sent a zero velocity and does not call step() for a while: a pause, a stop.
   void rest();
@@ -91,10 +91,10 @@ class BaseDrive {
   /// The command as a message for topic(), stamped with `now` if it has a header.
   Bytes message(const PlanarVelocity& command, Stamp now) const;
 
-  /// Why the drive was given up; empty if it was not. The base stands then and isBusy() is false
-  /// until enter() is called.
+  /// The reason why the drive was given up; empty if it was not. The base stands then and isBusy()
+  /// is false until enter() is called.
   const std::string& failure() const { return failure_; }
-  /// Why the base waits at the moment: "no odometry for 0.4 s"; empty if it does not wait.
+  /// Returns why the base waits at the moment: "no odometry for 0.4 s"; empty if it does not wait.
   std::string reason() const;
   /// The recorded moment that the base has got to; empty while no drive is under way.
   std::optional<Stamp> progress() const;
@@ -123,12 +123,13 @@ class BaseDrive {
   const Look look_;
   std::vector<Drive> drives_;
   std::size_t next_ = 0;                  ///< drive, under way or to come
-  std::unique_ptr<BaseTracker> tracker_;  ///< of the drive under way
+  std::unique_ptr<BaseTracker> tracker_;  ///< tracker of the drive under way
   bool is_passing_ = false;             ///< Drive::is_passing of it
-  bool is_return_ = false;              ///< that drive only brings the base back to where it was
+  bool is_return_ = false;              ///< true: that drive only brings the base back to where it
+                                        ///< was
   bool has_entered_ = false;            ///< once
-  std::optional<BaseLocalizer> known_;  ///< where the last tracker found the base
-  Stamp begin_;                         ///< where it was entered
+  std::optional<BaseLocalizer> known_;  ///< the base's place by the last tracker
+  Stamp begin_;                         ///< moment at which it was entered
   Stamp limit_;
   std::string failure_;
   BaseDriveReport report_;

@@ -1,7 +1,7 @@
 /// \file
-/// Where a base is on the map, from odometry, which is smooth and drifts, and localization, which
-/// is right in the mean and noisy: an extended Kalman filter over the pose and the odometry's two
-/// scale errors (distance, turns), as in Martinelli, Tomatis and Siegwart, "Simultaneous
+/// The place of a base on the map, from odometry, which is smooth and drifts, and localization,
+/// which is right in the mean and noisy: an extended Kalman filter over the pose and the odometry's
+/// two scale errors (distance, turns), as in Martinelli, Tomatis and Siegwart, "Simultaneous
 /// localization and odometry self calibration for mobile robot", 2007. Localization comes as the
 /// odom frame's pose on the map (tf's map -> odom), so that it holds for any odometry pose and its
 /// own delay does not matter.
@@ -14,12 +14,12 @@
 
 namespace afterglow::replay {
 
-/// What is known of the errors; standard deviations. The defaults suit AMCL and wheel odometry.
+/// The known errors; standard deviations. The defaults suit AMCL and wheel odometry.
 struct LocalizationNoise {
   double position = 0.03;     ///< m, of the localization in x and in y
   double yaw = 0.0175;        ///< rad
   double correlation = 0.2;   ///< s; measurements closer in time have much of their error in common
-  double scale = 0.02;        ///< of the odometry's distances and of its turns
+  double scale = 0.02;        ///< error of the odometry's distances and of its turns
   double slip = 0.005;        ///< m after a meter, growing with the root of the distance
   double slip_turn = 0.012;   ///< rad after a meter, likewise
   double turn_slip = 0.006;   ///< rad after a radian, likewise
@@ -42,17 +42,18 @@ class BaseLocalizer {
   /// is off by a jump is ignored, until five in a row have been: then the pose jumps to it.
   void correct(const PlanarPose& T_map_odom, Stamp at);
 
-  const PlanarPose& pose() const { return pose_; }  ///< of the base, on the map
+  const PlanarPose& pose() const { return pose_; }  ///< the base's pose on the map
   /// Standard deviation of the estimate along its less certain axis; meters.
   double positionError() const;
   double yawError() const;  ///< radians
-  /// Both, if one measurement is as good as `measured`, not as the noise it was made with says.
+  /// Returns both, if one measurement is as good as `measured`, not as the noise it was made with
+  /// says.
   PoseError error(const PoseError& measured) const;
-  /// How far the base has gone since localization last said anything new; meters.
+  /// The distance that the base has gone since localization last said anything new; meters.
   double goneSinceCorrection() const { return gone_; }
 
  private:
-  /// Of x, y, yaw, scale of distances, scale of turns.
+  /// Covariance of x, y, yaw, scale of distances, scale of turns.
   using Covariance = Eigen::Matrix<double, 5, 5>;
 
   void forgetPose();

@@ -1,6 +1,6 @@
 /// \file
-/// Whether a base moves as it is told: a person who pushes it, or drives it by other means, is seen
-/// by its odometry.
+/// The obedience of a base: a person who pushes it, or drives it by other means, is seen by its
+/// odometry.
 #pragma once
 
 #include <array>
@@ -18,12 +18,12 @@ namespace afterglow::replay {
 /// an obstacle; one that stands is not.
 struct ObedienceOptions {
   double latency = 0.5;  ///< until odometry shows a command, at most
-  /// With which it slows down, at least.
+  /// The least deceleration.
   double deceleration = 0.4, turn_deceleration = 1.2;
-  /// How much faster than told it may be; of the speed in force a share more.
+  /// The speed above the command that is tolerated; a share of the speed in force is added.
   double tolerance = 0.15, turn_tolerance = 0.3, share = 0.15;
-  double patience = 0.5;           ///< for so long it may be faster
-  double standing_patience = 2.5;  ///< for so long it may stand
+  double patience = 0.5;           ///< time for which it may be faster
+  double standing_patience = 2.5;  ///< time for which it may stand
 };
 
 /// All stamps in ROS time, which may run slowly or stand. One thread at a time.
@@ -32,8 +32,8 @@ class BaseObedience {
   explicit BaseObedience(const ObedienceOptions& options) : options_(options) {}
 
   void told(Stamp now, const Velocity& velocity);
-  /// Where it is by its odometry, whose own clock is `stamp`. Returns what is wrong, one clause;
-  /// empty: nothing is.
+  /// Takes the base's pose by its odometry, whose own clock is `stamp`. Returns what is wrong, one
+  /// clause; empty: nothing is.
   std::string moved(Stamp now, Stamp stamp, const PlanarPose& pose);
 
  private:
@@ -49,10 +49,10 @@ class BaseObedience {
   bool isTooLong(std::optional<Stamp>& since, bool holds, double patience, Stamp now) const;
 
   ObedienceOptions options_;
-  std::deque<Told> told_;  ///< those in force within the latency
+  std::deque<Told> told_;  ///< commands in force within the latency
   std::deque<StampedPose> seen_;
-  Motion most_{}, least_{};  ///< what it may do now
-  Stamp bounded_;            ///< when they were moved
+  Motion most_{}, least_{};  ///< the bounds of its motion now
+  Stamp bounded_;            ///< time at which the bounds were moved
   std::optional<Stamp> faster_since_, stands_since_;
 };
 

@@ -43,12 +43,12 @@ struct TrackerOptions : DriveLimits {
   double lost_turn = 0.52;              ///< rad
   double patience = 10;                 ///< s without getting on: given up
   double damping = 0.8, stiffness = 8;  ///< zeta, and b in 1/m^2
-  bool is_holonomic = false;            ///< it goes sideways, too, by linear.y
+  bool is_holonomic = false;            ///< true: the base goes sideways, too, by linear.y
   bool with_localization = true;        ///< false: on odometry alone, the base being at the start
   LocalizationNoise noise;
   ApproachOptions approach;
-  /// With them the base stops before what a scan sees in its way, and needs scans; none: it does
-  /// not look.
+  /// Options by which the base stops before what a scan sees in its way, which needs scans; without
+  /// them it does not look.
   std::optional<ObstacleOptions> obstacles;
 };
 
@@ -64,15 +64,15 @@ enum class BaseState { Following, Approaching, Done, Lost };
 
 /// Distances in m, turns in rad, as localization sees them (on odometry alone, as that does).
 struct BaseReport {
-  double end_distance = 0, end_turn = 0;  ///< from the recorded end pose
+  double end_distance = 0, end_turn = 0;  ///< distance from the recorded end pose
   double end_uncertainty = 0;             ///< m, one standard deviation of where the base is
-  /// What the end's distance and turn may be wrong by, two standard deviations, as localization
-  /// errs now and did then; 0: not known.
+  /// Doubt about the end's distance and turn, two standard deviations, as localization errs now and
+  /// did then; 0: not known.
   PoseError end_doubt;
   double gone_since_localized = 0;  ///< m at the end, since localization was last renewed
   double largest_distance = 0, largest_turn = 0;  ///< off the track on the way
-  Stamp largest_distance_at;                      ///< on the track
-  double drift_distance = 0, drift_turn = 0;      ///< of the odometry, from its first step on
+  Stamp largest_distance_at;                      ///< moment on the track
+  double drift_distance = 0, drift_turn = 0;      ///< drift of the odometry, from its first step on
   double delay = 0;                               ///< s that it took longer than recorded
   double approach = 0;                            ///< s of the final approach
   double waited = 0;                              ///< s of waiting for poses
@@ -94,18 +94,18 @@ class BaseTracker {
   PlanarVelocity update(const BaseInput& input);
   /// A zero was sent, not by update().
   void rest();
-  /// From the next update on.
+  /// Changes the rate from the next update on.
   void setRate(double rate);
   /// The path time does not pass this stamp; at first there is no limit.
   void setLimit(Stamp limit) { path_.setLimit(limit); }
-  /// Where the replay's timeline is: a path time behind it runs a little faster. At first it is not
-  /// known.
+  /// Takes the place of the replay's timeline: a path time behind it runs a little faster. At first
+  /// it is not known.
   void meet(Stamp recorded) { path_.meet(recorded); }
 
   BaseState state() const { return state_; }
   /// The recorded stamp that has been reached; never goes back.
   Stamp progress() const { return path_.now(); }
-  /// Why the base is lost, or what is missing while it waits; empty otherwise.
+  /// The reason why the base is lost, or what is missing while it waits; empty otherwise.
   const std::string& reason() const { return reason_; }
   /// The estimated pose of the base in the track's frame; empty before the first pose.
   std::optional<PlanarPose> pose() const;
@@ -159,7 +159,7 @@ class BaseTracker {
   std::optional<PlanarPose> T_map_odom_at_start_;
   std::optional<ObstacleStop> obstacles_;
   double fastest_ = std::numeric_limits<double>::infinity();  ///< m/s of its rim, by obstacles
-  bool is_barred_ = false;                                    ///< it waits for obstacles
+  bool is_barred_ = false;                                    ///< true while it waits for obstacles
   BaseReport report_;
 };
 

@@ -1,6 +1,6 @@
 /// \file
-/// When a base may be where on a recorded track: as it was then, at a rate, where the base's limits
-/// let it, and later where they do not, so that it comes to rest at the track's end and not beyond.
+/// The times of a base on a recorded track: as it was then, at a rate, where the base's limits let
+/// it, and later where they do not, so that it comes to rest at the track's end and not beyond.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace afterglow::replay {
 
-/// Of a base, either way.
+/// Limits of a base, either way.
 struct DriveLimits {
   double speed = 1.0;              ///< m/s
   double turn_speed = 2.0;         ///< rad/s
@@ -44,9 +44,9 @@ class DriveTiming {
 
  private:
   struct Node {
-    double speed = 0, turn = 0;  ///< as recorded
+    double speed = 0, turn = 0;  ///< speeds as recorded
     double pace = 0;
-    double way = 0;  ///< to its next rest, m
+    double way = 0;  ///< way to its next rest, m
   };
   double at(Stamp stamp, double Node::*value) const;
   void measure(const PoseTrack& track);

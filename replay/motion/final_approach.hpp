@@ -51,12 +51,12 @@ class FinalApproach {
   std::optional<PlanarVelocity> step(const PlanarPose& base, double position_error,
                                      double turn_error, double seconds);
   int attempts() const { return attempts_; }
-  /// It is over, and what is left needs a turn that it may not do.
+  /// Returns true if it is over, and the rest needs a turn that it may not do.
   bool isLeftAside() const { return is_left_aside_; }
   /// Meters that it goes at most where nobody looks.
   static constexpr double kUnseenWay = 0.1;
-  /// Whether nobody looks behind it, or where a holonomic base has to go. A base with wheels turns
-  /// round then, where it may.
+  /// Tells it to avoid driving where nobody looks: behind it, or where a holonomic base has to go.
+  /// A base with wheels turns round then, where it may.
   void avoidUnseen(bool avoids) { avoids_unseen_ = avoids; }
 
  private:
@@ -79,7 +79,7 @@ class FinalApproach {
   double in_phase_ = 0;   ///< s
   double known_ = 0;      ///< the position error last heard of, m
   double unchanged_ = 0;  ///< s since it was another
-  double heading_ = 0;    ///< to drive along, forward or backward
+  double heading_ = 0;    ///< direction to drive along, forward or backward
   int attempts_ = 0;
   bool avoids_unseen_ = false, is_left_aside_ = false;
 };

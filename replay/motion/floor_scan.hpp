@@ -1,6 +1,6 @@
 /// \file
-/// What a range finder sees of the floor around a base: points, and the directions that it sees.
-/// Base frame: meters, x ahead, y left; radians, counter-clockwise.
+/// A range finder's view of the floor around a base: points, and the directions that it sees. Base
+/// frame: meters, x ahead, y left; radians, counter-clockwise.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct RangeScan {
   std::vector<float> ranges;
 };
 
-/// Where the range finder sits on the base: its origin, and its axes x and y seen from above. One
+/// The place of the range finder on the base: its origin, and its axes x and y seen from above. One
 /// that is mounted upside down has its y axis reversed.
 struct ScanMount {
   FloorPoint origin;
@@ -58,8 +58,8 @@ class FloorScan {
   /// A beam looks that way and is neither hidden by the robot nor without a measurement. Infinite
   /// ranges are measurements, of nothing.
   bool sees(const FloorPoint& point) const;
-  /// How much farther than the point what is seen there lies, m, the nearest within `beside` m of
-  /// the point: below zero what is before it. Infinite: nothing is seen; empty: nobody looks.
+  /// Returns how much farther than the point the nearest thing within `beside` m of it lies, m:
+  /// below zero before the point. Infinite: nothing is seen; empty: nobody looks.
   std::optional<double> beyond(const FloorPoint& point, double beside) const;
 
  private:
@@ -69,7 +69,8 @@ class FloorScan {
   double angle_min_, increment_;
   ScanMount mount_;
   std::vector<Point> points_;
-  std::vector<double> ranges_;  ///< of each beam; infinite: nothing is there; NaN: it is blind
+  std::vector<double> ranges_;  ///< range of each beam; infinite: nothing is there; NaN: it is
+                                ///< blind
   bool is_blind_ = true;
 };
 

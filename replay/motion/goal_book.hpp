@@ -38,11 +38,11 @@ class GoalBook {
   std::pair<GoalOutcome, std::string> endOf(const std::string& id) const;
 
   struct Entry {
-    Channel channel;    ///< of the goal
+    Channel channel;    ///< channel of the goal
     Bytes recorded;     ///< the goal's message, as it was recorded
     Stamp recorded_at;  ///< the recorded moment it was sent at
-    std::string id;     ///< it was sent with
-    /// Where its end is in the recording, if that is known and lies ahead.
+    std::string id;     ///< id that it was sent with
+    /// The place of its end in the recording, if that is known and lies ahead.
     std::optional<Milestone> milestone = {};
     SteadyTime sent_at = {};
   };
@@ -70,9 +70,10 @@ class GoalBook {
   /// A goal that is in force at a moment the replay was moved to, to be sent when it goes on.
   void suspend(Entry entry);
   bool hasOpen() const;
-  /// Those of a recorded topic.
+  /// Returns the open goals of a recorded topic.
   std::vector<Entry> openOn(const std::string& recorded_topic) const;
-  /// When the first of the open goals was canceled that was canceled in the recording.
+  /// Returns the moment at which the first of the open goals was canceled that was canceled in the
+  /// recording.
   std::optional<Stamp> nextCanceled() const;
   /// Gives up the open goals that were canceled in the recording until then, to be canceled.
   std::vector<Entry> giveUpCanceled(Stamp until);
@@ -94,7 +95,7 @@ class GoalBook {
   std::vector<Open> open_;
   std::vector<Entry> suspended_;
   std::vector<Ended> ended_;
-  std::map<std::string, std::pair<GoalOutcome, std::string>> ends_;  ///< by id; and how
+  std::map<std::string, std::pair<GoalOutcome, std::string>> ends_;  ///< ends by id; and how
   Counts counts_;
 };
 

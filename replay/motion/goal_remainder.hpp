@@ -15,10 +15,11 @@ namespace afterglow::replay {
 
 struct Trajectory {
   std::vector<std::string> joints;
-  Array* points;  ///< within the document
+  Array* points;  ///< the points within the document
 };
 
-/// At goal.trajectory of an action goal, or the whole message; empty if there is none.
+/// Returns the trajectory at goal.trajectory of an action goal, or the whole message; empty if
+/// there is none.
 std::optional<Trajectory> trajectoryIn(Value& document);
 /// 0 if the point has none.
 std::int64_t timeFromStartNs(const Value& point);

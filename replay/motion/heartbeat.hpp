@@ -1,5 +1,5 @@
 /// \file
-/// What a watchdog of a player decides: whether the player is alive, and what has to be brought to
+/// The decisions of a player's watchdog: whether the player is alive, and what has to be brought to
 /// rest if it is not. C++14, as afterglow_guard is built on robots with old systems, too.
 #pragma once
 
@@ -12,7 +12,7 @@
 namespace afterglow {
 namespace replay {
 
-/// What helps a player that cannot help being late: the option, and the parameter of player_node.
+/// The help for a player that cannot help being late: the option, and the parameter of player_node.
 constexpr const char* kAllowsMore = "(--longest-stall, ~longest_stall allows more)";
 
 /// Outputs are known by number: who watches knows what stops each of them.
@@ -24,12 +24,13 @@ class HeartbeatWatch {
  public:
   struct Options {
     std::int64_t longest_silence_ns = 60000000;
-    std::int64_t braking_ns = 300000000;  ///< one message may be lost, or overtaken
+    std::int64_t braking_ns = 300000000;  ///< time of braking; one message may be lost, or
+                                          ///< overtaken
     std::int64_t braking_period_ns = 20000000;
   };
   explicit HeartbeatWatch(const Options& options) : options_(options) {}
 
-  /// From now on.
+  /// Changes the longest silence from now on.
   void setLongestSilence(std::int64_t ns) { options_.longest_silence_ns = ns; }
 
   /// The player lives, and these of its outputs are in motion. `sent` is the player's own time:
@@ -42,13 +43,13 @@ class HeartbeatWatch {
   /// The player has ended, having stopped the robot itself.
   void end();
 
-  /// To be called after each of these, and at deadline(). The outputs to be stopped now, each
-  /// several times; empty: none.
+  /// Returns the outputs to be stopped now, each several times; empty: none. Called after each of
+  /// these, and at deadline().
   Outputs step(SteadyTime now);
   SteadyTime deadline() const;
   bool isOver() const { return state_ == State::Over; }
   bool isMoving() const { return !moving_.empty(); }
-  /// Why it brakes, or did; empty otherwise.
+  /// The reason why it brakes, or did; empty otherwise.
   const std::string& reason() const { return reason_; }
 
  private:

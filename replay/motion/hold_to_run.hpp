@@ -21,7 +21,8 @@ class HoldToRun {
   bool hasBeenHeard() const { return state_ != State::Unknown; }
   /// The button was pressed when its joystick fell silent.
   bool hasFallenSilent(SteadyTime now) const;
-  /// It is pressed, but was so before that counted: it has to be released first.
+  /// Returns true if the button is pressed but was so before that counted: it has to be released
+  /// first.
   bool hasToBeReleased() const { return state_ == State::Stuck || state_ == State::Silent; }
 
  private:
@@ -29,7 +30,7 @@ class HoldToRun {
     Unknown,   ///< nothing was heard
     Stuck,     ///< pressed since before this object
     Released,  ///
-    Held,      ///< as far as is known
+    Held,      ///< held, as far as is known
     Silent     ///< pressed again after it had fallen silent
   };
 

@@ -1,5 +1,5 @@
 /// \file
-/// What joint states said of a robot's joints, in the recording's time. Radians and meters.
+/// A robot's joints by its joint states, in the recording's time. Radians and meters.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class JointTrack {
   /// `from` to 1 s after `to`. Messages that cannot be understood are left out. Throws StoreError.
   static JointTrack read(const Store& store, const Behavior& behavior, Stamp from, Stamp to);
 
-  /// `at`: by when the position was heard of. Positions that are no numbers are left out.
+  /// Adds a position; `at`: when it was heard of. Positions that are no numbers are left out.
   void add(const std::string& joint, Stamp at, double position);
 
   /// The last position of every joint until then, or else its first after it.
@@ -40,14 +40,14 @@ class JointTrack {
   /// counts as where it was at it.
   static constexpr std::int64_t kAroundNs = 250'000'000;
   struct Reach {
-    double at = 0;              ///< at the moment, between the samples around it
+    double at = 0;               ///< position at the moment, between the samples around it
     double least = 0, most = 0;  ///< around the moment
 
-    /// How far a position lies outside, which is so far from `at`; 0: it lies within.
+    /// Returns how far a position lies outside, which is so far from `at`; 0: it lies within.
     double off(double way) const { return std::max({0., way - (most - at), least - at - way}); }
   };
-  /// Where a joint was from `margin_ns` before a moment to as much after it. Empty if it was not
-  /// heard of within a second of the moment.
+  /// Returns the reach of a joint from `margin_ns` before a moment to as much after it. Empty if it
+  /// was not heard of within a second of the moment.
   std::optional<Reach> around(const std::string& joint, Stamp moment, std::int64_t margin_ns) const;
 
  private:

@@ -1,6 +1,6 @@
 /// \file
-/// Where the recording says that the body had finished something: the results of its goals. What is
-/// shown and said after them waits for them when it is replayed.
+/// The moments at which, by the recording, the body had finished something: the results of its
+/// goals. What is shown and said after them waits for them when it is replayed.
 /// Source of the semantics: actionlib's topics of an action and its GoalStatus.
 #pragma once
 
@@ -18,13 +18,13 @@ namespace afterglow::replay {
 class Store;
 struct PlayPlan;
 
-/// How a goal ended, from the client's view.
+/// The end of a goal, from the client's view.
 enum class GoalOutcome { Open, Succeeded, Failed, Canceled };
 
 /// actionlib_msgs/GoalStatus.status; Open for the states that are not final.
 GoalOutcome outcomeOf(std::uint8_t goal_status);
 
-/// How a goal ended, as its action server tells it.
+/// The end of a goal, by its action server.
 struct GoalEnd {
   std::uint8_t status = 0;  ///< actionlib_msgs/GoalStatus.status
   std::string reason;       ///< codes and words of its result; empty: it gave none
@@ -36,17 +36,17 @@ struct GoalEnd {
   std::string words() const;
 };
 
-/// What a message on an action's result topic tells, and of which goal. Throws MessageError.
+/// Reads a message on an action's result topic: the goal, and its end. Throws MessageError.
 std::pair<std::string, GoalEnd> readResult(const std::string& type, const std::string& definition,
                                            const Bytes& bytes);
 
-/// What its result caused may have been recorded so long before the result itself: each was sent by
-/// another node.
+/// The consequences of a result may have been recorded so long before the result itself: each was
+/// sent by another node.
 constexpr std::int64_t kMilestoneMarginNs = 50'000'000;
 
 /// The end of a goal in the recording.
 struct Milestone {
-  Stamp at;  ///< its result came, or its trajectory was over
+  Stamp at;  ///< time of its result, or of its trajectory's end
   GoalOutcome outcome = GoalOutcome::Succeeded;
   bool is_recorded = true;  ///< false: there is no result, `at` is when its trajectory was over
   /// False for a goal that ended because another one or a cancel was sent: that ends it again.
@@ -61,7 +61,7 @@ class Milestones {
   /// by their order where the server gave the ids. Throws StoreError.
   static Milestones read(const Store& store, const PlayPlan& plan);
 
-  /// Of the goal that was recorded on this topic at this moment.
+  /// Returns the milestone of the goal that was recorded on this topic at this moment.
   std::optional<Milestone> of(const std::string& topic, Stamp recorded_at) const;
   /// Goals of which nobody knows when they ended: a sentence a topic.
   std::vector<std::string> notes;

@@ -20,9 +20,9 @@
 namespace afterglow::replay {
 
 struct MotionLimits {
-  std::optional<double> linear, angular;  ///< of the base: m/s, rad/s
-  /// Its ramps: m/s^2, rad/s^2. A drive along a track is timed by them; velocities that are sent as
-  /// they were recorded are refused at a rate that needs steeper ones.
+  std::optional<double> linear, angular;  ///< limits of the base: m/s, rad/s
+  /// Ramps of the base: m/s^2, rad/s^2. A drive along a track is timed by them; velocities that are
+  /// sent as they were recorded are refused at a rate that needs steeper ones.
   std::optional<double> linear_acceleration, angular_acceleration;
   std::map<std::string, JointLimits> joints;
   JointLimits other_joints;
@@ -44,9 +44,9 @@ struct MotionPeak {
   int power = 1;  ///< grows with rate^power
   double value = 0;
   double at_s = 0;  ///< seconds into the behavior
-  double limit = 0;    ///< of the robot, or of what is not known of it
+  double limit = 0;    ///< limit of the robot, or where none is known
   double allowed = 0;  ///< the limit, or a little more that was recorded
-  std::string remark = {};  ///< where the limit comes from, if the robot states none
+  std::string remark = {};  ///< the limit's source, if the robot states none
 };
 
 /// Reads every message of the plan that moves the body, but for those that cannot be understood,

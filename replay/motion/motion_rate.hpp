@@ -1,5 +1,5 @@
 /// \file
-/// What another rate changes in a message, so that a body goes the same way faster or slower:
+/// The changes of a message at another rate, so that a body goes the same way faster or slower:
 /// velocities times the rate, accelerations times its square, durations divided by it. Efforts and
 /// tolerances stay as they were. Lifetimes of markers are durations, too. A head goal that asks for
 /// no velocity would be as fast at every rate: at a lower one it gets one.
@@ -20,9 +20,9 @@ struct PlayPlan;
 
 /// A number or duration to be multiplied by rate^power.
 struct ScaledField {
-  std::string path;  ///< as in FieldPath; below an array, every element
+  std::string path;  ///< a FieldPath; below an array, every element
   int power;
-  double instead_of_0 = 0;  ///< at rates below 1, as 0 there says "as fast as it goes"
+  double instead_of_0 = 0;  ///< value at rates below 1, as 0 there says "as fast as it goes"
 };
 
 /// Known by the types they lie in, wherever those are nested: geometry_msgs/Twist, trajectory
@@ -30,12 +30,12 @@ struct ScaledField {
 /// message are joints' velocities by the controller's name, its `data`.
 std::vector<ScaledField> scaledFields(const Schema& schema, bool has_joint_velocities = false);
 
-/// Whether the numbers of a Float64 or Float64MultiArray are joints' velocities.
+/// Returns true if the numbers of a Float64 or Float64MultiArray are joints' velocities.
 bool hasJointVelocities(const PlannedTopic& topic);
 
-/// One line that names a topic of set points whose velocities are not known, so that they can be
-/// neither changed nor limited; empty: there is none. Targets (goals, poses) have no rate of their
-/// own.
+/// Returns a line that names a topic of set points whose velocities are not known, so that they can
+/// be neither changed nor limited; empty: there is none. Targets (goals, poses) have no rate of
+/// their own.
 std::string whyOnlyAsRecorded(const PlayPlan& plan);
 
 /// Worked out once for a type.
@@ -49,7 +49,7 @@ class MotionRate {
 
  private:
   std::vector<ScaledField> fields_;
-  std::optional<FieldFinder> finder_;  ///< none without fields
+  std::optional<FieldFinder> finder_;  ///< empty without fields
 };
 
 }  // namespace afterglow::replay

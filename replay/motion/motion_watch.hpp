@@ -1,6 +1,6 @@
 /// \file
-/// Which outputs of a replay have set the robot in motion, as the messages sent show, and which
-/// message stops each output.
+/// The outputs of a replay that have set the robot in motion, as the messages sent show, and the
+/// messages that stop them.
 #pragma once
 
 #include <cstdint>
@@ -35,10 +35,10 @@ class MotionWatch {
   const std::vector<Output>& outputs() const { return outputs_; }
 
   struct Change {
-    bool is_motion = false;       ///< this message sets something in motion
+    bool is_motion = false;       ///< true: this message sets something in motion
     bool has_changed = false;     ///< moving() has
     bool has_other_stop = false;  ///< so has an output's stop message
-    /// To be sent instead: a gripper stops by a goal at its gap, not by a cancel.
+    /// The message to be sent instead: a gripper stops by a goal at its gap, not by a cancel.
     std::optional<Output> instead;
   };
   /// A message that is about to be sent, as it is.
@@ -46,18 +46,19 @@ class MotionWatch {
 
   struct End {
     bool has_changed = false;    ///< moving() has
-    std::optional<Output> halt;  ///< to be sent now: the goal was aborted and may go on
+    std::optional<Output> halt;  ///< message to be sent now: the goal was aborted and may go on
   };
   /// A goal's final status was seen, and is in the book.
   End goalEnded(const std::string& id);
   /// The gripper's gap as measured now. True if an output has another stop then.
   bool gapMeasured(double gap);
   const Outputs& moving() const { return moving_; }
-  /// Every goal that is sent is opened in it, every one that is canceled closed. Any thread.
+  /// The book of goals: each goal is opened in it when it is sent, and closed when it is canceled.
+  /// Any thread.
   GoalBook& goals() { return goals_; }
 
  private:
-  using Index = std::uint32_t;  ///< of an output
+  using Index = std::uint32_t;  ///< Index of an output.
   struct Command {
     StopMaker stop;
     Index output;
@@ -66,13 +67,14 @@ class MotionWatch {
     Schema goal;
     std::optional<Index> cancel = {}, halt = {}, hold = {};
     std::set<std::string> open = {};  ///< ids whose final status was not seen
-    bool is_aborted = false;          ///< what moves now is an aborted goal, as far as is known
-    Bytes last = {};                  ///< of a gripper
-    std::optional<double> gap = {};   ///< that the hold is for
+    bool is_aborted = false;          ///< true: an aborted goal is what moves now, as far as is
+                                      ///< known
+    Bytes last = {};                  ///< last message of a gripper
+    std::optional<double> gap = {};   ///< gap that the hold is for
   };
-  /// What a stop on this topic is for.
+  /// The purpose of a stop on this topic.
   struct Stopped {
-    std::string topic;  ///< of goals; empty: a command
+    std::string topic;  ///< topic of goals; empty: a command
     Index output;
   };
 
@@ -86,9 +88,9 @@ class MotionWatch {
   bool lookAtGoals();
 
   std::vector<Output> outputs_;
-  std::map<std::string, Command> commands_;  ///< by the name they are published by
-  std::map<std::string, Action> actions_;    ///< by their goals' topics
-  std::multimap<std::string, Stopped> stops_;  ///< by the topics of cancels and halts
+  std::map<std::string, Command> commands_;    ///< commands by the name they are published by
+  std::map<std::string, Action> actions_;      ///< actions by their goals' topics
+  std::multimap<std::string, Stopped> stops_;  ///< stops by the topics of cancels and halts
   GoalBook goals_;
   Outputs moving_;
 };

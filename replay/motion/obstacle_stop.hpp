@@ -1,5 +1,5 @@
 /// \file
-/// Whether a base may drive on, and how fast, by what a range finder sees on its way.
+/// The permission of a base to drive on, and its speed, by what a range finder sees on its way.
 ///
 /// What stands in the floor that the footprint sweeps, with a clearance all around, is come near to
 /// so slowly that the base can always stop before it: at v it needs v t + v^2 / 2a. It sweeps its
@@ -38,12 +38,12 @@ struct ObstacleOptions {
   double patience = 15;         ///< s of waiting in a row: given up
 };
 
-/// Of one wait.
+/// The report of a wait.
 struct ObstacleWait {
   double seconds = 0;
   double distance = 0;  ///< m from the footprint at first; infinite: it waited for a scan
-  FloorPoint place;     ///< of what stood there, in the track's frame
-  Stamp at;             ///< on the track
+  FloorPoint place;     ///< place of the obstacle, in the track's frame
+  Stamp at;             ///< moment on the track
 };
 
 struct ObstacleReport {
@@ -53,7 +53,7 @@ struct ObstacleReport {
   static constexpr std::size_t kMost = 100;
 };
 
-/// One thread. All stamps by one clock.
+/// Decides in one thread, with all stamps by one clock.
 class ObstacleStop {
  public:
   /// m/s, the highest that a verdict allows: the path is looked at so far as a stop from it takes.
@@ -73,22 +73,22 @@ class ObstacleStop {
     double speed = kFastest;  ///< m/s of the footprint's farthest point, at most
     double distance = std::numeric_limits<double>::infinity();  ///< m to what limits the speed
     double waited = 0;                                          ///< s, in a row
-    std::string reason;  ///< why it does not go: a clause
-    bool is_unseen = false;  ///< it may go where the scan does not look
+    std::string reason;      ///< the reason why it does not go: a clause
+    bool is_unseen = false;  ///< true: it may go where the scan does not look
   };
   struct Moment {
     Stamp now;
-    PlanarPose T_odom_base, T_track_base;  ///< where the base will be when it obeys
-    Stamp at;                              ///< on the track
+    PlanarPose T_odom_base, T_track_base;  ///< pose of the base when it obeys
+    Stamp at;                              ///< moment on the track
     double seconds = 0;                    ///< since the last time
   };
   /// `path` begins where the base will be. `sent`: the way on which it would stand if what was sent
   /// last were its last command; it may lead beyond the path.
   Verdict judge(const Moment& moment, const SweptPath& path, const SweptPath& sent = {});
-  /// It was stopped or paused by others: what it waited for is forgotten.
+  /// Forgets what it waited for: it was stopped or paused by others.
   void rest();
 
-  /// How far ahead a path has to be known: m.
+  /// Returns how far ahead a path has to be known: m.
   double lookAhead() const { return wayToStop(kFastest); }
   /// Until a base of this speed stands: m.
   double wayToStop(double speed) const;
@@ -101,7 +101,7 @@ class ObstacleStop {
   std::string whyNotSeeing(Stamp now) const;
   struct Found {
     FreeWay free;
-    bool is_moving = false;  ///< what stands at its end
+    bool is_moving = false;  ///< true: the obstacle at its end moves
   };
   Found look(const PlanarPose& T_odom_base, const SweptPath& path) const;
   Verdict goOrWait(const Moment& moment, const SweptPath& path, const SweptPath& sent);
@@ -114,21 +114,21 @@ class ObstacleStop {
   const ObstacleOptions options_;
   const std::string frame_;
   std::shared_ptr<const FloorScan> scan_;
-  SilenceWatch watch_{kMotionSilence};  ///< of the scans
-  std::deque<std::pair<Stamp, PlanarPose>> odometry_;  ///< of the last moments
+  SilenceWatch watch_{kMotionSilence};                 ///< silence of the scans
+  std::deque<std::pair<Stamp, PlanarPose>> odometry_;  ///< odometry of the last moments
   struct Taken {
     std::shared_ptr<const FloorScan> scan;
     PlanarPose T_odom_base;
   };
   std::deque<Taken> recent_;           ///< the first is half a second old, or the first at all
   std::vector<FloorPoint> last_;       ///< all points of the newest scan, in odom
-  std::vector<FloorPoint> obstacles_, walkers_;  ///< those of it that count; those that move
+  std::vector<FloorPoint> obstacles_, walkers_;  ///< the points that count; those that move
   bool is_waiting_ = false;
   double waited_ = 0;    ///< s, in a row
   double free_for_ = 0;  ///< s
-  ObstacleWait wait_;    ///< under way, or the last one
-  std::string reason_;   ///< of it
-  std::optional<PlanarPose> last_pose_;  ///< in odom
+  ObstacleWait wait_;    ///< the wait under way, or the last one
+  std::string reason_;   ///< reason of the wait
+  std::optional<PlanarPose> last_pose_;  ///< pose in odom
   ObstacleReport report_;
 };
 

@@ -1,6 +1,7 @@
 /// \file
-/// How far along a recorded track a replay is, as a recorded stamp. It runs with the clock at the
-/// pace it is given, a little faster while it is behind the replay's timeline, and never goes back.
+/// The progress of a replay along a recorded track, as a recorded stamp. It runs with the clock at
+/// the pace it is given, a little faster while it is behind the replay's timeline, and never goes
+/// back.
 #pragma once
 
 #include <optional>
@@ -18,18 +19,18 @@ class PathTime {
 
   Stamp now() const { return now_; }
   bool isAtEnd() const { return now_ >= end_; }
-  /// What it will be in so many seconds.
+  /// Returns the stamp that it will have in so many seconds.
   Stamp in(double seconds) const;
 
   double rate() const { return rate_; }
-  /// Of recorded time to real time; the pace changes with it.
+  /// Sets the rate of recorded time to real time; the pace changes with it.
   void setRate(double rate);
   double pace() const { return pace_; }
   void setPace(double pace) { pace_ = pace; }
 
-  /// It does not pass this stamp; at first there is no limit.
+  /// Sets the stamp that it does not pass; at first there is no limit.
   void setLimit(Stamp limit) { limit_ = limit; }
-  /// Where the replay's timeline is; at first it is not known.
+  /// Takes the place of the replay's timeline; at first it is not known.
   void meet(Stamp recorded) { met_ = recorded; }
 
  private:

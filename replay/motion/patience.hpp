@@ -1,5 +1,5 @@
 /// \file
-/// How long the watchdogs of a player wait for its next heartbeat.
+/// The patience of a player's watchdogs with its next heartbeat.
 #pragma once
 
 #include <cstdint>
@@ -9,16 +9,17 @@
 
 namespace afterglow::replay {
 
-/// How often a player shows that it lives.
+/// The time between two heartbeats of a player.
 constexpr std::int64_t kBeatPeriod = 20'000'000;  // ns
 
-/// How late this machine wakes a thread that wants to be woken at every beat: measured before
-/// motion, as a machine that is late anyway must not be taken for a player that hangs.
+/// The lateness with which this machine wakes a thread that wants to be woken at every beat:
+/// measured before motion, as a machine that is late anyway must not be taken for a player that
+/// hangs.
 class BeatJitter {
  public:
   /// The thread was woken, and had asked for `wanted`.
   void add(SteadyTime wanted, SteadyTime woken);
-  /// It has been looked at for 0.3 s.
+  /// Returns true once the machine has been looked at for 0.3 s.
   bool isKnown() const;
   /// The longest of the last second, ns.
   std::int64_t lateness() const;
@@ -30,7 +31,7 @@ class BeatJitter {
   int count_ = 0;
 };
 
-/// How late a machine is, before motion.
+/// The lateness of a machine before motion.
 struct MachineLateness {
   std::int64_t woken_ns = 0;  ///< BeatJitter::lateness()
   /// The part of the last minute, or of its last ten seconds if that is more, in which programs
@@ -46,14 +47,16 @@ double waitingPart(const std::string& pressure, const std::string& load, unsigne
 constexpr std::int64_t kMostPatienceBeside = 150'000'000;  // ns
 /// 60 ms on a machine that is on time and idle, more on one that is late or busy. ns.
 std::int64_t patienceBeside(const MachineLateness& machine);
-/// Why a machine would soon be taken for a player that hangs, and what helps; empty: it would not.
+/// Returns why a machine would soon be taken for a player that hangs, and what helps; empty: it
+/// would not.
 std::string whyTooLate(const MachineLateness& machine);
 
 /// Whatever is asked for, nothing moves longer without a sign of a player that is somewhere else.
 constexpr std::int64_t kMostPatienceAfar = 1'000'000'000;  // ns
 
-/// Over a network: of a link on which beats got there at most so far apart. A lost packet is sent
-/// again after 200 ms (the least of Linux), which must stop nothing: 300 ms at least.
+/// Returns the patience over a network, on a link on which beats got there at most so far apart. A
+/// lost packet is sent again after 200 ms (the least of Linux), which must stop nothing: 300 ms at
+/// least.
 std::int64_t patienceAfar(std::int64_t longest_gap_ns);
 
 }  // namespace afterglow::replay

@@ -18,12 +18,12 @@ struct PlanarPose {
   }
 };
 
-/// How far a known pose may be from the true one; m along the less certain axis, rad.
+/// The greatest distance of a known pose from the true one; m along the less certain axis, rad.
 struct PoseError {
   double position = 0, yaw = 0;
 };
 
-/// Of errors that do not depend on each other, together.
+/// Combines errors that do not depend on each other.
 inline PoseError combined(const PoseError& a, const PoseError& b) {
   return {std::hypot(a.position, b.position), std::hypot(a.yaw, b.yaw)};
 }
@@ -64,7 +64,7 @@ inline double distance(const PlanarPose& a, const PlanarPose& b) {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-/// Where a base is after an arc of that length, m, on which it turns by so much.
+/// Returns the place of a base after an arc of that length, m, on which it turns by so much.
 inline PlanarPose alongArc(const PlanarPose& pose, double arc, double turn) {
   // The chord of an arc: exact, and well behaved for a straight line.
   const double half = turn / 2;
@@ -73,7 +73,7 @@ inline PlanarPose alongArc(const PlanarPose& pose, double arc, double turn) {
           wrapAngle(pose.yaw + turn)};
 }
 
-/// Where a base is after `seconds` of a steady velocity.
+/// Returns the place of a base after `seconds` of a steady velocity.
 inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity, double seconds) {
   if (velocity.left == 0) {
     return alongArc(pose, velocity.forward * seconds, velocity.turn * seconds);
@@ -86,7 +86,7 @@ inline PlanarPose advance(const PlanarPose& pose, const PlanarVelocity& velocity
   return after;
 }
 
-/// Where a frame's x points, seen from above, of an orientation of any length.
+/// Returns the direction of a frame's x, seen from above, for an orientation of any length.
 inline double headingOf(double qx, double qy, double qz, double qw) {
   return std::atan2(2 * (qw * qz + qx * qy), qw * qw + qx * qx - qy * qy - qz * qz);
 }

@@ -1,6 +1,6 @@
 /// \file
-/// Where the base was during a behavior, as a function of recorded time: what a replay drives
-/// after.
+/// The way of the base during a behavior, as a function of recorded time: the track of a replay's
+/// drive.
 #pragma once
 
 #include <string>
@@ -48,13 +48,13 @@ class PoseTrack {
   Stamp end() const { return samples_.back().stamp; }
   const PlanarPose& startPose() const { return samples_.front().pose; }
   const PlanarPose& endPose() const { return samples_.back().pose; }
-  /// At any recorded stamp, interpolated; before and after the track its ends.
+  /// Returns the pose at any recorded stamp, interpolated; before and after the track its ends.
   PlanarPose at(Stamp stamp) const;
   /// The mean over 0.1 s around the stamp, negative when it drove backward; zero off the track. To
   /// the left a base that cannot go there has noise.
   PlanarVelocity velocityAt(Stamp stamp) const;
-  /// Where it pointed since it came to the place of its end for the last time, as seen from its
-  /// last heading; at most 2.8 rad to either side. `radius`: of that place, m.
+  /// Returns the headings since the base came to the place of its end for the last time, as seen
+  /// from its last heading; at most 2.8 rad to either side. `radius`: of that place, m.
   HeadingRange headingsAtEnd(double radius) const;
   /// Meters driven, forward and backward.
   double length() const { return length_; }
@@ -62,17 +62,18 @@ class PoseTrack {
   const std::string& frame() const { return frame_; }
   bool isLocalized() const { return is_localized_; }
   std::size_t sampleCount() const { return samples_.size(); }
-  /// Of [from, to], clamped to the track, which begins and ends as this one is there. Stands, gaps
-  /// and remarks stay behind, errors are kept.
+  /// Returns the part in [from, to], clamped to the track, which begins and ends as this one is
+  /// there. Stands, gaps and remarks stay behind, errors are kept.
   PoseTrack part(Stamp from, Stamp to) const;
 
-  std::vector<TrackSpan> stands;  ///< of at least a second, in which the odometry did not move
-  std::vector<TrackSpan> gaps;    ///< without any pose; the track goes straight through them
+  std::vector<TrackSpan> stands;  ///< stands of at least a second, in which the odometry did not
+                                  ///< move
+  std::vector<TrackSpan> gaps;    ///< spans without any pose; the track goes straight through them
   std::vector<TrackJump> jumps;
   /// Standard deviations on the map: of where it begins and ends, and of one measurement of the
   /// localization, judged by how far it moved the base each time. 0 if it is not localized.
   PoseError begin_error, end_error, measured_error;
-  /// What a person must know of how it came about, a sentence each; gaps and jumps among them.
+  /// Remarks for people on how it came about, a sentence each; gaps and jumps among them.
   std::vector<std::string> remarks;
 
  private:
@@ -82,9 +83,9 @@ class PoseTrack {
   double length_ = 0;
 };
 
-/// Why the track cannot be followed where the base was in motion, from `first` to `last`: it begins
-/// or ends more than half a second off, or the base went more than 0.1 m or 0.25 rad in a gap. A
-/// clause; empty: it can.
+/// Returns why the track cannot be followed where the base was in motion, from `first` to `last`:
+/// it begins or ends more than half a second off, or the base went more than 0.1 m or 0.25 rad in a
+/// gap. A clause; empty: it can.
 std::string whyIncomplete(const PoseTrack& track, Stamp first, Stamp last);
 
 }  // namespace afterglow::replay

@@ -1,5 +1,5 @@
 /// \file
-/// What kind of joints a robot has: by its description (URDF), else by their names. Radians for
+/// The kinds of joints of a robot: by its description (URDF), else by their names. Radians for
 /// joints that turn, meters for those that slide.
 #pragma once
 
@@ -45,7 +45,8 @@ class RobotJoints {
   /// nullptr: it moves by itself.
   const MimicJoint* mimicOf(const std::string& joint) const;
 
-  /// What to add to `then` to come to `now`; for a joint without an end, the short way round.
+  /// Returns the difference to add to `then` to come to `now`; for a joint without an end, the
+  /// short way round.
   double way(const std::string& joint, double then, double now) const;
 
  private:

@@ -1,6 +1,6 @@
 /// \file
-/// Whether a topic that is to be heard has fallen silent: one rule for an emergency stop, joint
-/// states, odometry, localization and scans.
+/// The silence of a topic that is to be heard: one rule for an emergency stop, joint states,
+/// odometry, localization and scans.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace afterglow::replay {
 
-/// How long a topic may be silent, ns, whatever its period.
+/// The bounds of a topic's silence, ns, whatever its period.
 struct SilenceBounds {
   static constexpr std::int64_t kForEver = std::numeric_limits<std::int64_t>::max();
 
@@ -22,7 +22,8 @@ struct SilenceBounds {
   std::int64_t shortest = 200'000'000;
   std::int64_t longest = kForEver;  ///< also before the period is known
 };
-/// What a motion relies on, at every moment of it. A topic slower than 1 Hz does not do.
+/// The bounds for topics that a motion relies on at every moment. A topic slower than 1 Hz does not
+/// do.
 inline constexpr SilenceBounds kMotionSilence{200'000'000, 1'000'000'000};
 /// Controllers know where their joints are: what is told of them may be late on a busy machine.
 inline constexpr SilenceBounds kJointSilence{1'000'000'000, 1'000'000'000};
@@ -36,15 +37,15 @@ class SilenceWatch {
  public:
   explicit SilenceWatch(const SilenceBounds& bounds = {}) : bounds_(bounds) {}
 
-  /// By when it came, or by its own stamp; the same moment twice is one message. A clock that was
-  /// set back begins anew.
+  /// Takes a message by when it came, or by its own stamp; the same moment twice is one message. A
+  /// clock that was set back begins anew.
   void heard(SteadyTime now);
   void heard(Stamp stamp) { heard(SteadyTime{stamp.ns}); }
   bool hasBeenHeard() const { return last_.has_value(); }
   bool knowsPeriod() const { return period_ns_.has_value(); }
   /// ns; none: it may be silent for ever, as far as is known.
   std::optional<std::int64_t> longestSilence() const;
-  /// It was heard once, and has been silent for longer than that.
+  /// Returns true if it was heard once, and has been silent for longer than that.
   bool isOverdue(SteadyTime now) const;
   bool isOverdue(Stamp now) const { return isOverdue(SteadyTime{now.ns}); }
   /// s since it was heard last.
@@ -58,7 +59,7 @@ class SilenceWatch {
   SilenceBounds bounds_;
   std::optional<SteadyTime> last_;
   std::array<std::int64_t, kMostIntervals> intervals_{};  ///< ns, the latest, in turn
-  std::size_t count_ = 0;                                 ///< of all intervals so far
+  std::size_t count_ = 0;                                 ///< number of all intervals so far
   std::optional<std::int64_t> period_ns_;
 };
 

@@ -1,5 +1,5 @@
 /// \file
-/// How the robot stood when a behavior began and ended, as far as its replay moves that: joint
+/// The stance of the robot when a behavior began and ended, as far as its replay moves that: joint
 /// trajectories are absolute, and a drive leads elsewhere from elsewhere. Meters and radians.
 #pragma once
 
@@ -20,12 +20,12 @@ bool isGripperGoal(const Channel& channel);
 
 /// A topic of goals for joints, with the first of them.
 struct JointGoals {
-  Channel output;  ///< as it is published
+  Channel output;  ///< channel as it is published
   Bytes first;
-  std::vector<std::string> joints;  ///< of any of them; none: a gripper's
+  std::vector<std::string> joints;  ///< joints of any of them; empty: a gripper's
 };
 
-/// What a replay moves.
+/// The parts that a replay moves.
 struct MovedParts {
   std::vector<JointGoals> goals;
   /// Topics of set points that do not say what they move: it cannot be compared with how it stood.
@@ -34,7 +34,7 @@ struct MovedParts {
   RobotJoints robot{};
 
   bool movesGripper() const;
-  /// By name; those of the gripper are not named.
+  /// Returns their names; those of the gripper are not named.
   std::vector<std::string> joints() const;
 };
 /// Reads the goals and joint trajectories of the played topics, also those before the part that is
@@ -44,16 +44,17 @@ MovedParts movedParts(const Store& store, const PlayPlan& plan, const RobotJoint
 
 struct StartPose {
   std::map<std::string, double> joints;
-  std::optional<PlanarPose> base;  ///< on the map
-  RobotJoints robot{};             ///< as the moved parts have it
-  /// Of `base`, as a share of a single measurement of the localization: standing for long makes it
-  /// small, unless localization looks again only after motion.
+  std::optional<PlanarPose> base;  ///< pose on the map
+  RobotJoints robot{};             ///< joints of the robot, as the moved parts have them
+  /// Error of `base`, as a share of a single measurement of the localization: standing for long
+  /// makes it small, unless localization looks again only after motion.
   PoseError base_share = {1, 1};
 };
 
-/// What was recorded of the moved parts at the begin of what is played: the last position until
-/// then, else the first within a second after it, on topics of sensor_msgs/JointState; of the base,
-/// also where joints alone are moved, by tf. `remarks` says what is not known, a sentence each. Throws StoreError.
+/// Reads what was recorded of the moved parts at the begin of what is played: the last position
+/// until then, else the first within a second after it, on topics of sensor_msgs/JointState; of the
+/// base, also where joints alone are moved, by tf. `remarks` says what is not known, a sentence
+/// each. Throws StoreError.
 StartPose readStartPose(const Store& store, const PlayPlan& plan, const MovedParts& parts,
                         std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
@@ -63,7 +64,7 @@ StartPose readEndPose(const Store& store, const PlayPlan& plan, const MovedParts
                       std::vector<std::string>& remarks, const TrackFrames& frames = {});
 
 struct StartTolerances {
-  double turning = 0.05, sliding = 0.02, gripper = 0.01;  ///< of joints
+  double turning = 0.05, sliding = 0.02, gripper = 0.01;  ///< tolerances of joints
   double base = 0.05, base_turn = 3 / kDegreesPerRadian;
 };
 
@@ -73,30 +74,31 @@ double toleranceOf(const RobotJoints& robot, const std::string& joint,
 std::string deviationText(const RobotJoints& robot, const std::string& joint, double off,
                           double then, double now);
 
-/// Every deviation of `now` from `then`, a clause each, the farthest first. What `now` lacks is one. Joints that only
-/// follow others are not looked at.
+/// Returns all deviations of `now` from `then`, a clause each, the farthest first. What `now` lacks
+/// is one. Joints that only follow others are not looked at.
 std::vector<std::string> jointDeviations(const StartPose& then, const StartPose& now,
                                          const StartTolerances& tolerances);
-/// Of the base, with where it was as seen from where it is; empty if there is none.
+/// Returns the deviation of the base, with where it was as seen from where it is; empty if there is
+/// none.
 std::string baseDeviation(const StartPose& then, const StartPose& now,
                           const StartTolerances& tolerances);
-/// The same for a replay that moves joints alone, of a base that is looked at once: a localization's
-/// noise is allowed for. With the way to allow it.
+/// The same for a replay that moves joints alone, of a base that is looked at once: a
+/// localization's noise is allowed for. With the way to allow it.
 std::string baseDeviationAtALook(const StartPose& then, const StartPose& now,
                                  const StartTolerances& tolerances);
-/// Why a replay may not begin as the robot stands: how far it is off, the farthest joints alone, and
-/// what helps. `base`: baseDeviation(), with what was tried; `goes_there`: --to-start was said.
-/// Empty if there is no deviation.
+/// Returns why a replay may not begin as the robot stands: how far it is off, the farthest joints
+/// alone, and what helps. `base`: baseDeviation(), with what was tried; `goes_there`: --to-start
+/// was said. Empty if there is no deviation.
 std::string whyElsewhere(const std::vector<std::string>& joints, const std::string& base,
                          bool goes_there);
 /// The tolerances for a base of which localization knows no more than that, two standard
 /// deviations; at most 0.1 m and 0.1 rad wider.
 StartTolerances widened(StartTolerances tolerances, const PoseError& doubt);
 
-/// How fast joints go to the start, at most.
+/// The greatest speed of joints on the way to the start.
 struct ApproachSpeed {
   double turning = 0.3, sliding = 0.05;  ///< rad/s, m/s
-  /// Of one joint: no faster than the robot's description allows.
+  /// Returns the speed of one joint: no faster than the robot's description allows.
   double of(const RobotJoints& robot, const std::string& joint) const;
 };
 

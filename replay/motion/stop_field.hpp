@@ -23,8 +23,8 @@ class StopField {
   StopField(std::string path, bool stops_when)
       : path_(std::move(path)), stops_when_(stops_when) {}
 
-  /// Whether the robot has to stop. Throws MessageError, one line for people, if the type has no
-  /// such field, the bytes do not fit the type, or an array is empty.
+  /// Returns true if the robot has to stop. Throws MessageError, one line for people, if the type
+  /// has no such field, the bytes do not fit the type, or an array is empty.
   bool stops(const std::string& type, const std::string& definition, const Bytes& bytes);
 
  private:
@@ -32,7 +32,7 @@ class StopField {
 
   const std::string path_;
   const bool stops_when_;
-  std::string type_, definition_;  ///< what the finder is for
+  std::string type_, definition_;  ///< the finder's type and definition
   std::optional<FieldFinder> finder_;
 };
 

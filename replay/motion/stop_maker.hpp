@@ -13,7 +13,7 @@
 
 namespace afterglow::replay {
 
-/// For one topic; its definition is looked at once. Any thread.
+/// Makes stops for one topic; its definition is looked at once. Any thread.
 class StopMaker {
  public:
   /// `output`: the topic as it is published. Throws MessageError for a definition that is none, or
@@ -24,15 +24,16 @@ class StopMaker {
   bool isSetPoint() const { return stop_.isSetPoint(); }
   /// False: nothing has to be sent, or it is not known what.
   bool hasMessage() const;
-  /// Where the stop is published: the topic itself, or that of a cancel.
+  /// The channel on which the stop is published: the topic itself, or that of a cancel.
   const Channel& channel() const { return channel_; }
 
-  /// What stops the motion of this message, the last one on the topic. Empty without a message;
-  /// throws MessageError for bytes that do not fit.
+  /// Returns the message that stops the motion of this one, the last on the topic. Empty without a
+  /// message; throws MessageError for bytes that do not fit.
   Bytes after(const Bytes& last) const;
   /// The same while nothing has been sent.
   Bytes before() const;
-  /// Whether a message moves nothing: it is the stop itself. False for bytes that do not fit.
+  /// Returns true if a message moves nothing: it is the stop itself. False for bytes that do not
+  /// fit.
   bool isNeutral(const Bytes& message) const;
 
  private:
@@ -40,8 +41,8 @@ class StopMaker {
 
   MotionStop stop_;
   Channel channel_;
-  std::optional<Schema> schema_;  ///< of stops that are made of the last message
-  std::vector<double> values_;    ///< by path
+  std::optional<Schema> schema_;  ///< schema of stops that are made of the last message
+  std::vector<double> values_;    ///< values by path
   std::optional<FieldFinder> finder_;
 };
 

@@ -13,7 +13,7 @@
 
 namespace afterglow::replay {
 
-/// Where a base will be, as seen from where it is, in order.
+/// The place of a base in the near future, as seen from where it is.
 struct SweptPose {
   PlanarPose T_base_then;
   double way = 0;  ///< m that the footprint's farthest point has gone by then
@@ -23,7 +23,7 @@ using SweptPath = std::vector<SweptPose>;
 /// A point of a frame in its parent's.
 FloorPoint transformed(const PlanarPose& T, const FloorPoint& p);
 
-/// How fast the footprint's farthest point moves, at most: m/s.
+/// Returns the greatest speed of the footprint's farthest point: m/s.
 double rimSpeed(const PlanarVelocity& velocity, double radius);
 
 /// Along a track from a moment on; the base is at `base`, in the track's frame. Ends with the
@@ -35,17 +35,17 @@ SweptPath pathOf(const PlanarVelocity& velocity, double radius, double longest);
 
 struct FreeWay {
   double way = std::numeric_limits<double>::infinity();  ///< m; infinite: all of the path is free
-  std::optional<FloorPoint> obstacle;                    ///< what stands at its end, seen from now
+  std::optional<FloorPoint> obstacle;                    ///< the obstacle at its end, seen from now
   double distance = std::numeric_limits<double>::infinity();  ///< m of that from the footprint now
 };
 
-/// How far the footprint, `clearance` m wider all around, goes along the path before it meets one
-/// of the points. What stands nearer than that already bars the way only to what would come
-/// nearer still: nobody is kept from driving away from a table.
+/// Returns how far the footprint, `clearance` m wider all around, goes along the path before it
+/// meets one of the points. What stands nearer than that already bars the way only to what would
+/// come nearer still: nobody is kept from driving away from a table.
 FreeWay freeWay(const SweptPath& path, const Footprint& footprint, double clearance,
                 const std::vector<FloorPoint>& points);
 
-/// Whether the scan looks where the footprint gets to next, for the most part.
+/// Returns true if the scan looks where the footprint gets to next, for the most part.
 bool isSeen(const SweptPath& path, const Footprint& footprint, const FloorScan& scan);
 
 }  // namespace afterglow::replay

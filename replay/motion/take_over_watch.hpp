@@ -1,6 +1,6 @@
 /// \file
-/// Whether somebody else drives the base that a replay drives, as the velocities around its
-/// multiplexer show.
+/// The watch for somebody else who drives the base that a replay drives, as the velocities around
+/// its multiplexer show.
 #pragma once
 
 #include <deque>
@@ -25,7 +25,7 @@ class TakeOverWatch {
   TakeOverWatch(std::string topic, std::set<std::string> take_over_topics)
       : topic_(std::move(topic)), take_over_topics_(std::move(take_over_topics)) {}
 
-  /// What the replay sends, before it does.
+  /// Takes the replay's velocity, before it is sent.
   void told(Stamp now, const Velocity& velocity);
 
   /// The multiplexer says which input it passes on, as topic_tools' mux does: a topic or "__none".
@@ -50,9 +50,9 @@ class TakeOverWatch {
 
   const std::string topic_;
   const std::set<std::string> take_over_topics_;
-  std::deque<Sent> told_;                ///< of late
+  std::deque<Sent> told_;               ///< recent commands
   std::map<std::string, Sent> inputs_;  ///< the last velocity of each but zero
-  std::map<std::string, Stamp> zeros_;  ///< when each input sent its last zero
+  std::map<std::string, Stamp> zeros_;  ///< time of each input's last zero
   int exact_ = 0;                       ///< velocities that came out as they went in
   /// Since when what is told moves, and none of it came out; empty: it does not, or did just now.
   std::optional<Stamp> suppressed_since_;

@@ -47,8 +47,8 @@ class TrackBuilder {
   std::pair<PoseError, PoseError> smooth(const PoseError& measured);
 
   LocalizationNoise noise_;
-  std::vector<Sample> poses_;        ///< in odom
-  std::vector<Sample> corrections_;  ///< of odom on the map
+  std::vector<Sample> poses_;        ///< poses in odom
+  std::vector<Sample> corrections_;  ///< corrections of odom on the map
   std::int64_t pose_spacing_ = kSpacing, correction_spacing_ = kSpacing;
   static constexpr std::int64_t kSpacing = 20'000'000;
   Stamp last_heard_;

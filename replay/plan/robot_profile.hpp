@@ -40,7 +40,8 @@ struct RobotProfile {
     double linear_acceleration = 0, angular_acceleration = 0;  ///< m/s^2, rad/s^2; 0: unknown
     bool is_holonomic = false;                       ///< it goes sideways, too
   } base;
-  /// What takes its goals or commands: actions and topics, "/arm_controller/follow_joint_trajectory".
+  /// What takes its goals or commands: actions and topics,
+  /// "/arm_controller/follow_joint_trajectory".
   std::vector<std::string> controllers;
   /// Its trajectory controllers join a goal to where they have the joints by themselves.
   bool controllers_join = false;

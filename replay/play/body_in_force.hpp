@@ -46,9 +46,9 @@ class BodyInForce {
 
   /// For a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
   void suspend(SteadyTime now);
-  /// For another rate: proceed() and cancelOvertaken() are to follow at once. The goals are canceled
-  /// here, or there where controllers join the next one: after a cancel they step back to what is
-  /// measured, as far as the motors lag.
+  /// For another rate: proceed() and cancelOvertaken() are to follow at once. The goals are
+  /// canceled here, or there where controllers join the next one: after a cancel they step back to
+  /// what is measured, as far as the motors lag.
   void suspendGoals();
   /// Goals that the rest has overtaken, or that run on where none was sent.
   void cancelOvertaken();

@@ -136,8 +136,8 @@ struct PlayReport {
 /// Why a message is skipped: a clause.
 constexpr const char* kWhySkipped = "too late, and overtaken or dangerous";
 
-/// Notes on topics that had no subscriber at the start: nobody heard what was sent, and what was not
-/// sent is said so.
+/// Notes on topics that had no subscriber at the start: nobody heard what was sent, and what was
+/// not sent is said so.
 std::vector<std::string> unheardNotes(const std::vector<std::string>& unheard,
                                       const PlayReport& report);
 
@@ -165,13 +165,14 @@ DriveSummary summaryOf(const BaseDriveReport& driven);
 ///   waited_for_poses_s, waited_for_obstacles_s (if it did), lost}}; without worst, not_known,
 ///   base, distance_m, turn_deg, uncertainty_m, uncertainty_deg, localized_m_ago where nothing is
 ///   known;
-/// - guards {patience_ms, lateness_ms, waiting (for a processor, 0 to 1), on_robot {node, patience_ms,
+/// - guards {patience_ms, lateness_ms, waiting (for a processor, 0 to 1), on_robot {node,
+/// patience_ms,
 ///   longest_gap_ms, over_network}}, on_robot only where a guard runs there, guards only where the
 ///   body was to move;
 /// - failures {body, ar, speech: {count, first}}, dropped and refused [{topic, count, why}];
 /// - topics {name: {type, count, class (name(TopicClass)), why (it has that class), stop (how its
 ///   motion is stopped; only of what moves), modality, published_as, rewritten [{field, rule,
-///   count}], published, skipped, refused, problem, replaced (if any were), heard, lateness_ms {p50,
+/// count}], published, skipped, refused, problem, replaced (if any were), heard, lateness_ms {p50,
 ///   p99, max}, drift_ms}, or {type, count, class, why, stop, not_played}}.
 nlohmann::ordered_json toJson(const PlayReport& report);
 /// The plan alone, as `afterglow play --dry-run` shows it.

@@ -9,7 +9,8 @@
 ///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store
 ///   "map":    SHA-256 of the map that the robot was localized on, /map; absent without one, and
 ///             where it changed meanwhile
-///   "robot":  {"namespace": "/robot1", "tf_prefix": "robot1"}: the names of the recorder's robot, which
+/// "robot": {"namespace": "/robot1", "tf_prefix": "robot1"}: the names of the recorder's robot,
+/// which
 ///             are empty where it is alone; absent in imports, and in recordings of before
 ///   "files":  {"package://NAME/PATH" or "file:///PATH": SHA-256}: sounds and meshes that recorded
 ///             messages refer to, as they were; files of the store

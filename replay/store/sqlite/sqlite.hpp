@@ -69,8 +69,8 @@ class SqliteConnection {
   /// anew.
   void foldLog(int fold, int longest);
 
-  /// The file's first bytes, as they are; returns how many there are, `size` at most. By SQLite's own
-  /// descriptor: if this process closed another one of the file, it would lose its locks on it
+  /// The file's first bytes, as they are; returns how many there are, `size` at most. By SQLite's
+  /// own descriptor: if this process closed another one of the file, it would lose its locks on it
   /// ("How To Corrupt An SQLite Database File", 2.2).
   std::size_t readStart(unsigned char* bytes, std::size_t size);
 

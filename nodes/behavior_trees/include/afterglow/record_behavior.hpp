@@ -7,10 +7,10 @@
 ///     </RecordBehavior>
 ///
 /// The behavior is called as the decorator, or, without a name, as its child. Ports, all optional,
-/// are what a recording can be asked for: visitRecordingFields() (recorder_client.hpp) explains them
-/// and what may stand between the words of a list. `parameters` is a JSON object as it stands, or
-/// the blackboard entry {key} that holds one; `attempt` counts up with every failure unless it is
-/// given. Beside them:
+/// are what a recording can be asked for: visitRecordingFields() (recorder_client.hpp) explains
+/// them and what may stand between the words of a list. `parameters` is a JSON object as it stands,
+/// or the blackboard entry {key} that holds one; `attempt` counts up with every failure unless it
+/// is given. Beside them:
 ///   wait        false: the child need not wait for the recording to stand (default true)
 ///   timeout     seconds after which the child goes on without its recording (default 5)
 ///   required    true: FAILURE, child not ticked, if it cannot be recorded (default false)

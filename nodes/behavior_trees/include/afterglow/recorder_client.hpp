@@ -49,8 +49,9 @@ auto& preRollOf(Message& message) {
 inline double& preRollOf(RecordingOptions& options) { return options.pre_roll_s; }
 inline const double& preRollOf(const RecordingOptions& options) { return options.pre_roll_s; }
 
-/// The one table of these fields: visit(field, request.FIELD...) for each of them, of one or several
-/// requests. Requests are RecordingOptions, RecordBehavior goals and StartRecording requests.
+/// The one table of these fields: visit(field, request.FIELD...) for each of them, of one or
+/// several requests. Requests are RecordingOptions, RecordBehavior goals and StartRecording
+/// requests.
 template <typename Visit, typename... Requests>
 void visitRecordingFields(const Visit& visit, Requests&&... requests) {
   using Field = RecordingField;
