@@ -1,6 +1,7 @@
 /// \file
-/// Where recorded light is shown again: at its place in the world, or relative to the robot. Tells
-/// which topics are anchored and where their messages name frames; the transforms are the caller's.
+/// The place where recorded light is shown again: its place in the world, or one relative to the
+/// robot. Tells which topics are anchored and where their messages name frames; the transforms are
+/// the caller's.
 #pragma once
 
 #include <map>
@@ -13,14 +14,14 @@
 namespace afterglow::replay {
 
 enum class Anchor {
-  World,  ///< at its recorded place, by the recorded tf
-  Body    ///< in its frames as they are today
+  World,  ///< the recorded place, by the recorded tf
+  Body    ///< the same frames as they are today
 };
 
 struct AnchorSettings {
   std::string frame = "map";  ///< the tf frame that does not move between recording and replay
   Anchor anchor = Anchor::World;
-  std::map<TopicName, Anchor> topics;  ///< by recorded name
+  std::map<TopicName, Anchor> topics;  ///< anchors by recorded name
 
   /// "world", "body", "/topic=world", "/topic=body". Throws std::invalid_argument, one line.
   void add(const std::string& text);
@@ -37,7 +38,7 @@ class HeaderFields {
  public:
   struct Header {
     Stamp stamp;
-    std::string frame;  ///< without leading slash
+    std::string frame;  ///< frame without leading slash
     FieldSpan stamp_span, frame_span;
   };
 

@@ -1,5 +1,5 @@
 /// \file
-/// What a replay is asked for modality by modality: how much earlier its messages go out, and what
+/// The wishes for a replay modality by modality: how much earlier its messages go out, and what
 /// becomes of the replay when it fails.
 #pragma once
 

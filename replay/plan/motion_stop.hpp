@@ -1,5 +1,5 @@
 /// \file
-/// What brings to rest what a topic has set in motion.
+/// The messages that bring to rest what a topic has set in motion.
 /// Sources: ros_controllers (a group controller goes on with its last command; a joint trajectory
 /// controller holds on a trajectory without points), ackermann_msgs, actionlib's server, the
 /// gripper drivers of Fetch and PR2.
@@ -25,17 +25,18 @@ enum class StopKind {
 
 struct MotionStop {
   StopKind kind = StopKind::None;
-  std::string cancel_topic;              ///< of Cancel; empty: that of the goal's own action
-  std::map<std::string, double> fields;  ///< of Fields, by path as in FieldPath
+  std::string cancel_topic;              ///< topic of Cancel; empty: that of the goal's own action
+  std::map<std::string, double> fields;  ///< values of Fields, by FieldPath
   std::string rule;                      ///< FILE:LINE that says so; empty: it is known
 
-  /// Every message counts until the next one, and stop() is of the topic's own type.
+  /// Returns true if each message counts until the next one, and stop() is of the topic's own type.
   bool isSetPoint() const {
     return kind == StopKind::Zero || kind == StopKind::Speed || kind == StopKind::Fields;
   }
 };
 
-/// One clause for people: "zeros stop it", "a cancel on /move_base/cancel stops it (rules.yaml:3)".
+/// Describes the stop in a clause for people: "zeros stop it", "a cancel on /move_base/cancel stops
+/// it (rules.yaml:3)".
 std::string describe(const MotionStop& stop);
 
 /// The fields that the stop of a set point changes, with what they become: paths as in FieldPath.

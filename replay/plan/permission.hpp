@@ -1,5 +1,5 @@
 /// \file
-/// What is published: one table by a topic's kind, who named it, and what the robot's owner
+/// The table of what is published, by a topic's kind, who named it, and what the robot's owner
 /// permits. Plan, dry run, player, console, `afterglow play --classes` and the README have it from
 /// here.
 #pragma once
@@ -8,32 +8,33 @@
 
 namespace afterglow::replay {
 
-/// What a topic is to a replay.
+/// The meaning of a topic for a replay.
 enum class TopicKind {
   Body,         ///< motion whose stop is known, or said by a rule
   NamedMotion,  ///< likewise, but of an action or behind a multiplexer: never by itself
   Shown,        ///< light and speech
   Other,        ///< states, sensors, answers and what nobody knows
   Control,      ///< the input of an operator, a runstop or a safety device
-  Endless,      ///< it moves or may move something, and nothing stops it that is known
+  Endless,      ///< moves or may move something, and no stop is known
   Forbidden     ///< no ROS topic, or one that this replay obeys
 };
 
-/// Who asked for a topic by name; the later one counts.
+/// The person or program that asked for a topic by name; the later one counts.
 enum class NamedBy {
   Nobody,
-  Recording,  ///< its request, one by one; of what is shown, a running projector, too
+  Recording,  ///< the recording's request, one by one; for what is shown, a running projector, too
   Owner,      ///< a parameter of the player, the rules, the robot's profile
   Replayer    ///< --also, --topics, a goal's options
 };
 
-/// Where a replay goes: beside a robot, or to names that no robot is live under.
+/// The destination of a replay: beside a robot, or names that no robot is live under.
 enum class ReplayPlace { Robot, Elsewhere };
 
 struct PermissionCase {
   TopicKind kind = TopicKind::Other;
   NamedBy named_by = NamedBy::Nobody;
-  bool is_motion_allowed = false;  ///< by the robot's owner: --allow-motion, ~allow_motion
+  bool is_motion_allowed = false;  ///< permission of the robot's owner: --allow-motion,
+                                   ///< ~allow_motion
   ReplayPlace place = ReplayPlace::Robot;
 };
 

@@ -21,23 +21,24 @@
 namespace afterglow::replay {
 
 struct PlannedTopic {
-  Channel channel;  ///< of the topic's first message; its name as it was recorded, clean or not
-  std::optional<TopicName> recorded;  ///< that name, clean; none: ROS has no such topic
+  Channel channel;  ///< channel of the topic's first message; its name as it was recorded, clean or
+                    ///< not
+  std::optional<TopicName> recorded;  ///< the recorded name, clean; empty: ROS has no such topic
   /// The channel to publish on, by the name that ROS will have for it; cancels follow the remapping
   /// of their goals.
   Channel output;
   std::uint64_t count = 0;
   Modality modality = Modality::Ar;
   TopicClass topic_class = TopicClass::Other;  ///< Shown only if a recording or layer asks for it
-  std::string why_class;                       ///< one clause, for people
+  std::string why_class;                       ///< a clause for people
   bool is_by_name = false;  ///< TopicRow::is_by_name
   NamedBy named_by = NamedBy::Nobody;
-  Verdict verdict = Verdict::Publish;  ///< of permission.hpp
+  Verdict verdict = Verdict::Publish;  ///< verdict by permission.hpp
   bool is_nameable = false;  ///< not played, but would be played if it was named
   std::string why_not;       ///< empty: it is played, with Verdict::AskOwner if that is allowed
   bool is_for_start = false;  ///< not recorded: the base is driven to the start on it, if it is off
   std::vector<RewrittenField> rewrites;
-  MotionStop rule_stop;  ///< how it is stopped, if a rule says so; stopOf() knows the others
+  MotionStop rule_stop;  ///< stop that a rule names; stopOf() knows the others
 
   bool isPlayed() const { return why_not.empty(); }
   bool movesBody() const { return isPlayed() && modality == Modality::Body; }
@@ -57,12 +58,12 @@ struct PlayPlan {
   std::vector<std::string> playedTopics() const;
   /// The played topics of the body.
   std::vector<std::string> motionTopics() const;
-  /// Why nothing may be played, until some topic is left out or motion is allowed, one line; else
-  /// empty.
+  /// Returns why nothing may be played, until some topic is left out or motion is allowed, one
+  /// line; else empty.
   std::string refusal() const;
   /// Lines that a person must know before the replay: which inputs of other nodes it publishes.
   std::vector<std::string> warnings() const;
-  /// Which topics are not played, why, and how to ask for them; one line, or empty.
+  /// Returns a line on the topics that are not played, why, and how to ask for them; or empty.
   std::string leftOutText() const;
 
  private:
@@ -72,29 +73,31 @@ struct PlayPlan {
 struct PlanOptions {
   std::set<Modality> only;                    ///< empty: all
   std::vector<TopicName> topics, exclude;     ///< no `topics`: all that are played by themselves
-  std::vector<TopicName> also;                ///< these as well, of any class and modality
-  /// As `also`, but from a setting for all behaviors: ignored if the behavior lacks the topic or
-  /// its modality is not asked for.
+  std::vector<TopicName> also;                ///< topics to be played as well, of any class and
+                                              ///< modality
+  /// The same from a setting for all behaviors: ignored if the behavior lacks the topic or its
+  /// modality is not asked for.
   std::vector<TopicName> settled;
   std::string regex, exclude_regex;           ///< have to match a whole name; empty: none
   std::map<TopicName, TopicName> remap;       ///< recorded name to published name
   std::string prefix;                         ///< a namespace, before all that is not in `remap`
-  std::function<TopicName(const TopicName&)> resolve;  ///< what ROS makes of it; none: nothing
+  std::function<TopicName(const TopicName&)> resolve;  ///< ROS's resolution of a name; empty: names
+                                                       ///< stay
   double start_s = 0;                         ///< into the behavior
-  std::optional<double> duration_s, until_s;  ///< from the start; into the behavior
+  std::optional<double> duration_s, until_s;  ///< seconds from the start; into the behavior
   /// The published names of the topics that a running projector shows; empty: not known.
   std::optional<std::set<std::string>> layers;
-  /// What the replay listens to for its safety, with a noun for it: never published.
+  /// Topics that the replay listens to for its safety, with a noun for each: never published.
   std::map<TopicName, std::string> obeyed;
-  bool is_motion_allowed = false;  ///< by the robot's owner
+  bool is_motion_allowed = false;  ///< permission of the robot's owner
   /// Elsewhere all topics but motion and control inputs are played, as by rosbag play.
   ReplayPlace place = ReplayPlace::Robot;
   RewriteSettings rewriting;
-  RobotProfile robot;  ///< its `topics` and `base` tell classes of topics
+  RobotProfile robot;  ///< profile whose `topics` and `base` tell classes of topics
 };
 
-/// Where a topic is published: by `remap` or `prefix`, and then as ROS resolves it. Throws
-/// std::invalid_argument, one line, for names that become none.
+/// Returns the name that a topic is published by: by `remap` or `prefix`, and then as ROS resolves
+/// it. Throws std::invalid_argument, one line, for names that become none.
 TopicName publishedName(const TopicName& recorded, const PlanOptions& options);
 
 /// Plays of the behavior's own topics, of these modalities, what the table of permission.hpp lets:
@@ -105,8 +108,8 @@ TopicName publishedName(const TopicName& recorded, const PlanOptions& options);
 /// that meet, patterns, and a part that is empty.
 PlayPlan makePlan(const Store& store, const Behavior& behavior, const PlanOptions& options);
 
-/// How the motion that a topic sets in motion is stopped; by its recorded name if its published one
-/// tells nothing.
+/// Returns the stop of the motion that a topic sets in motion; by its recorded name if its
+/// published one tells nothing.
 MotionStop stopOf(const PlannedTopic& topic);
 /// Commands a velocity that holds until the next one: geometry_msgs/Twist and TwistStamped.
 bool isVelocity(const Channel& channel);

@@ -1,8 +1,8 @@
 /// \file
-/// What the nodes around a topic tell of it: who drove by a velocity topic when it was recorded, a
-/// program, a person or a multiplexer. It never permits more than the topic's name and type do.
-/// Source: what teleop_twist_joy, twist_mux, yocs_cmd_vel_mux, topic_tools mux and velocity
-/// smoothers subscribe to.
+/// The drivers of a recorded velocity topic, as the nodes around it tell: a program, a person or a
+/// multiplexer. It never permits more than the topic's name and type do. Source: what
+/// teleop_twist_joy, twist_mux, yocs_cmd_vel_mux, topic_tools mux and velocity smoothers subscribe
+/// to.
 #pragma once
 
 #include <optional>
@@ -17,24 +17,25 @@ namespace afterglow::replay {
 
 struct RecordedDriver {
   TopicClass topic_class;  ///< Control or Other
-  std::string why;         ///< one clause, for people
+  std::string why;         ///< a clause for people
 };
 
-/// Of a velocity topic. Control if only nodes sent on it by which a person drives: called so
-/// (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers did, which hear
-/// several other velocities or a recorded one, and not this one: behind them nobody can override a
-/// replay. Else empty, as for topics that nothing was noted of, and in imports, which know the
-/// senders alone.
+/// Returns the driver of a velocity topic. Control if only nodes sent on it by which a person
+/// drives: called so (teleop, joy, keyboard), or hearing a joystick. Other if only multiplexers
+/// did, which hear several other velocities or a recorded one, and not this one: behind them nobody
+/// can override a replay. Else empty, as for topics that nothing was noted of, and in imports,
+/// which know the senders alone.
 std::optional<RecordedDriver> driverOf(const std::string& topic, const RecordedNodes& nodes,
                                        const std::vector<std::string>& recorded);
 
-/// Whether it was noted who sent it, and who heard what; not in imports.
+/// Returns true if it was noted who sent it, and who heard it; not in imports.
 bool isDriverNoted(const std::string& topic, const RecordedNodes& nodes);
 
-/// Whether it was noted that no node heard it; not in imports.
+/// Returns true if it was noted that no node heard it; not in imports.
 bool wasUnheard(const std::string& topic, const RecordedNodes& nodes);
 
-/// Those that sent a velocity, and behind smoothers and multiplexers those that sent theirs.
+/// Returns the nodes that sent a velocity, and behind smoothers and multiplexers those that sent
+/// theirs.
 std::set<std::string> driversBehind(const std::string& topic, const RecordedNodes& nodes);
 
 /// geometry_msgs/Twist and TwistStamped.
@@ -43,7 +44,7 @@ bool isTwist(const std::string& type);
 /// Twist, TwistStamped, AckermannDrive and AckermannDriveStamped.
 bool isBaseVelocity(const std::string& type);
 
-/// Those and joysticks: topics that tell who drove, recorded or not.
+/// Returns true for velocities and joysticks: topics that tell who drove, recorded or not.
 bool tellsWhoDrove(const std::string& type);
 
 }  // namespace afterglow::replay

@@ -1,5 +1,6 @@
 /// \file
-/// How a refusal is said: what is wrong and by how much, what helps; three short sentences at most.
+/// The wording of a refusal: what is wrong and by how much, what helps; three short sentences at
+/// most.
 #pragma once
 
 #include <cstddef>

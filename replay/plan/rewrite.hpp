@@ -15,7 +15,7 @@
 
 namespace afterglow::replay {
 
-/// When a message is published.
+/// The moment at which a message is published.
 struct PublishMoment {
   Stamp now;                  ///< ROS time
   std::int64_t shift_ns = 0;  ///< added to recorded stamps; 0: they stay as they were
@@ -39,7 +39,7 @@ struct Rewritten {
 /// recorded cancels find them. Not thread-safe.
 class Rewriter {
  public:
-  /// Each call gives an id that was never used before.
+  /// A source of ids that were never used before.
   using FreshId = std::function<std::string()>;
 
   explicit Rewriter(FreshId fresh_id, RewriteSettings settings = {});

@@ -1,8 +1,8 @@
 /// \file
-/// Which fields of a type a replay rewrites, and how: by type and field path. Source of the rules:
-/// actionlib's server (a known goal id is ignored silently, a goal older than the last one or than
-/// a cancel is canceled at once), the joint trajectory controllers (a start in the past is dropped
-/// or jumped to), tf2 (looks up at the stamp).
+/// The fields of a type that a replay rewrites, and how: by type and field path. Source of the
+/// rules: actionlib's server (a known goal id is ignored silently, a goal older than the last one
+/// or than a cancel is canceled at once), the joint trajectory controllers (a start in the past is
+/// dropped or jumped to), tf2 (looks up at the stamp).
 #pragma once
 
 #include <cstdint>
@@ -19,9 +19,9 @@
 
 namespace afterglow::replay {
 
-/// How a field is rewritten.
+/// The way in which a field is rewritten.
 enum class RewriteRule {
-  ShiftStamp,    ///< by the time since the recording; zero ("latest", "unknown") stays zero
+  ShiftStamp,    ///< add the time since the recording; zero ("latest", "unknown") stays zero
   PublishStamp,  ///< becomes the time of publishing
   StartNow,      ///< becomes zero: a trajectory that starts when it arrives
   FreshGoalId,   ///< becomes an id that no server knows
@@ -29,28 +29,28 @@ enum class RewriteRule {
   CancelStamp,   ///< zeroed, as it would cancel other clients' goals
   // Only if settings ask for them:
   Zero,       ///< times, durations and numbers
-  Keep,       ///< as it was recorded
+  Keep,       ///< leave it as it was recorded
   FreshId,    ///< a text becomes a fresh id, the same one for the same text; empty stays empty
   RemapFrame  ///< renamed as RewriteSettings::frame() has it
 };
 
-/// For reports: "shifted to now", ...
+/// Returns words for reports: "shifted to now", ...
 std::string_view describe(RewriteRule rule);
 
 struct RewrittenField {
-  std::string path;  ///< as in FieldPath
+  std::string path;  ///< a FieldPath
   RewriteRule rule;
-  std::uint64_t count = 0;  ///< how many values were rewritten so far
+  std::uint64_t count = 0;  ///< number of values that were rewritten so far
 };
 
 struct RewriteSettings {
-  /// By type and path in it; also where the type is nested. Overrides every rule but those of the
-  /// goal ids of actions.
+  /// Rules by type and path in it; also where the type is nested. Overrides every rule but those of
+  /// the goal ids of actions.
   std::map<std::string, std::map<std::string, RewriteRule>> rules;
   std::map<std::string, std::string> frames;  ///< recorded to published, without leading slashes
-  std::string tf_prefix;  ///< of another robot: "robot2/base_link"; may be empty
-  RobotRenaming robot;    ///< what neither of these renames
-  std::map<TopicName, MotionStop> stops;  ///< by recorded topic; override what is known
+  std::string tf_prefix;  ///< prefix of another robot: "robot2/base_link"; may be empty
+  RobotRenaming robot;    ///< renaming of the names that neither of these renames
+  std::map<TopicName, MotionStop> stops;  ///< stops by recorded topic; override what is known
 
   bool renamesFrames() const {
     return !frames.empty() || !tf_prefix.empty() || robot.renamesFrames();

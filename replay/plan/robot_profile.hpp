@@ -1,5 +1,5 @@
 /// \file
-/// What is known of a robot beyond its own description: a profile, assets/robots/NAME.yaml, which
+/// The facts about a robot beyond its own description: a profile, assets/robots/NAME.yaml, which
 /// assets/README.md explains; and what that makes of its topics. Topics and frames as the robot has
 /// them; meters, radians, seconds.
 #pragma once
@@ -22,14 +22,14 @@ struct JointLimits {
   std::optional<JointRange> range;
 };
 
-/// Of a default one nothing is known: texts are empty, numbers 0.
+/// A robot's profile; in a default one nothing is known: texts are empty, numbers 0.
 struct RobotProfile {
   std::string name;  ///< "fetch"; empty: no profile was given
   /// The last names of topics, with * for any characters. They count before what is known of all
   /// robots.
   std::map<TopicClass, std::vector<std::string>> topics;
   struct Base {
-    std::string velocity_topic;  ///< where a replay may enter, before the multiplexer
+    std::string velocity_topic;  ///< topic by which a replay may enter, before the multiplexer
     std::vector<std::string> take_over_topics;  ///< velocities of people and safety devices
     std::string output_topic;  ///< behind the multiplexer: what the base really obeys
     std::string odometry_topic;
@@ -38,12 +38,11 @@ struct RobotProfile {
     double deceleration = 0, command_timeout_s = 0;  ///< m/s^2, s; 0: unknown
     double fastest = 0, fastest_turn = 0;            ///< m/s, rad/s; 0: unknown
     double linear_acceleration = 0, angular_acceleration = 0;  ///< m/s^2, rad/s^2; 0: unknown
-    bool is_holonomic = false;                       ///< it goes sideways, too
+    bool is_holonomic = false;                                 ///< true: it goes sideways, too
   } base;
-  /// What takes its goals or commands: actions and topics,
-  /// "/arm_controller/follow_joint_trajectory".
+  /// Actions and topics that take its goals or commands: "/arm_controller/follow_joint_trajectory".
   std::vector<std::string> controllers;
-  /// Its trajectory controllers join a goal to where they have the joints by themselves.
+  /// True if its trajectory controllers join a goal to where they have the joints by themselves.
   bool controllers_join = false;
   std::string scan_topic;
   struct EmergencyStop {
@@ -52,9 +51,9 @@ struct RobotProfile {
   } emergency_stop;
   /// All that the profile names; their limits hold where the robot's description says nothing.
   std::map<std::string, JointLimits> joints;
-  std::vector<std::string> gripper_joints;  ///< of a gripper's goal; the gap is their sum
-  /// Of a head whose controller begins at the end of its last goal, not where it looks; empty: none
-  /// such is known. Its x axis is the line of sight.
+  std::vector<std::string> gripper_joints;  ///< joints of a gripper's goal; the gap is their sum
+  /// Frame of a head whose controller begins at the end of its last goal, not where it looks;
+  /// empty: no such head is known. Its x axis is the line of sight.
   std::string gaze_frame;
 };
 
@@ -64,21 +63,22 @@ struct RobotProfile {
 /// are control inputs, and what lies behind the multiplexer is other.
 class RobotTopics {
  public:
-  /// Of no robot: the table alone.
+  /// Makes the topics of no robot: the table alone.
   RobotTopics() = default;
   explicit RobotTopics(const RobotProfile& robot);
 
   TopicRole roleOf(std::string_view topic, std::string_view type) const;
   /// The base itself, by the table or the profile: not where a replay enters.
   bool isBehindMultiplexer(std::string_view topic, std::string_view type) const;
-  /// Why the profile's word for this topic is refused, one clause; empty: it counts, or is none.
+  /// Returns why the profile's word for this topic is refused, one clause; empty: it counts, or
+  /// there is no word.
   std::string refusal(std::string_view topic, std::string_view type) const;
   /// The profile's names by class, as of isCalled(), the strictest class first.
   using Words = std::map<TopicClass, std::vector<std::string>>;
   const Words& words() const { return words_; }
 
  private:
-  /// What the profile calls it; the strictest, if it says several things.
+  /// Returns the profile's word for it; the strictest, if it says several things.
   std::optional<TopicClass> wordOf(std::string_view topic) const;
 
   std::string robot_, output_topic_;

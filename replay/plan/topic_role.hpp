@@ -27,7 +27,7 @@ std::optional<Modality> modalityCalled(std::string_view word);
 /// `topic` absolute, `type` "package/Type". Topics that neither move a robot nor speak are Ar.
 Modality modalityOf(std::string_view topic, std::string_view type);
 
-/// Who would act on a topic.
+/// The effect of a topic, by who would act on it.
 enum class TopicClass {  // the strictest first
   Endless,  ///< a robot moves or may move, and nothing stops it that is known: never published
   Control,  ///< a robot obeys: the input of an operator, a runstop or a safety device
@@ -38,27 +38,28 @@ enum class TopicClass {  // the strictest first
 
 /// "body", "shown", "control input", "endless motion", "other".
 std::string_view name(TopicClass topic_class);
-/// As profiles and the table's file have them: "body", "shown", "control", "endless", "other".
+/// Returns the words of profiles and the table's file: "body", "shown", "control", "endless",
+/// "other".
 const std::vector<std::pair<std::string, TopicClass>>& topicClassWords();
 
 struct TopicRole {
   TopicClass topic_class = TopicClass::Other;
-  std::string why;                 ///< one clause, for people
-  StopKind stop = StopKind::None;  ///< of what moves a robot
+  std::string why;                 ///< a clause for people
+  StopKind stop = StopKind::None;  ///< stop of what moves a robot
 };
 
 /// Topics by their last names and their types, as patterns: `*` stands for any characters.
 struct TopicPattern {
-  std::vector<std::string> names;        ///< as of isCalled(); empty: any
+  std::vector<std::string> names;        ///< names for isCalled(); empty: any
   std::vector<std::string> types;        ///< "package/Type"; empty: any
-  std::vector<std::string> other_types;  ///< that are not meant
+  std::vector<std::string> other_types;  ///< types that are not meant
 
   bool holds(std::string_view topic, std::string_view type) const;
 };
 
 struct TopicRow : TopicPattern {
   TopicRole role;
-  bool is_by_name = false;  ///< of the body, but played only if whoever replays names it
+  bool is_by_name = false;  ///< true: of the body, but played only if whoever replays names it
   bool is_behind = false;   ///< the base itself, behind its multiplexer
   bool is_motion = false;   ///< tells how motion is stopped
 };
@@ -77,22 +78,22 @@ struct TopicTable {
 
   /// Throws std::runtime_error "FILE:LINE: text" for keys, classes, stops and values that are none.
   static TopicTable read(const std::string& file, const std::string& text);
-  /// That of all robots: plan, player, `afterglow play --classes` and the README have their classes
-  /// from here.
+  /// Returns the table of all robots: plan, player, `afterglow play --classes` and the README have
+  /// their classes from here.
   static const TopicTable& ofAllRobots();
   /// Null: no row fits.
   const TopicRow* rowOf(std::string_view topic, std::string_view type) const;
 };
 
-/// Whether a topic ends with these names, in which * stands for any characters, slashes too:
-/// "base/cmd_vel" fits /base/cmd_vel and /robot/base/cmd_vel, "/base/cmd_vel" the first alone.
+/// Returns true if a topic ends with these names, in which * stands for any characters, slashes
+/// too: "base/cmd_vel" fits /base/cmd_vel and /robot/base/cmd_vel, "/base/cmd_vel" the first alone.
 bool isCalled(std::string_view topic, std::string_view pattern);
 
-/// By that table. Topics that are drawn or heard are Shown, asked for or not; the plan decides
-/// about that. Of a certain robot: RobotTopics.
+/// Returns the role by that table. Topics that are drawn or heard are Shown, asked for or not; the
+/// plan decides about that. Of a certain robot: RobotTopics.
 TopicRole roleOf(std::string_view topic, std::string_view type);
 
-/// How motion on a topic is stopped, whatever its class is.
+/// Returns the stop of motion on a topic, whatever its class is.
 StopKind knownStop(std::string_view topic, std::string_view type);
 
 /// The file that is built in.

@@ -11,15 +11,15 @@
 
 namespace afterglow::replay {
 
-/// Without PlayOptions::arm_start the live joints are not known; after a seek they get a lead all
-/// the same. For the thread that plays. Everything given outlives it.
+/// Leads of the arm; without PlayOptions::arm_start the live joints are not known, and after a seek
+/// they get a lead all the same. For the thread that plays. Everything given outlives it.
 class ArmLead {
  public:
   explicit ArmLead(const PlayContext& play) : play_(play) {}
 
-  /// Whether the live joints are known.
+  /// Returns true if the live joints are known.
   bool hasArm() const { return play_.options.arm_start != nullptr; }
-  /// Whether the robot's controllers join a goal to where they have the joints.
+  /// Returns true if the robot's controllers join a goal to where they have the joints.
   bool isJoined() const { return hasArm() && play_.options.arm_start->controllersJoin(); }
   /// The motions that go on next may find their joints elsewhere.
   void expectElsewhere() { is_elsewhere_expected_ = true; }
@@ -52,7 +52,7 @@ class ArmLead {
   void halt(SteadyTime now) { look_ = now.after(kHaltNs); }
   /// Notes where the halted joints stand.
   void lookAtHalted();
-  /// When to call lookAtHalted(); SteadyTime::forever(): not at all.
+  /// Returns when to call lookAtHalted(); SteadyTime::forever(): not at all.
   SteadyTime nextLook() const { return look_; }
   /// The replay goes on at another recorded moment.
   void forget();

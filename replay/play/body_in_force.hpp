@@ -41,18 +41,18 @@ class BodyInForce {
 
   /// Cancels the goals that were canceled in the recording until now, by whatever was not recorded.
   void cancelDue();
-  /// When cancelDue() has to be called next.
+  /// Returns when cancelDue() has to be called next.
   SteadyTime nextCancel() const;
 
-  /// For a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
+  /// Stops for a pause: zero velocities, halts and cancels are sent; proceed() sends the rest.
   void suspend(SteadyTime now);
-  /// For another rate: proceed() and cancelOvertaken() are to follow at once. The goals are
+  /// Stops for another rate: proceed() and cancelOvertaken() are to follow at once. The goals are
   /// canceled here, or there where controllers join the next one: after a cancel they step back to
   /// what is measured, as far as the motors lag.
   void suspendGoals();
   /// Goals that the rest has overtaken, or that run on where none was sent.
   void cancelOvertaken();
-  /// For another place: zero velocities and halts are sent, the goals given up.
+  /// Stops for another place: zero velocities and halts are sent, the goals given up.
   void abandon();
   /// The targets in force where the replay goes on: suspended, and proceed() gives them a lead.
   void setTargets(const std::vector<std::pair<Channel, Message>>& targets);
@@ -96,7 +96,7 @@ class BodyInForce {
   std::vector<GoalBook::Entry> overtaken_;  ///< suspended by suspendGoals(), to be canceled
   /// Velocities and trajectory commands, by recorded topic.
   std::map<std::string, Recorded> commands_;
-  std::map<std::pair<std::string, std::int64_t>, int> head_repeats_;  ///< of goals
+  std::map<std::pair<std::string, std::int64_t>, int> head_repeats_;  ///< repeats by goal
 };
 
 }  // namespace afterglow::replay

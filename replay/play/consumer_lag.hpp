@@ -1,5 +1,5 @@
 /// \file
-/// How far a consumer of the replayed messages lags behind.
+/// The lag of a consumer of the replayed messages.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ class ConsumerLag {
   /// A message of this recorded moment went out. Back in time, the consumer has that to come.
   void onPublished(Stamp recorded, Stamp ros_now);
   void onAnswer(Stamp header);
-  /// What was published last is further than the longest lag ahead of what was answered last.
+  /// Returns true if the last published stamp is further than the longest lag ahead of the last
+  /// answered one.
   bool isBehind() const { return published_.ns - answered_.ns > longest_ns_; }
 
  private:

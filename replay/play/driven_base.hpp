@@ -21,7 +21,7 @@ class DrivenBase {
   void enter(Stamp at);
   /// Sends the next command if one is due. A lost base is a failure of the body.
   void step();
-  /// When step() is due.
+  /// Returns when step() is due.
   SteadyTime nextStep() const { return drive_ ? next_step_ : SteadyTime::forever(); }
   /// The base is driven at this recorded moment, or has not arrived yet.
   bool isBusy(Stamp at) const { return drive_ && drive_->isBusy(at); }

@@ -1,5 +1,5 @@
 /// \file
-/// How late messages went out, over a replay of any length in fixed memory.
+/// The lateness of messages, over a replay of any length in fixed memory.
 #pragma once
 
 #include <array>

@@ -24,21 +24,22 @@ class Ledger {
  public:
   explicit Ledger(const PlayPlan& plan);
 
-  /// From the replay's first deadline on.
+  /// Begins at the replay's first deadline.
   void begin(SteadyTime first_deadline);
   /// Seconds into the behavior.
   double recordedSeconds(Stamp recorded) const;
   /// Seconds since the first deadline.
   double playedSeconds(SteadyTime now) const;
 
-  /// Of a topic that is played, by its recorded name: to be counted in. Stays where it is.
+  /// Returns the report of a topic that is played, by its recorded name, to be counted in. Stays
+  /// where it is.
   TopicReport& topic(const std::string& name) { return topics_[name]; }
   /// A message went out.
   struct Sent {
-    Stamp recorded;  ///< when it was recorded
+    Stamp recorded;  ///< stamp of the recording
     SteadyTime at;
     std::int64_t late_ns = 0;
-    double latency_s = 0;  ///< its effect comes so much later
+    double latency_s = 0;  ///< delay of its effect
     double rate = 1;
   };
   void addSent(const PlannedTopic& topic, const Sent& sent);
@@ -53,7 +54,7 @@ class Ledger {
   /// The timeline stood at `at` and waited for `what`, a topic of the body. Waits with less than
   /// half a second between them are one.
   void addWait(Stamp at, SteadyTime since, double seconds, const std::string& what);
-  /// After a step of the base: the recorded moment it has got to, and how far off its track it is,
+  /// Counts a step of the base: the recorded moment it has got to, and how far off its track it is,
   /// in m.
   void addBase(Stamp at, SteadyTime now, std::optional<Stamp> progress,
                std::optional<double> deviation);
@@ -64,7 +65,7 @@ class Ledger {
   /// The same messages may come again, after a seek.
   void addDamage(const std::vector<DamagedMessage>& messages);
   void note(const std::string& problem) { report_.notes.push_back(problem); }
-  /// From the first deadline to now, or to the pause it stands in.
+  /// Measures the length from the first deadline to now, or to the pause it stands in.
   void measureLength(const Timeline& timeline, SteadyTime now);
   bool hasLength() const { return report_.actual_ns != 0; }
 
@@ -72,9 +73,10 @@ class Ledger {
   const RecentWorst& recentLateness() const { return recent_lateness_; }
   const RecentWorst& recentSkew() const { return skew_.recent(); }
 
-  /// How far the base was off its track, in m.
+  /// The base's distances from its track, in m.
   const Samples& deviation() const { return deviation_; }
-  /// Without what other parts of the player know: rate, failures, goal counts, why it ended.
+  /// Returns a report without what other parts of the player know: rate, failures, goal counts, why
+  /// it ended.
   PlayReport report() const;
 
  private:
@@ -84,12 +86,13 @@ class Ledger {
   SteadyTime first_deadline_;
   PlayReport report_;
   std::map<std::string, TopicReport> topics_;
-  std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;  ///< of goals, in the report
+  /// Places of goals in the report.
+  std::map<std::pair<std::string, std::int64_t>, std::size_t> spans_;
   std::optional<PlayWait> wait_;                                       ///< may go on
   double wait_end_s_ = 0;
   RecentWorst recent_lateness_;
   Skew skew_;
-  Samples deviation_;                ///< of the base
+  Samples deviation_;                ///< deviations of the base
   std::set<std::uint64_t> damaged_;  ///< messages that were left out, by sequence
 };
 

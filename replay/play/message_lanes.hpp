@@ -31,7 +31,8 @@ class MessageLanes {
     /// The recorded moment it is due at.
     Stamp due() const { return {message->received.ns - early_ns}; }
   };
-  /// At this rate; what was recorded after the limit comes after all else. Empty at the end.
+  /// Returns the next message at this rate; what was recorded after the limit comes after all else.
+  /// Empty at the end.
   std::optional<Next> front(double rate, std::optional<Stamp> limit);
   /// The same of what is read already.
   std::optional<Next> ready(double rate, std::optional<Stamp> limit);
@@ -53,7 +54,7 @@ class MessageLanes {
   std::vector<Lane> lanes_;
 };
 
-/// What a latency is in recorded time.
+/// Converts a latency to recorded time.
 std::int64_t earlyNs(double latency_s, double rate);
 
 }  // namespace afterglow::replay

@@ -20,7 +20,7 @@
 
 namespace afterglow::replay {
 
-/// Where messages go.
+/// A receiver of messages.
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
@@ -41,7 +41,7 @@ struct OutboxTopic {
   TopicReport& report;
   MotionRate scaling;
   StopMaker stop;
-  std::optional<Schema> numbers;  ///< of motion: only finite ones are sent
+  std::optional<Schema> numbers;  ///< schema of motion: only finite numbers are sent
   bool is_velocity;   ///< a velocity or another set point: it holds until the next one
   bool times_out;     ///< a velocity that a base obeys for kVelocityHoldsNs
   bool is_command;    ///< a set point, a trajectory command, a goal, a target that a cancel stops
@@ -50,7 +50,7 @@ struct OutboxTopic {
   double latency_s = 0;
   Bytes moved_by;          ///< the last set point sent; none: none was
   Bytes last;              ///< projected content in force
-  std::vector<Channel> outputs;  ///< that were sent on
+  std::vector<Channel> outputs;  ///< channels that were sent on
 };
 
 /// Rewrites messages to be right now, publishes and counts them. Knows which topics it has lit and
@@ -61,7 +61,7 @@ class Outbox {
   Outbox(const PlayContext& play, ArmLead& lead, MessageSink& sink,
          std::function<Stamp()> ros_now, Rewriter::FreshId ids);
 
-  /// By their recorded names.
+  /// The topics by their recorded names.
   std::map<std::string, OutboxTopic>& topics() { return topics_; }
   OutboxTopic& topic(const std::string& name) { return topics_.at(name); }
   /// The same; none if it is not played.
@@ -71,8 +71,8 @@ class Outbox {
     OutboxTopic& topic;
     const Channel& channel;
     Stamp at;        ///< the moment of the recording that it is sent for
-    Stamp recorded;  ///< when it was recorded: before `at` for a motion that goes on
-    Bytes bytes;     ///< where the joints are known, the whole of a motion that goes on
+    Stamp recorded;  ///< stamp of the recording: before `at` for a motion that goes on
+    Bytes bytes;     ///< the whole of a motion that goes on, where the joints are known
     std::int64_t late_ns = 0;
     SteadyTime released = {};  ///< until when it waited for the body: this is not lateness
     std::optional<PublishMoment> moment = {};  ///< empty: now, less the lateness
@@ -91,14 +91,14 @@ class Outbox {
   std::optional<Sent> publish(Outgoing message);
   /// The timeline was moved: stamps are shifted anew from the next message on.
   void forgetShift() { shift_ns_.reset(); }
-  /// How many were published. Any thread.
+  /// Returns how many were published. Any thread.
   std::uint64_t published() const { return published_; }
 
   /// The base drive's command. Throws what the sink throws.
   void sendDriven(const Bytes& velocity);
   /// Sends a message as it is, without counting it; a failure is noted.
   void send(const Channel& channel, const Bytes& bytes);
-  /// On every velocity topic that has moved the base; the base drive rests.
+  /// Sends zeros on every velocity topic that has moved the base; the base drive rests.
   void sendZeroVelocities();
   /// The same without the base drive, which stands by itself.
   void standStill();
@@ -122,7 +122,7 @@ class Outbox {
   const std::function<Stamp()> ros_now_;
   Rewriter rewriter_;
   std::map<std::string, OutboxTopic> topics_;
-  std::optional<std::int64_t> shift_ns_;  ///< what recorded stamps are moved by
+  std::optional<std::int64_t> shift_ns_;  ///< difference by which recorded stamps are moved
   std::atomic<std::uint64_t> published_{0};
 };
 

@@ -9,7 +9,7 @@
 
 namespace afterglow::replay {
 
-/// They outlive every part.
+/// The things that all parts of the player share; they outlive every part.
 struct PlayContext {
   const PlayPlan& plan;
   const PlayOptions& options;

@@ -1,5 +1,5 @@
 /// \file
-/// How a plan is played.
+/// The way in which a plan is played.
 #pragma once
 
 #include <cstddef>
@@ -19,25 +19,26 @@ class MessageAnchor;
 struct PlayOptions {
   double rate = 1.0;
   bool clear_projection = true;
-  double hold_s = 2.0;  ///< how long the light stays after the end before it is cleared
-  /// How long goals may take beyond their recorded end, or the replay's.
+  double hold_s = 2.0;  ///< time the light stays after the end before it is cleared
+  /// The time that goals may take beyond their recorded end, or the replay's.
   double goal_wait_s = 10.0;
   std::size_t prefetch_bytes = 64u << 20;
-  bool is_looping = false;    ///< for light and speech only: the body ends where it did not begin
-  bool is_immediate = false;  ///< as fast as it goes; for light and speech only
+  bool is_looping = false;    ///< true for light and speech only: the body ends where it did not
+                              ///< begin
+  bool is_immediate = false;  ///< true: as fast as it goes; for light and speech only
   bool starts_paused = false;
   bool keeps_alive = false;  ///< the end comes with stop() only
-  /// Of a time without messages, only so much is played. At least 0.5 s where the body moves, so
+  /// The part that is played of a time without messages. At least 0.5 s where the body moves, so
   /// that a base has stopped by itself, and not while goals are under way.
   std::optional<double> skip_empty_s;
   std::set<std::string> pause_topics;  ///< pauses before each message on them
   /// Stamps are left as they were: whoever listens is given recorded time as well.
   bool has_recorded_time = false;
-  /// After seek(), how long the arm has at least to get to where its trajectory goes on, if it is
+  /// The least time after seek() that the arm has to get to where its trajectory goes on, if it is
   /// elsewhere.
   double seek_lead_s = 5.0;
-  MessageAnchor* anchor = nullptr;  ///< of the light, if any; outlives the player
-  /// What is recorded after a goal's result, or after where the base got to, waits for that.
+  MessageAnchor* anchor = nullptr;  ///< anchor of the light, if any; outlives the player
+  /// True: what is recorded after a goal's result, or after where the base got to, waits for that.
   bool is_in_step = true;
   ModalityLatency latency_s;  ///< so much earlier messages go out
   FailurePolicy on_failure;

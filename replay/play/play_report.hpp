@@ -25,21 +25,21 @@ struct TopicReport {
   std::uint64_t refused = 0;  ///< not publishable: the text says why
   /// Recorded velocities that were not sent: the base was driven along its track instead.
   std::uint64_t replaced = 0;
-  std::string problem;     ///< of the last refused one
+  std::string problem;     ///< problem of the last refused one
   bool was_heard = false;  ///< somebody listened when the last message went out
   Lateness lateness;
-  Samples moments;  ///< of what was published; values: ms late
+  Samples moments;  ///< moments of publishing; values: ms late
 };
 
 /// The timeline stood until the body had got there. Times as in Sample.
 struct PlayWait {
-  double recorded_s = 0, played_s = 0;  ///< where and when it began
+  double recorded_s = 0, played_s = 0;  ///< place and time of its begin
   double seconds = 0;
   std::string what;  ///< the topic that was waited for
 };
 
-/// How far the moments that light or speech was published at are from where they were recorded,
-/// relative to the body.
+/// The difference between the moments at which light or speech was published and where they were
+/// recorded, relative to the body.
 struct ModalitySkew {
   Lateness size;    ///< either way
   Samples samples;  ///< ms; above zero: later than the body
@@ -64,44 +64,45 @@ struct GoalSpan {
   GoalOutcome outcome = GoalOutcome::Open;
 };
 
-/// What failed of a modality.
+/// The failures of a modality.
 struct ModalityFailures {
   std::uint64_t count = 0;
   std::string first;  ///< a sentence
 };
 
-/// How the base of a velocity topic was driven.
+/// The drives of the base of a velocity topic.
 struct PlayedBase {
   std::string topic;
-  std::string why_open_loop;              ///< its velocities were sent as they were: a clause
+  std::string why_open_loop;              ///< the reason why its velocities were sent as they were:
+                                          ///< a clause
   std::optional<BaseDriveReport> driven;  ///< else
   Samples deviation;                      ///< m off the recorded track
 };
 
-/// How the robot stands at the end, against how it stood when it was recorded. Not measured for a
-/// replay that was stopped.
+/// The stance of the robot at the end, against how it stood when it was recorded. Not measured for
+/// a replay that was stopped.
 struct BodyEnd {
   std::map<std::string, double> joints;  ///< live less recorded, rad, or m of those that slide
   std::set<std::string> sliding;
   struct Base {
     double distance = 0, turn = 0;  ///< m, rad (>= 0), as localization sees them
-    PoseError doubt = {};  ///< what they may be wrong by (BaseReport::end_doubt); 0: not known
+    PoseError doubt = {};           ///< their uncertainty (BaseReport::end_doubt); 0: not known
     double gone_since_localized = 0;  ///< m, if the doubt is known
   };
   std::optional<Base> base;
-  std::vector<std::string> remarks;  ///< what is not known, a sentence each
+  std::vector<std::string> remarks;  ///< unknown facts, a sentence each
 };
 
-/// What would have stopped the robot if the player, its machine or the network had gone.
+/// The guards that would have stopped the robot if the player, its machine or the network had gone.
 struct PlayGuards {
-  double patience_ms = 0;  ///< of the watchdog beside the player
-  double lateness_ms = 0;  ///< how late this machine was before motion
+  double patience_ms = 0;  ///< patience of the watchdog beside the player
+  double lateness_ms = 0;  ///< lateness of this machine before motion
   double waiting = 0;      ///< the part of the last minute in which programs waited for it
   struct OnRobot {
     std::string node;
     double patience_ms = 0;
-    double longest_gap_ms = 0;  ///< between two heartbeats, before motion
-    bool is_afar = false;       ///< over a network
+    double longest_gap_ms = 0;  ///< gap between two heartbeats, before motion
+    bool is_afar = false;       ///< true: over a network
   };
   std::optional<OnRobot> on_robot;  ///< if a guard runs there
 };
@@ -111,14 +112,14 @@ std::vector<std::string> toText(const PlayGuards& guards);
 struct PlayReport {
   std::int64_t behavior_id = 0;
   std::string behavior_name;
-  double begin_s = 0;  ///< where in the behavior it began
-  double rate = 1;     ///< at the begin
+  double begin_s = 0;  ///< place in the behavior where it began
+  double rate = 1;     ///< rate at the begin
   bool is_complete = false;
-  std::string reason;  ///< why it ended early; empty if it did not
+  std::string reason;  ///< the reason why it ended early; empty if it did not
   std::vector<std::string> notes;
-  std::string scheduling;       ///< of the thread that played, if the caller says so
+  std::string scheduling;       ///< scheduling of the thread that played, if the caller says so
   std::int64_t planned_ns = 0;  ///< the behavior's length, at the rate
-  std::int64_t actual_ns = 0;   ///< from the first deadline to the end, without pauses
+  std::int64_t actual_ns = 0;   ///< time from the first deadline to the end, without pauses
   std::vector<std::pair<PlannedTopic, TopicReport>> topics;
   GoalBook::Counts goals;
   std::vector<GoalSpan> goal_spans;  ///< the first kMostGoals
@@ -126,14 +127,14 @@ struct PlayReport {
   std::map<Modality, ModalityFailures> failures;
   std::optional<PlayedBase> base;  ///< if a velocity topic was played
   std::optional<BodyEnd> body_end;
-  std::optional<PlayGuards> guards;  ///< from the moment on at which they were ready
+  std::optional<PlayGuards> guards;  ///< guards from the moment on at which they were ready
 
   static constexpr std::size_t kMostGoals = 500;
   /// Adds to the notes, but for empty texts.
   void note(const std::vector<std::string>& texts);
 };
 
-/// Why a message is skipped: a clause.
+/// The reason for skipping a message: a clause.
 constexpr const char* kWhySkipped = "too late, and overtaken or dangerous";
 
 /// Notes on topics that had no subscriber at the start: nobody heard what was sent, and what was
@@ -142,11 +143,11 @@ std::vector<std::string> unheardNotes(const std::vector<std::string>& unheard,
                                       const PlayReport& report);
 
 std::optional<std::pair<std::string, double>> worstJoint(const BodyEnd& end);
-/// How far from its recorded end the base ended: as the last drive found while it stood, else as
-/// tf had it. Empty if neither is known.
+/// Returns how far from its recorded end the base ended: as the last drive found while it stood,
+/// else as tf had it. Empty if neither is known.
 std::optional<BodyEnd::Base> baseEnd(const PlayReport& report);
 
-/// Over all drives: the largest of each, in m and rad, and all corrections.
+/// The largest figures over all drives, in m and rad, and all corrections.
 struct DriveSummary {
   double largest_distance = 0;
   double drift_distance = 0, drift_turn = 0;

@@ -24,7 +24,7 @@
 
 namespace afterglow::replay {
 
-/// One replay. Deadlines are absolute; order is receive stamp, then sequence. Late messages:
+/// A replay. Deadlines are absolute; order is receive stamp, then sequence. Late messages:
 /// - 2 ms late and overtaken by the next message of its topic: skipped, if it is a velocity, a goal
 ///   or of a type of which a message replaces the one before (clouds, scans, paths); markers are
 ///   always sent;
@@ -79,11 +79,11 @@ class Player {
   void halt(bool halts) { transport_.halt(halts); }
   /// Limits of the body are the caller's.
   void setRate(double rate) { transport_.setRate(rate); }
-  /// To so far into the behavior, within the part that is played.
+  /// Seeks so far into the behavior, within the part that is played.
   void seek(PlaybackTime position) { transport_.seek(position); }
   /// The next so many messages at once. Refused unless paused, and for the body.
   void playNext(std::uint64_t count) { transport_.playNext(count); }
-  /// Whether pause topics pause; they do at first. Returns whether they do now.
+  /// Switches pauses at pause topics, which are on at first. Returns whether they do now.
   bool togglePauseTopics() { return transport_.togglePauseTopics(); }
   /// A goal's status, seen on its action server's status topic; ids that are not ours are ignored.
   void onGoalStatus(const std::string& id, const GoalEnd& end);

@@ -16,7 +16,8 @@
 
 namespace afterglow::replay {
 
-/// One thread reads, one takes. Holds at most `bytes` of messages, but always at least one.
+/// Reads in one thread, for another one that takes. Holds at most `bytes` of messages, but always
+/// at least one.
 class Prefetch {
  public:
   Prefetch(std::unique_ptr<MessageCursor> cursor, std::size_t bytes);

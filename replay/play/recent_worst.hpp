@@ -1,5 +1,5 @@
 /// \file
-/// What to show of a figure that changes with every message.
+/// The display of a figure that changes with every message.
 #pragma once
 
 #include <algorithm>

@@ -14,15 +14,16 @@ struct Sample {
   double recorded_s = 0, played_s = 0, value = 0;
 };
 
-/// At most kMost samples, in the order they were added. While there are few, all; then of every 2,
-/// 4, 8 ... neighbors the one whose value is farthest from zero, so that peaks stay.
+/// A selection of at most kMost samples, in the order they were added. While there are few, all;
+/// then of every 2, 4, 8 ... neighbors the one whose value is farthest from zero, so that peaks
+/// stay.
 class Samples {
  public:
   static constexpr std::size_t kMost = 2000;
 
   void add(const Sample& sample);
   const std::vector<Sample>& kept() const { return kept_; }
-  /// How many were added.
+  /// Returns how many were added.
   std::uint64_t count() const { return count_; }
 
  private:

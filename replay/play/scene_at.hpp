@@ -1,5 +1,5 @@
 /// \file
-/// Which recorded light and targets are in force at a moment, so that a replay can begin there.
+/// The recorded light and targets in force at a moment, so that a replay can begin there.
 /// Semantics: rviz's markers ((namespace, id) per topic, lifetimes, DELETE, DELETEALL), rosbag
 /// play's latched topics (the last message of each publisher).
 #pragma once
@@ -28,20 +28,20 @@ class SceneAt {
   /// scan, path, image or map of each topic; the last message of each latching publisher. In the
   /// order of arrival, each with the stamp it arrived at.
   std::vector<Message> light(Stamp at) const;
-  /// Where the body was told to be: the last goal of each action, unless it was canceled, and the
-  /// last trajectory of each command topic. In the order of arrival.
+  /// Returns the body's targets: the last goal of each action, unless it was canceled, and the last
+  /// trajectory of each command topic. In the order of arrival.
   std::vector<Message> targets() const;
 
  private:
   struct LiveMarker {
-    Message source;  ///< without bytes
+    Message source;  ///< message without bytes
     std::int64_t lifetime_ns = 0;
     Value marker;
   };
   /// Markers by namespace and id.
   using Markers = std::map<std::pair<std::string, std::int32_t>, LiveMarker>;
   struct MarkerTopic {
-    std::int64_t channel = 0;  ///< of its first message
+    std::int64_t channel = 0;  ///< channel of its first message
     bool is_array = false;
     std::optional<Schema> schema;
     Markers markers;
@@ -51,10 +51,10 @@ class SceneAt {
   static void addMarker(const Message& message, Value marker, Markers& markers);
   static void addLive(const MarkerTopic& topic, Stamp at, std::vector<Message>& messages);
 
-  std::map<std::string, Message> last_;      ///< by topic
-  std::map<std::int64_t, Message> latched_;  ///< by channel
+  std::map<std::string, Message> last_;      ///< last messages by topic
+  std::map<std::int64_t, Message> latched_;  ///< latched messages by channel
   std::map<std::string, MarkerTopic> markers_;
-  std::map<std::string, Message> targets_;  ///< by action or command topic
+  std::map<std::string, Message> targets_;  ///< targets by action or command topic
 };
 
 }  // namespace afterglow::replay

@@ -40,7 +40,7 @@ class Scheduler {
  public:
   Scheduler(const PlayContext& play, PlayerParts parts) : play_(play), parts_(std::move(parts)) {}
 
-  /// To the end, or a stop. Throws what ends a replay early.
+  /// Plays to the end, or a stop. Throws what ends a replay early.
   void play();
   /// However it ended: brings the robot to rest and clears the projection.
   void finish();
@@ -54,7 +54,7 @@ class Scheduler {
     OutboxTopic* topic = nullptr;
     SteadyTime deadline;
   };
-  /// Why a wait is over.
+  /// The reason why a wait is over.
   enum class Wake { Due, Moved, Stopped };
 
   bool playRound();

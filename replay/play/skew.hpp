@@ -1,5 +1,5 @@
 /// \file
-/// How well light and speech keep with the body, measured where they are published.
+/// The distance of light and speech from the body in time, measured where they are published.
 #pragma once
 
 #include <deque>
@@ -18,7 +18,7 @@ namespace afterglow::replay {
 /// before the first milestone is not measured. One thread, but for recent().
 class Skew {
  public:
-  /// For the samples: the behavior's begin, and the replay's first deadline.
+  /// Takes the behavior's begin and the replay's first deadline, for the samples.
   void begin(Stamp begin, SteadyTime start);
 
   /// The body is on its way to a milestone; reach() is to follow.

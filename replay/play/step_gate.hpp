@@ -37,27 +37,27 @@ class StepGate {
     bool begins = false;   ///< velocities have to be zero from now on
     std::string too_long;  ///< a goal did not end in time and is given up: a sentence
   };
-  /// To be called while a goal holds the timeline.
+  /// Returns the stand; called while a goal holds the timeline.
   Stand stand();
 
   /// A goal holds the timeline now.
   bool isHeldByGoal() const;
   /// The timeline waits for this milestone.
   bool isWaitedFor(const std::optional<Milestone>& milestone) const;
-  /// When a message is due that goes out so much earlier. A message that waited for the body is due
-  /// when the limit is lifted, unless it is due later.
+  /// Returns the time at which a message is due that goes out so much earlier. A message that
+  /// waited for the body is due when the limit is lifted, unless it is due later.
   SteadyTime deadlineOf(Stamp recorded, std::int64_t early_ns) const;
-  /// When a limit that held the timeline was last lifted.
+  /// The time at which a limit that held the timeline was last lifted.
   SteadyTime releasedAt() const { return lifted_at_; }
-  /// When stand() has to be called next.
+  /// Returns when stand() has to be called next.
   SteadyTime nextLook() const;
   /// The limit, or the end of this goal if the goal is waited for and its end comes before.
   std::optional<Stamp> limitAfter(std::optional<Stamp> limit, const std::string& topic,
                                   Stamp recorded_at) const;
 
-  /// Before a pause: velocities will be zero. True if a goal holds the timeline.
+  /// Prepares a pause: velocities will be zero. True if a goal holds the timeline.
   bool pause();
-  /// Before another rate, another place, the end.
+  /// Prepares another rate, another place, the end.
   void interrupt();
   /// The replay begins, or goes on elsewhere.
   void enter();
@@ -71,8 +71,8 @@ class StepGate {
   const PlayContext& play_;
   const Milestones& milestones_;
   GoalBook& goals_;
-  std::optional<Stamp> asked_limit_;  ///< of the timeline, which may have passed it
-  bool is_goal_limit_ = false;        ///< it is a goal's, not the base's
+  std::optional<Stamp> asked_limit_;  ///< limit of the timeline, which may have passed it
+  bool is_goal_limit_ = false;        ///< true: the limit is a goal's, not the base's
   std::string awaited_;               ///< the topic that sets it
   bool is_standing_ = false;          ///< velocities are zero because it is held
   Stamp lifted_from_;                 ///< the last limit that held, and until when

@@ -25,8 +25,8 @@ struct PlayProgress {
   PlaybackTime position;
   double rate = 1;
   std::uint64_t published = 0;
-  /// Of the last half to whole second, the worst: how late messages went out, and how far light
-  /// and speech were from the body. Empty: there was nothing to measure.
+  /// The worst of the last half to whole second: how late messages went out, and how far light and
+  /// speech were from the body. Empty: there was nothing to measure.
   std::optional<double> late_ms, skew_ms;
 };
 
@@ -34,7 +34,7 @@ struct PlayProgress {
 /// the timeline. Everything given outlives the transport.
 class Transport {
  public:
-  /// Every request that the thread that plays has to follow wakes `clock`.
+  /// Takes the clock that requests to the playing thread wake.
   Transport(const PlayPlan& plan, const PlayOptions& options, Clock& clock);
 
   // Any thread, also before begin(). A request that is not possible is refused by
@@ -54,12 +54,12 @@ class Transport {
   bool isStopped() const { return stopReason().has_value(); }
   /// The first one.
   std::optional<std::string> stopReason() const;
-  /// Without what is known of published messages.
+  /// Returns the progress without what is known of published messages.
   PlayProgress progress() const;
   std::map<Modality, ModalityFailures> failures() const;
 
   // The thread that plays.
-  /// What the thread that plays has to do now. Each rate, seek and step is given once.
+  /// The orders for the thread that plays. Each rate, seek and step is given once.
   struct Orders {
     bool stops = false;  ///< nothing else is set then
     bool pauses = false, resumes = false;
@@ -69,7 +69,8 @@ class Transport {
   };
   /// hold() holds only if a message is to come.
   Orders takeOrders(bool has_next);
-  /// Before a message of a pause topic: true if the replay has to pause; once for each message.
+  /// Returns true if the replay has to pause before this message of a pause topic; once for each
+  /// message.
   bool pausesBefore(std::uint64_t sequence);
   /// A stop cancels the reading of these lanes. They outlive the next call, or the transport.
   void cancelOnStop(MessageLanes& lanes);

@@ -53,11 +53,11 @@ constexpr std::size_t kLongestQueriedArray = 64;
 /// A node of a filter: a condition on one document. A value; a server is asked what it says.
 struct Condition {
   enum class Kind {
-    All,    ///< every part holds
-    Any,    ///< at least one part does
+    All,    ///< all parts hold
+    Any,    ///< at least a part holds
     None,   ///< no part does
     Value,  ///< `op` holds for a value at `path`
-    Topic,  ///< of the messages on topic `path` at least one matches the one part
+    Topic,  ///< at least one message on topic `path` matches the one part
   };
   enum class Op { Equal, Less, LessEqual, Greater, GreaterEqual, In, Exists, Matches, Element };
 
@@ -68,13 +68,14 @@ struct Condition {
   /// The value to compare with; In: an array of values. Of a Topic: the filter over messages, as it
   /// was written.
   nlohmann::json operand;
-  std::shared_ptr<const TextPattern> pattern;  ///< of Op::Matches
+  std::shared_ptr<const TextPattern> pattern;  ///< pattern of Op::Matches
 
-  /// Over a document; it holds no Topic. Throws FilterError (a pattern that takes too long).
+  /// Judges a document; the condition holds no Topic. Throws FilterError (a pattern that takes too
+  /// long).
   bool matches(const nlohmann::json& document) const;
   /// The empty condition, which holds for everything.
   bool isEmpty() const { return kind == Kind::All && parts.empty(); }
-  /// Whether the answer depends on messages: a Topic is in it.
+  /// Returns true if the answer depends on messages: a Topic is in it.
   bool asksTopics() const;
 };
 
@@ -85,13 +86,14 @@ class Filter {
   /// Throws FilterError; over behaviors also for a field that behaviors do not have.
   static Filter parse(const std::string& text, Over over = Over::Behaviors);
 
-  /// Over a message's document; of a filter over messages.
+  /// Judges a message's document, for a filter over messages.
   bool matches(const nlohmann::json& document) const { return root_.matches(document); }
 
-  /// Whether a message on the topic, in the interval and the recording of the behavior, matches.
+  /// Returns true if a message on the topic, in the interval and the recording of the behavior,
+  /// matches.
   using AnyMessage = std::function<bool(const std::string& topic, const Condition& condition)>;
-  /// Over a behavior. Its own fields are looked at first: `any_message` is asked only if they leave
-  /// the answer open.
+  /// Judges a behavior. Its own fields are looked at first: `any_message` is asked only if they
+  /// leave the answer open.
   bool matches(const Behavior& behavior, const AnyMessage& any_message) const;
 
   const Condition& root() const { return root_; }

@@ -11,7 +11,7 @@ namespace afterglow::replay {
 /// The text with small letters for its capitals (ASCII).
 std::string lowerCase(std::string text);
 
-/// How many letters have to be inserted, dropped or changed to make one word of the other
+/// Returns how many letters have to be inserted, dropped or changed to make one word of the other
 /// (Levenshtein, Soviet Physics Doklady 1966), capitals aside.
 std::size_t editDistance(const std::string& a, const std::string& b);
 

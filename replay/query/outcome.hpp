@@ -1,5 +1,5 @@
 /// \file
-/// What the word of an outcome means: the one rule for colors, counts and stories.
+/// The meaning of an outcome's word: the one rule for colors, counts and stories.
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@ namespace afterglow::replay {
 /// is not known. Open: it runs, or has no result.
 enum class OutcomeLook { Open, Good, Other, Bad };
 
-/// Of behaviors, action goals and behavior trees' nodes; capitals aside.
+/// Returns the look of an outcome of behaviors, action goals and behavior trees' nodes; capitals
+/// aside.
 OutcomeLook lookOf(const std::string& outcome);
 /// "open", "good", "other", "bad".
 const char* nameOf(OutcomeLook look);

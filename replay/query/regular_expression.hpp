@@ -22,7 +22,8 @@ class RegularExpression {
   /// `letters`: i (case aside), m (^ and $ at every line), s (. takes line breaks), x (blanks are
   /// not part of it); others are ignored. Throws std::invalid_argument, "at character N: REASON".
   explicit RegularExpression(const std::string& pattern, const std::string& letters = "");
-  /// Of the whole names of topics or nodes. Throws std::invalid_argument, one line that quotes it.
+  /// Makes an expression for the whole names of topics or nodes. Throws std::invalid_argument, one
+  /// line that quotes it.
   static RegularExpression ofNames(const std::string& pattern);
 
   /// True if the text has a match. Throws TooLong.

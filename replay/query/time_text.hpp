@@ -9,7 +9,7 @@
 
 namespace afterglow::replay {
 
-/// What parseTime() understands, for people.
+/// The times that parseTime() understands, for people.
 constexpr const char* kTimesUnderstood =
     "a time is 2026-11-21T09:30:00Z (local without Z), seconds since the epoch, \"9:30\", \"today "
     "9:30\", \"yesterday 14:00\", \"last tuesday 8:15 pm\", \"10 minutes ago\" or \"now\"";

@@ -1,5 +1,5 @@
 /// \file
-/// Whether the disk has room for more recordings.
+/// The watch over the disk's room for recordings.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,11 @@ namespace afterglow::replay {
 /// system does not say.
 std::optional<std::uint64_t> freeBytes(const std::string& folder);
 
-/// As rosbag's --min-space: warns below five times the minimum, ends recordings below it.
+/// The state of the disk, by rosbag's --min-space: warns below five times the minimum, ends
+/// recordings below it.
 struct DiskState {
   enum class Level { Ample, Low, Full } level = Level::Ample;
-  std::string text;  ///< one line; empty for Ample
+  std::string text;  ///< a line; empty for Ample
 };
 DiskState judgeDisk(const std::string& folder, std::uint64_t free, std::uint64_t min_space);
 

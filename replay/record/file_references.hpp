@@ -14,12 +14,13 @@
 
 namespace afterglow::replay {
 
-/// For the messages of one type; looks wherever in it a Marker or a SoundRequest is contained.
+/// Finds files in the messages of one type; looks wherever in it a Marker or a SoundRequest is
+/// contained.
 class FileReferences {
  public:
   explicit FileReferences(const Schema& schema);
 
-  /// Whether messages of the type can refer to files at all.
+  /// Returns true if messages of the type can refer to files at all.
   bool any() const { return finder_ != nullptr; }
   /// "package://NAME/PATH", "file:///PATH", or whatever else the message says. Bytes that do not
   /// fit the type refer to nothing.
@@ -35,7 +36,7 @@ class FileReferences {
                  on_file) const;
 
   std::unique_ptr<FieldFinder> finder_;
-  std::size_t meshes_ = 0, sounds_ = 0;  ///< how many places of each kind; meshes come first
+  std::size_t meshes_ = 0, sounds_ = 0;  ///< number of places of each kind; meshes come first
 };
 
 }  // namespace afterglow::replay

@@ -27,7 +27,7 @@ class LatchedState {
 
   void remember(const Channel& channel, Bytes bytes);
   void forget(const std::string& topic) { by_topic_.erase(topic); }
-  /// In the order of arrival.
+  /// Returns the messages on a topic in the order of arrival.
   const std::vector<Entry>& find(const std::string& topic) const;
 
  private:
@@ -59,7 +59,7 @@ class PreRoll {
   void limitReach(Stamp from) { complete_since_ = std::max(complete_since_, from); }
   /// A topic that nobody listens to any more.
   void forget(const std::string& topic);
-  /// How far back a behavior can reach that begins now.
+  /// Returns how far back a behavior can reach that begins now.
   Stamp reach(Stamp begin, std::int64_t pre_roll_ns) const;
   /// Takes out the messages of these topics since `from` that were not stored yet.
   std::vector<Entry> take(Stamp from, const std::set<std::string>& topics);
@@ -75,7 +75,7 @@ class PreRoll {
   std::deque<Entry> entries_;
   std::size_t bytes_ = 0;
   Stamp complete_since_;  ///< no message since then is missing
-  LatchedState latched_;  ///< in force when entries_ begins
+  LatchedState latched_;  ///< state in force when entries_ begins
 };
 
 }  // namespace afterglow::replay

@@ -28,20 +28,20 @@ namespace afterglow::replay {
 struct RecorderOptions {
   /// Bytes of messages that may wait for the store; more messages are dropped and counted.
   std::size_t queue_bytes = 256u << 20;
-  /// At most this long does a message wait before its batch is committed.
+  /// The longest time that a message waits before its batch is committed.
   std::chrono::milliseconds batch_period{100};
   std::string source = "recorder";  ///< the store's name for this run
   std::string robot;
   /// Topics recorded along with every behavior, e.g. /tf.
   std::vector<std::string> context_topics;
-  /// How far a behavior can reach back, and the bytes of messages that are remembered for it.
+  /// The time that a behavior can reach back, and the bytes of messages that are remembered for it.
   std::chrono::nanoseconds pre_roll{0};
   std::size_t pre_roll_bytes = 64u << 20;
   /// Definitions for publishers whose own is defective.
   FindDefinition find_definition = findInstalled();
 };
 
-/// How one behavior is recorded.
+/// The terms by which a behavior is recorded.
 struct RecordingTerms {
   std::vector<TopicLimit> limits;  ///< latched messages in force at the begin are kept anyway
   std::int64_t pre_roll_ns = 0;    ///< begins so much earlier, as far as is remembered
@@ -96,8 +96,8 @@ class Recorder {
              std::optional<std::int64_t> steady_ns = {});
   /// Forgets latched messages of a topic: nobody listens to it any more.
   void forgetLatched(const std::string& topic);
-  /// To be told the time about ten times a second, and before begin() and end(), so that clocks
-  /// that are set are noticed.
+  /// Takes the time about ten times a second, and before begin() and end(), so that clocks that are
+  /// set are noticed.
   void look(const ClockReading& now);
 
   /// Starts a behavior whose `begin` is now; id, recording, robot (if empty) and end are filled in
@@ -117,14 +117,15 @@ class Recorder {
   RecordedCounts end(std::int64_t behavior_id, Stamp end, const Completion& complete);
   /// Takes back a behavior that has ended: drops it and the messages that no other covers.
   void discard(std::int64_t behavior_id);
-  /// From now on nothing waits for a busy store: the program is about to end.
+  /// Ends waiting for a busy store from now on: the program is about to end.
   void hurry();
 
   RecordedCounts counts(std::int64_t behavior_id) const;
   RecorderLoad load() const;
   /// Sentences for the log since the last call: clocks that were set, a busy store.
   std::vector<std::string> takeNotices();
-  /// Why nothing is recorded any more; empty while all is well, and while the store is busy.
+  /// Returns why nothing is recorded any more; empty while all is well, and while the store is
+  /// busy.
   std::optional<std::string> failure() const;
 
  private:
@@ -148,7 +149,7 @@ class Recorder {
   std::mutex rows_mutex_;  ///< behaviors' rows are changed one by one; locked before mutex_
   mutable std::mutex mutex_;
   std::int64_t recording_;        ///< the store's number for this run
-  std::deque<Channel> channels_;  ///< by channel index; only grows
+  std::deque<Channel> channels_;  ///< channels by index; only grows
   std::map<std::string, std::string> mended_;  ///< remarks on definitions, by topic
   RecordingClock clock_;
   PreRoll past_;
@@ -156,7 +157,7 @@ class Recorder {
   std::uint64_t next_sequence_ = 0;
   RecorderLoad load_;
   std::vector<std::string> notices_;
-  std::vector<Behavior> unended_;  ///< their ends could not be written yet
+  std::vector<Behavior> unended_;  ///< behaviors whose ends could not be written yet
 
   StoreRetry retry_;
   StoreWriter writer_;  ///< last: its thread uses all of the above

@@ -15,17 +15,17 @@
 
 namespace afterglow::replay {
 
-/// What else belongs to the goals of an action (actionlib): "/arm/result" and "/arm/cancel" for
-/// "/arm/goal"; none for a topic that is no goal's.
+/// Returns the other topics of an action's goals (actionlib): "/arm/result" and "/arm/cancel" for
+/// "/arm/goal"; empty for a topic that is no goal's.
 std::vector<std::string> goalTopics(const std::string& topic);
 
-/// How many of a behavior's messages were stored so far.
+/// Counts of a behavior's messages that were stored so far.
 struct RecordedCounts {
   std::uint64_t stored = 0;                ///< committed to the store; without context topics
   std::map<std::string, std::uint64_t> stored_on;  ///< the same by topic; without silent ones
   std::uint64_t dropped = 0;               ///< arrived, but could not be kept; context topics, too
   std::vector<std::string> silent_topics;  ///< said nothing, and held no latched message
-  std::vector<std::string> remarks;        ///< as Behavior::remarks
+  std::vector<std::string> remarks;        ///< see Behavior::remarks
 };
 
 /// Not thread-safe.
@@ -48,7 +48,7 @@ class RunningBehavior {
   bool isWithin(Stamp received) const {
     return received >= behavior_.begin && (!behavior_.end || received < *behavior_.end);
   }
-  /// To be asked once for each message it covers: limits count.
+  /// Returns true if it keeps this message; asked once for each message it covers: limits count.
   bool keeps(const std::string& topic, Stamp received);
 
   void countStored(const std::string& topic, Stamp received);
@@ -58,7 +58,7 @@ class RunningBehavior {
   /// A message that no store takes.
   void countRefused(const std::string& topic, const std::string& why);
   void remark(const std::string& text);
-  /// Of very many only the first are kept.
+  /// Keeps a reference; very many are cut to the first.
   void refer(const std::string& uri);
   const std::set<std::string>& references() const { return references_; }
   RecordedCounts counts() const;
@@ -103,8 +103,8 @@ class RunningBehaviors {
   RunningBehavior& at(std::int64_t id);
   const RunningBehavior* find(std::int64_t id) const;  ///< null if it does not run
 
-  /// Whether a message is to be stored. LeftOut: behaviors cover it, and their limits leave it out.
-  /// To be asked once for each message: limits count.
+  /// Returns whether a message is to be stored. LeftOut: behaviors cover it, and their limits leave
+  /// it out. To be asked once for each message: limits count.
   Want wants(const std::string& topic, Stamp received);
   /// Calls work(RunningBehavior&) for every behavior that covers this message.
   template <typename Work>
@@ -126,7 +126,7 @@ class RunningBehaviors {
   const std::set<std::string> context_;
   std::map<std::int64_t, RunningBehavior> by_id_;
   std::int64_t added_ = 0;
-  /// By parent, tree path and name: the attempts so far.
+  /// The attempts so far, by parent, tree path and name.
   std::map<std::tuple<std::int64_t, std::string, std::string>, int> attempts_;
 };
 

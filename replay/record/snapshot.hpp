@@ -9,9 +9,8 @@
 ///   "urdf":   SHA-256 of the text of /robot_description; the text is a file of the store
 ///   "map":    SHA-256 of the map that the robot was localized on, /map; absent without one, and
 ///             where it changed meanwhile
-/// "robot": {"namespace": "/robot1", "tf_prefix": "robot1"}: the names of the recorder's robot,
-/// which
-///             are empty where it is alone; absent in imports, and in recordings of before
+///   "robot":  {"namespace": "/robot1", "tf_prefix": "robot1"}: the names of the recorder's robot,
+///             which are empty where it is alone; absent in imports, and in recordings of before
 ///   "files":  {"package://NAME/PATH" or "file:///PATH": SHA-256}: sounds and meshes that recorded
 ///             messages refer to, as they were; files of the store
 ///   "request": {"topics": ["/cmd_vel", ...]}: those that the recording's request named one by one,
@@ -41,7 +40,7 @@ struct TopicNodes {
   std::string type;  ///< empty: not known
   std::set<std::string> publishers, subscribers;
 };
-/// By topic.
+/// Nodes by topic.
 using RecordedNodes = std::map<std::string, TopicNodes>;
 
 struct Snapshot {
@@ -62,7 +61,7 @@ struct Snapshot {
 /// SHA-256 of the robot's description, a file of the store: Snapshot::urdf; empty: none was kept.
 std::string recordedUrdf(const Behavior& behavior);
 
-/// Which map it was: Snapshot::map; empty: not known.
+/// Returns the map that it was: Snapshot::map; empty: not known.
 std::string recordedMap(const Behavior& behavior);
 
 /// The names of the robot that was recorded: Snapshot::robot.

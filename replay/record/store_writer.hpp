@@ -28,23 +28,23 @@ namespace afterglow::replay {
 struct QueuedMessage {
   std::int64_t recording = 0;
   const Channel* channel = nullptr;
-  Message message;                     ///< its bytes are gone when it is written
-  std::size_t size = 0;                ///< its part of the queue; filled in by the writer
-  bool is_unfit = false;               ///< its bytes do not fit its type; stored as they are
-  std::vector<std::string> files;      ///< that it refers to (file_references.hpp)
-  std::optional<std::string> refusal;  ///< why no store takes it; it was left out
+  Message message;                     ///< message; its bytes are gone when it is written
+  std::size_t size = 0;                ///< share of the queue; filled in by the writer
+  bool is_unfit = false;               ///< true: its bytes do not fit its type; stored as they are
+  std::vector<std::string> files;      ///< files that it refers to (file_references.hpp)
+  std::optional<std::string> refusal;  ///< the reason why no store takes it; it was left out
 };
 
 /// Work on a store that may be busy: it is done again until the store is free. Any thread.
 class StoreRetry {
  public:
-  /// `on_busy` hears why, once each time that the store is found busy.
+  /// Takes `on_busy`, which hears why, once each time that the store is found busy.
   explicit StoreRetry(std::function<void(const std::string& why)> on_busy)
       : on_busy_(std::move(on_busy)) {}
 
   /// Throws what `work` throws, but StoreBusy only after hurry().
   void insist(const std::function<void()>& work);
-  /// From now on nothing waits for a busy store.
+  /// Ends waiting for a busy store from now on.
   void hurry();
   bool isBusy() const;  ///< the store, when it was last asked
 
@@ -76,8 +76,9 @@ class WrittenChannels {
   std::map<std::pair<std::int64_t, const Channel*>, Known> known_;
 };
 
-/// When appending fails, all that is queued and all that comes is given up, until resume(). One
-/// message that no store takes is left out of its batch. Channels must outlive the writer.
+/// Writes queued messages to a store; when appending fails, all that is queued and all that comes
+/// is given up, until resume(). One message that no store takes is left out of its batch. Channels
+/// must outlive the writer.
 class StoreWriter {
  public:
   /// Called by the writer's thread after each batch, in order; `failure`: the batch was given up.
@@ -98,7 +99,7 @@ class StoreWriter {
   void flush();
   std::size_t queuedBytes() const;
 
-  /// Why nothing is written any more; empty while all is well, and while the store is busy.
+  /// Returns why nothing is written any more; empty while all is well, and while the store is busy.
   std::optional<std::string> failure() const;
   void fail(const std::string& why);  ///< unless it has failed already
   void resume();
@@ -118,7 +119,7 @@ class StoreWriter {
   mutable std::mutex mutex_;
   std::condition_variable to_writer_, from_writer_;
   std::deque<QueuedMessage> queue_;
-  std::size_t queued_bytes_ = 0;         ///< in the queue, and in the batch that is written
+  std::size_t queued_bytes_ = 0;         ///< bytes in the queue, and in the batch that is written
   std::uint64_t pushed_ = 0, done_ = 0;  ///< messages; done: written or given up
   bool is_flushing_ = false, is_closing_ = false;
   std::optional<std::string> failure_;

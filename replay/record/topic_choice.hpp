@@ -1,5 +1,5 @@
 /// \file
-/// Which topics a recording takes: by name, by pattern, all.
+/// The topics that a recording takes: by name, by pattern, all.
 #pragma once
 
 #include <string>
@@ -20,9 +20,9 @@ class TopicChoice {
   TopicChoice(const std::vector<std::string>& regexes, const std::vector<std::string>& exclude,
               bool all);
 
-  /// Whether topics may join that are not named.
+  /// Returns true if topics may join that are not named.
   bool isOpen() const { return all_ || !regexes_.empty(); }
-  /// Whether a pattern or `all` takes this topic.
+  /// Returns true if a pattern or `all` takes this topic.
   bool matches(const std::string& topic) const;
 
  private:

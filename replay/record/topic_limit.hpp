@@ -16,7 +16,7 @@ struct TopicLimit {
   double max_hz = 0;        ///< 0: any
   /// Throws std::invalid_argument, one line, that quotes the text.
   static TopicLimit parse(const std::string& text);
-  std::string str() const;  ///< "every=5", "max_hz=2", "every=5 max_hz=2"
+  std::string str() const;  ///< text: "every=5", "max_hz=2", "every=5 max_hz=2"
 };
 
 /// Judges the messages of one topic in the order of arrival. With max_hz those are kept that come

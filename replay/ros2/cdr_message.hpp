@@ -28,17 +28,18 @@ class CdrMessage {
 
  private:
   friend class CdrWalk;
-  /// Of a type all of whose parts are numbers of one size, so that an array of it is one piece.
+  /// The size of a type all of whose parts are numbers of one size, so that an array of it is one
+  /// piece.
   struct Uniform {
     std::size_t number_size = 0;  ///< 0: it is none
-    std::size_t size = 0;         ///< of all of it
+    std::size_t size = 0;         ///< size of the whole
   };
   void measure(std::size_t type, std::vector<bool>& is_known);
   Uniform uniformOf(const MessageType& type) const;
 
   Schema schema_;
-  std::vector<Uniform> uniform_;  ///< by type
-  std::vector<bool> is_header_;   ///< by type
+  std::vector<Uniform> uniform_;  ///< sizes by type
+  std::vector<bool> is_header_;   ///< a flag for each type
 };
 
 }  // namespace afterglow::replay

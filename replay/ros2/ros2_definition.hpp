@@ -21,7 +21,7 @@ std::string ros1Definition(const std::string& ros2_type, std::string_view ros2_d
 /// A definition whose messages no ROS 1 robot may be sent, as its type has other fields there or is
 /// unknown; says so in its first line.
 std::string markAsForeign(const std::string& definition, const std::string& why);
-/// Why; empty: the definition is not marked.
+/// Returns why; empty: the definition is not marked.
 std::optional<std::string> whyForeign(std::string_view definition);
 
 }  // namespace afterglow::replay

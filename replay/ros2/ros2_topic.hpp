@@ -14,7 +14,7 @@
 
 namespace afterglow::replay {
 
-/// As a recording describes it.
+/// A topic as a recording describes it.
 struct Ros2Description {
   std::string topic, type;      ///< "geometry_msgs/msg/Twist"
   std::string serialization;    ///< "cdr"
@@ -23,7 +23,7 @@ struct Ros2Description {
   std::string quality;  ///< offered_qos_profiles, YAML
 };
 
-/// Its messages become those of the ROS 1 type if that is known and has the same fields, or all of
+/// Turns messages into those of the ROS 1 type if that is known and has the same fields, or all of
 /// them (FieldMapping); else they keep the fields of ROS 2, and the definition is marked
 /// (markAsForeign()), so that they can be looked at and are not sent to a robot of ROS 1.
 class Ros2Topic {
@@ -32,9 +32,9 @@ class Ros2Topic {
   Ros2Topic(const Ros2Description& description, const FindDefinition& find);
 
   const Channel& channel() const { return channel_; }
-  /// What is wrong with its own definition, for which the known one is taken; empty: nothing.
+  /// The fault of its own definition, for which the known one is taken; empty: there is none.
   const std::string& whyMended() const { return why_mended_; }
-  /// Why its messages stay with the fields of ROS 2; empty: they do not.
+  /// The reason why its messages stay with the fields of ROS 2; empty: they do not.
   const std::string& whyForeign() const { return why_foreign_; }
   /// Throws MessageError if the bytes are none of the type's messages.
   Bytes toRos1(const Bytes& bytes);
@@ -51,7 +51,7 @@ class Ros2Topic {
 
   Channel channel_;
   std::string why_foreign_, why_mended_;
-  /// Those that a message may have; once one alone fits, the others are gone.
+  /// Layouts that a message may have; once one alone fits, the others are gone.
   std::vector<Layout> layouts_;
 };
 

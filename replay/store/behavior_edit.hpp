@@ -22,7 +22,7 @@ struct BehaviorEdit {
   bool isTrim() const { return from_ns || to_ns; }
 };
 
-/// What people wrote about a behavior: "notes" of its snapshot, an array of texts.
+/// Returns the notes of people on a behavior: "notes" of its snapshot, an array of texts.
 std::vector<std::string> notesOf(const Behavior& behavior);
 
 /// Throws StoreError unless the behavior has ended: its recorder would undo what is changed.

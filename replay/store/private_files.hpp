@@ -1,5 +1,5 @@
 /// \file
-/// Who may read a store and its locks. What a robot saw and said in somebody's home is
+/// The permissions of a store and its locks. What a robot saw and said in somebody's home is
 /// its owner's: files are made 0600 and folders 0700, whatever the umask. $AFTERGLOW_STORE_ACCESS
 /// asks otherwise: "group" gives 0660 and 0770, "all" 0664 and 0775. What is there keeps its mode.
 #pragma once

@@ -26,8 +26,8 @@ struct RetentionPolicy {
 std::vector<Behavior> prune(Store& store, const RetentionPolicy& policy,
                             const std::function<void(const Behavior&)>& removed = {});
 
-/// What prune() would remove. It is removed and put back, in a transaction for which other writers
-/// wait.
+/// Returns what prune() would remove. It is removed and put back, in a transaction for which other
+/// writers wait.
 std::vector<Behavior> pruneWould(Store& store, const RetentionPolicy& policy);
 
 }  // namespace afterglow::replay

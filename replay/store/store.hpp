@@ -44,7 +44,7 @@ class StoreAway : public StoreError {
 class MessageRefused : public StoreError {
  public:
   MessageRefused(const std::string& text, std::size_t place) : StoreError(text), place_(place) {}
-  std::size_t place() const { return place_; }  ///< in the batch
+  std::size_t place() const { return place_; }  ///< place in the batch
 
  private:
   std::size_t place_;
@@ -54,17 +54,18 @@ class MessageRefused : public StoreError {
 struct Recording {
   std::int64_t id = 0;  ///< given by the store
   std::string key;      ///< the same in every store it is copied to; 32 hex digits
-  std::string source;   ///< where it comes from: the recorder's node name, the bag's path
+  std::string source;   ///< source: the recorder's node name, the bag's path
   std::string robot;
 };
 
-/// One execution of one behavior.
+/// An execution of one behavior.
 struct Behavior {
   std::int64_t id = 0;         ///< given by the store
   std::string key;             ///< the same in every store it is copied to; 32 hex digits
   std::int64_t recording = 0;  ///< the part of the log it lies in
   std::string name;
-  std::string tree_path;    ///< its place in the behavior tree, e.g. "kitting/pick"; may be empty
+  std::string tree_path;    ///< place in the behavior tree, e.g. "kitting/pick"; may be empty
+                            ///< "kitting/pick"; may be empty
   std::int64_t parent = 0;  ///< enclosing behavior; 0: none
   int attempt = 1;
   std::string outcome;       ///< "success", "failure", "stopped", ...; empty while it runs
@@ -78,7 +79,7 @@ struct Behavior {
   std::vector<std::string> topics;  ///< the topics that belong to it, heard or not
   /// JSON object: what replay needs later: frames, files, urdf, request (record/snapshot).
   std::string snapshot = "{}";
-  /// What went wrong in its recording, one sentence each: drops, clock jumps, a crash.
+  /// Faults of its recording, one sentence each: drops, clock jumps, a crash.
   std::vector<std::string> remarks;
 };
 
@@ -90,29 +91,30 @@ constexpr const char* kIncomplete = "incomplete";
 constexpr std::int64_t kTransformsBefore_ns = 10'000'000'000;
 constexpr const char* kTransforms = "/tf";
 
-/// Which behaviors; unset members match everything. A behavior without an end is taken to reach to
-/// its recording's last message.
+/// A choice of behaviors; unset members match everything. A behavior without an end is taken to
+/// reach to its recording's last message.
 struct BehaviorFilter {
   std::optional<std::string> name;
   std::optional<std::string> outcome;
-  std::optional<std::string> topic;  ///< its own, with at least one message
+  std::optional<std::string> topic;  ///< own topic, with at least one message
   std::optional<Stamp> since;        ///< end after this
   std::optional<Stamp> until;        ///< begin before this
   std::optional<std::string> robot;
   std::optional<std::string> tag;
-  std::shared_ptr<const Filter> where;  ///< over its fields and its messages' (query/filter.hpp)
+  std::shared_ptr<const Filter> where;  ///< filter over its fields and its messages'
+                                        ///< (query/filter.hpp)
   std::optional<std::size_t> limit;     ///< only so many, the newest
 };
 
-/// How much a behavior holds on one topic (of one type).
+/// The amount that a behavior holds on one topic (of one type).
 struct TopicSummary {
   std::string topic;
   std::string type;
   std::uint64_t count = 0;
-  Stamp first, last;  ///< of the first and the last message
+  Stamp first, last;  ///< stamps of the first and the last message
 };
 
-/// Which of the messages of a behavior's recording in a behavior's interval. Without an end it
+/// A choice of the messages of a behavior's recording in a behavior's interval. Without an end it
 /// reaches to the recording's last message.
 struct MessageRange {
   /// Empty: the behavior's own. Others of the recording may be named: its context (/tf, ...).
@@ -120,13 +122,14 @@ struct MessageRange {
   std::optional<Stamp> begin = {};  ///< inclusive
   std::optional<Stamp> end = {};    ///< exclusive
   bool with_all_topics = false;     ///< all that the recording has, whatever `topics` says
-  std::shared_ptr<const Filter> where = nullptr;  ///< over the messages' fields (query/filter.hpp)
+  std::shared_ptr<const Filter> where = nullptr;  ///< filter over the messages' fields
+                                                  ///< (query/filter.hpp)
 };
 
 /// The end of an interval that has none.
 constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
 
-/// What append() does with a message that its recording has already.
+/// The treatment by append() of a message that its recording has already.
 enum class Duplicates { Refuse, Skip };
 
 /// A message that was left out in reading, as its bytes are not those that were stored.
@@ -147,7 +150,8 @@ class MessageCursor {
   virtual std::vector<DamagedMessage> damaged() const { return {}; }
 };
 
-/// Every method throws StoreError on failure and may be called from any thread.
+/// A store of behaviors; every method throws StoreError on failure and may be called from any
+/// thread.
 class Store {
  public:
   virtual ~Store() = default;
@@ -160,7 +164,7 @@ class Store {
   /// has no behavior, so that nobody finds it; if the caller's program dies before that,
   /// dropUnfinished() drops it.
   virtual std::int64_t beginImport(const Recording& recording) = 0;
-  /// To be called in the transaction that adds the import's behaviors.
+  /// Finishes an import, in the transaction that adds its behaviors.
   virtual void finishImport(std::int64_t recording) = 0;
   /// Drops a recording without behaviors, with its messages and channels; in slices, between which
   /// others can write. Nothing may be appended to its channels afterwards.
@@ -191,16 +195,16 @@ class Store {
   virtual void compact() {}
 
   // ---------------------------------------------------------------------------------- reading
-  virtual std::vector<Recording> recordings() const = 0;  ///< by id
+  virtual std::vector<Recording> recordings() const = 0;  ///< recordings by id
   /// Newest first (by begin, then id).
   virtual std::vector<Behavior> behaviors(const BehaviorFilter& filter) const = 0;
-  /// How behaviors(filter) works, a line for each step: index or scan, and how many it looked at.
+  /// Explains behaviors(filter), a line for each step: index or scan, and how many it looked at.
   virtual std::vector<std::string> explain(const BehaviorFilter& filter) const = 0;
   virtual std::optional<Behavior> behavior(std::int64_t id) const = 0;
   virtual std::optional<Behavior> behaviorOfKey(const std::string& key) const = 0;
-  /// What was heard on its own topics, by topic, then type.
+  /// Summarizes what was heard on its own topics, by topic, then type.
   virtual std::vector<TopicSummary> topics(const Behavior& behavior) const = 0;
-  /// What was heard on other topics of its recording in its interval.
+  /// Summarizes what was heard on other topics of its recording in its interval.
   virtual std::vector<TopicSummary> contextTopics(const Behavior& behavior) const = 0;
   virtual Channel channel(std::int64_t id) const = 0;
   virtual std::unique_ptr<MessageCursor> messages(const Behavior& behavior,
@@ -221,15 +225,15 @@ void checkObjects(const Behavior& behavior, const std::string& store);
 /// remarks on it.
 void endIncomplete(Behavior& behavior, std::optional<std::int64_t> last_message_ns);
 
-/// Its recorder runs, or died.
+/// Returns true if its recorder runs, or died.
 inline bool isOpen(const Behavior& behavior) { return !behavior.end && behavior.outcome.empty(); }
 
 /// 32 random hex digits: a key that no other recording or behavior has.
 std::string newKey();
 
-/// What a store is opened for (by store/open/open_store.hpp). ReadOnly demands an existing store,
-/// the others make a new one. Record is for a recorder, of which a store has one at a time:
-/// behaviors that the last one left open are marked kIncomplete.
+/// The purpose for which a store is opened (by store/open/open_store.hpp). ReadOnly demands an
+/// existing store, the others make a new one. Record is for a recorder, of which a store has one at
+/// a time: behaviors that the last one left open are marked kIncomplete.
 enum class OpenMode { ReadOnly, ReadWrite, Record };
 
 /// The URI in full, defaults filled in: "sqlite:PATH" for a plain path too; empty:
@@ -246,7 +250,7 @@ void refusePassword(const std::string& where, const std::string& uri);
 /// $HOME, else the account's; empty if neither says.
 std::string homeFolder();
 
-/// Whether a full URI is a MongoDB server's.
+/// Returns true if a full URI is a MongoDB server's.
 bool isServerUri(const std::string& uri);
 
 /// fullStoreUri(), a server's without user, password and options: the store's name in messages.

@@ -65,7 +65,7 @@ class AppendBatch {
     if (messages_.size() >= kMostMessages || bytes_ >= kMostBytes) flush();
   }
 
-  /// To be called when all are added.
+  /// Flushes when all are added.
   void flush() {
     store_.append(messages_, duplicates_);
     turns_.next();

@@ -13,17 +13,17 @@ namespace afterglow::replay {
 
 struct SyncReport {
   std::size_t copied = 0;     ///< behaviors that the other store did not have
-  std::size_t completed = 0;  ///< that it had without their end or parent
-  std::size_t present = 0;    ///< that it had
-  std::size_t open = 0;       ///< that still run: left for a later sync
-  std::uint64_t messages = 0;  ///< within behaviors
+  std::size_t completed = 0;  ///< behaviors that it had without their end or parent
+  std::size_t present = 0;    ///< behaviors that it had
+  std::size_t open = 0;       ///< behaviors that still run: left for a later sync
+  std::uint64_t messages = 0;  ///< messages within behaviors
   std::size_t files = 0;
   std::size_t damaged = 0;  ///< messages that could not be read any more
   std::size_t refused = 0;  ///< messages that the other store does not take
-  std::string last_refusal;  ///< which one, and why
+  std::string last_refusal;  ///< the last one refused, and why
 };
 
-/// How a recorder sends its behaviors (RecorderStore), other than `afterglow sync`.
+/// The terms by which a recorder sends its behaviors (RecorderStore), other than `afterglow sync`.
 struct SyncTerms {
   /// The copy has the original's id, and of a behavior that is there with fewer messages the others
   /// are copied.

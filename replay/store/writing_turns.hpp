@@ -11,7 +11,7 @@ namespace afterglow::replay {
 /// 10 ms lets them in, also on a busy machine.
 class WritingTurns {
  public:
-  /// To be called between two transactions.
+  /// Gives way between two transactions.
   void next() {
     const auto now = std::chrono::steady_clock::now();
     if (now - begin_ < kTurn) return;

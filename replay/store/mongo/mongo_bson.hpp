@@ -54,7 +54,7 @@ class Bson {
   std::size_t size() const { return bson_.len; }
   bson_t& raw() { return bson_; }
   const bson_t& raw() const { return bson_; }
-  std::string json() const;  ///< for people
+  std::string json() const;  ///< text for people
 
  private:
   template <typename T>
@@ -75,7 +75,7 @@ std::optional<std::int64_t> integerAt(const bson_t& document, const char* path);
 /// Milliseconds since the epoch.
 std::optional<std::int64_t> dateAt(const bson_t& document, const char* path);
 bool isTrueAt(const bson_t& document, const char* path);  ///< true, or a number that is not 0
-bool hasAt(const bson_t& document, const char* path);     ///< of any kind
+bool hasAt(const bson_t& document, const char* path);     ///< true for a value of any kind
 std::optional<std::string> textAt(const bson_t& document, const char* path);  ///< text or Binary
 std::optional<Bytes> bytesAt(const bson_t& document, const char* path);
 std::vector<std::string> textsAt(const bson_t& document, const char* path);

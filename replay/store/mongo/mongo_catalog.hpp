@@ -33,18 +33,18 @@ class MongoCatalog {
   /// The number of the recording with this key; a new one if the key is empty or unknown.
   std::int64_t addRecording(const Recording& recording);
   std::int64_t addChannel(std::int64_t recording, const Channel& channel);
-  /// With its channels.
+  /// Removes a recording with its channels.
   void removeRecording(std::int64_t id);
 
   void beginImport(std::int64_t recording);
-  /// To be called with every append to this channel: renews the lease now and then, if the import
-  /// is this object's.
+  /// Renews the lease now and then, if the import is this object's; called with every append to
+  /// this channel.
   void renewImport(std::int64_t channel);
   void finishImport(std::int64_t recording);
   /// The recordings whose lease has run out.
   std::vector<std::int64_t> deadImports() const;
 
-  std::vector<Recording> recordings() const;  ///< by number
+  std::vector<Recording> recordings() const;  ///< recordings by number
   Recording recording(std::int64_t id) const;
   ChannelPtr channel(std::int64_t id) const;
   std::vector<ChannelPtr> channelsOf(std::int64_t recording) const;

@@ -17,9 +17,9 @@ namespace afterglow::replay {
 
 /// Documents that were not inserted, by their indexes.
 struct MongoWrite {
-  std::set<std::size_t> duplicates;  ///< their _id or key is there already
+  std::set<std::size_t> duplicates;  ///< documents whose _id or key is there already
   std::set<std::size_t> refused;     ///< the server does not take them
-  std::string why;                   ///< of the last one refused
+  std::string why;                   ///< reason of the last refusal
 };
 
 /// Connections to one deployment, as its URI says: hosts, user, TLS, replica set, read preference,
@@ -53,7 +53,7 @@ class MongoClient {
   std::int64_t count(const std::string& database, const std::string& collection,
                      const Bson& filter) const;
 
-  /// In any order; a document that is refused does not keep out the others.
+  /// Inserts in any order; a document that is refused does not keep out the others.
   MongoWrite insert(const std::string& database, const std::string& collection,
                     const std::vector<Bson>& documents) const;
   /// Replaces the one of this _id, or inserts it.

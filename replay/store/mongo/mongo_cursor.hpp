@@ -22,9 +22,10 @@ class MongoCursor final : public MessageCursor {
   struct Lane {
     std::string collection;
     std::vector<std::int64_t> channels;
-    std::shared_ptr<const Schema> schema;  ///< of the filter's narrowing; null: several or unknown
+    std::shared_ptr<const Schema> schema;  ///< schema of the filter's narrowing; null: several or
+                                           ///< unknown
     std::deque<Message> page;
-    Stamp received;              ///< where the next page begins ...
+    Stamp received;              ///< begin of the next page ...
     std::int64_t sequence = -1;  ///< ... behind this one of that stamp
     bool is_done = false;
   };

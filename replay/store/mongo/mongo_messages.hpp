@@ -15,8 +15,8 @@
 
 namespace afterglow::replay {
 
-/// Which messages of a recording: those in [begin, end) on these channels of one collection; all on
-/// the collection if `channels` is empty.
+/// Returns a query for messages of a recording: those in [begin, end) on these channels of one
+/// collection; all on the collection if `channels` is empty.
 Bson messageQuery(const std::string& recording_key, Stamp begin, Stamp end,
                   const std::vector<std::int64_t>& channels);
 
@@ -48,7 +48,8 @@ class MongoMessages {
   /// False too if its bytes do not fit their definition.
   bool matches(const Message& message, const Condition& condition) const;
   std::optional<Stamp> lastStamp(std::int64_t recording) const;
-  /// By topic and type: those of a behavior's own topics, or of its recording's other topics.
+  /// Returns summaries by topic and type: those of a behavior's own topics, or of its recording's
+  /// other topics.
   std::vector<TopicSummary> summaries(const Behavior& behavior, bool own) const;
 
  private:

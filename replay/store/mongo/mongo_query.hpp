@@ -1,5 +1,5 @@
 /// \file
-/// How behaviors are found in a MongoDB store: the server narrows, Filter judges. Internal to
+/// Search for behaviors in a MongoDB store: the server narrows, Filter judges. Internal to
 /// replay/store.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace afterglow::replay {
 /// server cannot narrow the condition down.
 std::optional<Bson> narrowing(const Condition& condition, const Schema& schema);
 
-/// One search for behaviors, with what it cost. Throws StoreError. Everything it is made of must
+/// A search for behaviors, with what it cost. Throws StoreError. Everything it is made of must
 /// outlive it.
 class MongoQuery {
  public:
@@ -25,8 +25,8 @@ class MongoQuery {
              const BehaviorFilter& filter)
       : client_(client), database_(database), messages_(messages), filter_(filter) {}
 
-  std::vector<Behavior> run();         ///< as Store::behaviors()
-  std::vector<std::string> explain();  ///< as Store::explain()
+  std::vector<Behavior> run();         ///< see Store::behaviors()
+  std::vector<std::string> explain();  ///< see Store::explain()
 
  private:
   Bson candidates() const;
@@ -38,7 +38,7 @@ class MongoQuery {
   const MongoMessages& messages_;
   const BehaviorFilter& filter_;
   std::size_t behaviors_ = 0, looked_at_ = 0;  ///< looked_at_: messages
-  std::set<std::string> asked_;                ///< of the server, about messages
+  std::set<std::string> asked_;                ///< the server's questions about messages
 };
 
 }  // namespace afterglow::replay

@@ -18,11 +18,11 @@ struct RoslogFacts {
   /// message (PointCloud, CompressedImage); it keeps no topic. Afterglow: our own store.
   enum class Writer { Logger, CppLogger, TfLogger, MessageStore, Afterglow };
   Writer writer = Writer::Logger;
-  Stamp inserted;     ///< to the millisecond; of the tf logger to the second
+  Stamp inserted;     ///< time to the millisecond; the tf logger's to the second
   std::string topic;  ///< absolute; empty if it is not kept
   std::string type;   ///< "package/Type"
   bool latching = false;
-  bool was_tf_message = false;  ///< its type is gone: `type` has the same fields and MD5
+  bool was_tf_message = false;  ///< true: its type is gone: `type` has the same fields and MD5
 };
 
 /// Empty for a document that does not say what type of message it is or when it came.

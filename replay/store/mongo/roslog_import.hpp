@@ -14,13 +14,13 @@
 namespace afterglow::replay {
 
 struct RoslogImport {
-  std::string name;  ///< of the behaviors; empty: the database's
+  std::string name;  ///< name of the behaviors; empty: the database's
   std::vector<std::string> tags;
   /// Only these; empty: all. They also tell which topic a collection without a topic was.
   std::vector<std::string> topics;
   std::optional<Stamp> since;  ///< inclusive
   std::optional<Stamp> until;  ///< exclusive
-  /// Where nothing came for longer than this, a behavior ends and another begins.
+  /// The silence that ends a behavior and begins another.
   std::optional<std::int64_t> split_gap_ns;
   /// The database keeps no definitions. Empty: those of this machine. Types that are unknown here
   /// are taken from the store, if it has some.
@@ -29,7 +29,7 @@ struct RoslogImport {
 };
 
 struct RoslogImportResult {
-  std::vector<Behavior> behaviors;  ///< by time
+  std::vector<Behavior> behaviors;  ///< behaviors by time
   std::uint64_t messages = 0;
   /// Messages and fields that were left out, guessed or filled in, a line each.
   std::vector<std::string> remarks;

@@ -29,18 +29,18 @@ struct SendOptions {
   std::string path;  ///< the file; empty: recorderFile()
   /// So long does the end wait until all is sent.
   std::chrono::milliseconds farewell{2000};
-  /// Between two attempts; twice as long each time, up to 32 times.
+  /// The pause between two attempts; twice as long each time, up to 32 times.
   std::chrono::milliseconds pause{100};
   /// So often behaviors are looked for that have ended.
   std::chrono::milliseconds look{500};
 };
 
-/// How far a recorder is behind with its server.
+/// The amount that a recorder is behind with its server.
 struct SendStatus {
   std::size_t unsent = 0;   ///< behaviors that have ended and are not on the server
-  std::string last_error;   ///< why the last attempt failed; empty: all is well
+  std::string last_error;   ///< the reason why the last attempt failed; empty: all is well
   std::size_t refused = 0;  ///< behaviors that the server does not take, or not with all messages
-  std::string last_refusal;  ///< why, of the last of them
+  std::string last_refusal;  ///< reason of the last refusal
   std::string path;          ///< the file that holds all of these
 };
 
@@ -61,7 +61,7 @@ class RecorderStore {
   /// The id of a new behavior: one that no two recorders will draw alike (from 2^40 up, 52 random
   /// bits), so that it is the same on the server. 0: the store itself gives one.
   std::int64_t newBehaviorId() const;
-  /// To be held while a behavior is ended that may be discarded: it is not sent meanwhile.
+  /// Holds sending while a behavior is ended that may be discarded.
   std::shared_lock<std::shared_mutex> holdSending() {
     return std::shared_lock<std::shared_mutex>(ending_);
   }
@@ -74,7 +74,7 @@ class RecorderStore {
   void tend(std::function<void(Store&)> work);
 
   std::optional<SendStatus> status() const;  ///< empty without a server
-  /// At the end, instead of leaving it to the destructor: waits for a while until all is sent.
+  /// Waits at the end for a while until all is sent, instead of leaving it to the destructor.
   std::optional<SendStatus> finish();
 
  private:
@@ -91,7 +91,7 @@ class RecorderStore {
   const SendOptions options_;
   std::unique_ptr<Store> local_;
   std::unique_ptr<Store> reader_, server_;  ///< the thread's
-  std::map<std::int64_t, int> failures_;    ///< by behavior; the thread's
+  std::map<std::int64_t, int> failures_;    ///< failures by behavior; the thread's
   std::shared_mutex ending_;
 
   mutable std::mutex mutex_;

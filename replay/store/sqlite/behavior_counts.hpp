@@ -1,5 +1,5 @@
 /// \file
-/// How many messages each behavior has on each channel, kept in a table so that listing behaviors
+/// Counts of each behavior's messages on each channel, kept in a table so that listing behaviors
 /// does not read messages. Internal to replay/store.
 #pragma once
 
@@ -32,8 +32,9 @@ class BatchCounts {
 
   SqliteConnection& connection_;
   Stamp first_, last_;
-  std::map<std::int64_t, std::vector<Interval>> intervals_;           ///< by recording
-  std::map<std::pair<std::int64_t, std::int64_t>, Count> additions_;  ///< by behavior and channel
+  std::map<std::int64_t, std::vector<Interval>> intervals_;  ///< intervals by recording
+  /// Additions by behavior and channel.
+  std::map<std::pair<std::int64_t, std::int64_t>, Count> additions_;
 };
 
 /// Counts a behavior's messages anew: when it is new, and when its interval changes.

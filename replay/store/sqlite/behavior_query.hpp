@@ -14,10 +14,10 @@ std::string selectBehaviors(const std::string& conditions);
 
 Behavior readBehavior(const SqliteStatement& row);
 
-/// As Store::behaviors(), but for `filter.where`, of which only equalities of a behavior's own
-/// fields narrow the choice. `open_are_incomplete`: those without an end are given out as
-/// kIncomplete. `steps`, if given, gets a line: index or all, and how many it looked at. Under the
-/// lock of the connection.
+/// Does what Store::behaviors() does, but for `filter.where`, of which only equalities of a
+/// behavior's own fields narrow the choice. `open_are_incomplete`: those without an end are given
+/// out as kIncomplete. `steps`, if given, gets a line: index or all, and how many it looked at.
+/// Under the lock of the connection.
 std::vector<Behavior> findBehaviors(SqliteConnection& connection, const BehaviorFilter& filter,
                                     bool open_are_incomplete, std::vector<std::string>* steps);
 

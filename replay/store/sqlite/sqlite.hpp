@@ -40,7 +40,7 @@ enum class SqliteAccess { ReadOnly, ReadOnlyImmutable, ReadWriteCreate };
 class SqliteStatement;
 using SqliteLock = std::unique_lock<std::recursive_mutex>;
 
-/// One connection, used by one thread at a time: whoever shares it with other threads holds its
+/// A connection, used by one thread at a time: whoever shares it with other threads holds its
 /// lock() meanwhile. Throws StoreError with the store's name in front. After an input/output error
 /// in writing, it refuses to write until a new connection is made.
 class SqliteConnection {
@@ -57,14 +57,14 @@ class SqliteConnection {
   void execute(const std::string& sql);
   std::int64_t integer(const std::string& sql);  ///< the one number that `sql` yields
   std::int64_t lastInsertedId() const;
-  std::int64_t changedRows() const;  ///< by the last INSERT, UPDATE or DELETE
+  std::int64_t changedRows() const;  ///< rows of the last INSERT, UPDATE or DELETE
   bool isInTransaction() const;
   const std::string& name() const { return name_; }
 
   /// The statement of this text, reset; kept with the connection. One caller at a time uses it.
   SqliteStatement& prepared(std::string_view sql);
 
-  /// From now on a commit folds the log of commits (WAL) into the database when it is longer than
+  /// Sets when a commit folds the log of commits (WAL) into the database: when it is longer than
   /// `fold` pages. Beyond `longest` pages it waits for readers, which keep the log from being begun
   /// anew.
   void foldLog(int fold, int longest);
@@ -113,7 +113,8 @@ class SqliteStatement {
   SqliteStatement& bind(int parameter, std::string_view text);
   SqliteStatement& bind(int parameter, const Bytes& bytes);
   SqliteStatement& bind(int parameter, const std::uint8_t* bytes, std::size_t size);
-  SqliteStatement& bind(int parameter, const SqliteStatement& row, int column);  ///< as it is there
+  /// Binds the value as it is there.
+  SqliteStatement& bind(int parameter, const SqliteStatement& row, int column);
   SqliteStatement& bindNull(int parameter);
   template <typename T>
   SqliteStatement& bind(int parameter, const std::optional<T>& value) {
@@ -121,7 +122,7 @@ class SqliteStatement {
   }
 
   bool step();  ///< true: there is a row
-  void run();   ///< to the end, and reset
+  void run();   ///< runs to the end, and resets
   void reset();
 
   /// Columns count from 0; of the current row.
@@ -130,8 +131,8 @@ class SqliteStatement {
   bool isNull(int column) const;
   std::string text(int column) const;
   Bytes bytes(int column) const;
-  const std::uint8_t* data(int column) const;  ///< of a blob, until the next step
-  std::size_t size(int column) const;          ///< of a text or blob, in bytes
+  const std::uint8_t* data(int column) const;  ///< bytes of a blob, until the next step
+  std::size_t size(int column) const;          ///< size of a text or blob, in bytes
 
  private:
   void check(int code);

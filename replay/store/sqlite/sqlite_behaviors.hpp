@@ -16,7 +16,7 @@ class SqliteBehaviors {
   SqliteBehaviors(SqliteConnection& connection, SqliteRecordings& recordings,
                   SqliteMessages& messages, std::string path, OpenMode mode);
 
-  /// As Store::addBehavior() and so on.
+  /// Does what Store::addBehavior() and so on do.
   std::int64_t add(const Behavior& behavior);
   void update(const Behavior& behavior);
   void remove(std::int64_t id);

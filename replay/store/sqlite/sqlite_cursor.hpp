@@ -17,10 +17,11 @@ class SqliteMessageReader {
   struct Contents {
     Bytes bytes;
     std::optional<Stamp> header_stamp;
-    std::string problem;  ///< why the bytes are not those that were stored; empty: they are
+    std::string problem;  ///< the reason why the bytes are not those that were stored; empty: they
+                          ///< are
   };
 
-  /// What read() wants of a row of messages.
+  /// The columns that read() wants of a row of messages.
   static constexpr const char* kColumns = "id, header_stamp_ns, size, checksum, bytes";
 
   explicit SqliteMessageReader(SqliteConnection& connection);
@@ -54,7 +55,7 @@ class SqliteCursor final : public MessageCursor {
 
   std::optional<Message> next() override;
   std::vector<DamagedMessage> damaged() const override { return damaged_; }
-  /// How many messages were read so far, whether or not they match.
+  /// Returns how many messages were read so far, whether or not they match.
   std::uint64_t looked() const { return looked_; }
 
  private:
@@ -66,7 +67,7 @@ class SqliteCursor final : public MessageCursor {
   SqliteConnection& connection_;
   std::shared_ptr<const Condition> where_;
   const std::size_t page_size_;
-  std::map<std::int64_t, MessageMatcher> matchers_;  ///< by channel, with a filter
+  std::map<std::int64_t, MessageMatcher> matchers_;  ///< matchers by channel, with a filter
   std::uint64_t looked_ = 0;
   std::unique_ptr<SqliteStatement> rows_;
   /// Answered by the index of the table alone, so that damage to a message's row costs that message

@@ -18,7 +18,7 @@ class SqliteImports {
   SqliteImports(SqliteConnection& connection, SqliteRecordings& recordings,
                 SqliteMessages& messages, std::string path);
 
-  /// As Store::beginImport() and so on.
+  /// Does what Store::beginImport() and so on do.
   std::int64_t begin(const Recording& recording);
   void finish(std::int64_t recording);
   void dropRecording(std::int64_t recording);
@@ -34,7 +34,7 @@ class SqliteImports {
   SqliteRecordings& recordings_;
   SqliteMessages& messages_;
   const std::string path_;
-  std::map<std::int64_t, ImportLock> locks_;  ///< of this object's imports, by recording
+  std::map<std::int64_t, ImportLock> locks_;  ///< locks of this object's imports, by recording
 };
 
 /// Numbers of the recordings whose imports were begun and not finished, dead or alive.

@@ -20,12 +20,13 @@ class SqliteMessages {
   /// Messages of more than `largest` bytes are refused.
   SqliteMessages(SqliteConnection& connection, SqliteRecordings& recordings, std::size_t largest);
 
-  /// As Store::append() and Store::messages().
+  /// Does what Store::append() and Store::messages() do.
   void append(const std::vector<Message>& messages, Duplicates duplicates);
   std::unique_ptr<MessageCursor> read(const Behavior& behavior, const MessageRange& range) const;
 
-  /// In slices of a transaction each, so that a recorder need not wait for gigabytes to be removed.
-  /// The counts of `behavior` are lowered; no other behavior covers the interval.
+  /// Removes messages in slices of a transaction each, so that a recorder need not wait for
+  /// gigabytes to be removed. The counts of `behavior` are lowered; no other behavior covers the
+  /// interval.
   void remove(std::int64_t recording, Interval interval, std::int64_t behavior = 0);
 
  private:

@@ -14,7 +14,7 @@ class SqliteRecordings {
  public:
   explicit SqliteRecordings(SqliteConnection& connection) : connection_(connection) {}
 
-  /// As Store::addRecording() and so on.
+  /// Does what Store::addRecording() and so on do.
   std::int64_t add(const Recording& recording);
   std::vector<Recording> all() const;
   std::int64_t addChannel(std::int64_t recording, const Channel& channel);
@@ -26,7 +26,7 @@ class SqliteRecordings {
   /// Removes the rows of a recording, its channels, and definitions that no channel uses any more.
   /// In the transaction that is open; the recording has no messages and behaviors.
   void remove(std::int64_t recording);
-  /// To be called when ids may be given out again: a transaction was undone, a recording removed.
+  /// Forgets ids that may be given out again: a transaction was undone, a recording removed.
   void forget() { of_channel_.clear(); }
 
  private:

@@ -16,11 +16,11 @@ struct SqliteLimits {
   int longest_log_pages = 8 * 2048;
 };
 
-/// One connection behind one lock, and an object for each part of the store that shares them.
-/// Several stores, in this process or others, may be open on one file: one writes at a time,
-/// readers never wait for it. A message is on disk when append() has returned. In a store that is
-/// opened ReadOnly, and that nobody records into, a behavior without an end has the outcome
-/// kIncomplete: its recorder died.
+/// A store on a SQLite file: one connection behind one lock, and an object for each part of the
+/// store that shares them. Several stores, in this process or others, may be open on one file: one
+/// writes at a time, readers never wait for it. A message is on disk when append() has returned. In
+/// a store that is opened ReadOnly, and that nobody records into, a behavior without an end has the
+/// outcome kIncomplete: its recorder died.
 class SqliteStore final : public Store {
  public:
   SqliteStore(const std::string& path, OpenMode mode, const SqliteLimits& limits = {});

@@ -23,13 +23,13 @@ struct StoreStats {
     Stamp begin;
     std::uint64_t messages = 0, bytes = 0;
   };
-  std::uint64_t file_bytes = 0;  ///< with the log of commits
-  std::uint64_t free_bytes = 0;  ///< of these, to be used again
+  std::uint64_t file_bytes = 0;  ///< size with the log of commits
+  std::uint64_t free_bytes = 0;  ///< bytes of these, to be used again
   std::uint64_t recordings = 0, behaviors = 0, messages = 0, files = 0;
-  std::optional<Stamp> oldest, newest;  ///< of the messages
-  std::vector<Topic> topics;            ///< with most bytes first
+  std::optional<Stamp> oldest, newest;  ///< stamps of the messages
+  std::vector<Topic> topics;            ///< topics with most bytes first
   std::vector<Held> largest;            ///< behaviors with most bytes, ten at most
-  std::optional<std::string> recorder;  ///< who records into it now
+  std::optional<std::string> recorder;  ///< recorder that runs now
 };
 
 /// Looks at every message's row, not at its bytes. Throws StoreError.
@@ -52,7 +52,7 @@ StoreCheck checkStore(const std::string& path, const StoreProgress& progress = {
 struct StoreRepair {
   std::uint64_t messages = 0;     ///< kept
   std::vector<std::string> lost;  ///< a sentence each
-  std::string damaged_path;       ///< where the damaged file lies now
+  std::string damaged_path;       ///< place of the damaged file now
 };
 
 /// Copies every row that can be read, and every message whose checksum holds, into a new store,

@@ -24,7 +24,7 @@ class LockFile {
   int file_;
 };
 
-/// Of several recorders one at a time writes to a store: a lock on the file PATH.lock.
+/// A lock on the file PATH.lock: of several recorders one at a time writes to a store.
 class RecorderLock {
  public:
   /// Throws StoreError, naming the process that holds it.
@@ -51,7 +51,7 @@ class ImportLock {
   LockFile file_;
 };
 
-/// Whether the program of this import runs; takes no lock and writes nothing.
+/// Returns true if the program of this import runs; takes no lock and writes nothing.
 bool isImporting(const std::string& store, std::int64_t recording);
 
 }  // namespace afterglow::replay
