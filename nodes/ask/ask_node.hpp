@@ -49,7 +49,7 @@ class AskNode {
 
   const AskNodeOptions options_;
   ros::NodeHandle node_, private_node_{"~"};
-  replay::Asking asking_;                 ///< of the action's thread
+  replay::Asking asking_;  ///< conversation of the action's thread
   std::atomic<bool> is_answering_{false};
   std::mutex mutex_;
   ros::WallTime quiet_from_;              ///< the robot speaks until then, as far as is known

@@ -14,12 +14,13 @@
 
 namespace afterglow::nodes {
 
-/// One task at a time. To be used by one thread; progress() by any.
+/// Solves one task at a time; used by one thread, progress() by any. To be used by one thread;
+/// progress() by any.
 class BackgroundSolver {
  public:
   struct Solution {
     std::optional<calib::Calibration> calibration;
-    std::vector<std::string> reasons;  ///< why there is no calibration
+    std::vector<std::string> reasons;  ///< reasons why there is no calibration
     CalibrationSession::Task task;
   };
 

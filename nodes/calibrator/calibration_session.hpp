@@ -1,5 +1,5 @@
 /// \file
-/// One live calibration, from its start to its check: the guide, the photographs and the results,
+/// A live calibration, from its start to its check: the guide, the photographs and the results,
 /// which the node's services and its watching thread share. No ROS.
 #pragma once
 
@@ -18,7 +18,7 @@ namespace afterglow::nodes {
 
 struct CalibratorState {
   std::string phase = "idle";  ///< waiting (for camera or camera_info), or calib::phaseName
-  std::string problem;         ///< of the camera; empty: there is none
+  std::string problem;         ///< problem of the camera; empty: there is none
   std::string doing;           ///< while solving
   int views = 0, views_wanted = 0, discarded = 0;
   double coverage = 0;  ///< 0 to 1
@@ -41,13 +41,13 @@ class CalibrationSession {
     std::vector<calib::Photographs> photographs;
     unsigned start = 0;
   };
-  /// What the guide says of an image, and what has to be shown from now on.
+  /// The guide's word on an image, and what has to be shown from now on.
   struct Seen {
     calib::TakerAnswer answer;
     calib::Shown shown = calib::Shown::Black;
-    std::string view_name;  ///< of the view that this image may be a photograph of
+    std::string view_name;  ///< name of the view that this image may be a photograph of
   };
-  /// What is to be said and shown.
+  /// News to be said and shown.
   struct News {
     std::vector<calib::Utterance> utterances;
     std::string progress;
@@ -66,11 +66,11 @@ class CalibrationSession {
   Answer solveNow();
   Answer discardLast();
 
-  /// Whether it is started and waits for the camera's lens.
+  /// Returns true if it is started and waits for the camera's lens.
   bool awaitsCamera() const;
   /// Begins with this camera, unless it has been stopped meanwhile.
   void begin(const calib::Lens& camera);
-  /// Whether views are being taken: for the calibration or for its check.
+  /// Returns true while views are taken: for the calibration or for its check.
   bool takesViews() const;
   bool isVerifying() const;
   /// Empty if it was started anew meanwhile; so are the functions below then without effect.
@@ -83,7 +83,7 @@ class CalibrationSession {
 
   /// Empty unless the guide is waiting for a solution.
   std::optional<Task> task() const;
-  /// Whether the solution of this start's task is still waited for.
+  /// Returns true while the solution of this start's task is still waited for.
   bool awaitsSolution(unsigned start) const;
   void refused(unsigned start, const std::vector<std::string>& reasons);
   /// `filed`: where it has been written, or why it could not be, for people.
@@ -93,11 +93,11 @@ class CalibrationSession {
   /// False without a guide to tell it.
   bool tell(const std::string& text);
   News takeNews();
-  /// Without the camera's problem and the solver's progress, which are others'.
+  /// Returns the state without the camera's problem and the solver's progress, which others know.
   CalibratorState state() const;
 
  private:
-  bool isAwaited(unsigned start) const;  ///< with the mutex held
+  bool isAwaited(unsigned start) const;  ///< needs the mutex held
 
   const calib::Board board_;
   const calib::Pattern pattern_;
@@ -106,11 +106,11 @@ class CalibrationSession {
 
   mutable std::mutex mutex_;  ///< all below
   bool is_started_;           ///< and waits for the camera
-  unsigned starts_ = 0;       ///< what belongs to an earlier start is dropped
+  unsigned starts_ = 0;       ///< number of starts; results of an earlier start are dropped
   std::optional<calib::Guide> guide_;
   std::vector<calib::Photographs> photographs_;
   std::optional<calib::Calibration> calibration_;
-  calib::ErrorSummary check_;  ///< without corners before the check
+  calib::ErrorSummary check_;  ///< errors of the check; without corners before it
 };
 
 }  // namespace afterglow::nodes

@@ -31,7 +31,7 @@
 
 namespace afterglow::nodes {
 
-/// From construction to stop() it watches in a thread of its own; solving has another one.
+/// Watches the camera from construction to stop() in a thread of its own; solving has another one.
 /// Callbacks come from the caller's spinner.
 class CalibratorNode {
  public:
@@ -53,7 +53,8 @@ class CalibratorNode {
 
   void watchLoop();
   void onImage(CameraImage image);
-  /// Whether the camera's lens is known and of this image; begins the session if it waits for that.
+  /// Returns true if the camera's lens is known and of this image; begins the session if it waits
+  /// for that.
   bool isUsable(const CameraImage& image);
   void finishView(const Rigid<Camera, Surface>& T_camera_board);
   void finishCheck(const calib::View& view);

@@ -1,5 +1,6 @@
 /// \file
-/// What calibrator_node tells: the person who holds the board, its status and its result.
+/// The topics of calibrator_node: words for the person who holds the board, its status and its
+/// result.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
@@ -20,7 +21,7 @@ namespace afterglow::nodes {
 /// Keys as the members; held_out_mm and check_mm only when known.
 std::string toJson(const CalibratorState& state);
 
-/// One status: a warning while the camera has a problem.
+/// Makes one status: a warning while the camera has a problem.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const CalibratorState& state,
                                                const std::string& node);
 

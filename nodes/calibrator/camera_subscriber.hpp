@@ -35,7 +35,7 @@ class CameraSubscriber {
   /// Empty also after a bad message: problem() tells.
   std::optional<CameraImage> take(std::chrono::milliseconds patience);
   std::optional<calib::Lens> lens() const;
-  /// Why there are no images or no lens, in one line; empty if there are.
+  /// Returns why there are no images or no lens, in one line; empty if there are.
   std::string problem() const;
 
  private:

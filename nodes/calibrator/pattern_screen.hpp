@@ -1,5 +1,5 @@
 /// \file
-/// What the projector shows, on ~pattern and for whoever has a window.
+/// The projector's picture, on ~pattern and for whoever has a window.
 #pragma once
 
 #include <ros/ros.h>
@@ -17,7 +17,7 @@
 
 namespace afterglow::nodes {
 
-/// From any thread. Begins black.
+/// The screen; used from any thread, black at first. Begins black.
 class PatternScreen {
  public:
   PatternScreen(const calib::Pattern& pattern, const std::string& frame_id);
@@ -33,7 +33,7 @@ class PatternScreen {
   void publish(calib::Shown shown);
   const calib::Picture& pictureOf(calib::Shown shown) const;
 
-  std::array<calib::Picture, 3> pictures_;  ///< by calib::Shown
+  std::array<calib::Picture, 3> pictures_;  ///< pictures by calib::Shown
   std::string frame_id_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;

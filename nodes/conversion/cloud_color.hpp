@@ -14,11 +14,11 @@ namespace afterglow::nodes {
 
 enum class ColorSource { Flat, Rgb8, Mono8, RgbF32, Intensity, AxisX, AxisY, AxisZ };
 
-/// How numbers become colors. With equal bounds all get the color of the lower bound.
+/// The colors of numbers. With equal bounds all get the color of the lower bound.
 struct ColorScale {
   bool rainbow = true;
   bool invert = false;                                    ///< the rainbow begins with magenta
-  render::Color least{0, 0, 0, 1}, greatest{1, 1, 1, 1};  ///< without the rainbow
+  render::Color least{0, 0, 0, 1}, greatest{1, 1, 1, 1};  ///< bounds without the rainbow
   /// The values at the ends of the scale; empty: the least and the greatest of each message.
   std::optional<std::array<double, 2>> bounds;
 };
@@ -26,7 +26,7 @@ struct ColorScale {
 /// Red at 0 over yellow, green, cyan and blue to magenta at 1 (hue 0 to 300 degrees).
 render::Color rainbow(double share);
 
-/// One color for each value. Values that are not finite get the color of the lower bound.
+/// Returns a color for each value. Values that are not finite get the color of the lower bound.
 render::ColorList colorsOf(const std::vector<double>& values, const ColorScale& scale);
 
 /// The same brightness without hue: MONO8.

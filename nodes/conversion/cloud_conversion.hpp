@@ -15,7 +15,7 @@
 
 namespace afterglow::nodes {
 
-/// How a topic's points look; from the configuration, not from the messages.
+/// The look of a topic's points; from the configuration, not from the messages.
 struct CloudStyle {
   render::PointStyle style = render::PointStyle::FlatSquares;
   float size = 0.01f;  ///< meters; for PointStyle::Points pixels

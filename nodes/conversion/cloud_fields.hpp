@@ -14,13 +14,13 @@
 
 namespace afterglow::nodes {
 
-/// One field's place within a point, known to lie inside it.
+/// A field's place within a point, known to lie inside it.
 class FieldReader {
  public:
   FieldReader(const sensor_msgs::PointField& field, bool big_endian)
       : offset_(field.offset), datatype_(field.datatype), swap_(big_endian) {}
 
-  /// Whether the bytes at offset() are a float as this machine has it.
+  /// Returns true if the bytes at offset() are a float as this machine has it.
   bool isPlainFloat() const { return datatype_ == sensor_msgs::PointField::FLOAT32 && !swap_; }
   bool isSwapped() const { return swap_; }
   std::size_t offset() const { return offset_; }

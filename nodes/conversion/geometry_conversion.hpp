@@ -29,7 +29,7 @@ namespace afterglow::nodes {
 template <typename T>
 struct Converted {
   std::optional<T> value;
-  std::string reason;  ///< why there is no value; beside a value: what is odd about it
+  std::string reason;  ///< the reason why there is no value; beside a value: its oddity
 };
 
 template <typename T>
@@ -38,7 +38,8 @@ Converted<T> refused(std::string reason) {
 }
 
 constexpr double kFarthest = 1e6;  ///< meters; beyond it a coordinate is absurd, not far away
-constexpr std::size_t kMostPoints = std::size_t{1} << 22;  ///< in one message; more is refused
+constexpr std::size_t kMostPoints = std::size_t{1} << 22;  ///< limit of one message; more is
+                                                           ///< refused
 
 /// Meters. Empty if a coordinate is not finite or beyond kFarthest.
 std::optional<Eigen::Vector3f> toVector(double x, double y, double z);
@@ -62,11 +63,11 @@ replay::PlanarPose toPlanarPose(const Eigen::Isometry3d& T_parent_child);
 ros::Time toTime(replay::Stamp stamp);
 replay::Stamp toStamp(const ros::Time& time);
 
-/// Why content with this header cannot be placed (a frame without a name, a stamp that is no time);
-/// else empty.
+/// Returns why content with this header cannot be placed (a frame without a name, a stamp that is
+/// no time); else empty.
 std::string headerFault(const std_msgs::Header& header);
 
-/// Without the leading slash that old messages have and tf2 does not know.
+/// Returns the name without the leading slash that old messages have and tf2 does not know.
 std::string frameName(const std::string& frame_id);
 
 /// A name from the network, fit for a status line: printable ASCII and short.

@@ -1,5 +1,5 @@
 /// \file
-/// Which map a robot is localized on.
+/// The identity of the map that a robot is localized on.
 #pragma once
 
 #include <nav_msgs/OccupancyGrid.h>

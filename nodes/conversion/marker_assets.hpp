@@ -17,7 +17,7 @@ namespace afterglow::nodes {
 /// Opens the font with the first text. One thread at a time, except for meshes().
 class MarkerAssets {
  public:
-  static constexpr std::size_t kMostLetters = 4096;  ///< in one text; more is refused
+  static constexpr std::size_t kMostLetters = 4096;  ///< limit of one text; more is refused
 
   /// `mesh_roots`: as MeshLibrary's.
   explicit MarkerAssets(std::vector<std::string> mesh_roots = {})
@@ -38,7 +38,7 @@ class MarkerAssets {
     std::string remark;
   };
   std::map<std::pair<std::string, double>, Known> texts_;
-  std::size_t sweep_at_ = 64;  ///< with so many texts, those not shown any more are forgotten
+  std::size_t sweep_at_ = 64;  ///< number of texts at which those not shown any more are forgotten
   MeshLibrary meshes_;
 };
 

@@ -69,11 +69,12 @@ class MeshLibrary {
   Converted<Place> find(const std::string& resource);
   void makeRoom();
 
-  std::vector<std::string> roots_;  ///< these are the reading thread's alone, once it runs
+  std::vector<std::string> roots_;  ///< folders, and what follows, for the reading thread alone,
+                                    ///< once it runs
   bool roots_are_packages_;
   EndableProgram program_;
   Read read_;
-  std::mutex mutex_;  ///< what follows
+  std::mutex mutex_;  ///< guards what follows
   std::map<std::string, Key> names_;
   std::map<Key, Entry> entries_;
   std::uint64_t uses_ = 0;
@@ -81,15 +82,16 @@ class MeshLibrary {
   std::map<std::string, std::shared_future<Mesh>> asked_;
   bool is_ended_ = false;
   std::condition_variable asked_for_;
-  std::thread thread_;  ///< from the first request on
+  std::thread thread_;  ///< runs from the first request on
 };
 
-/// As render::loadMeshFile. Starts afterglow_mesh_reader, which lies beside the running program,
-/// and waits for it: a minute at most. Throws std::runtime_error also where the file crashes it,
-/// takes it too much time or memory, or where it cannot be started. Safe from several threads.
+/// Does what render::loadMeshFile does in a program of its own. Starts afterglow_mesh_reader, which
+/// lies beside the running program, and waits for it: a minute at most. Throws std::runtime_error
+/// also where the file crashes it, takes it too much time or memory, or where it cannot be started.
+/// Safe from several threads.
 render::Body readMeshFile(const std::string& path, const std::string& root,
                           const render::MeshFileLimits& limits = {});
-/// One that another thread can end.
+/// Reads by a program that another thread can end.
 render::Body readMeshFile(EndableProgram& program, const std::string& path,
                           const std::string& root, const render::MeshFileLimits& limits = {});
 

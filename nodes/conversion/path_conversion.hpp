@@ -13,8 +13,8 @@
 
 namespace afterglow::nodes {
 
-/// From the configuration, not from the messages. Defaults are RViz's, except for its lines of one
-/// pixel.
+/// The look of paths, from the configuration, not from the messages. Defaults are RViz's, except
+/// for its lines of one pixel.
 struct PathStyle {
   enum class Line { Lines, Billboards } line = Line::Billboards;
   enum class Poses { None, Axes, Arrows } poses = Poses::None;
@@ -25,7 +25,7 @@ struct PathStyle {
   render::Color arrow_color{1, 85 / 255.0f, 1, 1};
 };
 
-/// In the path's frame.
+/// The shapes of a path, in the path's frame.
 struct PathShapes {
   std::vector<render::Lines> strips;
   render::SharedBody glyphs;  ///< axes (in colors of their own) or arrows; may be null

@@ -10,7 +10,7 @@ namespace afterglow::nodes {
 
 constexpr std::size_t kLongestResource = 1024;
 
-/// Where "package://NAME/PATH" or "file:///PATH" leads, before links are followed.
+/// The destination of "package://NAME/PATH" or "file:///PATH", before links are followed.
 struct ResourceFile {
   std::string path;
   std::string package;  ///< the folder of its package; empty: file://
@@ -21,7 +21,7 @@ struct ResourceFile {
 /// links in its path lead, is not looked at.
 ResourceFile resourceFile(const std::string& uri);
 
-/// Whether a path leads into a folder when all links are followed.
+/// Returns true if a path leads into a folder when all links are followed.
 bool isInside(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 /// The folders of all ROS packages of this machine.

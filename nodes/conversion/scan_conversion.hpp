@@ -10,10 +10,10 @@
 
 namespace afterglow::nodes {
 
-/// When the points of a scan were measured: a turning scanner measures ray after ray.
+/// The times at which the points of a scan were measured: a turning scanner measures ray after ray.
 struct Sweep {
-  std::vector<float> seconds;  ///< after the stamp, for each point; empty: all at the stamp
-  double last_s = 0;           ///< of the last ray, whether it returned or not
+  std::vector<float> seconds;  ///< seconds after the stamp, for each point; empty: all at the stamp
+  double last_s = 0;           ///< time of the last ray, whether it returned or not
 };
 
 struct ScanPoints {

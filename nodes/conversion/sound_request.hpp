@@ -16,7 +16,7 @@ namespace afterglow::nodes {
 std::optional<sound_play::SoundRequest> soundRequestOf(const replay::Channel& channel,
                                                        const replay::Bytes& bytes);
 
-/// Whether a node is sound_play's own, by the name that it is usually run under.
+/// Returns true if a node is sound_play's own, by the name that it is usually run under.
 bool isSoundPlay(const std::string& node);
 
 /// The voice to ask sound_play for: Festival's are named voice_..., as sound_play has them; for

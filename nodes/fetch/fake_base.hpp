@@ -19,13 +19,13 @@ namespace afterglow::nodes {
 
 using replay::PlanarPose;
 
-/// What the base does wrong. The same seed drives the same way.
+/// The errors of the base. The same seed drives the same way.
 struct DriveErrors {
   double linear_scale = 1.006;   ///< true distance per distance measured by the wheels
   double angular_scale = 0.994;  ///< the same of turns
   double slip = 0.02;  ///< standard deviation of a wheel's travel in a step, relative to it
   std::uint32_t seed = 1;
-  Nanoseconds latency{0};  ///< from a command to its effect
+  Nanoseconds latency{0};  ///< time from a command to its effect
 };
 
 class DiffDrive {
@@ -39,11 +39,12 @@ class DiffDrive {
   void step(Nanoseconds now, Nanoseconds dt);
   /// Stands still at once.
   void halt();
-  /// As if somebody had driven it there: the odometry moves along and its drift stays as it was.
+  /// Places the base as if somebody had driven it there: the odometry moves along and its drift
+  /// stays as it was.
   void place(const PlanarPose& true_pose);
 
-  const PlanarPose& truePose() const { return true_pose_; }  ///< in map
-  const PlanarPose& odometry() const { return odometry_; }   ///< in odom
+  const PlanarPose& truePose() const { return true_pose_; }  ///< pose in map
+  const PlanarPose& odometry() const { return odometry_; }   ///< pose in odom
   PlanarPose mapToOdom() const;                              ///< the drift: odom in map
   double linear() const { return linear_; }             ///< m/s, as the wheels turn
   double angular() const { return angular_; }           ///< rad/s
@@ -74,18 +75,18 @@ struct LocalizationErrors {
   double position = 0;  ///< m, in x and in y
   double yaw = 0;       ///< rad
   std::uint32_t seed = 2;
-  /// What the wheels have to go or turn before it measures again. Without both it measures five
-  /// times a second, and if it is exact as well it always knows.
+  /// The distance and the turn of the wheels before it measures again. Without both it measures
+  /// five times a second, and if it is exact as well it always knows.
   double distance = 0.1, turn = 0.25;
 };
 
-/// Where the robot thinks its odometry's origin lies in map. Measured as AMCL does, on a Fetch
+/// The robot's belief where its odometry's origin lies in map. Measured as AMCL does, on a Fetch
 /// after 0.1 m or 0.25 rad of motion only, known 0.1 s later, each time a little beside if told so,
 /// and errors that follow each other are alike.
 class FakeLocalization {
  public:
   FakeLocalization(const LocalizationErrors& errors, const DiffDrive& base);
-  /// To be called at each of the base's steps.
+  /// Measures where due; called at each of the base's steps.
   void step(Nanoseconds now, const DiffDrive& base);
   /// Somebody tells it where it stands.
   void relocate(const DiffDrive& base);
@@ -96,12 +97,12 @@ class FakeLocalization {
   PlanarPose measure(const DiffDrive& base);
 
   struct Measured {
-    Nanoseconds known;  ///< from then on
+    Nanoseconds known;  ///< moment from which it is known
     PlanarPose map_to_odom;
   };
   LocalizationErrors errors_;
   std::mt19937 random_;
-  PlanarPose error_;  ///< of the latest measurement
+  PlanarPose error_;  ///< error of the latest measurement
   Nanoseconds next_{0};
   PlanarPose measured_at_;  ///< odometry of the latest measurement
   std::deque<Measured> measured_;

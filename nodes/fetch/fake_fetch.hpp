@@ -13,7 +13,7 @@
 namespace afterglow::nodes {
 
 struct FakeFetchConfig {
-  PlanarPose start;  ///< of base_link in map
+  PlanarPose start;  ///< pose of base_link in map
   DriveErrors errors;
   LocalizationErrors localization{};
   double slowness = 1;  ///< joint trajectories take so many times as long as their goals say
@@ -28,18 +28,18 @@ constexpr const char* kHeadController = "head_controller";
 constexpr const char* kProjectorController = "projector";
 constexpr const char* kPointHeadController = "point_head";
 
-/// Of ParallelGripperController's latest goal.
+/// The status of ParallelGripperController's latest goal.
 struct GripperStatus {
-  double gap = 0;  ///< between the pads
+  double gap = 0;  ///< distance between the pads
   bool is_done = true;
-  bool reached = false;  ///< within 2 mm
+  bool reached = false;  ///< true within 2 mm
   bool stalled = false;  ///< less than 5 mm in 2 s: good enough for this controller
 };
 
-/// What the joints were commanded, for judges: a step is a jolt on a real robot.
+/// The commands to the joints, for judges: a step is a jolt on a real robot.
 struct JointCommands {
-  JointPositions positions;  ///< in the latest cycle; a joint that is missing is limp
-  /// From one cycle to the next, or from where a limp joint was.
+  JointPositions positions;  ///< positions in the latest cycle; a joint that is missing is limp
+  /// The largest steps from one cycle to the next, or from where a limp joint was.
   JointPositions largest_steps;
 };
 
@@ -83,7 +83,8 @@ class FakeFetch {
 
   const RobotModel& model() const { return model_; }
   const DiffDrive& base() const { return base_; }
-  const PlanarPose& mapToOdom() const { return localization_.mapToOdom(); }  ///< as it is believed
+  /// The pose as it is believed.
+  const PlanarPose& mapToOdom() const { return localization_.mapToOdom(); }
   const JointStates& joints() const { return joints_; }
   JointPositions jointPositions() const;
   Nanoseconds now() const { return now_; }
@@ -108,7 +109,7 @@ class FakeFetch {
   JointStates joints_;
   std::map<std::string, TrajectoryFollower> followers_;
   HeadPointer head_pointer_;
-  JointPositions in_hand_;  ///< where somebody is moving them
+  JointPositions in_hand_;  ///< positions to which somebody is moving joints
   JointCommands commands_;
   double wanted_gap_ = 0, goal_gap_ = 0;
   GripperStatus grip_;

@@ -77,7 +77,7 @@ class FakeFetchNode {
   void pointHead(const control_msgs::PointHeadGoal& goal);
   bool startPointing(const control_msgs::PointHeadGoal& goal, std::string* problem);
   void moveGripper(const control_msgs::GripperCommandGoal& goal);
-  /// What `ask` says of the robot, with the lock held.
+  /// Returns the answer of `ask` about the robot, with the lock held.
   template <typename Ask>
   auto locked(const Ask& ask) {
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -36,7 +36,7 @@ class FakeLaser {
   double firstAngle() const { return -view_; }
   double angleStep() const { return 2 * view_ / (kBeams - 1); }
 
-  /// What stands in the room from now on.
+  /// Replaces the things that stand in the room.
   void setThings(std::vector<RoundThing> things) { things_ = std::move(things); }
   /// A range for each beam. A Fetch's is mounted upside down: it looks from left to right.
   std::vector<float> look(const PlanarPose& T_map_laser, bool is_upside_down);

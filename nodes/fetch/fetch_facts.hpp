@@ -1,7 +1,7 @@
 /// \file
-/// What everybody who moves the Fetch of assets/fetch.urdf has to know: its controllers' joints,
-/// its turrets, and how its arm is tucked. Source: fetch_description and the robot's default
-/// controllers.
+/// The facts that everybody who moves the Fetch of assets/fetch.urdf has to know: its controllers'
+/// joints, its turrets, and how its arm is tucked. Source: fetch_description and the robot's
+/// default controllers.
 #pragma once
 
 #include <string>
@@ -11,14 +11,15 @@
 
 namespace afterglow::nodes {
 
-constexpr const char* kGripperLink = "gripper_link";  ///< between the pads, x along the fingers
+constexpr const char* kGripperLink = "gripper_link";  ///< point between the pads, x along the
+                                                      ///< fingers
 
 /// Torso and arm, in the order of arm_with_torso_controller.
 extern const std::vector<std::string> kArmWithTorsoJoints;
 extern const std::vector<std::string> kArmJoints;  ///< the same without the torso
 extern const std::vector<std::string> kHeadJoints;
 extern const std::vector<std::string> kProjectorJoints;
-extern const std::vector<std::string> kGripperJoints;  ///< each opens by half the gap
+extern const std::vector<std::string> kGripperJoints;  ///< joints that each open by half the gap
 
 /// Points directions given in projector_optical_frame (x right, y down, z forward).
 extern const PanTilt kProjectorTurret;

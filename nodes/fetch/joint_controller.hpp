@@ -1,6 +1,6 @@
 /// \file
-/// What Fetch's controllers of joints have in common, simulated: a goal, a command in every cycle,
-/// a cancel, and the controller manager's word. Semantics of robot_controllers (melodic-devel) and
+/// The common part of Fetch's controllers of joints, simulated: a goal, a command in every cycle, a
+/// cancel, and the controller manager's word. Semantics of robot_controllers (melodic-devel) and
 /// its faults, which a player has to bear: issue 33, a goal that follows a cancel begins at the
 /// last command and its old time. Radians, meters, nanoseconds of robot time.
 #pragma once
@@ -33,7 +33,7 @@ enum class TrajectoryError {
 struct TrajectoryStatus {
   enum class Phase { Idle, Running, Succeeded, Failed, Stopped } phase = Phase::Idle;
   TrajectoryError error = TrajectoryError::None;
-  std::string text;  ///< one line, where it failed or was stopped
+  std::string text;  ///< a line, where it failed or was stopped
 };
 
 /// Either off, its joints are limp then (gravity compensation only), or on: it follows a goal or
@@ -48,13 +48,13 @@ class JointController {
   const TrajectoryStatus& status() const { return status_; }
   bool isBusy() const { return status_.phase == TrajectoryStatus::Phase::Running; }
   bool isOn() const { return is_on_; }
-  /// Its latest command; empty before the first.
+  /// Returns the latest command; empty before the first.
   JointStates desired() const;
 
   /// A cancel, or a new goal's arrival: the last command is held at once, without a ramp, and the
   /// next goal begins there, at its time.
   void cancel();
-  /// What it commands in this cycle, in the order of joints(); empty: its joints are left alone.
+  /// Returns the command of this cycle, in the order of joints(); empty: the joints are left alone.
   std::optional<std::vector<double>> step(const JointStates& measured, Nanoseconds now);
 
   // --------------------------------------------------------------- from the controller manager
@@ -64,24 +64,25 @@ class JointController {
   void refuse(const std::string& why);
   /// Another controller takes its joints. Not while it is busy.
   void yield() { is_on_ = false; }
-  /// By force: its goal is aborted, its joints are limp. What it commanded last is remembered.
+  /// Lets go by force: its goal is aborted, its joints are limp. What it commanded last is
+  /// remembered.
   void letGo(const std::string& why);
-  /// As after a restart of the robot.
+  /// Forgets all, as after a restart of the robot.
   void forget(const std::string& why);
 
  protected:
   void fail(TrajectoryError error, const std::string& why);
   void take(JointPath path);
-  /// Of the goal under way, in every cycle: whether it has ended.
+  /// Judges in every cycle whether the goal under way has ended.
   virtual void judge(const JointStates& measured, Nanoseconds now) = 0;
 
   const JointPath& path() const { return path_; }
   void succeed() { status_ = {TrajectoryStatus::Phase::Succeeded, TrajectoryError::None, ""}; }
-  /// How far a joint is from its command, the short way round.
+  /// Returns how far a joint is from its command, the short way round.
   double off(const JointStates& measured, std::size_t joint) const;
-  /// Where the joints are, at rest.
+  /// Returns the joints' positions, at rest.
   JointKnot here(const JointStates& measured, Nanoseconds now) const;
-  /// Where a goal begins that follows a cancel; empty for any other.
+  /// Returns the begin of a goal that follows a cancel; empty for any other.
   std::optional<JointKnot> spliceKnot() const;
 
  private:
@@ -101,12 +102,12 @@ class HeadPointer : public JointController {
   explicit HeadPointer(std::vector<Joint> joints) : JointController(std::move(joints)) {}
 
   struct Turn {
-    std::vector<double> angles;  ///< of pan and tilt, beyond their limits if need be
+    std::vector<double> angles;  ///< angles of pan and tilt, beyond their limits if need be
     Nanoseconds min_duration{0};
     double max_velocity = 0;  ///< 0: the joints'; the mean over the turn, its peak is above
   };
-  /// From where the head is, from rest to rest. It succeeds when its time is over, wherever the
-  /// head is then.
+  /// Starts from where the head is, from rest to rest. It succeeds when its time is over, wherever
+  /// the head is then.
   void start(const Turn& turn, const JointStates& measured, Nanoseconds now);
 
  private:

@@ -1,6 +1,6 @@
 /// \file
-/// What a simulated controller commands its joints over time. Radians, meters, nanoseconds of robot
-/// time. Manners of Fetch's robot_controllers (melodic-devel): SplineTrajectorySampler,
+/// The commands of a simulated controller to its joints over time. Radians, meters, nanoseconds of
+/// robot time. Manners of Fetch's robot_controllers (melodic-devel): SplineTrajectorySampler,
 /// windupTrajectory.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace afterglow::nodes {
 
-/// What joints pass, all at the same time, or are commanded at a time.
+/// Positions that joints pass, all at the same time, or are commanded at a time.
 struct JointKnot {
   Nanoseconds time{0};
   std::vector<double> positions, velocities, accelerations;  ///< the last two may be empty

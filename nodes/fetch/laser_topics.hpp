@@ -13,20 +13,20 @@
 
 namespace afterglow::nodes {
 
-/// By default a Fetch's.
+/// A scan topic; by default a Fetch's.
 struct ScanTopic {
   std::string topic = "/base_scan", frame = "laser_link";
   double view = FakeLaser::kFetchView;  ///< rad to either side
 };
 
-/// For one thread at a time, the callbacks of its node handle included.
+/// The laser's topics, for one thread at a time, the callbacks of its node handle included.
 class LaserTopics {
  public:
   /// `T_base_laser`: where it sits.
   LaserTopics(const PlanarPose& start, const Eigen::Isometry3d& T_base_laser,
               const ScanTopic& scan = {});
 
-  /// To be called often; publishes fifteen times a second.
+  /// Publishes fifteen times a second; called often.
   void publishIfDue(const ros::Time& now, const PlanarPose& T_map_base);
   void setThings(const geometry_msgs::PoseArray& obstacles);
 

@@ -21,7 +21,7 @@ Nanoseconds toNanoseconds(const ros::Time& time);
 Nanoseconds toNanoseconds(const ros::Duration& duration);
 ros::Time toRosTime(Nanoseconds time);
 
-/// Without tolerances.
+/// Makes a goal without tolerances.
 TrajectoryGoal toGoal(const trajectory_msgs::JointTrajectory& message);
 TrajectoryGoal toGoal(const control_msgs::FollowJointTrajectoryGoal& message);
 

@@ -23,7 +23,7 @@ struct Joint {
   enum class Kind { Fixed, Revolute, Continuous, Prismatic } kind = Kind::Fixed;
   std::string name, parent, child;  ///< child and parent are links
   Eigen::Isometry3d T_parent_joint = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< in the joint's frame, of length 1
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< axis in the joint's frame, of length 1
   double lower = 0, upper = 0;                      ///< infinite for a continuous joint
   double max_velocity = 0;                          ///< rad/s or m/s; infinite where none is given
 
@@ -35,7 +35,7 @@ struct Joint {
 /// A joint that `positions` lacks rests: at 0, or at its limit nearest to 0.
 double positionOf(const Joint& joint, const JointPositions& positions);
 
-/// One shape of a link, in its color.
+/// A shape of a link, in its color.
 struct LinkVisual {
   std::string link;
   Eigen::Isometry3d T_link_shape = Eigen::Isometry3d::Identity();
@@ -55,18 +55,18 @@ using MeshReader = std::function<render::SharedBody(const std::string& resource)
 /// A value: copy it freely; const members are safe from any thread.
 class RobotModel {
  public:
-  /// Both throw std::runtime_error naming the file (or `name`) and what is wrong with it: not a
-  /// URDF, an unsupported joint type, or, without a reader for it, a mesh.
+  /// Reads a model; both throw std::runtime_error naming the file (or `name`) and what is wrong
+  /// with it: not a URDF, an unsupported joint type, or, without a reader for it, a mesh.
   static RobotModel fromFile(const std::string& path, const MeshReader& read_mesh = {});
   static RobotModel fromXml(const std::string& xml, const std::string& name = "robot_description",
                             const MeshReader& read_mesh = {});
 
   const std::string& rootLink() const { return root_; }
-  /// Every joint, a parent's before its children's.
+  /// The joints, a parent's before its children's.
   const std::vector<Joint>& joints() const { return joints_; }
   /// Throws std::out_of_range naming the joint if there is none.
   const Joint& joint(const std::string& name) const;
-  /// Of every moving joint.
+  /// Returns the rest positions of all moving joints.
   JointPositions restPositions() const;
 
   /// A link's pose in the root. Joints missing from `positions` rest, unknown names are ignored.

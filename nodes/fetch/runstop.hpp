@@ -13,13 +13,13 @@
 
 namespace afterglow::nodes {
 
-/// In: /enable_software_runstop (std_msgs/Bool: true cuts the power, false gives it back). Out, ten
-/// times a second: /software_runstop_enabled (std_msgs/Bool) and /robot_state, whose field
-/// runstopped says the same; of the real message it has the header and the three booleans alone, so
-/// it is of a type of its own.
+/// The runstop of a Fetch. In: /enable_software_runstop (std_msgs/Bool: true cuts the power, false
+/// gives it back). Out, ten times a second: /software_runstop_enabled (std_msgs/Bool) and
+/// /robot_state, whose field runstopped says the same; of the real message it has the header and
+/// the three booleans alone, so it is of a type of its own.
 class Runstop {
  public:
-  /// `on_press` is called by a callback when it is pressed.
+  /// Takes `on_press`, which a callback calls when it is pressed.
   explicit Runstop(std::function<void()> on_press);
 
   bool isPressed();

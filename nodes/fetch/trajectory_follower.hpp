@@ -1,7 +1,7 @@
 /// \file
-/// One joint trajectory controller, simulated: what a FollowJointTrajectory goal does to its
-/// joints. Semantics of robot_controllers' FollowJointTrajectoryController (melodic-devel), as
-/// impolite as it is. Radians, meters, nanoseconds of robot time.
+/// A joint trajectory controller, simulated: what a FollowJointTrajectory goal does to its joints.
+/// Semantics of robot_controllers' FollowJointTrajectoryController (melodic-devel), as impolite as
+/// it is. Radians, meters, nanoseconds of robot time.
 #pragma once
 
 #include <string>
@@ -23,12 +23,12 @@ struct JointTolerance {
 };
 
 struct TrajectoryGoal {
-  Nanoseconds stamp{0};  ///< when it starts; 0: now
+  Nanoseconds stamp{0};  ///< time of the start; 0: now
   std::vector<std::string> joints;
-  std::vector<TrajectoryPoint> points;  ///< none: let go
-  /// Of every joint, or they do not count.
+  std::vector<TrajectoryPoint> points;  ///< points of the trajectory; empty: let go
+  /// Tolerances of all joints; those of some do not count.
   std::vector<JointTolerance> path_tolerance, goal_tolerance;
-  Nanoseconds goal_time_tolerance{0};  ///< on top of the controller's own 0.6 s
+  Nanoseconds goal_time_tolerance{0};  ///< time on top of the controller's own 0.6 s
 };
 
 /// A goal's points, from `begin` on, in the order of a controller's joints, all of which it has.
@@ -59,8 +59,8 @@ class TrajectoryFollower : public JointController {
   bool takeTolerances(const TrajectoryGoal& goal);
   void judge(const JointStates& measured, Nanoseconds now) override;
 
-  std::vector<double> path_limits_, goal_limits_;  ///< by joint; 0 or less: none
-  Nanoseconds patience_{0};                        ///< after the last point
+  std::vector<double> path_limits_, goal_limits_;  ///< limits by joint; 0 or less: none
+  Nanoseconds patience_{0};                        ///< time after the last point
 };
 
 }  // namespace afterglow::nodes

@@ -14,15 +14,15 @@
 
 namespace afterglow::nodes {
 
-/// In: velocities, by default of cmd_vel and teleop/cmd_vel; out: base_controller/command, what
-/// comes on the selected one of them, and cmd_vel_mux/selected (std_msgs/String, latched), which
-/// one that is, by the service cmd_vel_mux/select; all in the node's namespace. Without timeout or
-/// priority.
+/// The multiplexer of velocities. In: velocities, by default of cmd_vel and teleop/cmd_vel; out:
+/// base_controller/command, what comes on the selected one of them, and cmd_vel_mux/selected
+/// (std_msgs/String, latched), which one that is, by the service cmd_vel_mux/select; all in the
+/// node's namespace. Without timeout or priority.
 class VelocityMux {
  public:
   explicit VelocityMux(const std::vector<std::string>& inputs = {"cmd_vel", "teleop/cmd_vel"});
 
-  /// Its output, for a node that is the base, too.
+  /// The output's topic, for a node that is the base, too.
   static const std::string& output();
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// What a player and its guards say to each other. Written by hand, as messages of their own would
+/// The messages between a player and its guards. Written by hand, as messages of their own would
 /// have to be generated on the robot as well; C++14, as its system is old.
 ///
 /// By a socket with the watchdog beside the player (guard_socket.hpp); by topics with the guard on
@@ -30,7 +30,7 @@ struct GuardOutput {
 /// All that a player may set in motion.
 struct GuardOutputs {
   std::uint64_t player = 0;   ///< drawn at random for each replay
-  std::string name;           ///< of its node
+  std::string name;           ///< name of its node
   std::string machine;        ///< machineName()
   std::uint32_t version = 0;  ///< counted up whenever one of them has changed
   std::vector<GuardOutput> outputs;
@@ -39,7 +39,7 @@ struct GuardOutputs {
 /// The player lives.
 struct GuardBeat {
   std::uint64_t player = 0;
-  std::uint32_t count = 0;        ///< from 1
+  std::uint32_t count = 0;        ///< number of the beat, from 1
   std::uint64_t sent_ns = 0;      ///< replay::sinceBoot() of the player's machine
   std::uint32_t patience_ms = 0;  ///< longer silence in motion means that the player is gone
   std::uint8_t stop = 0;          ///< 1: stop the robot now; what moves is known
@@ -51,12 +51,12 @@ struct GuardBeat {
 struct GuardAnswer {
   std::uint64_t player = 0;
   std::uint32_t count = 0;           ///< the last beat that was heard
-  std::uint32_t version = 0;         ///< of the outputs that it can stop; 0: none
-  std::uint32_t longest_gap_us = 0;  ///< between two beats as they were heard, so far
-  std::uint32_t patience_ms = 0;     ///< what is in force: over a network at most a second
+  std::uint32_t version = 0;         ///< version of the outputs that it can stop; 0: none
+  std::uint32_t longest_gap_us = 0;  ///< gap between two beats as they were heard, so far
+  std::uint32_t patience_ms = 0;     ///< patience in force: over a network at most a second
   std::uint8_t is_beside = 0;        ///< 1: on the player's machine, in the same network
-  std::string stopped;               ///< why it stopped the robot; empty: it did not
-  std::vector<std::uint32_t> heard_by;  ///< for each output, how many hear its stop
+  std::string stopped;               ///< the reason why it stopped the robot; empty: it did not
+  std::vector<std::uint32_t> heard_by;  ///< number of listeners to each output's stop
 };
 
 }  // namespace nodes

@@ -1,12 +1,12 @@
 /// \file
-/// How the programs of guards begin. C++14 (guard_messages.hpp).
+/// The begin of guards' programs. C++14 (guard_messages.hpp).
 #pragma once
 
 namespace afterglow {
 namespace nodes {
 
-/// Before ros::init(): this process goes before those that make the machine busy, where that is
-/// permitted, and told to end it stops the robot first (stop_signal.hpp).
+/// Prepares a guard before ros::init(): this process goes before those that make the machine busy,
+/// where that is permitted, and told to end it stops the robot first (stop_signal.hpp).
 void beginGuard();
 
 }  // namespace nodes

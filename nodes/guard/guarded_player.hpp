@@ -1,5 +1,5 @@
 /// \file
-/// What a guard knows of one player. C++14 (guard_messages.hpp).
+/// A player, as far as a guard knows it. C++14 (guard_messages.hpp).
 #pragma once
 
 #include <ros/ros.h>
@@ -18,11 +18,11 @@
 namespace afterglow {
 namespace nodes {
 
-/// Whether it lives, what it has in motion, and how that is stopped: in the watchdog beside it and
-/// in the guard on the robot alike. Times are replay::sinceBoot(). One thread at a time.
+/// A player's life, its motion and its stops: in the watchdog beside it and in the guard on the
+/// robot alike. Times are replay::sinceBoot(). One thread at a time.
 class GuardedPlayer {
  public:
-  /// By topic.
+  /// Publishers by topic.
   using Publishers = std::map<std::string, ros::Publisher>;
 
   /// `is_beside`: on this machine, in the same network; else its outputs say where it is.
@@ -38,22 +38,22 @@ class GuardedPlayer {
   const std::string& name() const { return name_; }
   std::uint32_t version() const { return version_; }
 
-  /// To be answered.
+  /// Hears a beat, which has to be answered.
   void hear(const GuardBeat& beat, replay::SteadyTime now);
   GuardAnswer answer() const;
 
   /// The robot has to stop, for another reason than the player's silence. Nothing if it stands.
   void stop(replay::SteadyTime now, const std::string& reason) { watch_.stop(now, reason); }
-  /// To be called after each of these, and at deadline(): publishes the stops that are due. Returns
-  /// true when it has begun to stop the robot.
+  /// Publishes the stops that are due; called after each of these, and at deadline(). Returns true
+  /// when it has begun to stop the robot.
   bool step(replay::SteadyTime now);
   replay::SteadyTime deadline() const { return watch_.deadline(); }
   bool isBraking() const;
-  /// It has ended, or what it had in motion was stopped.
+  /// Returns true if it has ended, or what it had in motion was stopped.
   bool isOver() const { return watch_.isOver(); }
-  /// What was done: a sentence, "why: the robot is being stopped".
+  /// Returns what was done: a sentence, "why: the robot is being stopped".
   std::string account() const;
-  /// It has ended, or has not been heard of for long.
+  /// Returns true if it has ended, or has not been heard of for long.
   bool isGone(replay::SteadyTime now) const;
 
  private:
@@ -63,10 +63,10 @@ class GuardedPlayer {
   std::string name_;
   std::uint32_t version_ = 0;
   Publishers publishers_;
-  std::vector<std::pair<std::string, StopMessage>> stops_;  ///< by output: its topic, its stop
+  std::vector<std::pair<std::string, StopMessage>> stops_;  ///< topic and stop of each output
   std::set<std::string> heard_;  ///< topics whose stop somebody heard, at least once
   replay::Outputs stopped_;
-  GuardBeat last_;  ///< that was heard
+  GuardBeat last_;  ///< the last beat that was heard
   replay::SteadyTime last_heard_;
   std::int64_t longest_gap_ns_ = 0, patience_ns_ = 0;
 };

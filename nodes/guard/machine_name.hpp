@@ -1,5 +1,5 @@
 /// \file
-/// Whether two programs run on one machine. C++14 (guard_messages.hpp).
+/// Comparison of two programs' machines. C++14 (guard_messages.hpp).
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 /// \file
-/// What the report of a calibration draws, for drawing.html.
+/// The drawings of a calibration's report, for drawing.html.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace afterglow::nodes {
 
-/// How many corners were measured in each cell of the projector's picture.
+/// Draws how many corners were measured in each cell of the projector's picture.
 PageData coverageMap(const calib::Coverage& coverage, const calib::Lens& projector);
 PageData coverageLegend();
 

@@ -1,5 +1,5 @@
 /// \file
-/// What a page draws: shapes, of which drawing.html makes SVG.
+/// The drawings of a page: shapes, of which drawing.html makes SVG.
 #pragma once
 
 #include <Eigen/Core>
@@ -25,10 +25,10 @@ class Drawing {
   /// The words are shown when it is pointed at.
   void ring(const std::string& look, const Eigen::Vector2d& center, double radius,
             const std::string& words);
-  /// Over the whole drawing.
+  /// Draws an image over the whole drawing.
   void image(const std::string& uri);
 
-  /// For drawing.html.
+  /// The data for drawing.html.
   const PageData& data() const { return data_; }
 
  private:

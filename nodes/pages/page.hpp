@@ -29,8 +29,8 @@ using PageData = nlohmann::ordered_json;
 /// Throws std::logic_error for a template that does not exist or is malformed.
 std::string makePage(const std::string& name, PageData data);
 
-/// As it may stand in a page's text and attributes. Control characters, which no page may hold,
-/// become U+FFFD, and so do bytes that are no UTF-8.
+/// Escapes a text so that it may stand in a page's text and attributes. Control characters, which
+/// no page may hold, become U+FFFD, and so do bytes that are no UTF-8.
 std::string escaped(const std::string& text);
 
 /// The picture as JPEG in a data URI, at most `widest` pixels wide.
@@ -39,17 +39,18 @@ std::string imageUri(const calib::Picture& picture, int widest);
 /// "0.0034", "0.034", "0.34", "3.4", "34".
 std::string twoDigits(double value);
 
-/// For notice.html.
+/// An item for notice.html.
 struct NoticeItem {
   std::string subject, text;  ///< the subject can be empty
 };
 PageData notice(const std::string& heading, const std::vector<NoticeItem>& items, bool is_bad);
 
-/// For figure.html: a drawing of drawing.hpp with its heading, its caption and what its looks mean.
+/// Makes the data for figure.html: a drawing of drawing.hpp with its heading, its caption and what
+/// its looks mean.
 PageData figure(const std::string& heading, const PageData& drawing, const std::string& caption,
                 const PageData& legend = PageData::array());
 
-/// For legend.html: what a look of style.css stands for.
+/// Makes the data for legend.html: the meaning of a look of style.css.
 PageData legendEntry(const std::string& look, const std::string& meaning);
 
 /// The templates and the style sheet, by file name.

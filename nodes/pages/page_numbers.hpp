@@ -24,7 +24,7 @@ inline std::string lateText(const replay::Lateness& lateness, double q) {
   return inMilliseconds(q < 1 ? lateness.quantile(q) : lateness.max());
 }
 
-/// How many were to be sent; "-" where other velocities were.
+/// Returns how many were to be sent; "-" where other velocities were.
 inline std::string plannedText(const replay::PlannedTopic& topic,
                                const replay::TopicReport& played) {
   return played.replaced > 0 ? "-" : std::to_string(topic.count);
@@ -35,7 +35,8 @@ inline std::string counted(std::uint64_t count, const std::string& thing) {
   return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
-/// Of a joint, in mm or degrees, with its sign; `degree` is how that is written there.
+/// Formats the error of a joint, in mm or degrees, with its sign; `degree` is how that is written
+/// there.
 inline std::string jointErrorText(bool is_sliding, double error, const std::string& degree) {
   return is_sliding
              ? fmt::format("{:+.1f} mm", error * 1000)

@@ -1,5 +1,5 @@
 /// \file
-/// What replays did, as a page for people. Pure: values in, text out.
+/// The page on replays for people. Pure: values in, text out.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace afterglow::nodes {
 
-/// One page that needs no network and no script, well-formed as XML. `date` is shown as it is.
+/// Makes a page that needs no network and no script, well-formed as XML. `date` is shown as it is.
 std::string replayPage(const std::vector<replay::PlayReport>& reports, const std::string& date);
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// What a replay did over its time, in plots for plot.html. Null where nothing was measured.
+/// Plots of a replay over its time, for plot.html. Null where nothing was measured.
 #pragma once
 
 #include "nodes/pages/page.hpp"
@@ -7,14 +7,14 @@
 
 namespace afterglow::nodes {
 
-/// For each topic what was recorded (where it would be had nothing waited) above what was sent;
-/// goals as bars; while the timeline stood it is shaded.
+/// Plots for each topic what was recorded (where it would be had nothing waited) above what was
+/// sent; goals as bars; while the timeline stood it is shaded.
 PageData lanePlot(const replay::PlayReport& report);
-/// How late messages were, on a logarithmic scale, with each modality's worst p99.
+/// Plots the lateness of messages, on a logarithmic scale, with each modality's worst p99.
 PageData latenessPlot(const replay::PlayReport& report);
-/// How far light and speech were from the body.
+/// Plots how far light and speech were from the body.
 PageData skewPlot(const replay::PlayReport& report);
-/// How far off its recorded way the base was.
+/// Plots how far off its recorded way the base was.
 PageData deviationPlot(const replay::PlayReport& report);
 
 }  // namespace afterglow::nodes

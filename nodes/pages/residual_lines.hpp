@@ -14,7 +14,7 @@ namespace afterglow::nodes {
 struct ResidualLine {
   Eigen::Vector2d at, error;  ///< px of the picture drawn on
   std::string look;           ///< printed, projected, outlier
-  std::string remark;         ///< of outliers: shown when pointed at
+  std::string remark;         ///< remark on an outlier: shown when pointed at
 };
 using ResidualLines = std::vector<ResidualLine>;
 
@@ -22,7 +22,7 @@ using ResidualLines = std::vector<ResidualLine>;
 /// left out, here and below.
 ResidualLines photographLines(const calib::ViewResult& view,
                               const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
-/// Those of all used views in the projector's pixels.
+/// Returns the lines of all used views in the projector's pixels.
 ResidualLines projectorLines(const calib::Calibration& calibration);
 
 /// Makes nine of ten lines no longer than a fortieth of the picture's width: 1, 2 or 5 times a
@@ -30,13 +30,13 @@ ResidualLines projectorLines(const calib::Calibration& calibration);
 double magnificationFor(const ResidualLines& lines, int picture_width);
 bool hasErrors(const ResidualLines& lines);
 
-/// With a dark halo, to be seen on any photograph, and, where there are errors, a bar of known
-/// length.
+/// Draws with a dark halo, to be seen on any photograph, and, where there are errors, a bar of
+/// known length.
 void drawOnPhotograph(const ResidualLines& lines, double magnification, int width, int height,
                       Drawing& drawing);
 void drawOnMap(const ResidualLines& lines, double magnification, int width, Drawing& drawing);
 
-/// What the looks mean, those that occur; "photo-" before them: as they are on photographs.
+/// Explains the looks that occur; "photo-" before them: as they are on photographs.
 PageData residualLegend(const ResidualLines& lines, const std::string& before_look);
 
 }  // namespace afterglow::nodes

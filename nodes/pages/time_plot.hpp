@@ -23,7 +23,7 @@ class TimePlot {
   /// Values go up; logarithmic ones have to be above zero, smaller ones lie at the bottom.
   void setLinear(double low, double high, const std::string& unit);
   void setLogarithmic(double low, double high, const std::string& unit);
-  /// What stands at the ends of the time axis, instead of seconds along it.
+  /// Sets the texts at the ends of the time axis, instead of seconds along it.
   void setTimes(const std::string& first, const std::string& last);
 
   double x(double seconds) const;
@@ -31,10 +31,11 @@ class TimePlot {
 
   void shade(double from_s, double seconds);
   void dots(const replay::Samples& samples, const std::string& look);
-  /// With gaps between samples that are farther apart than `longest_gap_s`, and than usual.
+  /// Draws a line with gaps between samples that are farther apart than `longest_gap_s`, and than
+  /// usual.
   void line(const replay::Samples& samples, const std::string& look,
             double longest_gap_s = HUGE_VAL);
-  /// One for each moment, so far below the top.
+  /// Draws a tick for each moment, so far below the top.
   void ticks(const std::vector<double>& moments_s, double top, double height,
              const std::string& look);
   void bar(double from_s, double to_s, double top, double height, const std::string& look);

@@ -40,7 +40,7 @@ class AnchorBroadcast : public replay::MessageAnchor {
   /// Throws std::runtime_error, one line, for what cannot be anchored.
   void anchor(const replay::Channel& channel, replay::Stamp received,
               const replay::PublishMoment& moment, replay::Bytes& bytes) override;
-  /// For the report.
+  /// Returns notes for the report.
   std::vector<std::string> notes() const { return world_.notes(); }
 
  private:
@@ -49,7 +49,7 @@ class AnchorBroadcast : public replay::MessageAnchor {
   void publish(const tf2_msgs::TFMessage& transforms);
   void onTimer();
 
-  const std::string anchor_;  ///< as it is called today
+  const std::string anchor_;  ///< today's name of the anchor
   const Position position_;
   std::atomic<bool> has_anchor_{false};
   WorldAnchor world_;

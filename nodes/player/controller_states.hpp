@@ -1,6 +1,6 @@
 /// \file
-/// Which controllers run, by ros_control's controller managers: a stopped one rejects every goal,
-/// and does not hear its commands.
+/// The controllers that run, by ros_control's controller managers: a stopped one rejects every
+/// goal, and does not hear its commands.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ using ControllerStates = std::map<std::string, std::string>;
 /// Asks every controller manager of the graph that lives; empty on a robot without any.
 ControllerStates askControllers(const RosGraph& graph);
 
-/// Why nobody obeys what is sent on a topic or to an action: "arm_controller is stopped
+/// Returns why nobody obeys what is sent on a topic or to an action: "arm_controller is stopped
 /// (controller_manager): start it with ..."; empty if its controller runs, or is none of these.
 std::string whyNotRunning(const ControllerStates& states, const std::string& topic);
 

@@ -17,7 +17,8 @@
 
 namespace afterglow::nodes {
 
-/// Without a topic there is none; without a field it is the only boolean that the messages have.
+/// Options of the emergency stop; without a topic there is none; without a field it is the only
+/// boolean that the messages have.
 struct EmergencyStopOptions : replay::RobotProfile::EmergencyStop {
   /// s; above 0 the topic has to be repeated at least this often; 0: by its period, if it has one.
   double longest_silence_s = 0;
@@ -33,8 +34,8 @@ struct EmergencyStopOptions : replay::RobotProfile::EmergencyStop {
 /// Listens in a thread of its own.
 class EmergencyStop {
  public:
-  /// `on_stop` is called once, with the reason, when the robot has to stop: the stop is pressed,
-  /// its publisher is gone, it is silent or cannot be read.
+  /// Takes `on_stop`, which is called once, with the reason, when the robot has to stop: the stop
+  /// is pressed, its publisher is gone, it is silent or cannot be read.
   EmergencyStop(const EmergencyStopOptions& options,
                 std::function<void(const std::string& reason)> on_stop);
 
@@ -54,8 +55,8 @@ class EmergencyStop {
   std::mutex mutex_;
   replay::StopField field_;
   replay::SilenceWatch silence_;
-  std::string problem_;           ///< why the robot has to stop now; empty: it has not
-  std::size_t publishers_ = 0;    ///< from check() on: connections there were then
+  std::string problem_;         ///< the reason why the robot has to stop now; empty: it has not
+  std::size_t publishers_ = 0;  ///< number of connections there were at check()
   bool has_stopped_ = false;
   PublisherWatch living_;
   ros::Subscriber subscriber_;

@@ -1,5 +1,5 @@
 /// \file
-/// How the robot stands when a replay is over, against how it stood when that was recorded.
+/// The stance of the robot when a replay is over, against how it stood when that was recorded.
 #pragma once
 
 #include <functional>

@@ -12,7 +12,7 @@
 
 namespace afterglow::nodes {
 
-/// What the watchdog of this node is called.
+/// Returns the name of this node's watchdog.
 std::string guardName();
 
 class GuardProcess : public GuardWay {

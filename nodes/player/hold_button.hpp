@@ -17,7 +17,7 @@ namespace afterglow::nodes {
 struct HoldButtonOptions {
   std::string topic;  ///< empty: the robot moves without
   std::size_t button = 0;
-  double patience_s = 60;  ///< for somebody to press it
+  double patience_s = 60;  ///< time for somebody to press it
 
   /// "/joy:10". Throws std::invalid_argument.
   void set(const std::string& text);
@@ -26,7 +26,7 @@ struct HoldButtonOptions {
 /// Listens in a thread of its own.
 class HoldButton {
  public:
-  /// `on_change` is called by that thread when the hold begins and ends: released, or silent.
+  /// Takes `on_change`, which that thread calls when the hold begins and ends: released, or silent.
   HoldButton(const HoldButtonOptions& options, std::function<void(bool is_held)> on_change);
 
   bool isHeld();
@@ -48,7 +48,7 @@ class HoldButton {
   std::mutex mutex_;
   replay::HoldToRun hold_;
   bool has_button_ = true;  ///< so have the messages
-  bool was_held_ = false;   ///< as on_change_ was told
+  bool was_held_ = false;   ///< state that on_change_ was told
   CallbackThread thread_;
 };
 

@@ -17,9 +17,9 @@ namespace afterglow::nodes {
 /// the graph, as a parameter or a latched topic would outlive them. Throws as askMaster().
 void lookAround(ReplayRequest& request, Deadline deadline);
 
-/// Where the plan goes by it that no robot is live: throws std::runtime_error, one line that names
-/// who, if another node sends joint states or odometry or hears a topic of motion there; and as
-/// askMaster().
+/// Refuses a live robot where the plan goes by it that no robot is live: throws std::runtime_error,
+/// one line that names who, if another node sends joint states or odometry or hears a topic of
+/// motion there; and as askMaster().
 void refuseLiveRobot(const ReplayRequest& request, Deadline deadline);
 
 /// Throws std::runtime_error, one line that names topic and node, if another living node publishes
@@ -28,9 +28,9 @@ void refuseLiveRobot(const ReplayRequest& request, Deadline deadline);
 /// topic holds does not count. Motion: RosSink::listenForDrivers().
 void refuseLivePublishers(const replay::PlayPlan& plan, const std::function<bool()>& is_stopped);
 
-/// Why what was recorded in the map's frame is elsewhere now, a clause; empty: it is not, or it is
-/// not known which map it was. Waits for a map that somebody publishes at most 5 s, or until
-/// `is_stopped`. Throws as askMaster().
+/// Returns why what was recorded in the map's frame is elsewhere now, a clause; empty: it is not,
+/// or it is not known which map it was. Waits for a map that somebody publishes at most 5 s, or
+/// until `is_stopped`. Throws as askMaster().
 std::string whyOtherMap(const replay::Behavior& behavior, const std::string& topic,
                         const std::function<bool()>& is_stopped);
 

@@ -1,5 +1,6 @@
 /// \file
-/// Where the robot's joints are now: /joint_states, or where a robot with a namespace has it.
+/// The positions of the robot's joints now: /joint_states, or where a robot with a namespace has
+/// it.
 #pragma once
 
 #include <sensor_msgs/JointState.h>
@@ -22,22 +23,22 @@ namespace afterglow::nodes {
 /// thread.
 class LiveJoints {
  public:
-  /// On one topic or several, each with some of the joints.
+  /// Listens to one topic or several, each with some of the joints.
   explicit LiveJoints(const std::vector<std::string>& topics = {"/joint_states"});
 
   /// Empty if nobody has told of this joint, or has fallen silent, in the robot's time.
   std::optional<replay::LiveJoint> find(const std::string& joint) const;
-  /// From now on `on_silence` is called, in the thread of its own, when a joint that is told of
-  /// falls silent while it moves, by `moving`.
+  /// Calls `on_silence` from now on, in the thread of its own, when a joint that is told of falls
+  /// silent while it moves, by `moving`.
   void watch(std::function<std::vector<std::string>()> moving,
              std::function<void(const std::string& reason)> on_silence);
-  /// Of all joints in any message so far.
+  /// Returns the positions of all joints in any message so far.
   std::map<std::string, double> positions() const;
 
  private:
   struct Told {
     replay::LiveJoint joint;
-    replay::SilenceWatch watch{replay::kJointSilence};  ///< by robotNow()
+    replay::SilenceWatch watch{replay::kJointSilence};  ///< watch by robotNow()
   };
   void onJoints(const sensor_msgs::JointState& message);
 

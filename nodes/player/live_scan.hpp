@@ -55,7 +55,7 @@ class LiveScan {
   double height_ = 0;          ///< m, of the range finder over the base's frame
   std::int64_t delay_ns_ = 0;  ///< the shortest, if it is negative: its clock is ahead
   replay::StepWatch wall_clock_;
-  std::string problem_;        ///< why the newest message is no scan
+  std::string problem_;  ///< the reason why the newest message is no scan
   std::shared_ptr<const replay::FloorScan> scan_;
 };
 

@@ -25,7 +25,7 @@ void renewSpeechOutputs(replay::PlayPlan& plan);
 std::vector<sound_play::SoundRequest> sentencesOf(const replay::Store& store,
                                                   const replay::PlayPlan& plan);
 
-/// Between a player and the sink it publishes on; everything given must outlive it.
+/// Stands between a player and the sink it publishes on; everything given must outlive it.
 class MediaSink : public replay::MessageSink {
  public:
   /// Writes the files that the behavior has kept and this machine lacks to `cache_folder`, by their
@@ -35,16 +35,16 @@ class MediaSink : public replay::MessageSink {
             std::string cache_folder = "");
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
-  /// From now on requests name voices that sound_play has (soundPlayVoice).
+  /// Makes requests name voices that sound_play has (soundPlayVoice) from now on.
   void speakThroughSoundPlay() { has_sound_play_ = true; }
 
-  /// For the report: what came from the store, what is lost.
+  /// The notes for the report: what came from the store, what is lost.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
   struct Topic {
     replay::Channel recorded;
-    std::unique_ptr<replay::FileReferences> references;  ///< by the output's definition
+    std::unique_ptr<replay::FileReferences> references;  ///< references by the output's definition
   };
 
   void fetchFiles(const replay::Store& store, const replay::Behavior& behavior);
@@ -54,7 +54,7 @@ class MediaSink : public replay::MessageSink {
 
   replay::MessageSink& sink_;
   std::string cache_folder_;
-  std::map<std::string, Topic> topics_;              ///< by output name
+  std::map<std::string, Topic> topics_;              ///< topics by output name
   std::map<std::string, std::string> replacements_;  ///< URIs; "": it is here, or nowhere
   std::vector<std::string> notes_;
   bool has_sound_play_ = false;

@@ -1,5 +1,5 @@
 /// \file
-/// Whether the ROS master is still there while the robot moves, and the nodes that publish a topic.
+/// The watch over the ROS master and over the nodes that publish a topic, while the robot moves.
 #pragma once
 
 #include <functional>
@@ -18,8 +18,8 @@ namespace afterglow::nodes {
 /// through: without it nothing moves. Asks four times a second; one answer may be lost.
 class MasterWatch {
  public:
-  /// `on_lost` is called once, in a thread of its own: 0.75 s after a master's end at most, 2.5 s
-  /// after it has begun to hang.
+  /// Takes `on_lost`, which is called once, in a thread of its own: 0.75 s after a master's end at
+  /// most, 2.5 s after it has begun to hang.
   explicit MasterWatch(std::function<void(const std::string& reason)> on_lost);
 
  private:
@@ -27,19 +27,20 @@ class MasterWatch {
 
   const std::function<void(const std::string&)> on_lost_;
   MasterLink master_;
-  int missed_ = 0;  ///< in a row
+  int missed_ = 0;  ///< number of misses in a row
   CallbackThread thread_;
 };
 
-/// Whether nodes still live. A connection does not tell: roscpp keeps that to a node that was
-/// killed, and a node that hangs keeps its own. Asks them again and again, in a thread of its own:
-/// one that was killed or hangs is noticed within 1.5 s.
+/// Watches whether nodes still live. A connection does not tell: roscpp keeps that to a node that
+/// was killed, and a node that hangs keeps its own. Asks them again and again, in a thread of its
+/// own: one that was killed or hangs is noticed within 1.5 s.
 class PublisherWatch {
  public:
-  /// `on_gone`: a node has not answered twice; said once.
+  /// Takes `on_gone`: a node has not answered twice; said once.
   explicit PublisherWatch(std::function<void(const std::string& node)> on_gone);
 
-  /// From now on this node has to answer. Any thread; a node that is known already is left alone.
+  /// Makes this node one that has to answer from now on. Any thread; a node that is known already
+  /// is left alone.
   void add(const std::string& node);
 
  private:

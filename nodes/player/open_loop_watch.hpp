@@ -14,7 +14,8 @@
 
 namespace afterglow::nodes {
 
-/// Between a player and the sink it publishes on. Everything given must outlive it; one thread.
+/// Stands between a player and the sink it publishes on. Everything given must outlive it; one
+/// thread.
 class OpenLoopWatch : public replay::MessageSink {
  public:
   /// `look`: the newest odometry, if it is known, and scan. `stop`: ends the replay.
@@ -32,7 +33,7 @@ class OpenLoopWatch : public replay::MessageSink {
   replay::ObstacleStop obstacles_;
   const std::function<replay::BaseInput()> look_;
   const std::function<void(const std::string&)> stop_;
-  std::set<std::string> topics_;  ///< of velocities
+  std::set<std::string> topics_;  ///< topics of velocities
 };
 
 }  // namespace afterglow::nodes

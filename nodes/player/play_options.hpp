@@ -13,12 +13,12 @@
 
 namespace afterglow::nodes {
 
-/// As --help lists them. A goal may give all but what is the robot's: that is its owner's, by
-/// parameters or on the command line.
+/// The groups of options as --help lists them. A goal may give all but what is the robot's: that is
+/// its owner's, by parameters or on the command line.
 enum class PlayGroup { What, Part, How, InStep, Listeners, Time, Names, Robot };
 const char* titleOf(PlayGroup group);
 
-/// Of one option, as they were given: one, those of a list; of a flag "true" or "false".
+/// The texts of one option, as they were given: one, those of a list; of a flag "true" or "false".
 using OptionTexts = std::vector<std::string>;
 
 struct PlayOption {
@@ -28,18 +28,18 @@ struct PlayOption {
   Kind kind = Kind::Flag;
   std::string name;     ///< "goal_wait"
   std::string aliases;  ///< further names on the command line, with commas: "-r", "--clock"
-  std::string value;    ///< for people: "SECONDS"; empty: a flag
-  std::string alone;    ///< its value if none is written; empty: it needs one
-  std::string otherwise;  ///< for people: what holds if it is not given; a flag's: "true", or none
+  std::string value;    ///< noun for people: "SECONDS"; empty: a flag
+  std::string alone;    ///< value if none is written; empty: it needs one
+  std::string otherwise;  ///< default for people; a flag's: "true", or empty
   std::string help;
   std::string needs, excludes;    ///< names of others
-  std::vector<std::string> keys;  ///< of a list of KEY=VALUE: parameters ~NAME/KEY
-  /// Why a text is no value of it; empty: it is one.
+  std::vector<std::string> keys;  ///< keys of a list of KEY=VALUE: parameters ~NAME/KEY
+  /// Returns why a text is no value of it; empty: it is one.
   std::function<std::string(const std::string&)> complaint;
   std::function<void(ReplayRequest&, const OptionTexts&)> set;
 };
 
-/// In the order in which they are to be set.
+/// Returns the options in the order in which they are to be set.
 const std::vector<PlayOption>& playOptions();
 
 /// A name that an option had once, its name now, and what else is different.
@@ -54,7 +54,7 @@ const std::vector<FormerOption>& formerOptions();
 /// std::invalid_argument, "rate: 0 is no number of 0.001 to 1000", and std::runtime_error, one
 /// line, for a file that is not understood.
 void giveOption(ReplayRequest& request, const PlayOption& option, const OptionTexts& texts);
-/// Why giveOption() would not take a text; empty: it would.
+/// Returns why giveOption() would not take a text; empty: it would.
 std::string complaintOf(const PlayOption& option, const std::string& text);
 
 /// Sets the options of a goal: "rate=0.5", "pause", "also=/a,/b". Throws as giveOption(), and

@@ -23,17 +23,18 @@ namespace afterglow::nodes {
 struct PlayerNodeOptions {
   std::string store;          ///< ~store, as openStore() takes it
   std::string report_folder;  ///< ~report_folder: for each replay's (report_files.hpp)
-  ReplayRequest replays;      ///< what holds for all: the options of play_options.hpp, by name
+  ReplayRequest replays;      ///< settings for all: the options of play_options.hpp, by name
 
   /// Throws std::runtime_error, one line, for a value that is none.
   static PlayerNodeOptions read(const ros::NodeHandle& private_node);
 };
 
-/// One replay at a time; a new goal stops the one before, as actionlib's simple server has it.
+/// A player of one replay at a time; a new goal stops the one before, as actionlib's simple server
+/// has it.
 class PlayerNode {
  public:
   explicit PlayerNode(const PlayerNodeOptions& options);
-  /// As close().
+  /// Closes as close() does.
   ~PlayerNode();
 
   /// Stops what is played and waits until the robot has been told; refuses further goals.
@@ -61,7 +62,7 @@ class PlayerNode {
 
   std::mutex status_mutex_;  ///< taken before mutex_: what ~status says follows what is so
   std::uint8_t shown_state_ = ReplayStatus::IDLE;
-  bool is_status_due_ = false;  ///< every second time
+  bool is_status_due_ = false;  ///< true every second time
 
   ros::NodeHandle node_, private_node_{"~"};
   ros::Publisher status_;

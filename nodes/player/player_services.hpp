@@ -24,7 +24,7 @@ namespace afterglow::nodes {
 class PlayerServices {
  public:
   struct Player {
-    /// What is played; none: nothing is.
+    /// Returns the session that is played; empty: there is none.
     std::function<std::shared_ptr<ReplaySession>()> session;
     /// Throws std::runtime_error, one line, for a goal that would be refused.
     std::function<void(const ReplayGoal&)> check;
@@ -47,7 +47,7 @@ class PlayerServices {
 
   ros::NodeHandle node_;
   const Player player_;
-  ros::Publisher goals_;  ///< to this node's own action
+  ros::Publisher goals_;  ///< publisher to this node's own action
   std::mutex mutex_;
   std::weak_ptr<ReplaySession> paused_;
   std::set<std::string> pausers_;  ///< nodes that have paused it; of another session, or one that

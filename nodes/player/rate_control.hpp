@@ -17,8 +17,8 @@
 namespace afterglow::nodes {
 
 struct RateControlOptions {
-  std::string topic;  ///< of messages that begin with a header; empty: nobody is waited for
-  double longest_delay_s = 1;  ///< of recorded time
+  std::string topic;  ///< topic of messages that begin with a header; empty: nobody is waited for
+  double longest_delay_s = 1;  ///< delay of recorded time
 };
 
 /// Sits before the sink that messages go to. After a message that is further ahead of the topic's
@@ -48,7 +48,7 @@ class RateControl : public replay::MessageSink {
   std::mutex mutex_;
   replay::ConsumerLag lag_;
   bool is_held_ = false;
-  std::optional<replay::Schema> schema_;  ///< of the answers
+  std::optional<replay::Schema> schema_;  ///< schema of the answers
   CallbackThread thread_;
 };
 

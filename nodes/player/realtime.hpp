@@ -17,7 +17,7 @@ class RealtimeScope {
   RealtimeScope(const RealtimeScope&) = delete;
   RealtimeScope& operator=(const RealtimeScope&) = delete;
 
-  /// To the threads that have begun since. The thread that made it.
+  /// Extends it to the threads that have begun since. The thread that made it.
   void extend();
 
   /// "SCHED_FIFO", or "normal: why not".

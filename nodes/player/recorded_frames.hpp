@@ -22,9 +22,9 @@ class RecordedFrames {
  public:
   RecordedFrames(const replay::Store& store, const replay::Behavior& behavior, std::string anchor);
 
-  /// Which transform will do.
+  /// The kinds of transforms that will do.
   enum class Wanted {
-    Exact,  ///< between two that were recorded
+    Exact,  ///< a transform between two that were recorded
     Newest  ///< also the newest before, if it is at most 2 s older
   };
   /// T_anchor_frame at a moment of the robot's clock then. Empty if it was not recorded. Throws
@@ -48,8 +48,8 @@ class RecordedFrames {
   const std::string anchor_;
   const replay::RobotNames robot_;
   tf2::BufferCore buffer_;
-  std::unique_ptr<replay::MessageCursor> cursor_;  ///< none: nothing comes any more
-  replay::Stamp begin_, read_to_;                  ///< what the buffer holds
+  std::unique_ptr<replay::MessageCursor> cursor_;  ///< cursor; empty: nothing comes any more
+  replay::Stamp begin_, read_to_;                  ///< span that the buffer holds
 };
 
 }  // namespace afterglow::nodes

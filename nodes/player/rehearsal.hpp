@@ -1,6 +1,6 @@
 /// \file
-/// What a live replay would be refused for, found without moving, advertising or publishing: what
-/// `afterglow play --dry-run` tells.
+/// The refusals of a live replay, found without moving, advertising or publishing: what `afterglow
+/// play --dry-run` tells.
 #pragma once
 
 #include <functional>
@@ -12,21 +12,21 @@
 namespace afterglow::nodes {
 
 struct Rehearsal {
-  std::vector<std::string> refusals;   ///< one line each, as the replay would say it
-  std::vector<std::string> unchecked;  ///< what can only be known later, or with a master: nouns
+  std::vector<std::string> refusals;   ///< refusals, a line each, as the replay would say it
+  std::vector<std::string> unchecked;  ///< nouns for what can only be known later, or with a master
   std::vector<std::string> slowed;     ///< drives that take longer than the rate says: sentences
 
   /// Empty: nothing is refused.
   void add(const std::string& refusal) {
     if (!refusal.empty()) refusals.push_back(refusal);
   }
-  /// What it throws is a refusal.
+  /// Runs a check; what it throws is a refusal.
   void ask(const std::function<void()>& check);
 };
 
-/// What BodyGate::check() would refuse. With a master ROS has been started: it asks the graph, and
-/// listens to emergency stop, poses, scan and joints, a few seconds each. Without one it goes by
-/// the recording and the options. Throws StoreError.
+/// Finds what BodyGate::check() would refuse. With a master ROS has been started: it asks the
+/// graph, and listens to emergency stop, poses, scan and joints, a few seconds each. Without one it
+/// goes by the recording and the options. Throws StoreError.
 void rehearseBody(const replay::Store& store, const replay::PlayPlan& plan,
                   const BodyOptions& options, bool has_master,
                   const std::function<bool()>& is_stopped, Rehearsal& rehearsal);

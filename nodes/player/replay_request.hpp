@@ -1,5 +1,5 @@
 /// \file
-/// What a replay is asked for, and what will be played for it: needs no ROS master.
+/// The request for a replay, and what will be played for it: needs no ROS master.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,24 @@
 
 namespace afterglow::nodes {
 
-/// Its options, with what holds if they are not given; play_options.hpp is how they are given.
+/// A replay's options, with what holds if they are not given; play_options.hpp is how they are
+/// given.
 struct ReplayRequest {
-  std::string behavior;       ///< its id, or words (replay/query/behavior_selector.hpp)
+  std::string behavior;       ///< id of the behavior, or words (replay/query/behavior_selector.hpp)
   std::string only;           ///< "body,ar,speech", any of them; empty: all
-  bool allow_motion = false;  ///< without it a replay that would move the body is refused
+  bool allow_motion = false;  ///< false: a replay that would move the body is refused
   bool everything = false;  ///< all but motion and control inputs, where no robot is live
   bool is_prefix_live = false;  ///< a robot is, under the prefix of `plan`
   double wait_for_subscribers_s = 2.0;
   bool needs_subscribers = false;  ///< a topic that nobody hears by then: refused, else told
-  double delay_s = 0;              ///< after that, before the first message
+  double delay_s = 0;              ///< delay after that, before the first message
   std::uint32_t queue = 100;
   bool is_realtime = true;  ///< tries SCHED_FIFO
   ReplayClock clock = ReplayClock::Live;
-  double clock_hz = 100;  ///< of the /clock that is given
+  double clock_hz = 100;  ///< rate of the /clock that is given
   RateControlOptions rate_control;
-  /// Its `only`, `obeyed`, `is_motion_allowed`, `place`, `resolve` and `robot` are not looked at.
+  /// The plan's options, whose `only`, `obeyed`, `is_motion_allowed`, `place`, `resolve` and
+  /// `robot` are not looked at.
   replay::PlanOptions plan;
   replay::AnchorSettings anchors;
   replay::PlayOptions options;

@@ -14,17 +14,17 @@
 
 namespace afterglow::nodes {
 
-/// Whose time a replay keeps. Live: the robot's, with ROS time left alone: the machine's, or the
+/// The time that a replay keeps. Live: the robot's, with ROS time left alone: the machine's, or the
 /// simulation's /clock where /use_sim_time is set. Sim: the recording's, given on /clock. Follow:
 /// another node's /clock.
 enum class ReplayClock { Live, Sim, Follow };
 
 class ReplayTime {
  public:
-  /// `on_jump` is told when a clock that is followed is set back, or ahead by more than a second;
-  /// any thread. Throws std::runtime_error, one line, if /clock is to be given and another node
-  /// gives it, too, if /use_sim_time is set and nobody does, or it was not set when this node
-  /// began, or if no master answers.
+  /// Takes `on_jump`, which is told when a clock that is followed is set back, or ahead by more
+  /// than a second; any thread. Throws std::runtime_error, one line, if /clock is to be given and
+  /// another node gives it, too, if /use_sim_time is set and nobody does, or it was not set when
+  /// this node began, or if no master answers.
   ReplayTime(ReplayClock kind, std::function<void(double seconds)> on_jump);
 
   replay::Clock& clock();
@@ -34,7 +34,8 @@ class ReplayTime {
   bool hasBegun() const {
     return (!followed_ || followed_->hasTicked()) && ros::Time::isValid();
   }
-  /// Whose clock is followed though nobody asked for it, for the report; empty: nobody's.
+  /// The name of a clock that is followed though nobody asked for it, for the report; empty: there
+  /// is none.
   const std::string& note() const { return note_; }
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// What replays are asked for in words and files: names for other names, rules, limits.
+/// The words and files by which replays are asked for: names for other names, rules, limits.
 #pragma once
 
 #include <map>

@@ -1,5 +1,5 @@
 /// \file
-/// What drives the base in a replay: the recorded pose track in closed loop. Where poses were not
+/// The drive of the base in a replay: the recorded pose track in closed loop. Where poses were not
 /// recorded or are not told now, the base is refused; its recorded velocities are sent if that is
 /// asked for.
 #pragma once
@@ -22,7 +22,7 @@
 
 namespace afterglow::nodes {
 
-/// What sees people and things in the base's way.
+/// Options for seeing people and things in the base's way.
 struct ScanOptions {
   std::string topic;       ///< sensor_msgs/LaserScan [~scan]
   bool is_waived = false;  ///< the base drives though nothing sees them [~no_scan]
@@ -33,17 +33,18 @@ struct ScanOptions {
 /// ROS parameters of the same meaning are named in brackets.
 struct BaseOptions {
   bool is_open_loop = false;  ///< recorded velocities, as they were [~open_loop]
-  /// Without localization, then or now, it follows its odometry from where it is [~odometry_only].
+  /// True: without localization, then or now, it follows its odometry from where it is
+  /// [~odometry_only].
   bool is_odometry_enough = false;
   /// A drive that takes longer than the rate says is refused [~keep_rate].
   bool keeps_rate = false;
-  double rate = 1;  ///< at which it begins
-  std::string topic;               ///< which of several velocity topics is the base's [~base_topic]
-  std::string usual_topic;         ///< which it is if that is not said: the profile's
-  bool is_holonomic = false;       ///< it goes sideways, too: the profile's
+  double rate = 1;                 ///< rate at the begin
+  std::string topic;               ///< the base's topic of several velocity topics [~base_topic]
+  std::string usual_topic;         ///< the base's topic if that is not said: the profile's
+  bool is_holonomic = false;       ///< true: it goes sideways, too: the profile's
   bool has_recorded_time = false;  ///< the clock is the recording's
-  replay::TrackFrames frames;      ///< as recorded [~base_frame/map, .../odom, .../base]
-  std::string tf_topic = "/tf";    ///< where today's transforms are
+  replay::TrackFrames frames;      ///< frames as recorded [~base_frame/map, .../odom, .../base]
+  std::string tf_topic = "/tf";    ///< topic of today's transforms
   replay::LocalizationNoise noise;  ///< [~localization_noise/position, .../yaw]
   ScanOptions scan;
   replay::RobotNames robot;  ///< today's
@@ -52,7 +53,7 @@ struct BaseOptions {
 /// The frames of today's robot, which may be another one's: as the plan renames them.
 replay::TrackFrames liveFrames(const BaseOptions& options, const replay::PlayPlan& plan);
 
-/// For one replay that plays velocities, or takes the base to the start alone
+/// The base of one replay that plays velocities, or takes the base to the start alone
 /// (PlannedTopic::is_for_start). Everything given must outlive it; one thread.
 class ReplayedBase {
  public:
@@ -66,7 +67,8 @@ class ReplayedBase {
   ReplayedBase(const replay::Store& store, const replay::PlayPlan& plan, const BaseOptions& options,
                const replay::MotionLimits& limits);
 
-  /// What refusal() and checkScan() say by the recording and the options alone: needs no master.
+  /// Returns what refusal() and checkScan() say by the recording and the options alone: needs no
+  /// master.
   std::string recordedRefusal() const;
   std::string scanRefusal() const;
   /// The drives that the base's limits make longer than the rate says, a clause each.
@@ -77,7 +79,7 @@ class ReplayedBase {
   /// that it goes on.
   std::string checkScan(const std::function<bool()>& is_stopped,
                         std::function<void(const std::string&)> on_wait);
-  /// How it looks, after checkScan(); none: without a scan.
+  /// Returns how it looks, after checkScan(); empty: without a scan.
   std::optional<replay::ObstacleOptions> obstacles() const;
   /// The newest poses and scan.
   replay::BaseInput look();
@@ -86,27 +88,30 @@ class ReplayedBase {
   bool isPlayed() const { return !is_for_start_; }
   /// liveFrames()
   const replay::TrackFrames& frames() const { return live_frames_; }
-  /// Why the base must not be driven, a clause with the way to allow it; empty: it may. Waits for
-  /// today's poses, at most 3 s. Nothing is refused where only zeros would be sent.
+  /// Returns why the base must not be driven, a clause with the way to allow it; empty: it may.
+  /// Waits for today's poses, at most 3 s. Nothing is refused where only zeros would be sent.
   std::string refusal(const std::function<bool()>& is_stopped);
-  /// After refusal(): nobody localizes it, and it follows its odometry from where it is: that
-  /// cannot be compared with where it stood.
+  /// Returns true, after refusal(), if nobody localizes it, and it follows its odometry from where
+  /// it is: that cannot be compared with where it stood.
   bool isOnOdometryAlone() const { return is_on_odometry_alone_; }
-  /// Where it stands by the mean of what localization says for a while; empty if nothing says.
+  /// Returns the base's place by the mean of what localization says for a while; empty if nothing
+  /// says.
   std::optional<replay::PlanarPose> measure(double seconds,
                                             const std::function<bool()>& is_stopped);
-  /// What localization cannot know of where the base stands and stood (StartPose::base_share), two
-  /// standard deviations together, as it erred in the recording; after measure().
+  /// Returns what localization cannot know of where the base stands and stood
+  /// (StartPose::base_share), two standard deviations together, as it erred in the recording; after
+  /// measure().
   replay::PoseError startDoubt(const replay::PoseError& share_then) const;
   /// Drives the standing base slowly to a pose on the map that is less than a meter away. Returns
   /// why it did not get there; empty: it did, or was stopped.
   std::string driveTo(const replay::PlanarPose& pose, GuardedSink& sink,
                       const std::function<bool()>& is_stopped);
 
-  /// After refusal() has allowed it. Before that and in open loop drive() is none.
+  /// Prepares the drive, after refusal() has allowed it. Before that and in open loop drive() is
+  /// none.
   void prepare(const std::function<bool()>& is_stopped);
   replay::BaseDrive* drive() { return drive_.get(); }
-  /// What is to be known of it, and in open loop why; the player tells of the drives.
+  /// Adds what is to be known of it, and in open loop why; the player tells of the drives.
   void addTo(replay::PlayReport& report) const;
 
  private:
@@ -125,18 +130,19 @@ class ReplayedBase {
   const BaseOptions options_;
   const replay::MotionLimits limits_;
   replay::TrackFrames live_frames_;
-  std::optional<BasePoses> poses_;  ///< from refusal() on
-  const replay::PlannedTopic* topic_ = nullptr;  ///< none: it is not known which is the base's
+  std::optional<BasePoses> poses_;               ///< poses from refusal() on
+  const replay::PlannedTopic* topic_ = nullptr;  ///< the base's topic; nullptr: unknown
   std::string played_topics_;
-  replay::Bytes sample_;  ///< its first message
-  std::optional<replay::Stamp> first_motion_, last_motion_;  ///< its first and last other than zero
+  replay::Bytes sample_;                                     ///< first message of the topic
+  std::optional<replay::Stamp> first_motion_, last_motion_;  ///< moments of its first and last
+                                                             ///< motion, other than zero
   std::optional<replay::PoseTrack> track_;
-  replay::PoseError share_now_ = {1, 1};  ///< of measure(), as StartPose::base_share
+  replay::PoseError share_now_ = {1, 1};  ///< share of measure(), as StartPose::base_share
   std::unique_ptr<replay::BaseDrive> drive_;
   bool is_on_odometry_alone_ = false, is_for_start_ = false;
   std::string why_open_loop_;  ///< empty: it follows its track
-  std::string why_not_;        ///< it cannot, as far as the recording says
-  std::unique_ptr<LiveScan> scan_;  ///< none: nothing looks
+  std::string why_not_;        ///< the reason why it cannot, as far as the recording says
+  std::unique_ptr<LiveScan> scan_;  ///< scan; empty: nothing looks
   std::function<void(const std::string&)> on_wait_;
   std::string told_wait_;
   std::vector<std::string> notes_;

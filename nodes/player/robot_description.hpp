@@ -13,18 +13,18 @@
 
 namespace afterglow::nodes {
 
-/// By a URDF. Of no joint if the text is none.
+/// Reads joints from a URDF. Of no joint if the text is none.
 replay::RobotJoints readRobotJoints(const std::string& urdf, const replay::RobotProfile& robot);
 
 /// The URDF that was recorded with the behavior; empty without one. Throws StoreError.
 std::string recordedDescription(const replay::Store& store, const replay::Behavior& behavior);
 
-/// By the description that was recorded with the behavior; of no joint without one. Throws
-/// StoreError.
+/// Reads joints from the description that was recorded with the behavior; no joint without one.
+/// Throws StoreError.
 replay::RobotJoints recordedJoints(const replay::Store& store, const replay::Behavior& behavior,
                                    const replay::RobotProfile& robot);
-/// By robot_description on the parameter server now, as the robot in that namespace has it; of no
-/// joint without one.
+/// Reads joints from robot_description on the parameter server now, as the robot in that namespace
+/// has it; no joint without one.
 replay::RobotJoints liveDescription(const std::string& name_space,
                                     const replay::RobotProfile& robot);
 
@@ -35,7 +35,7 @@ std::vector<std::string> recordedTopics(const replay::Store& store,
                                         const replay::Behavior& behavior,
                                         const std::vector<std::string>& types,
                                         const std::string& usual);
-/// What that topic is called on today's robot: renamed as all topics of the plan are, unless the
+/// Returns that topic's name on today's robot: renamed as all topics of the plan are, unless the
 /// plan plays it, so that it would hear itself.
 std::string liveName(const replay::PlayPlan& plan, const replay::PlanOptions& names,
                      const std::string& recorded);

@@ -16,7 +16,8 @@ namespace afterglow::nodes {
 /// A file, as assets/README.md explains it. Throws std::runtime_error with file and line.
 replay::RobotProfile readRobotProfile(const std::string& path);
 
-/// What a file says of a joint, and of those in its map "joints"; `velocity` is the key of theirs.
+/// Reads a file's limits of a joint, and of those in its map "joints"; `velocity` is the key of
+/// theirs.
 replay::JointLimits jointLimits(const YamlMap& map, const std::string& velocity);
 std::map<std::string, replay::JointLimits> jointLimitsIn(const YamlMap& map,
                                                          const std::string& velocity,

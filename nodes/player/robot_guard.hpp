@@ -12,7 +12,7 @@
 
 namespace afterglow::nodes {
 
-/// What the guard on the robot is called: afterglow_guard, in this node's namespace.
+/// Returns the name of the guard on the robot: afterglow_guard, in this node's namespace.
 std::string robotGuardName();
 
 /// Said where none runs.
@@ -26,7 +26,7 @@ bool isAnother(const std::string& node);
 /// Topics (guard_messages.hpp).
 class RobotGuard : public GuardWay {
  public:
-  /// Whether it runs and answers. Takes at most half a second.
+  /// Returns true if it runs and answers. Takes at most half a second.
   static bool isThere(const RosGraph& graph);
 
   RobotGuard();
@@ -39,8 +39,8 @@ class RobotGuard : public GuardWay {
 
  private:
   bool was_found_ = false;
-  std::mutex mutex_;          ///< for what follows
-  std::uint64_t player_ = 0;  ///< whose beats were sent
+  std::mutex mutex_;          ///< guards what follows
+  std::uint64_t player_ = 0;  ///< the player whose beats were sent
   GuardAnswer arrived_;       ///< the latest to it
   ros::NodeHandle node_;
   ros::Publisher outputs_, beats_;

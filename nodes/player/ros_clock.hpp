@@ -25,9 +25,9 @@ class ClockGiver {
   CallbackThread thread_;
 };
 
-/// How long something of the robot may take: in its own time. That is a simulation's /clock, which
-/// may be slow or stand, where /use_sim_time is set; else steady time. A clock that is set back
-/// ends it.
+/// The time that something of the robot may take: in its own time. That is a simulation's /clock,
+/// which may be slow or stand, where /use_sim_time is set; else steady time. A clock that is set
+/// back ends it.
 class RobotPatience {
  public:
   explicit RobotPatience(double seconds);
@@ -45,8 +45,8 @@ replay::Stamp rosStampNow();
 /// Drives a clock by what is heard on /clock, while it lives.
 class ClockFollower {
  public:
-  /// `on_jump` is told of a step back, or of more than a second, in seconds; by a thread of its
-  /// own.
+  /// Takes `on_jump`, which is told of a step back, or of more than a second, in seconds; by a
+  /// thread of its own.
   ClockFollower(replay::FollowedClock& clock, std::function<void(double seconds)> on_jump);
 
  private:

@@ -39,10 +39,10 @@ class Stagehand {
 
   replay::MessageSink& sink() { return media_; }
   replay::MessageAnchor* anchor() { return anchor_ ? &*anchor_ : nullptr; }
-  /// From now on is told when speech is lost, in a thread of its own; also of what was already
-  /// lost, if the speaker still says so.
+  /// Tells from now on when speech is lost, in a thread of its own; also of what was already lost,
+  /// if the speaker still says so.
   void listen(std::function<void(const std::string& problem)> on_speech_lost);
-  /// For the report. To be called once; listen()'s callback is not called after it.
+  /// Returns notes for the report. To be called once; listen()'s callback is not called after it.
   std::vector<std::string> notes();
 
  private:

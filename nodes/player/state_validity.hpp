@@ -26,7 +26,7 @@ struct StateValidityRequest {
   sensor_msgs::JointState joint_state;
   sensor_msgs::MultiDOFJointState multi_dof_joint_state;
   Empty attached_collision_objects;
-  std::uint8_t is_diff = 1;  ///< what is not named is as it is now
+  std::uint8_t is_diff = 1;  ///< flag: joints that are not named are as they are now
   std::string group_name;    ///< empty: all of the robot counts
   std::string constraints_name;
   Empty joint_constraints, position_constraints, orientation_constraints, visibility_constraints;
@@ -35,15 +35,15 @@ struct StateValidityResponse {
   std::uint8_t valid = 0;  ///< contacts and costs follow
 };
 
-/// One thread. A call takes as long as MoveIt does.
+/// Asks MoveIt in one thread. A call takes as long as MoveIt does.
 class StateValidity {
  public:
-  /// Of the robot with these names.
+  /// Asks about the robot with these names.
   explicit StateValidity(const replay::RobotNames& robot);
 
-  /// Whether the service is there.
+  /// Returns true if the service is there.
   bool isThere() const;
-  /// Why these joints may not be there, the others as they are now; empty: they may.
+  /// Returns why these joints may not be there, the others as they are now; empty: they may.
   std::string whyNot(const std::vector<std::string>& joints, const std::vector<double>& positions);
 
  private:

@@ -21,12 +21,12 @@ struct StopOptions {
   HoldButtonOptions hold_button;        ///< [~hold_to_run]
 };
 
-/// Where the base's velocities are published: the topic that was named, the profile's, or the only
+/// Returns the topic of the base's velocities: the topic that was named, the profile's, or the only
 /// velocity topic that is played; empty: it is not known which, or the base is not driven.
 std::string baseTopic(const replay::PlayPlan& plan, const std::string& named,
                       const std::string& of_profile);
 
-/// For one replay.
+/// The inputs that stop one replay.
 class StopInputs {
  public:
   /// Any thread. `stop`: for good. `halt`: until it is called with false.
@@ -38,13 +38,13 @@ class StopInputs {
   StopInputs(const StopOptions& options, TakeOver& take_over, Actions actions);
   ~StopInputs();
 
-  /// Before anything moves. Throws std::runtime_error, one line, if the robot may not.
+  /// Checks before anything moves. Throws std::runtime_error, one line, if the robot may not.
   void check();
-  /// For the button, if there is one; throws as HoldButton::waitUntilHeld().
+  /// Waits for the button, if there is one; throws as HoldButton::waitUntilHeld().
   void waitUntilHeld(const std::function<bool()>& is_stopped);
-  /// It is, or need not be.
+  /// Returns true if it is held, or need not be.
   bool isHeld() { return !hold_button_ || hold_button_->isHeld(); }
-  /// For the report.
+  /// Returns notes for the report.
   std::vector<std::string> notes() const;
 
  private:

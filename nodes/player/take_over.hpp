@@ -22,18 +22,19 @@
 
 namespace afterglow::nodes {
 
-/// Between what guards the player and the sink that publishes, which must outlive it: it has to
-/// know what the base is told. What the robot's profile does not name is looked up on the graph.
+/// Stands between the guards of the player and the sink that publishes, which must outlive it: it
+/// has to know what the base is told. What the robot's profile does not name is looked up on the
+/// graph.
 class TakeOver : public replay::MessageSink {
  public:
   /// `base_topic`: where the base's velocities are published; empty: the replay does not drive it.
   TakeOver(std::string base_topic, const replay::RobotProfile::Base& base,
            replay::MessageSink& sink);
 
-  /// From now on notices: `on_taken` is called once, with the reason, in a thread of its own.
+  /// Notices from now on: `on_taken` is called once, with the reason, in a thread of its own.
   /// Throws std::runtime_error, one line, if somebody else drives already.
   void begin(std::function<void(const std::string& reason)> on_taken);
-  /// on_taken is not called any more.
+  /// Ends the calls of on_taken.
   void end() { thread_.end(); }
 
   bool publish(const replay::Channel& channel, const replay::Bytes& bytes) override;
@@ -56,10 +57,10 @@ class TakeOver : public replay::MessageSink {
   std::mutex mutex_;
   replay::TakeOverWatch watch_;
   replay::BaseObedience obedience_;
-  std::string reason_;  ///< why it is taken over; empty: it is not
+  std::string reason_;  ///< the reason why it is taken over; empty: it is not
   MasterLink master_;  ///< scout()'s
   std::set<std::string> heard_;  ///< topics; scout()'s
-  CallbackThread thread_{2};     ///< one of them asks the master now and then
+  CallbackThread thread_{2};     ///< threads; one of them asks the master now and then
 };
 
 }  // namespace afterglow::nodes

@@ -35,13 +35,13 @@ class GuardWay {
   virtual bool isSure() const = 0;
 };
 
-/// What is told to a guard, and what it answers. One thread at a time.
+/// The messages to a guard, and its answers. One thread at a time.
 class Watchdog {
  public:
   /// `name`: for people. `graph` says who hears the outputs.
   Watchdog(std::string name, std::unique_ptr<GuardWay> way, RosGraph graph);
 
-  /// What stops the outputs: whenever one of them has changed.
+  /// Tells the stops of the outputs: whenever one of them has changed.
   void tellOutputs(const std::vector<replay::MotionWatch::Output>& outputs);
   /// The player lives, and these outputs are in motion. Without another beat within
   /// patience(`patience_ns`) they are stopped.
@@ -53,16 +53,17 @@ class Watchdog {
 
   /// Takes in what it has answered. Before isReady() and whyLost().
   void listen();
-  /// It is connected to whoever listens on the outputs, and the link has been measured.
+  /// Returns true once it is connected to whoever listens on the outputs, and the link has been
+  /// measured.
   bool isReady() const { return is_ready_; }
-  /// Why it watches no more: a clause. Empty: it does.
+  /// The reason why it watches no more: a clause. Empty: it does.
   const std::string& whyLost() const { return lost_; }
 
-  /// After isReady().
+  /// Returns true if it runs on this machine; after isReady().
   bool isBeside() const { return answer_.is_beside != 0; }
   /// Beside the player it is as patient as is asked for; over a network as was measured, too.
   std::int64_t patience(std::int64_t patience_ns) const;
-  /// Between two beats, as they got there.
+  /// Returns the longest gap between two beats, as they got there.
   std::int64_t longestGapNs() const { return answer_.longest_gap_us * std::int64_t{1000}; }
 
  private:
@@ -77,9 +78,9 @@ class Watchdog {
   std::unique_ptr<GuardWay> way_;
   RosGraph graph_;
   GuardOutputs outputs_;
-  std::uint32_t count_ = 0, first_answered_ = 0;  ///< of beats
+  std::uint32_t count_ = 0, first_answered_ = 0;  ///< number of beats
   std::optional<Deadline> resend_at_, connected_by_;
-  std::int64_t afar_ns_ = 0;  ///< its patience over a network, as measured
+  std::int64_t afar_ns_ = 0;  ///< patience over a network, as measured
   bool is_ready_ = false;
   std::string lost_;
   GuardAnswer answer_;  ///< the latest that was taken in

@@ -21,9 +21,10 @@
 
 namespace afterglow::nodes {
 
-/// Each message is preceded by the transforms at its own stamps; a message without a stamp, which
-/// means "where the frame is now", gets one. Frames without a recorded transform are not published:
-/// their light stays off. Store and plan must outlive this. Any thread.
+/// Anchors messages in the world: each is preceded by the transforms at its own stamps; a message
+/// without a stamp, which means "where the frame is now", gets one. Frames without a recorded
+/// transform are not published: their light stays off. Store and plan must outlive this. Any
+/// thread.
 class WorldAnchor : public replay::MessageAnchor {
  public:
   using Publish = std::function<void(const tf2_msgs::TFMessage&)>;
@@ -45,7 +46,7 @@ class WorldAnchor : public replay::MessageAnchor {
   /// Reads the recording's transforms from there on, as repeat() does: the scheduler, whose
   /// messages are to be on time, seldom has to then.
   void readAhead(replay::Stamp recorded);
-  /// One line a frame that could not be placed.
+  /// Returns a line for each frame that could not be placed.
   std::vector<std::string> notes() const;
 
  private:
@@ -58,9 +59,9 @@ class WorldAnchor : public replay::MessageAnchor {
   const Publish publish_;
   mutable std::mutex mutex_;
   RecordedFrames recorded_;
-  std::map<std::string, replay::HeaderFields> fields_;  ///< by md5 and type
-  std::set<std::string> frames_;                        ///< in use
-  std::map<std::string, std::uint64_t> unplaced_;       ///< how often, by frame
+  std::map<std::string, replay::HeaderFields> fields_;  ///< header fields by md5 and type
+  std::set<std::string> frames_;                        ///< frames in use
+  std::map<std::string, std::uint64_t> unplaced_;       ///< counts by frame
   std::map<std::string, replay::Stamp> told_;           ///< the last stamp told, by frame
   replay::Stamp last_stamped_;
 };

@@ -1,6 +1,6 @@
 /// \file
-/// Why content is not lit: one list for /diagnostics, `afterglow watch`, the console and `afterglow
-/// render`.
+/// The reasons why content is not lit: one list for /diagnostics, `afterglow watch`, the console
+/// and `afterglow render`.
 #pragma once
 
 #include <cstddef>

@@ -25,10 +25,10 @@
 
 namespace afterglow::nodes {
 
-/// What one look at the floor found.
+/// The findings of one look at the floor.
 struct WatchLook {
   calib::Drift drift;
-  std::string problem;  ///< why nothing could be compared; else empty
+  std::string problem;  ///< the reason why nothing could be compared; else empty
 };
 
 /// OK; WARN with the median offset above a limit; STALE when there was nothing to compare, or no
@@ -47,7 +47,7 @@ class DriftWatch {
   DriftWatch(const DriftWatch&) = delete;
   DriftWatch& operator=(const DriftWatch&) = delete;
 
-  /// Of the newest look, without waiting for one; from any thread.
+  /// Returns the status of the newest look, without waiting for one; from any thread.
   diagnostic_msgs::DiagnosticStatus status(const std::string& node) const;
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// How fast pictures follow each other where there is more to draw than time.
+/// The pace of pictures where there is more to draw than time.
 #pragma once
 
 #include <array>
@@ -17,9 +17,10 @@ class EvenPace {
 
   explicit EvenPace(Duration period) : period_(period) {}
 
-  /// How long a picture took to be drawn and published.
+  /// Takes the time that a picture took to be drawn and published.
   void add(Duration drawing);
-  /// From one picture's beginning to the next one's; the period, unless there is more to draw.
+  /// Returns the time from one picture's beginning to the next one's; the period, unless there is
+  /// more to draw.
   Duration interval() const;
 
  private:

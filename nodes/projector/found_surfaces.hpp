@@ -21,11 +21,11 @@
 
 namespace afterglow::nodes {
 
-/// What was found about a surface. It does not move in the surface's frame.
+/// The findings about a surface. It does not move in the surface's frame.
 struct FoundSurface {
   Eigen::Isometry3d T_frame_surface = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Vector2d> polygon;
-  std::shared_ptr<const render::Relief> relief;  ///< where one is configured
+  std::shared_ptr<const render::Relief> relief;  ///< relief, where one is configured
 };
 
 /// The result of the search for one surface.
@@ -45,7 +45,8 @@ class SurfaceFinder {
   /// Takes the cloud and returns true if tf knows every frame that it is needed in. A cloud that
   /// cannot be read is taken, as one without points.
   bool take(const std::string& topic, const sensor_msgs::PointCloud2& cloud);
-  /// By index of the configuration. Surfaces that are given, not found, have empty findings.
+  /// Returns the findings by index of the configuration. Surfaces that are given, not found, have
+  /// empty findings.
   std::vector<Finding> find() const;
 
  private:
@@ -56,8 +57,8 @@ class SurfaceFinder {
   const std::vector<SurfaceConfig>& surfaces_;
   const tf2::BufferCore& buffer_;
   std::vector<std::string> topics_;
-  std::map<std::pair<std::string, std::string>, Points> points_;  ///< by topic and frame
-  std::map<std::string, std::string> faults_;                     ///< by topic
+  std::map<std::pair<std::string, std::string>, Points> points_;  ///< points by topic and frame
+  std::map<std::string, std::string> faults_;                     ///< faults by topic
 };
 
 /// The configured surfaces of a scene, given or found. One thread at a time.
@@ -70,7 +71,7 @@ class SceneSurfaces {
   /// Looks up where all surfaces are; `problems` gets a line for each whose place is unknown.
   void update(FrameLookup& frames, std::vector<std::string>& problems);
 
-  /// As of the last update(); empty while unknown.
+  /// Returns a surface as of the last update(); empty while unknown.
   const std::optional<render::SurfacePatch>& operator[](std::size_t surface) const {
     return patches_[surface];
   }

@@ -1,6 +1,6 @@
 /// \file
-/// Where frames lie in the fixed frame, from a tf2 buffer that somebody else fills, and where they
-/// will be.
+/// The poses of frames in the fixed frame, from a tf2 buffer that somebody else fills, and where
+/// they will be.
 #pragma once
 
 #include <ros/time.h>
@@ -32,15 +32,15 @@ class FrameLookup {
   FrameLookup(const tf2::BufferCore& buffer, std::string fixed_frame);
 
   const std::string& fixedFrame() const { return fixed_frame_; }
-  /// At a stamp; stamp 0 means the newest pose, unless it is stale.
+  /// Returns the pose at a stamp; stamp 0 means the newest pose, unless it is stale.
   std::optional<Eigen::Isometry3d> at(const std::string& frame, ros::Time stamp);
   std::optional<StampedPose> newest(const std::string& frame);  ///< even if it is stale
   bool isStale(const StampedPose& pose) const;
   /// "SUBJECT: no transform from 'FRAME' to ...", or that it is stale, which link of its chain is
   /// the oldest and by how much: "... is stale: 'base_link' in 'odom' is 3 s old".
   std::string noTransform(const std::string& subject, const std::string& frame);
-  /// Why content that came at `arrived_ns` is not placed: "stamped 30 s after it came: ..." (or
-  /// before) where its stamp is to blame, else as noTransform without its subject.
+  /// Returns why content that came at `arrived_ns` is not placed: "stamped 30 s after it came: ..."
+  /// (or before) where its stamp is to blame, else as noTransform without its subject.
   std::string notPlaced(const std::string& frame, ros::Time stamp, std::int64_t arrived_ns);
   /// Call it when the buffer may have changed. `now_ns` decides what is stale; 0: nothing is.
   void forget(std::int64_t now_ns = 0);

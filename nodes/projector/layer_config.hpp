@@ -1,5 +1,5 @@
 /// \file
-/// What one topic shows and how: an entry of `layers` in a projector's configuration.
+/// The content and look of a topic: an entry of `layers` in a projector's configuration.
 /// assets/projector.yaml explains every key.
 #pragma once
 
@@ -41,16 +41,17 @@ struct LayerConfig {
   std::string topic;  ///< absolute
   LayerType type = LayerType::Marker;
   CloudStyle cloud;           ///< PointCloud2 and LaserScan
-  std::int64_t decay_ns = 0;  ///< of their points; 0: until the next message
+  std::int64_t decay_ns = 0;  ///< decay of their points; 0: until the next message
   PathStyle path;             ///< Path; the next two as well
-  int buffer_length = 1;      ///< how many of the last paths are shown
+  int buffer_length = 1;      ///< number of the last paths that are shown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< meters, in the fixed frame
-  render::Color flat_color;  ///< of all types but markers, which have their own colors
+  render::Color flat_color;  ///< color of all types but markers, which have their own colors
   float alpha = 1;
   render::Placement placement = render::Placement::Direct;
-  std::optional<std::size_t> surface;  ///< its index; set for Drape and Viewer
+  std::optional<std::size_t> surface;  ///< index of the surface; set for Drape and Viewer
   std::optional<ViewerConfig> viewer;  ///< set for Viewer
-  std::optional<ReaderConfig> reader;  ///< of markers, Drape; empty: stands at the surface's -y
+  std::optional<ReaderConfig> reader;  ///< reader of markers, Drape; empty: stands at the surface's
+                                       ///< -y
 };
 
 /// The keys of a layer.

@@ -1,6 +1,6 @@
 /// \file
-/// What one topic shows: the life cycle of markers, clouds, scans and paths from their arrival to
-/// the image that is drawn. Semantics: RViz 1.14 (marker_display.cpp, point_cloud_common.cpp),
+/// The life cycle of a topic's markers, clouds, scans and paths from their arrival to the image
+/// that is drawn. Semantics: RViz 1.14 (marker_display.cpp, point_cloud_common.cpp),
 /// tf2_ros::MessageFilter.
 #pragma once
 
@@ -32,18 +32,18 @@ namespace afterglow::nodes {
 /// Namespace and id of a marker; of clouds, scans and paths {"", a number among them}.
 using ContentKey = std::pair<std::string, int>;
 
-/// What one message or marker shows, and how it is to be placed.
+/// The content of one message or marker, and how it is to be placed.
 struct Content {
-  std::vector<render::Drawable> drawables;  ///< their poses lead into `frame`
-  std::string frame;                        ///< without leading slash
+  std::vector<render::Drawable> drawables;  ///< drawables, whose poses lead into `frame`
+  std::string frame;                        ///< frame without leading slash
   ros::Time stamp;                          ///< 0: the newest transform
   bool frame_locked = false;                ///< follows its frame; else it is placed once
-  std::int64_t lifetime_ns = 0;             ///< from arrival; at most 0.1 ms: forever
-  std::int64_t decay_ns = 0;                ///< from placement, as RViz counts it; 0: forever
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< in the fixed frame
+  std::int64_t lifetime_ns = 0;             ///< lifetime from arrival; at most 0.1 ms: forever
+  std::int64_t decay_ns = 0;                ///< decay from placement, as RViz counts it; 0: forever
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< offset in the fixed frame
   std::optional<AxisColor> axis_color;               ///< gives its clouds their colors
-  Sweep sweep;                                       ///< of its one cloud, if that is a scan
-  std::string nothing;  ///< without drawables: why there are none
+  Sweep sweep;                                       ///< sweep of its one cloud, if that is a scan
+  std::string nothing;                               ///< the reason why there are no drawables
 };
 
 /// Clouds, scans and paths as their layer is configured to show them.
@@ -60,11 +60,12 @@ class LayerState {
   struct Limits {
     std::size_t shown = 20'000;
     std::size_t waiting = 20'000;
-    /// How long content waits for its transform: as long as tf2_ros keeps transforms.
+    /// The time that content waits for its transform: as long as tf2_ros keeps transforms.
     std::int64_t patience_ns = 10'000'000'000;
-    /// In all clouds that decay, together: the oldest clouds go first.
+    /// Points in all clouds that decay, together: the oldest clouds go first.
     std::size_t points = std::size_t{1} << 22;
-    /// Of all else together (render::cornersOf): each takes some 200 bytes while it is drawn.
+    /// Corners of all else together (render::cornersOf): each takes some 200 bytes while it is
+    /// drawn.
     std::size_t corners = std::size_t{1} << 21;
   };
 
@@ -88,19 +89,22 @@ class LayerState {
   /// Shows the content whose transform has come, drops content that has waited too long, and
   /// removes expired content.
   void update(std::int64_t now_ns, FrameLookup& frames);
-  /// What to draw now, in the fixed frame, in the order of the keys.
+  /// Returns what to draw now, in the fixed frame, in the order of the keys.
   std::vector<render::Drawable> drawables(FrameLookup& frames);
-  /// What keeps content from being placed, in words, as of the last update() and drawables();
-  /// empty: nothing does. It becomes part of the status.
+  /// Returns what keeps content from being placed, in words, as of the last update() and
+  /// drawables(); empty: nothing does. It becomes part of the status.
   const std::string& explain(FrameLookup& frames);
 
   LayerStatus status() const;
-  bool isWaiting() const { return !waiting_.empty(); }  ///< for a transform
+  bool isWaiting() const {
+    return !waiting_.empty();
+  }  ///< true while content waits for a
+     ///< transform
 
  private:
   struct Shown {
     Content content;
-    Eigen::Isometry3d T_fixed_frame;  ///< as of its placement
+    Eigen::Isometry3d T_fixed_frame;  ///< transform as of its placement
     std::int64_t expires_ns;          ///< the greatest value means never
     std::uint64_t order;
     std::size_t corners = 0;  ///< 0 for what decays
@@ -120,10 +124,10 @@ class LayerState {
   float alpha_;
   Limits limits_;
   std::map<ContentKey, Shown> shown_;
-  std::size_t corners_ = 0;  ///< in shown_
+  std::size_t corners_ = 0;  ///< corners in shown_
   std::deque<Waiting> waiting_;
   std::uint64_t next_order_ = 0;
-  std::uint64_t first_order_ = 0;  ///< of the message's contents
+  std::uint64_t first_order_ = 0;  ///< order of the message's contents
   std::string hidden_for_;
   LayerStatus status_;
 };

@@ -1,5 +1,5 @@
 /// \file
-/// One projector: its lens, where it is, what light it gives and which screen is its own.
+/// A projector: its lens, where it is, what light it gives and which screen is its own.
 /// `projector`, or an entry of `projectors`, in the configuration; assets/projector.yaml explains
 /// every key.
 #pragma once
@@ -19,7 +19,7 @@ struct OutputConfig {
   std::string name;         ///< among several projectors; empty: it is the only one
   std::string camera_info;  ///< path of the lens's file
   std::string frame;        ///< the projector's optical frame
-  /// From drawing to light, ns: a moving projector is drawn for where it will be after that.
+  /// Time from drawing to light, ns: a moving projector is drawn for where it will be after that.
   std::int64_t latency_ns = 0;
   render::Drawing drawing = render::Drawing::Measured;
   std::string monitor;  ///< connector, model or index; empty: not configured

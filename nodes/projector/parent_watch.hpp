@@ -29,7 +29,7 @@ class ParentWatch {
     std::string publisher;  ///< the last
     std::int64_t at_ns;     ///< the greatest value: static
   };
-  std::map<std::string, std::map<std::string, Link>> links_;  ///< by child and parent
+  std::map<std::string, std::map<std::string, Link>> links_;  ///< links by child and parent
 };
 
 }  // namespace afterglow::nodes

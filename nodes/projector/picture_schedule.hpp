@@ -1,6 +1,6 @@
 /// \file
-/// When projector_node draws: new content at once, the rest at a steady rate, and all at an even
-/// pace where there is more to draw than time.
+/// The moments at which projector_node draws: new content at once, the rest at a steady rate, and
+/// all at an even pace where there is more to draw than time.
 #pragma once
 
 #include <chrono>
@@ -38,7 +38,7 @@ class PictureSchedule {
   mutable std::mutex mutex_;  ///< all below
   std::condition_variable woken_;
   bool has_news_ = false, is_stopped_ = false;
-  Time news_at_;  ///< where has_news_: when the first of it came
+  Time news_at_;  ///< time of the first news, where has_news_
   Time news_drawn_at_ = Time::min();
 };
 

@@ -19,7 +19,7 @@ namespace afterglow::nodes {
 
 struct ProjectorConfig {
   std::string fixed_frame;
-  std::vector<OutputConfig> projectors;  ///< from a file: at least one
+  std::vector<OutputConfig> projectors;  ///< projectors; at least one from a file
   std::vector<SurfaceConfig> surfaces;
   std::vector<LayerConfig> layers;
   std::vector<std::string> mesh_roots;  ///< folders; empty: those of ROS packages (MeshLibrary)

@@ -1,6 +1,6 @@
 /// \file
-/// What projector_node tells about itself: in /diagnostics everything, once a second; in the log
-/// each fault when it is new, and now and then while it goes on.
+/// The diagnostics of projector_node: in /diagnostics everything, once a second; in the log each
+/// fault when it is new, and now and then while it goes on.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticArray.h>
@@ -24,15 +24,15 @@ namespace afterglow::nodes {
 struct OutputState {
   std::string name;      ///< among several; empty: the only one
   std::string renderer;  ///< OpenGL version and device, and who draws
-  /// Of the last image; those of the projector itself begin with "projector: ".
+  /// Problems of the last image; those of the projector itself begin with "projector: ".
   std::vector<std::string> problems;
-  /// Of its last pictures, by layer: what its light reaches. Empty: unknown.
+  /// Census of its last pictures, by layer: what its light reaches. Empty: unknown.
   std::vector<render::LayerCensus> census;
 };
 
 /// The state of the node, of its projectors and of its layers.
 struct ProjectorState {
-  std::string name;     ///< of the node
+  std::string name;     ///< name of the node
   double drawn_hz = 0;  ///< images in the last second
   double wanted_hz = 0;
   double drawing_ms = 0;   ///< mean of the images of the last second, until they are published
@@ -41,20 +41,21 @@ struct ProjectorState {
   std::vector<std::pair<std::string, std::string>> stages;
   std::vector<OutputState> outputs;
   std::vector<LayerStatus> layers;
-  std::map<std::string, double> silent_s;  ///< by topic: since its last message; absent: none came
+  std::map<std::string, double> silent_s;  ///< seconds since the last message, by topic; absent: no
+                                           ///< message came
 };
 
-/// One status for each projector (an error while it is dark because something is missing, a warning
-/// while a layer lacks something, no content lies in the light, or drawing takes longer than it
-/// has) and one for each layer (a warning once something was dropped, while all of its content is
-/// dark, or while its topic has another type). In words that say why the floor is dark.
+/// Makes a status for each projector (an error while it is dark because something is missing, a
+/// warning while a layer lacks something, no content lies in the light, or drawing takes longer
+/// than it has) and one for each layer (a warning once something was dropped, while all of its
+/// content is dark, or while its topic has another type). In words that say why the floor is dark.
 diagnostic_msgs::DiagnosticArray toDiagnostics(const ProjectorState& state);
 
 /// Chooses what is worth a line in the log. Bounded as the reasons of layers are. One thread at a
 /// time.
 class FaultLog {
  public:
-  static constexpr std::int64_t kAgainNs = 30'000'000'000;  ///< between two lines on one fault
+  static constexpr std::int64_t kAgainNs = 30'000'000'000;  ///< time between two lines on one fault
 
   /// The lines for this moment (of any clock that does not run backwards): problems that stand, and
   /// what layers dropped or found odd since the last line about it.
@@ -96,7 +97,7 @@ class ProjectorDiagnostics {
   std::atomic<std::int64_t> drawing_ns_{0};  ///< all images, ever
   std::uint64_t drawn_before_ = 0;
   std::int64_t drawing_ns_before_ = 0;
-  std::map<std::string, Heard> heard_;  ///< by topic
+  std::map<std::string, Heard> heard_;  ///< messages heard, by topic
   std::chrono::steady_clock::time_point counted_at_;
   FaultLog faults_;
   ros::NodeHandle nh_;

@@ -43,17 +43,18 @@ namespace afterglow::nodes {
 struct ProjectorNodeOptions {
   std::string config;
   std::string calibration;
-  /// How often what moves is drawn. New content is drawn at once, at most twice as often.
+  /// The rate at which moving content is drawn. New content is drawn at once, at most twice as
+  /// often.
   double rate_hz = 30;
-  double beam_m = 3;  ///< how far the beam reaches that RViz is shown; 0: none
+  double beam_m = 3;  ///< reach of the beam that RViz is shown; 0: no beam
   WindowChoice window;
 
   /// Throws std::runtime_error naming the parameter that is missing or wrong.
   static ProjectorNodeOptions read(const ros::NodeHandle& own);
 };
 
-/// From construction to stop() it subscribes, draws one scene for every projector in a thread of
-/// its own, publishes the images, and keeps the newest ones for windows. Callbacks come from the
+/// Subscribes from construction to stop(), draws one scene for every projector in a thread of its
+/// own, publishes the images, and keeps the newest ones for windows. Callbacks come from the
 /// caller's spinner.
 class ProjectorNode {
  public:
@@ -65,9 +66,10 @@ class ProjectorNode {
   void stop();
   /// Returns when there are new images for windows, or after so long.
   void awaitPictures(std::chrono::milliseconds patience);
-  /// One for each projector of the configuration, in its order; they live as long as the node.
+  /// The outputs, one for each projector of the configuration, in its order; they live as long as
+  /// the node.
   const std::vector<std::unique_ptr<ProjectorOutput>>& outputs() const { return outputs_; }
-  /// Why drawing has ended before stop(), or empty.
+  /// Returns why drawing has ended before stop(), or empty.
   std::string failure() const;
 
  private:
@@ -80,12 +82,12 @@ class ProjectorNode {
   void drawLoop();
   void drawAll();
   bool isWaiting() const;
-  /// Its age, where it has a stamp of the past.
+  /// Records the age of a message, where it has a stamp of the past.
   template <typename MessageType>
   void timeArrival(const MessageType& message);
   /// ROS time; clears the scene when it has jumped back. With the mutex held.
   ros::Time timeInOrder();
-  /// Who publishes the layers' topics, as far as it is known.
+  /// Adds the publishers of the layers' topics, as far as they are known.
   void addSources(std::vector<LayerStatus>& layers) const;
   void publishDiagnostics();
 
@@ -94,9 +96,9 @@ class ProjectorNode {
   mutable std::mutex mutex_;  ///< scene_, what follows
   ProjectorScene scene_;
   ros::Time last_time_;
-  std::vector<std::vector<std::string>> problems_;  ///< of the last pictures, by projector
+  std::vector<std::vector<std::string>> problems_;  ///< problems of the last pictures, by projector
   std::string failure_;
-  bool has_pictures_ = false;  ///< for awaitPictures()
+  bool has_pictures_ = false;  ///< flag for awaitPictures()
   std::condition_variable pictures_ready_;
 
   StageTimes times_;
@@ -105,7 +107,7 @@ class ProjectorNode {
   TransformListener listener_{transforms_};
   std::vector<std::unique_ptr<ProjectorOutput>> outputs_;
   std::vector<ros::Subscriber> subscribers_;
-  std::unique_ptr<DriftWatch> watch_;  ///< where one is configured
+  std::unique_ptr<DriftWatch> watch_;  ///< watch, where one is configured
   std::unique_ptr<SurfaceService> surface_service_;
   ros::Publisher surfaces_publisher_;
   std::unique_ptr<TopicWatch> topic_watch_;

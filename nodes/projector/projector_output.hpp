@@ -1,5 +1,5 @@
 /// \file
-/// One projector of projector_node: its lens, its pictures of the one scene, its topics, and the
+/// A projector of projector_node: its lens, its pictures of the one scene, its topics, and the
 /// hand-over to its window.
 #pragma once
 
@@ -45,9 +45,9 @@ class ProjectorOutput {
   /// Counts for census(), once a second; behind the drawing, which does not wait for it.
   void takeCensus(const render::Scene& scene,
                   const std::optional<Rigid<Projector, World>>& T_projector_world);
-  void stopDrawing();  ///< before the context ends
+  void stopDrawing();  ///< called before the context ends
 
-  /// After drawing has ended: the last picture.
+  /// Publishes the last picture, after drawing has ended.
   void publishBlack();
 
   // In the window's thread.
@@ -56,13 +56,14 @@ class ProjectorOutput {
   /// A taken picture, for its memory.
   void giveBack(render::Image&& picture);
   render::Image black() const;
-  /// Why its window is not on its screen; empty: it is, or there is none.
+  /// Sets why its window is not on its screen; empty: it is, or there is none.
   void setWindowProblem(const std::string& problem);
 
   // In any thread.
   std::string renderer() const;
   std::string windowProblem() const;
-  /// Of a picture of the last seconds, by layer; empty: there is none, or it had no pose.
+  /// Returns the census of a picture of the last seconds, by layer; empty: there is none, or it had
+  /// no pose.
   std::vector<render::LayerCensus> census() const;
 
  private:
@@ -72,14 +73,14 @@ class ProjectorOutput {
   calib::Lens lens_;
   render::LightOutput light_;
   std::unique_ptr<render::ProjectorRenderer> renderer_;
-  bool is_lit_ = false;  ///< by the picture that was begun
+  bool is_lit_ = false;  ///< true if the picture that was begun has light
   std::chrono::steady_clock::duration begun_in_{0};
   render::LightCensus counter_;
   std::chrono::steady_clock::time_point counted_at_{};
   ros::Publisher image_publisher_, camera_info_publisher_, beam_publisher_;
   sensor_msgs::Image message_;  ///< lends its header; the pixels are the picture's
 
-  mutable std::mutex mutex_;  ///< what follows
+  mutable std::mutex mutex_;  ///< guards what follows
   std::optional<render::Image> picture_;
   render::Image spare_;  ///< memory to draw into next
   std::string description_;

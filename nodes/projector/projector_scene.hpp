@@ -1,6 +1,6 @@
 /// \file
-/// From messages and transforms to the scene that projectors show, in world coordinates. Shared by
-/// projector_node and `afterglow render`. Needs no ROS master.
+/// The way from messages and transforms to the scene that projectors show, in world coordinates.
+/// Shared by projector_node and `afterglow render`. Needs no ROS master.
 #pragma once
 
 #include <nav_msgs/Path.h>
@@ -49,12 +49,13 @@ void withMessageType(LayerType type, Function&& f) {
   }
 }
 
-/// What is to be shown at one moment. World is the configuration's fixed frame.
+/// The scene of one moment. World is the configuration's fixed frame.
 struct SceneSnapshot {
   render::Scene scene;
-  /// Of the first projector. Empty while its pose is unknown or stale: it must then show nothing.
+  /// Pose of the first projector. Empty while its pose is unknown or stale: it must then show
+  /// nothing.
   std::optional<Rigid<Projector, World>> T_projector_world;
-  std::vector<std::string> problems;  ///< one line each, for people
+  std::vector<std::string> problems;  ///< problems, a line each, for people
 };
 
 /// Takes messages in the order of their arrival; `layer` is the index in the configuration, `now`
@@ -62,8 +63,8 @@ struct SceneSnapshot {
 /// messages are counted and never throw. The buffer must outlive this; one thread at a time.
 class ProjectorScene {
  public:
-  /// When the meshes are read that markers name. Beside the drawing: the marker is shown once its
-  /// mesh has been read; what it replaces is gone at once.
+  /// The moment at which the meshes are read that markers name. Beside the drawing: the marker is
+  /// shown once its mesh has been read; what it replaces is gone at once.
   enum class MeshReading { WithMessages, BesideDrawing };
 
   ProjectorScene(ProjectorConfig config, const tf2::BufferCore& buffer,
@@ -90,9 +91,9 @@ class ProjectorScene {
                                                        std::vector<std::string>& problems);
   /// scene() and projectorPose() of the first projector.
   SceneSnapshot snapshot(ros::Time now);
-  /// Those whose place is known, as of the last scene().
+  /// Returns the surfaces whose place is known, as of the last scene().
   std::vector<render::SurfacePatch> surfaces() const { return surfaces_.known(); }
-  /// Whether content waits for a transform or a mesh, which may come at any time.
+  /// Returns true while content waits for a transform or a mesh, which may come at any time.
   bool isWaiting() const;
   /// Forgets all content, but not the counts, because time has jumped.
   void clear();
@@ -106,7 +107,7 @@ class ProjectorScene {
   /// A new key for content that decays; else the keys of the layer's buffer, in turn.
   ContentKey nextKey(std::size_t layer);
   void addMarker(std::size_t layer, const visualization_msgs::Marker& marker, ros::Time now);
-  /// What is to be waited for; not valid: nothing.
+  /// Returns the mesh that is to be waited for; not valid: there is none.
   FutureMesh meshOf(const visualization_msgs::Marker& marker);
   void showMarker(LayerState& layer, const visualization_msgs::Marker& marker, ros::Time arrived,
                   const MeshLibrary::Mesh* mesh = nullptr);
@@ -118,7 +119,7 @@ class ProjectorScene {
   FrameLookup frames_;
   SceneSurfaces surfaces_;
   std::vector<LayerState> layers_;
-  std::vector<int> next_;  ///< by layer, for nextKey()
+  std::vector<int> next_;  ///< next keys by layer
   MarkerAssets assets_;
   MeshReading reading_;
   UnreadMeshes unread_;

@@ -10,9 +10,9 @@
 
 namespace afterglow::nodes {
 
-/// On the projector's screen where that is told or plain to see (Window::problem() says why it is
-/// not there yet), else a window to look at; none without a display, unless one is demanded: then
-/// std::runtime_error says why there is none.
+/// Opens a window on the projector's screen where that is told or plain to see (Window::problem()
+/// says why it is not there yet), else a window to look at; none without a display, unless one is
+/// demanded: then std::runtime_error says why there is none.
 std::optional<render::Window> openWindow(const WindowChoice& choice, const std::string& title,
                                          int width, int height);
 

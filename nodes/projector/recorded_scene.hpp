@@ -33,7 +33,7 @@ class RecordedScene {
   /// type than the configuration says.
   SceneSnapshot at(replay::Stamp moment);
 
-  /// As of the last at(); lives as long as this.
+  /// The transforms as of the last at(); they live as long as this.
   const tf2::BufferCore& transforms() const { return transforms_; }
   std::vector<LayerStatus> status() const { return scene_.status(); }
   /// Returns all that the picture of `snapshot`, that of the last at(), does not show, with the
@@ -58,7 +58,7 @@ class RecordedScene {
   replay::Behavior behavior_;
   tf2::BufferCore transforms_;
   ProjectorScene scene_;
-  std::map<std::string, std::size_t> layers_;  ///< by topic
+  std::map<std::string, std::size_t> layers_;  ///< layers by topic
   std::map<std::int64_t, replay::Channel> channels_;
   std::unique_ptr<replay::MessageCursor> cursor_;
   std::optional<replay::Message> next_;

@@ -1,5 +1,5 @@
 /// \file
-/// Where the time between a message and its picture goes.
+/// The time between a message and its picture, by stages.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace afterglow::nodes {
 
-/// In the order of a picture's way.
+/// The stages in the order of a picture's way.
 enum class Stage {
   Arrived,    ///< a message's stamp to its callback: publisher, transport, queue
   Locked,     ///< the callback waits until the scene is free
@@ -28,7 +28,8 @@ class StageTimes {
  public:
   using Duration = std::chrono::steady_clock::duration;
 
-  static constexpr std::size_t kKept = 256;  ///< of each stage: eight seconds at 30 Hz
+  static constexpr std::size_t kKept = 256;  ///< number of each stage's times: eight seconds at 30
+                                             ///< Hz
 
   void add(Stage stage, Duration time);
   /// Name and "p50 3.1, p99 7.0 ms" of each stage that has any, in order.
@@ -37,7 +38,7 @@ class StageTimes {
  private:
   struct Kept {
     std::vector<float> ms;
-    std::size_t next = 0;  ///< to be replaced, once it is full
+    std::size_t next = 0;  ///< index to be replaced, once it is full
   };
   mutable std::mutex mutex_;
   std::array<Kept, static_cast<std::size_t>(Stage::Published) + 1> stages_;

@@ -1,5 +1,5 @@
 /// \file
-/// Who publishes the topics that a node listens to, and as which type: a subscription to another
+/// The publishers of the topics that a node listens to, and their types: a subscription to another
 /// type than the publisher's stays silent, and roscpp says so in the publisher's log alone.
 #pragma once
 
@@ -12,12 +12,12 @@
 
 namespace afterglow::nodes {
 
-/// What the master knows of a topic.
+/// The master's knowledge of a topic.
 struct TopicSource {
   std::vector<std::string> publishers;  ///< nodes
-  std::string type;  ///< of its latest publisher; empty: unknown
+  std::string type;                     ///< type of the latest publisher; empty: unknown
 };
-/// By topic. A topic that the master does not know is there, without publishers.
+/// Sources by topic. A topic that the master does not know is there, without publishers.
 using TopicSources = std::map<std::string, TopicSource>;
 
 /// Asks the master in a thread of its own, now and then: a master that hangs delays nobody.
@@ -28,14 +28,14 @@ class TopicWatch {
   TopicWatch& operator=(const TopicWatch&) = delete;
   ~TopicWatch();
 
-  /// As of the last answer; empty while there is none. Any thread.
+  /// Returns the sources as of the last answer; empty while there is none. Any thread.
   TopicSources sources() const;
 
  private:
   void run();
 
   const std::vector<std::string> topics_;
-  mutable std::mutex mutex_;  ///< what follows
+  mutable std::mutex mutex_;  ///< guards what follows
   std::condition_variable stopped_;
   bool is_stopped_ = false;
   TopicSources sources_;

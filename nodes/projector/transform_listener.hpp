@@ -26,8 +26,8 @@ class TransformListener {
   explicit TransformListener(tf2::BufferCore& buffer);
   ~TransformListener();
 
-  /// How many messages came, why transforms were refused, and what was odd about others; the
-  /// other fields are empty.
+  /// Returns how many messages came, why transforms were refused, and what was odd about others;
+  /// the other fields are empty.
   LayerStatus status() const;
   /// Frames with several parents, and who publishes them (ParentWatch).
   std::vector<std::string> conflicts() const;
@@ -40,7 +40,7 @@ class TransformListener {
   ros::NodeHandle nh_;
   ros::Subscriber moving_, fixed_;
   ros::Time last_time_;
-  mutable std::mutex mutex_;  ///< what follows
+  mutable std::mutex mutex_;  ///< guards what follows
   LayerStatus status_;
   ParentWatch parents_;
   ros::AsyncSpinner spinner_{1, &queue_};
@@ -48,7 +48,7 @@ class TransformListener {
 
 struct StoredTransform {
   bool is_stored = false;
-  /// Why it is not stored, or what is odd about it although it is. Names the frame.
+  /// The reason why it is not stored, or what is odd about it although it is. Names the frame.
   std::string reason;
 };
 

@@ -29,7 +29,7 @@ struct UnreadMesh {
   ContentKey key() const { return {marker.ns, marker.id}; }
 };
 
-/// In the order of their arrival, one for each layer and key. One thread at a time.
+/// Meshes in the order of their arrival, one for each layer and key. One thread at a time.
 class UnreadMeshes {
  public:
   static constexpr std::size_t kMost = 1000;
@@ -39,7 +39,7 @@ class UnreadMeshes {
   void remove(std::size_t layer, const ContentKey& key);
   void removeAll(std::size_t layer);
   void clear() { waiting_.clear(); }
-  /// Those whose meshes have been read or refused by now; they do not wait any more.
+  /// Returns those whose meshes have been read or refused by now; they do not wait any more.
   std::vector<UnreadMesh> takeRead();
   const std::list<UnreadMesh>& waiting() const { return waiting_; }
 

@@ -17,7 +17,7 @@ struct CameraTopic {
 struct CameraFile {
   std::string path;
 };
-/// Where the camera's lens comes from.
+/// The source of the camera's lens.
 using CameraSource = std::variant<CameraTopic, CameraFile>;
 
 struct WatchConfig {
@@ -25,7 +25,7 @@ struct WatchConfig {
   CameraSource camera_info;
   calib::TagLayout layout;  ///< known tags on the z = 0 plane of layout.frame, which tf knows
   double period_s = 10;
-  std::optional<double> limit_px, limit_mm;  ///< of the median offset; at least one is set
+  std::optional<double> limit_px, limit_mm;  ///< limits of the median offset; at least one is set
 };
 
 /// Keys: image, camera_info (a topic, if it is written as one and no file is called so, else a

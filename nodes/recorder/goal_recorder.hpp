@@ -36,7 +36,7 @@ class GoalRecorder {
   GoalRecorder(const GoalRecorder&) = delete;
   GoalRecorder& operator=(const GoalRecorder&) = delete;
 
-  /// To be called once a second.
+  /// Tells feedback once a second.
   void tell() {
     std::map<std::int64_t, Goal> running;
     {
@@ -142,7 +142,7 @@ class GoalRecorder {
   RecordingManager& manager_;
   std::mutex mutex_;  ///< never held while calling actionlib, which locks around callbacks
   std::map<std::int64_t, Goal> running_;
-  std::set<std::int64_t> ended_;    ///< before they were in running_
+  std::set<std::int64_t> ended_;    ///< goals that ended before they were in running_
   std::set<std::string> canceled_;  ///< goals canceled before they had started
   std::vector<std::future<void>> jobs_;
   bool is_closing_ = false;

@@ -1,5 +1,5 @@
 /// \file
-/// Which nodes stand around topics now, for a behavior's snapshot.
+/// The nodes that stand around topics now, for a behavior's snapshot.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace afterglow::nodes {
 
-/// Who publishes and who hears these topics, the answers of those that are goals, and all
-/// velocities and joysticks, without this node; asked of the master. Empty if it does not answer.
+/// Asks the master who publishes and who hears these topics, the answers of those that are goals,
+/// and all velocities and joysticks, without this node. Empty if it does not answer.
 replay::RecordedNodes nodesNow(const std::vector<std::string>& topics);
 
 }  // namespace afterglow::nodes

@@ -27,7 +27,7 @@ class RecorderNode {
 
   /// Accepts no requests any more and ends running recordings as interrupted.
   void close();
-  /// After close(): waits a while until the store's server has everything. One line on what it has
+  /// Waits a while, after close(), until the store's server has everything. One line on what it has
   /// not; empty if there is nothing.
   std::string sendRest();
 

@@ -1,5 +1,5 @@
 /// \file
-/// How the recorder fares, for /diagnostics.
+/// The state of the recorder, for /diagnostics.
 #pragma once
 
 #include <diagnostic_msgs/DiagnosticStatus.h>
@@ -17,13 +17,13 @@
 namespace afterglow::nodes {
 
 struct RecorderState {
-  std::string node;   ///< without leading slash
-  std::string store;  ///< its URI
+  std::string node;   ///< node without leading slash
+  std::string store;  ///< URI of the store
   std::size_t running = 0;
   std::map<std::string, std::uint64_t> named;  ///< RecordingManager::namedCounts()
   replay::RecorderLoad load, load_before;  ///< now, and `seconds` ago
   double seconds = 1;
-  std::size_t queue_bytes = 0;  ///< how much may wait
+  std::size_t queue_bytes = 0;  ///< bytes that may wait
   replay::DiskState disk;
   std::optional<std::string> failure;
   std::optional<replay::SendStatus> server;

@@ -32,7 +32,7 @@ class RecordingManager {
     std::string outcome;
     std::vector<std::string> topics;
     bool kept = true;
-    std::string problem;  ///< why the recording is not whole; empty if it is
+    std::string problem;  ///< the reason why the recording is not whole; empty if it is
   };
   /// Told once, by whatever thread ends the behavior.
   using OnEnd = std::function<void(std::int64_t id, const Ended&)>;
@@ -49,31 +49,31 @@ class RecordingManager {
   /// first caller to stop it later (0: the last one) gets its result, unless on_end got it.
   std::optional<Ended> stop(std::int64_t id, const std::string& outcome,
                             const std::string& forced_by = {});
-  /// From now on nothing waits for a busy store.
+  /// Ends waiting for a busy store from now on.
   void hurry() { recorder_.hurry(); }
   /// Ends all running recordings with the outcome "interrupted".
   void interruptAll(const std::string& reason);
   std::vector<std::int64_t> runningIds() const;
   replay::RecordedCounts counts(std::int64_t id) const { return recorder_.counts(id); }
   replay::RecorderLoad load() const { return recorder_.load(); }
-  /// How many messages were stored on each topic that a running behavior's request named, by
-  /// "behavior ID TOPIC".
+  /// Returns how many messages were stored on each topic that a running behavior's request named,
+  /// by "behavior ID TOPIC".
   std::map<std::string, std::uint64_t> namedCounts() const;
   std::optional<std::string> failure() const { return recorder_.failure(); }
 
-  /// To be called often (~rescan): topics that turned up join the behaviors that want them, and
+  /// Looks for topics often (~rescan): those that turned up join the behaviors that want them, and
   /// topics whose type changed are heard again.
   void lookForTopics();
-  /// To be called about ten times a second.
+  /// Looks at the clocks about ten times a second.
   void lookAtClocks();
-  /// To be called once a second: logs what was dropped, and ends all recordings when the store
-  /// fails or the disk is full.
+  /// Watches once a second: logs what was dropped, and ends all recordings when the store fails or
+  /// the disk is full.
   void watch();
 
  private:
   struct Running {
     RecordingRequest request;
-    std::vector<std::string> topics;  ///< its own
+    std::vector<std::string> topics;  ///< the behavior's own topics
     std::vector<std::string> heard;   ///< acquired for it: those, its goals' results and cancels
     replay::Snapshot snapshot;
     OnEnd on_end;
@@ -81,12 +81,13 @@ class RecordingManager {
   };
 
   std::vector<std::string> topicsNow(const RecordingRequest& request) const;
-  /// Of topics that are not listened to: connections that their publishers believe in.
+  /// Returns old links of topics that are not listened to: connections that their publishers
+  /// believe in.
   Links oldLinks(const std::vector<std::string>& topics) const;
   std::int64_t begin(Running running);
   void complete(const Running& running, const std::string& outcome, replay::Behavior& behavior,
                 const std::set<std::string>& references, std::vector<std::string>& remarks);
-  /// Who sent until now, and who hears it now.
+  /// Notes who sent until now, and who hears it now.
   void noteNodes(const Running& running, replay::RecordedNodes& nodes) const;
   Ended end(std::int64_t id, const Running& running, const std::string& outcome,
             const std::string& forced_by);

@@ -13,7 +13,7 @@
 namespace afterglow::nodes {
 
 struct RecordingRequest {
-  replay::Behavior behavior;  ///< its topics: those that are named
+  replay::Behavior behavior;  ///< behavior; its topics are those that are named
   replay::TopicChoice choice;
   replay::RecordingTerms terms;
   /// Outcomes with which it is kept; empty: with any. An outcome that nobody chose (the recorder
@@ -32,7 +32,7 @@ std::set<std::string> outcomes(const std::string& list);
 /// Throws std::invalid_argument for whatever cannot be recorded, or names no topic.
 RecordingRequest checkedRequest(const RecordingOptions& asked);
 
-/// From a RecordBehavior goal or a StartRecording request, which have the same fields.
+/// Reads a RecordBehavior goal or a StartRecording request, which have the same fields.
 template <class Message>
 RecordingRequest toRequest(const Message& message) {
   RecordingOptions asked;

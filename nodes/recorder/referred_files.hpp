@@ -21,7 +21,7 @@ std::map<std::string, std::string> keepFiles(replay::Store& store,
                                              const std::vector<std::string>& roots,
                                              std::vector<std::string>& remarks);
 
-/// Whether a "package://" or "file://" URI names a file of this machine.
+/// Returns true if a "package://" or "file://" URI names a file of this machine.
 bool isHere(const std::string& uri);
 
 }  // namespace afterglow::nodes

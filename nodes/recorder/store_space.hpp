@@ -24,7 +24,7 @@ class StoreSpace {
  private:
   const RecorderNodeOptions& options_;
   replay::RecorderStore& store_;
-  const std::string folder_;  ///< in which the recorder's file grows
+  const std::string folder_;  ///< folder in which the recorder's file grows
 };
 
 }  // namespace afterglow::nodes

@@ -29,7 +29,7 @@ class TopicListener {
   TopicListener(const TopicListener&) = delete;
   TopicListener& operator=(const TopicListener&) = delete;
 
-  /// Each acquire wants one release.
+  /// Listens to topics; each acquire wants one release.
   void acquire(const std::vector<std::string>& topics);
   void release(const std::vector<std::string>& topics);
   /// roscpp settles a subscription on the first type it meets. Begins those anew that have lost
@@ -73,7 +73,7 @@ class TopicListener {
   /// Connection headers seen (one object per connection) and their channels.
   std::map<boost::shared_ptr<ros::M_string>, std::size_t> channels_;
   std::map<std::string, std::string> types_;  ///< heard since the subscription began, by topic
-  std::map<std::string, std::set<std::string>> senders_;  ///< by topic
+  std::map<std::string, std::set<std::string>> senders_;  ///< senders by topic
 };
 
 }  // namespace afterglow::nodes

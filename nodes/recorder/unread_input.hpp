@@ -1,5 +1,5 @@
 /// \file
-/// Whether this process is behind with its network.
+/// The backlog of this process's network input.
 #pragma once
 
 namespace afterglow::nodes {

@@ -25,13 +25,13 @@ class WorldSnapshot {
   /// The store must outlive this.
   WorldSnapshot(const RecorderNodeOptions& options, replay::Store& store);
 
-  /// Its namespace is this node's, its frames' prefix as tf has it.
+  /// Returns the robot's names: its namespace is this node's, its frames' prefix as tf has it.
   replay::RobotNames robot() const;
   /// The newest poses between anchors that are neighbors in the list and connected.
   replay::Snapshot::Frames frames() const;
   /// SHA-256 of robot_description, which the store keeps; empty if there is none.
   std::string urdf();
-  /// Which map the robot is localized on: mapIdentity(); empty if there is none.
+  /// Returns the map that the robot is localized on: mapIdentity(); empty if there is none.
   std::string map() const;
   /// A JSON object: the texts of the calibration folder's projector.yaml and
   /// T_camera_projector.yaml by their names, and "camera_info" as it is published; what there is.

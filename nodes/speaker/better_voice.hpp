@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// Who speaks where a request names no voice.
+/// The engine that speaks where a request names no voice.
 enum class SpeechEngine { Pico, Mbrola, Espeak };
 
 /// `wanted`: "pico", "mbrola", "espeak"; "" or "auto": the first of these that is installed, for a
@@ -20,14 +20,14 @@ SpeechEngine chooseEngine(const std::string& wanted, const std::string& voice);
 /// eSpeak NG's name of an installed voice of MBROLA, such as "mb-us1"; empty: there is none.
 std::string mbrolaVoice();
 
-/// Whether eSpeak NG has a voice of that name. Throws std::runtime_error if eSpeak NG is not
-/// installed.
+/// Returns true if eSpeak NG has a voice of that name. Throws std::runtime_error if eSpeak NG is
+/// not installed.
 bool hasEspeakVoice(const std::string& voice);
 
-/// By eSpeak NG. Throws std::runtime_error if the program fails.
+/// Speaks by eSpeak NG. Throws std::runtime_error if the program fails.
 Sound sayByEspeak(const std::string& text, const std::string& voice, int words_per_minute);
-/// By pico2wave, in the English of that voice ("en-gb..." British, otherwise American). Throws
-/// std::runtime_error if the program fails.
+/// Speaks by pico2wave, in the English of that voice ("en-gb..." British, otherwise American).
+/// Throws std::runtime_error if the program fails.
 Sound sayByPico(const std::string& text, const std::string& voice);
 
 }  // namespace afterglow::nodes

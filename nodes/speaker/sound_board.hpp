@@ -1,5 +1,5 @@
 /// \file
-/// Which sounds are playing: the rules of sound_play's topic (soundplay_node.py), without ROS,
+/// The sounds that are playing: the rules of sound_play's topic (soundplay_node.py), without ROS,
 /// without a device and without a clock of its own.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace afterglow::nodes {
 
-/// One instant on both clocks: events are logged in ROS time, durations are in steady time.
+/// An instant on both clocks: events are logged in ROS time, durations are in steady time.
 struct SoundTime {
   std::int64_t ros_ns = 0;
   std::int64_t steady_ns = 0;
@@ -48,7 +48,7 @@ class SoundOutput {
   virtual void stop(const PlayingSound& playing) = 0;
 };
 
-/// One thread. `output` must outlive it.
+/// Rules of playing sounds, for one thread. `output` must outlive it.
 class SoundBoard {
  public:
   using Started = std::function<void(const PlayingSound&)>;

@@ -11,8 +11,8 @@
 
 namespace afterglow::nodes {
 
-/// Without a program or a device it stays silent and says so; everything else goes on, and the
-/// device is tried again with the next sound.
+/// Plays sounds; without a program or a device it stays silent and says so; everything else goes
+/// on, and the device is tried again with the next sound.
 class SoundDevice : public SoundOutput {
  public:
   /// `program`: "aplay", "paplay" or another that plays the WAV file named last on its command
@@ -24,8 +24,8 @@ class SoundDevice : public SoundOutput {
 
   void start(const PlayingSound& playing) override;
   void stop(const PlayingSound& playing) override;
-  /// Why nothing can be heard, as far as is known; empty: all is well. Call it often: it also
-  /// notices players that failed.
+  /// Returns why nothing can be heard, as far as is known; empty: all is well. Call it often: it
+  /// also notices players that failed.
   std::string problem();
 
  private:
@@ -33,9 +33,9 @@ class SoundDevice : public SoundOutput {
   std::string fileFor(const PlayingSound& playing) const;
 
   std::string program_;  ///< empty: silent for good
-  std::string folder_;   ///< of WAV files in use
+  std::string folder_;   ///< folder of WAV files in use
   int messages_fd_ = -1;
-  std::map<int, pid_t> players_;  ///< by the sound's id
+  std::map<int, pid_t> players_;  ///< players by the sound's id
   std::string problem_;
 };
 

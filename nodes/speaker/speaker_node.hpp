@@ -58,11 +58,11 @@ class SpeakerNode {
   std::unique_ptr<SoundOutput> silence_;
   std::unique_ptr<SoundBoard> board_;
   std::unique_ptr<SpeechLog> log_;          ///< empty without ~folder
-  std::map<int, std::size_t> log_entries_;  ///< of playing sounds, by their id
+  std::map<int, std::size_t> log_entries_;  ///< entries of playing sounds, by their id
   std::unique_ptr<FloorCaption> caption_;   ///< empty without ~caption_topic
   std::string state_, problem_;
   std::string sound_play_;  ///< the node that speaks instead; empty: there is none
-  std::string refusal_;  ///< of the last request; empty if it was obeyed
+  std::string refusal_;     ///< refusal of the last request; empty if it was obeyed
   std::deque<sound_play::SoundRequest> ahead_;
   ros::Publisher state_publisher_, duration_publisher_, problem_publisher_;
   ros::Subscriber requests_, ahead_requests_;

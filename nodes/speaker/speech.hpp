@@ -14,9 +14,9 @@
 namespace afterglow::nodes {
 
 struct SpeechOptions {
-  std::string voice = "en-us";  ///< where a request names none
+  std::string voice = "en-us";  ///< voice where a request names none
   int words_per_minute = 160;   ///< 80..450; pico2wave has a pace of its own
-  std::string engine = "espeak";  ///< where a request names no voice, too: chooseEngine()
+  std::string engine = "espeak";  ///< engine where a request names no voice, too: chooseEngine()
 };
 
 /// Keeps the sound of each sentence, so that a sentence said again starts at once. Of one thread.
@@ -33,7 +33,7 @@ class Speech {
   /// too long or has nothing in it to say.
   std::shared_ptr<const Sound> say(const std::string& text, const std::string& voice = "");
 
-  /// Whose voice it is where a request names none: "eSpeak NG, voice en-us".
+  /// Returns the voice where a request names none: "eSpeak NG, voice en-us".
   std::string defaultVoice() const;
 
  private:
@@ -42,7 +42,7 @@ class Speech {
 
   SpeechOptions options_;
   SpeechEngine engine_;
-  std::map<std::string, std::string> voices_;  ///< those that speak, by those that were asked for
+  std::map<std::string, std::string> voices_;  ///< voices that speak, by those that were asked for
   std::map<std::pair<std::string, std::string>, std::shared_ptr<const Sound>> said_;
 };
 

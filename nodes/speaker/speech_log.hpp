@@ -1,6 +1,6 @@
 /// \file
-/// What was heard and when: a folder with a WAV file for every utterance and `speech.json`, a JSON
-/// array of {text, voice, onset_ns, duration_s, volume, loop, file}.
+/// The record of what was heard and when: a folder with a WAV file for every utterance and
+/// `speech.json`, a JSON array of {text, voice, onset_ns, duration_s, volume, loop, file}.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 namespace afterglow::nodes {
 
 struct Utterance {
-  std::string text;           ///< what was said; "" for a sound file
-  std::string voice;          ///< as requested
+  std::string text;           ///< text that was said; "" for a sound file
+  std::string voice;          ///< voice as requested
   std::int64_t onset_ns = 0;  ///< ROS time at which it began to sound
-  double duration_s = 0;      ///< how long it sounded: less than the file if it was stopped
+  double duration_s = 0;      ///< duration of the sound: less than the file if it was stopped
   double volume = 1;          ///< 0..1
   bool loop = false;          ///< the file was repeated for duration_s
   std::string file;           ///< WAV; relative to the folder in the JSON, a whole path in memory

@@ -11,7 +11,7 @@
 
 namespace afterglow::nodes {
 
-/// With who sent it.
+/// A message with its sender.
 using AnyMessage = ros::MessageEvent<const topic_tools::ShapeShifter>;
 
 inline replay::Bytes bytesOf(const topic_tools::ShapeShifter& message) {

@@ -18,7 +18,7 @@
 
 namespace afterglow::nodes {
 
-/// Every method throws std::runtime_error naming the path and why.
+/// The folder of a calibration; every method throws std::runtime_error naming the path and why.
 class CalibrationFolder {
  public:
   explicit CalibrationFolder(const std::string& path) : path_(path) {}
@@ -36,8 +36,8 @@ class CalibrationFolder {
   /// Writes the reasons to report.html; changes no other file.
   void saveRefusal(const calib::CalibrationRefused& refused,
                    const std::vector<calib::Photographs>& photographs) const;
-  /// Whether the calibration was solved from this picture of the pattern, as far as the folder
-  /// knows: older versions kept no sums.
+  /// Returns true if the calibration was solved from this picture of the pattern, as far as the
+  /// folder knows: older versions kept no sums.
   bool wasSolvedFrom(const calib::Picture& pattern) const;
   void saveCheck(const calib::ErrorSummary& errors, const calib::Photographs& photographs) const;
 

@@ -35,7 +35,7 @@ class CallbackThread {
     subscribers_.push_back(node_.subscribe(options));
     return subscribers_.back();
   }
-  /// In steady time.
+  /// Calls `act` in steady time.
   ros::SteadyTimer every(double seconds, std::function<void()> act) {
     const auto call = [act = std::move(act)](const ros::SteadyTimerEvent&) { act(); };
     timers_.push_back(node_.createSteadyTimer(ros::WallDuration(seconds), call));
@@ -46,8 +46,7 @@ class CallbackThread {
   }
 
   void begin() { spinner_.start(); }
-  /// From now on nothing is called, but by callRest(), in the caller's thread: what is heard by
-  /// then.
+  /// Stops calling from now on, but by callRest(), in the caller's thread: what is heard by then.
   void stop() {
     for (ros::SteadyTimer& timer : timers_) timer.stop();
     spinner_.stop();

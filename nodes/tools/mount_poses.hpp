@@ -14,13 +14,13 @@ namespace afterglow::nodes {
 /// taken and normalized). Throws std::invalid_argument beginning with `what`.
 Eigen::Isometry3d poseFromNumbers(const std::vector<double>& numbers, const std::string& what);
 
-/// One pose of the file.
+/// A pose of the file.
 struct MountRecord {
   std::string name;
   Rigid<Link, Camera> T_link_camera;
   Rigid<Camera, Projector> T_camera_projector;
 
-  /// Of a turret: its links, the base first, and by tf each in the one before; else empty.
+  /// A turret's links, the base first, and by tf each in the one before; else empty.
   std::vector<std::string> links;
   std::vector<Eigen::Isometry3d> T_parent_link;
 

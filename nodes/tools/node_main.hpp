@@ -1,5 +1,5 @@
 /// \file
-/// What the main() of every node does alike.
+/// The common part of all nodes' main().
 #pragma once
 
 #include <ros/ros.h>
@@ -14,7 +14,8 @@ struct NodeText {
   std::string name;           ///< "player_node"
   std::string does;           ///< "replays stored behaviors: by action and by service."
   std::string launch;         ///< the launch file that explains its parameters; empty: none
-  std::string ros_name = {};  ///< of the ROS node, unless `__name:=` gives another; empty: `name`
+  std::string ros_name = {};  ///< name of the ROS node, unless `__name:=` gives another; empty:
+                              ///< `name`
 };
 
 /// The work of a node, which returns when a stop is requested (stop_signal.hpp). `own` is the

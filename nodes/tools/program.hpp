@@ -10,10 +10,10 @@
 
 namespace afterglow::nodes {
 
-/// Whether a command of that name can be found: on PATH, or where its slashes say.
+/// Returns true if a command of that name can be found: on PATH, or where its slashes say.
 bool hasProgram(const std::string& name);
 
-/// How a program is started: its standard streams, and whether it gets our group's signals.
+/// The start of a program: its standard streams, and whether it gets our group's signals.
 struct ProgramStart {
   static constexpr int kNothing = -1;  ///< /dev/null
   static constexpr int kOurs = -2;     ///< our own stream
@@ -26,7 +26,7 @@ struct ProgramStart {
 /// would stay open in it. The caller waits for the process. Throws std::system_error naming
 /// the program that cannot be started.
 pid_t startProgram(const std::vector<std::string>& arguments, const ProgramStart& start);
-/// With empty input, and all its output to `output_fd`.
+/// Starts a program with empty input, and all its output to `output_fd`.
 pid_t startProgram(const std::vector<std::string>& arguments, int output_fd);
 
 /// Waits until the program has ended; returns waitpid's status.
@@ -43,7 +43,7 @@ ProgramResult runProgram(const std::vector<std::string>& arguments);
 /// Runs programs, one after the other, that another thread can end.
 class EndableProgram {
  public:
-  /// As runProgram. Throws std::runtime_error after end().
+  /// Runs a program as runProgram does. Throws std::runtime_error after end().
   ProgramResult run(const std::vector<std::string>& arguments);
   /// Kills the program that runs; later ones are not started. Any thread.
   void end();
@@ -53,7 +53,7 @@ class EndableProgram {
   int waitFor(pid_t pid);
 
   std::mutex mutex_;
-  pid_t pid_ = 0;  ///< of a program that has not been waited for, so that it is no other's number
+  pid_t pid_ = 0;  ///< number of a program that has not been waited for, so that it is no other's
   bool is_ended_ = false;
 };
 

@@ -28,7 +28,7 @@ class Registration {
   void look();
   bool registerAgain() const;
 
-  std::set<std::string> services_;  ///< this node's, as a master has told
+  std::set<std::string> services_;  ///< services of this node, as a master has told
   bool was_known_ = false;
   std::mutex mutex_;
   bool is_over_ = false;

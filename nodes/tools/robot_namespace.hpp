@@ -7,8 +7,8 @@
 
 namespace afterglow::nodes {
 
-/// This process's own, "/robot1": as ROS was told at its start, before that $ROS_NAMESPACE; empty:
-/// the global one.
+/// Returns this process's own namespace, "/robot1": as ROS was told at its start, before that
+/// $ROS_NAMESPACE; empty: the global one.
 std::string rosNamespace();
 
 /// A text of the robot in that namespace, robot_description or tf_prefix: there, else in those

@@ -1,5 +1,5 @@
 /// \file
-/// Whether ROS time goes on: with /use_sim_time it is what somebody publishes on /clock.
+/// The progress of ROS time: with /use_sim_time it is what somebody publishes on /clock.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace afterglow::nodes {
 
-/// Who else publishes /clock, by the master; empty: nobody. Throws std::runtime_error without one.
+/// Returns the other publisher of /clock, by the master; empty: there is none. Throws
+/// std::runtime_error without one.
 std::string clockPublisher();
 
 /// Waits for a time other than 0, which every stamp would be. Throws std::runtime_error, one line,

@@ -1,7 +1,6 @@
 /// \file
-/// Whether a ROS master answers, who publishes and who subscribes: asked of the master and of the
-/// nodes themselves, with a deadline. Sources: wiki.ros.org/ROS/Master_API,
-/// wiki.ros.org/ROS/Slave_API.
+/// Questions to a ROS master and to nodes, with a deadline: whether they answer, who publishes and
+/// who subscribes. Sources: wiki.ros.org/ROS/Master_API, wiki.ros.org/ROS/Slave_API.
 #pragma once
 
 #include <chrono>
@@ -52,7 +51,7 @@ struct RosGraph {
   std::set<std::string> otherSubscribers(const std::string& topic) const;
 };
 
-/// Where a node answers.
+/// The address at which a node answers.
 struct NodeAddress {
   std::string host;
   std::uint32_t port = 0;
@@ -69,13 +68,13 @@ class MasterLink {
   MasterLink(const MasterLink&) = delete;
   MasterLink& operator=(const MasterLink&) = delete;
 
-  /// Whether the master answers in time.
+  /// Returns true if the master answers in time.
   bool isThere(Deadline deadline);
   /// Throws std::runtime_error, one line, if the master does not answer in time.
   RosGraph graph(Deadline deadline);
   /// The type of every topic by its latest publisher, "package/Type". Throws as graph().
   std::map<std::string, std::string> topicTypes(Deadline deadline);
-  /// As the master knows it; empty if it does not, or does not answer.
+  /// Returns the address by the master; empty if it does not know it, or does not answer.
   std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline);
 
  private:
@@ -88,7 +87,7 @@ RosGraph askMaster(Deadline deadline);
 std::map<std::string, std::string> askTopicTypes(Deadline deadline);
 std::optional<NodeAddress> addressOf(const std::string& node, Deadline deadline);
 
-/// Whether that node answers; a dead node may stay registered forever.
+/// Returns true if that node answers; a dead node may stay registered forever.
 bool isAlive(const std::string& node, Deadline deadline);
 bool isAlive(const NodeAddress& address, Deadline deadline);
 
@@ -105,8 +104,8 @@ Links linksHere(const std::vector<std::string>& topics, Deadline deadline);
 std::vector<std::string> waitForPublishers(const std::vector<std::string>& topics,
                                            Deadline deadline, const Links& old = {});
 
-/// Before ros::init, which waits for a master forever if the command line has a parameter
-/// (_name:=value), and after catchStopSignals(): waits until the master of ROS_MASTER_URI, or of an
+/// Waits, before ros::init, which waits for a master forever if the command line has a parameter
+/// (_name:=value), and after catchStopSignals(), until the master of ROS_MASTER_URI, or of an
 /// argument __master:=URI, answers, and says so on stderr, which begins with `node`. False: a stop
 /// was requested first. Throws std::runtime_error for a URI that is none.
 bool awaitMaster(int argc, char** argv, const std::string& node);

@@ -11,11 +11,11 @@ namespace nodes {
 
 enum class SecondSignal { EndsAtOnce, IsIgnored };
 
-/// From now on SIGINT, SIGTERM and SIGHUP only set a flag. A second signal ends the process at
-/// once, or is ignored.
+/// Makes SIGINT, SIGTERM and SIGHUP only set a flag from now on. A second signal ends the process
+/// at once, or is ignored.
 void catchStopSignals(SecondSignal second = SecondSignal::EndsAtOnce);
-/// From now on a shutdown request of the ROS graph (rosnode kill, another node of the same name)
-/// sets the flag, too. roscpp itself would shut the publishers down before a last message can be
+/// Makes a shutdown request of the ROS graph (rosnode kill, another node of the same name) set the
+/// flag from now on, too. roscpp itself would shut the publishers down before a last message can be
 /// sent. Call it before ros::start(), which the first ros::NodeHandle does.
 void catchShutdownRequests();
 

@@ -1,6 +1,7 @@
 /// \file
-/// How far another machine's clock is from this one's, asked of its time server (NTP: chrony, ntpd,
-/// systemd-timesyncd does not answer) by one question. Source: RFC 4330 (SNTP), sections 4 and 5.
+/// The difference between another machine's clock and this one's, asked of its time server (NTP:
+/// chrony, ntpd, systemd-timesyncd does not answer) by one question. Source: RFC 4330 (SNTP),
+/// sections 4 and 5.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ struct ClockOffset {
 std::optional<ClockOffset> askTimeServer(const std::string& host, double seconds,
                                          std::uint16_t port = 123);
 
-/// Whether an address of that host is this machine's; false if the name is not known.
+/// Returns true if an address of that host is this machine's; false if the name is not known.
 bool isThisMachine(const std::string& host);
 
 }  // namespace afterglow::nodes

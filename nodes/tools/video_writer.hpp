@@ -21,7 +21,7 @@ std::string partPath(const std::string& path);
 /// std::runtime_error with the path and ffmpeg's own words.
 class VideoWriter {
  public:
-  /// For images of width x height pixels, `fps` a second (std::invalid_argument if one is not
+  /// Writes images of width x height pixels, `fps` a second (std::invalid_argument if one is not
   /// positive).
   VideoWriter(std::string path, int width, int height, int fps);
   ~VideoWriter();

@@ -1,6 +1,6 @@
 /// \file
-/// Whether and where a node opens its full-screen window: parameters ~window (auto, true, false)
-/// and ~monitor (connector, model or index).
+/// The full-screen window of a node: parameters ~window (auto, true, false) and ~monitor
+/// (connector, model or index).
 #pragma once
 
 #include <ros/node_handle.h>

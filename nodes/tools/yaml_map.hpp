@@ -15,7 +15,7 @@ using calib::loadYaml;
 /// "; did you mean 'color'?": the nearest candidate, or all of them if none is near.
 std::string advice(const std::string& wrong, const std::vector<std::string>& candidates);
 
-/// One map of a configuration file. `where` names it for people ("layer 2"); everything throws
+/// A map of a configuration file. `where` names it for people ("layer 2"); everything throws
 /// std::runtime_error "FILE:LINE: text".
 class YamlMap {
  public:

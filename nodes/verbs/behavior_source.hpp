@@ -12,12 +12,12 @@ namespace afterglow::nodes {
 struct BehaviorSource {
   std::unique_ptr<replay::Store> store;
   replay::Behavior behavior;
-  std::string name;  ///< for people
+  std::string name;  ///< name for people
 };
 
-/// `what` selects a behavior of the store at `store` (findBehavior()); what is a file, or looks
-/// like the name of one, is a bag. A bag is read into memory, with progress on stderr. Throws
-/// replay::StoreError, and std::runtime_error for a bag that cannot be read.
+/// Opens a behavior: `what` selects one of the store at `store` (findBehavior()); what is a file,
+/// or looks like the name of one, is a bag. A bag is read into memory, with progress on stderr.
+/// Throws replay::StoreError, and std::runtime_error for a bag that cannot be read.
 BehaviorSource openBehavior(const std::string& what, const std::string& store);
 
 }  // namespace afterglow::nodes

@@ -1,5 +1,5 @@
 /// \file
-/// What `afterglow doctor` finds: one line a check.
+/// The findings of `afterglow doctor`: one line a check.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,10 +10,10 @@ namespace afterglow::nodes {
 
 struct Checkup {
   enum class Level { Ok, Advice, Problem };
-  std::string name;  ///< of the check: "gpu"
+  std::string name;  ///< name of the check: "gpu"
   Level level = Level::Ok;
   std::string found;
-  std::string advice;  ///< what to do, one clause; empty: nothing
+  std::string advice;  ///< advice in one clause; empty: there is nothing to do
 
   static Checkup ok(std::string name, std::string found) {
     return {std::move(name), Level::Ok, std::move(found), {}};

@@ -17,7 +17,7 @@ using AddVerb = void (*)(CLI::App&);
 /// or failed, with one line on stderr; 2 wrong usage.
 int runCommand(int argc, char** argv, const std::vector<AddVerb>& verbs);
 
-/// What stands behind "--" if the verb runs a command (kVerbs in command.cpp): that command's own
+/// The words behind "--" if the verb runs a command (kVerbs in command.cpp): that command's own
 /// words, of which CLI11 sees none. Empty before runCommand(), and without any.
 const std::vector<std::string>& wordsBehindDashes();
 

@@ -9,7 +9,7 @@
 
 namespace afterglow::nodes {
 
-/// Every picture becomes as wide as a cell, `kCell` px, and has its caption below.
+/// A sheet of pictures; each becomes as wide as a cell, `kCell` px, and has its caption below.
 class ContactSheet {
  public:
   static constexpr int kCell = 640, kColumns = 3, kGap = 8;  ///< pixels

@@ -14,16 +14,16 @@
 namespace afterglow::nodes {
 
 Checkup checkGpu();
-/// Of the description that GlContext gives; a software renderer is named as such.
+/// Judges the description that GlContext gives; a software renderer is named as such.
 Checkup judgeRenderer(const std::string& description);
 
-/// What a projector's picture needs of the monitors.
+/// The needs of a projector's picture from the monitors.
 struct WantedMonitor {
-  std::string projector;        ///< its name among several; else empty
-  std::string monitor;          ///< as chooseMonitor() takes it
+  std::string projector;        ///< name of the projector among several; else empty
+  std::string monitor;          ///< monitor as chooseMonitor() takes it
   int width = 0, height = 0;    ///< px
 };
-/// What the configuration wants; why it cannot be read becomes the finding "configuration".
+/// The wishes of the configuration; why it cannot be read becomes the finding "configuration".
 struct ConfigurationCheck {
   Checkup finding;
   std::vector<WantedMonitor> wanted;
@@ -35,9 +35,9 @@ Checkup judgeMonitors(const std::vector<render::Monitor>& monitors,
 
 /// SCHED_FIFO, which keeps a replay on time.
 Checkup checkRealtime();
-/// Whether this machine's clock is set by a time server, as the kernel says.
+/// Checks whether this machine's clock is set by a time server, as the kernel says.
 Checkup checkOwnClock();
-/// How far the clock of the master's host is from this one's, asked of its time server.
+/// Checks how far the clock of the master's host is from this one's, asked of its time server.
 Checkup checkRobotClock(const std::string& host);
 Checkup checkSound();
 Checkup checkStore(const std::string& uri);

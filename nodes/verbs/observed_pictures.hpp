@@ -19,7 +19,7 @@ namespace afterglow::nodes {
 struct ObserverOptions {
   std::string eye, look_at;  ///< "x,y,z": fixed frame, meters; both or none
   std::string room;          ///< file, as assets/demo/view.yaml
-  std::string place;         ///< to look from, one of the room's
+  std::string place;         ///< place to look from, one of the room's
   std::string urdf;
 
   bool isGiven() const { return !(eye + room + urdf).empty(); }
@@ -51,7 +51,7 @@ class ObservedPictures {
                           render::Image projected, const Caption& caption,
                           CaptionPainter& painter);
 
-  /// From the beginning again: now moments may lie before the last one.
+  /// Begins anew: now moments may lie before the last one.
   void restart();
 
  private:

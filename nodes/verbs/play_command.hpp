@@ -18,7 +18,8 @@ struct PlayCommand {
   bool is_dry_run = false, is_json = false, is_quiet = false, has_no_keys = false;
   std::map<const PlayOption*, OptionTexts> given;
 
-  /// What was given. Throws std::runtime_error and std::invalid_argument, one line.
+  /// Returns the request that was given. Throws std::runtime_error and std::invalid_argument, one
+  /// line.
   ReplayRequest request() const;
 };
 

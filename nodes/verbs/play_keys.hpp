@@ -10,7 +10,7 @@
 
 namespace afterglow::nodes {
 
-/// What the keys do, one line.
+/// The keys' meanings, one line.
 constexpr const char* kPlayKeys =
     "space pause, s step, left/right 5 s back/on, up/down (+/-) rate, t pause topics, q quit";
 

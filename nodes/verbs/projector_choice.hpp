@@ -1,5 +1,5 @@
 /// \file
-/// One of the projectors of a configuration.
+/// The choice of one of the projectors of a configuration.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 /// \file
-/// What a recorded behavior said aloud, made again for a film of it.
+/// The speech of a recorded behavior, made again for a film of it.
 #pragma once
 
 #include <sound_play/SoundRequest.h>
@@ -27,7 +27,7 @@ class RecordedSpeech {
   std::string at(replay::Stamp moment) const;
   /// The speech.json, for Film's sound; empty: nothing can be heard.
   const std::string& log() const { return log_path_; }
-  /// Why sentences are shown and not heard, one line; empty: all is heard.
+  /// The reason why sentences are shown and not heard, one line; empty: all is heard.
   const std::string& problem() const { return problem_; }
 
  private:
@@ -39,7 +39,7 @@ class RecordedSpeech {
   std::string log_path_, problem_;
   SpeechLog log_;
   std::optional<Speech> speech_;       ///< made for the first sentence
-  std::vector<Utterance> utterances_;  ///< in the order of their onsets
+  std::vector<Utterance> utterances_;  ///< utterances in the order of their onsets
 };
 
 }  // namespace afterglow::nodes

@@ -17,28 +17,30 @@
 
 namespace afterglow::nodes {
 
-/// What came on a topic.
+/// The messages heard on a topic.
 struct HeardTopic {
   std::size_t count = 0;
-  std::string frame;               ///< of the first message's header, or first marker; else empty
-  std::set<std::string> joints;    ///< of JointStates
-  std::optional<bool> stops;       ///< of the emergency stop's topic: the last word
-  std::string problem;             ///< why a message could not be read
+  std::string frame;             ///< frame of the first message's header, or first marker; else
+                                 ///< empty
+  std::set<std::string> joints;  ///< names in JointStates
+  std::optional<bool> stops;     ///< last word of the emergency stop's topic
+  std::string problem;           ///< the reason why a message could not be read
 };
 
 struct RunningRobot {
-  replay::RobotNames names;                  ///< of the robot in ROS's namespace of this process
+  replay::RobotNames names;  ///< names of the robot in ROS's namespace of this
+                             ///< process
   RosGraph graph;
-  ControllerStates controllers;  ///< of ros_control's controller managers
-  std::map<std::string, std::string> types;  ///< of all topics
-  std::map<std::string, HeardTopic> heard;   ///< by topic, of those that were listened to
-  std::map<std::string, std::string> parents;  ///< of tf's frames
-  std::set<std::string> living;              ///< of the nodes that were asked
+  ControllerStates controllers;                ///< states by ros_control's controller managers
+  std::map<std::string, std::string> types;    ///< types of all topics
+  std::map<std::string, HeardTopic> heard;     ///< topics that were listened to
+  std::map<std::string, std::string> parents;  ///< parents of tf's frames
+  std::set<std::string> living;                ///< nodes that answered of those that were asked
   double seconds = 0;                        ///< so long it was listened
   bool has_description = false;              ///< robot_description is set
 
   bool hasFrame(const std::string& frame) const;
-  /// In one tree of tf.
+  /// Returns true if both are in one tree of tf.
   bool areConnected(const std::string& frame, const std::string& other) const;
   /// The robot's topics of this type that have a publisher.
   std::vector<std::string> publishedTopics(const std::string& type) const;

@@ -10,7 +10,7 @@
 namespace afterglow::nodes {
 
 struct SetupWords {
-  std::string robot;         ///< as --robot names it, a file absolute
+  std::string robot;         ///< name of the robot as --robot gives it, a file absolute
   std::string store;         ///< empty: the default
   std::string calibration;   ///< folder; empty: `calibration` beside the files
 };
@@ -30,7 +30,7 @@ std::string projectorYaml(const replay::RobotProfile& robot, const RunningRobot&
 std::string robotLaunch(const replay::RobotProfile& robot, const RunningRobot& running,
                         const SetupWords& words);
 
-/// What a person has to check before it is used, one line each.
+/// Returns what a person has to check before it is used, one line each.
 std::vector<std::string> thingsToCheck(const replay::RobotProfile& robot,
                                        const RunningRobot& running);
 

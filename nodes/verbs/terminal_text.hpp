@@ -1,5 +1,5 @@
 /// \file
-/// What a terminal may be told: names and texts of a store, of the network, of a file may hold
+/// The safe text for a terminal: names and texts of a store, of the network, of a file may hold
 /// escape sequences, which change its title, its colors, what it answers.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace afterglow::nodes {
 
-/// One line: control characters, also those of Unicode (U+0080 to U+009F), line breaks and the
-/// marks that turn the direction of writing stand as \u001b; so they do in JSON's strings.
+/// Makes one line: control characters, also those of Unicode (U+0080 to U+009F), line breaks and
+/// the marks that turn the direction of writing stand as \u001b; so they do in JSON's strings.
 std::string oneLine(const std::string& text);
 
 /// While it lives, whatever the program writes to std::cout and std::cerr is as oneLine() has it,

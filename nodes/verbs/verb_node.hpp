@@ -14,7 +14,7 @@ void nameVerbNode(const std::string& name);
 /// The same, and throws if no master answers, for which roscpp would wait forever.
 void startVerbNode(const std::string& name);
 
-/// From now on roscpp's own words are printed from the level of warnings on.
+/// Prints roscpp's own words only from the level of warnings on from now on.
 void printWarningsOnly();
 
 }  // namespace afterglow::nodes

@@ -1,6 +1,6 @@
 /// \file
-/// What several verbs of `afterglow` share: the store's option, behaviors as JSON and as text,
-/// progress.
+/// The common part of several verbs of `afterglow`: the store's option, behaviors as JSON and as
+/// text, progress.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -49,10 +49,10 @@ nlohmann::ordered_json objectJson(const replay::Behavior& behavior, const std::s
 nlohmann::ordered_json behaviorJson(const replay::Behavior& behavior,
                                     const std::vector<replay::TopicSummary>& topics);
 
-/// As text, one line for JSON of any origin: no exception for strings that are no UTF-8.
+/// Writes JSON of any origin as text, on one line: no exception for strings that are no UTF-8.
 std::string dumpJson(const nlohmann::ordered_json& json, int indent = -1);
 
-/// From begin to end, or to the last message of one without an end.
+/// Returns the duration from begin to end, or to the last message of a behavior without an end.
 double durationSeconds(const replay::Behavior& behavior,
                        const std::vector<replay::TopicSummary>& topics);
 
@@ -62,7 +62,7 @@ class TextTable {
   enum class Align { Left, Right };
   explicit TextTable(const std::vector<std::pair<std::string, Align>>& columns);
   void add(std::vector<std::string> row);
-  /// Every line begins with `indent`.
+  /// Returns the text; every line begins with `indent`.
   std::string text(const std::string& indent = "") const;
 
  private:

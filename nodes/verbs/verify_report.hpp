@@ -1,5 +1,5 @@
 /// \file
-/// What `afterglow calibrate verify` has measured, as text and as JSON.
+/// The measurements of `afterglow calibrate verify`, as text and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,14 +11,14 @@
 
 namespace afterglow::nodes {
 
-/// Of views of the board: {method: "views", views: [{name, corners, median_mm, p95_mm, max_mm,
+/// Reports views of the board: {method: "views", views: [{name, corners, median_mm, p95_mm, max_mm,
 /// fault}], corners, median_mm, p95_mm, max_mm}.
 nlohmann::ordered_json verifyJson(const std::vector<calib::ViewCheck>& views);
 std::string verifyText(const std::vector<calib::ViewCheck>& views);
 
-/// Of tags thrown on a surface: {method: "targets", printed_tags, printed_rms_px, targets: [{id,
-/// seen, dx_mm, dy_mm, error_mm, max_mm}], corners, median_mm, p95_mm, max_mm}. dx and dy are those
-/// of the target's middle along the surface's axes; median and so on are of all corners.
+/// Reports tags thrown on a surface: {method: "targets", printed_tags, printed_rms_px, targets:
+/// [{id, seen, dx_mm, dy_mm, error_mm, max_mm}], corners, median_mm, p95_mm, max_mm}. dx and dy are
+/// those of the target's middle along the surface's axes; median and so on are of all corners.
 nlohmann::ordered_json verifyJson(const calib::ThrowCheck& check);
 std::string verifyText(const calib::ThrowCheck& check);
 

@@ -16,8 +16,8 @@ struct ViewFiles {
   std::string plain;    ///< path; empty if there is none
 };
 
-/// By name; PNG and JPEG. Throws std::runtime_error naming the folder if it cannot be read, holds
-/// none, or holds a plain picture without its partner.
+/// Returns the views by name; PNG and JPEG. Throws std::runtime_error naming the folder if it
+/// cannot be read, holds none, or holds a plain picture without its partner.
 std::vector<ViewFiles> findViews(const std::string& folder);
 
 /// Throws std::runtime_error naming the picture that cannot be read.

@@ -1,5 +1,5 @@
 /// \file
-/// What Afterglow's nodes say of themselves, a line each: for `afterglow watch`.
+/// The words of Afterglow's nodes about themselves, a line each: for `afterglow watch`.
 #pragma once
 
 #include <afterglow/ReplayStatus.h>
@@ -12,13 +12,13 @@
 
 namespace afterglow::nodes {
 
-/// How a node or a part of it fares.
+/// The state of a node or a part of it.
 struct WatchLine {
   enum class Level { Ok, Warning, Error };
   std::string name;  ///< "projector_node: /cloud"
   Level level = Level::Ok;
   std::string text;
-  std::map<std::string, std::string> values;  ///< as they were published
+  std::map<std::string, std::string> values;  ///< values as they were published
 
   /// "ok    projector_node: /cloud: 2 shown".
   std::string words() const;
@@ -38,7 +38,7 @@ class WatchView {
   /// `node`: without leading slash.
   void take(const std::string& node, const ReplayStatus& status, std::int64_t now_ns);
 
-  /// In the order of their names.
+  /// Returns the lines in the order of their names.
   std::vector<WatchLine> lines(std::int64_t now_ns) const;
 
  private:

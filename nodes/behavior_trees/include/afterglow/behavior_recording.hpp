@@ -27,8 +27,9 @@ namespace afterglow::nodes {
 /// reach the recorder.
 class BehaviorRecording {
  public:
-  /// With options.wait it returns when the recording has started, or has failed to. Throws
-  /// std::runtime_error if it has failed and options.required is set (with options.wait only).
+  /// Begins a recording; with options.wait it returns when the recording has started, or has failed
+  /// to. Throws std::runtime_error if it has failed and options.required is set (with options.wait
+  /// only).
   explicit BehaviorRecording(RecordingOptions options,
                              std::shared_ptr<RecorderClient> recorder = rosRecorder());
   /// Ends the recording, if it has not ended: as "exception" while an exception is thrown, else as
@@ -49,7 +50,7 @@ class BehaviorRecording {
   bool isDone() const;
   /// The behavior's id in the store; 0 until the recording has started.
   std::int64_t id() const;
-  /// Why there is no recording (yet); empty if all is well.
+  /// Returns why there is no recording (yet); empty if all is well.
   std::string problem() const;
   const std::string& treePath() const;
   /// Different for every recording of this process.
@@ -61,7 +62,7 @@ class BehaviorRecording {
   void finish() noexcept;
 
   std::shared_ptr<State> state_;
-  int exceptions_ = 0;  ///< in flight when the recording was made
+  int exceptions_ = 0;  ///< exceptions in flight when the recording was made
 };
 
 /// While it lives, recordings that this thread makes without a tree path lie below `recording`,

@@ -17,14 +17,14 @@ class RecordedNode {
  public:
   explicit RecordedNode(std::shared_ptr<RecorderClient> recorder);
 
-  /// Between begin() and end().
+  /// Returns true between begin() and end().
   bool isRunning() const { return running_.has_value(); }
   /// An attempt of 0 is counted: up from 1 with every failure, until a success, a halt, or a new
   /// run of the enclosing recorded behavior.
   void begin(RecordingOptions options);
-  /// Whether the recording has started, or is not waited for (any longer).
+  /// Returns true if the recording has started, or is not waited for (any longer).
   bool mayGo() const;
-  /// Whether the recording is required and has failed.
+  /// Returns true if the recording is required and has failed.
   bool isRefused() const;
   const BehaviorRecording& running() const { return *running_; }
   /// Ends the recording; without one, only resets the count of attempts.
@@ -36,7 +36,7 @@ class RecordedNode {
   int failures_ = 0;
   std::uint64_t enclosing_ = 0;
   std::optional<BehaviorRecording> running_;
-  std::vector<BehaviorRecording> ending_;  ///< their recorder has not answered yet
+  std::vector<BehaviorRecording> ending_;  ///< recordings whose recorder has not answered yet
 };
 
 }  // namespace afterglow::nodes

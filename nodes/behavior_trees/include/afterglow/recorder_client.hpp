@@ -1,5 +1,5 @@
 /// \file
-/// What a recording asks of a recorder: the interface between behaviors and recorder_node.
+/// The interface between behaviors and recorder_node.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace afterglow::nodes {
 
-/// One behavior to record; visitRecordingFields() names and explains what a recorder is told of it.
+/// A behavior to record; visitRecordingFields() names and explains what a recorder is told of it.
 struct RecordingOptions {
   std::string name = {};                  ///< "pick"
   std::vector<std::string> topics = {};   ///< absolute names; they need not be announced yet
   std::vector<std::string> regexes = {};  ///< and every topic that one of these matches as a whole
-  bool all = false;                       ///< every topic but the recorder's exceptions
-  std::vector<std::string> exclude =
-      {};                                ///< of `regexes` and `all`: none that one of these matches
+  bool all = false;                       ///< true: all topics but the recorder's exceptions
+  std::vector<std::string> exclude = {};  ///< expressions for names that `regexes` and `all` leave
+                                          ///< out
   std::vector<std::string> limits = {};  ///< "/scan every=5", "/points max_hz=2"
   /// Place in the behavior tree; behaviors nest by it. Empty: the name, below the path of this
   /// thread's EnclosingRecording.
@@ -37,9 +37,9 @@ struct RecordingOptions {
 
 /// A field of what a recording can be asked for.
 struct RecordingField {
-  const char* name;             ///< in messages and as a port of <RecordBehavior>
+  const char* name;  ///< name in messages and as a port of <RecordBehavior>
   const char* help;
-  const char* separators = "";  ///< of a list that is written as one text
+  const char* separators = "";  ///< separators of a list that is written as one text
 };
 
 template <typename Message>

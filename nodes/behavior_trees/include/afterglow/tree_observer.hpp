@@ -35,7 +35,7 @@ class TreeObserver {
   TreeObserver(const TreeObserver&) = delete;
   TreeObserver& operator=(const TreeObserver&) = delete;
 
-  /// Of every node, the root first: what rules are matched with.
+  /// Returns the paths of all nodes, the root first: rules are matched with them.
   std::vector<std::string> paths() const { return watch_.paths(); }
 
  private:

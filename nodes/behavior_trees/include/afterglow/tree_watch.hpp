@@ -44,7 +44,8 @@ TransitionSink publishTransitions(const std::string& topic = "~tree_transitions"
 struct WatchedNode {
   std::string name, type;
   std::uint32_t uid = 0;
-  std::optional<std::size_t> parent;  ///< its index, smaller than the node's own; the root has none
+  std::optional<std::size_t> parent;  ///< index of the parent, smaller than the node's own; the
+                                      ///< root has none
 };
 
 /// Recordings of the nodes of one tree, by their status. Any thread.
@@ -78,7 +79,7 @@ class TreeWatch {
   const TreeWatchOptions options_;
   std::mutex mutex_;
   std::vector<Node> nodes_;
-  std::vector<BehaviorRecording> ending_;  ///< their recorder has not answered yet
+  std::vector<BehaviorRecording> ending_;  ///< recordings whose recorder has not answered yet
 };
 
 }  // namespace afterglow::nodes
