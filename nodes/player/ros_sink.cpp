@@ -15,6 +15,8 @@ namespace {
 constexpr std::uint32_t kQueue = 100;  // of what is listened to
 /// Whoever drives a base sends more often: it would stop after 0.25 s.
 constexpr double kDriverPeriod = 0.4;
+/// Between looks at what was heard on the velocity topics.
+constexpr double kDriverLook = 0.02;
 
 }  // namespace
 
@@ -37,6 +39,7 @@ RosSink::RosSink(const replay::PlayPlan& plan, std::uint32_t queue, Listener lis
       watchDrivers(topic.output.topic, output);
     }
   }
+  if (!velocities_.empty()) thread_.every(kDriverLook, [this] { drivers_.callRest(); });
   thread_.begin();
 }
 
@@ -69,7 +72,7 @@ void RosSink::watchGoals(const replay::Channel& goal_channel) {
 }
 
 void RosSink::watchDrivers(const std::string& topic, Output& output) {
-  thread_.hear<AnyMessage>(topic, kQueue, [this, topic](const AnyMessage& event) {
+  drivers_.hear<AnyMessage>(topic, kQueue, [this, topic](const AnyMessage& event) {
     const std::string& driver = event.getPublisherName();
     if (isAnother(driver) && !has_second_driver_.exchange(true)) {
       listener_.on_second_driver(driver + " drives on " + topic +

@@ -73,6 +73,9 @@ class RosSink : public replay::MessageSink {
   std::vector<std::string> velocities_;
   const Listener listener_;
   std::atomic<bool> has_second_driver_{false};
+  /// Has no thread, as one would wake for each velocity of the player's own and make the next message
+  /// late; `thread_` looks after it.
+  CallbackThread drivers_;
   CallbackThread thread_;
 };
 
